@@ -1,0 +1,59 @@
+"""The compute engine: one decorator for every kernel, and a compiled cache that cannot go stale.
+
+A *kernel* is a pure function of numbers, tuples and `float64` arrays: no
+allocation, no exceptions, no strings, no globals that change. Vectors are
+3-tuples, so they live in registers.
+
+Numba's own disk cache does not notice an edited callee in another file. The
+cache folder is therefore named by a hash of all sources that hold kernels:
+edit one, and the next process compiles afresh.
+"""
+
+import hashlib
+import os
+import sys
+import tempfile
+from pathlib import Path
+
+import numba
+
+PACKAGE = Path(__file__).parent
+#: Rooms without kernels: editing them must not throw compiled code away.
+ROOMS_WITHOUT_KERNELS = ("scenario", "report", "cli.py", "__init__.py", "__main__.py")
+
+
+def source_key() -> str:
+    """Hash of the Numba version and of every source file that can hold a kernel."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        place = path.relative_to(PACKAGE)
+        if place.parts[0] not in ROOMS_WITHOUT_KERNELS:
+            digest.update(str(place).encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_root() -> Path:
+    """Folder of compiled kernels; `TORQUER_CACHE_DIR` moves it."""
+    if chosen := os.environ.get("TORQUER_CACHE_DIR"):
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return (Path(base) if base else Path.home() / ".cache") / "torquer"
+
+
+def _use_cache() -> None:
+    folder = cache_root() / source_key()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:  # a read-only home: compiled code is still kept for this machine
+        folder = Path(tempfile.gettempdir()) / "torquer" / source_key()
+        folder.mkdir(parents=True, exist_ok=True)
+    numba.config.CACHE_DIR = str(folder)
+
+
+_use_cache()
+
+#: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
+COMPILED = not numba.config.DISABLE_JIT
+
+#: The one decorator for kernels. 'contract' allows fused multiply-add and nothing else.
+kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)

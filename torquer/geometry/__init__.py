@@ -1,0 +1,1 @@
+"""Vectors, rotations and frames: pure kernels on tuples."""

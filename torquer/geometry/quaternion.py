@@ -1,0 +1,98 @@
+"""Unit quaternions, scalar last `(x, y, z, w)`, that take body components to reference components.
+
+`v_reference = rotate(q, v_body)`, as `scipy.spatial.transform.Rotation` and SDOT (1.7) have it.
+"""
+
+import math
+
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
+
+IDENTITY = (0.0, 0.0, 0.0, 1.0)
+
+
+@kernel
+def multiply(p, q):
+    """Product p q: first the rotation q, then p."""
+    return (
+        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
+        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
+        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
+        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
+    )
+
+
+@kernel
+def conjugate(q):
+    """Inverse rotation."""
+    return (-q[0], -q[1], -q[2], q[3])
+
+
+@kernel
+def rotate(q, v_body):
+    """Reference components of a vector given in body components."""
+    axis = (q[0], q[1], q[2])
+    t = scale(2.0, cross(axis, v_body))
+    return add(add_scaled(v_body, q[3], t), cross(axis, t))
+
+
+@kernel
+def rotate_inverse(q, v_reference):
+    """Body components of a vector given in reference components."""
+    axis = (q[0], q[1], q[2])
+    t = scale(2.0, cross(axis, v_reference))
+    return add(sub(v_reference, scale(q[3], t)), cross(axis, t))
+
+
+@kernel
+def derivative(q, omega_body):
+    """dq/dt = 1/2 q (omega, 0), omega [rad/s] absolute, in body axes. Source: SDOT (1.7)."""
+    x, y, z = omega_body
+    return (
+        0.5 * (q[3] * x + q[1] * z - q[2] * y),
+        0.5 * (q[3] * y + q[2] * x - q[0] * z),
+        0.5 * (q[3] * z + q[0] * y - q[1] * x),
+        -0.5 * (q[0] * x + q[1] * y + q[2] * z),
+    )
+
+
+@kernel
+def normalised(q):
+    """The quaternion scaled to length one."""
+    s = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    return (s * q[0], s * q[1], s * q[2], s * q[3])
+
+
+@kernel
+def from_rotation_vector(phi):
+    """Quaternion of the turn by |phi| [rad] about phi (exponential map)."""
+    angle = norm(phi)
+    # sin(x/2)/x by its series where the quotient would lose digits
+    s = 0.5 - angle * angle / 48.0 if angle < 1e-4 else math.sin(0.5 * angle) / angle
+    return (s * phi[0], s * phi[1], s * phi[2], math.cos(0.5 * angle))
+
+
+@kernel
+def to_dcm(q):
+    """Direction cosines (rows) that take body components to reference components."""
+    x, y, z, w = q
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+@kernel
+def from_dcm(m):
+    """Quaternion of direction cosines (rows), body to reference; the largest component decides."""
+    trace = m[0][0] + m[1][1] + m[2][2]
+    if trace > max(m[0][0], m[1][1], m[2][2]):
+        q = (m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], 1.0 + trace)
+    elif m[0][0] >= m[1][1] and m[0][0] >= m[2][2]:
+        q = (1.0 + 2.0 * m[0][0] - trace, m[1][0] + m[0][1], m[0][2] + m[2][0], m[2][1] - m[1][2])
+    elif m[1][1] >= m[2][2]:
+        q = (m[1][0] + m[0][1], 1.0 + 2.0 * m[1][1] - trace, m[2][1] + m[1][2], m[0][2] - m[2][0])
+    else:
+        q = (m[0][2] + m[2][0], m[2][1] + m[1][2], 1.0 + 2.0 * m[2][2] - trace, m[1][0] - m[0][1])
+    return normalised(q)

@@ -1,0 +1,85 @@
+"""Three-vectors as tuples and 3x3 matrices as tuples of rows."""
+
+import math
+
+from torquer.engine import kernel
+
+
+@kernel
+def add(a, b):
+    """Sum of two vectors."""
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@kernel
+def sub(a, b):
+    """Difference a - b of two vectors."""
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@kernel
+def scale(factor, a):
+    """Vector times a number."""
+    return (factor * a[0], factor * a[1], factor * a[2])
+
+
+@kernel
+def add_scaled(a, factor, b):
+    """a + factor b."""
+    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
+
+
+@kernel
+def dot(a, b):
+    """Scalar product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def cross(a, b):
+    """Vector product a x b."""
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@kernel
+def norm(a):
+    """Euclidean length."""
+    return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
+
+
+@kernel
+def unit(a):
+    """Vector of length one along a (not a number for a zero vector)."""
+    return scale(1.0 / norm(a), a)
+
+
+@kernel
+def mat_vec(m, a):
+    """Matrix (tuple of three rows) times column vector."""
+    return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
+
+
+@kernel
+def mat_t_vec(m, a):
+    """Transposed matrix times column vector."""
+    return (
+        m[0][0] * a[0] + m[1][0] * a[1] + m[2][0] * a[2],
+        m[0][1] * a[0] + m[1][1] * a[1] + m[2][1] * a[2],
+        m[0][2] * a[0] + m[1][2] * a[1] + m[2][2] * a[2],
+    )
+
+
+def as_vector(values) -> tuple:
+    """Three numbers as the tuple that kernels take."""
+    x, y, z = (float(v) for v in values)
+    return (x, y, z)
+
+
+def as_matrix(rows) -> tuple:
+    """A 3x3 array as the tuple of row tuples that kernels take."""
+    first, second, third = (as_vector(row) for row in rows)
+    return (first, second, third)
