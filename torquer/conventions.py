@@ -52,10 +52,12 @@ class Measured(NamedTuple):
     """All that an on-board computer knows at a sampling instant: never the truth.
 
     `b_rate_body_t_s` is what a search coil reads (the field's rate of change as the body
-    sees it); the other vectors come from the magnetometer and the gyro models.
+    sees it); the other vectors come from the models of magnetometer, gyro and Sun sensors.
+    `sun_body` is a unit vector, or zeros when no sensor sees the Sun.
     """
 
     t_s: float
     b_body_t: tuple
     b_rate_body_t_s: tuple
     omega_body_rad_s: tuple
+    sun_body: tuple

@@ -9,10 +9,12 @@ cache folder is therefore named by a hash of all sources that hold kernels:
 edit one, and the next process compiles afresh.
 """
 
+import contextlib
 import hashlib
 import os
 import sys
 import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numba
@@ -57,3 +59,20 @@ COMPILED = not numba.config.DISABLE_JIT
 
 #: The one decorator for kernels. 'contract' allows fused multiply-add and nothing else.
 kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)
+#: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
+#: counting of arrays that cross the call.
+inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
+
+
+@contextlib.contextmanager
+def cache_of(files: Iterable[Path]) -> Iterator[None]:
+    """Compile, within the block, into a cache folder named by the content of the user's files."""
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.name.encode() + path.read_bytes())
+    usual = numba.config.CACHE_DIR
+    numba.config.CACHE_DIR = str(Path(usual) / f"user-{digest.hexdigest()[:16]}")
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = usual

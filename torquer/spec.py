@@ -11,3 +11,6 @@ class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+#: Three numbers.
+Vector = tuple[float, float, float]

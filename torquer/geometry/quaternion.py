@@ -5,13 +5,13 @@
 
 import math
 
-from torquer.engine import kernel
+from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
 
 
-@kernel
+@inlined
 def multiply(p, q):
     """Product p q: first the rotation q, then p."""
     return (
@@ -22,13 +22,13 @@ def multiply(p, q):
     )
 
 
-@kernel
+@inlined
 def conjugate(q):
     """Inverse rotation."""
     return (-q[0], -q[1], -q[2], q[3])
 
 
-@kernel
+@inlined
 def rotate(q, v_body):
     """Reference components of a vector given in body components."""
     axis = (q[0], q[1], q[2])
@@ -36,7 +36,7 @@ def rotate(q, v_body):
     return add(add_scaled(v_body, q[3], t), cross(axis, t))
 
 
-@kernel
+@inlined
 def rotate_inverse(q, v_reference):
     """Body components of a vector given in reference components."""
     axis = (q[0], q[1], q[2])
@@ -44,7 +44,7 @@ def rotate_inverse(q, v_reference):
     return add(sub(v_reference, scale(q[3], t)), cross(axis, t))
 
 
-@kernel
+@inlined
 def derivative(q, omega_body):
     """dq/dt = 1/2 q (omega, 0), omega [rad/s] absolute, in body axes. Source: SDOT (1.7)."""
     x, y, z = omega_body
@@ -56,14 +56,14 @@ def derivative(q, omega_body):
     )
 
 
-@kernel
+@inlined
 def normalised(q):
     """The quaternion scaled to length one."""
     s = 1.0 / math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
     return (s * q[0], s * q[1], s * q[2], s * q[3])
 
 
-@kernel
+@inlined
 def from_rotation_vector(phi):
     """Quaternion of the turn by |phi| [rad] about phi (exponential map)."""
     angle = norm(phi)
@@ -72,7 +72,7 @@ def from_rotation_vector(phi):
     return (s * phi[0], s * phi[1], s * phi[2], math.cos(0.5 * angle))
 
 
-@kernel
+@inlined
 def to_dcm(q):
     """Direction cosines (rows) that take body components to reference components."""
     x, y, z, w = q
@@ -83,7 +83,7 @@ def to_dcm(q):
     )
 
 
-@kernel
+@inlined
 def from_dcm(m):
     """Quaternion of direction cosines (rows), body to reference; the largest component decides."""
     trace = m[0][0] + m[1][1] + m[2][2]

@@ -2,40 +2,40 @@
 
 import math
 
-from torquer.engine import kernel
+from torquer.engine import inlined
 
 
-@kernel
+@inlined
 def add(a, b):
     """Sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
 
 
-@kernel
+@inlined
 def sub(a, b):
     """Difference a - b of two vectors."""
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
 
 
-@kernel
+@inlined
 def scale(factor, a):
     """Vector times a number."""
     return (factor * a[0], factor * a[1], factor * a[2])
 
 
-@kernel
+@inlined
 def add_scaled(a, factor, b):
     """a + factor b."""
     return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
 
 
-@kernel
+@inlined
 def dot(a, b):
     """Scalar product."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@kernel
+@inlined
 def cross(a, b):
     """Vector product a x b."""
     return (
@@ -45,31 +45,45 @@ def cross(a, b):
     )
 
 
-@kernel
+@inlined
 def norm(a):
     """Euclidean length."""
     return math.sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2])
 
 
-@kernel
+@inlined
 def unit(a):
     """Vector of length one along a (not a number for a zero vector)."""
     return scale(1.0 / norm(a), a)
 
 
-@kernel
+@inlined
 def mat_vec(m, a):
     """Matrix (tuple of three rows) times column vector."""
     return (dot(m[0], a), dot(m[1], a), dot(m[2], a))
 
 
-@kernel
+@inlined
 def mat_t_vec(m, a):
     """Transposed matrix times column vector."""
     return (
         m[0][0] * a[0] + m[1][0] * a[1] + m[2][0] * a[2],
         m[0][1] * a[0] + m[1][1] * a[1] + m[2][1] * a[2],
         m[0][2] * a[0] + m[1][2] * a[1] + m[2][2] * a[2],
+    )
+
+
+@inlined
+def solve(m, b):
+    """Solution x of the 3x3 system m x = b (Cramer's rule; m given by its rows)."""
+    c0 = cross(m[1], m[2])
+    c1 = cross(m[2], m[0])
+    c2 = cross(m[0], m[1])
+    s = 1.0 / dot(m[0], c0)
+    return (
+        s * (c0[0] * b[0] + c1[0] * b[1] + c2[0] * b[2]),
+        s * (c0[1] * b[0] + c1[1] * b[1] + c2[1] * b[2]),
+        s * (c0[2] * b[0] + c1[2] * b[1] + c2[2] * b[2]),
     )
 
 

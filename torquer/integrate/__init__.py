@@ -1,0 +1,1 @@
+"""Integrators: RK4 with shared environment, exact free rotation and splitting, DOP853."""

@@ -1,0 +1,19 @@
+"""Orbits: where the satellite is and how fast it moves. One entry per kind.
+
+Every orbit is a frozen spec with `state(t_s, start_utc) -> r_m [n, 3], v_m_s [n, 3]` in the
+inertial frame that its `frame` names, `rate_rad_s(start_utc)` and `period_s`.
+"""
+
+from typing import Annotated, Union
+
+from pydantic import Field
+
+from torquer.orbit.circular import Circular
+from torquer.orbit.kepler import Kepler
+from torquer.orbit.sgp4 import Sgp4
+
+ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4}
+
+AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]
+
+__all__ = ["ORBITS", "AnyOrbit", "Circular", "Kepler", "Sgp4"]

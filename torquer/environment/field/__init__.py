@@ -1,0 +1,45 @@
+"""Geomagnetic field models, one interface (`torquer.environment.field.model.FieldModel`).
+
+IGRF-14 and WMM2025 (how strong is it there and then), tilted dipole (the Earth's daily turn),
+direct dipole (the uneven turn along the orbit), averaged (what theory can integrate).
+"""
+
+from typing import Annotated
+
+from pydantic import Field
+
+from torquer.environment.field.averaged import Averaged
+from torquer.environment.field.direct_dipole import DirectDipole
+from torquer.environment.field.gauss import Gauss, Igrf14, Wmm2025
+from torquer.environment.field.globe import Elements, at_geodetic, elements
+from torquer.environment.field.model import FieldModel
+from torquer.environment.field.tilted_dipole import TiltedDipole
+
+#: Every field model by its `kind`.
+FIELDS = {
+    "igrf14": Igrf14,
+    "wmm2025": Wmm2025,
+    "tilted_dipole": TiltedDipole,
+    "direct_dipole": DirectDipole,
+    "averaged": Averaged,
+}
+
+#: Any of them, told apart by `kind`.
+AnyField = Annotated[
+    Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged, Field(discriminator="kind")
+]
+
+__all__ = [
+    "FIELDS",
+    "AnyField",
+    "Averaged",
+    "DirectDipole",
+    "Elements",
+    "FieldModel",
+    "Gauss",
+    "Igrf14",
+    "TiltedDipole",
+    "Wmm2025",
+    "at_geodetic",
+    "elements",
+]

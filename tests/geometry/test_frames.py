@@ -1,0 +1,163 @@
+"""Frames: axes where the conventions put them, against scipy and erfa, geodetic round trips."""
+
+import math
+
+import erfa
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
+from torquer.geometry import euler, frames
+
+ANGLES = (0.0, 0.4, 1.9, -2.6, math.pi)
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("axis", "xyz")
+def test_elementary_turns_equal_scipy(axis, angle):
+    ours = getattr(frames, f"rot_{axis}")(angle)
+    assert np.allclose(ours, Rotation.from_euler(axis, angle).as_matrix(), rtol=0, atol=1e-15)
+
+
+def test_product_and_transpose_equal_numpy():
+    m, n = np.random.default_rng(2).normal(size=(2, 3, 3))
+    rows = [tuple(map(tuple, a.tolist())) for a in (m, n)]
+    assert np.allclose(frames.mat_mul(*rows), m @ n, rtol=1e-14)
+    assert np.array_equal(frames.transpose(rows[0]), m.T)
+
+
+def test_axes_of_the_cone_and_orbit_frames():
+    angle = 1.0486
+    z3 = np.array(frames.dcm_z_to_y(angle))[:, 2]
+    assert np.array_equal(z3, (0.0, -math.sin(angle), math.cos(angle)))
+    z2 = np.array(frames.dcm_z_to_y(angle))[:, 1]
+    assert np.array_equal(z2, (0.0, math.cos(angle), math.sin(angle)))
+    y1 = np.array(frames.dcm_y_to_j(0.3))[:, 0]
+    assert np.array_equal(y1, (math.cos(0.3), math.sin(0.3), 0.0))
+
+
+@pytest.mark.parametrize("u", ANGLES)
+def test_chain_of_orbit_frames_equals_position_and_velocity(u):
+    raan, inclination = 5.1, 0.9
+    chain = np.array(frames.dcm_y_to_j(raan)) @ np.array(frames.dcm_s_to_y(inclination))
+    r_s, v_s = (math.cos(u), math.sin(u), 0.0), (-math.sin(u), math.cos(u), 0.0)
+    r, v = tuple(7e6 * chain @ r_s), tuple(7.5e3 * chain @ v_s)
+    expected = chain @ np.array(frames.dcm_orbital_to_s(u))
+    x_to_j = frames.dcm_orbital_to_inertial(r, v)
+    assert np.allclose(x_to_j, expected, rtol=0, atol=1e-15)
+    assert np.allclose(frames.dcm_tws_to_inertial(r, v), expected, rtol=0, atol=1e-15)
+
+
+def test_orbital_frame_off_a_circle():
+    r, v = (7.0e6, 1.0e5, -2.0e6), (-300.0, 7.1e3, 2.0e3)
+    x = np.array(frames.dcm_orbital_to_inertial(r, v))
+    tws = np.array(frames.dcm_tws_to_inertial(r, v))
+    for m in (x, tws):
+        assert np.allclose(m @ m.T, np.eye(3), rtol=0, atol=1e-15)
+        assert np.linalg.det(m) == pytest.approx(1.0, abs=1e-14)
+    assert np.allclose(x[:, 2], np.array(r) / np.linalg.norm(r), rtol=0, atol=1e-15)
+    assert np.allclose(tws[:, 0], np.array(v) / np.linalg.norm(v), rtol=0, atol=1e-15)
+    assert np.allclose(x[:, 1], tws[:, 1], rtol=0, atol=1e-15)
+    assert np.dot(x[:, 1], np.cross(r, v)) > 0.0 and np.dot(x[:, 0], v) > 0.0
+    # the two differ by the flight path angle about the normal
+    angle = math.asin(np.dot(r, v) / np.linalg.norm(r) / np.linalg.norm(v))
+    assert abs(math.acos(x[:, 0] @ tws[:, 0]) - abs(angle)) < 1e-12
+
+
+def test_angular_momentum_frame():
+    rho, sigma = 0.8, -2.1
+    q = np.array(frames.dcm_l_to_z(rho, sigma))
+    along = (math.sin(rho) * math.cos(sigma), math.sin(rho) * math.sin(sigma), math.cos(rho))
+    assert np.allclose(q[:, 2], along, rtol=0, atol=1e-15)
+    assert q[2, 1] == 0.0  # L2 is parallel to the plane Z1 Z2
+    printed = [
+        [math.cos(rho) * math.cos(sigma), -math.sin(sigma), math.sin(rho) * math.cos(sigma)],
+        [math.cos(rho) * math.sin(sigma), math.cos(sigma), math.sin(rho) * math.sin(sigma)],
+        [-math.sin(rho), 0.0, math.cos(rho)],
+    ]
+    assert np.allclose(q, printed, rtol=0, atol=1e-15)
+
+
+def test_body_frames_equal_their_euler_sequences():
+    phi, psi, theta = 0.3, 1.1, 2.0
+    expected = euler.to_dcm("313", (psi, theta, phi))
+    assert np.allclose(frames.dcm_body_to_l(phi, psi, theta), expected, rtol=0, atol=1e-15)
+    third = (math.sin(phi) * math.sin(theta), math.cos(phi) * math.sin(theta), math.cos(theta))
+    assert np.allclose(expected[2], third, rtol=0, atol=1e-15)
+    a, b, g = 0.4, -0.2, 0.9
+    d = np.array(frames.dcm_body_to_orbital(a, b, g))
+    assert np.allclose(d, euler.to_dcm("231", (a, b, g)), rtol=0, atol=1e-15)
+    # first and last printed elements of the matrix, and its middle row
+    assert d[0, 1] == pytest.approx(
+        math.sin(a) * math.sin(g) - math.cos(a) * math.sin(b) * math.cos(g), abs=1e-15
+    )
+    assert d[2, 2] == pytest.approx(
+        math.cos(a) * math.cos(g) - math.sin(a) * math.sin(b) * math.sin(g), abs=1e-15
+    )
+    row = (math.sin(b), math.cos(b) * math.cos(g), -math.cos(b) * math.sin(g))
+    assert np.allclose(d[1], row, rtol=0, atol=1e-15)
+
+
+def geodetic_grid():
+    lat = np.concatenate([[-np.pi / 2, np.pi / 2, 0.0, 1e-9, np.pi / 2 - 1e-9],
+                          np.linspace(-1.57, 1.57, 181)])  # fmt: skip
+    lon = np.array([-3.1, -0.4, 0.0, 2.2])
+    height = np.array([-1e4, 0.0, 5e4, 3.5e5, 6e5, 2e6, 3.6e7])
+    return np.meshgrid(lat, lon, height, indexing="ij")
+
+
+def test_geodetic_round_trip():
+    lat, lon, height = geodetic_grid()
+    back = frames.geodetic_from_ecef(frames.ecef_from_geodetic(lat, lon, height))
+    assert np.abs(back[0] - lat).max() < 1e-14
+    assert np.abs(back[2] - height)[height < 1e7].max() < 1e-8
+    off_axis = np.abs(lat) < 1.5707
+    assert np.abs(back[1] - lon)[off_axis].max() < 1e-12
+
+
+def test_geodetic_equals_erfa():
+    lat, lon, height = geodetic_grid()
+    r = frames.ecef_from_geodetic(lat, lon, height)
+    assert np.abs(r - erfa.gd2gc(1, lon, lat, height)).max() < 1e-7
+    _, lat_e, height_e = erfa.gc2gd(1, r)
+    ours = frames.geodetic_from_ecef(r)
+    # erfa's single step loses digits with height: itself off by 3e-12 rad at 2000 km
+    assert np.abs(ours[0] - lat_e)[height < 1e6].max() < 1e-12
+    assert np.abs(ours[0] - lat_e)[height < 1e7].max() < 5e-12
+    assert np.abs(ours[2] - height_e)[height < 1e7].max() < 1e-6
+
+
+def test_poles_and_equator_are_exact():
+    polar = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
+    lat, lon, height = frames.geodetic_from_ecef(
+        [[0.0, 0.0, polar + 5e5], [0.0, 0.0, -polar - 5e5], [0.0, EARTH_RADIUS_M + 7e5, 0.0]]
+    )
+    assert np.array_equal(lat, (np.pi / 2, -np.pi / 2, 0.0))
+    assert np.array_equal(lon, (0.0, 0.0, np.pi / 2))
+    assert np.abs(height - (5e5, 5e5, 7e5)).max() < 2e-9
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(-np.pi / 2, np.pi / 2), st.floats(-np.pi, np.pi), st.floats(5e4, 2e6))
+def test_down_is_the_gradient_of_height(lat, lon, height):
+    r = frames.ecef_from_geodetic(lat, lon, height)
+    ned = frames.dcm_ecef_to_ned(lat, lon)
+    assert np.allclose(ned @ ned.T, np.eye(3), rtol=0, atol=1e-14)
+    assert np.linalg.det(ned) == pytest.approx(1.0, abs=1e-13)
+    lower = frames.geodetic_from_ecef(r + 1000.0 * ned[2])
+    assert abs(lower[2] - (height - 1000.0)) < 1e-6 and abs(lower[0] - lat) < 1e-12
+    # east keeps latitude and height to first order
+    east = frames.geodetic_from_ecef(r + 1.0 * ned[1])
+    assert abs(east[2] - height) < 1e-6
+    # north raises the latitude, by one metre over the radius of curvature
+    if abs(lat) < 1.57:
+        north = frames.geodetic_from_ecef(r + 1.0 * ned[0])
+        assert 1.0 / 8.5e6 < north[0] - lat < 1.0 / 6.3e6
+
+
+def test_north_east_down_shapes():
+    assert frames.dcm_ecef_to_ned(np.zeros((4, 5)), 0.1).shape == (4, 5, 3, 3)
+    assert np.array_equal(frames.dcm_ecef_to_ned(0.0, 0.0), [[0, 0, 1], [0, 1, 0], [-1, 0, 0]])

@@ -1,0 +1,23 @@
+"""No control: the satellite moves freely under the environment's torques."""
+
+from typing import Literal
+
+from torquer.control.law import Law
+from torquer.engine import kernel
+from torquer.spec import Spec
+
+
+@kernel
+def no_dipole(measured, parameters, memory):
+    """Zero dipole."""
+    return (0.0, 0.0, 0.0)
+
+
+class Off(Spec):
+    """No control."""
+
+    kind: Literal["off"] = "off"
+
+    def law(self) -> Law:
+        """The law that asks for nothing."""
+        return Law(self.kind, no_dipole)

@@ -1,0 +1,85 @@
+"""The environment along an orbit: where the satellite is, which field and which Sun it meets."""
+
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+
+from torquer import time
+from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
+from torquer.environment.field import FIELDS, AnyField
+from torquer.environment.sun import lit_fraction, sun_position
+from torquer.environment.table import ProvenTable, build, build_exact, build_proven
+from torquer.orbit import AnyOrbit
+from torquer.spec import Spec
+
+_POSITION, _FIELD = slice(0, 3), slice(3, 6)
+
+
+class Environment(Spec):
+    """Models of the surroundings.
+
+    `field`: geomagnetic field model. `earth_rotation`: 'precise' (precession and nutation) or
+    'sidereal' (a plain turn by Greenwich sidereal time). `eclipse`: 'conical' or 'cylindrical'.
+    `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
+    the models at every instant that RK4 asks for (exact, about ten times slower).
+    """
+
+    field: AnyField = FIELDS["igrf14"]()
+    earth_rotation: Literal["precise", "sidereal"] = "precise"
+    eclipse: Literal["conical", "cylindrical"] = "conical"
+    gravity_gradient: bool = True
+    table_tolerance: Annotated[float, Field(ge=0.0, le=1e-3)] = 1e-9
+
+
+@dataclass(frozen=True)
+class OrbitEnvironment:
+    """An environment met along one orbit from one start; all vectors in the inertial frame J."""
+
+    environment: Environment
+    orbit: AnyOrbit
+    start: datetime
+
+    def state(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s at seconds since the start."""
+        r, v = self.orbit.state(t_s, self.start)
+        if self.orbit.frame == "TEME" and self.environment.earth_rotation == "precise":
+            turn = teme_to_gcrf(t_s, self.start)
+            r, v = (np.einsum("nij,nj->ni", turn, x) for x in (r, v))
+        return r, v
+
+    def dcm_to_ecef(self, t_s: np.ndarray) -> np.ndarray:
+        """Direction cosines [n, 3, 3] from the inertial to the Earth-fixed frame."""
+        return dcm_inertial_to_ecef(t_s, self.start, self.environment.earth_rotation)
+
+    def field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Field [n, 3] T; the model's date is that of the start."""
+        packed = self.environment.field.prepare(time.decimal_year(self.start))
+        return self.environment.field.b_inertial(packed, r, v, self.dcm_to_ecef(t_s))
+
+    def sun(self, t_s: np.ndarray) -> np.ndarray:
+        """Position of the Sun [n, 3] m from the Earth's centre."""
+        return sun_position(t_s, self.start, self.environment.earth_rotation)
+
+    def lit(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Visible fraction of the Sun's disc [n]."""
+        return lit_fraction(r, self.sun(t_s), self.environment.eclipse)
+
+    def sample(self, t_s: np.ndarray) -> np.ndarray:
+        """Position and field [n, 6] as the table holds them."""
+        r, v = self.state(t_s)
+        return np.hstack([r, self.field(t_s, r, v)])
+
+    def orbit_table(self, duration_s: float, step_s: float) -> ProvenTable:
+        """Table of `sample`, proven or exact at the instants of RK4 with this step."""
+        if self.environment.table_tolerance == 0.0:
+            return build_exact(self.sample, duration_s, step_s)
+        first_guess = self.orbit.period_s / 48.0
+        tolerance = self.environment.table_tolerance
+        return build_proven(self.sample, duration_s, first_guess, tolerance, (_POSITION, _FIELD))
+
+    def sun_table(self, duration_s: float):
+        """Table of the Sun's position; ten days of its path are a smooth arc."""
+        return build(self.sun, duration_s, min(duration_s, 10 * 86400.0), 7)

@@ -1,0 +1,80 @@
+"""IGRF-14 and WMM2025: the main field as a sum of spherical harmonics. Frame: Earth-fixed."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from torquer.engine import kernel
+from torquer.environment.field import coefficients, harmonics
+from torquer.environment.field.harmonics import Harmonics
+from torquer.environment.field.model import row_matrix, row_vector, rows
+from torquer.geometry.vec3 import mat_t_vec, mat_vec
+from torquer.spec import Spec
+
+
+@kernel
+def b_inertial_many(harmonics_, r_inertial, dcm_inertial_to_ecef, out):
+    """Induction [T] in the inertial frame at the rows of `r_inertial` [m], into `out`."""
+    for i in range(r_inertial.shape[0]):
+        r_ecef = mat_vec(row_matrix(dcm_inertial_to_ecef, i), row_vector(r_inertial, i))
+        out[i, 0], out[i, 1], out[i, 2] = r_ecef
+    harmonics.b_earth_fixed_many(harmonics_, out, out)
+    for i in range(r_inertial.shape[0]):
+        b = mat_t_vec(row_matrix(dcm_inertial_to_ecef, i), row_vector(out, i))
+        out[i, 0], out[i, 1], out[i, 2] = b
+
+
+class Gauss(Spec):
+    """The main field by its Gauss coefficients, truncated at `degree` (all by default).
+
+    `extrapolate` turns the error for a date outside the model's validity into a warning.
+    """
+
+    kind: Literal["igrf14", "wmm2025"] = "igrf14"
+    degree: int | None = None
+    extrapolate: bool = False
+
+    @model_validator(mode="after")
+    def _degree_exists(self):
+        top = coefficients.max_degree(self.kind)
+        if self.degree is not None and not 1 <= self.degree <= top:
+            raise ValueError(
+                f"degree: must lie within 1..{top} for {self.kind}; received {self.degree}"
+            )
+        return self
+
+    def coefficients(self, decimal_year: float) -> Harmonics:
+        """The expansion at a date, as the kernels take it."""
+        g, h = coefficients.schmidt_coefficients(self.kind, decimal_year, self.extrapolate)
+        size = (self.degree or coefficients.max_degree(self.kind)) + 1
+        return harmonics.pack(g[:size, :size], h[:size, :size])
+
+    prepare = coefficients
+
+    def b_earth_fixed(self, packed: Harmonics, r_ecef) -> np.ndarray:
+        """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        r_ecef = rows("r_ecef", r_ecef, 3)
+        out = np.empty_like(r_ecef)
+        harmonics.b_earth_fixed_many(packed, r_ecef, out)
+        return out
+
+    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
+        """Induction [T] in the inertial frame; the velocities are not used."""
+        r_inertial = rows("r_inertial", r_inertial, 3)
+        out = np.empty_like(r_inertial)
+        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))
+        b_inertial_many(packed, r_inertial, dcm, out)
+        return out
+
+
+class Igrf14(Gauss):
+    """International Geomagnetic Reference Field, 14th generation: 1900-2030."""
+
+    kind: Literal["igrf14"] = "igrf14"
+
+
+class Wmm2025(Gauss):
+    """World Magnetic Model 2025: 2025-2030."""
+
+    kind: Literal["wmm2025"] = "wmm2025"

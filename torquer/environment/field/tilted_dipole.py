@@ -1,0 +1,94 @@
+"""Tilted dipole: the first three Gauss terms, turning with the Earth. Frame: Earth-fixed."""
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer.conventions import FIELD_RADIUS_M
+from torquer.engine import kernel
+from torquer.environment.field.coefficients import schmidt_coefficients
+from torquer.environment.field.model import row_matrix, row_vector, rows
+from torquer.geometry.vec3 import add_scaled, dot, mat_t_vec, scale
+from torquer.spec import Spec
+
+M3_IN_KM3 = 1e9
+
+
+@kernel
+def b_dipole(moment, r):
+    """Induction [T] at r [m] of a dipole at the origin, in the axes of both.
+
+    `moment` = mu_e k [T m^3], k the dipole's direction. Source: FIELD (1.1).
+    """
+    r2 = dot(r, r)
+    along = add_scaled(scale(-r2, moment), 3.0 * dot(moment, r), r)
+    return scale(1.0 / (r2 * r2 * math.sqrt(r2)), along)
+
+
+@kernel
+def b_dipole_many(moment, r, out):
+    """`b_dipole` at the rows of `r`, into `out`."""
+    for i in range(r.shape[0]):
+        out[i, 0], out[i, 1], out[i, 2] = b_dipole(moment, row_vector(r, i))
+
+
+@kernel
+def b_turning_many(moment_ecef, r_inertial, dcm_inertial_to_ecef, out):
+    """Field in the inertial frame of a dipole fixed in the Earth, into `out`."""
+    for i in range(r_inertial.shape[0]):
+        moment = mat_t_vec(row_matrix(dcm_inertial_to_ecef, i), moment_ecef)
+        out[i, 0], out[i, 1], out[i, 2] = b_dipole(moment, row_vector(r_inertial, i))
+
+
+class TiltedDipole(Spec):
+    """Dipole at the Earth's centre: of `source` at the date, or given by three numbers.
+
+    `tilt_deg` is the angle of the dipole's direction to the Earth's axis (north): 168.3 in FIELD,
+    168 deg 26' in MAG. `longitude_deg` is its east longitude: FIELD's lambda2, which counts from
+    -Y2, is longitude + 90 deg - (longitude of Y1).
+    """
+
+    kind: Literal["tilted_dipole"] = "tilted_dipole"
+    source: Literal["igrf14", "wmm2025"] = "igrf14"
+    extrapolate: bool = False
+    mu_e_t_km3: float | None = Field(None, gt=0.0)
+    tilt_deg: float | None = Field(None, ge=0.0, le=180.0)
+    longitude_deg: float | None = None
+
+    @model_validator(mode="after")
+    def _all_or_none(self):
+        names = ("mu_e_t_km3", "tilt_deg", "longitude_deg")
+        given = [name for name in names if getattr(self, name) is not None]
+        if given and len(given) < len(names):
+            raise ValueError(
+                f"{', '.join(names)}: must be given together or not at all; "
+                f"received {', '.join(given)}"
+            )
+        return self
+
+    def prepare(self, decimal_year: float) -> tuple:
+        """Dipole vector mu_e k [T m^3] in Earth-fixed axes; the date counts only for `source`."""
+        if self.mu_e_t_km3 is None:
+            g, h = schmidt_coefficients(self.source, decimal_year, self.extrapolate)
+            return tuple(FIELD_RADIUS_M**3 * float(c) for c in (g[1, 1], h[1, 1], g[1, 0]))
+        tilt, longitude = math.radians(self.tilt_deg), math.radians(self.longitude_deg)
+        across = math.sin(tilt)
+        k = (across * math.cos(longitude), across * math.sin(longitude), math.cos(tilt))
+        return tuple(self.mu_e_t_km3 * M3_IN_KM3 * c for c in k)
+
+    def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
+        """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        r_ecef = rows("r_ecef", r_ecef, 3)
+        out = np.empty_like(r_ecef)
+        b_dipole_many(packed, r_ecef, out)
+        return out
+
+    def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
+        """Induction [T] in the inertial frame; the velocities are not used."""
+        r_inertial = rows("r_inertial", r_inertial, 3)
+        out = np.empty_like(r_inertial)
+        dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))
+        b_turning_many(packed, r_inertial, dcm, out)
+        return out

@@ -1,0 +1,100 @@
+"""The Sun as an Earth satellite sees it: apparent position, and how much of its disc is lit."""
+
+import math
+from datetime import datetime
+from functools import partial
+
+import erfa
+import numpy as np
+
+from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M, SUN_RADIUS_M
+from torquer.engine import kernel
+from torquer.environment import earth
+from torquer.geometry.vec3 import cross, dot, norm, sub
+from torquer.time import julian_dates
+
+LIGHT_SPEED_M_S = 299792458.0
+ECLIPSES = ("conical", "cylindrical")
+
+
+def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.ndarray:
+    """Apparent position of the Sun from the Earth's centre [n, 3] m, at times [n] s, in J.
+
+    J is GCRF (mode "precise") or the frame of date TEME ("sidereal"). Light time and aberration
+    are included; the direction is good to about 0.1 arcsec for 1900-2100.
+    """
+    earth.check_mode(mode)
+    ut1, tt = julian_dates(start_utc, np.atleast_1d(t_s))
+    if mode == "precise":
+        return earth.interpolate_slow(_apparent_gcrf, *tt)
+    lag = float(ut1[1][0] - tt[1][0])
+    return earth.interpolate_slow(partial(_apparent_teme, lag), *tt)
+
+
+def lit_fraction(r_m, sun_m, model: str = "conical") -> np.ndarray:
+    """Lit part of the Sun's disc, 0 (shadow) to 1, at positions [n, 3] m; Sun at [n, 3] m.
+
+    "conical": the Earth (a sphere of the equatorial radius) and the Sun are flat discs on the
+    sky; the overlap is exact, also where the Earth lies wholly inside the Sun. "cylindrical":
+    0 in the cylinder behind the Earth, 1 elsewhere. Both in one inertial frame.
+    """
+    if model not in ECLIPSES:
+        raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
+    r, sun = np.broadcast_arrays(np.atleast_2d(r_m), np.atleast_2d(sun_m))
+    if model == "cylindrical":
+        return _cylindrical(r, sun)
+    out = np.empty(len(r))
+    _conical(np.ascontiguousarray(r, np.float64), np.ascontiguousarray(sun, np.float64), out)
+    return out
+
+
+def _apparent_gcrf(day, fraction) -> np.ndarray:
+    """Apparent Sun [n, 3] m in GCRF at TT dates.
+
+    Light time and aberration together: where the Sun stood, from where the Earth stood, when the
+    light left (exact to first order in v/c).
+    """
+    heliocentric, _ = erfa.epv00(day, fraction)
+    position = -heliocentric["p"] * ASTRONOMICAL_UNIT_M
+    velocity = -heliocentric["v"] * (ASTRONOMICAL_UNIT_M / erfa.DAYSEC)
+    light_time = np.linalg.norm(position, axis=-1, keepdims=True) / LIGHT_SPEED_M_S
+    return position - velocity * light_time
+
+
+def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
+    turn = earth.gcrf_to_teme_on_grid(ut1_minus_tt_days, day, fraction)
+    return (turn @ _apparent_gcrf(day, fraction)[..., None])[..., 0]
+
+
+def _cylindrical(r: np.ndarray, sun: np.ndarray) -> np.ndarray:
+    along = np.sum(r * sun, axis=-1) / np.linalg.norm(sun, axis=-1)
+    beside = np.linalg.norm(np.cross(r, sun), axis=-1) / np.linalg.norm(sun, axis=-1)
+    return np.where((along < 0.0) & (beside < EARTH_RADIUS_M), 0.0, 1.0)
+
+
+@kernel
+def lit_fraction_at(r, sun):
+    """Lit part of the Sun's disc at a position, conical shadow; both vectors in m, one frame."""
+    to_sun = sub(sun, r)
+    size_sun = math.asin(SUN_RADIUS_M / norm(to_sun))
+    size_earth = math.asin(min(EARTH_RADIUS_M / norm(r), 1.0))
+    apart = math.atan2(norm(cross(to_sun, r)), -dot(to_sun, r))
+    return 1.0 - _overlap(size_sun, size_earth, apart) / (math.pi * size_sun * size_sun)
+
+
+@kernel
+def _overlap(a, b, c):
+    """Common area of discs of radii a and b whose centres lie c apart [rad^2, flat sky]."""
+    if c >= a + b:
+        return 0.0
+    if c <= abs(a - b):
+        return math.pi * min(a, b) ** 2
+    x = (c * c + (a - b) * (a + b)) / (2.0 * c)
+    y = math.sqrt(max((a - x) * (a + x), 0.0))
+    return a * a * math.atan2(y, x) + b * b * math.atan2(y, c - x) - c * y
+
+
+@kernel
+def _conical(r, sun, out):
+    for i in range(out.size):
+        out[i] = lit_fraction_at((r[i, 0], r[i, 1], r[i, 2]), (sun[i, 0], sun[i, 1], sun[i, 2]))

@@ -1,0 +1,153 @@
+"""Smooth functions of time, tabulated once and read in nanoseconds.
+
+The span is cut into equal segments; in each, a polynomial interpolates every channel at
+Chebyshev-Lobatto points, so neighbours share a point and the table is continuous. The error
+is checked against the function itself where the interpolation error peaks, in every segment,
+and the segments are halved until the promise holds.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.engine import inlined
+
+DEGREE = 7
+#: Chance that the error is greater between the check points than at them.
+SAFETY = 1.5
+
+
+class Table(NamedTuple):
+    """Polynomials for kernels: coefficients [segment, power, channel] of x in [-1, 1]."""
+
+    segment_s: float
+    coefficients: np.ndarray
+
+
+@dataclass(frozen=True)
+class ProvenTable:
+    """A table with its bound on the relative error and the number of evaluations it took."""
+
+    table: Table
+    relative_error: float
+    evaluations: int
+
+
+@inlined
+def _place(table, t):
+    """Segment and position x in [-1, 1] of a time; beyond the ends the last segments go on."""
+    s = t / table.segment_s
+    segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
+    return segment, 2.0 * (s - segment) - 1.0
+
+
+@inlined
+def lookup3(table, t):
+    """The first three channels at time t [s]."""
+    i, x = _place(table, t)
+    c = table.coefficients
+    k = c.shape[1] - 1
+    u, v, w = c[i, k, 0], c[i, k, 1], c[i, k, 2]
+    for j in range(k - 1, -1, -1):
+        u, v, w = u * x + c[i, j, 0], v * x + c[i, j, 1], w * x + c[i, j, 2]
+    return (u, v, w)
+
+
+@inlined
+def lookup6(table, t):
+    """Two vectors, of channels 0..2 and 3..5, at time t [s]."""
+    i, x = _place(table, t)
+    c = table.coefficients
+    k = c.shape[1] - 1
+    u, v, w = c[i, k, 0], c[i, k, 1], c[i, k, 2]
+    p, q, r = c[i, k, 3], c[i, k, 4], c[i, k, 5]
+    for j in range(k - 1, -1, -1):
+        u, v, w = u * x + c[i, j, 0], v * x + c[i, j, 1], w * x + c[i, j, 2]
+        p, q, r = p * x + c[i, j, 3], q * x + c[i, j, 4], r * x + c[i, j, 5]
+    return (u, v, w), (p, q, r)
+
+
+@inlined
+def rate_of_second(table, t):
+    """Time derivative [1/s] of the vector of channels 3..5."""
+    i, x = _place(table, t)
+    c = table.coefficients
+    p = q = r = 0.0
+    for j in range(c.shape[1] - 1, 0, -1):
+        p, q, r = p * x + j * c[i, j, 3], q * x + j * c[i, j, 4], r * x + j * c[i, j, 5]
+    scale = 2.0 / table.segment_s
+    return (scale * p, scale * q, scale * r)
+
+
+def lobatto(degree: int) -> np.ndarray:
+    """Chebyshev-Lobatto points on [-1, 1], ascending."""
+    return -np.cos(np.pi * np.arange(degree + 1) / degree)
+
+
+def _error_peaks(points: np.ndarray) -> np.ndarray:
+    """Where the node polynomial peaks in the first and in the last gap between points."""
+    x = np.linspace(points[0], points[1], 201)
+    peak = x[np.argmax(np.abs(np.prod(x[:, None] - points, axis=1)))]
+    return np.array([peak, -peak])
+
+
+def build(
+    sample: Callable[[np.ndarray], np.ndarray], duration_s: float, segment_s: float, degree: int
+) -> Table:
+    """Table of `sample(t_s) -> [n, channels]` over 0..duration_s, no check made."""
+    segments = max(1, math.ceil(duration_s / segment_s - 1e-9))
+    points = lobatto(degree)
+    times = (np.arange(segments)[:, None] + 0.5 * (1.0 + points[:-1])).ravel() * segment_s
+    values = sample(np.append(times, segments * segment_s))
+    to_power = np.linalg.inv(np.vander(points, increasing=True))
+    rows = degree * np.arange(segments)[:, None] + np.arange(degree + 1)
+    return Table(float(segment_s), np.ascontiguousarray(to_power @ values[rows]))
+
+
+def measured_error(table: Table, sample, groups) -> float:
+    """Largest relative error of any group of channels at the peaks of every segment."""
+    segments, powers, _ = table.coefficients.shape
+    x = _error_peaks(lobatto(powers - 1))
+    times = ((np.arange(segments)[:, None] + 0.5 * (1.0 + x)) * table.segment_s).ravel()
+    exact = sample(times)
+    read = np.einsum("xk,skc->sxc", np.vander(x, powers, increasing=True), table.coefficients)
+    error = exact - read.reshape(exact.shape)
+    return max(
+        float(np.max(np.linalg.norm(error[:, g], axis=1) / np.linalg.norm(exact[:, g], axis=1)))
+        for g in groups
+    )
+
+
+def build_proven(
+    sample: Callable[[np.ndarray], np.ndarray],
+    duration_s: float,
+    segment_s: float,
+    tolerance: float,
+    groups: tuple[slice, ...],
+) -> ProvenTable:
+    """Table whose relative error in every group of channels is below the tolerance.
+
+    Starts from segments of `segment_s` and halves them until the check passes; raises
+    ValueError when eight halvings do not do (a function that is not smooth).
+    """
+    evaluations = 0
+    for _ in range(8):
+        table = build(sample, duration_s, segment_s, DEGREE)
+        error = SAFETY * measured_error(table, sample, groups)
+        evaluations += table.coefficients.shape[0] * (DEGREE + len(_error_peaks(lobatto(DEGREE))))
+        if error <= tolerance:
+            return ProvenTable(table, error, evaluations)
+        segment_s *= 0.5
+    raise ValueError(
+        f"environment table: must reach a relative error of {tolerance:.1e}; "
+        f"received {error:.1e} with segments of {2.0 * segment_s:.3g} s"
+    )
+
+
+def build_exact(sample, duration_s: float, step_s: float) -> ProvenTable:
+    """Table that is exact at the three distinct times of every RK4 step (start, middle, end)."""
+    table = build(sample, duration_s, step_s, 2)
+    return ProvenTable(table, 0.0, 2 * table.coefficients.shape[0] + 1)

@@ -1,0 +1,144 @@
+"""Adaptive Dormand-Prince method of order 8(5,3) for smooth problems, without allocation.
+
+A problem is a NamedTuple of constants; `rates_of` gives its class a right-hand side, found by
+type when the integrator is compiled. (A function handed over as an argument would be called
+through a pointer, and the compiled code could not be cached.)
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from numba.extending import overload
+
+from torquer.engine import kernel
+from torquer.integrate import dop853_tableau as tableau
+
+#: Return values of `dop853`.
+DONE, TOO_MANY_STEPS, STEP_TOO_SMALL = 0, 1, 2
+
+
+@functools.singledispatch
+def rates(problem, t, y, dy):
+    """Write dy/dt of a problem at time t and state y into `dy`."""
+    raise TypeError(f"dop853: must have rates_of({type(problem).__name__}); received none")
+
+
+def rates_of(problem_class):
+    """Decorator: `function(problem, t, y, dy)` is the right-hand side of this class."""
+
+    def register(function):
+        rates.register(problem_class)(function)
+
+        @overload(rates, jit_options={"error_model": "numpy", "fastmath": {"contract"}})
+        def choose(problem, t, y, dy):
+            if getattr(problem, "instance_class", None) is problem_class:
+                return function
+            return None
+
+        return function
+
+    return register
+
+
+class Workspace(NamedTuple):
+    """Tableau and scratch memory: kernels cannot hold large constants if they are to be cached."""
+
+    a: np.ndarray
+    b: np.ndarray
+    c: np.ndarray
+    error_5: np.ndarray
+    error_3: np.ndarray
+    stages: np.ndarray
+    y_new: np.ndarray
+    trial: np.ndarray
+
+
+def workspace(n: int) -> Workspace:
+    """What `dop853` needs for n equations."""
+    return Workspace(
+        tableau.A,
+        tableau.B,
+        tableau.C,
+        tableau.ERROR_5,
+        tableau.ERROR_3,
+        np.empty((13, n)),
+        np.empty(n),
+        np.empty(n),
+    )
+
+
+@kernel
+def _error_norm(work, h, y, rtol, atol):
+    """Hairer's combined estimate of orders 5 and 3 as a multiple of what is allowed."""
+    sum5 = sum3 = 0.0
+    for i in range(y.size):
+        allowed = atol + rtol * max(abs(y[i]), abs(work.y_new[i]))
+        e5 = e3 = 0.0
+        for s in range(13):
+            e5 += work.error_5[s] * work.stages[s, i]
+            e3 += work.error_3[s] * work.stages[s, i]
+        sum5 += (e5 / allowed) ** 2
+        sum3 += (e3 / allowed) ** 2
+    if sum5 == 0.0 and sum3 == 0.0:
+        return 0.0
+    return abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * y.size)
+
+
+@kernel
+def _attempt(problem, t, y, h, work):
+    """Fill the stages of one step and the new point from the derivative in stage 0."""
+    for s in range(1, 12):
+        for i in range(y.size):
+            total = 0.0
+            for j in range(s):
+                total += work.a[s, j] * work.stages[j, i]
+            work.trial[i] = y[i] + h * total
+        rates(problem, t + work.c[s] * h, work.trial, work.stages[s])
+    for i in range(y.size):
+        total = 0.0
+        for s in range(12):
+            total += work.b[s] * work.stages[s, i]
+        work.y_new[i] = y[i] + h * total
+    rates(problem, t + h, work.y_new, work.stages[12])
+
+
+@kernel
+def dop853(problem, t, t_end, y, rtol, atol, h, work):
+    """Integrate y' = rates from t to t_end, in place; return (status, next step, steps taken).
+
+    `problem` is a NamedTuple whose class has its `rates_of`; `h` is the first step to try
+    (0: chosen here); `work` comes from `workspace(y.size)`. Error per step below atol + rtol |y|.
+    """
+    rates(problem, t, y, work.stages[0])
+    span = t_end - t
+    if h == 0.0:
+        scale_y = scale_f = 0.0
+        for i in range(y.size):
+            allowed = atol + rtol * abs(y[i])
+            scale_y += (y[i] / allowed) ** 2
+            scale_f += (work.stages[0, i] / allowed) ** 2
+        h = span if scale_f == 0.0 else 0.01 * np.sqrt(scale_y / scale_f)
+        if h == 0.0:
+            h = 1e-6 * abs(span)
+    h = min(abs(h), abs(span))
+    sign = 1.0 if span >= 0.0 else -1.0
+    for steps in range(10_000_000):
+        left = abs(t_end - t)
+        if left <= 1e-15 * max(abs(t), abs(t_end)):
+            return DONE, h, steps
+        step = sign * min(h, left)
+        _attempt(problem, t, y, step, work)
+        error = _error_norm(work, step, y, rtol, atol)
+        if error <= 1.0:
+            t = t_end if h >= left else t + step
+            for i in range(y.size):
+                y[i] = work.y_new[i]
+                work.stages[0, i] = work.stages[12, i]
+            growth = 6.0 if error == 0.0 else min(6.0, 0.9 * error ** (-1.0 / 8.0))
+            h = max(h, abs(step) * growth) if h >= left else abs(step) * growth
+        else:  # also reached by an error that is not a number
+            h = abs(step) * max(0.333, 0.9 * error ** (-1.0 / 8.0)) if error < 1e30 else 0.1 * h
+            if h < 1e-14 * max(abs(t), abs(span)):
+                return STEP_TOO_SMALL, h, steps
+    return TOO_MANY_STEPS, h, 10_000_000

@@ -1,0 +1,56 @@
+"""Circular orbit in J: the setting of most of the theory."""
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer.conventions import EARTH_RADIUS_M
+from torquer.orbit import kepler
+from torquer.spec import Spec
+
+
+class Circular(Spec):
+    """Circular two-body orbit. The altitude is above the equatorial radius, 6378.137 km."""
+
+    kind: Literal["circular"] = "circular"
+    altitude_km: float | None = Field(default=None, gt=0.0)
+    radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3)
+    inclination_deg: float = Field(ge=0.0, le=180.0)
+    raan_deg: float = 0.0
+    argument_of_latitude_deg: float = 0.0
+
+    @model_validator(mode="after")
+    def _check(self):
+        if (self.altitude_km is None) == (self.radius_km is None):
+            received = "none of them" if self.altitude_km is None else "both"
+            raise ValueError(f"orbit: must have altitude_km or radius_km; received {received}")
+        return self
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the orbit [m]."""
+        if self.radius_km is not None:
+            return self.radius_km * 1e3
+        return EARTH_RADIUS_M + self.altitude_km * 1e3
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`: the inertial frame J."""
+        return "J"
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s]."""
+        return kepler.TWO_PI / self.rate_rad_s()
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Orbital rate omega0 [rad/s]; it does not depend on the date."""
+        return kepler.mean_motion(self.radius_m)
+
+    def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
+        angles = (self.raan_deg, self.inclination_deg, 0.0)
+        start = math.radians(self.argument_of_latitude_deg)
+        return kepler.states(t_s, self.radius_m, 0.0, angles, start)

@@ -1,0 +1,173 @@
+"""Keplerian orbit: two-body motion in J, given by its elements at the start of the run."""
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.engine import kernel
+from torquer.geometry import euler
+from torquer.geometry.vec3 import mat_vec
+from torquer.spec import Spec
+
+TWO_PI = 2.0 * math.pi
+
+
+@kernel
+def eccentric_anomaly(mean_anomaly, eccentricity):
+    """Root E [rad] of Kepler's equation E - e sin E = M, for any M [rad] and 0 <= e < 1.
+
+    On [0, pi] the left-hand side is convex, so Newton's method from an upper bound falls to the
+    root without a miss. The bounds: E <= M + e; E <= M/(1 - e); and E <= (pi^2 M)^(1/3), because
+    E - sin E lies above E^3/pi^2 there. The descent ends when rounding stops it.
+    """
+    turns = math.floor(mean_anomaly / TWO_PI + 0.5)
+    reduced = mean_anomaly - turns * TWO_PI
+    m = min(abs(reduced), math.pi)
+    anomaly = min(m + eccentricity, m / (1.0 - eccentricity), math.pi)
+    anomaly = max(min(anomaly, (math.pi * math.pi * m) ** (1.0 / 3.0)), m)
+    for _ in range(60):
+        residual = anomaly - eccentricity * math.sin(anomaly) - m
+        lower = anomaly - residual / (1.0 - eccentricity * math.cos(anomaly))
+        if not lower < anomaly:
+            break
+        anomaly = lower
+    return turns * TWO_PI + math.copysign(anomaly, reduced)
+
+
+@kernel
+def mean_from_true(true_anomaly, eccentricity):
+    """Mean anomaly [rad] of a true anomaly [rad], in (-pi, pi]."""
+    root = math.sqrt((1.0 - eccentricity) * (1.0 + eccentricity))
+    anomaly = math.atan2(root * math.sin(true_anomaly), eccentricity + math.cos(true_anomaly))
+    return anomaly - eccentricity * math.sin(anomaly)
+
+
+@kernel
+def perifocal_state(mean_anomaly, semi_major_axis_m, eccentricity, rate):
+    """Position [m] and velocity [m/s] in the orbit plane: axis 1 to perigee, 3 the normal."""
+    anomaly = eccentric_anomaly(mean_anomaly, eccentricity)
+    c, s = math.cos(anomaly), math.sin(anomaly)
+    semi_minor = semi_major_axis_m * math.sqrt((1.0 - eccentricity) * (1.0 + eccentricity))
+    anomaly_rate = rate / (1.0 - eccentricity * c)
+    r = (semi_major_axis_m * (c - eccentricity), semi_minor * s, 0.0)
+    v = (-semi_major_axis_m * s * anomaly_rate, semi_minor * c * anomaly_rate, 0.0)
+    return r, v
+
+
+@kernel
+def _fill_states(t_s, mean_anomaly, semi_major_axis_m, eccentricity, rate, dcm, r_out, v_out):
+    for row in range(t_s.shape[0]):
+        r, v = perifocal_state(
+            mean_anomaly + rate * t_s[row], semi_major_axis_m, eccentricity, rate
+        )
+        r_out[row, 0], r_out[row, 1], r_out[row, 2] = mat_vec(dcm, r)
+        v_out[row, 0], v_out[row, 1], v_out[row, 2] = mat_vec(dcm, v)
+
+
+def mean_motion(semi_major_axis_m: float) -> float:
+    """Orbital rate [rad/s] of a semi-major axis [m]."""
+    return math.sqrt(MU_EARTH_M3_S2 / semi_major_axis_m**3)
+
+
+def states(t_s, semi_major_axis_m, eccentricity, angles_deg, mean_anomaly_rad) -> tuple:
+    """Positions [n, 3] m and velocities [n, 3] m/s in J at times `t_s` [n].
+
+    `angles_deg` are node, inclination and argument of perigee: the plane's 3-1-3 turns.
+    """
+    t_s = np.ascontiguousarray(np.atleast_1d(t_s), dtype=np.float64)
+    node, inclination, perigee = (math.radians(angle) for angle in angles_deg)
+    dcm = euler.dcm((2, 0, 2), (node, inclination, perigee))
+    r, v = np.empty((t_s.size, 3)), np.empty((t_s.size, 3))
+    rate = mean_motion(semi_major_axis_m)
+    _fill_states(
+        t_s, float(mean_anomaly_rad), float(semi_major_axis_m), float(eccentricity), rate, dcm, r, v
+    )
+    return r, v
+
+
+class Kepler(Spec):
+    """Two-body orbit: size and shape by axis and eccentricity or by its two altitudes.
+
+    Altitudes are above the equatorial radius. The anomaly is that at the start of the run.
+    """
+
+    kind: Literal["kepler"] = "kepler"
+    semi_major_axis_km: float | None = Field(default=None, gt=0.0)
+    eccentricity: float | None = Field(default=None, ge=0.0, lt=1.0)
+    perigee_altitude_km: float | None = None
+    apogee_altitude_km: float | None = None
+    inclination_deg: float = Field(ge=0.0, le=180.0)
+    raan_deg: float = 0.0
+    argument_of_perigee_deg: float = 0.0
+    mean_anomaly_deg: float | None = None
+    true_anomaly_deg: float | None = None
+
+    @model_validator(mode="after")
+    def _check(self):
+        elements = (self.semi_major_axis_km, self.eccentricity)
+        altitudes = (self.perigee_altitude_km, self.apogee_altitude_km)
+        given = [key for key in _SHAPE_KEYS if getattr(self, key) is not None]
+        by_elements = None not in elements and altitudes == (None, None)
+        by_altitudes = None not in altitudes and elements == (None, None)
+        if not (by_elements or by_altitudes):
+            raise ValueError(
+                "orbit: must have semi_major_axis_km and eccentricity, or perigee_altitude_km and "
+                f"apogee_altitude_km; received {', '.join(given) or 'none of them'}"
+            )
+        if self.mean_anomaly_deg is not None and self.true_anomaly_deg is not None:
+            raise ValueError("orbit: must have mean_anomaly_deg or true_anomaly_deg; received both")
+        if by_altitudes and self.apogee_altitude_km < self.perigee_altitude_km:
+            raise ValueError(
+                "apogee_altitude_km: must not be below the perigee's altitude of "
+                f"{self.perigee_altitude_km:.9g} km; received {self.apogee_altitude_km:.9g}"
+            )
+        self._check_perigee()
+        return self
+
+    def _check_perigee(self):
+        axis, eccentricity = self.shape
+        altitude_km = (axis * (1.0 - eccentricity) - EARTH_RADIUS_M) / 1e3
+        if not altitude_km > 0.0:
+            raise ValueError(
+                "orbit: the perigee must lie above the Earth's equatorial radius; received a "
+                f"perigee altitude of {altitude_km:.6g} km"
+            )
+
+    @property
+    def shape(self) -> tuple[float, float]:
+        """Semi-major axis [m] and eccentricity."""
+        if self.perigee_altitude_km is None:
+            return self.semi_major_axis_km * 1e3, self.eccentricity
+        near = EARTH_RADIUS_M + self.perigee_altitude_km * 1e3
+        far = EARTH_RADIUS_M + self.apogee_altitude_km * 1e3
+        return 0.5 * (near + far), (far - near) / (far + near)
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`: the inertial frame J."""
+        return "J"
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s]."""
+        return TWO_PI / mean_motion(self.shape[0])
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Mean motion [rad/s]; it does not depend on the date."""
+        return mean_motion(self.shape[0])
+
+    def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
+        axis, eccentricity = self.shape
+        if self.true_anomaly_deg is not None:
+            mean = mean_from_true(math.radians(self.true_anomaly_deg), eccentricity)
+        else:
+            mean = math.radians(self.mean_anomaly_deg or 0.0)
+        angles = (self.raan_deg, self.inclination_deg, self.argument_of_perigee_deg)
+        return states(t_s, axis, eccentricity, angles, mean)
+
+
+_SHAPE_KEYS = ("semi_major_axis_km", "eccentricity", "perigee_altitude_km", "apogee_altitude_km")

@@ -1,0 +1,168 @@
+"""SGP4/SDP4 orbit of a two-line element set, in TEME (true equator, mean equinox of date).
+
+The element set is checked column by column before it is used: a shifted or mistyped line gives
+one clear line of error instead of a wrong orbit.
+"""
+
+import math
+import re
+from datetime import datetime, timedelta
+from typing import Literal
+
+import numpy as np
+from pydantic import field_validator
+from sgp4.api import SGP4_ERRORS, Satrec
+
+from torquer.orbit.kepler import TWO_PI
+from torquer.spec import Spec
+from torquer.time import julian_dates, parse_utc
+
+_LENGTH = 69
+_CATALOGUE = r"[ 0-9A-Z][ 0-9]{3}[0-9]"
+_DECIMAL = r"[ +-]\.[0-9]{8}"
+_EXPONENT = r"[ +-][ 0-9][0-9]{4}[+-][0-9]"
+_COUNT = r"[ 0-9]{3}[0-9]"
+
+#: Fields of each line: name, first and last column (from 1), pattern.
+_FIELDS = {
+    1: (
+        ("line number", 1, 1, "1"),
+        ("catalogue number", 3, 7, _CATALOGUE),
+        ("classification", 8, 8, "[A-Z ]"),
+        ("designator", 10, 17, r"[0-9]{5}[A-Z ]{3}| {8}"),
+        ("epoch", 19, 32, r"[0-9]{2}[ 0-3][ 0-9][0-9]\.[0-9]{8}"),
+        ("mean motion derivative", 34, 43, _DECIMAL),
+        ("second derivative", 45, 52, _EXPONENT),
+        ("drag term", 54, 61, _EXPONENT),
+        ("ephemeris type", 63, 63, "[ 0-9]"),
+        ("element set number", 65, 68, _COUNT),
+        ("checksum", 69, 69, "[0-9]"),
+    ),
+    2: (
+        ("line number", 1, 1, "2"),
+        ("catalogue number", 3, 7, _CATALOGUE),
+        ("inclination", 9, 16, r"[ 0-9]{2}[0-9]\.[0-9]{4}"),
+        ("right ascension of the node", 18, 25, r"[ 0-9]{2}[0-9]\.[0-9]{4}"),
+        ("eccentricity", 27, 33, "[0-9]{7}"),
+        ("argument of perigee", 35, 42, r"[ 0-9]{2}[0-9]\.[0-9]{4}"),
+        ("mean anomaly", 44, 51, r"[ 0-9]{2}[0-9]\.[0-9]{4}"),
+        ("mean motion", 53, 63, r"[ 0-9][0-9]\.[0-9]{8}"),
+        ("revolution number", 64, 68, r"[ 0-9]{4}[0-9]"),
+        ("checksum", 69, 69, "[0-9]"),
+    ),
+}
+
+
+def checksum(line: str) -> int:
+    """Checksum of a line's first 68 columns: the sum of digits, a minus counting one, modulo 10."""
+    head = line[: _LENGTH - 1]
+    return (sum(int(c) for c in head if c.isdigit()) + head.count("-")) % 10
+
+
+def _check_line(number: int, line: str) -> None:
+    """Raise `ValueError` unless the line has the published layout and its checksum."""
+    where = f"tle line {number}"
+    if len(line) != _LENGTH or not line.isascii():
+        raise ValueError(f"{where}: must have {_LENGTH} columns; received {len(line)}")
+    blank = set(range(1, _LENGTH + 1))
+    for name, first, last, pattern in _FIELDS[number]:
+        text = line[first - 1 : last]
+        blank -= set(range(first, last + 1))
+        if not re.fullmatch(pattern, text):
+            columns = f"column {first}" if first == last else f"columns {first}-{last}"
+            raise ValueError(f"{where}: {columns} must hold the {name}; received {text!r}")
+    for column in sorted(blank):
+        if line[column - 1] != " ":
+            raise ValueError(
+                f"{where}: column {column} must be blank; received {line[column - 1]!r}"
+            )
+    if int(line[-1]) != checksum(line):
+        raise ValueError(f"{where}: checksum must be {checksum(line)}; received {line[-1]}")
+
+
+def _check_ranges(first: str, second: str) -> None:
+    """Raise `ValueError` unless the numbers of two well-formed lines can describe an orbit."""
+    if first[2:7] != second[2:7]:
+        raise ValueError(
+            "tle: catalogue number must be the same in both lines; received "
+            f"{first[2:7]!r} and {second[2:7]!r}"
+        )
+    ranged = (
+        ("tle line 1: epoch day", float(first[20:32]), 1.0, 367.0),
+        ("tle line 2: inclination", float(second[8:16]), 0.0, 180.0),
+        ("tle line 2: right ascension of the node", float(second[17:25]), 0.0, 360.0),
+        ("tle line 2: argument of perigee", float(second[34:42]), 0.0, 360.0),
+        ("tle line 2: mean anomaly", float(second[43:51]), 0.0, 360.0),
+    )
+    for name, value, low, high in ranged:
+        if not low <= value <= high:
+            raise ValueError(f"{name} must lie in {low:g}..{high:g}; received {value:.12g}")
+    if not float(second[52:63]) > 0.0:
+        raise ValueError(
+            f"tle line 2: mean motion must be positive; received {float(second[52:63]):g} rev/day"
+        )
+
+
+class Sgp4(Spec):
+    """Orbit of a two-line element set `tle`: two lines, or three with a name before them."""
+
+    kind: Literal["sgp4"] = "sgp4"
+    tle: tuple[str, str]
+
+    @field_validator("tle", mode="before")
+    @classmethod
+    def _two_lines(cls, value):
+        lines = value.splitlines() if isinstance(value, str) else value
+        if not isinstance(lines, (list, tuple)) or not all(isinstance(x, str) for x in lines):
+            raise ValueError(f"tle: must be lines of text; received {value!r}")
+        lines = tuple(line.rstrip() for line in lines if line.strip())
+        if len(lines) not in (2, 3):
+            raise ValueError(
+                f"tle: must have two lines, or three with a name; received {len(lines)}"
+            )
+        return lines[-2:]
+
+    @field_validator("tle")
+    @classmethod
+    def _check(cls, tle):
+        for number, line in enumerate(tle, start=1):
+            _check_line(number, line)
+        _check_ranges(*tle)
+        return tle
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`: true equator, mean equinox of date."""
+        return "TEME"
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s] at the epoch's mean motion."""
+        return TWO_PI / self.rate_rad_s()
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Mean motion [rad/s] of the element set at its epoch."""
+        return float(self.tle[1][52:63]) * TWO_PI / 86400.0
+
+    def state(self, t_s, start_utc: str | datetime) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.
+
+        A time that SGP4 refuses (decay, for one) is a `ValueError` with its meaning.
+        """
+        t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
+        (day, fraction), _ = julian_dates(start_utc, t_s)
+        codes, r_km, v_km_s = Satrec.twoline2rv(*self.tle).sgp4_array(
+            np.full_like(fraction, day), np.ascontiguousarray(fraction)
+        )
+        if np.any(codes):
+            _refuse(t_s, codes, parse_utc(start_utc))
+        return r_km * 1e3, v_km_s * 1e3
+
+
+def _refuse(t_s: np.ndarray, codes: np.ndarray, start: datetime) -> None:
+    """Raise `ValueError` for the first time at which SGP4 gave an error code."""
+    row = int(np.flatnonzero(codes)[0])
+    code = int(codes[row])
+    meaning = SGP4_ERRORS.get(code, "unknown error")
+    moment = (start + timedelta(seconds=math.floor(t_s[row]))).isoformat()
+    raise ValueError(f"sgp4: no orbit at t = {t_s[row]:.6g} s ({moment}): error {code}, {meaning}")

@@ -1,0 +1,172 @@
+"""The result of a run as an `xarray.Dataset`: units, frames, scenario, versions, and a checkpoint."""
+
+import json
+import platform
+
+import numpy as np
+import xarray as xr
+
+import torquer
+from torquer.geometry.frames import geodetic_from_ecef
+from torquer.simulation.run import Run, finish, prepare
+from torquer.simulation.spec import Scenario
+
+_XYZ = ("time", "axis")
+#: Recorded columns: name, first and last column, unit, frame, meaning.
+_RECORDED = (
+    ("q_body_to_inertial", 1, 5, "1", "body to J", "attitude quaternion (x, y, z, w)"),
+    ("omega_body", 5, 8, "rad/s", "body", "absolute angular velocity"),
+    ("dipole_body", 8, 11, "A m^2", "body", "dipole of the coils, residual dipole included"),
+    ("b_measured", 11, 14, "T", "body", "last magnetometer reading"),
+    ("omega_measured", 14, 17, "rad/s", "body", "last gyro reading"),
+    ("sun_measured", 17, 20, "1", "body", "last Sun sensor reading (zeros: Sun not seen)"),
+    ("command_body", 20, 23, "A m^2", "body", "dipole that the law asked for last"),
+)
+
+
+def dataset_of(run: Run, ended: str) -> xr.Dataset:
+    """The record so far and all that follows from it."""
+    rows = run.record[: int(np.count_nonzero(np.isfinite(run.record[:, 0])))]
+    t_s = rows[:, 0] * run.plan.step_s
+    variables = {
+        name: (("time", "component" if last - first == 4 else "axis"), rows[:, first:last],
+               {"units": unit, "frame": frame, "long_name": meaning})
+        for name, first, last, unit, frame, meaning in _RECORDED
+    }
+    data = xr.Dataset(variables, coords=_coordinates(run.scenario, t_s), attrs=_attributes(run, ended))
+    data = data.assign(_surroundings(run, t_s, rows))
+    return data.assign(_checkpoint(run))
+
+
+def _coordinates(scenario: Scenario, t_s):
+    start = np.datetime64(scenario.start.replace(tzinfo=None), "ns")
+    return {
+        "time": ("time", t_s, {"units": "s", "long_name": "time since the start"}),
+        "utc": ("time", start + np.round(t_s * 1e9).astype("timedelta64[ns]")),
+        "axis": ["x", "y", "z"],
+        "component": ["x", "y", "z", "w"],
+    }
+
+
+def _surroundings(run: Run, t_s, rows) -> dict:
+    """Orbit, field, Sun and momentum at the recorded instants, from the models themselves."""
+    around = run.scenario.surroundings()
+    r, v = around.state(t_s)
+    b = around.field(t_s, r, v)
+    lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", around.dcm_to_ecef(t_s), r))
+    q, omega = rows[:, 1:5], rows[:, 5:8]
+    to_inertial = _matrices(q)
+    to_body = to_inertial.transpose(0, 2, 1)
+    rigid = run.plan.rigid
+    momentum = omega @ np.array(rigid.inertia).T + np.array(rigid.wheel_momentum)
+    turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
+    sun = around.sun(t_s) - r
+    sun /= np.linalg.norm(sun, axis=1)[:, None]
+
+    def vector(values, unit, frame, meaning):
+        return (_XYZ, values, {"units": unit, "frame": frame, "long_name": meaning})
+
+    def turned(matrices, values):
+        return np.einsum("nij,nj->ni", matrices, values)
+
+    return {
+        "position_inertial": vector(r, "m", "J", "position"),
+        "velocity_inertial": vector(v, "m/s", "J", "velocity"),
+        "b_inertial": vector(b, "T", "J", "geomagnetic field"),
+        "b_body": vector(turned(to_body, b), "T", "body", "geomagnetic field"),
+        "sun_inertial": vector(sun, "1", "J", "direction to the Sun"),
+        "omega_orbital": vector(
+            omega - turned(to_body, turning), "rad/s", "body", "rate relative to the orbital frame"
+        ),
+        "momentum_inertial": vector(
+            turned(to_inertial, momentum), "N m s", "J", "angular momentum of body and wheels"
+        ),
+        "lit": ("time", around.lit(t_s, r), {"units": "1", "long_name": "visible part of the Sun"}),
+        "latitude": ("time", np.degrees(lat), {"units": "deg", "long_name": "geodetic latitude"}),
+        "longitude": ("time", np.degrees(lon), {"units": "deg", "long_name": "longitude"}),
+        "altitude": ("time", height, {"units": "m", "long_name": "height above WGS84"}),
+        "coil_energy": ((), float(run.state.totals[0]), {"units": "J"}),
+        "peak_coil_dipole": ((), float(run.state.totals[1]), {"units": "A m^2"}),
+    }
+
+
+def _matrices(q: np.ndarray) -> np.ndarray:
+    """Direction cosines [n, 3, 3] of quaternions [n, 4], by scipy."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(q).as_matrix()
+
+
+def _attributes(run: Run, ended: str) -> dict:
+    import numba
+    import scipy
+
+    versions = {
+        "torquer": torquer.__version__,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": numba.__version__,
+        "scipy": scipy.__version__,
+        "xarray": xr.__version__,
+    }
+    return {
+        "scenario": run.scenario.model_dump_json(exclude_unset=True),
+        "law": run.law.name,
+        "law_parameters": json.dumps(dict(run.law.parameters)),
+        "law_runs_as": "compiled" if run.law.compiled else "plain Python (slow: not decorated)",
+        "seed": str(run.scenario.seed),
+        "ended": ended,
+        "versions": json.dumps(versions),
+        "table_relative_error": run.orbit_table.relative_error,
+        "conventions": "see torquer.conventions; SI units; quaternions scalar-last",
+    }
+
+
+_STORED = ("motion", "strengths", "target", "command", "memory", "drift", "measured", "totals")
+
+
+def _checkpoint(run: Run) -> dict:
+    """The loop's state, bit for bit, as one vector."""
+    parts = [getattr(run.state, name) for name in _STORED]
+    values = np.concatenate([run.state.step.astype(np.float64), *parts])
+    return {"checkpoint": ("checkpoint_cell", values, {"long_name": "state of the loop, to resume"})}
+
+
+def scenario_of(result: xr.Dataset) -> Scenario:
+    """The scenario that made a result."""
+    return Scenario.model_validate_json(result.attrs["scenario"])
+
+
+def resume(result: xr.Dataset, law=None, *, until_s=None, progress=None) -> xr.Dataset:
+    """Go on from where a result stopped; the whole is the same bits as an unbroken run.
+
+    `law` must be given again if it was not part of the scenario.
+    """
+    run = prepare(scenario_of(result), law)
+    if run.law.name != result.attrs["law"]:
+        raise ValueError(
+            f"law: must be {result.attrs['law']!r}, with which the run began; "
+            f"received {run.law.name!r}"
+        )
+    cells = result["checkpoint"].values
+    run.state.step[0] = int(cells[0])
+    at = 1
+    for name in _STORED:
+        part = getattr(run.state, name)
+        part[:] = cells[at : at + part.size]
+        at += part.size
+    rows = result.sizes["time"]
+    run.record[:rows, 0] = np.arange(rows) * run.plan.record_steps
+    for name, first, last, *_ in _RECORDED:
+        run.record[:rows, first:last] = result[name].values
+    return finish(run, until_s, progress)
+
+
+def save(result: xr.Dataset, path) -> None:
+    """Write a result as NetCDF."""
+    result.to_netcdf(path, engine="h5netcdf")
+
+
+def load(path) -> xr.Dataset:
+    """Read a result back."""
+    return xr.load_dataset(path, engine="h5netcdf")

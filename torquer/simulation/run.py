@@ -1,0 +1,200 @@
+"""Run a scenario: prepare constants and tables, step in pieces, keep what was computed."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from torquer.control.law import Law, compile_law
+from torquer.conventions import Measured
+from torquer.engine import kernel
+from torquer.environment.table import ProvenTable
+from torquer.integrate.dop853 import workspace
+from torquer.simulation import step as loop
+from torquer.simulation.advance import INTEGRATORS
+from torquer.simulation.spec import Scenario, whole_steps
+from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
+
+COMPLETE = "complete"
+#: Wall-clock time between looks at the progress and at the keyboard [s].
+_PIECE_S = 0.05
+
+
+class RunStopped(Exception):
+    """A run that ended early; `result` holds what was computed until then."""
+
+    def __init__(self, reason: str, result):
+        super().__init__(reason)
+        self.result = result
+
+
+@dataclass(frozen=True)
+class Run:
+    """A prepared run: constants, tables, state and record. `advance_to` moves it on."""
+
+    scenario: Scenario
+    law: Law
+    plan: loop.Plan
+    tables: loop.Tables
+    state: loop.State
+    record: np.ndarray
+    orbit_table: ProvenTable
+
+    @property
+    def steps(self) -> int:
+        """Number of steps of the whole run."""
+        return (len(self.record) - 1) * self.plan.record_steps
+
+    def advance_to(self, last: int) -> int:
+        """Run on to a step; return how it ended."""
+        if self.law.compiled:
+            law = compile_law(self.law.function)
+            return loop.run_steps(law, self.plan, self.tables, self.state, self.record, last)
+        return _advance_in_python(self, last)
+
+
+def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
+    """Constants of a run for the kernels."""
+    craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
+    step_s = simulation.step_s
+    return loop.Plan(
+        rigid=craft.body.pack(),
+        coils=craft.coils.pack(),
+        magnetometer=craft.magnetometer.pack(),
+        gyro=craft.gyro.pack(),
+        sun_sensors=craft.sun_sensors.pack() if craft.sun_sensors else NO_SUN_SENSORS,
+        parameters=law.pack(),
+        step_s=step_s,
+        cycle_steps=whole_steps("cycle", control.cycle_s, step_s),
+        measure_steps=round(control.measure_s / step_s),
+        sample_steps=whole_steps("sample_s", control.sample_s, step_s),
+        record_steps=whole_steps("record_s", simulation.record_s, step_s),
+        integrator=INTEGRATORS[simulation.integrator],
+        tolerance=simulation.tolerance,
+        gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
+        seed=scenario.seed,
+    )
+
+
+def first_state(scenario: Scenario, law: Law, r_m, v_m_s) -> loop.State:
+    """State at the start."""
+    coils = len(scenario.spacecraft.coils.axes)
+    return loop.State(
+        motion=scenario.initial.motion(r_m, v_m_s),
+        strengths=np.zeros(coils),
+        target=np.zeros(coils),
+        command=np.zeros(3),
+        memory=np.array(law.memory, dtype=np.float64),
+        drift=np.zeros(3),
+        measured=np.zeros(13),
+        totals=np.zeros(2),
+        step=np.zeros(1, dtype=np.int64),
+        work=workspace(7),
+    )
+
+
+def prepare(scenario: Scenario, law: Law | None = None) -> Run:
+    """Everything that a run needs; `law` takes the place of the scenario's."""
+    law = law or scenario.control.law.law()
+    around = scenario.surroundings()
+    plan = plan_of(scenario, law)
+    duration_s = scenario.steps() * plan.step_s
+    orbit_table = around.orbit_table(duration_s, plan.step_s)
+    tables = loop.Tables(orbit_table.table, around.sun_table(duration_s))
+    r, v = around.state(np.zeros(1))
+    state = first_state(scenario, law, r[0], v[0])
+    record = np.full((scenario.steps() // plan.record_steps + 1, loop.COLUMNS), np.nan)
+    return Run(scenario, law, plan, tables, state, record, orbit_table)
+
+
+def simulate(
+    scenario: Scenario,
+    law: Law | None = None,
+    *,
+    until_s: float | None = None,
+    progress: Callable[[float], None] | None = None,
+):
+    """Run a scenario and return its result as an `xarray.Dataset`.
+
+    `law` takes the place of the scenario's law. `until_s` stops the run early (to the next
+    step); `resume` goes on from there. `progress` is called with the part done, 0..1.
+    Raises `RunStopped`, with what was computed, on a state or a law's answer that is not
+    finite and on an interrupt from the keyboard.
+    """
+    return finish(prepare(scenario, law), until_s, progress)
+
+
+def finish(run: Run, until_s: float | None = None, progress=None):
+    """Run on to the end (or to `until_s`) and return the result so far."""
+    from torquer.simulation.result import dataset_of
+
+    last = run.steps if until_s is None else min(run.steps, round(until_s / run.plan.step_s))
+    try:
+        ended = _run_in_pieces(run, last, progress)
+    except KeyboardInterrupt:
+        reason = f"interrupted at t = {run.state.step[0] * run.plan.step_s:g} s"
+        raise RunStopped(reason, dataset_of(run, reason)) from None
+    if ended != loop.RUNNING:
+        reason = _reason(run, ended)
+        raise RunStopped(reason, dataset_of(run, reason))
+    if last == run.steps:
+        loop.record_row(run.plan, run.state, last, run.record[-1])
+        return dataset_of(run, COMPLETE)
+    return dataset_of(run, f"stopped at t = {last * run.plan.step_s:g} s as asked")
+
+
+def _run_in_pieces(run: Run, last: int, progress) -> int:
+    piece = 1000
+    while (done := int(run.state.step[0])) < last:
+        clock = time.perf_counter()
+        ended = run.advance_to(min(done + piece, last))
+        if ended != loop.RUNNING:
+            return ended
+        if time.perf_counter() - clock < _PIECE_S:
+            piece *= 2
+        if progress:
+            progress(int(run.state.step[0]) / run.steps)
+    return loop.RUNNING
+
+
+def _reason(run: Run, ended: int) -> str:
+    t = run.state.step[0] * run.plan.step_s
+    shown = ", ".join(f"{x:.6g}" for x in run.state.motion)
+    if ended == loop.BAD_LAW:
+        asked = ", ".join(f"{x:g}" for x in run.state.command)
+        return (
+            f"law {run.law.name}: must return a finite dipole; "
+            f"received ({asked}) at t = {t:g} s; quaternion and rate: {shown}"
+        )
+    return f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+
+
+@kernel
+def _last_answer(measured, parameters, memory):
+    """Stands in for a Python law: what it answered has been put into `parameters`."""
+    return (parameters[0], parameters[1], parameters[2])
+
+
+def _advance_in_python(run: Run, last: int) -> int:
+    """The loop around a law in plain Python: out to the interpreter at every sampling instant."""
+    plan, state = run.plan, run.state
+    answer = np.zeros(3)
+    held = plan._replace(parameters=answer)
+    law = compile_law(_last_answer)
+    while (step := int(state.step[0])) < last:
+        phase = step % plan.cycle_steps
+        if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
+            if phase == 0 and plan.measure_steps > 0:
+                loop.switch_coils(plan, state, False)
+            measured, _ = loop.sense(plan, run.tables, state, step)
+            answer[:] = run.law.function(Measured(*measured), plan.parameters, state.memory)
+        ahead = plan.sample_steps - phase % plan.sample_steps
+        if phase >= plan.measure_steps:
+            ahead = plan.cycle_steps - phase
+        ended = loop.run_steps(
+            law, held, run.tables, state, run.record, min(step + ahead, last)
+        )
+        if ended != loop.RUNNING:
+            return ended
+    return loop.RUNNING

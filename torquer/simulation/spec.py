@@ -1,0 +1,181 @@
+"""What a run needs, as specs in edge units; `Scenario` is the whole of it."""
+
+import math
+from datetime import datetime
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BeforeValidator, Field, model_validator
+
+from torquer.control import AnyLaw
+from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.geometry import euler
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
+from torquer.geometry.vec3 import as_matrix, as_vector
+from torquer.orbit import AnyOrbit
+from torquer.spacecraft.body import Body
+from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.gyro import Gyro
+from torquer.spacecraft.magnetometer import Magnetometer
+from torquer.spacecraft.sun_sensor import SunSensors
+from torquer.spec import Spec, Vector
+from torquer.time import parse_utc
+
+Positive = Annotated[float, Field(gt=0.0)]
+
+
+class Spacecraft(Spec):
+    """Body, coils and sensors; sensors that are left out are ideal."""
+
+    body: Body
+    coils: Coils
+    magnetometer: Magnetometer = Magnetometer()
+    gyro: Gyro = Gyro()
+    sun_sensors: SunSensors | None = None
+
+
+class InitialMotion(Spec):
+    """Attitude and rate at the start.
+
+    Attitude: `euler_deg` with its `sequence` (any of the 12, intrinsic), or `quaternion`
+    (x, y, z, w); body to the frame named by `reference`. `rate_deg_s`: in body axes, absolute,
+    or relative to the orbital frame where `rate_relative_to` says 'orbital'.
+    """
+
+    euler_deg: Vector = (0.0, 0.0, 0.0)
+    sequence: str = "321"
+    quaternion: tuple[float, float, float, float] | None = None
+    reference: Literal["inertial", "orbital"] = "inertial"
+    rate_deg_s: Vector
+    rate_relative_to: Literal["inertial", "orbital"] = "inertial"
+
+    @model_validator(mode="after")
+    def _attitude_makes_sense(self):
+        euler.to_dcm(self.sequence, (0.0, 0.0, 0.0))
+        if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
+            raise ValueError(
+                f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
+            )
+        return self
+
+    def motion(self, r_m, v_m_s) -> np.ndarray:
+        """Quaternion (body to inertial) and absolute rate [rad/s]: 7 numbers."""
+        if self.quaternion is not None:
+            q = normalised(tuple(self.quaternion))
+        else:
+            q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+        if self.reference == "orbital":
+            q = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r_m, v_m_s))), q)
+        omega = np.radians(self.rate_deg_s)
+        if self.rate_relative_to == "orbital":
+            turning = np.cross(r_m, v_m_s) / np.dot(r_m, r_m)
+            omega = omega + np.array(rotate_inverse(tuple(q), as_vector(turning)))
+        return np.array([*q, *omega])
+
+
+class Control(Spec):
+    """The law and its cycle.
+
+    Plain sample and hold: leave `measure_s` at 0; a reading every `sample_s`, the dipole held
+    until the next. With a measurement window the coils are off for `measure_s` while readings
+    are taken every `sample_s`, then follow the law's last answer for `actuate_s`.
+    """
+
+    law: AnyLaw
+    sample_s: Positive = 1.0
+    measure_s: float = Field(default=0.0, ge=0.0)
+    actuate_s: Positive | None = None
+
+    @model_validator(mode="after")
+    def _windows_fit(self):
+        if self.measure_s > 0.0:
+            if self.actuate_s is None:
+                raise ValueError("actuate_s: must be given with measure_s; received none")
+            whole_steps("measure_s", self.measure_s, self.sample_s, "sample_s")
+        elif self.actuate_s is not None and self.actuate_s != self.sample_s:
+            raise ValueError(
+                "actuate_s: without measure_s the dipole is held for sample_s = "
+                f"{self.sample_s:g} s; received {self.actuate_s:g} s"
+            )
+        return self
+
+    @property
+    def cycle_s(self) -> float:
+        """Length of the whole cycle."""
+        return self.measure_s + self.actuate_s if self.measure_s > 0.0 else self.sample_s
+
+
+class Simulation(Spec):
+    """How the run is computed.
+
+    Duration: `duration_s` or `revolutions`. `step_s`: step of the integrator. `record_s`:
+    interval of the record. `integrator`: 'rk4', 'splitting' (exact free rotation between
+    kicks: large steps for a fast spinner) or 'dop853' (adaptive within a step, `tolerance`).
+    """
+
+    duration_s: Positive | None = None
+    revolutions: Positive | None = None
+    step_s: Positive = 1.0
+    record_s: Positive = 10.0
+    integrator: Literal["rk4", "splitting", "dop853"] = "rk4"
+    tolerance: float = Field(default=1e-10, ge=1e-14, le=1e-3)
+
+    @model_validator(mode="after")
+    def _one_duration(self):
+        if (self.duration_s is None) == (self.revolutions is None):
+            given = {"duration_s": self.duration_s, "revolutions": self.revolutions}
+            raise ValueError(
+                f"duration: exactly one of duration_s and revolutions must be given; received {given}"
+            )
+        return self
+
+
+class Scenario(Spec):
+    """A whole run. `start` must name its zone; `seed` fixes every random number."""
+
+    name: str = Field(default="run", pattern=r"^[\w.-]+$")
+    description: str = ""
+    start: Annotated[datetime, BeforeValidator(parse_utc)]
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    orbit: AnyOrbit
+    environment: Environment = Environment()
+    spacecraft: Spacecraft
+    initial: InitialMotion
+    control: Control
+    simulation: Simulation
+
+    @model_validator(mode="after")
+    def _steps_fit(self):
+        control, simulation = self.control, self.simulation
+        whole_steps("control.sample_s", control.sample_s, simulation.step_s)
+        whole_steps("control: measure_s + actuate_s", control.cycle_s, simulation.step_s)
+        whole_steps("simulation.record_s", simulation.record_s, simulation.step_s)
+        if self.environment.table_tolerance == 0.0 and simulation.integrator != "rk4":
+            raise ValueError(
+                "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
+                f"received {simulation.integrator!r}"
+            )
+        return self
+
+    def surroundings(self) -> OrbitEnvironment:
+        """The environment along this orbit."""
+        return OrbitEnvironment(self.environment, self.orbit, self.start)
+
+    def steps(self) -> int:
+        """Number of integration steps: the duration, rounded up to whole record intervals."""
+        s = self.simulation
+        duration = s.duration_s or s.revolutions * self.orbit.period_s
+        records = math.ceil(duration / s.record_s - 1e-9)
+        return records * whole_steps("record_s", s.record_s, s.step_s)
+
+
+def whole_steps(name: str, length_s: float, step_s: float, step_name: str = "step_s") -> int:
+    """Number of steps in a length; ValueError unless it is a whole number above zero."""
+    steps = round(length_s / step_s)
+    if steps < 1 or not math.isclose(steps * step_s, length_s, rel_tol=1e-9):
+        raise ValueError(
+            f"{name}: must be a whole multiple of {step_name} = {step_s:g} s; "
+            f"received {length_s:g} s"
+        )
+    return steps

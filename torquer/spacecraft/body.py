@@ -1,0 +1,101 @@
+"""The body: a rigid satellite, or a gyrostat whose wheels keep a fixed momentum."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from torquer import validate
+from torquer.engine import inlined
+from torquer.environment.gravity import gravity_gradient_torque
+from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
+from torquer.geometry.vec3 import add, add_scaled, as_matrix, as_vector, cross, dot, mat_vec, sub
+from torquer.integrate.rk4 import Motion
+from torquer.spec import Spec, Vector
+
+Moments = tuple[float, float, float]
+
+
+class Rigid(NamedTuple):
+    """Constants of the body for kernels."""
+
+    inertia: tuple
+    inverse_inertia: tuple
+    wheel_momentum: tuple
+    moments: tuple
+    q_principal_to_body: tuple
+
+
+class Stage(NamedTuple):
+    """The world at one instant, as far as the body feels it; vectors in the inertial frame."""
+
+    b_t: tuple
+    up: tuple
+    three_mu_over_r3: float
+    dipole_body_a_m2: tuple
+
+
+@inlined
+def torque_body(rigid, stage, q):
+    """Torque [N m] in the body: dipole times field, and gravity gradient."""
+    control = cross(stage.dipole_body_a_m2, rotate_inverse(q, stage.b_t))
+    up_body = rotate_inverse(q, stage.up)
+    return add(control, gravity_gradient_torque(rigid.inertia, up_body, stage.three_mu_over_r3))
+
+
+@inlined
+def momentum_body(rigid, omega):
+    """Angular momentum [N m s] of body and wheels, in the body: J omega + h."""
+    return add(mat_vec(rigid.inertia, omega), rigid.wheel_momentum)
+
+
+@inlined
+def motion_rates(rigid, stage, motion):
+    """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M."""
+    gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
+    torque = sub(torque_body(rigid, stage, motion.q), gyroscopic)
+    return Motion(derivative(motion.q, motion.omega), mat_vec(rigid.inverse_inertia, torque))
+
+
+@inlined
+def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
+    """Jacobi integral [J] on a circular orbit without control; constant along the motion.
+
+    H = 1/2 w.J w - w0 n.(J (w + w0 n) + h) + ... written with the relative rate
+    w = omega - omega0 n: 1/2 w.J w + 3/2 omega0^2 e.J e - 1/2 omega0^2 n.J n - omega0 n.h.
+    """
+    relative = add_scaled(omega, -omega0, normal_body)
+    kinetic = 0.5 * dot(relative, mat_vec(rigid.inertia, relative))
+    gravity = 1.5 * omega0 * omega0 * dot(up_body, mat_vec(rigid.inertia, up_body))
+    centrifugal = 0.5 * omega0 * omega0 * dot(normal_body, mat_vec(rigid.inertia, normal_body))
+    return kinetic + gravity - centrifugal - omega0 * dot(normal_body, rigid.wheel_momentum)
+
+
+def _checked_inertia(value):
+    tensor = validate.inertia_tensor("inertia_kg_m2", value)
+    return tuple(tuple(float(x) for x in row) for row in tensor)
+
+
+class Body(Spec):
+    """Inertia tensor [kg m^2] in body axes (3 moments or 3x3) and fixed wheel momentum [N m s]."""
+
+    inertia_kg_m2: Annotated[Moments | tuple[Moments, Moments, Moments], AfterValidator(_checked_inertia)]
+    wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
+    mass_kg: float | None = Field(default=None, gt=0.0)
+
+    def principal(self) -> tuple[np.ndarray, np.ndarray]:
+        """Principal moments [kg m^2], ascending, and their axes: the columns of a rotation."""
+        moments, axes = np.linalg.eigh(np.array(self.inertia_kg_m2))
+        axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
+        return moments, axes
+
+    def pack(self) -> Rigid:
+        """Constants for kernels."""
+        moments, axes = self.principal()
+        return Rigid(
+            as_matrix(self.inertia_kg_m2),
+            as_matrix(np.linalg.inv(np.array(self.inertia_kg_m2))),
+            as_vector(self.wheel_momentum_n_m_s),
+            as_vector(moments),
+            from_dcm(as_matrix(axes)),
+        )

@@ -1,0 +1,71 @@
+"""Three-axis rate gyro with a bias that drifts as a random walk."""
+
+import math
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer import noise
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.sensing import mounting_matrix, through_electronics
+from torquer.spec import Spec, Vector
+
+NOISE_STREAM, DRIFT_STREAM = 2, 3
+
+
+class GyroSet(NamedTuple):
+    """Constants of the gyro for kernels [rad/s]."""
+
+    mounting: tuple
+    bias_rad_s: tuple
+    noise_rad_s: float
+    drift_rad_s_sqrt_s: float
+    range_rad_s: float
+    resolution_rad_s: float
+
+
+@kernel
+def walked_bias(gyro, drift, interval_s, seed, sample):
+    """Accumulated drift [rad/s] after one more sampling interval."""
+    if gyro.drift_rad_s_sqrt_s == 0.0:
+        return drift
+    step = gyro.drift_rad_s_sqrt_s * math.sqrt(interval_s)
+    return add_scaled(drift, step, noise.normal3(seed, DRIFT_STREAM, sample))
+
+
+@kernel
+def read_rate(gyro, omega_body, drift, seed, sample):
+    """Reading [rad/s] in body axes of sample number `sample`."""
+    reading = add(add(mat_vec(gyro.mounting, omega_body), gyro.bias_rad_s), drift)
+    if gyro.noise_rad_s > 0.0:
+        reading = add_scaled(reading, gyro.noise_rad_s, noise.normal3(seed, NOISE_STREAM, sample))
+    return through_electronics(reading, gyro.range_rad_s, gyro.resolution_rad_s)
+
+
+class Gyro(Spec):
+    """Three-axis gyro; the defaults are an ideal one.
+
+    `range_deg_s` (each axis is clipped there), `noise_deg_s` (standard deviation per reading),
+    `bias_deg_s` at the start, `bias_drift_deg_s_sqrt_s` (random walk: standard deviation of
+    the drift after one second), `scale_error`, `misalignment_deg`, `resolution_deg_s`.
+    """
+
+    range_deg_s: float = Field(default=1e6, gt=0.0)
+    noise_deg_s: float = Field(default=0.0, ge=0.0)
+    bias_deg_s: Vector = (0.0, 0.0, 0.0)
+    bias_drift_deg_s_sqrt_s: float = Field(default=0.0, ge=0.0)
+    scale_error: Vector = (0.0, 0.0, 0.0)
+    misalignment_deg: Vector = (0.0, 0.0, 0.0)
+    resolution_deg_s: float = Field(default=0.0, ge=0.0)
+
+    def pack(self) -> GyroSet:
+        """Constants for kernels."""
+        return GyroSet(
+            mounting_matrix(self.scale_error, self.misalignment_deg),
+            scale(math.radians(1.0), as_vector(self.bias_deg_s)),
+            math.radians(self.noise_deg_s),
+            math.radians(self.bias_drift_deg_s_sqrt_s),
+            math.radians(self.range_deg_s),
+            math.radians(self.resolution_deg_s),
+        )

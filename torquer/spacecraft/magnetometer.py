@@ -1,0 +1,64 @@
+"""Three-axis magnetometer, disturbed by coils that are on while it reads."""
+
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer import noise
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.sensing import mounting_matrix, through_electronics
+from torquer.spec import Spec, Vector
+
+STREAM = 1
+
+
+class MagnetometerSet(NamedTuple):
+    """Constants of the magnetometer for kernels [T]."""
+
+    mounting: tuple
+    bias_t: tuple
+    noise_t: float
+    range_t: float
+    resolution_t: float
+    coupling_t_per_a_m2: float
+
+
+@kernel
+def read_field(magnetometer, b_body_t, dipole_body_a_m2, seed, sample):
+    """Reading [T] in body axes of sample number `sample`."""
+    m = magnetometer
+    seen = add_scaled(b_body_t, m.coupling_t_per_a_m2, dipole_body_a_m2)
+    reading = add(mat_vec(m.mounting, seen), m.bias_t)
+    if m.noise_t > 0.0:
+        reading = add_scaled(reading, m.noise_t, noise.normal3(seed, STREAM, sample))
+    return through_electronics(reading, m.range_t, m.resolution_t)
+
+
+class Magnetometer(Spec):
+    """Three-axis magnetometer; the defaults are an ideal one.
+
+    `range_nt` (each axis is clipped there), `noise_nt` (standard deviation per reading),
+    `bias_nt`, `scale_error` (parts, per axis), `misalignment_deg` (small turn vector),
+    `resolution_nt` (step of quantisation), `coil_disturbance_nt_per_a_m2`: field at the sensor
+    per unit of dipole, parallel to the dipole, while coils are on.
+    """
+
+    range_nt: float = Field(default=1e9, gt=0.0)
+    noise_nt: float = Field(default=0.0, ge=0.0)
+    bias_nt: Vector = (0.0, 0.0, 0.0)
+    scale_error: Vector = (0.0, 0.0, 0.0)
+    misalignment_deg: Vector = (0.0, 0.0, 0.0)
+    resolution_nt: float = Field(default=0.0, ge=0.0)
+    coil_disturbance_nt_per_a_m2: float = 0.0
+
+    def pack(self) -> MagnetometerSet:
+        """Constants for kernels."""
+        return MagnetometerSet(
+            mounting_matrix(self.scale_error, self.misalignment_deg),
+            scale(1e-9, as_vector(self.bias_nt)),
+            1e-9 * self.noise_nt,
+            1e-9 * self.range_nt,
+            1e-9 * self.resolution_nt,
+            1e-9 * self.coil_disturbance_nt_per_a_m2,
+        )

@@ -1,0 +1,102 @@
+"""Time: civil times carry a zone, runs count SI seconds from their start.
+
+A run's clock never stops at a leap second, so UT1 and TT are the start's value plus `t_s`.
+The number of leap seconds matters twice: for TT at the start, and when a later instant is
+named in UTC. Leap seconds come from the table in pyerfa. After its last entry, and so for every
+future date, the last known TAI - UTC is used; before 1972 its first value, 10 s. The table is
+read here rather than through `erfa.dat`, which would warn of a 'dubious year' for each future date.
+"""
+
+from datetime import UTC, datetime
+from functools import cache
+
+import erfa
+import numpy as np
+
+DAY_S = 86400.0
+#: TT - TAI, exact by definition [s].
+TT_MINUS_TAI_S = 32.184
+#: Julian date of 1 January of the year 1 minus its proleptic ordinal (1).
+_JD_OF_ORDINAL_0 = 1721424.5
+
+
+def parse_utc(value: str | datetime, name: str = "utc") -> datetime:
+    """The instant in UTC of an ISO 8601 text or a datetime; one without a zone is an error."""
+    try:
+        moment = datetime.fromisoformat(value) if isinstance(value, str) else value
+    except ValueError:
+        moment = None
+    if not isinstance(moment, datetime) or moment.utcoffset() is None:
+        raise ValueError(
+            f"{name}: must be a time with a zone, such as 2012-03-04T10:31:47Z; received "
+            f"{str(value)!r}"
+        )
+    return moment.astimezone(UTC)
+
+
+@cache
+def _leap_table() -> tuple[np.ndarray, np.ndarray]:
+    """UTC midnights (datetime64[us]) from which TAI - UTC [s] has the second array's values."""
+    table = erfa.leap_seconds.get()
+    table = table[table["year"] >= 1972]
+    months = (table["year"] - 1970) * 12 + table["month"] - 1
+    return months.astype("datetime64[M]").astype("datetime64[us]"), table["tai_utc"]
+
+
+def tai_minus_utc(utc) -> np.ndarray:
+    """TAI - UTC [s] at datetime64 UTC instants; the last known value for future dates."""
+    midnights, offsets = _leap_table()
+    return offsets[np.maximum(np.searchsorted(midnights, utc, side="right") - 1, 0)]
+
+
+def utc_at(start_utc: str | datetime, t_s) -> np.ndarray:
+    """UTC (datetime64[us]) at SI seconds `t_s` after the start.
+
+    datetime64 has no 23:59:60: an inserted second reads as the first one of the next day.
+    """
+    start = _stamp(start_utc)
+    midnights, offsets = _leap_table()
+    tai = start + _microseconds(tai_minus_utc(start) + np.asarray(t_s, dtype=np.float64))
+    row = np.searchsorted(midnights + _microseconds(offsets), tai, side="right") - 1
+    return tai - _microseconds(offsets[np.maximum(row, 0)])
+
+
+def julian_dates(start_utc: str | datetime, t_s, dut1_s: float = 0.0) -> tuple[tuple, tuple]:
+    """Julian dates of UT1 and of TT, each a pair (day, fraction [...]), at `t_s` after the start.
+
+    `dut1_s` is UT1 - UTC at the start. UT1 runs on smoothly through a leap second (it is
+    UT1 - UTC that jumps). With `dut1_s` = 0 the first pair is the UTC Julian date at the start
+    that goes on in SI seconds, as SGP4 wants it.
+    """
+    start = parse_utc(start_utc)
+    day = _JD_OF_ORDINAL_0 + start.toordinal()
+    midnight = start.replace(hour=0, minute=0, second=0, microsecond=0)
+    seconds = (start - midnight).total_seconds() + np.asarray(t_s, dtype=np.float64)
+    tt_s = seconds + (float(tai_minus_utc(_stamp(start))) + TT_MINUS_TAI_S)
+    return (day, (seconds + dut1_s) / DAY_S), (day, tt_s / DAY_S)
+
+
+def decimal_year(utc: str | datetime) -> float:
+    """Decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year)."""
+    return float(_decimal_year_of(_stamp(utc)))
+
+
+def decimal_years(start_utc: str | datetime, t_s) -> np.ndarray:
+    """Decimal years at SI seconds `t_s` after the start."""
+    return _decimal_year_of(utc_at(start_utc, t_s))
+
+
+def _decimal_year_of(stamps) -> np.ndarray:
+    years = stamps.astype("datetime64[Y]")
+    begin = years.astype("datetime64[us]")
+    end = (years + 1).astype("datetime64[us]")
+    return years.astype(np.int64) + 1970 + (stamps - begin) / (end - begin)
+
+
+def _stamp(utc: str | datetime) -> np.datetime64:
+    """A zone-aware time as datetime64[us] in UTC."""
+    return np.datetime64(parse_utc(utc).replace(tzinfo=None), "us")
+
+
+def _microseconds(seconds) -> np.ndarray:
+    return np.rint(np.asarray(seconds) * 1e6).astype("timedelta64[us]")
