@@ -21,10 +21,18 @@ SAFETY = 1.5
 
 
 class Table(NamedTuple):
-    """Polynomials for kernels: coefficients [segment, power, channel] of x in [-1, 1]."""
+    """Polynomials for kernels: coefficients [segment, power, channel] of x in [-1, 1].
 
-    segment_s: float
+    Always `DEGREE` + 1 powers, so that the compiler can unroll the sums.
+    """
+
+    per_second: float
     coefficients: np.ndarray
+
+    @property
+    def segment_s(self) -> float:
+        """Length of a segment [s]."""
+        return 1.0 / self.per_second
 
 
 @dataclass(frozen=True)
@@ -39,7 +47,7 @@ class ProvenTable:
 @inlined
 def _place(table, t):
     """Segment and position x in [-1, 1] of a time; beyond the ends the last segments go on."""
-    s = t / table.segment_s
+    s = t * table.per_second
     segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
     return segment, 2.0 * (s - segment) - 1.0
 
@@ -49,9 +57,9 @@ def lookup3(table, t):
     """The first three channels at time t [s]."""
     i, x = _place(table, t)
     c = table.coefficients
-    k = c.shape[1] - 1
-    u, v, w = c[i, k, 0], c[i, k, 1], c[i, k, 2]
-    for j in range(k - 1, -1, -1):
+    u, v, w = c[i, DEGREE, 0], c[i, DEGREE, 1], c[i, DEGREE, 2]
+    for down in range(1, DEGREE + 1):
+        j = DEGREE - down
         u, v, w = u * x + c[i, j, 0], v * x + c[i, j, 1], w * x + c[i, j, 2]
     return (u, v, w)
 
@@ -61,10 +69,10 @@ def lookup6(table, t):
     """Two vectors, of channels 0..2 and 3..5, at time t [s]."""
     i, x = _place(table, t)
     c = table.coefficients
-    k = c.shape[1] - 1
-    u, v, w = c[i, k, 0], c[i, k, 1], c[i, k, 2]
-    p, q, r = c[i, k, 3], c[i, k, 4], c[i, k, 5]
-    for j in range(k - 1, -1, -1):
+    u, v, w = c[i, DEGREE, 0], c[i, DEGREE, 1], c[i, DEGREE, 2]
+    p, q, r = c[i, DEGREE, 3], c[i, DEGREE, 4], c[i, DEGREE, 5]
+    for down in range(1, DEGREE + 1):
+        j = DEGREE - down
         u, v, w = u * x + c[i, j, 0], v * x + c[i, j, 1], w * x + c[i, j, 2]
         p, q, r = p * x + c[i, j, 3], q * x + c[i, j, 4], r * x + c[i, j, 5]
     return (u, v, w), (p, q, r)
@@ -76,9 +84,10 @@ def rate_of_second(table, t):
     i, x = _place(table, t)
     c = table.coefficients
     p = q = r = 0.0
-    for j in range(c.shape[1] - 1, 0, -1):
+    for down in range(DEGREE):
+        j = DEGREE - down
         p, q, r = p * x + j * c[i, j, 3], q * x + j * c[i, j, 4], r * x + j * c[i, j, 5]
-    scale = 2.0 / table.segment_s
+    scale = 2.0 * table.per_second
     return (scale * p, scale * q, scale * r)
 
 
@@ -104,13 +113,15 @@ def build(
     values = sample(np.append(times, segments * segment_s))
     to_power = np.linalg.inv(np.vander(points, increasing=True))
     rows = degree * np.arange(segments)[:, None] + np.arange(degree + 1)
-    return Table(float(segment_s), np.ascontiguousarray(to_power @ values[rows]))
+    coefficients = np.zeros((segments, DEGREE + 1, values.shape[1]))
+    coefficients[:, : degree + 1] = to_power @ values[rows]
+    return Table(1.0 / segment_s, coefficients)
 
 
 def measured_error(table: Table, sample, groups) -> float:
     """Largest relative error of any group of channels at the peaks of every segment."""
     segments, powers, _ = table.coefficients.shape
-    x = _error_peaks(lobatto(powers - 1))
+    x = _error_peaks(lobatto(DEGREE))
     times = ((np.arange(segments)[:, None] + 0.5 * (1.0 + x)) * table.segment_s).ravel()
     exact = sample(times)
     read = np.einsum("xk,skc->sxc", np.vander(x, powers, increasing=True), table.coefficients)

@@ -42,30 +42,26 @@ def rates_of(problem_class):
 
 
 class Workspace(NamedTuple):
-    """Tableau and scratch memory: kernels cannot hold large constants if they are to be cached."""
+    """Tableau and scratch memory: kernels cannot hold large constants if they are to be cached.
 
-    a: np.ndarray
-    b: np.ndarray
-    c: np.ndarray
-    error_5: np.ndarray
-    error_3: np.ndarray
-    stages: np.ndarray
-    y_new: np.ndarray
-    trial: np.ndarray
+    `tableau`: rows of A, then B, C and the weights of the two error estimates. `rows`: the 13
+    derivatives, then the new and the trial point.
+    """
+
+    tableau: np.ndarray
+    rows: np.ndarray
+
+
+_B, _C, _ERROR_5, _ERROR_3 = 12, 13, 14, 15
+_NEW, _TRIAL = 13, 14
 
 
 def workspace(n: int) -> Workspace:
     """What `dop853` needs for n equations."""
-    return Workspace(
-        tableau.A,
-        tableau.B,
-        tableau.C,
-        tableau.ERROR_5,
-        tableau.ERROR_3,
-        np.empty((13, n)),
-        np.empty(n),
-        np.empty(n),
-    )
+    table = np.zeros((16, 13))
+    table[:12, :12], table[_B, :12], table[_C, :12] = tableau.A, tableau.B, tableau.C
+    table[_ERROR_5], table[_ERROR_3] = tableau.ERROR_5, tableau.ERROR_3
+    return Workspace(table, np.empty((15, n)))
 
 
 @kernel
@@ -73,11 +69,11 @@ def _error_norm(work, h, y, rtol, atol):
     """Hairer's combined estimate of orders 5 and 3 as a multiple of what is allowed."""
     sum5 = sum3 = 0.0
     for i in range(y.size):
-        allowed = atol + rtol * max(abs(y[i]), abs(work.y_new[i]))
+        allowed = atol + rtol * max(abs(y[i]), abs(work.rows[_NEW, i]))
         e5 = e3 = 0.0
         for s in range(13):
-            e5 += work.error_5[s] * work.stages[s, i]
-            e3 += work.error_3[s] * work.stages[s, i]
+            e5 += work.tableau[_ERROR_5, s] * work.rows[s, i]
+            e3 += work.tableau[_ERROR_3, s] * work.rows[s, i]
         sum5 += (e5 / allowed) ** 2
         sum3 += (e3 / allowed) ** 2
     if sum5 == 0.0 and sum3 == 0.0:
@@ -92,15 +88,15 @@ def _attempt(problem, t, y, h, work):
         for i in range(y.size):
             total = 0.0
             for j in range(s):
-                total += work.a[s, j] * work.stages[j, i]
-            work.trial[i] = y[i] + h * total
-        rates(problem, t + work.c[s] * h, work.trial, work.stages[s])
+                total += work.tableau[s, j] * work.rows[j, i]
+            work.rows[_TRIAL, i] = y[i] + h * total
+        rates(problem, t + work.tableau[_C, s] * h, work.rows[_TRIAL], work.rows[s])
     for i in range(y.size):
         total = 0.0
         for s in range(12):
-            total += work.b[s] * work.stages[s, i]
-        work.y_new[i] = y[i] + h * total
-    rates(problem, t + h, work.y_new, work.stages[12])
+            total += work.tableau[_B, s] * work.rows[s, i]
+        work.rows[_NEW, i] = y[i] + h * total
+    rates(problem, t + h, work.rows[_NEW], work.rows[12])
 
 
 @kernel
@@ -110,14 +106,14 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
     `problem` is a NamedTuple whose class has its `rates_of`; `h` is the first step to try
     (0: chosen here); `work` comes from `workspace(y.size)`. Error per step below atol + rtol |y|.
     """
-    rates(problem, t, y, work.stages[0])
+    rates(problem, t, y, work.rows[0])
     span = t_end - t
     if h == 0.0:
         scale_y = scale_f = 0.0
         for i in range(y.size):
             allowed = atol + rtol * abs(y[i])
             scale_y += (y[i] / allowed) ** 2
-            scale_f += (work.stages[0, i] / allowed) ** 2
+            scale_f += (work.rows[0, i] / allowed) ** 2
         h = span if scale_f == 0.0 else 0.01 * np.sqrt(scale_y / scale_f)
         if h == 0.0:
             h = 1e-6 * abs(span)
@@ -133,8 +129,8 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
         if error <= 1.0:
             t = t_end if h >= left else t + step
             for i in range(y.size):
-                y[i] = work.y_new[i]
-                work.stages[0, i] = work.stages[12, i]
+                y[i] = work.rows[_NEW, i]
+                work.rows[0, i] = work.rows[12, i]
             growth = 6.0 if error == 0.0 else min(6.0, 0.9 * error ** (-1.0 / 8.0))
             h = max(h, abs(step) * growth) if h >= left else abs(step) * growth
         else:  # also reached by an error that is not a number

@@ -15,7 +15,7 @@ class ScenarioError(ValueError):
     """What is wrong with a scenario: one line per mistake."""
 
 
-def load(path) -> Scenario:
+def load_scenario(path) -> Scenario:
     """The scenario of a TOML file; files it names are looked up beside it."""
     path = Path(path)
     try:
@@ -23,10 +23,10 @@ def load(path) -> Scenario:
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise ScenarioError(f"scenario: must be a readable file; received {path} ({reason})") from None
-    return load_text(text, path.stem, path.parent)
+    return scenario_from_text(text, path.stem, path.parent)
 
 
-def load_text(text: str, name: str = "run", folder: Path = Path()) -> Scenario:
+def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> Scenario:
     """The scenario of a TOML text. `name` is used where the text gives none."""
     try:
         data = tomllib.loads(text)
@@ -97,6 +97,6 @@ def _line(e: dict) -> str:
     return f"{key}: must be {message}; received {received!r}"
 
 
-def schema() -> dict:
+def scenario_schema() -> dict:
     """JSON schema of scenario files, for editors."""
     return Scenario.model_json_schema(mode="validation")

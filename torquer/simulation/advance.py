@@ -6,6 +6,8 @@ that crosses a call costs reference counting, and a smaller function compiles to
 
 from typing import NamedTuple
 
+import numpy as np
+
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined, kernel
 from torquer.environment.table import Table, lookup6
@@ -64,15 +66,17 @@ def _rk4_step(rigid, path, since, x, here, middle, end, h):
 
 
 @kernel
-def by_rk4(rigid, orbit, gravity, path, x, first, last, h):
-    """Motion after steps first..last-1 by RK4: two looks at the environment a step."""
-    here = environment_at(orbit, gravity, first * h)
+def by_rk4(rigid, orbit, gravity, path, x, here, first, last, h):
+    """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
+
+    Two looks at the environment a step.
+    """
     for step in range(first, last):
         middle = environment_at(orbit, gravity, (step + 0.5) * h)
         end = environment_at(orbit, gravity, (step + 1) * h)
         x = _rk4_step(rigid, path, (step - first) * h, x, here, middle, end, h)
         here = end
-    return x
+    return x, here
 
 
 @kernel
@@ -119,11 +123,11 @@ def _smooth_rates(problem, t, y, dy):
 
 
 @kernel
-def by_dop853(rigid, orbit, gravity, path, y, first, last, h, tolerance, work):
-    """Move the array y (quaternion, rate) over steps first..last-1 in steps of its own."""
+def by_dop853(rigid, orbit, gravity, path, x, first, last, h, tolerance, work):
+    """Motion after steps first..last-1, in steps of its own; not a number if it fails."""
     problem = SmoothMotion(rigid, orbit, gravity, path, first * h)
-    span = (last - first) * h
+    y, span = np.array(x.q + x.omega), (last - first) * h
     ended = dop853(problem, 0.0, span, y, tolerance, 1e-3 * tolerance, 0.0, work)
     if ended[0] != DONE:
-        y[4] = float("nan")
-    y[0], y[1], y[2], y[3] = normalised((y[0], y[1], y[2], y[3]))
+        y[4] = np.nan
+    return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6]))

@@ -8,6 +8,7 @@ import xarray as xr
 
 import torquer
 from torquer.geometry.frames import geodetic_from_ecef
+from torquer.simulation import step as loop
 from torquer.simulation.run import Run, finish, prepare
 from torquer.simulation.spec import Scenario
 
@@ -85,8 +86,8 @@ def _surroundings(run: Run, t_s, rows) -> dict:
         "latitude": ("time", np.degrees(lat), {"units": "deg", "long_name": "geodetic latitude"}),
         "longitude": ("time", np.degrees(lon), {"units": "deg", "long_name": "longitude"}),
         "altitude": ("time", height, {"units": "m", "long_name": "height above WGS84"}),
-        "coil_energy": ((), float(run.state.totals[0]), {"units": "J"}),
-        "peak_coil_dipole": ((), float(run.state.totals[1]), {"units": "A m^2"}),
+        "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J"}),
+        "peak_coil_dipole": ((), float(run.state.cells[loop.PEAK]), {"units": "A m^2"}),
     }
 
 
@@ -122,13 +123,14 @@ def _attributes(run: Run, ended: str) -> dict:
     }
 
 
-_STORED = ("motion", "strengths", "target", "command", "memory", "drift", "measured", "totals")
+def _stored(run: Run) -> tuple:
+    """The arrays that hold the loop's state between steps."""
+    return (run.state.cells, run.state.coils, run.state.memory)
 
 
 def _checkpoint(run: Run) -> dict:
     """The loop's state, bit for bit, as one vector."""
-    parts = [getattr(run.state, name) for name in _STORED]
-    values = np.concatenate([run.state.step.astype(np.float64), *parts])
+    values = np.concatenate([run.state.step, *(array.ravel() for array in _stored(run))])
     return {"checkpoint": ("checkpoint_cell", values, {"long_name": "state of the loop, to resume"})}
 
 
@@ -151,10 +153,9 @@ def resume(result: xr.Dataset, law=None, *, until_s=None, progress=None) -> xr.D
     cells = result["checkpoint"].values
     run.state.step[0] = int(cells[0])
     at = 1
-    for name in _STORED:
-        part = getattr(run.state, name)
-        part[:] = cells[at : at + part.size]
-        at += part.size
+    for array in _stored(run):
+        array.flat = cells[at : at + array.size]
+        at += array.size
     rows = result.sizes["time"]
     run.record[:rows, 0] = np.arange(rows) * run.plan.record_steps
     for name, first, last, *_ in _RECORDED:

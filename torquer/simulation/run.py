@@ -12,7 +12,7 @@ from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
-from torquer.simulation.advance import INTEGRATORS
+from torquer.simulation.advance import INTEGRATORS, environment_at
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
@@ -79,16 +79,12 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
 
 def first_state(scenario: Scenario, law: Law, r_m, v_m_s) -> loop.State:
     """State at the start."""
-    coils = len(scenario.spacecraft.coils.axes)
+    cells = np.zeros(loop.CELLS)
+    cells[loop.MOTION : loop.COMMAND] = scenario.initial.motion(r_m, v_m_s)
     return loop.State(
-        motion=scenario.initial.motion(r_m, v_m_s),
-        strengths=np.zeros(coils),
-        target=np.zeros(coils),
-        command=np.zeros(3),
+        cells=cells,
+        coils=np.zeros((2, len(scenario.spacecraft.coils.axes))),
         memory=np.array(law.memory, dtype=np.float64),
-        drift=np.zeros(3),
-        measured=np.zeros(13),
-        totals=np.zeros(2),
         step=np.zeros(1, dtype=np.int64),
         work=workspace(7),
     )
@@ -139,7 +135,7 @@ def finish(run: Run, until_s: float | None = None, progress=None):
         reason = _reason(run, ended)
         raise RunStopped(reason, dataset_of(run, reason))
     if last == run.steps:
-        loop.record_row(run.plan, run.state, last, run.record[-1])
+        loop.record_row(run.plan.coils, run.state.cells, run.state.coils, last, run.record[-1])
         return dataset_of(run, COMPLETE)
     return dataset_of(run, f"stopped at t = {last * run.plan.step_s:g} s as asked")
 
@@ -160,9 +156,9 @@ def _run_in_pieces(run: Run, last: int, progress) -> int:
 
 def _reason(run: Run, ended: int) -> str:
     t = run.state.step[0] * run.plan.step_s
-    shown = ", ".join(f"{x:.6g}" for x in run.state.motion)
+    shown = ", ".join(f"{x:.6g}" for x in run.state.cells[loop.MOTION : loop.COMMAND])
     if ended == loop.BAD_LAW:
-        asked = ", ".join(f"{x:g}" for x in run.state.command)
+        asked = ", ".join(f"{x:g}" for x in run.state.cells[loop.COMMAND : loop.DRIFT])
         return (
             f"law {run.law.name}: must return a finite dipole; "
             f"received ({asked}) at t = {t:g} s; quaternion and rate: {shown}"
@@ -186,8 +182,9 @@ def _advance_in_python(run: Run, last: int) -> int:
         phase = step % plan.cycle_steps
         if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
             if phase == 0 and plan.measure_steps > 0:
-                loop.switch_coils(plan, state, False)
-            measured, _ = loop.sense(plan, run.tables, state, step)
+                loop.switch_coils(plan.coils, state.cells, state.coils, False)
+            here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
+            measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, here, step)
             answer[:] = run.law.function(Measured(*measured), plan.parameters, state.memory)
         ahead = plan.sample_steps - phase % plan.sample_steps
         if phase >= plan.measure_steps:

@@ -14,21 +14,22 @@ import numpy as np
 from torquer.conventions import Measured
 from torquer.engine import inlined, kernel
 from torquer.environment.sun import lit_fraction_at
-from torquer.environment.table import Table, lookup3, lookup6, rate_of_second
+from torquer.environment.table import Table, lookup3, rate_of_second
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, sub, unit
 from torquer.integrate.dop853 import Workspace
 from torquer.integrate.rk4 import Motion
 from torquer.simulation.advance import (
-    DOP853,
+    RK4,
     SPLITTING,
     DipolePath,
     by_dop853,
     by_rk4,
     by_splitting,
+    environment_at,
 )
 from torquer.spacecraft.body import Rigid
-from torquer.spacecraft.coils import CoilSet, dipole_of, drive, energy_j, remaining
+from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, follow
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import MagnetometerSet, read_field
 from torquer.spacecraft.sun_sensor import SunSensorSet, read_sun
@@ -66,45 +67,72 @@ class Plan(NamedTuple):
     seed: int
 
 
-class State(NamedTuple):
-    """All that changes: arrays, so that a run can be stored and resumed exactly.
+#: Places in `State.cells`: quaternion and rate, what the law last asked for, drift of the gyro,
+#: what was measured last (t, B, dB/dt, rate, Sun), coil energy [J] and greatest coil dipole.
+MOTION, COMMAND, DRIFT, MEASURED, ENERGY, PEAK, CELLS = 0, 7, 10, 13, 26, 27, 28
 
-    `motion`: quaternion, rate. `strengths`, `target`: dipole of each coil, now and wanted.
-    `command`: what the law last asked for. `memory`: the law's. `drift`: of the gyro.
-    `measured`: t, B, dB/dt, rate, Sun. `totals`: coil energy [J], greatest coil strength.
-    `step`: how many steps are done. `work`: scratch, worth nothing between steps.
+
+class State(NamedTuple):
+    """All that changes: a few arrays, so that a run can be stored and resumed exactly.
+
+    `coils`: dipole of each coil, now and wanted. `memory`: the law's. `step`: how many steps
+    are done. `work`: scratch, worth nothing between steps.
     """
 
-    motion: np.ndarray
-    strengths: np.ndarray
-    target: np.ndarray
-    command: np.ndarray
+    cells: np.ndarray
+    coils: np.ndarray
     memory: np.ndarray
-    drift: np.ndarray
-    measured: np.ndarray
-    totals: np.ndarray
     step: np.ndarray
     work: Workspace
 
 
 @inlined
-def sense(plan, tables, state, step):
+def get3(array, first):
+    """Three cells as a vector."""
+    return (array[first], array[first + 1], array[first + 2])
+
+
+@inlined
+def put3(array, first, v):
+    """Write a vector into three cells."""
+    array[first], array[first + 1], array[first + 2] = v
+
+
+@inlined
+def motion_of(cells):
+    """Motion held in the state."""
+    q = (cells[MOTION], cells[MOTION + 1], cells[MOTION + 2], cells[MOTION + 3])
+    return Motion(q, get3(cells, MOTION + 4))
+
+
+@inlined
+def put_motion(cells, x):
+    """Write the motion into the state."""
+    cells[MOTION], cells[MOTION + 1], cells[MOTION + 2], cells[MOTION + 3] = x.q
+    put3(cells, MOTION + 4, x.omega)
+
+
+@kernel
+def see_sun(sensors, orbit, sun_table, q, t, seed, step):
+    """What the Sun sensors read at time t."""
+    r, sun = lookup3(orbit, t), lookup3(sun_table, t)
+    direction = rotate_inverse(q, unit(sub(sun, r)))
+    return read_sun(sensors, direction, lit_fraction_at(r, sun), seed, step)
+
+
+@inlined
+def sense(plan, tables, cells, coils, here, step):
     """(Measured, gyro drift) at a sampling instant: a pure function of the state and the step."""
     t = step * plan.step_s
-    q, omega = motion_of(state.motion)
-    r, b = lookup6(tables.orbit, t)
-    b_body = rotate_inverse(q, b)
+    q, omega = motion_of(cells)
+    b_body = rotate_inverse(q, here.b_t)
     field_turning = rotate_inverse(q, rate_of_second(tables.orbit, t))
-    dipole = dipole_of(plan.coils, state.strengths)
-    drift = (state.drift[0], state.drift[1], state.drift[2])
-    drift = walked_bias(plan.gyro, drift, plan.sample_steps * plan.step_s, plan.seed, step)
+    dipole = dipole_of(plan.coils, coils, NOW)
+    interval_s = plan.sample_steps * plan.step_s
+    drift = walked_bias(plan.gyro, get3(cells, DRIFT), interval_s, plan.seed, step)
     sun_body = (0.0, 0.0, 0.0)
     if plan.sun_sensors.axes.shape[0] > 0:
-        sun = lookup3(tables.sun, t)
-        lit = lit_fraction_at(r, sun)
-        sun_body = read_sun(
-            plan.sun_sensors, rotate_inverse(q, unit(sub(sun, r))), lit, plan.seed, step
-        )
+        sun_body = see_sun(plan.sun_sensors, tables.orbit, tables.sun, q, t, plan.seed, step)
     measured = Measured(
         t,
         read_field(plan.magnetometer, b_body, dipole, plan.seed, step),
@@ -116,63 +144,41 @@ def sense(plan, tables, state, step):
 
 
 @inlined
-def motion_of(m):
-    """Motion held in an array: quaternion, rate."""
-    return Motion((m[0], m[1], m[2], m[3]), (m[4], m[5], m[6]))
-
-
-@inlined
-def _put3(array, first, v):
-    array[first], array[first + 1], array[first + 2] = v
-
-
-@inlined
-def think(law, plan, tables, state, step):
+def think(law, plan, tables, cells, coils, memory, here, step):
     """Sensors and on-board computer at a sampling instant; False if the law's answer is bad."""
-    measured, drift = sense(plan, tables, state, step)
-    _put3(state.drift, 0, drift)
-    state.measured[0] = measured.t_s
-    _put3(state.measured, 1, measured.b_body_t)
-    _put3(state.measured, 4, measured.b_rate_body_t_s)
-    _put3(state.measured, 7, measured.omega_body_rad_s)
-    _put3(state.measured, 10, measured.sun_body)
-    command = law(measured, plan.parameters, state.memory)
-    _put3(state.command, 0, command)
+    measured, drift = sense(plan, tables, cells, coils, here, step)
+    command = law(measured, plan.parameters, memory)
+    put3(cells, COMMAND, command)
+    put3(cells, DRIFT, drift)
+    cells[MEASURED] = measured.t_s
+    put3(cells, MEASURED + 1, measured.b_body_t)
+    put3(cells, MEASURED + 4, measured.b_rate_body_t_s)
+    put3(cells, MEASURED + 7, measured.omega_body_rad_s)
+    put3(cells, MEASURED + 10, measured.sun_body)
     return math.isfinite(command[0] + command[1] + command[2])
 
 
 @inlined
-def switch_coils(plan, state, on):
+def switch_coils(set_, cells, coils, on):
     """Set the coils' targets: the latest command, or off."""
     if on:
-        drive(plan.coils, (state.command[0], state.command[1], state.command[2]), state.target)
+        drive(set_, get3(cells, COMMAND), coils)
     else:
-        state.target[:] = 0.0
-    if plan.coils.lag_s == 0.0:
-        state.strengths[:] = state.target
+        coils[TARGET] = 0.0
+    if set_.lag_s == 0.0:
+        coils[NOW] = coils[TARGET]
 
 
-@inlined
-def settle_coils(coils, strengths, target, totals, t_s):
-    """Energy spent in t_s seconds, greatest strength, and strengths at the end."""
-    totals[0] += energy_j(coils, strengths, target, t_s)
-    to_go = remaining(coils.lag_s, t_s)
-    for i in range(target.size):
-        at_first = abs(strengths[i])
-        strengths[i] = target[i] + (strengths[i] - target[i]) * to_go
-        totals[1] = max(totals[1], at_first, abs(strengths[i]))
-
-
-@inlined
-def record_row(plan, state, step, row):
+@kernel
+def record_row(coil_set, cells, coils, step, row):
     """Write what is kept of this instant."""
     row[0] = step
-    row[1:8] = state.motion
-    _put3(row, 8, dipole_of(plan.coils, state.strengths))
-    row[11:14] = state.measured[1:4]
-    row[14:17] = state.measured[7:10]
-    row[17:20] = state.measured[10:13]
-    row[20:23] = state.command
+    row[1:8] = cells[MOTION:COMMAND]
+    put3(row, 8, dipole_of(coil_set, coils, NOW))
+    put3(row, 11, get3(cells, MEASURED + 1))
+    put3(row, 14, get3(cells, MEASURED + 7))
+    put3(row, 17, get3(cells, MEASURED + 10))
+    put3(row, 20, get3(cells, COMMAND))
 
 
 @inlined
@@ -186,46 +192,46 @@ def next_event(plan, step, last):
 
 
 @inlined
-def coast(plan, tables, state, first, last):
-    """The motion over steps first..last-1, in which the coils follow their targets."""
-    rigid, orbit, gravity, h = plan.rigid, tables.orbit, plan.gravity, plan.step_s
-    start, target = dipole_of(plan.coils, state.strengths), dipole_of(plan.coils, state.target)
+def coast(plan, orbit, cells, coils, work, here, first, last):
+    """(Motion, environment) after steps first..last-1, in which the coils follow their targets."""
+    rigid, gravity, h = plan.rigid, plan.gravity, plan.step_s
+    start, target = dipole_of(plan.coils, coils, NOW), dipole_of(plan.coils, coils, TARGET)
     path = DipolePath(start, target, plan.coils.lag_s)
-    if plan.integrator == DOP853:
-        by_dop853(
-            rigid, orbit, gravity, path, state.motion, first, last, h, plan.tolerance, state.work
-        )
-        return motion_of(state.motion)
-    x = motion_of(state.motion)
+    x = motion_of(cells)
+    if plan.integrator == RK4:
+        return by_rk4(rigid, orbit, gravity, path, x, here, first, last, h)
     if plan.integrator == SPLITTING:
-        return by_splitting(rigid, orbit, gravity, path, x, first, last, h)
-    return by_rk4(rigid, orbit, gravity, path, x, first, last, h)
+        x = by_splitting(rigid, orbit, gravity, path, x, first, last, h)
+    else:
+        x = by_dop853(rigid, orbit, gravity, path, x, first, last, h, plan.tolerance, work)
+    return x, environment_at(orbit, gravity, last * h)
 
 
 @kernel
 def run_steps(law, plan, tables, state, record, last):
     """Run on to step `last`; return how it ended. `state.step` tells how far it came."""
+    cells, coils, memory, orbit = state.cells, state.coils, state.memory, tables.orbit
     step = state.step[0]
+    here = environment_at(orbit, plan.gravity, step * plan.step_s)
     while step < last:
         phase = step % plan.cycle_steps
         if phase == 0 and plan.measure_steps > 0:
-            switch_coils(plan, state, False)
+            switch_coils(plan.coils, cells, coils, False)
         if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
-            if not think(law, plan, tables, state, step):
+            if not think(law, plan, tables, cells, coils, memory, here, step):
                 return BAD_LAW
         if phase == plan.measure_steps:
-            switch_coils(plan, state, True)
+            switch_coils(plan.coils, cells, coils, True)
         if step % plan.record_steps == 0:
-            record_row(plan, state, step, record[step // plan.record_steps])
+            record_row(plan.coils, cells, coils, step, record[step // plan.record_steps])
         after = next_event(plan, step, last)
-        x = coast(plan, tables, state, step, after)
+        x, here = coast(plan, orbit, cells, coils, state.work, here, step, after)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
-        settle_coils(
-            plan.coils, state.strengths, state.target, state.totals, (after - step) * plan.step_s
-        )
-        state.motion[0], state.motion[1], state.motion[2], state.motion[3] = x.q
-        _put3(state.motion, 4, x.omega)
+        put_motion(cells, x)
+        energy, greatest = follow(plan.coils, coils, (after - step) * plan.step_s)
+        cells[ENERGY] += energy
+        cells[PEAK] = max(cells[PEAK], greatest)
         step = after
         state.step[0] = step
     return RUNNING

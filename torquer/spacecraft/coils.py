@@ -16,49 +16,54 @@ SCALE, CLIP, RELAY = 0, 1, 2
 MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
-class CoilSet(NamedTuple):
-    """Constants of the coils for kernels; one row per coil."""
+#: Columns of `CoilSet.rows`: axis, share of a commanded vector, limit [A m^2], power there [W].
+AXIS, SHARE, LIMIT, POWER = 0, 3, 6, 7
+#: Rows of the coils' state: dipole of each coil now, and the one it goes to [A m^2].
+NOW, TARGET = 0, 1
 
-    axes: np.ndarray
-    allocation: np.ndarray
-    limit_a_m2: np.ndarray
-    power_at_limit_w: np.ndarray
+
+class CoilSet(NamedTuple):
+    """Constants of the coils for kernels; `rows` has one row per coil."""
+
+    rows: np.ndarray
     residual_a_m2: tuple
     mode: int
     lag_s: float
 
 
 @inlined
-def drive(coils, command_a_m2, target):
-    """Write the dipole [A m^2] that each coil is to take for a commanded vector in the body.
+def drive(coils, command_a_m2, state):
+    """Set the dipole that each coil is to take for a commanded vector [A m^2] in the body.
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
     the worst coil is at its limit (the direction is kept), 'clip' cuts each coil alone, 'relay'
     puts each coil at plus or minus its limit.
     """
-    worst = 1.0
-    for i in range(target.size):
-        a, limit = coils.allocation[i], coils.limit_a_m2[i]
-        wanted = a[0] * command_a_m2[0] + a[1] * command_a_m2[1] + a[2] * command_a_m2[2]
+    rows, worst = coils.rows, 1.0
+    x, y, z = command_a_m2
+    for i in range(rows.shape[0]):
+        wanted = rows[i, SHARE] * x + rows[i, SHARE + 1] * y + rows[i, SHARE + 2] * z
+        limit = rows[i, LIMIT]
         if coils.mode == RELAY:
             wanted = limit * np.sign(wanted)
         elif coils.mode == CLIP:
             wanted = min(max(wanted, -limit), limit)
-        else:
-            worst = max(worst, abs(wanted) / limit)
-        target[i] = wanted
-    for i in range(target.size):
-        target[i] /= worst
+        elif abs(wanted) > worst * limit:
+            worst = abs(wanted) / limit
+        state[TARGET, i] = wanted
+    if worst > 1.0:
+        for i in range(rows.shape[0]):
+            state[TARGET, i] /= worst
 
 
 @inlined
-def dipole_of(coils, strengths):
-    """Dipole vector [A m^2] in the body of the coils' strengths, residual dipole included."""
+def dipole_of(coils, state, row):
+    """Dipole vector [A m^2] in the body, residual dipole included; row NOW or TARGET."""
     x, y, z = coils.residual_a_m2
-    for i in range(strengths.size):
-        x += coils.axes[i, 0] * strengths[i]
-        y += coils.axes[i, 1] * strengths[i]
-        z += coils.axes[i, 2] * strengths[i]
+    for i in range(coils.rows.shape[0]):
+        x += coils.rows[i, AXIS] * state[row, i]
+        y += coils.rows[i, AXIS + 1] * state[row, i]
+        z += coils.rows[i, AXIS + 2] * state[row, i]
     return (x, y, z)
 
 
@@ -71,20 +76,23 @@ def remaining(lag_s, t_s):
 
 
 @inlined
-def energy_j(coils, strengths, target, t_s):
-    """Electrical energy [J] of t_s seconds in which the coils go from `strengths` to `target`.
+def follow(coils, state, t_s):
+    """Let the coils go to their targets for t_s; return (energy [J], greatest dipole of a coil).
 
-    Power goes with the square of the dipole, target + way exp(-t/lag); exact integral.
+    Power goes with the square of the dipole, target + way exp(-t/lag): exact integral.
     """
-    total = 0.0
+    energy = greatest = 0.0
     to_go = remaining(coils.lag_s, t_s)
-    for i in range(target.size):
-        way = strengths[i] - target[i] if coils.lag_s > 0.0 else 0.0
-        cross_term = 2.0 * target[i] * way * coils.lag_s * (1.0 - to_go)
-        own_term = 0.5 * way * way * coils.lag_s * (1.0 - to_go * to_go)
-        square = target[i] * target[i] * t_s + cross_term + own_term
-        total += coils.power_at_limit_w[i] * square / (coils.limit_a_m2[i] * coils.limit_a_m2[i])
-    return total
+    for i in range(coils.rows.shape[0]):
+        target, before = state[TARGET, i], state[NOW, i]
+        way = before - target if coils.lag_s > 0.0 else 0.0
+        mixed = 2.0 * target * way * coils.lag_s * (1.0 - to_go)
+        own = 0.5 * way * way * coils.lag_s * (1.0 - to_go * to_go)
+        limit = coils.rows[i, LIMIT]
+        energy += coils.rows[i, POWER] / (limit * limit) * (target * target * t_s + mixed + own)
+        state[NOW, i] = target + way * to_go
+        greatest = max(greatest, abs(target + way), abs(state[NOW, i]))
+    return energy, greatest
 
 
 def _checked_axes(value):
@@ -123,13 +131,8 @@ class Coils(Spec):
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
-        n = len(axes)
-        return CoilSet(
-            axes,
-            np.ascontiguousarray(np.linalg.pinv(axes.T)),
-            np.broadcast_to(np.float64(self.limit_a_m2), n).copy(),
-            np.full(n, self.power_at_limit_w or 0.0),
-            as_vector(self.residual_dipole_a_m2),
-            MODES[self.saturation],
-            self.lag_s,
-        )
+        rows = np.zeros((len(axes), 8))
+        rows[:, AXIS:SHARE], rows[:, SHARE:LIMIT] = axes, np.linalg.pinv(axes.T)
+        rows[:, LIMIT], rows[:, POWER] = self.limit_a_m2, self.power_at_limit_w or 0.0
+        residual = as_vector(self.residual_dipole_a_m2)
+        return CoilSet(rows, residual, MODES[self.saturation], self.lag_s)
