@@ -11,7 +11,7 @@ from torquer import time
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.sun import lit_fraction, sun_position
-from torquer.environment.table import ProvenTable, build, build_exact, build_proven
+from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec
 
@@ -76,10 +76,10 @@ class OrbitEnvironment:
         """Table of `sample`, proven or exact at the instants of RK4 with this step."""
         if self.environment.table_tolerance == 0.0:
             return build_exact(self.sample, duration_s, step_s)
-        first_guess = self.orbit.period_s / 48.0
+        first_guess = self.orbit.period_s / 100.0
         tolerance = self.environment.table_tolerance
         return build_proven(self.sample, duration_s, first_guess, tolerance, (_POSITION, _FIELD))
 
     def sun_table(self, duration_s: float):
-        """Table of the Sun's position; ten days of its path are a smooth arc."""
-        return build(self.sun, duration_s, min(duration_s, 10 * 86400.0), 7)
+        """Table of the Sun's position; two days of its path are a smooth arc."""
+        return build(self.sun, duration_s, min(duration_s, 2 * 86400.0), DEGREE)

@@ -15,7 +15,7 @@ import numpy as np
 
 from torquer.engine import inlined
 
-DEGREE = 7
+DEGREE = 5
 #: Chance that the error is greater between the check points than at them.
 SAFETY = 1.5
 

@@ -74,6 +74,16 @@ def mat_t_vec(m, a):
 
 
 @inlined
+def sym_vec(s, a):
+    """Symmetric matrix (xx, yy, zz, xy, xz, yz) times column vector."""
+    return (
+        s[0] * a[0] + s[3] * a[1] + s[4] * a[2],
+        s[3] * a[0] + s[1] * a[1] + s[5] * a[2],
+        s[4] * a[0] + s[5] * a[1] + s[2] * a[2],
+    )
+
+
+@inlined
 def solve(m, b):
     """Solution x of the 3x3 system m x = b (Cramer's rule; m given by its rows)."""
     c0 = cross(m[1], m[2])
@@ -91,6 +101,11 @@ def as_vector(values) -> tuple:
     """Three numbers as the tuple that kernels take."""
     x, y, z = (float(v) for v in values)
     return (x, y, z)
+
+
+def as_symmetric(m) -> tuple:
+    """A symmetric 3x3 array as the six numbers (xx, yy, zz, xy, xz, yz) that kernels take."""
+    return tuple(float(m[i][j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
 def as_matrix(rows) -> tuple:

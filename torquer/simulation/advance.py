@@ -12,84 +12,69 @@ from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined, kernel
 from torquer.environment.table import Table, lookup6
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add_scaled, norm, scale, sub
+from torquer.geometry.vec3 import add, add_scaled, norm, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
 from torquer.integrate.rk4 import Motion, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
-from torquer.spacecraft.body import Rigid, Stage, motion_rates, torque_body
+from torquer.spacecraft.body import Rigid, World, motion_rates, torque_body
 from torquer.spacecraft.coils import remaining
 
-RK4, SPLITTING, DOP853 = 0, 1, 2
-INTEGRATORS = {"rk4": RK4, "splitting": SPLITTING, "dop853": DOP853}
-
-
 class DipolePath(NamedTuple):
-    """Dipole [A m^2, body] from an event on: first-order lag from `start` to `target`."""
+    """Dipole [A m^2, body] from an event on: `target` + `way` exp(-t/lag)."""
 
-    start: tuple
     target: tuple
+    way: tuple
     lag_s: float
 
 
 @inlined
 def dipole_after(path, t):
     """Dipole t seconds after the event."""
-    return add_scaled(path.target, remaining(path.lag_s, t), sub(path.start, path.target))
+    return add_scaled(path.target, remaining(path.lag_s, t), path.way)
 
 
 @inlined
 def environment_at(orbit, gravity, t):
-    """Field, vertical and gravity gradient at time t; the dipole is left to the actuators."""
+    """Field, vertical and gravity gradient at time t [s]."""
     r, b = lookup6(orbit, t)
     inverse = 1.0 / norm(r)
     three_mu_over_r3 = gravity * 3.0 * MU_EARTH_M3_S2 * inverse * inverse * inverse
-    return Stage(b, scale(inverse, r), three_mu_over_r3, (0.0, 0.0, 0.0))
-
-
-@inlined
-def with_dipole(stage, dipole):
-    """The same instant with a dipole [A m^2, body]."""
-    return Stage(stage.b_t, stage.up, stage.three_mu_over_r3, dipole)
-
-
-@inlined
-def _rk4_step(rigid, path, since, x, here, middle, end, h):
-    """Motion after one step; `since` is the time from the path's start to the step's."""
-    first = with_dipole(here, dipole_after(path, since))
-    second = with_dipole(middle, dipole_after(path, since + 0.5 * h))
-    third = with_dipole(end, dipole_after(path, since + h))
-    k1 = motion_rates(rigid, first, x)
-    k2 = motion_rates(rigid, second, moved(x, 0.5 * h, k1))
-    k3 = motion_rates(rigid, second, moved(x, 0.5 * h, k2))
-    k4 = motion_rates(rigid, third, moved(x, h, k3))
-    return rk4_sum(x, h, k1, k2, k3, k4)
+    return World(b, scale(inverse, r), three_mu_over_r3)
 
 
 @kernel
 def by_rk4(rigid, orbit, gravity, path, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
-    Two looks at the environment a step.
+    Two looks at the environment a step; the coils' lag is one factor per half step.
     """
+    target, way = path.target, path.way
+    half = remaining(path.lag_s, 0.5 * h)
     for step in range(first, last):
         middle = environment_at(orbit, gravity, (step + 0.5) * h)
         end = environment_at(orbit, gravity, (step + 1) * h)
-        x = _rk4_step(rigid, path, (step - first) * h, x, here, middle, end, h)
-        here = end
+        way_middle = scale(half, way)
+        way_end = scale(half, way_middle)
+        dipole = add(target, way_middle)
+        k1 = motion_rates(rigid, here, add(target, way), x)
+        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1))
+        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2))
+        k4 = motion_rates(rigid, end, add(target, way_end), moved(x, h, k3))
+        x, here, way = rk4_sum(x, h, k1, k2, k3, k4), end, way_end
     return x, here
 
 
 @kernel
 def _kicked(rigid, orbit, gravity, path, x, t, since, h):
-    stage = with_dipole(environment_at(orbit, gravity, t), dipole_after(path, since))
-    torque = torque_body(rigid, stage, x.q)
+    world = environment_at(orbit, gravity, t)
+    torque = torque_body(rigid, world, dipole_after(path, since), x.q)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
 @kernel
-def by_splitting(rigid, orbit, gravity, path, x, first, last, h):
+def by_splitting(rigid, principal, orbit, gravity, path, x, first, last, h):
     """Motion after steps first..last-1: exact free rotation between two kicks a step."""
-    moments, axes = rigid.moments, rigid.q_principal_to_body
+    moments, axes = principal
     early, late = NODES
     for step in range(first, last):
         t, since = step * h, (step - first) * h
@@ -115,9 +100,9 @@ class SmoothMotion(NamedTuple):
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
     rigid, orbit, gravity, path, start_s = problem
-    stage = with_dipole(environment_at(orbit, gravity, start_s + t), dipole_after(path, t))
+    world = environment_at(orbit, gravity, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = motion_rates(rigid, stage, x)
+    rate = motion_rates(rigid, world, dipole_after(path, t), x)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 

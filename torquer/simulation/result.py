@@ -58,8 +58,8 @@ def _surroundings(run: Run, t_s, rows) -> dict:
     q, omega = rows[:, 1:5], rows[:, 5:8]
     to_inertial = _matrices(q)
     to_body = to_inertial.transpose(0, 2, 1)
-    rigid = run.plan.rigid
-    momentum = omega @ np.array(rigid.inertia).T + np.array(rigid.wheel_momentum)
+    body = run.scenario.spacecraft.body
+    momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]

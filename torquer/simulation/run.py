@@ -12,7 +12,7 @@ from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
-from torquer.simulation.advance import INTEGRATORS, environment_at
+from torquer.simulation.advance import environment_at
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
@@ -50,8 +50,17 @@ class Run:
         """Run on to a step; return how it ended."""
         if self.law.compiled:
             law = compile_law(self.law.function)
-            return loop.run_steps(law, self.plan, self.tables, self.state, self.record, last)
+            return self.step_to(law, self.plan, last)
         return _advance_in_python(self, last)
+
+    def step_to(self, law, plan: loop.Plan, last: int) -> int:
+        """The compiled loop under a compiled law, by the scenario's integrator."""
+        name = self.scenario.simulation.integrator
+        principal = self.scenario.spacecraft.body.pack_principal() if name == "splitting" else None
+        work = workspace(7) if name == "dop853" else None
+        return loop.run_steps(
+            law, plan, self.tables, self.state, self.record, last, principal, work
+        )
 
 
 def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
@@ -70,7 +79,6 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
         measure_steps=round(control.measure_s / step_s),
         sample_steps=whole_steps("sample_s", control.sample_s, step_s),
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
-        integrator=INTEGRATORS[simulation.integrator],
         tolerance=simulation.tolerance,
         gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
         seed=scenario.seed,
@@ -86,7 +94,6 @@ def first_state(scenario: Scenario, law: Law, r_m, v_m_s) -> loop.State:
         coils=np.zeros((2, len(scenario.spacecraft.coils.axes))),
         memory=np.array(law.memory, dtype=np.float64),
         step=np.zeros(1, dtype=np.int64),
-        work=workspace(7),
     )
 
 
@@ -182,16 +189,15 @@ def _advance_in_python(run: Run, last: int) -> int:
         phase = step % plan.cycle_steps
         if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
             if phase == 0 and plan.measure_steps > 0:
-                loop.switch_coils(plan.coils, state.cells, state.coils, False)
+                loop.switch_off(plan.coils, state.coils)
+            x = loop.motion_of(state.cells)
             here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
-            measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, here, step)
+            measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
             answer[:] = run.law.function(Measured(*measured), plan.parameters, state.memory)
         ahead = plan.sample_steps - phase % plan.sample_steps
         if phase >= plan.measure_steps:
             ahead = plan.cycle_steps - phase
-        ended = loop.run_steps(
-            law, held, run.tables, state, run.record, min(step + ahead, last)
-        )
+        ended = run.step_to(law, held, min(step + ahead, last))
         if ended != loop.RUNNING:
             return ended
     return loop.RUNNING

@@ -17,11 +17,8 @@ from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import Table, lookup3, rate_of_second
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, sub, unit
-from torquer.integrate.dop853 import Workspace
 from torquer.integrate.rk4 import Motion
 from torquer.simulation.advance import (
-    RK4,
-    SPLITTING,
     DipolePath,
     by_dop853,
     by_rk4,
@@ -61,7 +58,6 @@ class Plan(NamedTuple):
     measure_steps: int
     sample_steps: int
     record_steps: int
-    integrator: int
     tolerance: float
     gravity: float
     seed: int
@@ -76,14 +72,13 @@ class State(NamedTuple):
     """All that changes: a few arrays, so that a run can be stored and resumed exactly.
 
     `coils`: dipole of each coil, now and wanted. `memory`: the law's. `step`: how many steps
-    are done. `work`: scratch, worth nothing between steps.
+    are done.
     """
 
     cells: np.ndarray
     coils: np.ndarray
     memory: np.ndarray
     step: np.ndarray
-    work: Workspace
 
 
 @inlined
@@ -121,13 +116,15 @@ def see_sun(sensors, orbit, sun_table, q, t, seed, step):
 
 
 @inlined
-def sense(plan, tables, cells, coils, here, step):
+def sense(plan, tables, cells, coils, x, here, step):
     """(Measured, gyro drift) at a sampling instant: a pure function of the state and the step."""
     t = step * plan.step_s
-    q, omega = motion_of(cells)
+    q, omega = x
     b_body = rotate_inverse(q, here.b_t)
     field_turning = rotate_inverse(q, rate_of_second(tables.orbit, t))
-    dipole = dipole_of(plan.coils, coils, NOW)
+    dipole = (0.0, 0.0, 0.0)
+    if plan.magnetometer.coupling_t_per_a_m2 != 0.0:
+        dipole = dipole_of(plan.coils, coils, NOW)
     interval_s = plan.sample_steps * plan.step_s
     drift = walked_bias(plan.gyro, get3(cells, DRIFT), interval_s, plan.seed, step)
     sun_body = (0.0, 0.0, 0.0)
@@ -144,9 +141,9 @@ def sense(plan, tables, cells, coils, here, step):
 
 
 @inlined
-def think(law, plan, tables, cells, coils, memory, here, step):
-    """Sensors and on-board computer at a sampling instant; False if the law's answer is bad."""
-    measured, drift = sense(plan, tables, cells, coils, here, step)
+def think(law, plan, tables, cells, coils, memory, x, here, step):
+    """Sensors and on-board computer at a sampling instant: the law's answer [A m^2, body]."""
+    measured, drift = sense(plan, tables, cells, coils, x, here, step)
     command = law(measured, plan.parameters, memory)
     put3(cells, COMMAND, command)
     put3(cells, DRIFT, drift)
@@ -155,18 +152,16 @@ def think(law, plan, tables, cells, coils, memory, here, step):
     put3(cells, MEASURED + 4, measured.b_rate_body_t_s)
     put3(cells, MEASURED + 7, measured.omega_body_rad_s)
     put3(cells, MEASURED + 10, measured.sun_body)
-    return math.isfinite(command[0] + command[1] + command[2])
+    return command
 
 
 @inlined
-def switch_coils(set_, cells, coils, on):
-    """Set the coils' targets: the latest command, or off."""
-    if on:
-        drive(set_, get3(cells, COMMAND), coils)
-    else:
-        coils[TARGET] = 0.0
-    if set_.lag_s == 0.0:
-        coils[NOW] = coils[TARGET]
+def switch_off(coil_set, coils):
+    """Coils off: what a measurement window begins with."""
+    for i in range(coils.shape[1]):
+        coils[TARGET, i] = 0.0
+        if coil_set.lag_s == 0.0:
+            coils[NOW, i] = 0.0
 
 
 @kernel
@@ -182,56 +177,69 @@ def record_row(coil_set, cells, coils, step, row):
 
 
 @inlined
-def next_event(plan, step, last):
-    """First step after this one at which something but the motion happens."""
-    phase = step % plan.cycle_steps
-    ahead = plan.cycle_steps - phase
-    if phase < plan.measure_steps:
-        ahead = plan.sample_steps - phase % plan.sample_steps
-    return min(step + ahead, step + plan.record_steps - step % plan.record_steps, last)
+def coast(plan, orbit, coils, x, here, first, last, principal, work):
+    """(Motion, environment) after steps first..last-1, in which the coils follow their targets.
 
-
-@inlined
-def coast(plan, orbit, cells, coils, work, here, first, last):
-    """(Motion, environment) after steps first..last-1, in which the coils follow their targets."""
+    What an integrator needs says which one it is: `principal` axes for the splitting, `work`
+    for DOP853, neither for RK4. None is a type of its own, so that only one is compiled.
+    """
     rigid, gravity, h = plan.rigid, plan.gravity, plan.step_s
-    start, target = dipole_of(plan.coils, coils, NOW), dipole_of(plan.coils, coils, TARGET)
-    path = DipolePath(start, target, plan.coils.lag_s)
-    x = motion_of(cells)
-    if plan.integrator == RK4:
-        return by_rk4(rigid, orbit, gravity, path, x, here, first, last, h)
-    if plan.integrator == SPLITTING:
-        x = by_splitting(rigid, orbit, gravity, path, x, first, last, h)
-    else:
+    target = dipole_of(plan.coils, coils, TARGET)
+    way = (0.0, 0.0, 0.0)
+    if plan.coils.lag_s > 0.0:
+        way = sub(dipole_of(plan.coils, coils, NOW), target)
+    path = DipolePath(target, way, plan.coils.lag_s)
+    if principal is not None:
+        x = by_splitting(rigid, principal, orbit, gravity, path, x, first, last, h)
+        return x, environment_at(orbit, gravity, last * h)
+    if work is not None:
         x = by_dop853(rigid, orbit, gravity, path, x, first, last, h, plan.tolerance, work)
-    return x, environment_at(orbit, gravity, last * h)
+        return x, environment_at(orbit, gravity, last * h)
+    return by_rk4(rigid, orbit, gravity, path, x, here, first, last, h)
 
 
 @kernel
-def run_steps(law, plan, tables, state, record, last):
-    """Run on to step `last`; return how it ended. `state.step` tells how far it came."""
+def run_steps(law, plan, tables, state, record, last, principal, work):
+    """Run on to step `last`; return how it ended. `state.step` tells how far it came.
+
+    `principal`, `work`: see `coast`.
+    """
     cells, coils, memory, orbit = state.cells, state.coils, state.memory, tables.orbit
     step = state.step[0]
+    x = motion_of(cells)
     here = environment_at(orbit, plan.gravity, step * plan.step_s)
+    phase = step % plan.cycle_steps
+    to_sample = (plan.cycle_steps - phase) % plan.cycle_steps
+    if phase <= plan.measure_steps:
+        to_sample = -phase % plan.sample_steps
+    to_record = -step % plan.record_steps
     while step < last:
-        phase = step % plan.cycle_steps
         if phase == 0 and plan.measure_steps > 0:
-            switch_coils(plan.coils, cells, coils, False)
-        if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
-            if not think(law, plan, tables, cells, coils, memory, here, step):
+            switch_off(plan.coils, coils)
+        if to_sample == 0:
+            command = think(law, plan, tables, cells, coils, memory, x, here, step)
+            if not math.isfinite(command[0] + command[1] + command[2]):
                 return BAD_LAW
-        if phase == plan.measure_steps:
-            switch_coils(plan.coils, cells, coils, True)
-        if step % plan.record_steps == 0:
+            on = phase == plan.measure_steps
+            if on:
+                drive(plan.coils, command, coils)
+            to_sample = plan.cycle_steps - phase if on else plan.sample_steps
+        if to_record == 0:
             record_row(plan.coils, cells, coils, step, record[step // plan.record_steps])
-        after = next_event(plan, step, last)
-        x, here = coast(plan, orbit, cells, coils, state.work, here, step, after)
+            to_record = plan.record_steps
+        ahead = min(to_sample, to_record, last - step)
+        x, here = coast(plan, orbit, coils, x, here, step, step + ahead, principal, work)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(cells, x)
-        energy, greatest = follow(plan.coils, coils, (after - step) * plan.step_s)
+        energy, greatest = follow(plan.coils, coils, ahead * plan.step_s)
         cells[ENERGY] += energy
         cells[PEAK] = max(cells[PEAK], greatest)
-        step = after
+        to_sample -= ahead
+        to_record -= ahead
+        phase += ahead
+        if phase == plan.cycle_steps:
+            phase = 0
+        step += ahead
         state.step[0] = step
     return RUNNING

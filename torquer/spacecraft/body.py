@@ -9,7 +9,17 @@ from torquer import validate
 from torquer.engine import inlined
 from torquer.environment.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, as_matrix, as_vector, cross, dot, mat_vec, sub
+from torquer.geometry.vec3 import (
+    add,
+    add_scaled,
+    as_matrix,
+    as_symmetric,
+    as_vector,
+    cross,
+    dot,
+    sub,
+    sym_vec,
+)
 from torquer.integrate.rk4 import Motion
 from torquer.spec import Spec, Vector
 
@@ -17,44 +27,51 @@ Moments = tuple[float, float, float]
 
 
 class Rigid(NamedTuple):
-    """Constants of the body for kernels."""
+    """Constants of the body for kernels; symmetric matrices as (xx, yy, zz, xy, xz, yz)."""
 
     inertia: tuple
     inverse_inertia: tuple
     wheel_momentum: tuple
+
+
+class Principal(NamedTuple):
+    """Principal moments of inertia [kg m^2], ascending, and the attitude of their axes."""
+
     moments: tuple
     q_principal_to_body: tuple
 
 
-class Stage(NamedTuple):
-    """The world at one instant, as far as the body feels it; vectors in the inertial frame."""
+class World(NamedTuple):
+    """The world at one instant, as far as the body feels it; vectors in the inertial frame.
+
+    Field [T], unit radius vector, and 3 mu/r^3 [1/s^2].
+    """
 
     b_t: tuple
     up: tuple
     three_mu_over_r3: float
-    dipole_body_a_m2: tuple
 
 
 @inlined
-def torque_body(rigid, stage, q):
+def torque_body(rigid, world, dipole_body_a_m2, q):
     """Torque [N m] in the body: dipole times field, and gravity gradient."""
-    control = cross(stage.dipole_body_a_m2, rotate_inverse(q, stage.b_t))
-    up_body = rotate_inverse(q, stage.up)
-    return add(control, gravity_gradient_torque(rigid.inertia, up_body, stage.three_mu_over_r3))
+    control = cross(dipole_body_a_m2, rotate_inverse(q, world.b_t))
+    up_body = rotate_inverse(q, world.up)
+    return add(control, gravity_gradient_torque(rigid.inertia, up_body, world.three_mu_over_r3))
 
 
 @inlined
 def momentum_body(rigid, omega):
     """Angular momentum [N m s] of body and wheels, in the body: J omega + h."""
-    return add(mat_vec(rigid.inertia, omega), rigid.wheel_momentum)
+    return add(sym_vec(rigid.inertia, omega), rigid.wheel_momentum)
 
 
 @inlined
-def motion_rates(rigid, stage, motion):
+def motion_rates(rigid, world, dipole_body_a_m2, motion):
     """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M."""
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
-    torque = sub(torque_body(rigid, stage, motion.q), gyroscopic)
-    return Motion(derivative(motion.q, motion.omega), mat_vec(rigid.inverse_inertia, torque))
+    torque = sub(torque_body(rigid, world, dipole_body_a_m2, motion.q), gyroscopic)
+    return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
 
 
 @inlined
@@ -65,9 +82,9 @@ def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
     w = omega - omega0 n: 1/2 w.J w + 3/2 omega0^2 e.J e - 1/2 omega0^2 n.J n - omega0 n.h.
     """
     relative = add_scaled(omega, -omega0, normal_body)
-    kinetic = 0.5 * dot(relative, mat_vec(rigid.inertia, relative))
-    gravity = 1.5 * omega0 * omega0 * dot(up_body, mat_vec(rigid.inertia, up_body))
-    centrifugal = 0.5 * omega0 * omega0 * dot(normal_body, mat_vec(rigid.inertia, normal_body))
+    kinetic = 0.5 * dot(relative, sym_vec(rigid.inertia, relative))
+    gravity = 1.5 * omega0 * omega0 * dot(up_body, sym_vec(rigid.inertia, up_body))
+    centrifugal = 0.5 * omega0 * omega0 * dot(normal_body, sym_vec(rigid.inertia, normal_body))
     return kinetic + gravity - centrifugal - omega0 * dot(normal_body, rigid.wheel_momentum)
 
 
@@ -90,12 +107,14 @@ class Body(Spec):
         return moments, axes
 
     def pack(self) -> Rigid:
-        """Constants for kernels."""
-        moments, axes = self.principal()
+        """Constants of Euler's equations for kernels."""
         return Rigid(
-            as_matrix(self.inertia_kg_m2),
-            as_matrix(np.linalg.inv(np.array(self.inertia_kg_m2))),
+            as_symmetric(self.inertia_kg_m2),
+            as_symmetric(np.linalg.inv(np.array(self.inertia_kg_m2))),
             as_vector(self.wheel_momentum_n_m_s),
-            as_vector(moments),
-            from_dcm(as_matrix(axes)),
         )
+
+    def pack_principal(self) -> Principal:
+        """Principal axes for kernels."""
+        moments, axes = self.principal()
+        return Principal(as_vector(moments), from_dcm(as_matrix(axes)))

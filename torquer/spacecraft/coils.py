@@ -37,7 +37,7 @@ def drive(coils, command_a_m2, state):
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
     the worst coil is at its limit (the direction is kept), 'clip' cuts each coil alone, 'relay'
-    puts each coil at plus or minus its limit.
+    puts each coil at plus or minus its limit. Without lag the coils are there at once.
     """
     rows, worst = coils.rows, 1.0
     x, y, z = command_a_m2
@@ -51,9 +51,11 @@ def drive(coils, command_a_m2, state):
         elif abs(wanted) > worst * limit:
             worst = abs(wanted) / limit
         state[TARGET, i] = wanted
-    if worst > 1.0:
-        for i in range(rows.shape[0]):
+    for i in range(rows.shape[0]):
+        if worst > 1.0:
             state[TARGET, i] /= worst
+        if coils.lag_s == 0.0:
+            state[NOW, i] = state[TARGET, i]
 
 
 @inlined

@@ -1,0 +1,1 @@
+"""Closed-form theory: gains of the laws, and later their averaged motion."""

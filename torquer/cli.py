@@ -1,0 +1,75 @@
+"""The command line: thin commands over the package; every mistake is one clear line, exit 2."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, CycloptsError, Parameter
+
+app = App(
+    name="torquer",
+    help="Satellite attitude control with magnetorquers and reaction wheels.",
+    version_flags=[],
+)
+
+Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+
+
+@app.command
+def run(
+    scenario: Path,
+    *,
+    out: Annotated[Path | None, Parameter(help="Output folder [runs/<scenario name>].")] = None,
+    json: Json = False,
+    resume: Annotated[
+        bool, Parameter(help="Go on with the interrupted run in the output folder.", negative="")
+    ] = False,
+) -> int:
+    """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
+    from torquer import commands
+
+    return commands.run(scenario, out, json, resume)
+
+
+@app.command
+def validate(scenario: Path, *, json: Json = False) -> int:
+    """Check SCENARIO without running it: mistakes, and notes on likely surprises."""
+    from torquer import commands
+
+    return commands.validate(scenario, json)
+
+
+@app.command
+def schema() -> int:
+    """Print the JSON schema of scenario files, for editors."""
+    import json
+
+    from torquer.scenario.load import scenario_schema
+
+    print(json.dumps(scenario_schema(), indent=2))
+    return 0
+
+
+@app.command
+def version(*, json: Json = False) -> int:
+    """Print the versions of torquer and of what it computes with."""
+    from torquer import commands
+
+    return commands.version(json)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point: exit 0 when all went well, 2 on a user's mistake, 130 on an interrupt."""
+    try:
+        code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except (CycloptsError, ValueError, OSError) as error:
+        for line in str(error).splitlines() or [repr(error)]:
+            print(f"error: {line}", file=sys.stderr)
+        code = 2
+    except KeyboardInterrupt:
+        code = 130
+    sys.exit(code)
+
+
+if __name__ == "__main__":
+    main()

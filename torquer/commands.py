@@ -1,0 +1,148 @@
+"""What the commands do: files in, files out, a progress bar and a table on a terminal."""
+
+import contextlib
+import json as json_
+import os
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from torquer.scenario.load import load_scenario
+from torquer.scenario.notes import notes_of
+from torquer.simulation.result import load, resume, save, scenario_of
+from torquer.simulation.run import RunStopped, simulate
+
+_console = Console(stderr=True)
+INTERRUPTED = 130
+
+
+def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> int:
+    """Simulate, write the output folder, print the summary; return the exit code."""
+    scenario = load_scenario(scenario_path)
+    out = out or Path("runs") / scenario.name
+    _make_writable(out)
+    for note in notes_of(scenario):
+        _console.print(f"note: {note}", style="yellow", highlight=False, soft_wrap=True)
+    code, stopped = 0, None
+    with _progress(scenario.name) as progress:
+        try:
+            if go_on:
+                result = resume(_earlier(out, scenario), progress=progress)
+            else:
+                result = simulate(scenario, progress=progress)
+        except RunStopped as error:
+            result, stopped = error.result, str(error)
+            code = INTERRUPTED if stopped.startswith("interrupted") else 2
+    save(result, out / "result.nc")
+    summary = _write(result, out)
+    _show(summary, out, as_json)
+    if stopped:
+        print(f"error: {stopped}; what was computed is in {out}", file=sys.stderr)
+    return code
+
+
+def validate(scenario_path: Path, as_json: bool) -> int:
+    """Check a scenario and its law; print notes."""
+    scenario = load_scenario(scenario_path)
+    scenario.control.law.law().pack()
+    scenario.environment.field.prepare(_date(scenario))
+    scenario.surroundings().sample(_ends(scenario))
+    notes = notes_of(scenario)
+    if as_json:
+        print(json_.dumps({"scenario": scenario.name, "valid": True, "notes": notes}, indent=2))
+        return 0
+    print(f"{scenario.name}: valid, {scenario.steps()} steps of {scenario.simulation.step_s:g} s")
+    for note in notes:
+        print(f"note: {note}")
+    return 0
+
+
+def version(as_json: bool) -> int:
+    """Print versions."""
+    from importlib.metadata import version as of
+
+    names = ["torquer", "numpy", "numba", "scipy", "xarray", "pydantic", "pyerfa", "sgp4"]
+    versions = {name: of(name) for name in names} | {"python": sys.version.split()[0]}
+    if as_json:
+        print(json_.dumps(versions, indent=2))
+    else:
+        print("\n".join(f"{name} {number}" for name, number in versions.items()))
+    return 0
+
+
+def _date(scenario) -> float:
+    from torquer.time import decimal_year
+
+    return decimal_year(scenario.start)
+
+
+def _ends(scenario):
+    import numpy as np
+
+    return np.array([0.0, scenario.steps() * scenario.simulation.step_s])
+
+
+def _make_writable(out: Path) -> None:
+    """Find out before the run, not after it, that the results can be written."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        probe = out / ".writable"
+        probe.write_text("")
+        probe.unlink()
+    except OSError as error:
+        raise ValueError(
+            f"--out: must be a folder that can be written; received {out} ({error.strerror})"
+        ) from None
+
+
+def _earlier(out: Path, scenario):
+    """The result to go on from, after a check that it belongs to this scenario."""
+    path = out / "result.nc"
+    if not path.is_file():
+        raise ValueError(f"--resume: must find an interrupted run; received {out} without result.nc")
+    earlier = load(path)
+    if scenario_of(earlier) != scenario:
+        raise ValueError(f"--resume: the scenario must be the one that {path} began with")
+    if earlier.attrs["ended"] == "complete":
+        raise ValueError(f"--resume: must find an interrupted run; received a complete one in {path}")
+    return earlier
+
+
+@contextlib.contextmanager
+def _progress(name: str):
+    """A callback that moves a bar on a terminal, and does nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import Progress
+
+    with Progress(console=_console, transient=True) as bar:
+        task = bar.add_task(name, total=1.0)
+        yield lambda part: bar.update(task, completed=part)
+
+
+def _write(result, out: Path) -> dict:
+    from torquer.report import write_report
+    from torquer.report.summary import summary_of
+
+    summary = summary_of(result)
+    (out / "summary.json").write_text(json_.dumps(summary, indent=2) + "\n", encoding="utf-8")
+    with contextlib.suppress(KeyboardInterrupt):
+        write_report(result, out)
+    return summary
+
+
+def _show(summary: dict, out: Path, as_json: bool) -> None:
+    if as_json:
+        print(json_.dumps(summary, indent=2))
+        return
+    from rich.table import Table
+
+    from torquer.report.summary import rows_of
+
+    table = Table(title=summary["scenario"], show_header=False, title_justify="left")
+    for row in rows_of(summary):
+        table.add_row(*row)
+    Console().print(table)
+    print(f"{os.fspath(out)}: result.nc, summary.json, report.html, plots/")
