@@ -1,0 +1,38 @@
+# Two commands do all set-up: `make run` (the main scenario and its report), `make test`.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/installed
+
+.PHONY: run test lint bench gallery lock clean
+
+run: $(STAMP)
+	$(BIN)/torquer run examples/chibis_m_detumble.toml
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n auto --dist loadfile
+
+lint: $(STAMP)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+bench: $(STAMP)
+	$(BIN)/python benchmarks/run.py
+
+# slow reproductions of published results
+gallery: $(STAMP)
+	$(BIN)/python -m pytest -m slow
+
+# pin all dependencies anew (needs `uv`)
+lock:
+	uv pip compile pyproject.toml --extra test --universal --python-version 3.11 --generate-hashes \
+	  --no-annotate --no-header --no-emit-index-url -o requirements.lock
+
+clean:
+	rm -rf $(VENV) runs build benchmarks/build
+
+$(STAMP): pyproject.toml requirements.lock
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
