@@ -27,7 +27,7 @@ constexpr int DEGREE = 13;
 constexpr int TERMS = (DEGREE + 1) * (DEGREE + 2) / 2;
 constexpr double FIELD_RADIUS_M = 6371200.0;
 constexpr double MU_M3_S2 = 3.986004415e14;
-constexpr double EARTH_RATE_RAD_S = 7.292115146706979e-5;
+constexpr double EARTH_RATE_RAD_S = 7.292115855306589e-5;
 constexpr double DEGREE_TO_RAD = M_PI / 180.0;
 
 struct Vec {

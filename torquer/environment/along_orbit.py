@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -54,10 +55,14 @@ class OrbitEnvironment:
         """Direction cosines [n, 3, 3] from the inertial to the Earth-fixed frame."""
         return dcm_inertial_to_ecef(t_s, self.start, self.environment.earth_rotation)
 
+    @cached_property
+    def _field_constants(self):
+        return self.environment.field.prepare(time.decimal_year(self.start))
+
     def field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Field [n, 3] T; the model's date is that of the start."""
-        packed = self.environment.field.prepare(time.decimal_year(self.start))
-        return self.environment.field.b_inertial(packed, r, v, self.dcm_to_ecef(t_s))
+        model = self.environment.field
+        return model.b_inertial(self._field_constants, r, v, self.dcm_to_ecef(t_s))
 
     def sun(self, t_s: np.ndarray) -> np.ndarray:
         """Position of the Sun [n, 3] m from the Earth's centre."""

@@ -10,11 +10,13 @@ and interpolated by polynomials of degree 5 (error below 1e-11 rad). The grid is
 time: a date has the same matrix, to rounding, in every run.
 """
 
+import math
 from datetime import datetime
 
 import erfa
 import numpy as np
 
+from torquer.engine import kernel
 from torquer.time import julian_dates
 
 MODES = ("precise", "sidereal")
@@ -90,6 +92,17 @@ def _gcrf_to_teme(ut1: tuple, gcrf_to_intermediate: np.ndarray) -> np.ndarray:
 
 def _turned_z(angle: np.ndarray, m: np.ndarray) -> np.ndarray:
     """Matrices m [n or 1, 3, 3] followed by a turn of the axes by the angles [n] about axis 3."""
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    rows = (c * m[:, 0] + s * m[:, 1], c * m[:, 1] - s * m[:, 0])
-    return np.stack([*rows, np.broadcast_to(m[:, 2], rows[0].shape)], axis=1)
+    out = np.empty((np.size(angle), 3, 3))
+    _fill_turned_z(np.ascontiguousarray(angle), np.ascontiguousarray(m), out)
+    return out
+
+
+@kernel
+def _fill_turned_z(angle, m, out):
+    for i in range(angle.size):
+        c, s = math.cos(angle[i]), math.sin(angle[i])
+        k = min(i, m.shape[0] - 1)
+        for j in range(3):
+            out[i, 0, j] = c * m[k, 0, j] + s * m[k, 1, j]
+            out[i, 1, j] = c * m[k, 1, j] - s * m[k, 0, j]
+            out[i, 2, j] = m[k, 2, j]

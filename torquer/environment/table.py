@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined
+from torquer.engine import inlined, kernel
 
 DEGREE = 5
 #: Chance that the error is greater between the check points than at them.
@@ -111,11 +111,22 @@ def build(
     points = lobatto(degree)
     times = (np.arange(segments)[:, None] + 0.5 * (1.0 + points[:-1])).ravel() * segment_s
     values = sample(np.append(times, segments * segment_s))
-    to_power = np.linalg.inv(np.vander(points, increasing=True))
-    rows = degree * np.arange(segments)[:, None] + np.arange(degree + 1)
     coefficients = np.zeros((segments, DEGREE + 1, values.shape[1]))
-    coefficients[:, : degree + 1] = to_power @ values[rows]
+    _fit(np.linalg.inv(np.vander(points, increasing=True)), values, coefficients)
     return Table(1.0 / segment_s, coefficients)
+
+
+@kernel
+def _fit(to_power, values, coefficients):
+    """Coefficients of the polynomials through the values at each segment's points."""
+    degree = to_power.shape[0] - 1
+    for segment in range(coefficients.shape[0]):
+        for power in range(degree + 1):
+            for point in range(degree + 1):
+                factor = to_power[power, point]
+                for channel in range(values.shape[1]):
+                    value = values[segment * degree + point, channel]
+                    coefficients[segment, power, channel] += factor * value
 
 
 def measured_error(table: Table, sample, groups) -> float:

@@ -23,6 +23,8 @@ def eccentric_anomaly(mean_anomaly, eccentricity):
     root without a miss. The bounds: E <= M + e; E <= M/(1 - e); and E <= (pi^2 M)^(1/3), because
     E - sin E lies above E^3/pi^2 there. The descent ends when rounding stops it.
     """
+    if eccentricity == 0.0:
+        return mean_anomaly
     turns = math.floor(mean_anomaly / TWO_PI + 0.5)
     reduced = mean_anomaly - turns * TWO_PI
     m = min(abs(reduced), math.pi)

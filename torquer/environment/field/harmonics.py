@@ -16,6 +16,7 @@ two at a time, so that the recursion steps in place.
 """
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -35,26 +36,36 @@ class Harmonics(NamedTuple):
     pairs: np.ndarray
 
 
-def _component_coefficients(g: np.ndarray, h: np.ndarray) -> np.ndarray:
-    """Coefficients `[component, cos or sin, n, m]` of B over unnormalised harmonics.
+@cache
+def _schmidt(degree: int) -> np.ndarray:
+    """Factors [n, m] of Schmidt's quasi-normalisation."""
+    factors = np.zeros((degree + 1, degree + 1))
+    for n in range(1, degree + 1):
+        for m in range(n + 1):
+            ratio = math.factorial(n - m) / math.factorial(n + m)
+            factors[n, m] = math.sqrt((2 if m else 1) * ratio)
+    return factors
+
+
+@kernel
+def _component_coefficients(g, h, c):
+    """Fill c `[component, cos or sin, n, m]`: B over harmonics, from unnormalised g and h.
 
     The derivatives of a solid harmonic of degree n are harmonics of degree n + 1.
     """
-    degree = g.shape[0] - 1
-    c = np.zeros((3, 2, degree + 2, degree + 2))
-    for n in range(1, degree + 1):
+    for n in range(1, g.shape[0]):
         for m in range(n + 1):
-            schmidt = math.sqrt((2 if m else 1) * math.factorial(n - m) / math.factorial(n + m))
-            even, odd = schmidt * np.array([[g[n, m], h[n, m]], [-h[n, m], g[n, m]]])
-            c[2, :, n + 1, m] += (n - m + 1) * even
             raised = 0.5 if m else 1.0
-            c[0, :, n + 1, m + 1] += raised * even
-            c[1, :, n + 1, m + 1] += raised * odd
-            if m:
-                lowered = 0.5 * (n - m + 2) * (n - m + 1)
-                c[0, :, n + 1, m - 1] -= lowered * even
-                c[1, :, n + 1, m - 1] += lowered * odd
-    return c
+            lowered = 0.5 * (n - m + 2) * (n - m + 1)
+            for part in range(2):
+                even = g[n, m] if part == 0 else h[n, m]
+                odd = -h[n, m] if part == 0 else g[n, m]
+                c[2, part, n + 1, m] += (n - m + 1) * even
+                c[0, part, n + 1, m + 1] += raised * even
+                c[1, part, n + 1, m + 1] += raised * odd
+                if m > 0:
+                    c[0, part, n + 1, m - 1] -= lowered * even
+                    c[1, part, n + 1, m - 1] += lowered * odd
 
 
 def _column(c: np.ndarray, m: int) -> np.ndarray:
@@ -70,8 +81,10 @@ def _column(c: np.ndarray, m: int) -> np.ndarray:
 
 def pack(g: np.ndarray, h: np.ndarray) -> Harmonics:
     """Expansion of B from Schmidt quasi-normalised g and h `[n, m]`, in tesla."""
-    c = _component_coefficients(g, h)
-    top = c.shape[2] - 1
+    degree = g.shape[0] - 1
+    top = degree + 1
+    c = np.zeros((3, 2, top + 1, top + 1))
+    _component_coefficients(g * _schmidt(degree), h * _schmidt(degree), c)
     return Harmonics(top, np.concatenate([_column(c, m) for m in range(top + 1)]))
 
 
