@@ -29,6 +29,7 @@ _HOMES = {
     "FIELDS": "torquer.environment.field",
     "ORBITS": "torquer.orbit",
     "summary_of": "torquer.report.summary",
+    "rows_of": "torquer.report.summary",
     "write_report": "torquer.report",
     "bdot_gain": "torquer.theory.gains",
     "bdot_greatest_gain": "torquer.theory.gains",

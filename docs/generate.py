@@ -1,0 +1,96 @@
+"""Make docs/scenario.md and docs/equations.md from the code: `python docs/generate.py`."""
+
+import ast
+import inspect
+import re
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from torquer.control import LAWS
+from torquer.environment.along_orbit import Environment
+from torquer.environment.field import FIELDS
+from torquer.orbit import ORBITS
+from torquer.scenario.load import presets
+from torquer.simulation.spec import Control, InitialMotion, Scenario, Simulation, Spacecraft
+from torquer.spacecraft.body import Body
+from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.gyro import Gyro
+from torquer.spacecraft.magnetometer import Magnetometer
+from torquer.spacecraft.sun_sensor import SunSensors
+
+ROOT = Path(__file__).parents[1]
+#: Tables of a scenario file, in the order of the page.
+TABLES = {
+    "(top of the file)": Scenario,
+    **{f"orbit, kind = {kind!r}": spec for kind, spec in ORBITS.items()},
+    "environment": Environment,
+    **{f"environment.field, kind = {kind!r}": spec for kind, spec in FIELDS.items()},
+    "spacecraft": Spacecraft,
+    "spacecraft.body": Body,
+    "spacecraft.coils": Coils,
+    "spacecraft.magnetometer": Magnetometer,
+    "spacecraft.gyro": Gyro,
+    "spacecraft.sun_sensors": SunSensors,
+    "initial": InitialMotion,
+    "control": Control,
+    **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
+    "simulation": Simulation,
+}
+SOURCE = re.compile(r"Source: ((?:[A-Z]+ \([\d.]+\)(?:, )?)+)\.")
+CITED = re.compile(r"([A-Z]+) \(([\d.]+)\)")
+
+
+def scenario_page() -> str:
+    """Reference of scenario files: one section a table, one row a key."""
+    head = [
+        "# Scenario files, key by key",
+        "",
+        "Made from the code by `docs/generate.py`. A scenario is a TOML file; units are in the",
+        "keys. In a table of hardware, `preset = \"name\"` takes the keys of a shipped preset",
+        "(" + ", ".join(presets()) + "); keys beside it win.",
+        "",
+    ]
+    return "\n".join(head + [line for name, spec in TABLES.items() for line in _table(name, spec)])
+
+
+def _table(name: str, spec) -> list[str]:
+    rows = [f"| `{key}` | {_default(key, field)} |" for key, field in spec.model_fields.items()]
+    text = inspect.cleandoc(spec.__doc__ or "")
+    return [f"## {name}", "", text, "", "| key | default |", "|---|---|", *rows, ""]
+
+
+def _default(key: str, field) -> str:
+    if field.is_required():
+        return "**must be given**"
+    if isinstance(field.default, BaseModel):
+        return "its own defaults" if key != "kind" else f"`{field.default!r}`"
+    return f"`{field.default!r}`"
+
+
+def sources() -> list[tuple[str, str, str]]:
+    """(key, number, place) of every `Source:` line in the docstrings of the package."""
+    found = []
+    for path in sorted((ROOT / "torquer").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module):
+                place = f"{path.relative_to(ROOT)}: `{getattr(node, 'name', 'module')}`"
+                text = " ".join((ast.get_docstring(node) or "").split())
+                for line in SOURCE.findall(text):
+                    found += [(key, number, place) for key, number in CITED.findall(line)]
+    return found
+
+
+def equations_page() -> str:
+    """Index of published formulas and their one home in the code."""
+    order = sorted(sources(), key=lambda s: (s[0], [int(n) for n in s[1].split(".")]))
+    rows = [f"| {key} ({number}) | {place} |" for key, number, place in order]
+    head = ["# Index of published formulas", "", "Made from the code by `docs/generate.py`.", ""]
+    return "\n".join([*head, "| formula | home |", "|---|---|", *rows, ""])
+
+
+PAGES = {"scenario.md": scenario_page, "equations.md": equations_page}
+
+if __name__ == "__main__":
+    for name, make in PAGES.items():
+        (ROOT / "docs" / name).write_text(make(), encoding="utf-8")
