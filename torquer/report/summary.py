@@ -15,7 +15,8 @@ def summary_of(result: xr.Dataset) -> dict:
     t = result["time"].values
     rate = np.linalg.norm(result["omega_body"].values, axis=1)
     momentum = np.linalg.norm(result["momentum_inertial"].values, axis=1)
-    has_power = scenario.spacecraft.coils.power_at_limit_w is not None
+    power_w = scenario.spacecraft.coils.power_at_limit_w
+    energy_j = float(result["coil_energy"])
     return {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
@@ -27,7 +28,8 @@ def summary_of(result: xr.Dataset) -> dict:
         "final_rate_orbital_rates": float(rate[-1] / omega0),
         **_times_below(t, rate, omega0),
         "peak_coil_dipole_a_m2": float(result["peak_coil_dipole"]),
-        "coil_energy_j": float(result["coil_energy"]) if has_power else None,
+        "coil_energy_j": energy_j if power_w else None,
+        "coil_full_power_s": energy_j / (power_w or 1.0),
         "initial_momentum_n_m_s": float(momentum[0]),
         "momentum_left_n_m_s": float(momentum[-1]),
         "table_relative_error": float(result.attrs["table_relative_error"]),
@@ -66,6 +68,7 @@ _ROWS = (
     ("  and stays there from", "stays_below_2x_orbital_rate_from_s", "s"),
     ("Peak dipole of a coil", "peak_coil_dipole_a_m2", "A m²"),
     ("Coil energy", "coil_energy_j", "J"),
+    ("  the same as full power for", "coil_full_power_s", "coil-seconds"),
     ("Momentum at first", "initial_momentum_n_m_s", "N m s"),
     ("Momentum left", "momentum_left_n_m_s", "N m s"),
     ("Table's relative error, at most", "table_relative_error", ""),

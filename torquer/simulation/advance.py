@@ -12,7 +12,7 @@ from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined, kernel
 from torquer.environment.table import Table, lookup6
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add, add_scaled, norm, scale
+from torquer.geometry.vec3 import add_scaled, norm, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
 from torquer.integrate.rk4 import Motion, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
@@ -46,21 +46,18 @@ def environment_at(orbit, gravity, t):
 def by_rk4(rigid, orbit, gravity, path, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
-    Two looks at the environment a step; the coils' lag is one factor per half step.
+    Two looks at the environment a step.
     """
-    target, way = path.target, path.way
-    half = remaining(path.lag_s, 0.5 * h)
     for step in range(first, last):
         middle = environment_at(orbit, gravity, (step + 0.5) * h)
         end = environment_at(orbit, gravity, (step + 1) * h)
-        way_middle = scale(half, way)
-        way_end = scale(half, way_middle)
-        dipole = add(target, way_middle)
-        k1 = motion_rates(rigid, here, add(target, way), x)
+        since = (step - first) * h
+        dipole = dipole_after(path, since + 0.5 * h)
+        k1 = motion_rates(rigid, here, dipole_after(path, since), x)
         k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1))
         k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2))
-        k4 = motion_rates(rigid, end, add(target, way_end), moved(x, h, k3))
-        x, here, way = rk4_sum(x, h, k1, k2, k3, k4), end, way_end
+        k4 = motion_rates(rigid, end, dipole_after(path, since + h), moved(x, h, k3))
+        x, here = rk4_sum(x, h, k1, k2, k3, k4), end
     return x, here
 
 

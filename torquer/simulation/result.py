@@ -1,7 +1,9 @@
 """The result of a run as an `xarray.Dataset`: units, frames, scenario, versions, and a checkpoint."""
 
 import json
+import os
 import platform
+from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -11,6 +13,7 @@ from torquer.geometry.frames import geodetic_from_ecef
 from torquer.simulation import step as loop
 from torquer.simulation.run import Run, finish, prepare
 from torquer.simulation.spec import Scenario
+from torquer.time import utc_at
 
 _XYZ = ("time", "axis")
 #: Recorded columns: name, first and last column, unit, frame, meaning.
@@ -40,10 +43,9 @@ def dataset_of(run: Run, ended: str) -> xr.Dataset:
 
 
 def _coordinates(scenario: Scenario, t_s):
-    start = np.datetime64(scenario.start.replace(tzinfo=None), "ns")
     return {
         "time": ("time", t_s, {"units": "s", "long_name": "time since the start"}),
-        "utc": ("time", start + np.round(t_s * 1e9).astype("timedelta64[ns]")),
+        "utc": ("time", utc_at(scenario.start, t_s).astype("datetime64[ns]")),
         "axis": ["x", "y", "z"],
         "component": ["x", "y", "z", "w"],
     }
@@ -63,6 +65,9 @@ def _surroundings(run: Run, t_s, rows) -> dict:
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
+
+    power = run.scenario.spacecraft.coils.power_at_limit_w
+    note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")
 
     def vector(values, unit, frame, meaning):
         return (_XYZ, values, {"units": unit, "frame": frame, "long_name": meaning})
@@ -86,7 +91,7 @@ def _surroundings(run: Run, t_s, rows) -> dict:
         "latitude": ("time", np.degrees(lat), {"units": "deg", "long_name": "geodetic latitude"}),
         "longitude": ("time", np.degrees(lon), {"units": "deg", "long_name": "longitude"}),
         "altitude": ("time", height, {"units": "m", "long_name": "height above WGS84"}),
-        "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J"}),
+        "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J", "long_name": note}),
         "peak_coil_dipole": ((), float(run.state.cells[loop.PEAK]), {"units": "A m^2"}),
     }
 
@@ -111,9 +116,9 @@ def _attributes(run: Run, ended: str) -> dict:
         "xarray": xr.__version__,
     }
     return {
-        "scenario": run.scenario.model_dump_json(exclude_unset=True),
-        "law": run.law.name,
-        "law_parameters": json.dumps(dict(run.law.parameters)),
+        "scenario": run.scenario.model_dump_json(),
+        "law": _law_of(run)[0],
+        "law_parameters": _law_of(run)[1],
         "law_runs_as": "compiled" if run.law.compiled else "plain Python (slow: not decorated)",
         "seed": str(run.scenario.seed),
         "ended": ended,
@@ -145,27 +150,54 @@ def resume(result: xr.Dataset, law=None, *, until_s=None, progress=None) -> xr.D
     `law` must be given again if it was not part of the scenario.
     """
     run = prepare(scenario_of(result), law)
-    if run.law.name != result.attrs["law"]:
+    began, given = (result.attrs["law"], result.attrs["law_parameters"]), _law_of(run)
+    if given != began:
         raise ValueError(
-            f"law: must be {result.attrs['law']!r}, with which the run began; "
-            f"received {run.law.name!r}"
+            f"law: must be {' '.join(began)}, with which the run began; received {' '.join(given)}"
         )
-    cells = result["checkpoint"].values
+    _restore_state(run, result["checkpoint"].values)
+    _restore_record(run, result)
+    return finish(run, until_s, progress)
+
+
+def _law_of(run: Run) -> tuple[str, str]:
+    return run.law.name, json.dumps(dict(run.law.parameters))
+
+
+def _restore_state(run: Run, cells: np.ndarray) -> None:
+    size = 1 + sum(array.size for array in _stored(run))
+    if cells.shape != (size,):
+        raise ValueError(
+            f"result: its checkpoint must have {size} cells, as this scenario and law have; "
+            f"received {cells.size}"
+        )
     run.state.step[0] = int(cells[0])
     at = 1
     for array in _stored(run):
         array.flat = cells[at : at + array.size]
         at += array.size
-    rows = result.sizes["time"]
-    run.record[:rows, 0] = np.arange(rows) * run.plan.record_steps
+
+
+def _restore_record(run: Run, result: xr.Dataset) -> None:
+    steps = np.arange(result.sizes["time"]) * run.plan.record_steps
+    due = -(-int(run.state.step[0]) // run.plan.record_steps)
+    t_s = result["time"].values
+    if len(t_s) < due or not np.array_equal(t_s, steps * run.plan.step_s):
+        raise ValueError(
+            f"result: must have every row of its record to go on from; received {len(t_s)} rows, "
+            f"of {due} or more"
+        )
+    run.record[: len(t_s), 0] = steps
     for name, first, last, *_ in _RECORDED:
-        run.record[:rows, first:last] = result[name].values
-    return finish(run, until_s, progress)
+        run.record[: len(t_s), first:last] = result[name].values
 
 
 def save(result: xr.Dataset, path) -> None:
-    """Write a result as NetCDF."""
-    result.to_netcdf(path, engine="h5netcdf")
+    """Write a result as NetCDF; what stood there before is replaced when all is written."""
+    path = Path(path)
+    unfinished = path.with_name(path.name + ".part")
+    result.to_netcdf(unfinished, engine="h5netcdf")
+    os.replace(unfinished, path)
 
 
 def load(path) -> xr.Dataset:

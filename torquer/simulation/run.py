@@ -1,5 +1,6 @@
 """Run a scenario: prepare constants and tables, step in pieces, keep what was computed."""
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -104,7 +105,9 @@ def prepare(scenario: Scenario, law: Law | None = None) -> Run:
     plan = plan_of(scenario, law)
     duration_s = scenario.steps() * plan.step_s
     orbit_table = around.orbit_table(duration_s, plan.step_s)
-    tables = loop.Tables(orbit_table.table, around.sun_table(duration_s))
+    seen = scenario.spacecraft.sun_sensors is not None  # else the Sun's table is never read
+    sun_table = around.sun_table(duration_s) if seen else orbit_table.table
+    tables = loop.Tables(orbit_table.table, sun_table)
     r, v = around.state(np.zeros(1))
     state = first_state(scenario, law, r[0], v[0])
     record = np.full((scenario.steps() // plan.record_steps + 1, loop.COLUMNS), np.nan)
@@ -120,10 +123,11 @@ def simulate(
 ):
     """Run a scenario and return its result as an `xarray.Dataset`.
 
-    `law` takes the place of the scenario's law. `until_s` stops the run early (to the next
-    step); `resume` goes on from there. `progress` is called with the part done, 0..1.
-    Raises `RunStopped`, with what was computed, on a state or a law's answer that is not
-    finite and on an interrupt from the keyboard.
+    `law` takes the place of the scenario's law. `until_s` stops the run early, at the next
+    instant of a reading, of a control cycle or of the record; `resume` goes on from there.
+    `progress` is called with the part done, 0..1. Raises `RunStopped`, with what was computed,
+    on a state or a law's answer that is not finite, on an error inside a law in plain Python
+    and on an interrupt from the keyboard.
     """
     return finish(prepare(scenario, law), until_s, progress)
 
@@ -132,26 +136,58 @@ def finish(run: Run, until_s: float | None = None, progress=None):
     """Run on to the end (or to `until_s`) and return the result so far."""
     from torquer.simulation.result import dataset_of
 
-    last = run.steps if until_s is None else min(run.steps, round(until_s / run.plan.step_s))
+    last = run.steps if until_s is None else _last_step(run, until_s)
     try:
         ended = _run_in_pieces(run, last, progress)
+        reason = _reason(run, ended) if ended != loop.RUNNING else None
     except KeyboardInterrupt:
-        reason = f"interrupted at t = {run.state.step[0] * run.plan.step_s:g} s"
-        raise RunStopped(reason, dataset_of(run, reason)) from None
-    if ended != loop.RUNNING:
-        reason = _reason(run, ended)
+        reason = f"interrupted at t = {_now_s(run):g} s"
+    except _LawFailed as error:
+        reason = f"{error} at t = {_now_s(run):g} s"
+    _record_this_instant(run)
+    if reason:
         raise RunStopped(reason, dataset_of(run, reason))
-    if last == run.steps:
-        loop.record_row(run.plan.coils, run.state.cells, run.state.coils, last, run.record[-1])
+    if run.state.step[0] == run.steps:
         return dataset_of(run, COMPLETE)
-    return dataset_of(run, f"stopped at t = {last * run.plan.step_s:g} s as asked")
+    return dataset_of(run, f"stopped at t = {_now_s(run):g} s as asked")
+
+
+def _now_s(run: Run) -> float:
+    return run.state.step[0] * run.plan.step_s
+
+
+def _last_step(run: Run, until_s: float) -> int:
+    if not until_s >= 0.0:
+        raise ValueError(f"until_s: must be a time from 0 on; received {until_s}")
+    return math.ceil(min(run.steps, until_s / run.plan.step_s - 1e-9))
+
+
+def _record_this_instant(run: Run) -> None:
+    """Record where the run stands, if a record is due there; a run that goes on writes it anew."""
+    row, early = divmod(int(run.state.step[0]), run.plan.record_steps)
+    if early == 0:
+        state = run.state
+        loop.record_row(run.plan.coils, state.cells, state.coils, state.step[0], run.record, row)
+
+
+def _next_event(plan: loop.Plan, step: int) -> int:
+    """First step, from this one on, with a reading, a new cycle or a record.
+
+    Runs pause there and nowhere else: what lies between two events is integrated in one go, so
+    that the bits of a result do not depend on where the run was stopped.
+    """
+    phase = step % plan.cycle_steps
+    to_sample = plan.cycle_steps - phase
+    if phase <= plan.measure_steps:
+        to_sample = -phase % plan.sample_steps
+    return step + min(to_sample, -step % plan.record_steps)
 
 
 def _run_in_pieces(run: Run, last: int, progress) -> int:
     piece = 1000
     while (done := int(run.state.step[0])) < last:
         clock = time.perf_counter()
-        ended = run.advance_to(min(done + piece, last))
+        ended = run.advance_to(_next_event(run.plan, min(done + piece, last)))
         if ended != loop.RUNNING:
             return ended
         if time.perf_counter() - clock < _PIECE_S:
@@ -179,6 +215,10 @@ def _last_answer(measured, parameters, memory):
     return (parameters[0], parameters[1], parameters[2])
 
 
+class _LawFailed(Exception):
+    """A law in plain Python raised an error, or its answer is not three numbers."""
+
+
 def _advance_in_python(run: Run, last: int) -> int:
     """The loop around a law in plain Python: out to the interpreter at every sampling instant."""
     plan, state = run.plan, run.state
@@ -186,18 +226,37 @@ def _advance_in_python(run: Run, last: int) -> int:
     held = plan._replace(parameters=answer)
     law = compile_law(_last_answer)
     while (step := int(state.step[0])) < last:
-        phase = step % plan.cycle_steps
-        if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
-            if phase == 0 and plan.measure_steps > 0:
-                loop.switch_off(plan.coils, state.coils)
-            x = loop.motion_of(state.cells)
-            here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
-            measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
-            answer[:] = run.law.function(Measured(*measured), plan.parameters, state.memory)
-        ahead = plan.sample_steps - phase % plan.sample_steps
-        if phase >= plan.measure_steps:
-            ahead = plan.cycle_steps - phase
-        ended = run.step_to(law, held, min(step + ahead, last))
+        memory = state.memory.copy()
+        try:
+            phase = step % plan.cycle_steps
+            if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
+                answer[:] = _ask(run, step, phase)
+            ended = run.step_to(law, held, min(_next_event(plan, step + 1), last))
+        except BaseException:
+            if state.step[0] == step:  # interrupted: the law will be asked again
+                state.memory[:] = memory
+            raise
         if ended != loop.RUNNING:
             return ended
     return loop.RUNNING
+
+
+def _ask(run: Run, step: int, phase: int) -> tuple:
+    """What a law in plain Python answers to the readings of this step; `_LawFailed` if it fails."""
+    plan, state = run.plan, run.state
+    if phase == 0 and plan.measure_steps > 0:
+        loop.switch_off(plan.coils, state.coils)
+    x = loop.motion_of(state.cells)
+    here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
+    measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
+    try:
+        answer = run.law.function(Measured(*measured), plan.parameters, state.memory)
+    except Exception as error:
+        raise _LawFailed(f"law {run.law.name}: must not raise; received {error!r}") from error
+    try:
+        mx, my, mz = (float(m) for m in answer)
+    except (TypeError, ValueError):
+        raise _LawFailed(
+            f"law {run.law.name}: must return three numbers; received {answer!r}"
+        ) from None
+    return mx, my, mz

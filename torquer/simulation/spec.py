@@ -5,7 +5,7 @@ from datetime import datetime
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from torquer.control import AnyLaw
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
@@ -23,6 +23,8 @@ from torquer.spec import Spec, Vector
 from torquer.time import parse_utc
 
 Positive = Annotated[float, Field(gt=0.0)]
+#: More steps than any run can take: years of computing.
+_MOST_STEPS = 10**13
 
 
 class Spacecraft(Spec):
@@ -35,6 +37,11 @@ class Spacecraft(Spec):
     sun_sensors: SunSensors | None = None
 
 
+def _known_sequence(sequence: str) -> str:
+    euler.to_dcm(sequence, (0.0, 0.0, 0.0))
+    return sequence
+
+
 class InitialMotion(Spec):
     """Attitude and rate at the start.
 
@@ -44,7 +51,7 @@ class InitialMotion(Spec):
     """
 
     euler_deg: Vector = (0.0, 0.0, 0.0)
-    sequence: str = "321"
+    sequence: Annotated[str, AfterValidator(_known_sequence)] = "321"
     quaternion: tuple[float, float, float, float] | None = None
     reference: Literal["inertial", "orbital"] = "inertial"
     rate_deg_s: Vector
@@ -52,7 +59,6 @@ class InitialMotion(Spec):
 
     @model_validator(mode="after")
     def _attitude_makes_sense(self):
-        euler.to_dcm(self.sequence, (0.0, 0.0, 0.0))
         if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
             raise ValueError(
                 f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
@@ -124,19 +130,30 @@ class Simulation(Spec):
     @model_validator(mode="after")
     def _one_duration(self):
         if (self.duration_s is None) == (self.revolutions is None):
-            given = {"duration_s": self.duration_s, "revolutions": self.revolutions}
+            received = "none" if self.duration_s is None else "both"
             raise ValueError(
-                f"duration: exactly one of duration_s and revolutions must be given; received {given}"
+                f"duration_s: either it or revolutions must be given; received {received}"
             )
         return self
+
+
+def _checked_start(value) -> datetime:
+    """UTC of the start; within the years for which the Sun's path and the leap seconds hold."""
+    try:
+        start = parse_utc(value, "start")
+    except OverflowError:  # a zone beyond the first or the last day of the calendar
+        start = None
+    if start is None or not 1900 <= start.year < 2100:
+        raise ValueError(f"start: must lie within the years 1900 to 2099; received {str(value)!r}")
+    return start
 
 
 class Scenario(Spec):
     """A whole run. `start` must name its zone; `seed` fixes every random number."""
 
-    name: str = Field(default="run", pattern=r"^[\w.-]+$")
+    name: str = Field(default="run", pattern=r"^\w[\w.-]*$")
     description: str = ""
-    start: Annotated[datetime, BeforeValidator(parse_utc)]
+    start: Annotated[datetime, BeforeValidator(_checked_start)]
     seed: int = Field(default=0, ge=0, lt=2**63)
     orbit: AnyOrbit
     environment: Environment = Environment()
@@ -156,6 +173,7 @@ class Scenario(Spec):
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
                 f"received {simulation.integrator!r}"
             )
+        self.steps()
         return self
 
     def surroundings(self) -> OrbitEnvironment:
@@ -165,14 +183,23 @@ class Scenario(Spec):
     def steps(self) -> int:
         """Number of integration steps: the duration, rounded up to whole record intervals."""
         s = self.simulation
-        duration = s.duration_s or s.revolutions * self.orbit.period_s
-        records = math.ceil(duration / s.record_s - 1e-9)
-        return records * whole_steps("record_s", s.record_s, s.step_s)
+        per_record = whole_steps("simulation.record_s", s.record_s, s.step_s)
+        try:
+            duration = s.duration_s or s.revolutions * self.orbit.period_s
+            steps = math.ceil(duration / s.record_s - 1e-9) * per_record
+        except ArithmeticError:  # an orbit or a duration beyond the range of floats
+            steps = math.inf
+        if not 0 < steps <= _MOST_STEPS:
+            raise ValueError(
+                f"simulation: a run must have 1 to {_MOST_STEPS:.0e} steps; received {steps:.3g}"
+            )
+        return steps
 
 
 def whole_steps(name: str, length_s: float, step_s: float, step_name: str = "step_s") -> int:
     """Number of steps in a length; ValueError unless it is a whole number above zero."""
-    steps = round(length_s / step_s)
+    ratio = length_s / step_s
+    steps = round(ratio) if ratio < _MOST_STEPS else 0
     if steps < 1 or not math.isclose(steps * step_s, length_s, rel_tol=1e-9):
         raise ValueError(
             f"{name}: must be a whole multiple of {step_name} = {step_s:g} s; "

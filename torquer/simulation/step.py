@@ -125,8 +125,8 @@ def sense(plan, tables, cells, coils, x, here, step):
     dipole = (0.0, 0.0, 0.0)
     if plan.magnetometer.coupling_t_per_a_m2 != 0.0:
         dipole = dipole_of(plan.coils, coils, NOW)
-    interval_s = plan.sample_steps * plan.step_s
-    drift = walked_bias(plan.gyro, get3(cells, DRIFT), interval_s, plan.seed, step)
+    since_last_s = t - cells[MEASURED]
+    drift = walked_bias(plan.gyro, get3(cells, DRIFT), since_last_s, plan.seed, step)
     sun_body = (0.0, 0.0, 0.0)
     if plan.sun_sensors.axes.shape[0] > 0:
         sun_body = see_sun(plan.sun_sensors, tables.orbit, tables.sun, q, t, plan.seed, step)
@@ -165,15 +165,18 @@ def switch_off(coil_set, coils):
 
 
 @kernel
-def record_row(coil_set, cells, coils, step, row):
-    """Write what is kept of this instant."""
-    row[0] = step
-    row[1:8] = cells[MOTION:COMMAND]
-    put3(row, 8, dipole_of(coil_set, coils, NOW))
-    put3(row, 11, get3(cells, MEASURED + 1))
-    put3(row, 14, get3(cells, MEASURED + 7))
-    put3(row, 17, get3(cells, MEASURED + 10))
-    put3(row, 20, get3(cells, COMMAND))
+def record_row(coil_set, cells, coils, step, record, row):
+    """Write what is kept of this instant into a row of the record."""
+    dipole = dipole_of(coil_set, coils, NOW)
+    record[row, 0] = step
+    for i in range(7):
+        record[row, 1 + i] = cells[MOTION + i]
+    for i in range(3):
+        record[row, 8 + i] = dipole[i]
+        record[row, 11 + i] = cells[MEASURED + 1 + i]
+        record[row, 14 + i] = cells[MEASURED + 7 + i]
+        record[row, 17 + i] = cells[MEASURED + 10 + i]
+        record[row, 20 + i] = cells[COMMAND + i]
 
 
 @inlined
@@ -225,7 +228,7 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
                 drive(plan.coils, command, coils)
             to_sample = plan.cycle_steps - phase if on else plan.sample_steps
         if to_record == 0:
-            record_row(plan.coils, cells, coils, step, record[step // plan.record_steps])
+            record_row(plan.coils, cells, coils, step, record, step // plan.record_steps)
             to_record = plan.record_steps
         ahead = min(to_sample, to_record, last - step)
         x, here = coast(plan, orbit, coils, x, here, step, step + ahead, principal, work)

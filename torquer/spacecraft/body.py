@@ -76,10 +76,11 @@ def motion_rates(rigid, world, dipole_body_a_m2, motion):
 
 @inlined
 def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
-    """Jacobi integral [J] on a circular orbit without control; constant along the motion.
+    """Jacobi integral [J] on a circular orbit without control: constant along the motion.
 
-    H = 1/2 w.J w - w0 n.(J (w + w0 n) + h) + ... written with the relative rate
-    w = omega - omega0 n: 1/2 w.J w + 3/2 omega0^2 e.J e - 1/2 omega0^2 n.J n - omega0 n.h.
+    H = 1/2 w.J w + 3/2 omega0^2 e.J e - 1/2 omega0^2 n.J n - omega0 n.h, where
+    w = omega - omega0 n is the rate relative to the orbital frame, e the unit radius vector,
+    n the orbit normal (both in body components) and h the wheels' momentum [N m s].
     """
     relative = add_scaled(omega, -omega0, normal_body)
     kinetic = 0.5 * dot(relative, sym_vec(rigid.inertia, relative))

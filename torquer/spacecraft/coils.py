@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined
+from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import as_vector
 from torquer.spec import Spec, Vector
 
@@ -81,13 +81,25 @@ def remaining(lag_s, t_s):
 def follow(coils, state, t_s):
     """Let the coils go to their targets for t_s; return (energy [J], greatest dipole of a coil).
 
-    Power goes with the square of the dipole, target + way exp(-t/lag): exact integral.
+    Power goes with the square of the dipole.
     """
+    if coils.lag_s > 0.0:
+        return _follow_with_lag(coils, state, t_s)
+    energy = greatest = 0.0
+    for i in range(coils.rows.shape[0]):
+        part = state[TARGET, i] / coils.rows[i, LIMIT]
+        energy += coils.rows[i, POWER] * part * part * t_s
+        greatest = max(greatest, abs(state[TARGET, i]))
+    return energy, greatest
+
+
+@kernel
+def _follow_with_lag(coils, state, t_s):
+    """The same with target + way exp(-t/lag): exact integral of the square."""
     energy = greatest = 0.0
     to_go = remaining(coils.lag_s, t_s)
     for i in range(coils.rows.shape[0]):
-        target, before = state[TARGET, i], state[NOW, i]
-        way = before - target if coils.lag_s > 0.0 else 0.0
+        target, way = state[TARGET, i], state[NOW, i] - state[TARGET, i]
         mixed = 2.0 * target * way * coils.lag_s * (1.0 - to_go)
         own = 0.5 * way * way * coils.lag_s * (1.0 - to_go * to_go)
         limit = coils.rows[i, LIMIT]
@@ -107,7 +119,7 @@ class Coils(Spec):
 
     `limit_a_m2`: greatest dipole, one number or one per coil. `saturation`: 'scale', 'clip' or
     'relay'. `lag_s`: time constant of the first-order lag. `power_at_limit_w`: electrical power
-    of a coil at its limit, for the energy balance (left out: energy is not reported).
+    of a coil at its limit (left out: energies are those of coils of 1 W).
     """
 
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
@@ -135,6 +147,6 @@ class Coils(Spec):
         axes = np.array(self.axes)
         rows = np.zeros((len(axes), 8))
         rows[:, AXIS:SHARE], rows[:, SHARE:LIMIT] = axes, np.linalg.pinv(axes.T)
-        rows[:, LIMIT], rows[:, POWER] = self.limit_a_m2, self.power_at_limit_w or 0.0
+        rows[:, LIMIT], rows[:, POWER] = self.limit_a_m2, self.power_at_limit_w or 1.0
         residual = as_vector(self.residual_dipole_a_m2)
         return CoilSet(rows, residual, MODES[self.saturation], self.lag_s)

@@ -10,15 +10,21 @@ from torquer.geometry.vec3 import as_matrix
 
 
 @kernel
-def through_electronics(value, limit, resolution):
-    """Reading of each axis: clipped at the range, rounded to the resolution (0: none)."""
-    x, y, z = value
-    x, y, z = min(max(x, -limit), limit), min(max(y, -limit), limit), min(max(z, -limit), limit)
+def _channel(value, limit, resolution):
     if resolution > 0.0:
-        x = resolution * math.floor(x / resolution + 0.5)
-        y = resolution * math.floor(y / resolution + 0.5)
-        z = resolution * math.floor(z / resolution + 0.5)
-    return (x, y, z)
+        value = resolution * math.floor(value / resolution + 0.5)
+    return min(max(value, -limit), limit)
+
+
+@kernel
+def through_electronics(value, limit, resolution):
+    """Reading of each axis: rounded to the resolution (0: not), never beyond the range."""
+    x, y, z = value
+    return (
+        _channel(x, limit, resolution),
+        _channel(y, limit, resolution),
+        _channel(z, limit, resolution),
+    )
 
 
 def mounting_matrix(scale_error, misalignment_deg) -> tuple:
