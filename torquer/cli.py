@@ -62,11 +62,12 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 when all went well, 2 on a user's mistake, 130 on an interrupt."""
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
-    except (CycloptsError, ValueError, OSError) as error:
+    except (CycloptsError, ValueError, OSError, MemoryError) as error:
         for line in str(error).splitlines() or [repr(error)]:
             print(f"error: {line}", file=sys.stderr)
         code = 2
     except KeyboardInterrupt:
+        print("error: interrupted", file=sys.stderr)
         code = 130
     sys.exit(code)
 

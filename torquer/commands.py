@@ -8,6 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
+import torquer
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
 from torquer.simulation.result import load, resume, save, scenario_of
@@ -44,10 +45,13 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
 
 def validate(scenario_path: Path, as_json: bool) -> int:
     """Check a scenario and its law; print notes."""
-    scenario = load_scenario(scenario_path)
-    scenario.control.law.law().pack()
-    scenario.environment.field.prepare(_date(scenario))
-    scenario.surroundings().sample(_ends(scenario))
+    try:
+        scenario = _checked(scenario_path)
+    except ValueError as error:
+        if not as_json:
+            raise
+        print(json_.dumps({"valid": False, "errors": str(error).splitlines()}, indent=2))
+        return 2
     notes = notes_of(scenario)
     if as_json:
         print(json_.dumps({"scenario": scenario.name, "valid": True, "notes": notes}, indent=2))
@@ -58,23 +62,26 @@ def validate(scenario_path: Path, as_json: bool) -> int:
     return 0
 
 
+def _checked(scenario_path: Path):
+    """The scenario, if its law, field, date and orbit can be used."""
+    scenario = load_scenario(scenario_path)
+    scenario.control.law.law().pack()
+    scenario.surroundings().sample(_ends(scenario))
+    return scenario
+
+
 def version(as_json: bool) -> int:
     """Print versions."""
     from importlib.metadata import version as of
 
-    names = ["torquer", "numpy", "numba", "scipy", "xarray", "pydantic", "pyerfa", "sgp4"]
-    versions = {name: of(name) for name in names} | {"python": sys.version.split()[0]}
+    names = ["numpy", "numba", "scipy", "xarray", "pydantic", "pyerfa", "sgp4"]
+    versions = {"torquer": torquer.__version__} | {name: of(name) for name in names}
+    versions["python"] = sys.version.split()[0]
     if as_json:
         print(json_.dumps(versions, indent=2))
     else:
         print("\n".join(f"{name} {number}" for name, number in versions.items()))
     return 0
-
-
-def _date(scenario) -> float:
-    from torquer.time import decimal_year
-
-    return decimal_year(scenario.start)
 
 
 def _ends(scenario):

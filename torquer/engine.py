@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numba
+from numba.core.caching import NullCache
 
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
@@ -62,6 +63,17 @@ kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
+
+
+def is_own(function) -> bool:
+    """Whether a Python function is from this package, whose sources name the cache folder."""
+    return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE.resolve())
+
+
+def keep_off_disk(*kernels) -> None:
+    """From now on compile these kernels for this process alone."""
+    for each in kernels if COMPILED else ():
+        each._cache = NullCache()
 
 
 @contextlib.contextmanager

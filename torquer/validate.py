@@ -23,7 +23,8 @@ def finite(name: str, value, shape: tuple | None = None) -> np.ndarray:
 def inertia_tensor(name: str, value) -> np.ndarray:
     """A physical inertia tensor [kg m^2]: symmetric, positive definite, triangle inequality.
 
-    Three numbers are taken as a diagonal tensor in principal axes.
+    Three numbers are taken as a diagonal tensor in principal axes. Asymmetry of the size of
+    rounding (1e-9 of the largest entry) is taken out.
     """
     tensor = finite(name, value)
     if tensor.shape == (3,):
@@ -32,6 +33,7 @@ def inertia_tensor(name: str, value) -> np.ndarray:
         raise ValueError(f"{name}: must be 3 moments or a 3x3 tensor; received shape {tensor.shape}")
     if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * np.abs(tensor).max()):
         raise ValueError(f"{name}: must be symmetric; received {tensor.tolist()}")
+    tensor = 0.5 * (tensor + tensor.T)
     moments = np.linalg.eigvalsh(tensor)
     shown = ", ".join(f"{m:.6g}" for m in moments)
     if moments[0] <= 0.0:
@@ -47,11 +49,14 @@ def inertia_tensor(name: str, value) -> np.ndarray:
 
 
 def unit_rows(name: str, value) -> np.ndarray:
-    """Rows scaled to length one; a zero row is an error."""
+    """Rows scaled to length one (rows that have it stay, to the bit); a zero row is an error."""
     rows = np.atleast_2d(finite(name, value))
     lengths = np.linalg.norm(rows, axis=1)
-    if rows.shape[1] != 3 or np.any(lengths == 0.0):
+    if rows.ndim != 2 or rows.shape[1] != 3 or np.any(lengths == 0.0):
         raise ValueError(f"{name}: must be non-zero vectors of 3 numbers; received {rows.tolist()}")
+    # what has length one already stays bit for bit: axes are stored and read back
+    lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0
+    lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0
     return rows / lengths[:, None]
 
 

@@ -52,7 +52,8 @@ class _Bdot(Spec):
 
     def law(self) -> Law:
         """The law with this gain."""
-        return Law(self.kind, self.kernel, {"gain": self.gain_a_m2_s_per_t}, self.memory)
+        kernel = type(self).kernel  # of the class: an instance would bind it as a method
+        return Law(self.kind, kernel, {"gain": self.gain_a_m2_s_per_t}, self.memory)
 
 
 class Bdot(_Bdot):

@@ -6,11 +6,13 @@ through a pointer, and the compiled code could not be cached.)
 """
 
 import functools
+import inspect
 from typing import NamedTuple
 
 import numpy as np
 from numba.extending import overload
 
+from torquer import engine
 from torquer.engine import kernel
 from torquer.integrate import dop853_tableau as tableau
 
@@ -24,10 +26,25 @@ def rates(problem, t, y, dy):
     raise TypeError(f"dop853: must have rates_of({type(problem).__name__}); received none")
 
 
+_ARGUMENTS = ["problem", "t", "y", "dy"]
+
+
 def rates_of(problem_class):
-    """Decorator: `function(problem, t, y, dy)` is the right-hand side of this class."""
+    """Decorator: `function(problem, t, y, dy)` is the right-hand side of this class.
+
+    The arguments must have these names (TypeError otherwise).
+    """
 
     def register(function):
+        given = list(inspect.signature(function).parameters)
+        if given != _ARGUMENTS:
+            raise TypeError(
+                f"rates_of: {function.__name__} must have the arguments {', '.join(_ARGUMENTS)}; "
+                f"received {', '.join(given)}"
+            )
+        if not engine.is_own(function):
+            # the key of the compiled cache does not see that file: an edit would go unnoticed
+            engine.keep_off_disk(_attempt, dop853)
         rates.register(problem_class)(function)
 
         @overload(rates, jit_options={"error_model": "numpy", "fastmath": {"contract"}})
@@ -104,7 +121,8 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
     """Integrate y' = rates from t to t_end, in place; return (status, next step, steps taken).
 
     `problem` is a NamedTuple whose class has its `rates_of`; `h` is the first step to try
-    (0: chosen here); `work` comes from `workspace(y.size)`. Error per step below atol + rtol |y|.
+    (0: chosen here); `work` comes from `workspace(y.size)`. Error per step below atol + rtol |y|
+    (atol > 0 unless no component ever vanishes). On failure y is the last point reached.
     """
     rates(problem, t, y, work.rows[0])
     span = t_end - t
@@ -135,6 +153,6 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
             h = max(h, abs(step) * growth) if h >= left else abs(step) * growth
         else:  # also reached by an error that is not a number
             h = abs(step) * max(0.333, 0.9 * error ** (-1.0 / 8.0)) if error < 1e30 else 0.1 * h
-            if h < 1e-14 * max(abs(t), abs(span)):
+            if not h >= 1e-14 * max(abs(t), abs(span)):
                 return STEP_TOO_SMALL, h, steps
     return TOO_MANY_STEPS, h, 10_000_000

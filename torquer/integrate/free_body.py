@@ -3,8 +3,9 @@
 The rates follow from the addition theorems of sn, cn, dn, so no inverse function is needed.
 The attitude is q = q_L (turn by psi about a) (shortest turn of L to the axis a), where a is
 the principal axis about which the momentum circulates; psi' = omega.(a + l)/(1 + a.l) with
-l = L/|L| in the body. All differences are written as sums of positive terms, so spheres,
-axisymmetric bodies and pure spins need no special treatment but one.
+l = L/|L| in the body, which is a constant plus another one over 1 + a.l. Differences are written
+as sums of positive terms wherever they could cancel, so spheres, axisymmetric bodies, pure
+spins and the neighbourhood of the separatrix need no special treatment but one.
 """
 
 import math
@@ -30,8 +31,25 @@ _WEIGHTS = (
     0.18038078652406933,
     0.0856622461895852,
 )
+#: Beyond this argument sech is held, so that its square does not vanish.
+_FAR = 350.0
+#: Below this angular momentum [N m s] a body counts as at rest: squares would vanish.
+_AT_REST = 1e-150
 #: Longest panel of the quadrature in the argument of sn; the nearest pole lies pi/2 away.
 _PANEL = 0.5
+
+
+@kernel
+def _landen(u, k):
+    """(sn, cn, dn)(u | 1 - k^2): k goes to one within ten levels or so."""
+    if not k < 1.0 - 4e-16:  # one to rounding (or not a number)
+        return math.sin(u), math.cos(u), 1.0
+    s, c, d = _landen(0.5 * (1.0 + k) * u, 2.0 * math.sqrt(k) / (1.0 + k))
+    modulus, rest = (1.0 - k) / (1.0 + k), 2.0 * k / (1.0 + k)  # their sum is one
+    part = modulus * s * s
+    w = 1.0 / (1.0 + part)
+    left = 1.0 - part if part < 0.5 else c * c + rest * s * s  # keeps the digits of both ends
+    return (1.0 + modulus) * s * w, c * d * w, left * w
 
 
 @kernel
@@ -41,22 +59,23 @@ def jacobi_elliptic(u, m_complement):
     The complement is the argument, because it is what decides near the separatrix.
     """
     if m_complement <= 0.0:
-        c = 1.0 / math.cosh(u)
+        c = 1.0 / math.cosh(min(abs(u), _FAR))
         return math.tanh(u), c, c
-    # down to a modulus so small that sn, cn, dn are circular functions, then back up
-    k1 = math.sqrt(min(m_complement, 1.0))
-    k2 = 2.0 * math.sqrt(k1) / (1.0 + k1)
-    k3 = 2.0 * math.sqrt(k2) / (1.0 + k2)
-    k4 = 2.0 * math.sqrt(k3) / (1.0 + k3)
-    k5 = 2.0 * math.sqrt(k4) / (1.0 + k4)
-    k6 = 2.0 * math.sqrt(k5) / (1.0 + k5)
-    v = u * (1.0 + k1) * (1.0 + k2) * (1.0 + k3) * (1.0 + k4) * (1.0 + k5) * (1.0 + k6) / 64.0
-    s, c, d = math.sin(v), math.cos(v), 1.0
-    for k in (k6, k5, k4, k3, k2, k1):
-        modulus = (1.0 - k) / (1.0 + k)
-        w = 1.0 / (1.0 + modulus * s * s)
-        s, c, d = (1.0 + modulus) * s * w, c * d * w, (1.0 - modulus * s * s) * w
-    return s, c, d
+    return _landen(u, math.sqrt(min(m_complement, 1.0)))
+
+
+@kernel
+def _excess(moments, omega):
+    """L^2 - 2 E I1."""
+    (i1, i2, i3), (_, w2, w3) = moments, omega
+    return i2 * (i2 - i1) * w2 * w2 + i3 * (i3 - i1) * w3 * w3
+
+
+@kernel
+def _frequency(moments, omega):
+    """Growth [1/s] of the argument of sn, cn, dn when the momentum circulates about the third axis."""
+    i1, i2, i3 = moments
+    return math.sqrt((i3 - i2) * _excess(moments, omega) / (i1 * i2 * i3))
 
 
 @kernel
@@ -68,18 +87,17 @@ def _circulating_rates(moments, omega, t):
     dn with the amplitudes cancelled: a vanishing amplitude (pure spin) does no harm.
     """
     (i1, i2, i3), (w1, w2, w3) = moments, omega
-    excess = i2 * (i2 - i1) * w2 * w2 + i3 * (i3 - i1) * w3 * w3  # L^2 - 2 E I1
-    if i3 == i2 or excess == 0.0:
+    excess = _excess(moments, omega)
+    if (i3 - i2) * excess == 0.0:
         return omega  # the momentum lies along a principal axis of a symmetric body
     complement = (i3 - i1) * (i3 * (i3 - i2) * w3 * w3 - i1 * (i2 - i1) * w1 * w1)
     complement = complement / ((i3 - i2) * excess)
-    frequency = math.sqrt((i3 - i2) * excess / (i1 * i2 * i3))
     ratio = math.sqrt(i1 * (i3 - i1) / (i2 * (i3 - i2)))  # amplitude of w2 over that of w1
     top = math.copysign(math.sqrt(excess / (i3 * (i3 - i1))), w3)  # amplitude of w3
     m_scaled = (i2 - i1) * i2 / excess  # m over the squared amplitude of w2
     sense, dn0 = math.copysign(1.0, w3), w3 / top
-    sn, cn, dn = jacobi_elliptic(frequency * t, complement)
-    s = 1.0 / (1.0 - m_scaled * w2 * w2 * sn * sn)
+    sn, cn, dn = jacobi_elliptic(_frequency(moments, omega) * t, complement)
+    s = 1.0 / (cn * cn + sn * sn * dn0 * dn0)  # 1 - m sn0^2 sn^2
     return (
         s * (w1 * cn - sense * w2 / ratio * sn * dn * dn0),
         s * (w2 * cn * dn + sense * ratio * w1 * sn * dn0),
@@ -104,9 +122,8 @@ def free_rates(moments, omega, t):
 
 
 @kernel
-def _momentum_direction(moments, omega):
-    momentum = (moments[0] * omega[0], moments[1] * omega[1], moments[2] * omega[2])
-    return scale(1.0 / norm(momentum), momentum)
+def _momentum(moments, omega):
+    return (moments[0] * omega[0], moments[1] * omega[1], moments[2] * omega[2])
 
 
 @kernel
@@ -117,19 +134,25 @@ def _shortest_turn(a, b):
 
 
 @kernel
-def _twist(moments, omega, axis, t):
-    """Integral of psi' over t seconds, panel by panel."""
-    spread = (moments[2] - moments[0]) / moments[0] * norm(omega)  # bounds the frequency of sn
-    panels = int(abs(t) * spread / _PANEL) + 1
+def _twist(moments, omega, t):
+    """Integral of psi' over t seconds when the momentum circulates about the third axis.
+
+    psi' = L/I3 + excess/(1 + |l3|), where the excess vanishes for a pure spin. Compensated sum.
+    """
+    (i1, i2, i3), (w1, w2, _) = moments, omega
+    size = norm(_momentum(moments, omega))
+    excess = (i1 * (i3 - i1) * w1 * w1 + i2 * (i3 - i2) * w2 * w2) / (size * i3)
+    panels = int(abs(t) * _frequency(moments, omega) / _PANEL) + 1
     h = t / panels
-    psi = 0.0
+    total = lost = 0.0
     for panel in range(panels):
         for node in range(6):
-            w = free_rates(moments, omega, h * (panel + _NODES[node]))
-            along = _momentum_direction(moments, w)
-            rate = (dot(w, axis) + dot(w, along)) / (1.0 + dot(axis, along))
-            psi += _WEIGHTS[node] * h * rate
-    return psi
+            w = _circulating_rates(moments, omega, h * (panel + _NODES[node]))
+            part = _WEIGHTS[node] * size / (size + i3 * abs(w[2])) - lost
+            grown = total + part
+            lost = (grown - total) - part
+            total = grown
+    return t * size / i3 + excess * h * total
 
 
 @kernel
@@ -139,16 +162,21 @@ def free_rotation(moments, q, omega, t):
     `moments` are the principal moments of inertia [kg m^2] in ascending order, q the attitude
     of the principal axes (to inertial), omega their absolute rate [rad/s].
     """
-    if dot(omega, omega) == 0.0:
+    start = _momentum(moments, omega)
+    size = norm(start)
+    if not _AT_REST <= size < math.inf:  # at rest, or not a number: not to be made worse
         return q, omega
-    start = _momentum_direction(moments, omega)
+    start = scale(1.0 / size, start)
+    ahead = free_rates(moments, omega, t)
+    end = scale(1.0 / size, _momentum(moments, ahead))
     if _circulates_about_third(moments, omega):
         axis = (0.0, 0.0, math.copysign(1.0, start[2]))
+        psi = _twist(moments, omega, t)
     else:
+        (i1, i2, i3), (w1, w2, w3) = moments, omega
         axis = (math.copysign(1.0, start[0]), 0.0, 0.0)
-    ahead = free_rates(moments, omega, t)
-    end = _momentum_direction(moments, ahead)
-    turn = from_rotation_vector(scale(_twist(moments, omega, axis, t), axis))
+        psi = _twist((i3, i2, i1), (w3, w2, w1), t)
+    turn = from_rotation_vector(scale(psi, axis))
     to_axis = _shortest_turn(end, axis)
     from_axis = _shortest_turn(axis, start)
     return normalised(multiply(q, multiply(from_axis, multiply(turn, to_axis)))), ahead

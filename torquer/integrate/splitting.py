@@ -7,7 +7,7 @@ the torque itself is resolved.
 
 from torquer.engine import kernel
 from torquer.geometry.quaternion import conjugate, multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, mat_vec, scale, solve
+from torquer.geometry.vec3 import add, add_scaled, cross, scale, solve, sym_vec
 from torquer.integrate.free_body import free_rotation
 from torquer.integrate.rk4 import Motion
 
@@ -29,14 +29,16 @@ def drift(moments, q_principal_to_body, x, t):
 def kick(inertia, wheel_momentum, torque, x, t):
     """Rate after the torque and the wheels have acted for t seconds at a frozen attitude.
 
+    `inertia` as (xx, yy, zz, xy, xz, yz) [kg m^2].
     J d omega/dt = M + h x omega by the implicit midpoint rule, which leaves the energy alone
     when there is no torque.
     """
     h = scale(0.5 * t, wheel_momentum)
-    right = add(add_scaled(mat_vec(inertia, x.omega), t, torque), cross(h, x.omega))
+    right = add(add_scaled(sym_vec(inertia, x.omega), t, torque), cross(h, x.omega))
+    xx, yy, zz, xy, xz, yz = inertia
     left = (
-        (inertia[0][0], inertia[0][1] + h[2], inertia[0][2] - h[1]),
-        (inertia[1][0] - h[2], inertia[1][1], inertia[1][2] + h[0]),
-        (inertia[2][0] + h[1], inertia[2][1] - h[0], inertia[2][2]),
+        (xx, xy + h[2], xz - h[1]),
+        (xy - h[2], yy, yz + h[0]),
+        (xz + h[1], yz - h[0], zz),
     )
     return Motion(x.q, solve(left, right))

@@ -1,1 +1,28 @@
 """What people look at: summary, pictures, self-contained HTML."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+
+def write_report(
+    result, out_dir, progress: Callable[[float], None] | None = None
+) -> dict[str, Path]:
+    """Write `plots/*.png` and `report.html` of a result into a folder; return the paths by name.
+
+    The folder is made if need be. `progress` is called with the part done, 0..1. `ValueError`
+    for a result without a single record.
+    """
+    from torquer.report.html import write_page
+    from torquer.report.panels import pictures
+    from torquer.report.plots import draw_all
+    from torquer.report.view import view_of
+
+    view = view_of(result)
+    drawn = pictures(view)
+    folder = Path(out_dir)
+    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    told = progress or (lambda part: None)
+    paths = draw_all(view, drawn, folder / "plots", lambda part: told(0.8 * part))
+    paths["report"] = write_page(view, drawn, folder / "report.html", paths["overview"])
+    told(1.0)
+    return paths

@@ -1,0 +1,47 @@
+"""One plain scenario for the tests of whole runs, changed by dotted keys."""
+
+import copy
+
+import pytest
+
+from torquer.scenario.load import scenario_from_data
+
+PLAIN = {
+    "start": "2012-03-04T10:31:47Z",
+    "orbit": {"kind": "circular", "altitude_km": 550.0, "inclination_deg": 60.0},
+    "environment": {"field": {"kind": "averaged"}, "earth_rotation": "sidereal"},
+    "spacecraft": {
+        "body": {"inertia_kg_m2": [[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]]},
+        "coils": {"limit_a_m2": 3.0},
+    },
+    "initial": {"rate_deg_s": [1.0, -0.6, 0.8], "euler_deg": [20.0, -35.0, 70.0]},
+    "control": {"law": {"kind": "off"}},
+    "simulation": {"duration_s": 600.0, "step_s": 1.0, "record_s": 10.0},
+}
+
+
+def changed(data: dict, changes: dict) -> dict:
+    """A deep copy with values set (or, for None, removed) at dotted keys."""
+    data = copy.deepcopy(data)
+    for dotted, value in changes.items():
+        *tables, key = dotted.split(".")
+        table = data
+        for name in tables:
+            table = table.setdefault(name, {})
+        if value is None:
+            del table[key]
+        else:
+            table[key] = copy.deepcopy(value)
+    return data
+
+
+@pytest.fixture(scope="session")
+def plain_data():
+    """`plain_data({"simulation.step_s": 0.5})`: the plain scenario as data, changed."""
+    return lambda changes=(): changed(PLAIN, dict(changes))
+
+
+@pytest.fixture(scope="session")
+def make():
+    """`make({"simulation.step_s": 0.5})`: the plain scenario, changed."""
+    return lambda changes=(): scenario_from_data(changed(PLAIN, dict(changes)))

@@ -1,0 +1,142 @@
+"""B-dot in its three forms: formulas, what cancels, and that it only ever brakes."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+from torquer.control.bdot import (
+    Bdot,
+    BdotDerivative,
+    BdotRate,
+    bdot_derivative,
+    bdot_difference,
+    bdot_rate,
+)
+from torquer.conventions import Measured
+
+MANY = settings(max_examples=80, deadline=None)
+ZERO = (0.0, 0.0, 0.0)
+fields = st.tuples(*[st.floats(-6e-5, 6e-5)] * 3)
+rates = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
+gains = st.floats(1.0, 1e6)
+
+
+def measured(t=0.0, b=ZERO, b_rate=ZERO, omega=ZERO):
+    return Measured(float(t), tuple(b), tuple(b_rate), tuple(omega), ZERO)
+
+
+def parameters(gain):
+    return np.array([float(gain)])
+
+
+@MANY
+@given(fields, rates, gains)
+def test_rate_form_is_the_formula_and_its_torque_only_brakes(b, omega, gain):
+    m = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
+    lever = np.linalg.norm(b) * np.linalg.norm(omega)
+    assert m == pytest.approx(gain * np.cross(omega, b), abs=4e-16 * gain * lever)
+    power = np.dot(np.cross(m, b), omega)
+    size = gain * lever**2
+    assert power <= 1e-15 * size
+    assert power == pytest.approx(-gain * np.sum(np.cross(omega, b) ** 2), abs=1e-14 * size)
+
+
+@MANY
+@given(fields, rates, gains)
+def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it(b, omega, gain):
+    """-k (B^2 omega - B (B.omega)), as the module says."""
+    torque = np.cross(bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0)), b)
+    expected = -gain * (np.dot(b, b) * np.array(omega) - np.array(b) * np.dot(b, omega))
+    assert torque == pytest.approx(expected, abs=1e-14 * gain * np.dot(b, b))
+
+
+@MANY
+@given(fields, rates, gains)
+def test_derivative_form_is_the_formula_and_in_a_steady_field_the_rate_form(b, omega, gain):
+    b_rate = tuple(-np.cross(omega, b))
+    m = bdot_derivative(measured(b=b, b_rate=b_rate, omega=omega), parameters(gain), np.zeros(0))
+    assert m == pytest.approx(-gain * np.array(b_rate), abs=0.0)
+    same = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
+    lever = np.linalg.norm(b) * np.linalg.norm(omega)
+    assert m == pytest.approx(same, abs=4e-16 * gain * lever)
+
+
+@MANY
+@given(fields, fields, gains, st.floats(0.01, 100.0), st.floats(0.0, 1e6))
+def test_difference_form_is_the_formula(before, b, gain, dt, t):
+    memory = np.zeros(5)
+    assert bdot_difference(measured(t, before), parameters(gain), memory) == ZERO
+    m = bdot_difference(measured(t + dt, b), parameters(gain), memory)
+    steps = (t + dt) - t
+    expected = -gain * np.subtract(b, before) / steps
+    assert m == pytest.approx(expected, rel=1e-12, abs=1e-22 * gain)
+
+
+@MANY
+@given(fields, fields, fields, gains)
+def test_a_constant_bias_cancels_in_the_difference(before, b, bias, gain):
+    def answer(add):
+        memory = np.zeros(5)
+        bdot_difference(measured(0.0, np.add(before, add)), parameters(gain), memory)
+        return bdot_difference(measured(1.0, np.add(b, add)), parameters(gain), memory)
+
+    assert answer(bias) == pytest.approx(answer(ZERO), abs=1e-19 * gain)
+
+
+def test_difference_tends_to_the_derivative_with_the_first_power_of_the_interval():
+    b0, omega, gain = np.array([2e-5, -1e-5, 3e-5]), np.array([0.02, 0.05, -0.03]), 1e5
+
+    def field(t):  # a steady field seen from the turning body
+        return Rotation.from_rotvec(-omega * t).apply(b0)
+
+    errors = []
+    for dt in (0.4, 0.2, 0.1):
+        memory = np.zeros(5)
+        bdot_difference(measured(10.0 - dt, field(10.0 - dt)), parameters(gain), memory)
+        m = bdot_difference(measured(10.0, field(10.0)), parameters(gain), memory)
+        exact = gain * np.cross(omega, field(10.0))
+        errors.append(np.linalg.norm(m - exact))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.05)
+    assert np.log2(errors[1] / errors[2]) == pytest.approx(1.0, abs=0.05)
+
+
+def test_difference_remembers_the_last_reading_only():
+    memory, gain = np.zeros(5), parameters(2.0)
+    for t, b in ((0.0, 1.0), (1.0, 2.0), (3.0, 8.0)):
+        m = bdot_difference(measured(t, (b, 0.0, -b)), gain, memory)
+    assert m == (-6.0, -0.0, 6.0)
+    assert memory.tolist() == [1.0, 3.0, 8.0, 0.0, -8.0]
+
+
+@pytest.mark.parametrize("law", [bdot_rate, bdot_derivative, bdot_difference])
+def test_no_field_no_dipole(law):
+    memory = np.zeros(5)
+    for t in (0.0, 1.0, 2.0):
+        m = law(measured(t, ZERO, ZERO, (0.1, 0.2, 0.3)), parameters(1e5), memory)
+        assert np.array_equal(np.abs(m), np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("spec", "kernel", "memory"),
+    [
+        (Bdot, bdot_difference, (0.0,) * 5),
+        (BdotRate, bdot_rate, ()),
+        (BdotDerivative, bdot_derivative, ()),
+    ],
+)
+def test_specs_make_the_law_of_their_kind(spec, kernel, memory):
+    law = spec(gain_a_m2_s_per_t=1e5).law()
+    assert law.function is kernel
+    assert law.memory == memory
+    assert law.pack().tolist() == [1e5]
+    assert spec(gain_a_m2_s_per_t=2e5).law().function is law.function  # compiled once for all gains
+    for wrong in (0.0, -1.0):
+        with pytest.raises(ValidationError, match="greater than 0"):
+            spec(gain_a_m2_s_per_t=wrong)
+    with pytest.raises(ValidationError, match="finite number"):
+        spec(gain_a_m2_s_per_t=float("nan"))
+    with pytest.raises(ValidationError, match="Field required"):
+        spec()

@@ -1,0 +1,245 @@
+"""Laws of the user's own in a scenario, and runs that fail: what is said and what is kept."""
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import RunStopped, engine, simulate
+from torquer.scenario.load import ScenarioError, scenario_from_data
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+LAWS = """
+import math
+import torquer
+
+
+def plain(measured, parameters, memory):
+    memory[0] += 1.0
+    b = measured.b_body_t  # products only: a fused multiply-add would round differently
+    return (3e4 * b[0], -2e4 * b[1], memory[0] * measured.omega_body_rad_s[2])
+
+
+compiled = torquer.law(plain, memory=16)
+
+
+@torquer.law(parameters={"gain": 1e5, "along_z": 0.5})
+def with_parameters(measured, parameters, memory):
+    return (parameters[0] * measured.b_body_t[0], 0.0, parameters[1])
+
+
+@torquer.law
+def fails_later(measured, parameters, memory):
+    return (0.0, math.nan if measured.t_s >= 33.0 else 0.0, 1.0)
+
+
+@torquer.law
+def fails_at_once(measured, parameters, memory):
+    return (math.inf, 0.0, 0.0)
+
+
+@torquer.law
+def huge(measured, parameters, memory):
+    return (1e300, -1e300, 2e300)
+
+
+def fails_in_python(measured, parameters, memory):
+    return (math.nan if measured.t_s >= 33.0 else 0.0, 0, 1)
+
+
+def raises(measured, parameters, memory):
+    return (1 / (33.0 - measured.t_s), 0, 0)
+
+
+def answers_two(measured, parameters, memory):
+    return (1, 2)
+
+
+def answers_nothing(measured, parameters, memory):
+    pass
+
+
+@torquer.law
+def misspelt(measured, parameters, memory):
+    return measured.b_body
+
+
+@torquer.law
+def short(measured, parameters, memory):
+    return (1.0, 2.0)
+
+
+number = 3
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "laws.py").write_text(LAWS)
+    return tmp_path
+
+
+@pytest.fixture
+def with_law(plain_data, folder):
+    """A scenario with a law of the file."""
+
+    def build(function=None, file="laws.py", changes=(), **extra):
+        table = {"kind": "user", "file": file, **extra}
+        if function:
+            table["function"] = function
+        changes = {"control.law": table, "simulation.duration_s": 100.0, **dict(changes)}
+        return scenario_from_data(plain_data(changes), folder)
+
+    return build
+
+
+WINDOW = {"control.sample_s": 2.0, "control.measure_s": 4.0, "control.actuate_s": 3.0}
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("window", [{}, WINDOW])
+def test_plain_python_gives_the_bits_of_the_compiled_law(with_law, integrator, window):
+    changes = window | {
+        "simulation.integrator": integrator,
+        "simulation.record_s": 5.0,
+        "spacecraft.coils.lag_s": 0.4,
+        "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0},
+        "spacecraft.gyro.bias_drift_deg_s_sqrt_s": 1e-3,
+    }
+    fast = simulate(with_law("compiled", changes=changes))
+    slow = simulate(with_law("plain", changes=changes))
+    assert fast.attrs["law_runs_as"] == "compiled"
+    assert slow.attrs["law_runs_as"] == "plain Python (slow: not decorated)"
+    assert fast.attrs["law"] == slow.attrs["law"] == "plain"
+    for name in fast.variables:
+        assert np.array_equal(fast[name].values, slow[name].values), name
+    assert np.abs(fast.dipole_body.values).max() > 0.1
+
+
+def test_parameters_go_by_name(with_law):
+    default = simulate(with_law("with_parameters"))
+    assert default.attrs["law_parameters"] == '{"gain": 100000.0, "along_z": 0.5}'
+    assert default.dipole_body.values[:, 2] == pytest.approx(0.5)
+    other = simulate(with_law("with_parameters", parameters={"along_z": 0.25}))
+    assert other.dipole_body.values[:, 2] == pytest.approx(0.25)
+    assert other.dipole_body.values[0, 0] == pytest.approx(1e5 * other.b_body.values[0, 0])
+
+
+def test_unknown_parameters_are_named(with_law):
+    with pytest.raises(ValueError, match="must be one of: gain, along_z; received 'gian'"):
+        simulate(with_law("with_parameters", parameters={"gian": 1.0}))
+    with pytest.raises(ValueError, match="must be one of: none; received 'gain'"):
+        simulate(with_law("plain", parameters={"gain": 1.0}))
+    with pytest.raises(ScenarioError, match=r"control\.law\.parameters\.gain: must be finite"):
+        with_law("with_parameters", parameters={"gain": float("nan")})
+
+
+def test_the_only_law_of_a_file_needs_no_name(with_law, folder):
+    (folder / "one.py").write_text(
+        "import torquer\n@torquer.law\ndef alone(m, p, s):\n    return (0.0, 0.0, 1.0)\n"
+    )
+    assert simulate(with_law(file="one.py")).attrs["law"] == "alone"
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (None, "must hold one @torquer.law, or name one; received compiled, with_parameters, "),
+        ("nowhere", "must define nowhere; received no such function"),
+        ("number", "must define number; received no such function"),
+        ("misspelt", "law misspelt: must compile as .* received: Unknown attribute 'b_body'"),
+        ("short", r"law short: must compile as \(measured, parameters, memory\) -> \(mx, my, mz\)"),
+    ],
+)
+def test_a_law_that_cannot_be_used_is_explained(with_law, function, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        simulate(with_law(function))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_law_file_that_cannot_be_used_is_explained(with_law, folder):
+    with pytest.raises(ValueError, match="law file: must exist; received .*nowhere.py"):
+        simulate(with_law("plain", file="nowhere.py"))
+    (folder / "broken.py").write_text("def law(:\n")
+    with pytest.raises(ValueError, match="law file .*broken.py: must import; received SyntaxError"):
+        simulate(with_law("law", file="broken.py"))
+
+
+def test_an_edited_law_is_noticed(with_law, folder):
+    for number in (1.0, 2.0):
+        (folder / "edited.py").write_text(
+            "import torquer\nimport helper_of_edited as h\n"
+            "@torquer.law\ndef edited(m, p, s):\n    return h.answer()\n"
+        )
+        (folder / "helper_of_edited.py").write_text(
+            "import numba\n@numba.njit(cache=True)\n"
+            f"def answer():\n    return (0.0, 0.0, {number})\n"
+        )
+        import sys
+
+        sys.modules.pop("helper_of_edited", None)
+        sys.path.insert(0, str(folder))
+        try:
+            result = simulate(with_law(file="edited.py"))
+        finally:
+            sys.path.remove(str(folder))
+        assert result.dipole_body.values[-1].tolist() == [0.0, 0.0, number]
+
+
+@pytest.mark.parametrize(
+    ("function", "t_s", "message"),
+    [
+        ("fails_later", 33.0, r"must return a finite dipole; received \(0, nan, 1\) at t = 33 s; q"),
+        ("fails_in_python", 33.0, r"must return a finite dipole; received \(nan, 0, 1\) at t = 33 s"),
+        ("fails_at_once", 0.0, r"must return a finite dipole; received \(inf, 0, 0\) at t = 0 s"),
+        ("raises", 33.0, r"must not raise; received ZeroDivisionError\(.*\) at t = 33 s"),
+        ("answers_two", 0.0, r"must return three numbers; received \(1, 2\) at t = 0 s"),
+        ("answers_nothing", 0.0, "must return three numbers; received None at t = 0 s"),
+    ],
+)
+def test_a_law_that_fails_stops_the_run_and_keeps_its_result(with_law, function, t_s, message):
+    with pytest.raises(RunStopped, match=f"law {function}: ") as stopped:
+        simulate(with_law(function, changes={"simulation.record_s": 1.0}))
+    assert stopped.match(message)
+    result = stopped.value.result
+    assert result.time.values.tolist() == list(np.arange(0.0, t_s + 1.0))
+    assert result.attrs["ended"] == str(stopped.value)
+    assert np.isfinite(result.omega_body.values).all()
+    assert "\n" not in str(stopped.value)
+
+
+def test_an_absurd_but_finite_answer_is_scaled_to_the_limit(with_law):
+    dipole = simulate(with_law("huge")).dipole_body.values[0]
+    assert dipole == pytest.approx([1.5, -1.5, 3.0])
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+def test_a_state_that_blows_up_stops_the_run(make, integrator, tmp_path):
+    scenario = make({
+        "spacecraft.coils.limit_a_m2": 1e300,
+        "control.law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e250},
+        "control.sample_s": 5.0,
+        "simulation.integrator": integrator,
+    })  # fmt: skip
+    with pytest.raises(RunStopped, match=r"^the state stopped being finite after t = ") as stopped:
+        simulate(scenario)
+    assert "last quaternion and rate: " in str(stopped.value)
+    result = stopped.value.result
+    assert 1 <= result.sizes["time"] < 60
+    assert np.isfinite(result.omega_body.values).all()
+    torquer.save(result, tmp_path / "result.nc")
+    assert torquer.load(tmp_path / "result.nc").attrs["ended"] == str(stopped.value)
+
+
+def test_a_field_model_without_that_date_stops_before_the_run(make):
+    with pytest.raises(ValueError, match=r"igrf14: date must lie within 1900.0..2030.0; received 2031"):
+        simulate(make({"environment.field.kind": "igrf14", "start": "2031-03-04T00:00:00Z"}))
+
+
+def test_an_orbit_that_decays_stops_before_the_run(make):
+    tle = [
+        "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",
+        "2 38051  51.6521 324.5583 0011559   6.4829  88.0894 15.22465494  5160",
+    ]
+    with pytest.raises(ValueError, match=r"sgp4: no orbit at t = .* error \d, "):
+        simulate(make({"orbit": {"kind": "sgp4", "tle": tle}, "start": "2060-03-04T00:00:00Z"}))

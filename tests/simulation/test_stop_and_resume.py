@@ -1,0 +1,274 @@
+"""Stopping, storing and going on: the same bits as the unbroken run. Seeds. With and without JIT."""
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer.control import Bdot
+from torquer.orbit import Circular
+from torquer.simulation import run as runner
+from torquer.simulation.spec import (
+    Body,
+    Coils,
+    Control,
+    InitialMotion,
+    Scenario,
+    Simulation,
+    Spacecraft,
+)
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+#: Everything that remembers: noise, drift, lag, a window; 1200 steps, records off the cycle.
+FULL = {
+    "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0},
+    "spacecraft.gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
+    "spacecraft.sun_sensors": {"axes": [[1, 0, 0], [-1, 2, 0]], "half_field_deg": 80.0,
+                               "noise_deg": 0.1},
+    "spacecraft.coils": {"limit_a_m2": [2.0, 3.0, 4.0, 3.0], "lag_s": 0.7,
+                         "axes": [[1, 2, 3], [0, 1, 0.3], [-0.1, 0.2, 1], [1, 0, 0]],
+                         "residual_dipole_a_m2": [0.1, 0.0, -0.1]},
+    "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e6},
+                "sample_s": 3.0, "measure_s": 6.0, "actuate_s": 4.0},
+    "simulation": {"duration_s": 602.0, "step_s": 0.5, "record_s": 7.0},
+    "seed": 7,
+}  # fmt: skip
+
+
+def same(a, b):
+    """Whether two results are the same, bit for bit."""
+    assert sorted(a.variables) == sorted(b.variables)
+    for name in a.variables:
+        if a[name].dtype.kind == "f":
+            assert np.array_equal(a[name].values, b[name].values, equal_nan=True), name
+        else:
+            assert np.array_equal(a[name].values, b[name].values), name
+    assert a.attrs == b.attrs
+    return True
+
+
+@law(parameters={"gain": 2e5, "leak": 0.9}, memory=(1.0, 0.0))
+def remembering(measured, parameters, memory):
+    """A law that remembers, and whose answer is full of what it remembers."""
+    memory[0] = parameters[1] * memory[0] + measured.b_body_t[0] * 1e4
+    memory[1] += 1.0
+    s = parameters[0] * memory[0]
+    b = measured.b_body_t
+    return (s * b[1] + 1e-3 * memory[1], -s * b[0], measured.omega_body_rad_s[2])
+
+
+IN_PYTHON = torquer.Law("in_python", remembering.function, remembering.parameters, (1.0, 0.0), False)
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("stop_s", [70.0, 100.0, 101.0, 333.5, 0.0])
+def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(make, integrator, stop_s, tmp_path):
+    scenario = make(FULL | {"simulation.integrator": integrator})
+    whole = simulate(scenario)
+    part = simulate(scenario, until_s=stop_s)
+    assert part.attrs["ended"].startswith("stopped at t = ")
+    assert stop_s <= float(part.checkpoint[0]) * 0.5 <= stop_s + 4.0  # the longest hold
+    assert stop_s - 7.0 < part.time.values[-1] <= stop_s + 4.0
+    save(part, tmp_path / "part.nc")
+    assert same(resume(load(tmp_path / "part.nc")), whole)
+    assert same(resume(resume(part, until_s=400.5)), whole)
+
+
+@pytest.mark.parametrize("own", [remembering, IN_PYTHON], ids=["compiled", "python"])
+def test_laws_with_memory_go_on_with_the_same_bits(make, own):
+    scenario = make(FULL)
+    whole = simulate(scenario, own)
+    assert whole.checkpoint.values[-1] == len([t for t in range(1204) if t % 20 in (0, 6, 12)])
+    part = simulate(scenario, own, until_s=211.5)
+    assert same(resume(part, own), whole)
+
+
+@pytest.mark.parametrize("kind", ["bdot_rate", "bdot_derivative", "off"])
+def test_every_law_goes_on_with_the_same_bits(make, kind):
+    gain = {} if kind == "off" else {"gain_a_m2_s_per_t": 1e6}
+    scenario = make(FULL | {"control.law": {"kind": kind, **gain}})
+    assert same(resume(simulate(scenario, until_s=301.0)), simulate(scenario))
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+def test_results_do_not_depend_on_how_fast_the_machine_is(make, integrator, monkeypatch):
+    """The run is cut into pieces by the wall clock."""
+    scenario = make(FULL | {"simulation.integrator": integrator, "simulation.duration_s": 3003.0})
+    fast = simulate(scenario)
+    monkeypatch.setattr(runner, "_PIECE_S", 0.0)
+    assert same(simulate(scenario), fast)
+
+
+def test_a_complete_result_has_nothing_to_go_on_with(make):
+    whole = simulate(make(FULL))
+    assert whole.attrs["ended"] == "complete"
+    assert same(resume(whole), whole)
+    assert same(simulate(make(FULL), until_s=1e9), whole)
+
+
+def test_the_law_must_be_the_one_that_began(make):
+    part = simulate(make(FULL), remembering, until_s=100.0)
+    with pytest.raises(ValueError, match=r"law: must be remembering .*; received bdot "):
+        resume(part)
+    with pytest.raises(ValueError, match=r"began; received remembering .*\"gain\": 1\.0"):
+        resume(part, remembering.with_parameters(gain=1.0))
+
+
+def test_a_result_that_was_cut_is_refused(make):
+    part = simulate(make(FULL), until_s=100.0)
+    with pytest.raises(ValueError, match="must have every row of its record .* received 3 rows"):
+        resume(part.isel(time=slice(0, 3)))
+    with pytest.raises(ValueError, match="must have every row of its record"):
+        resume(part.isel(time=slice(1, None)))
+    with pytest.raises(ValueError, match=r"checkpoint must have 42 cells.*received 41"):
+        resume(part.isel(checkpoint_cell=slice(1, None)))
+
+
+@pytest.mark.parametrize("until_s", [-1.0, float("nan")])
+def test_until_must_be_a_time(make, until_s):
+    with pytest.raises(ValueError, match=f"until_s: must be a time from 0 on; received {until_s}"):
+        simulate(make(), until_s=until_s)
+
+
+def test_an_interrupt_keeps_what_was_computed(make):
+    scenario = make(FULL | {"simulation.duration_s": 3003.0})
+    parts = []
+
+    def impatient(part):
+        parts.append(part)
+        if len(parts) == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(RunStopped, match=r"^interrupted at t = \d+(\.5)? s$") as stopped:
+        simulate(scenario, progress=impatient)
+    assert 0.0 < parts[0] < parts[1] < 1.0
+    part = stopped.value.result
+    assert part.attrs["ended"] == str(stopped.value)
+    assert part.time.values[-1] == pytest.approx(parts[1] * 3003.0, abs=7.0)
+    assert same(resume(part), simulate(scenario))
+
+
+def test_an_interrupt_before_the_first_step_keeps_the_start(make, monkeypatch):
+    scenario = make(FULL)
+
+    def interrupted(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(runner.Run, "advance_to", interrupted)
+        with pytest.raises(RunStopped, match="interrupted at t = 0 s") as stopped:
+            simulate(scenario)
+    part = stopped.value.result
+    assert part.time.values.tolist() == [0.0]
+    assert same(resume(part), simulate(scenario))
+
+
+def test_an_interrupt_inside_a_law_in_python_leaves_its_memory_as_it_was(make):
+    scenario, calls = make(FULL), []
+
+    def own(measured, parameters, memory):
+        answer = remembering.function(measured, parameters, memory)
+        calls.append(measured.t_s)
+        if len(calls) == 41:
+            raise KeyboardInterrupt
+        return answer
+
+    in_python = torquer.Law("own", own, remembering.parameters, (1.0, 0.0), compiled=False)
+    with pytest.raises(RunStopped, match="interrupted") as stopped:
+        simulate(scenario, in_python)
+    resumed = resume(stopped.value.result, in_python)
+    assert calls[40] == calls[41]
+    assert same(resumed, simulate(scenario, in_python))
+
+
+def test_the_same_seed_gives_the_same_bits_and_another_does_not(make):
+    first, again = simulate(make(FULL)), simulate(make(FULL))
+    other = simulate(make(FULL | {"seed": 8}))
+    assert same(first, again)
+    for name in ("b_measured", "omega_measured", "sun_measured", "omega_body"):
+        assert not np.array_equal(first[name].values, other[name].values), name
+
+
+def test_the_seed_has_no_say_without_noise(make):
+    a, b = simulate(make({"seed": 1})), simulate(make({"seed": 2}))
+    assert np.array_equal(a.omega_body.values, b.omega_body.values)
+
+
+def test_a_scenario_built_in_python_is_stored_with_its_result(tmp_path):
+    scenario = Scenario(
+        start="2012-03-04T10:31:47Z",
+        orbit=Circular(altitude_km=500.0, inclination_deg=60.0),
+        spacecraft=Spacecraft(
+            body=Body(inertia_kg_m2=(1.0, 1.1, 1.2)),
+            coils=Coils(limit_a_m2=3.0, axes=((1, 2, 3), (3, -1, 0.1), (0.2, 0.3, 1))),
+        ),
+        initial=InitialMotion(rate_deg_s=(1.0, 1.0, 1.0)),
+        control=Control(law=Bdot(gain_a_m2_s_per_t=1e5)),
+        simulation=Simulation(duration_s=100.0),
+    )
+    part = simulate(scenario, until_s=50.0)
+    save(part, tmp_path / "part.nc")
+    part = load(tmp_path / "part.nc")
+    assert torquer.simulation.result.scenario_of(part) == scenario
+    assert same(resume(part), simulate(scenario))
+
+
+def test_saving_replaces_the_file_only_when_all_is_written(make, tmp_path, monkeypatch):
+    import xarray
+
+    path = tmp_path / "result.nc"
+    result = simulate(make())
+    save(result, path)
+
+    def full_disk(self, file, **_):
+        file.write_bytes(b"half")
+        raise OSError("No space left on device")
+
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", full_disk)
+    with pytest.raises(OSError, match="No space"):
+        save(result, path)
+    monkeypatch.undo()
+    assert same(load(path), result)
+
+
+_SHORT = {
+    "environment.table_tolerance": 1e-7,
+    "control.sample_s": 3.0,
+    "simulation.duration_s": 20.0,
+    "simulation.record_s": 1.0,
+    "spacecraft": {k.removeprefix("spacecraft."): v for k, v in FULL.items() if "craft" in k}
+    | {"body": {"inertia_kg_m2": [1.0, 1.2, 1.5]}},
+    "control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e6},
+}
+_WITHOUT_JIT = """
+import json, sys
+from torquer import engine, simulate
+from torquer.scenario.load import scenario_from_data
+assert not engine.COMPILED
+results = [simulate(scenario_from_data(data)) for data in json.load(sys.stdin)]
+print(json.dumps([{k: r[k].values.tolist() for k in ("q_body_to_inertial", "omega_body",
+    "dipole_body", "b_measured", "omega_measured", "sun_measured")} for r in results]))
+"""
+
+
+def test_plain_python_computes_the_same_as_compiled_code(plain_data):
+    cases = [
+        plain_data(_SHORT | {"simulation.integrator": name})
+        for name in ("rk4", "splitting", "dop853")
+    ]
+    done = subprocess.run(
+        [sys.executable, "-c", _WITHOUT_JIT], input=json.dumps(cases), text=True,
+        env=os.environ | {"NUMBA_DISABLE_JIT": "1"}, capture_output=True, check=True, timeout=100,
+    )  # fmt: skip
+    for case, plain in zip(cases, json.loads(done.stdout), strict=True):
+        compiled = simulate(torquer.scenario.load.scenario_from_data(case))
+        for name, values in plain.items():
+            scale = np.abs(compiled[name].values).max()
+            assert scale > 0.0
+            assert np.abs(compiled[name].values - values).max() < 1e-12 * scale, name

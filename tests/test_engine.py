@@ -1,0 +1,171 @@
+"""The compute engine: the key of the cache, its folder, what is kept off the disk."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+
+import torquer
+from torquer import engine
+from torquer.engine import cache_of, cache_root, is_own, keep_off_disk, source_key
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A small package in the engine's eyes."""
+    for place in ("control/bdot.py", "control/__init__.py", "scenario/load.py", "cli.py", "noise.py"):
+        file = tmp_path / place
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("x = 1\n")
+    monkeypatch.setattr(engine, "PACKAGE", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("place", ["control/bdot.py", "control/__init__.py", "noise.py"])
+def test_editing_a_source_with_kernels_changes_the_key(package, place):
+    before = source_key()
+    assert source_key() == before
+    (package / place).write_text("x = 2\n")
+    changed = source_key()
+    assert changed != before
+    (package / place).write_text("x = 1\n")
+    assert source_key() == before
+
+
+@pytest.mark.parametrize("place", ["scenario/load.py", "cli.py"])
+def test_editing_a_room_without_kernels_does_not(package, place):
+    before = source_key()
+    (package / place).write_text("x = 2\n")
+    assert source_key() == before
+
+
+def test_new_moved_and_removed_sources_change_the_key(package):
+    keys = [source_key()]
+    (package / "control" / "new.py").write_text("x = 1\n")
+    keys.append(source_key())
+    (package / "control" / "new.py").rename(package / "control" / "newer.py")
+    keys.append(source_key())
+    assert len(set(keys)) == 3
+    (package / "control" / "newer.py").unlink()
+    assert source_key() == keys[0]
+
+
+def test_the_key_knows_the_compiler(package, monkeypatch):
+    before = source_key()
+    monkeypatch.setattr(numba, "__version__", "0.0.0")
+    assert source_key() != before
+
+
+def test_every_room_without_kernels_exists_or_is_to_come_and_holds_none():
+    for room in engine.ROOMS_WITHOUT_KERNELS:
+        place = engine.PACKAGE / room
+        files = [place] if place.suffix else place.rglob("*.py")
+        for file in files:
+            if file.exists():
+                assert "torquer.engine" not in file.read_text(encoding="utf-8"), file
+
+
+def test_the_cache_folder_can_be_chosen(monkeypatch, tmp_path):
+    monkeypatch.setenv("TORQUER_CACHE_DIR", str(tmp_path / "mine"))
+    assert cache_root() == tmp_path / "mine"
+    monkeypatch.delenv("TORQUER_CACHE_DIR")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "xdg"))
+    assert cache_root() == tmp_path / "xdg" / "torquer"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    monkeypatch.delenv("LOCALAPPDATA", raising=False)
+    assert cache_root() == Path.home() / ".cache" / "torquer"
+
+
+def test_compiled_code_lies_in_a_folder_named_by_the_key():
+    assert Path(numba.config.CACHE_DIR).name == source_key()
+
+
+def test_a_users_files_name_a_cache_folder_of_their_own(tmp_path):
+    file = tmp_path / "law.py"
+    file.write_text("x = 1\n")
+    usual, folders = numba.config.CACHE_DIR, []
+    for text in ("x = 1\n", "x = 2\n", "x = 1\n"):
+        file.write_text(text)
+        with cache_of([file]):
+            folders.append(numba.config.CACHE_DIR)
+        assert numba.config.CACHE_DIR == usual
+    assert folders[0] == folders[2] != folders[1]
+    assert Path(folders[0]).parent == Path(usual)
+    with pytest.raises(KeyError), cache_of([file]):
+        raise KeyError
+    assert numba.config.CACHE_DIR == usual
+
+
+def test_own_functions_are_told_from_others():
+    assert is_own(source_key) and not is_own(in_a_process)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="there is no cache without a compiler")
+def test_a_kernel_kept_off_the_disk_is_not_found_there():
+    @engine.kernel
+    def double(x):
+        return 2 * x
+
+    keep_off_disk(double)
+    assert double(4) == 8
+    assert not double.stats.cache_path
+    assert not double.stats.cache_hits
+
+
+def in_a_process(script, **environment):
+    here = str(Path(torquer.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": here, **environment},
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+def test_a_cache_folder_that_cannot_be_made_is_no_hindrance(tmp_path):
+    (tmp_path / "file").write_text("")
+    script = "import numba, torquer.engine; print(numba.config.CACHE_DIR)"
+    folder = in_a_process(script, TORQUER_CACHE_DIR=str(tmp_path / "file" / "cache"))[0]
+    assert Path(folder).is_dir() and Path(folder).parent.name == "torquer"
+
+
+def test_importing_the_package_is_light():
+    script = "import sys, torquer; print(*(m for m in ('numba', 'numpy', 'xarray') if m in sys.modules))"
+    assert in_a_process(script) == []
+
+
+PROBLEM = """
+import sys
+import numpy as np
+sys.path.insert(0, FOLDER)
+from problem_of_test_engine import Growth
+from torquer.integrate.dop853 import dop853, workspace
+y = np.ones(1)
+dop853(Growth(1.0), 0.0, 1.0, y, 1e-10, 1e-12, 0.0, workspace(1))
+print(round(y[0], 6))
+"""
+RATES = """
+from typing import NamedTuple
+from torquer.integrate.dop853 import rates_of
+
+class Growth(NamedTuple):
+    k: float
+
+@rates_of(Growth)
+def rates_of_growth(problem, t, y, dy):
+    dy[0] = SIGN * problem.k * y[0]
+"""
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="there is no cache without a compiler")
+def test_an_edited_right_hand_side_outside_the_package_is_noticed(tmp_path):
+    """The integrator's own key does not see the file of the problem."""
+    for sign, answer in (("1.0", "2.718282"), ("-1.0", "0.367879")):
+        (tmp_path / "problem_of_test_engine.py").write_text(RATES.replace("SIGN", sign))
+        assert in_a_process(PROBLEM.replace("FOLDER", repr(str(tmp_path)))) == [answer]

@@ -1,0 +1,98 @@
+"""Every published formula that is cited exists, and has one home in the code."""
+
+import ast
+import json
+import re
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+import torquer
+
+PACKAGE = Path(torquer.__file__).parent
+CATALOGUE = json.loads((Path(__file__).parent / "data" / "published_equations.json").read_text())
+_ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
+#: `Source: MAG (2.1.3).` or `Source: FIELD (1.10), FIELD (1.11)`, line breaks allowed.
+_LIST = re.compile(rf"Source:\s+({_ONE}(?:,\s+(?:and\s+)?{_ONE})*)")
+_CITED = re.compile(r"([A-Z]+)\s*\((\d+(?:\.\d+)+)\)")
+
+
+def citations_of(docstring: str) -> list[tuple[str, str]]:
+    """(key, number) of all formulas that a docstring is the home of."""
+    return [c for found in _LIST.findall(docstring) for c in _CITED.findall(found)]
+
+
+def docstrings_of(source: str):
+    """(name, docstring) of a module and all that is in it."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+            text = ast.get_docstring(node)
+            if text:
+                yield getattr(node, "name", "module"), text
+
+
+def all_docstrings():
+    for file in sorted(PACKAGE.rglob("*.py")):
+        for name, text in docstrings_of(file.read_text(encoding="utf-8")):
+            yield f"{file.relative_to(PACKAGE)}: {name}", text
+
+
+def all_citations():
+    """(place, key, number) of every citation."""
+    return [(place, *c) for place, text in all_docstrings() for c in citations_of(text)]
+
+
+def test_there_are_citations():
+    assert len(all_citations()) >= 10
+
+
+def test_every_citation_is_in_the_catalogue():
+    unknown = [c for c in all_citations() if c[2] not in CATALOGUE.get(c[1], ())]
+    assert unknown == []
+
+
+def test_every_formula_has_one_home():
+    counts = Counter((key, number) for _, key, number in all_citations())
+    twice = [key for key, n in counts.items() if n > 1]
+    assert [c for c in all_citations() if c[1:] in twice] == []
+
+
+def test_every_source_line_can_be_read():
+    for place, text in all_docstrings():
+        assert len(re.findall(r"\bSources?:", text)) == len(_LIST.findall(text)), place
+
+
+def test_sources_stand_in_docstrings_not_in_comments():
+    for file in PACKAGE.rglob("*.py"):
+        for line in file.read_text(encoding="utf-8").splitlines():
+            assert not re.search(r"#.*Source: [A-Z]+ \(", line), f"{file}: {line}"
+
+
+def test_the_catalogue_is_complete_in_itself():
+    """Numbers of a section run from 1 without a gap, in order, and each stands once."""
+    assert set(CATALOGUE) == {"MAG", "SDOT", "FIELD", "WHEEL", "MGS"}
+    for key, numbers in CATALOGUE.items():
+        depth = 3 if key == "MAG" else 2
+        split = [tuple(map(int, n.split("."))) for n in numbers]
+        assert all(len(s) == depth for s in split)
+        assert split == sorted(set(split))
+        for section in {s[:-1] for s in split}:
+            last = [s[-1] for s in split if s[:-1] == section]
+            assert last == list(range(1, len(last) + 1)), (key, section)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("Brakes. Source: MAG (2.1.3).", [("MAG", "2.1.3")]),
+        ("Source: FIELD (1.10), FIELD (1.11).", [("FIELD", "1.10"), ("FIELD", "1.11")]),
+        ("Source: FIELD (1.10),\n    and FIELD (1.11).", [("FIELD", "1.10"), ("FIELD", "1.11")]),
+        ("Source: FIELD (1.4), whose axes are up, along, normal.", [("FIELD", "1.4")]),
+        ("Source: MAG (1.1.1). Later. Source: WHEEL (6.2)", [("MAG", "1.1.1"), ("WHEEL", "6.2")]),
+        ("As in MAG (2.1.3), or nearly.", []),
+        ("Source: a book, chapter 3.", []),
+    ],
+)
+def test_the_reader_of_citations(text, expected):
+    assert citations_of(text) == expected

@@ -1,0 +1,134 @@
+"""The floors of the house: imports only point down."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import torquer
+
+PACKAGE = Path(torquer.__file__).parent
+#: From the ground up; a room may import rooms of lower floors, and itself.
+FLOORS = (
+    {"conventions", "engine", "validate", "spec", "noise", "time"},
+    {"geometry"},
+    {"integrate"},
+    {"orbit"},
+    {"environment"},
+    {"spacecraft"},
+    {"control"},
+    {"estimation"},
+    {"simulation"},
+    {"theory"},
+    {"scenario"},
+    {"report"},
+    {"commands"},
+    {"cli"},
+)
+FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+FILES = sorted(PACKAGE.rglob("*.py"))
+
+
+def room_of(place: str) -> str:
+    """Room of a dotted place: torquer.geometry.vec3 -> geometry."""
+    parts = place.split(".")
+    return parts[1] if len(parts) > 1 else "__init__"
+
+
+def place_of(file: Path) -> str:
+    """Dotted place of a file of the package."""
+    parts = list(file.relative_to(PACKAGE.parent).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def imports_of(tree: ast.AST, place: str, is_package: bool):
+    """Dotted places of the package that a module imports, functions' own imports included."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                up = place.split(".")[: len(place.split(".")) - node.level + is_package]
+                base = ".".join([*up, *([base] if base else [])])
+            if base == "torquer":
+                yield from (f"torquer.{alias.name}" for alias in node.names)
+            else:
+                yield base
+
+
+def upward(source: str, place: str, is_package: bool = False) -> list[str]:
+    """Imports of a module that do not point down; what the package's own page names counts too."""
+    own, found = room_of(place), []
+    for target in imports_of(ast.parse(source), place, is_package):
+        if target.split(".")[0] != "torquer":
+            continue
+        room = room_of(target)
+        if room in FLOOR_OF:
+            lower = FLOOR_OF[room] < FLOOR_OF[own]
+            same = room == own or FLOOR_OF[room] == FLOOR_OF[own] == 0
+            if lower or same:
+                continue
+        elif room in ("__init__", "__version__"):
+            continue
+        found.append(target)
+    return found
+
+
+def test_every_room_has_its_floor():
+    rooms = {room_of(place_of(file)) for file in FILES} - {"__init__", "__main__"}
+    assert rooms <= set(FLOOR_OF), "give each new room its floor in FLOORS"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda f: str(f.relative_to(PACKAGE)))
+def test_imports_point_down(file):
+    place = place_of(file)
+    if room_of(place) in ("__init__", "__main__"):
+        return
+    source = file.read_text(encoding="utf-8")
+    assert upward(source, place, file.name == "__init__.py") == []
+
+
+@pytest.mark.parametrize(
+    ("place", "source", "wrong"),
+    [
+        ("torquer.geometry.vec3", "from torquer.engine import kernel", []),
+        ("torquer.geometry.vec3", "import numpy as np", []),
+        ("torquer.engine", "from torquer import validate", []),
+        ("torquer.engine", "import torquer", []),
+        ("torquer.geometry.vec3", "from torquer.integrate import rk4", ["torquer.integrate"]),
+        ("torquer.geometry.vec3", "import torquer.orbit.kepler", ["torquer.orbit.kepler"]),
+        ("torquer.geometry.vec3", "from torquer import orbit", ["torquer.orbit"]),
+        ("torquer.geometry.vec3", "def f():\n    import torquer.cli", ["torquer.cli"]),
+        ("torquer.orbit.kepler", "from torquer.environment import sun", ["torquer.environment"]),
+        ("torquer.environment.sun", "from torquer.orbit import kepler", []),
+        ("torquer.noise", "from torquer.geometry import vec3", ["torquer.geometry"]),
+        ("torquer.geometry.vec3", "from ..orbit import kepler", ["torquer.orbit"]),
+        ("torquer.geometry.vec3", "from . import quaternion", []),
+        ("torquer.geometry.vec3", "from .. import orbit", ["torquer.orbit"]),
+        ("torquer.geometry.vec3", "from torquer import Scenario", ["torquer.Scenario"]),
+    ],
+)
+def test_the_test_sees_what_points_up(place, source, wrong):
+    assert upward(source, place) == wrong
+
+
+def test_the_first_page_imports_nothing_when_it_is_imported():
+    """Only a docstring, strings, and the functions that import a name when it is asked for."""
+    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    for node in tree.body:
+        assert isinstance(node, ast.Expr | ast.Assign | ast.FunctionDef), ast.dump(node)[:80]
+        if not isinstance(node, ast.FunctionDef):
+            inner = (n for n in ast.walk(node) if isinstance(n, ast.Call | ast.Import | ast.Lambda))
+            assert list(inner) == []
+
+
+def test_every_public_name_is_where_the_first_page_says():
+    for name in torquer.__all__:
+        if name == "__version__":
+            continue
+        file = PACKAGE.joinpath(*torquer._HOMES[name].split(".")[1:])
+        source = file.with_suffix(".py") if file.with_suffix(".py").exists() else file / "__init__.py"
+        assert source.exists(), f"{name}: no module {torquer._HOMES[name]}"
+    with pytest.raises(AttributeError, match="module 'torquer' has no attribute 'nothing'"):
+        _ = torquer.nothing

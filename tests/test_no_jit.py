@@ -1,0 +1,121 @@
+"""The same code without the compiler gives the same numbers (coverage is measured that way)."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import engine
+
+#: Runs in this process, compiled, and in another one as plain Python; leaves `found`.
+PROBE = """
+import numpy as np
+import torquer
+from torquer.integrate.free_body import free_rotation
+from torquer.integrate.rk4 import Motion
+from torquer.integrate.splitting import drift, kick
+from torquer.noise import normal3
+from torquer.spacecraft.body import Body
+
+Q = (0.5, -0.5, 0.5, 0.5)
+found = {}
+for name, omega in {
+    "about the third axis": (0.1, -0.2, 0.9),
+    "about the first axis": (0.9, 0.1, -0.1),
+    "near the middle axis": (1e-7, 0.6, 1e-7),
+    "at rest": (0.0, 0.0, 0.0),
+    "on the middle axis": (0.0, 0.6, 0.0),
+}.items():
+    q, after = free_rotation((1.0, 1.3, 1.7), Q, omega, 21.0)
+    found[name] = [*q, *after]
+body = Body(
+    inertia_kg_m2=((1.0, 0.05, -0.08), (0.05, 1.3, 0.04), (-0.08, 0.04, 1.7)),
+    wheel_momentum_n_m_s=(0.02, -0.05, 0.03),
+)
+rigid, principal = body.pack(), body.pack_principal()
+x = drift(*principal, Motion(Q, (0.1, -0.2, 0.9)), 3.0)
+x = kick(rigid.inertia, rigid.wheel_momentum, (1e-3, 2e-3, -1e-3), x, 3.0)
+found["splitting"] = [*x.q, *x.omega]
+found["noise"] = [*normal3(2**40 + 7, 3, 2**33 + 5)]
+
+scenario = torquer.Scenario.model_validate(
+    {
+        "start": "2026-01-01T00:00:00Z",
+        "seed": 42,
+        "orbit": {"kind": "circular", "altitude_km": 500.0, "inclination_deg": 52.0},
+        "spacecraft": {
+            "body": body.model_dump(),
+            "coils": {
+                "limit_a_m2": [0.6, 1.5, 1.0, 0.8],
+                "axes": [[1, 0, 0], [0, 1, 0.2], [0, 0, 1], [1, 1, 1]],
+                "lag_s": 0.7,
+                "residual_dipole_a_m2": [0.01, 0.0, -0.02],
+                "power_at_limit_w": 0.5,
+            },
+            "magnetometer": {
+                "noise_nt": 50.0,
+                "bias_nt": [100, -200, 50],
+                "misalignment_deg": [0.5, -0.2, 0.1],
+                "resolution_nt": 8.0,
+                "range_nt": 60000.0,
+                "coil_disturbance_nt_per_a_m2": 30.0,
+            },
+            "gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
+            "sun_sensors": {"axes": [[0, 0, 1], [0, 0, -1]], "half_field_deg": 90, "noise_deg": 0.5},
+        },
+        "initial": {"rate_deg_s": [2.0, -1.0, 3.0], "euler_deg": [20, -35, 70]},
+        "control": {
+            "law": {"kind": "bdot", "gain_a_m2_s_per_t": 2e5},
+            "sample_s": 1.0,
+            "measure_s": 2.0,
+            "actuate_s": 3.0,
+        },
+        "simulation": {"duration_s": 10.0, "step_s": 1.0, "record_s": 1.0},
+    }
+)
+result = torquer.simulate(scenario)
+NAMES = (
+    "q_body_to_inertial", "omega_body", "dipole_body", "b_measured", "omega_measured",
+    "sun_measured", "command_body", "momentum_inertial",
+)
+for name in NAMES:
+    found[name] = result[name].values.ravel().tolist()
+found["coils"] = [float(result["coil_energy"]), float(result["peak_coil_dipole"])]
+"""
+
+
+def by_this_process():
+    names = {}
+    exec(compile(PROBE, "probe", "exec"), names)
+    return names["found"]
+
+
+def by_plain_python():
+    script = PROBE + "\nimport json\nprint(json.dumps(found))\n"
+    here = str(Path(torquer.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": here, "NUMBA_DISABLE_JIT": "1"},
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="compares compiled code with plain Python")
+def test_plain_python_gives_the_numbers_of_compiled_code():
+    """What is left is fused multiply-adds: rounding."""
+    compiled, plain = by_this_process(), by_plain_python()
+    assert compiled.keys() == plain.keys()
+    assert max(np.abs(compiled["dipole_body"])) > 0.1  # the coils were driven
+    assert np.ptp(np.abs(compiled["sun_measured"])) > 0.1  # the Sun was seen
+    for name, values in compiled.items():
+        size = np.max(np.abs(values), initial=1e-300)
+        assert plain[name] == pytest.approx(values, rel=0.0, abs=1e-12 * size), name

@@ -1,0 +1,126 @@
+"""The gate for numbers and the base of specs: what passes, and what is said about the rest."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+from torquer import validate
+from torquer.spec import Spec, Vector
+
+
+def test_finite_gives_float64_arrays():
+    array = validate.finite("x", [1, 2, 3], (3,))
+    assert array.dtype == np.float64 and array.tolist() == [1.0, 2.0, 3.0]
+    assert validate.finite("x", 2).shape == ()
+
+
+@pytest.mark.parametrize(
+    ("value", "shape", "told"),
+    [
+        ("some", None, "x: must be numbers; received 'some'"),
+        ([1.0, [2.0]], None, r"x: must be numbers; received \[1.0, \[2.0\]\]"),
+        ([1.0 + 2.0j], None, r"x: must be numbers; received \[\(1\+2j\)\]"),
+        ([1.0, 2.0], (3,), r"x: must have shape \(3,\); received shape \(2,\)"),
+        ([1.0, np.nan], None, r"x: must be finite; received \[1.0, nan\]"),
+        ([np.inf], (1,), r"x: must be finite; received \[inf\]"),
+        (None, None, "x: must be finite; received None"),
+    ],
+)
+def test_finite_tells_what_is_wrong(value, shape, told):
+    with pytest.raises(ValueError, match=f"^{told}$"):
+        validate.finite("x", value, shape)
+
+
+def test_inertia_of_three_moments_is_diagonal():
+    assert validate.inertia_tensor("J", (1, 2, 3)).tolist() == np.diag([1.0, 2.0, 3.0]).tolist()
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ((1.0, 2.0), r"J: must be 3 moments or a 3x3 tensor; received shape \(2,\)"),
+        (np.ones((3, 2)), r"J: must be 3 moments or a 3x3 tensor; received shape \(3, 2\)"),
+        ([[1, 1e-3, 0], [0, 1, 0], [0, 0, 1]], "J: must be symmetric; received .*"),
+        (
+            (1.0, -2.0, 3.0),
+            r"J: must be positive definite; received principal moments -2, 1, 3 kg m\^2",
+        ),
+        (
+            (1.0, 1.0, 2.001),
+            r"J: the sum of two principal moments must not be below the third "
+            r"\(triangle inequality\); received 1, 1, 2.001 kg m\^2",
+        ),
+        ((1.0, 1.0, np.nan), "J: must be finite; received .*"),
+    ],
+)
+def test_inertia_tells_what_is_wrong(value, told):
+    with pytest.raises(ValueError, match=f"^{told}$"):
+        validate.inertia_tensor("J", value)
+
+
+def test_unit_rows_are_scaled_and_then_stay():
+    rows = validate.unit_rows("axes", [[3.0, 0.0, 4.0], [0.0, -2.0, 0.0]])
+    assert rows == pytest.approx(np.array([[0.6, 0.0, 0.8], [0.0, -1.0, 0.0]]))
+    assert validate.unit_rows("axes", [0.0, 0.0, 7.0]).tolist() == [[0.0, 0.0, 1.0]]
+    random = validate.unit_rows("axes", np.random.default_rng(1).normal(size=(1000, 3)))
+    assert np.linalg.norm(random, axis=1) == pytest.approx(np.ones(1000), abs=4e-16)
+    assert np.array_equal(validate.unit_rows("axes", random), random)
+
+
+@pytest.mark.parametrize(
+    "value", [[0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], [1.0, 2.0], [], np.ones((2, 3, 2))]
+)
+def test_unit_rows_tell_what_is_wrong(value):
+    with pytest.raises(ValueError, match=r"^axes: must be non-zero vectors of 3 numbers; received"):
+        validate.unit_rows("axes", value)
+
+
+def test_rotation_matrices_pass():
+    matrix = Rotation.random(random_state=1).as_matrix()
+    assert np.array_equal(validate.rotation_matrix("R", matrix.tolist()), matrix)
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        (np.diag([1.0, 1.0, -1.0]), "off by 0 with determinant -1"),
+        (1.001 * np.eye(3), "off by 0.002 with determinant 1.003"),
+        (np.ones((3, 3)), "off by 3 with determinant 0"),
+    ],
+)
+def test_what_is_no_rotation_is_told(value, told):
+    message = f"^R: must be a right-handed rotation matrix; received one that is {told}$"
+    with pytest.raises(ValueError, match=message):
+        validate.rotation_matrix("R", value)
+
+
+class Thing(Spec):
+    """A spec as the rooms have them."""
+
+    length_m: float
+    axis: Vector = (0.0, 0.0, 1.0)
+
+
+def test_specs_are_frozen_and_compare_by_value():
+    thing = Thing(length_m=2)
+    assert thing == Thing(length_m=2.0, axis=(0, 0, 1))
+    with pytest.raises(ValidationError, match="frozen"):
+        thing.length_m = 3.0
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ({"length_m": float("nan")}, "finite number"),
+        ({"length_m": float("inf")}, "finite number"),
+        ({"length_m": 1.0, "axis": (0.0, 0.0, float("inf"))}, "finite number"),
+        ({"length_m": 1.0, "axis": (0.0, 1.0)}, "axis"),
+        ({"length_m": 1.0, "width_m": 1.0}, "Extra inputs are not permitted"),
+        ({"length_m": "long"}, "valid number"),
+        ({}, "Field required"),
+    ],
+)
+def test_specs_tell_what_is_wrong(keys, told):
+    with pytest.raises(ValidationError, match=told):
+        Thing(**keys)

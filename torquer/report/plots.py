@@ -1,0 +1,283 @@
+"""Pictures as PNG, by matplotlib's object interface: no global state, any thread, no display."""
+
+from functools import partial
+from pathlib import Path
+from textwrap import shorten
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
+
+from torquer.report import panels as drawn
+from torquer.report.panels import MEASUREMENT, Panel, Picture
+from torquer.report.series import clock_for, level_places, only_where, split_at_dateline
+from torquer.report.summary import summary_of
+from torquer.report.view import View
+
+_DPI = 150
+#: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
+_WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
+_HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
+_BANDS = {MEASUREMENT: "#f7f0e0"}
+_NIGHT = "#e3e6ef"
+_INK, _FAINT = "#222222", "#8a8a8a"
+_SMALL = 8.5
+#: Pale, so that a track stands out; even steps of lightness.
+_FIELD_COLOURS = LinearSegmentedColormap.from_list("field", ["#fbfaf5", "#cfe0e4", "#9dbccb"])
+LIT, DARK = drawn.RED, "#1b3a6b"
+
+
+def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Path]:
+    """Write every picture into a folder; their paths by name."""
+    draw = {p.name: partial(draw_picture, picture=p) for p in pictures}
+    draw |= {"ground_track": draw_ground_track, "overview": draw_overview}
+    paths = {}
+    for count, (name, figure_of) in enumerate(draw.items(), 1):
+        paths[name] = folder / f"{name}.png"
+        FigureCanvasAgg(figure_of(view)).print_png(paths[name])
+        if progress:
+            progress(count / len(draw))
+    return paths
+
+
+def _figure(width: float, height: float, title: str) -> Figure:
+    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
+    # user's text: a dollar sign is no formula, and a long line ends before the edge
+    fitting = shorten(title, round(7.5 * width), placeholder=" …")
+    figure.text(0.12 / width, 1.0 - 0.1 / height, fitting, fontsize=12, fontweight="bold",
+                color=_INK, va="top", parse_math=False)
+    return figure
+
+
+def _axes(figure: Figure, left: float, top: float, width: float, height: float):
+    """Axes at a place given in inches from the figure's upper left corner."""
+    w, h = figure.get_size_inches()
+    return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h))
+
+
+def _foot(figure: Figure, text: str, size: float = 7.5) -> None:
+    width, height = figure.get_size_inches()
+    figure.text(0.12 / width, 0.09 / height, text, fontsize=size, color="#555555")
+
+
+def draw_picture(view: View, picture: Picture) -> Figure:
+    """The panels of a picture, one under the other; revolutions below the last whole run."""
+    last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
+    counted = view.end_s >= view.revolution_s
+    told = drawn.about_ranges(picture)
+    height = _HEAD + len(picture.panels) * (_TITLE + _PLOT + _UNDER)
+    height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if told else 0.0)
+    figure = _figure(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
+    top = _HEAD
+    for i, panel in enumerate(picture.panels):
+        axes = _axes(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, _PLOT)
+        draw_panel(axes, view, panel)
+        top += _TITLE + _PLOT + _UNDER
+        if counted and i == last_whole:
+            _add_revolutions(axes, view)
+            top += _REVOLUTIONS
+    _foot(figure, told)
+    return figure
+
+
+def draw_panel(axes, view: View, panel: Panel) -> None:
+    """One panel with its lines, levels, bands, legend and labels."""
+    began, ended = panel.window or (0.0, view.end_s)
+    if ended == began:
+        began, ended = began - 0.5, ended + 0.5
+    clock = clock_for(ended - began)
+    _style(axes)
+    handles = [_draw_line(axes, line, clock) for line in panel.lines]
+    if panel.bands:
+        handles.append(_draw_bands(axes, panel, clock))
+    axes.set_xlim(began / clock.seconds, ended / clock.seconds)
+    axes.xaxis.set_major_locator(_time_ticks(clock, (ended - began) / clock.seconds))
+    _set_y(axes, panel)
+    _draw_levels(axes, panel)
+    axes.set_xlabel(f"time [{clock.unit}]", fontsize=_SMALL, labelpad=1)
+    axes.set_ylabel(panel.y_label, fontsize=9)
+    axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
+    axes.set_title(panel.title, loc="left", fontsize=9.5, color=_INK)
+    _legend(axes, handles)
+
+
+def _inches_wide(axes) -> float:
+    return axes.get_position().width * axes.figure.get_figwidth()
+
+
+def _style(axes) -> None:
+    axes.grid(True, color="#d9d9d9", lw=0.5)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(_FAINT)
+    axes.tick_params(labelsize=_SMALL, color=_FAINT)
+    axes.ticklabel_format(useOffset=False)
+
+
+def _time_ticks(clock, span: float):
+    """Ticks at round numbers of the unit; for hours at parts of a day."""
+    if clock.unit == "h":
+        return MultipleLocator(next((n for n in (1, 2, 3, 6, 12) if span <= 12 * n), 24))
+    return MaxNLocator(10, steps=(1, 2, 5, 10) if span < 50 else (1, 2, 3, 5, 6, 10))
+
+
+def _draw_line(axes, line, clock):
+    """Draw a line with its range; return what the legend shows for it."""
+    series = line.course
+    t, dots = series.t / clock.seconds, line.style == "dots"
+    many, alone = len(t) > 200, len(t) < 4
+    if series.low is not None:
+        axes.fill_between(t, series.low, series.high, color=line.colour, alpha=0.2, lw=0)
+        for edge in (series.low, series.high):
+            axes.plot(t, np.where(series.fast, edge, np.nan), lw=0.8, color=line.colour)
+    if dots:
+        axes.plot(t, series.y, ".", ms=2.5 if many else 6.0, mew=0, color=line.colour,
+                  alpha=0.5 if many else 1.0)
+    else:
+        axes.plot(t, series.y, lw=line.width, color=line.colour, marker="o" if alone else None,
+                  ms=4, drawstyle="steps-post" if line.style == "steps" else "default")
+    return Line2D([], [], color=line.colour, lw=0 if dots else 1.8, ms=4, label=line.label,
+                  marker="o" if dots or alone else None)
+
+
+def _draw_bands(axes, panel: Panel, clock):
+    colour = _BANDS.get(panel.bands_label, _NIGHT)
+    spans = [(a / clock.seconds, (b - a) / clock.seconds) for a, b in panel.bands]
+    axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=colour, lw=0,
+                     zorder=0.5)
+    return Patch(color=colour, lw=0, label=panel.bands_label)
+
+
+def _draw_levels(axes, panel: Panel) -> None:
+    low, high = axes.get_ylim()
+    levels = sorted((v for v in panel.levels if low <= v.y <= high), key=lambda level: level.y)
+    gap = 0.14 / (axes.get_position().height * axes.figure.get_figheight())
+    _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
+    for level, place in zip(levels, places, strict=True):
+        axes.axhline(level.y, color=_FAINT, lw=0.8, ls=(0, (5, 3)), zorder=1.5)
+        axes.annotate(level.label, (1.006, place), xycoords="axes fraction", va="center",
+                      fontsize=_SMALL, color="#555555", annotation_clip=False)
+
+
+def _set_y(axes, panel: Panel) -> None:
+    if panel.log:
+        axes.set_yscale("log")
+        plain = FuncFormatter(lambda y, _: f"{y:g}")
+        axes.yaxis.set_major_formatter(plain)
+        axes.yaxis.set_minor_formatter("")
+        if panel.y_range[1] < 20.0 * panel.y_range[0]:
+            axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+            axes.yaxis.set_minor_formatter(plain)
+            axes.tick_params(which="minor", labelsize=_SMALL)
+    if panel.y_range:
+        axes.set_ylim(*panel.y_range)
+    if panel.y_range == (0.0, 180.0):
+        axes.yaxis.set_major_locator(MultipleLocator(45.0))
+
+
+def _legend(axes, handles) -> None:
+    axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles),
+                frameon=False, fontsize=_SMALL, borderaxespad=0.1, handlelength=1.3,
+                handletextpad=0.5, columnspacing=1.2)
+
+
+def _add_revolutions(axes, view: View) -> None:
+    """A second time axis that counts revolutions, below the first, where there is one at least."""
+    if view.end_s < view.revolution_s:
+        return
+    unit = view.revolution_s / clock_for(view.end_s).seconds
+    both_ways = (lambda x: x / unit, lambda n: n * unit)
+    second = axes.secondary_xaxis(-_UNDER / _PLOT, functions=both_ways)
+    second.set_xlabel("revolutions", fontsize=_SMALL, labelpad=1)
+    second.tick_params(labelsize=_SMALL, color=_FAINT)
+    second.spines["bottom"].set_color(_FAINT)
+    second.xaxis.set_major_locator(MaxNLocator(12, integer=True))
+
+
+def draw_ground_track(view: View) -> Figure:
+    """Ground track over the map of the field at the orbit's height."""
+    wide = _WIDTH - _LEFT - _RIGHT - 0.5
+    height = _HEAD + _TITLE + 0.5 * wide + _UNDER
+    figure = _figure(_WIDTH, height, f"Ground track · {view.scenario.name}")
+    axes = _axes(figure, _LEFT, _HEAD + _TITLE, wide, 0.5 * wide)
+    bar = _axes(figure, _LEFT + wide + 0.15, _HEAD + _TITLE + 0.3, 0.15, 0.5 * wide - 0.6)
+    draw_track(axes, view, bar)
+    return figure
+
+
+def draw_track(axes, view: View, bar=None) -> None:
+    """Track, lit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
+    _style(axes)
+    _draw_field_map(axes, view, bar)
+    track = {k: view.values(k) for k in ("longitude", "latitude", "lit")}
+    lon, lat, lit = split_at_dateline(*track.values())
+    width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
+    alone = "o" if len(track["lit"]) < 2 else None
+    handles = []
+    for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
+        if mask.any():
+            handles += axes.plot(*only_where(mask, lon, lat), lw=width, color=colour, label=label,
+                                 marker=alone)
+    for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
+        handles += axes.plot(track["longitude"][row], track["latitude"][row], marker, ms=8, mew=1.4,
+                             color="white", mec=_INK, label=label, zorder=5)
+    axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(30 if bar or axis is axes.yaxis else 60))
+    axes.set_xlabel("longitude [deg]", fontsize=_SMALL)
+    axes.set_ylabel("latitude [deg]", fontsize=_SMALL)
+    _legend(axes, handles)
+
+
+def _draw_field_map(axes, view: View, bar) -> None:
+    grid = view.field_map
+    kind = view.scenario.environment.field.kind
+    if grid is None:
+        axes.set_title(f"{kind} field: tied to the orbit, no map", loc="left", fontsize=9.5)
+        if bar:
+            bar.remove()
+        return
+    lon, lat, strength = grid
+    filled = axes.contourf(lon, lat, strength, 24, cmap=_FIELD_COLOURS, zorder=0)
+    marks = np.arange(5, 200, 5)
+    lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
+    axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
+    height = f"{1e-3 * view.values('altitude').mean():.0f} km"
+    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=_INK)
+    if bar:
+        axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
+        bar.set_title("µT", fontsize=_SMALL)
+        bar.tick_params(labelsize=_SMALL)
+
+
+def draw_overview(view: View) -> Figure:
+    """Rate, momentum, dipole and ground track on one page, with the numbers that matter first."""
+    wide, tall = 4.95, 2.475
+    figure = _figure(12.2, 7.1, view.scenario.description or view.scenario.name)
+    shown = (drawn.rate_size(view), drawn.momentum_size(view), drawn.dipole_whole(view))
+    places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
+    cells = [_axes(figure, left, top, wide, tall) for left, top in places]
+    for axes, panel in zip(cells[:3], shown, strict=True):
+        draw_panel(axes, view, panel)
+    draw_track(cells[3], view)
+    _foot(figure, _facts(view), 9)
+    return figure
+
+
+def _facts(view: View) -> str:
+    """One line of the most important numbers."""
+    told, clock = summary_of(view.result), clock_for(view.end_s)
+    below = told["time_to_below_3x_orbital_rate_s"]
+    facts = [
+        f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated",
+        f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
+        "never below 3 ω₀" if below is None else
+        f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
+        f"momentum left {told['momentum_left_n_m_s']:.3g} N m s",
+        f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²",
+    ]
+    return "   ·   ".join(facts)

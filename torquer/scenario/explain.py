@@ -1,0 +1,124 @@
+"""What pydantic found wrong with a scenario, in the user's words: key, what must hold, received."""
+
+from pydantic import ValidationError
+
+from torquer.control import LAWS
+from torquer.environment.field import FIELDS
+from torquer.orbit import ORBITS
+
+#: Tables that say by their `kind` which keys they have.
+_KINDS = {"orbit": ORBITS, "environment.field": FIELDS, "control.law": LAWS}
+#: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
+_MUST = {
+    "bool_parsing": "must be true or false",
+    "bool_type": "must be true or false",
+    "dict_type": "must be a table of keys",
+    "finite_number": "must be finite",
+    "float_parsing": "must be a number",
+    "float_type": "must be a number",
+    "int_from_float": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_parsing_size": "must be a whole number of 64 bits",
+    "int_type": "must be a whole number",
+    "model_attributes_type": "must be a table of keys",
+    "model_type": "must be a table of keys",
+    "path_type": "must be the path of a file",
+    "string_pattern_mismatch": "must begin with a letter, digit or '_' and hold only these, '-' and '.'",
+    "string_type": "must be text",
+    "tuple_type": "must be a list",
+}
+#: Errors that say only that a value is of another kind than this member of a union.
+_OTHER_KIND = ("float_type", "tuple_type")
+_LONGEST = 100
+
+
+def explain(error: ValidationError, data: dict) -> list[str]:
+    """One line per mistake in `data`, the tables of the file."""
+    lines = {}
+    for place, mistakes in _by_place(error, data).items():
+        chosen = min(mistakes.values(), key=_strangeness)
+        for keys, mistake in chosen:
+            lines[place, keys] = _line(keys, mistake)
+    return list(dict.fromkeys(lines.values()))
+
+
+def _by_place(error: ValidationError, data: dict) -> dict:
+    """Mistakes as {key: {member of the union at that key, or "": [(key, mistake)]}}."""
+    found = {}
+    for mistake in error.errors():
+        keys, union, member = _keys(mistake["loc"], data)
+        if mistake["type"] == "missing" and isinstance(mistake["input"], list | tuple):
+            keys = keys[:-1]  # a list that is too short
+        place = keys if union is None else union
+        found.setdefault(place, {}).setdefault(member, []).append((keys, mistake))
+    return found
+
+
+def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
+    """(keys that stand in the file, keys of the innermost untagged union, its member).
+
+    The loc of pydantic also holds the kind of a tagged union and the type that was tried in an
+    untagged one: what is no key of the data at that place, unless it is the last: a missing key.
+    """
+    keys, union, member = (), None, ""
+    for i, part in enumerate(loc):
+        if isinstance(data, dict):
+            if part not in data and (i + 1 < len(loc) or part == data.get("kind")):
+                continue
+            keys, data = (*keys, part), data.get(part)
+        elif isinstance(part, int):
+            keys = (*keys, part)
+            data = data[part] if isinstance(data, list | tuple) and part < len(data) else None
+        elif not part.startswith("function-"):
+            union, member = keys, part
+    return keys, union, member
+
+
+def _strangeness(mistakes: list) -> tuple[int, int]:
+    """How far a value is from a member of a union: the nearest one is explained."""
+    strange = sum(mistake["type"] in _OTHER_KIND for _, mistake in mistakes)
+    return len(mistakes), strange
+
+
+def _name(keys: tuple) -> str:
+    shown = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+    return shown.removeprefix(".") or "scenario"
+
+
+def _line(keys: tuple, mistake: dict) -> str:
+    key, kind, context = _name(keys), mistake["type"], mistake.get("ctx", {})
+    received = _shown(mistake["input"])
+    if kind == "value_error":
+        return _own_line(keys, str(context["error"]))
+    if kind == "missing":
+        if isinstance(mistake["input"], list | tuple):
+            return f"{key}: must have {mistake['loc'][-1] + 1} values; received {received}"
+        return f"{key}: must be given; received nothing"
+    if kind == "extra_forbidden":
+        return f"{key}: must be a known key; received {received}"
+    if kind == "too_long":
+        return f"{key}: must have {context['max_length']} values; received {received}"
+    if kind in ("union_tag_not_found", "union_tag_invalid"):
+        kinds = ", ".join(_KINDS[key])
+        given = mistake["input"].get("kind")
+        return f"{key}.kind: must be one of {kinds}; received {'nothing' if given is None else repr(given)}"
+    must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
+    return f"{key}: {must}; received {received}"
+
+
+def _own_line(keys: tuple, text: str) -> str:
+    """The line of the package's own check, 'name: what must hold', led by the whole key."""
+    name, _, rest = text.partition(": ")
+    if not rest:
+        return f"{_name(keys)}: {text}"
+    words = name.split()
+    if keys and words[-1].rpartition(".")[2] == keys[-1]:
+        return f"{_name(keys)}: {rest}"
+    if len(words) > 1:
+        return f"{_name(keys)}: {text}"
+    return f"{_name((*keys, name))}: {rest}"
+
+
+def _shown(value) -> str:
+    shown = repr(value)
+    return shown if len(shown) <= _LONGEST else shown[:_LONGEST] + "..."
