@@ -83,7 +83,8 @@ def rows_of(summary: dict) -> list[tuple[str, str]]:
         if value is None:
             shown = "coil power not given" if key == "coil_energy_j" else "not within this run"
         else:
-            shown = f"{value:.4g} {unit}".rstrip()
+            digits = f"{value:.0f}" if unit == "s" and value >= 1000.0 else f"{value:.4g}"
+            shown = f"{digits} {unit}".rstrip()
             if unit == "s" and value >= 600.0:
                 shown += f" ({value / 60.0:.1f} min)"
         rows.append((label, shown))

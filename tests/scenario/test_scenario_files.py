@@ -1,0 +1,150 @@
+"""Scenario files as they are read: names, presets, law files, the schema, and notes."""
+
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+import tomllib
+
+from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
+from torquer.scenario.notes import notes_of
+from torquer.simulation.spec import Scenario
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
+CHIBIS = next(path for path in EXAMPLES if path.stem == "chibis_m_detumble")
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_is_valid_and_survives_storage(path):
+    scenario = load_scenario(path)
+    assert scenario.name == path.stem
+    assert Scenario.model_validate_json(scenario.model_dump_json()) == scenario
+
+
+def test_a_preset_fills_in_and_keys_beside_it_win():
+    text = CHIBIS.read_text().replace('preset = "hmr2300r"', 'preset = "hmr2300r"\nnoise_nt = 7.0')
+    magnetometer = scenario_from_text(text).spacecraft.magnetometer
+    assert magnetometer.noise_nt == 7.0
+    assert magnetometer.range_nt == 200000.0
+
+
+@pytest.mark.parametrize("name", presets())
+def test_every_preset_is_plain_toml_for_one_table(name):
+    from torquer.scenario.load import _PRESETS
+
+    data = tomllib.loads((_PRESETS / f"{name}.toml").read_text(encoding="utf-8"))
+    parts = Scenario.model_fields["spacecraft"].annotation.model_fields
+    fits = []
+    for part, info in parts.items():
+        kinds = [k for k in (info.annotation, *getattr(info.annotation, "__args__", ())) if k]
+        for kind in kinds:
+            if hasattr(kind, "model_fields") and set(data) <= set(kind.model_fields):
+                kind.model_validate(data)
+                fits.append(part)
+    assert len(fits) >= 1
+
+
+@pytest.mark.parametrize(
+    ("stem", "name"),
+    [("my run", "my_run"), ("2012-03", "2012-03"), ("a.b", "a.b"), (".hidden", "_hidden"),
+     ("größe", "größe")],
+)  # fmt: skip
+def test_the_file_names_the_run(tmp_path, stem, name):
+    path = tmp_path / f"{stem}.toml"
+    path.write_text(CHIBIS.read_text(), encoding="utf-8")
+    assert load_scenario(path).name == name
+
+
+def test_a_byte_order_mark_is_no_mistake(tmp_path):
+    path = tmp_path / "run.toml"
+    path.write_text(CHIBIS.read_text(), encoding="utf-8-sig")
+    assert load_scenario(path).seed == 20120304
+
+
+def test_law_files_are_looked_up_beside_the_scenario(tmp_path, monkeypatch):
+    law = 'kind = "user"\nfile = "laws/mine.py"'
+    text = CHIBIS.read_text().replace('kind = "bdot"\ngain_a_m2_s_per_t = 5e6', law)
+    (tmp_path / "run.toml").write_text(text)
+    monkeypatch.chdir(tmp_path.parent)
+    scenario = load_scenario(Path(tmp_path.name) / "run.toml")
+    assert scenario.control.law.file == (tmp_path / "laws" / "mine.py").resolve()
+
+
+def plain(value):
+    """TOML data as JSON has it."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return value.isoformat() if isinstance(value, datetime) else value
+
+
+def test_the_schema_takes_the_examples_and_no_misspelt_key():
+    jsonschema = pytest.importorskip("jsonschema")
+    schema = scenario_schema()
+    checker = jsonschema.validators.validator_for(schema)
+    checker.check_schema(schema)
+    validator = checker(schema)
+    for path in EXAMPLES:
+        data = plain(tomllib.loads(path.read_text()))
+        assert [error.message for error in validator.iter_errors(data)] == []
+        for change in ("orbits", "simulation.steps", "orbit.kind", "spacecraft.body.preset"):
+            *tables, key = change.split(".")
+            wrong = plain(tomllib.loads(path.read_text()))
+            table = wrong
+            for name in tables:
+                table = table[name]
+            table[key] = "mistaken"
+            assert not validator.is_valid(wrong), change
+    incomplete = plain(tomllib.loads(CHIBIS.read_text()))
+    incomplete["spacecraft"]["body"] = {"mass_kg": 3.0}
+    assert not validator.is_valid(incomplete)
+
+
+def test_the_schema_knows_every_key_without_the_package():
+    definitions = scenario_schema()["$defs"]
+    assert set(definitions["Coils"]["properties"]) >= {"limit_a_m2", "axes", "lag_s", "preset"}
+    assert definitions["Body"]["anyOf"] == [
+        {"required": ["inertia_kg_m2"]},
+        {"required": ["preset"]},
+    ]
+
+
+def test_steps_cover_the_duration_in_whole_records(make):
+    assert make().steps() == 600
+    assert make({"simulation.duration_s": 601.0}).steps() == 610
+    scenario = make({"simulation": {"revolutions": 2, "step_s": 0.5, "record_s": 10.0}})
+    assert 0.0 <= scenario.steps() * 0.5 - 2.0 * scenario.orbit.period_s < 10.0
+
+
+def test_notes_tell_of_a_rate_beyond_the_sampling_limit(make):
+    bdot = {"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}}
+    window = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
+              "simulation.step_s": 0.5}  # fmt: skip
+    assert notes_of(make(bdot)) == []
+    (note,) = notes_of(make(bdot | window | {"initial.rate_deg_s": [0.0, 31.0, 0.0]}))
+    assert note == (
+        "the initial rate of 31 deg/s is above the 30 deg/s that B-dot can brake with differences "
+        "over 3 s held for 3 s: the law will drive the rotation"
+    )
+    assert notes_of(make(bdot | window | {"initial.rate_deg_s": [0.0, 29.0, 0.0]})) == []
+    rate_law = {"control.law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e5}}
+    assert notes_of(make(rate_law | window | {"initial.rate_deg_s": [0.0, 31.0, 0.0]})) == []
+
+
+def test_notes_tell_of_too_high_a_gain(make):
+    least = float(make().spacecraft.body.principal()[0][0])
+    greatest = 2.0 * least / 5e-5**2
+    for factor, count in ((0.99, 0), (1.01, 1)):
+        law = {"kind": "bdot", "gain_a_m2_s_per_t": factor * greatest}
+        notes = notes_of(make({"control.law": law}))
+        assert len(notes) == count
+    assert "overshoots in a field of 50000 nT" in notes[0]
+
+
+def test_notes_tell_of_too_long_a_step(make):
+    fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0]}
+    (note,) = notes_of(make(fast))
+    assert note.startswith("the body turns 60 deg within one step of 1 s: take a shorter step_s")
+    assert notes_of(make(fast | {"simulation.integrator": "splitting"})) == []
+    assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
