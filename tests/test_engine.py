@@ -16,7 +16,8 @@ from torquer.engine import cache_of, cache_root, is_own, keep_off_disk, source_k
 @pytest.fixture
 def package(tmp_path, monkeypatch):
     """A small package in the engine's eyes."""
-    for place in ("control/bdot.py", "control/__init__.py", "scenario/load.py", "cli.py", "noise.py"):
+    rooms = ("control/bdot.py", "control/__init__.py", "scenario/load.py", "cli.py", "noise.py")
+    for place in rooms:
         file = tmp_path / place
         file.parent.mkdir(exist_ok=True)
         file.write_text("x = 1\n")
@@ -91,12 +92,12 @@ def test_a_users_files_name_a_cache_folder_of_their_own(tmp_path):
         file.write_text(text)
         with cache_of([file]):
             folders.append(numba.config.CACHE_DIR)
-        assert numba.config.CACHE_DIR == usual
+        assert usual == numba.config.CACHE_DIR
     assert folders[0] == folders[2] != folders[1]
     assert Path(folders[0]).parent == Path(usual)
     with pytest.raises(KeyError), cache_of([file]):
         raise KeyError
-    assert numba.config.CACHE_DIR == usual
+    assert usual == numba.config.CACHE_DIR
 
 
 def test_own_functions_are_told_from_others():
@@ -132,11 +133,12 @@ def test_a_cache_folder_that_cannot_be_made_is_no_hindrance(tmp_path):
     (tmp_path / "file").write_text("")
     script = "import numba, torquer.engine; print(numba.config.CACHE_DIR)"
     folder = in_a_process(script, TORQUER_CACHE_DIR=str(tmp_path / "file" / "cache"))[0]
-    assert Path(folder).is_dir() and Path(folder).parent.name == "torquer"
+    assert Path(folder).is_dir()
+    assert Path(folder).parent.name.startswith("torquer-cache-")  # no name that one could import
 
 
 def test_importing_the_package_is_light():
-    script = "import sys, torquer; print(*(m for m in ('numba', 'numpy', 'xarray') if m in sys.modules))"
+    script = "import sys, torquer; print(*{'numba', 'numpy', 'xarray', 'scipy'} & set(sys.modules))"
     assert in_a_process(script) == []
 
 

@@ -66,7 +66,9 @@ scenario = torquer.Scenario.model_validate(
                 "coil_disturbance_nt_per_a_m2": 30.0,
             },
             "gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
-            "sun_sensors": {"axes": [[0, 0, 1], [0, 0, -1]], "half_field_deg": 90, "noise_deg": 0.5},
+            "sun_sensors": {
+                "axes": [[0, 0, 1], [0, 0, -1]], "half_field_deg": 90, "noise_deg": 0.5,
+            },
         },
         "initial": {"rate_deg_s": [2.0, -1.0, 3.0], "euler_deg": [20, -35, 70]},
         "control": {

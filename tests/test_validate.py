@@ -69,7 +69,8 @@ def test_unit_rows_are_scaled_and_then_stay():
 
 
 @pytest.mark.parametrize(
-    "value", [[0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], [1.0, 2.0], [], np.ones((2, 3, 2))]
+    "value",
+    [[0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]], [1.0, 2.0], [], np.ones((2, 3, 2))],
 )
 def test_unit_rows_tell_what_is_wrong(value):
     with pytest.raises(ValueError, match=r"^axes: must be non-zero vectors of 3 numbers; received"):

@@ -10,6 +10,7 @@ app = App(
     name="torquer",
     help="Satellite attitude control with magnetorquers and reaction wheels.",
     version_flags=[],
+    suppress_keyboard_interrupt=False,
 )
 
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]

@@ -12,7 +12,7 @@ import torquer
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
 from torquer.simulation.result import load, resume, save, scenario_of
-from torquer.simulation.run import RunStopped, simulate
+from torquer.simulation.run import COMPLETE, RunStopped, simulate
 
 _console = Console(stderr=True)
 INTERRUPTED = 130
@@ -107,12 +107,22 @@ def _earlier(out: Path, scenario):
     """The result to go on from, after a check that it belongs to this scenario."""
     path = out / "result.nc"
     if not path.is_file():
-        raise ValueError(f"--resume: must find an interrupted run; received {out} without result.nc")
-    earlier = load(path)
-    if scenario_of(earlier) != scenario:
+        raise ValueError(
+            f"--resume: must find an interrupted run; received {out} without result.nc"
+        )
+    try:
+        earlier = load(path)
+        began_with, ended = scenario_of(earlier), earlier.attrs["ended"]
+    except (OSError, ValueError, KeyError) as error:
+        raise ValueError(
+            f"--resume: must find a result of a run; received {path} ({error})"
+        ) from None
+    if began_with != scenario:
         raise ValueError(f"--resume: the scenario must be the one that {path} began with")
-    if earlier.attrs["ended"] == "complete":
-        raise ValueError(f"--resume: must find an interrupted run; received a complete one in {path}")
+    if ended == COMPLETE:
+        raise ValueError(
+            f"--resume: must find an interrupted run; received a complete one in {path}"
+        )
     return earlier
 
 

@@ -47,9 +47,11 @@ def _use_cache() -> None:
     folder = cache_root() / source_key()
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError:  # a read-only home: compiled code is still kept for this machine
-        folder = Path(tempfile.gettempdir()) / "torquer" / source_key()
-        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:  # a read-only home: compiled code is still kept for this machine and user
+        # (the name must not be importable: a script in the temporary folder would find it first)
+        user = getattr(os, "getuid", lambda: "user")()
+        folder = Path(tempfile.gettempdir()) / f"torquer-cache-{user}" / source_key()
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     numba.config.CACHE_DIR = str(folder)
 
 

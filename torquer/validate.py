@@ -30,7 +30,9 @@ def inertia_tensor(name: str, value) -> np.ndarray:
     if tensor.shape == (3,):
         tensor = np.diag(tensor)
     if tensor.shape != (3, 3):
-        raise ValueError(f"{name}: must be 3 moments or a 3x3 tensor; received shape {tensor.shape}")
+        raise ValueError(
+            f"{name}: must be 3 moments or a 3x3 tensor; received shape {tensor.shape}"
+        )
     if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * np.abs(tensor).max()):
         raise ValueError(f"{name}: must be symmetric; received {tensor.tolist()}")
     tensor = 0.5 * (tensor + tensor.T)

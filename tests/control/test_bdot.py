@@ -19,13 +19,19 @@ from torquer.conventions import Measured
 
 MANY = settings(max_examples=80, deadline=None)
 ZERO = (0.0, 0.0, 0.0)
-fields = st.tuples(*[st.floats(-6e-5, 6e-5)] * 3)
-rates = st.tuples(*[st.floats(-0.5, 0.5)] * 3)
+#: Whole nanoteslas and microradians per second: zero or not, but nothing whose square vanishes.
+fields = st.tuples(*[st.integers(-60_000, 60_000).map(lambda n: 1e-9 * n)] * 3)
+rates = st.tuples(*[st.integers(-500_000, 500_000).map(lambda n: 1e-6 * n)] * 3)
 gains = st.floats(1.0, 1e6)
 
 
 def measured(t=0.0, b=ZERO, b_rate=ZERO, omega=ZERO):
     return Measured(float(t), tuple(b), tuple(b_rate), tuple(omega), ZERO)
+
+
+def lever_of(b, omega):
+    """Size that a cross product can have."""
+    return np.linalg.norm(b) * np.linalg.norm(omega)
 
 
 def parameters(gain):
@@ -36,12 +42,13 @@ def parameters(gain):
 @given(fields, rates, gains)
 def test_rate_form_is_the_formula_and_its_torque_only_brakes(b, omega, gain):
     m = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
-    lever = np.linalg.norm(b) * np.linalg.norm(omega)
-    assert m == pytest.approx(gain * np.cross(omega, b), abs=4e-16 * gain * lever)
+    lever = lever_of(b, omega)
+    assert m == pytest.approx(gain * np.cross(omega, b), rel=0.0, abs=1e-15 * gain * lever)
     power = np.dot(np.cross(m, b), omega)
     size = gain * lever**2
-    assert power <= 1e-15 * size
-    assert power == pytest.approx(-gain * np.sum(np.cross(omega, b) ** 2), abs=1e-14 * size)
+    assert power <= 1e-14 * size
+    expected = -gain * np.sum(np.cross(omega, b) ** 2)
+    assert power == pytest.approx(expected, rel=0.0, abs=1e-14 * size)
 
 
 @MANY
@@ -50,7 +57,8 @@ def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it
     """-k (B^2 omega - B (B.omega)), as the module says."""
     torque = np.cross(bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0)), b)
     expected = -gain * (np.dot(b, b) * np.array(omega) - np.array(b) * np.dot(b, omega))
-    assert torque == pytest.approx(expected, abs=1e-14 * gain * np.dot(b, b))
+    size = gain * np.linalg.norm(b) * lever_of(b, omega)
+    assert torque == pytest.approx(expected, rel=0.0, abs=1e-14 * size)
 
 
 @MANY
@@ -60,8 +68,7 @@ def test_derivative_form_is_the_formula_and_in_a_steady_field_the_rate_form(b, o
     m = bdot_derivative(measured(b=b, b_rate=b_rate, omega=omega), parameters(gain), np.zeros(0))
     assert m == pytest.approx(-gain * np.array(b_rate), abs=0.0)
     same = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
-    lever = np.linalg.norm(b) * np.linalg.norm(omega)
-    assert m == pytest.approx(same, abs=4e-16 * gain * lever)
+    assert m == pytest.approx(same, rel=0.0, abs=1e-15 * gain * lever_of(b, omega))
 
 
 @MANY

@@ -125,7 +125,7 @@ def test_dipoles_turn_with_the_body_axes(kind, example):
 
 @EVERY
 def test_all_that_it_remembers_is_its_memory(kind, example):
-    """Stopped, its memory stored, and gone on with in a fresh copy: the same answers, to the bit."""
+    """Stopped, its memory stored, and gone on with: the same answers, to the bit."""
     law, rows = example(kind), readings()
     whole, _ = answers(compiled(law), law, rows)
     again, _ = answers(compiled(law), law, rows)

@@ -156,7 +156,7 @@ def test_rates_repeat_after_very_many_periods():
 
 @pytest.mark.parametrize("shape", [(1.0, 1.0, 1.6), (1.0, 1.6, 1.6)])
 def test_symmetric_body_precesses_at_the_textbook_rates(shape):
-    """Transverse rates turn at (I_axis/I_transverse - 1) w_axis; the axis turns at L/I_transverse."""
+    """Transverse rates turn at (I_axis/I_across - 1) w_axis; the axis turns at L/I_across."""
     moments = np.array(shape)
     axis = 2 if shape[0] == shape[1] else 0
     transverse = moments[1]
@@ -168,8 +168,8 @@ def test_symmetric_body_precesses_at_the_textbook_rates(shape):
     spin[axis] = angle
     assert after == pytest.approx(Rotation.from_rotvec(spin).apply(omega), abs=1e-13)
     precession = momentum(moments, Q0, omega) / transverse * t
-    expected = Rotation.from_rotvec(precession) * Rotation.from_quat(Q0) * (
-        Rotation.from_rotvec(-spin)
+    expected = (
+        Rotation.from_rotvec(precession) * Rotation.from_quat(Q0) * (Rotation.from_rotvec(-spin))
     )
     assert (expected.inv() * Rotation.from_quat(q)).magnitude() < 1e-13
 

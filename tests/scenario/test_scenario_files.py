@@ -1,10 +1,10 @@
 """Scenario files as they are read: names, presets, law files, the schema, and notes."""
 
+import tomllib
 from datetime import datetime
 from pathlib import Path
 
 import pytest
-import tomllib
 
 from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.scenario.notes import notes_of

@@ -44,12 +44,14 @@ def test_coils_are_off_in_the_window_and_hold_the_answer_at_its_end(make):
 
 def test_without_a_window_the_law_is_asked_at_every_sample(make):
     result = simulate(
-        make({
-            "spacecraft.coils.limit_a_m2": 100.0,
-            "control.sample_s": 3.0,
-            "simulation.record_s": 1.0,
-            "simulation.duration_s": 30.0,
-        }),
+        make(
+            {
+                "spacecraft.coils.limit_a_m2": 100.0,
+                "control.sample_s": 3.0,
+                "simulation.record_s": 1.0,
+                "simulation.duration_s": 30.0,
+            }
+        ),
         counting,
     )
     assert np.array_equal(result.dipole_body.values[:-1, 0], np.repeat(np.arange(10.0), 3))
@@ -62,7 +64,7 @@ def test_the_residual_dipole_is_always_there_and_no_command(make):
     off[-1] = False  # the run ends before the next window begins
     assert np.array_equal(result.dipole_body.values[off], np.tile(RESIDUAL, (off.sum(), 1)))
     on = result.dipole_body.values[6]
-    assert on == pytest.approx(np.array(RESIDUAL) + [3.0, 0.0, 0.0])
+    assert on == pytest.approx(np.add(RESIDUAL, [3.0, 0.0, 0.0]))
     assert float(result.peak_coil_dipole) == pytest.approx(3.0)  # of a coil: without residual
 
 

@@ -52,13 +52,15 @@ def state_error(a, b):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_jacobi_integral_is_conserved(make, integrator):
     wheels = WHEELS[integrator]
-    scenario = make({
-        "spacecraft.body.wheel_momentum_n_m_s": wheels,
-        "initial.rate_deg_s": [0.03, -0.05, 0.04],
-        "initial.rate_relative_to": "orbital",
-        "simulation.duration_s": 6000.0,
-        "simulation.integrator": integrator,
-    })
+    scenario = make(
+        {
+            "spacecraft.body.wheel_momentum_n_m_s": wheels,
+            "initial.rate_deg_s": [0.03, -0.05, 0.04],
+            "initial.rate_relative_to": "orbital",
+            "simulation.duration_s": 6000.0,
+            "simulation.integrator": integrator,
+        }
+    )
     result = simulate(scenario)
     inertia = inertia_of(scenario)
     up = unit(body_from_inertial(result, "position_inertial"))
@@ -82,17 +84,19 @@ def test_jacobi_integral_is_conserved(make, integrator):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_momentum_changes_by_the_recorded_torque(make, integrator):
     wheels = WHEELS[integrator]
-    scenario = make({
-        "environment.field.kind": "igrf14",
-        "spacecraft.body.wheel_momentum_n_m_s": wheels,
-        "spacecraft.coils.residual_dipole_a_m2": [0.1, -0.2, 0.15],
-        "control.law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6},
-        "control.sample_s": 4.0,
-        "simulation.step_s": 0.5,
-        "simulation.record_s": 1.0,
-        "simulation.duration_s": 400.0,
-        "simulation.integrator": integrator,
-    })
+    scenario = make(
+        {
+            "environment.field.kind": "igrf14",
+            "spacecraft.body.wheel_momentum_n_m_s": wheels,
+            "spacecraft.coils.residual_dipole_a_m2": [0.1, -0.2, 0.15],
+            "control.law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6},
+            "control.sample_s": 4.0,
+            "simulation.step_s": 0.5,
+            "simulation.record_s": 1.0,
+            "simulation.duration_s": 400.0,
+            "simulation.integrator": integrator,
+        }
+    )
     result = simulate(scenario)
     inertia = inertia_of(scenario)
     to_inertial = Rotation.from_quat(result.q_body_to_inertial.values)
@@ -136,16 +140,18 @@ def by_scipy(scenario, result):
 
 
 def controlled(make, integrator, step_s, wheels):
-    return make({
-        "environment.field.kind": "igrf14",
-        "environment.earth_rotation": "precise",
-        "spacecraft.body.wheel_momentum_n_m_s": wheels,
-        "control.law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": 1e6},
-        "control.sample_s": 20.0,
-        "simulation.step_s": step_s,
-        "simulation.duration_s": 200.0,
-        "simulation.integrator": integrator,
-    })
+    return make(
+        {
+            "environment.field.kind": "igrf14",
+            "environment.earth_rotation": "precise",
+            "spacecraft.body.wheel_momentum_n_m_s": wheels,
+            "control.law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": 1e6},
+            "control.sample_s": 20.0,
+            "simulation.step_s": step_s,
+            "simulation.duration_s": 200.0,
+            "simulation.integrator": integrator,
+        }
+    )
 
 
 @pytest.mark.parametrize(
@@ -177,9 +183,7 @@ def free(make, **simulation):
 
 
 def test_free_motion_keeps_momentum_and_energy_and_integrators_agree(make):
-    results = [
-        free(make, integrator=name, step_s=0.1, duration_s=300.0) for name in INTEGRATORS
-    ]
+    results = [free(make, integrator=name, step_s=0.1, duration_s=300.0) for name in INTEGRATORS]
     inertia = inertia_of(make())
     for result, tolerance in zip(results, (1e-7, 1e-11, 1e-9), strict=True):
         momentum = result.momentum_inertial.values

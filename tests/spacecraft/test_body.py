@@ -33,7 +33,7 @@ def turned(moments, seed):
     [
         ((1.0, 1.0, -0.5), "must be positive definite; received principal moments -0.5, 1, 1"),
         ((0.0, 1.0, 1.0), "must be positive definite; received principal moments 0, 1, 1"),
-        (np.zeros((3, 3)).tolist(), "must be positive definite; received principal moments 0, 0, 0"),
+        (np.zeros((3, 3)).tolist(), "must be positive definite; received principal moments 0"),
         ([[1, 2, 0], [2, 1, 0], [0, 0, 1]], "must be positive definite; received"),
         ([[1, 0.1, 0], [0, 1, 0], [0, 0, 1]], r"must be symmetric; received \[\[1.0, 0.1, 0.0\]"),
         (
@@ -82,7 +82,8 @@ def test_a_body_is_frozen_and_survives_json():
 
 
 def test_three_moments_are_a_diagonal_tensor():
-    assert Body(inertia_kg_m2=(1.0, 1.2, 1.4)) == Body(inertia_kg_m2=np.diag([1.0, 1.2, 1.4]).tolist())
+    tensor = np.diag([1.0, 1.2, 1.4]).tolist()
+    assert Body(inertia_kg_m2=(1.0, 1.2, 1.4)) == Body(inertia_kg_m2=tensor)
 
 
 def test_asymmetry_of_the_size_of_rounding_is_taken_out():
@@ -113,7 +114,8 @@ def test_principal_axes_are_right_handed_and_rebuild_the_tensor(parts, seed, sha
     assert axes @ np.diag(moments) @ axes.T == pytest.approx(tensor, abs=1e-13)
     packed = body.pack_principal()
     assert packed.moments == pytest.approx(moments, abs=0.0)
-    assert Rotation.from_quat(packed.q_principal_to_body).as_matrix() == pytest.approx(axes, abs=1e-14)
+    turn = Rotation.from_quat(packed.q_principal_to_body).as_matrix()
+    assert turn == pytest.approx(axes, abs=1e-14)
 
 
 def test_constants_for_kernels():

@@ -99,9 +99,10 @@ def test_bias_scale_and_coil_disturbance():
         np.add(B, 250e-9 * np.array(dipole)), abs=1e-19
     )
     assert rate(bias_deg_s=(0.1, 0.2, -0.3), drift=(1e-4, 0.0, -1e-4)) == pytest.approx(
-        np.add(OMEGA, np.radians([0.1, 0.2, -0.3])) + [1e-4, 0.0, -1e-4], abs=1e-17
+        np.array([1e-4, 0.0, -1e-4]) + OMEGA + np.radians([0.1, 0.2, -0.3]), abs=1e-17
     )
-    assert rate(scale_error=(0.01, -0.02, 0.5)) == pytest.approx(np.multiply(OMEGA, [1.01, 0.98, 1.5]))
+    grown = np.multiply(OMEGA, [1.01, 0.98, 1.5])
+    assert rate(scale_error=(0.01, -0.02, 0.5)) == pytest.approx(grown)
 
 
 @pytest.mark.parametrize("read", [field, rate])

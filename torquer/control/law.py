@@ -7,9 +7,12 @@ A law is a function `(measured, parameters, memory) -> (mx, my, mz)`:
   returns     the wanted dipole [A m^2] in the body.
 """
 
+import contextlib
 import functools
+import hashlib
 import importlib.util
 import inspect
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,24 +101,41 @@ class FirstClass(types.WrapperAddressProtocol):
 
 @functools.cache
 def compile_law(function: Callable):
-    """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not."""
+    """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
+
+    Code of a user's file is cached under a hash of all Python files beside it.
+    """
     plain = getattr(function, "py_func", function)
     if not engine.COMPILED:
         return plain
-    cacheable = Path(inspect.getsourcefile(plain) or "").is_file()
+    count = len(inspect.signature(plain).parameters)
+    if count != 3:
+        raise ValueError(f"{_must_compile(plain)}; received one that takes {count} arguments")
+    source = Path(inspect.getsourcefile(plain) or "")
+    own = engine.is_own(plain) or not source.is_file()
+    with contextlib.nullcontext() if own else engine.cache_of(_beside(source)):
+        return _compiled(plain, source.is_file())
+
+
+def _compiled(plain: Callable, cacheable: bool) -> FirstClass:
+    options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": cacheable}
     try:
-        return FirstClass(
-            numba.njit(
-                SIGNATURE, error_model="numpy", fastmath={"contract"}, cache=cacheable
-            )(plain)
-        )
+        return FirstClass(numba.njit(SIGNATURE, **options)(plain))
     except numba.core.errors.NumbaError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        raise ValueError(
-            f"law {plain.__name__}: must compile as (measured, parameters, memory) -> "
-            f"(mx, my, mz); received: {(told or lines)[0][:200]}"
-        ) from None
+        raise ValueError(f"{_must_compile(plain)}; received: {(told or lines)[0][:200]}") from None
+
+
+def _must_compile(plain: Callable) -> str:
+    return (
+        f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (mx, my, mz)"
+    )
+
+
+def _beside(file: Path) -> list[Path]:
+    """All Python files of a file's folder: what it may import."""
+    return sorted(file.parent.glob("*.py"))
 
 
 def load_law(file: Path, name: str | None = None) -> Law:
@@ -127,17 +147,29 @@ def load_law(file: Path, name: str | None = None) -> Law:
     """
     if not file.is_file():
         raise ValueError(f"law file: must exist; received {file}")
-    spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}", file)
-    module = importlib.util.module_from_spec(spec)
-    with engine.cache_of(sorted(file.parent.glob("*.py"))):
-        try:
-            spec.loader.exec_module(module)
-        except Exception as error:
-            raise ValueError(f"law file {file}: must import; received {error!r}") from None
-        found = _find(module, file, name)
+    if file.suffix != ".py":
+        raise ValueError(f"law file: must be a Python file (.py); received {file}")
+    with engine.cache_of(_beside(file)):
+        found = _find(_module_of(file), file, name)
         if found.compiled:
             compile_law(found.function)
     return found
+
+
+def _module_of(file: Path):
+    """The file as a module of its own, with the files beside it importable."""
+    mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
+    spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise ValueError(f"law file {file}: must import; received {error!r}") from None
+    finally:
+        sys.path.pop(0)
+    return module
 
 
 def _find(module, file: Path, name: str | None) -> Law:

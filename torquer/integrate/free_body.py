@@ -73,7 +73,7 @@ def _excess(moments, omega):
 
 @kernel
 def _frequency(moments, omega):
-    """Growth [1/s] of the argument of sn, cn, dn when the momentum circulates about the third axis."""
+    """Growth [1/s] of the argument of sn, cn, dn in circulation about the third axis."""
     i1, i2, i3 = moments
     return math.sqrt((i3 - i2) * _excess(moments, omega) / (i1 * i2 * i3))
 

@@ -1,5 +1,7 @@
 """What pydantic found wrong with a scenario, in the user's words: key, what must hold, received."""
 
+import re
+
 from pydantic import ValidationError
 
 from torquer.control import LAWS
@@ -23,7 +25,9 @@ _MUST = {
     "model_attributes_type": "must be a table of keys",
     "model_type": "must be a table of keys",
     "path_type": "must be the path of a file",
-    "string_pattern_mismatch": "must begin with a letter, digit or '_' and hold only these, '-' and '.'",
+    "string_pattern_mismatch": (
+        "must begin with a letter, digit or '_' and hold only these, '-' and '.'"
+    ),
     "string_type": "must be text",
     "tuple_type": "must be a list",
 }
@@ -80,13 +84,19 @@ def _strangeness(mistakes: list) -> tuple[int, int]:
     return len(mistakes), strange
 
 
-def _name(keys: tuple) -> str:
-    shown = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys)
+def name_of(keys: tuple) -> str:
+    """Keys as the user writes them: `spacecraft.coils.limit_a_m2[1]`; odd ones in quotes."""
+    shown = ""
+    for key in keys:
+        if isinstance(key, int):
+            shown += f"[{key}]"
+        else:
+            shown += f".{key}" if re.fullmatch(r"[\w-]+", key) else f".{key!r}"
     return shown.removeprefix(".") or "scenario"
 
 
 def _line(keys: tuple, mistake: dict) -> str:
-    key, kind, context = _name(keys), mistake["type"], mistake.get("ctx", {})
+    key, kind, context = name_of(keys), mistake["type"], mistake.get("ctx", {})
     received = _shown(mistake["input"])
     if kind == "value_error":
         return _own_line(keys, str(context["error"]))
@@ -99,9 +109,9 @@ def _line(keys: tuple, mistake: dict) -> str:
     if kind == "too_long":
         return f"{key}: must have {context['max_length']} values; received {received}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        kinds = ", ".join(_KINDS[key])
         given = mistake["input"].get("kind")
-        return f"{key}.kind: must be one of {kinds}; received {'nothing' if given is None else repr(given)}"
+        received = "nothing" if given is None else _shown(given)
+        return f"{key}.kind: must be one of {', '.join(_KINDS[key])}; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 
@@ -110,13 +120,13 @@ def _own_line(keys: tuple, text: str) -> str:
     """The line of the package's own check, 'name: what must hold', led by the whole key."""
     name, _, rest = text.partition(": ")
     if not rest:
-        return f"{_name(keys)}: {text}"
+        return f"{name_of(keys)}: {text}"
     words = name.split()
     if keys and words[-1].rpartition(".")[2] == keys[-1]:
-        return f"{_name(keys)}: {rest}"
+        return f"{name_of(keys)}: {rest}"
     if len(words) > 1:
-        return f"{_name(keys)}: {text}"
-    return f"{_name((*keys, name))}: {rest}"
+        return f"{name_of(keys)}: {text}"
+    return f"{name_of((*keys, *name.split('.')))}: {rest}"
 
 
 def _shown(value) -> str:

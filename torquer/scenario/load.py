@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from torquer.scenario.explain import explain
+from torquer.scenario.explain import explain, name_of
 from torquer.simulation.spec import Scenario
 
 _PRESETS = resources.files("torquer.scenario") / "presets"
@@ -24,7 +24,9 @@ def load_scenario(path) -> Scenario:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise ScenarioError(f"scenario: must be a readable file; received {path} ({reason})") from None
+        raise ScenarioError(
+            f"scenario: must be a readable file; received {path} ({reason})"
+        ) from None
     return scenario_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem), path.parent)
 
 
@@ -50,7 +52,8 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
 
 def presets() -> list[str]:
     """Names of the shipped hardware presets."""
-    return sorted(p.name.removesuffix(".toml") for p in _PRESETS.iterdir() if p.name.endswith(".toml"))
+    names = (path.name for path in _PRESETS.iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
 def _with_presets(table: dict, place: tuple) -> dict:
@@ -63,7 +66,7 @@ def _with_presets(table: dict, place: tuple) -> dict:
     if name is None:
         return own
     if name not in presets():
-        where = ".".join((*place, "preset"))
+        where = name_of((*place, "preset"))
         raise ScenarioError(f"{where}: must be one of {', '.join(presets())}; received {name!r}")
     return tomllib.loads((_PRESETS / f"{name}.toml").read_text(encoding="utf-8")) | own
 

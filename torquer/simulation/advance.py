@@ -19,6 +19,7 @@ from torquer.integrate.splitting import NODES, drift, kick
 from torquer.spacecraft.body import Rigid, World, motion_rates, torque_body
 from torquer.spacecraft.coils import remaining
 
+
 class DipolePath(NamedTuple):
     """Dipole [A m^2, body] from an event on: `target` + `way` exp(-t/lag)."""
 

@@ -1,4 +1,4 @@
-"""The result of a run as an `xarray.Dataset`: units, frames, scenario, versions, and a checkpoint."""
+"""The result of a run as an `xarray.Dataset`: units, frames, scenario, versions, a checkpoint."""
 
 import json
 import os
@@ -33,11 +33,15 @@ def dataset_of(run: Run, ended: str) -> xr.Dataset:
     rows = run.record[: int(np.count_nonzero(np.isfinite(run.record[:, 0])))]
     t_s = rows[:, 0] * run.plan.step_s
     variables = {
-        name: (("time", "component" if last - first == 4 else "axis"), rows[:, first:last],
-               {"units": unit, "frame": frame, "long_name": meaning})
+        name: (
+            ("time", "component" if last - first == 4 else "axis"),
+            rows[:, first:last],
+            {"units": unit, "frame": frame, "long_name": meaning},
+        )
         for name, first, last, unit, frame, meaning in _RECORDED
     }
-    data = xr.Dataset(variables, coords=_coordinates(run.scenario, t_s), attrs=_attributes(run, ended))
+    coordinates = _coordinates(run.scenario, t_s)
+    data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, ended))
     data = data.assign(_surroundings(run, t_s, rows))
     return data.assign(_checkpoint(run))
 
@@ -136,7 +140,8 @@ def _stored(run: Run) -> tuple:
 def _checkpoint(run: Run) -> dict:
     """The loop's state, bit for bit, as one vector."""
     values = np.concatenate([run.state.step, *(array.ravel() for array in _stored(run))])
-    return {"checkpoint": ("checkpoint_cell", values, {"long_name": "state of the loop, to resume"})}
+    meaning = {"long_name": "state of the loop, to resume"}
+    return {"checkpoint": ("checkpoint_cell", values, meaning)}
 
 
 def scenario_of(result: xr.Dataset) -> Scenario:
