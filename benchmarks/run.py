@@ -127,9 +127,9 @@ def start_up() -> dict:
     tool = shutil.which("torquer") or str(Path(sys.executable).with_name("torquer"))
     example = str(HERE.parent / "examples/chibis_m_detumble.toml")
     short = (
-        "import torquer; s = torquer.load_scenario({!r});"
+        f"import torquer; s = torquer.load_scenario({example!r});"
         "from torquer.simulation.run import prepare; r = prepare(s); r.advance_to(10)"
-    ).format(example)
+    )
     commands = {
         "torquer --help": [tool, "--help"],
         "torquer validate": [tool, "validate", example],

@@ -47,7 +47,7 @@ def scenario_page() -> str:
         "# Scenario files, key by key",
         "",
         "Made from the code by `docs/generate.py`. A scenario is a TOML file; units are in the",
-        "keys. In a table of hardware, `preset = \"name\"` takes the keys of a shipped preset",
+        'keys. In a table of hardware, `preset = "name"` takes the keys of a shipped preset',
         "(" + ", ".join(presets()) + "); keys beside it win.",
         "",
     ]

@@ -33,9 +33,7 @@ def philox(c0, c1, c2, c3, k0, k1):
 def normal3(seed, stream, index):
     """Three independent standard normal numbers of sample `index` of a stream (integers >= 0)."""
     s, i = np.uint64(seed), np.uint64(index)
-    a, b, c, d = philox(
-        i & _LOW, i >> _32, np.uint64(stream), np.uint64(0), s & _LOW, s >> _32
-    )
+    a, b, c, d = philox(i & _LOW, i >> _32, np.uint64(stream), np.uint64(0), s & _LOW, s >> _32)
     unit = 1.0 / 4294967296.0  # of 2^32; the half keeps the logarithm finite
     r1 = math.sqrt(-2.0 * math.log((float(a) + 0.5) * unit))
     r2 = math.sqrt(-2.0 * math.log((float(c) + 0.5) * unit))

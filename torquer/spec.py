@@ -12,5 +12,6 @@ class Spec(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
+
 #: Three numbers.
 Vector = tuple[float, float, float]

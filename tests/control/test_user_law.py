@@ -145,7 +145,6 @@ def test_a_mistake_is_one_clear_line(tmp_path, text, name, told):
     assert "\n" not in str(caught.value)
 
 
-
 @pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
 def test_wrong_arguments_are_one_clear_line(tmp_path):
     file = written(tmp_path, HEAD + "def mine(measured, parameters):\n    return (0.0, 0.0, 0.0)\n")
@@ -158,7 +157,6 @@ def test_a_file_that_is_not_there_is_told(tmp_path):
         message = re.escape(f"law file: must exist; received {path}")
         with pytest.raises(ValueError, match=f"^{message}$"):
             load_law(path)
-
 
 
 def test_a_file_that_is_not_python_is_told(tmp_path):
@@ -176,14 +174,12 @@ def test_files_of_one_name_in_two_folders_are_two_laws(tmp_path):
     assert answer(one) == (1.0, 2.0, 3.0) and answer(other) == (9.0, 9.0, 9.0)
 
 
-
 def test_a_law_file_may_import_a_file_beside_it(tmp_path):
     helper = "import numba\n\n@numba.njit\ndef twice(x):\n    return 2.0 * x\n"
     written(tmp_path, helper, "helper_of_test_user_law.py")
     text = "from helper_of_test_user_law import twice\n" + HEAD + BODY
     law = load_law(written(tmp_path, text + "return (twice(measured.t_s), 0.0, 0.0)\n"))
     assert answer(law) == (4.0, 0.0, 0.0)
-
 
 
 def test_a_law_file_may_define_dataclasses(tmp_path):
@@ -237,7 +233,6 @@ def in_a_process(script, *arguments):
     return done.stdout.split()
 
 
-
 def test_a_second_process_takes_the_compiled_law_from_the_cache_and_notices_an_edit(tmp_path):
     text = "from gains import K\n" + HEAD + BODY + "return (K * SIGN, 0.0, 0.0)\n\nSIGN = 1.0\n"
     written(tmp_path, "K = 2.0\n", "gains.py")
@@ -265,7 +260,6 @@ zero = (0.0, 0.0, 0.0)
 compiled = compile_law(mine.function)
 print(compiled._keep(Measured(0.0, zero, zero, zero, zero), mine.pack(), np.zeros(0))[0])
 """
-
 
 
 def test_a_law_in_a_script_notices_an_edit_of_a_file_beside_it(tmp_path):

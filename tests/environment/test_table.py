@@ -109,7 +109,6 @@ def smooth_rate(t):
     )
 
 
-
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-11])
 @pytest.mark.parametrize("orbit", [CIRCULAR, LOW_POLAR, ECCENTRIC], ids=lambda o: o["kind"])
 def test_the_proven_error_holds_at_thousands_of_random_times(orbit, tolerance):
@@ -121,7 +120,6 @@ def test_the_proven_error_holds_at_thousands_of_random_times(orbit, tolerance):
     # rounding of a segment's time enters with the rates: 2e-13 is far below any promise here
     errors = relative_errors(values_of(proven.table, t), around.sample(t))
     assert max(errors) <= proven.relative_error + 2e-13
-
 
 
 @pytest.mark.parametrize("segment_s", [40.0, 90.0, 200.0])

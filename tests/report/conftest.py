@@ -25,7 +25,9 @@ def scenario(name="base", **sections) -> Scenario:
         "initial": {"rate_deg_s": [6.0, -4.0, 5.0]},
         "control": {
             "law": {"kind": "bdot", "gain_a_m2_s_per_t": 2e6},
-            "sample_s": 2.0, "measure_s": 4.0, "actuate_s": 4.0,
+            "sample_s": 2.0,
+            "measure_s": 4.0,
+            "actuate_s": 4.0,
         },
         "simulation": {"duration_s": 7200.0, "step_s": 0.5, "record_s": 2.0},
     }

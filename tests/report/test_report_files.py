@@ -72,7 +72,8 @@ def test_files_lie_where_they_should(report):
     root = paths["report"].parent
     assert paths["report"].name == "report.html"
     assert {p.relative_to(root).as_posix() for p in root.rglob("*") if p.is_file()} == {
-        "report.html", *(f"plots/{name}.png" for name in PICTURES)
+        "report.html",
+        *(f"plots/{name}.png" for name in PICTURES),
     }
     assert told == sorted(told) and told[-1] == 1.0 and len(told) > 5
 
@@ -162,8 +163,13 @@ def test_any_description_survives_as_toml(make, description):
 def test_toml_of_nested_and_empty_tables():
     import tomllib
 
-    data = {"a": 1, "none": None, "odd key": True, "t": {"u": {}, "v": {"x": [[1.5, 2], [3, 4]]}},
-            "long": ["x" * 60, "y" * 60]}
+    data = {
+        "a": 1,
+        "none": None,
+        "odd key": True,
+        "t": {"u": {}, "v": {"x": [[1.5, 2], [3, 4]]}},
+        "long": ["x" * 60, "y" * 60],
+    }
     expected = {**data}
     del expected["none"]
     assert tomllib.loads(toml_of(data)) == expected
@@ -207,20 +213,29 @@ def test_without_scripts_there_is_the_overview(report, parsed):
 HOLD = {"sample_s": 1.0, "measure_s": 0.0, "actuate_s": None}
 BRIEF = {"duration_s": 60.0, "step_s": 0.5, "record_s": 1.0}
 STILL = {"law": {"kind": "off"}, **HOLD}
-SKEW = {"limit_a_m2": [1.0, 2.0, 3.0, 1.0], "lag_s": 0.2, "residual_dipole_a_m2": [0.1, 0.0, 0.0],
-        "axes": [[1, 1, 0], [0, 1, 1], [1, 0, 1], [1, -1, 0]]}
+SKEW = {
+    "limit_a_m2": [1.0, 2.0, 3.0, 1.0],
+    "lag_s": 0.2,
+    "residual_dipole_a_m2": [0.1, 0.0, 0.0],
+    "axes": [[1, 1, 0], [0, 1, 1], [1, 0, 1], [1, -1, 0]],
+}
 ODD = {
     "seconds": {"simulation": {**BRIEF, "duration_s": 3.0}, "control": HOLD},
     "no rate": {
-        "initial": {"rate_deg_s": [0.0, 0.0, 0.0]}, "control": STILL, "simulation": BRIEF,
+        "initial": {"rate_deg_s": [0.0, 0.0, 0.0]},
+        "control": STILL,
+        "simulation": BRIEF,
         "environment": {"gravity_gradient": False},
     },
     "days": {
         "simulation": {"duration_s": 4 * 86400.0, "step_s": 10.0, "record_s": 60.0},
-        "control": {**HOLD, "sample_s": 10.0}, "initial": {"rate_deg_s": [0.5, 0.2, 0.1]},
+        "control": {**HOLD, "sample_s": 10.0},
+        "initial": {"rate_deg_s": [0.5, 0.2, 0.1]},
     },
     "averaged field, polar": {
-        "environment": {"field": {"kind": "averaged"}}, "control": HOLD, "simulation": BRIEF,
+        "environment": {"field": {"kind": "averaged"}},
+        "control": HOLD,
+        "simulation": BRIEF,
         "orbit": {"inclination_deg": 90.0},
     },
     "skew coils, Sun sensors": {

@@ -43,9 +43,7 @@ def test_field_picture_shows_the_bias(view):
 
 
 def test_no_error_panel_for_a_perfect_magnetometer(make):
-    result = simulate(make(
-        spacecraft={"magnetometer": {}}, simulation={"duration_s": 60.0}
-    ))
+    result = simulate(make(spacecraft={"magnetometer": {}}, simulation={"duration_s": 60.0}))
     titles = [panel.title for panel in drawn.field(view_of(result)).panels]
     assert not any(title.startswith("Magnetometer") for title in titles)
 
@@ -91,8 +89,10 @@ def test_notes_say_what_to_beware_of(make, detumble):
     )
     told = notes(view_of(simulate(tumbling, until_s=30.0)))
     for wanted in (
-        "this run is not complete: stopped at t = 30 s", "the law will drive the rotation",
-        "between two records (6 s apart)", "beyond the magnetometer's range",
+        "this run is not complete: stopped at t = 30 s",
+        "the law will drive the rotation",
+        "between two records (6 s apart)",
+        "beyond the magnetometer's range",
     ):
         assert sum(wanted in note for note in told) == 1, wanted
 
@@ -109,8 +109,9 @@ def test_law_that_took_the_place_of_the_scenarios_own(make):
 def test_reach_of_skew_coils_is_the_greatest_over_all_switchings(make):
     axes = [[1, 1, 0], [0, 1, 2], [1, 0, 1], [1, -1, 0]]
     limits = [1.0, 2.0, 3.0, 0.5]
-    skew = make(spacecraft={"coils": {"limit_a_m2": limits, "axes": axes}},
-                simulation={"duration_s": 8.0})
+    skew = make(
+        spacecraft={"coils": {"limit_a_m2": limits, "axes": axes}}, simulation={"duration_s": 8.0}
+    )
     view = view_of(simulate(skew))
     units = np.array(axes) / np.linalg.norm(axes, axis=1)[:, None]
     switched = [np.array(signs) * limits @ units for signs in itertools.product((-1, 1), repeat=4)]
@@ -121,8 +122,9 @@ def test_reach_of_skew_coils_is_the_greatest_over_all_switchings(make):
 
 def test_levels_are_orbital_rates(view):
     levels = drawn.rate_size(view).levels
-    assert [level.y for level in levels] == pytest.approx(np.degrees(view.omega0_rad_s)
-                                                          * np.array([1, 2, 3]))
+    assert [level.y for level in levels] == pytest.approx(
+        np.degrees(view.omega0_rad_s) * np.array([1, 2, 3])
+    )
     assert [level.label for level in levels] == ["1 ω₀", "2 ω₀", "3 ω₀"]
 
 
@@ -192,8 +194,10 @@ def test_slow_motion_is_one_chapter(make):
 
 
 def test_coarse_record_is_shown_as_it_is(make):
-    spin = make(initial={"rate_deg_s": [0.0, 0.0, 40.0]},
-                simulation={"duration_s": 3000.0, "step_s": 0.5, "record_s": 10.0})
+    spin = make(
+        initial={"rate_deg_s": [0.0, 0.0, 40.0]},
+        simulation={"duration_s": 3000.0, "step_s": 0.5, "record_s": 10.0},
+    )
     view = view_of(simulate(spin))
     assert not view.can_follow()
     assert all("too coarse" in part.told for part in chapters(view))

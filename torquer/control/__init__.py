@@ -16,4 +16,4 @@ LAWS = {
     "user": UserLaw,
 }
 
-AnyLaw = Annotated[Union[tuple(LAWS.values())], Field(discriminator="kind")]
+AnyLaw = Annotated[Union[tuple(LAWS.values())], Field(discriminator="kind")]  # noqa: UP007

@@ -128,9 +128,7 @@ def _compiled(plain: Callable, cacheable: bool) -> FirstClass:
 
 
 def _must_compile(plain: Callable) -> str:
-    return (
-        f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (mx, my, mz)"
-    )
+    return f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (mx, my, mz)"
 
 
 def _beside(file: Path) -> list[Path]:

@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Literal
 
+from pydantic import Field
+
 from torquer.control.law import Law, load_law
 from torquer.spec import Spec
 
@@ -14,7 +16,7 @@ class UserLaw(Spec):
     kind: Literal["user"]
     file: Path
     function: str | None = None
-    parameters: dict[str, float] = {}
+    parameters: dict[str, float] = Field(default_factory=dict)
 
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""

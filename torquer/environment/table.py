@@ -138,7 +138,9 @@ def measured_error(table: Table, sample, groups) -> float:
     exact = sample(times)
     read = np.einsum("xk,skc->sxc", np.vander(x, powers, increasing=True), table.coefficients)
     error = exact - read.reshape(exact.shape)
-    sizes = [np.linalg.norm(error[:, g], axis=1) / np.linalg.norm(exact[:, g], axis=1) for g in groups]
+    sizes = [
+        np.linalg.norm(error[:, g], axis=1) / np.linalg.norm(exact[:, g], axis=1) for g in groups
+    ]
     return float(np.max(sizes))  # not a number if any is
 
 

@@ -19,9 +19,7 @@ NODES = (0.21132486540518713, 0.7886751345948129)
 def drift(moments, q_principal_to_body, x, t):
     """Free motion of a body over t seconds; moments ascending, with their axes' attitude."""
     to_body = q_principal_to_body
-    q, omega = free_rotation(
-        moments, multiply(x.q, to_body), rotate_inverse(to_body, x.omega), t
-    )
+    q, omega = free_rotation(moments, multiply(x.q, to_body), rotate_inverse(to_body, x.omega), t)
     return Motion(multiply(q, conjugate(to_body)), rotate(to_body, omega))
 
 

@@ -14,6 +14,6 @@ from torquer.orbit.sgp4 import Sgp4
 
 ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4}
 
-AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]
+AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
 
 __all__ = ["ORBITS", "AnyOrbit", "Circular", "Kepler", "Sgp4"]

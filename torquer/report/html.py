@@ -33,24 +33,26 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
     from plotly.offline import get_plotlyjs
 
     scenario = view.scenario
-    return "\n".join([
-        "<!DOCTYPE html>",
-        '<html lang="en"><head><meta charset="utf-8">',
-        '<meta name="viewport" content="width=device-width, initial-scale=1">',
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
-        f"<title>{escape(scenario.name)} · torquer</title>",
-        f"<style>{CSS}</style></head><body><main>",
-        _head(view),
-        _without_scripts(overview_png),
-        *(_picture(view, picture) for picture in pictures),
-        _track(view),
-        _scene(view),
-        _scenario(view),
-        "</main>",
-        f"<script>{get_plotlyjs()}</script>",
-        f"<script>{SCRIPT}</script>",
-        "</body></html>",
-    ])
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+            f"<title>{escape(scenario.name)} · torquer</title>",
+            f"<style>{CSS}</style></head><body><main>",
+            _head(view),
+            _without_scripts(overview_png),
+            *(_picture(view, picture) for picture in pictures),
+            _track(view),
+            _scene(view),
+            _scenario(view),
+            "</main>",
+            f"<script>{get_plotlyjs()}</script>",
+            f"<script>{SCRIPT}</script>",
+            "</body></html>",
+        ]
+    )
 
 
 def _head(view: View) -> str:
@@ -72,31 +74,40 @@ def setting(view: View) -> list[tuple[str, str]]:
     height = 1e-3 * view.values("altitude")
     cycle = f"reading every {control.sample_s:g} s, dipole held for as long"
     if control.measure_s > 0.0:
-        cycle = (f"{control.measure_s:g} s measurement, a reading every {control.sample_s:g} s, "
-                 f"then {control.actuate_s:g} s actuation")
+        cycle = (
+            f"{control.measure_s:g} s measurement, a reading every {control.sample_s:g} s, "
+            f"then {control.actuate_s:g} s actuation"
+        )
     parameters = json.loads(attrs["law_parameters"])
     given = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
     degree = getattr(scenario.environment.field, "degree", None)
     return [
         ("Ended", attrs["ended"]),
         ("Start", f"{scenario.start:%Y-%m-%d %H:%M:%S} UTC"),
-        ("Orbit", f"{scenario.orbit.kind}, height {height.min():.0f} to {height.max():.0f} km, "
-                  f"revolution {view.revolution_s / 60.0:.2f} min"),
+        (
+            "Orbit",
+            f"{scenario.orbit.kind}, height {height.min():.0f} to {height.max():.0f} km, "
+            f"revolution {view.revolution_s / 60.0:.2f} min",
+        ),
         ("Eclipse", f"{np.mean(view.values('lit') < 0.5):.0%} of the time"),
         ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
         ("Law", f"{attrs['law']} ({given})" if given else attrs["law"]),
         ("Law runs as", attrs["law_runs_as"]),
         ("Cycle", cycle),
-        ("Integration", f"{simulation.integrator}, step {simulation.step_s:g} s, "
-                        f"record every {simulation.record_s:g} s"),
+        (
+            "Integration",
+            f"{simulation.integrator}, step {simulation.step_s:g} s, "
+            f"record every {simulation.record_s:g} s",
+        ),
         ("Seed", attrs["seed"]),
     ]
 
 
 def _table(rows) -> str:
     cells = (
-        f'<tr><th{" class=inset" if label.startswith(" ") else ""}>{escape(label.strip())}</th>'
-        f"<td>{escape(value)}</td></tr>" for label, value in rows
+        f"<tr><th{' class=inset' if label.startswith(' ') else ''}>{escape(label.strip())}</th>"
+        f"<td>{escape(value)}</td></tr>"
+        for label, value in rows
     )
     return f"<table>{''.join(cells)}</table>"
 
@@ -125,8 +136,9 @@ def _track(view: View) -> str:
     field = view.scenario.environment.field
     tied = not hasattr(field, "b_earth_fixed")
     caption = (
-        f"The {field.kind} field is tied to the orbit and has no map." if tied else
-        f"Behind it |B| of the scenario's own field ({field.kind}) at the orbit's mean height."
+        f"The {field.kind} field is tied to the orbit and has no map."
+        if tied
+        else f"Behind it |B| of the scenario's own field ({field.kind}) at the orbit's mean height."
     )
     return _section("ground_track", "Ground track", caption, _figure(track_figure(view)))
 

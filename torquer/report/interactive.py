@@ -48,9 +48,19 @@ def layout(height_px: int, **keys) -> dict:
 
 def axis(title: str, **keys) -> dict:
     """An axis with its title, on a quiet grid."""
-    return {"title": {"text": title, "standoff": 6}, "gridcolor": GRID, "zerolinecolor": GRID,
-            "linecolor": "#8a8a8a", "showline": True, "ticks": "outside", "tickcolor": "#8a8a8a",
-            "exponentformat": "power", "minexponent": 6, "automargin": True, **keys}
+    return {
+        "title": {"text": title, "standoff": 6},
+        "gridcolor": GRID,
+        "zerolinecolor": GRID,
+        "linecolor": "#8a8a8a",
+        "showline": True,
+        "ticks": "outside",
+        "tickcolor": "#8a8a8a",
+        "exponentformat": "power",
+        "minexponent": 6,
+        "automargin": True,
+        **keys,
+    }
 
 
 def panel_figure(view: View, panel: Panel) -> dict:
@@ -86,8 +96,12 @@ def _y_keys(panel: Panel) -> dict:
     low, high = (float(y) for y in panel.y_range)
     if panel.log:
         ticks = "D2" if high < 20.0 * low else 1
-        return {"type": "log", "range": [float(np.log10(low)), float(np.log10(high))],
-                "dtick": ticks, "tickformat": "~g"}
+        return {
+            "type": "log",
+            "range": [float(np.log10(low)), float(np.log10(high))],
+            "dtick": ticks,
+            "tickformat": "~g",
+        }
     return {"range": [low, high], **({"dtick": 45} if (low, high) == (0.0, 180.0) else {})}
 
 
@@ -97,16 +111,26 @@ def _traces(line: Line, clock_s: float) -> list[dict]:
     base = {"type": "scatter", "x": packed(series.t / clock_s, "f8"), "legendgroup": line.label}
     mode = "markers" if line.style == "dots" else "lines"
     many = len(series.t) > 200
-    return [*_range_traces(line, base), {
-        **base,
-        "y": packed(series.y),
-        "name": line.label,
-        "mode": "lines+markers" if len(series.t) < 4 else mode,
-        "cliponaxis": many,
-        "line": {"color": line.colour, "width": line.width + 0.5,
-                 "shape": "hv" if line.style == "steps" else "linear"},
-        "marker": {"color": line.colour, "size": 3 if many else 6, "opacity": 0.5 if many else 1.0},
-    }]
+    return [
+        *_range_traces(line, base),
+        {
+            **base,
+            "y": packed(series.y),
+            "name": line.label,
+            "mode": "lines+markers" if len(series.t) < 4 else mode,
+            "cliponaxis": many,
+            "line": {
+                "color": line.colour,
+                "width": line.width + 0.5,
+                "shape": "hv" if line.style == "steps" else "linear",
+            },
+            "marker": {
+                "color": line.colour,
+                "size": 3 if many else 6,
+                "opacity": 0.5 if many else 1.0,
+            },
+        },
+    ]
 
 
 def _range_traces(line: Line, base: dict) -> list[dict]:
@@ -114,16 +138,24 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
     series = line.course
     if series.low is None:
         return []
-    unseen = {**base, "mode": "lines", "line": {"width": 0, "color": line.colour},
-              "showlegend": False}
+    unseen = {
+        **base,
+        "mode": "lines",
+        "line": {"width": 0, "color": line.colour},
+        "showlegend": False,
+    }
     fill = {"fill": "tonexty", "fillcolor": _translucent(line.colour)}
-    traces = [{**unseen, "y": packed(series.low), "name": f"{line.label} least"},
-              {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} greatest"}]
+    traces = [
+        {**unseen, "y": packed(series.low), "name": f"{line.label} least"},
+        {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} greatest"},
+    ]
     if not series.fast.any():
         return traces
     drawn_edge = {**unseen, "line": {"width": 1, "color": line.colour}, "hoverinfo": "skip"}
-    return traces + [{**drawn_edge, "y": packed(np.where(series.fast, edge, np.nan))}
-                     for edge in (series.low, series.high)]
+    return traces + [
+        {**drawn_edge, "y": packed(np.where(series.fast, edge, np.nan))}
+        for edge in (series.low, series.high)
+    ]
 
 
 def _translucent(colour: str, part: float = 0.18) -> str:
@@ -132,15 +164,31 @@ def _translucent(colour: str, part: float = 0.18) -> str:
 
 
 def _band(panel: Panel, began: float, ended: float) -> dict:
-    return {"type": "rect", "layer": "below", "line": {"width": 0},
-            "xref": "x", "x0": began, "x1": ended, "yref": "paper", "y0": 0, "y1": 1,
-            "fillcolor": _BANDS.get(panel.bands_label, _NIGHT)}
+    return {
+        "type": "rect",
+        "layer": "below",
+        "line": {"width": 0},
+        "xref": "x",
+        "x0": began,
+        "x1": ended,
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "fillcolor": _BANDS.get(panel.bands_label, _NIGHT),
+    }
 
 
 def _band_in_legend(panel: Panel) -> dict:
     marker = {"symbol": "square", "size": 12, "color": _BANDS.get(panel.bands_label, _NIGHT)}
-    return {"type": "scatter", "x": [None], "y": [None], "mode": "markers", "marker": marker,
-            "name": panel.bands_label, "hoverinfo": "skip"}
+    return {
+        "type": "scatter",
+        "x": [None],
+        "y": [None],
+        "mode": "markers",
+        "marker": marker,
+        "name": panel.bands_label,
+        "hoverinfo": "skip",
+    }
 
 
 def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
@@ -148,18 +196,37 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
     y_range = panel.y_range or (-np.inf, np.inf)
     shown = sorted((v for v in panel.levels if y_range[0] <= v.y <= y_range[1]), key=lambda v: v.y)
     plot_px = PANEL_PX - _MARGIN["t"] - _MARGIN["b"]
-    lines = [{"type": "line", "xref": "paper", "x0": 0, "x1": 1, "y0": v.y, "y1": v.y,
-              "line": {"color": "#8a8a8a", "width": 1, "dash": "dash"}} for v in shown]
+    lines = [
+        {
+            "type": "line",
+            "xref": "paper",
+            "x0": 0,
+            "x1": 1,
+            "y0": v.y,
+            "y1": v.y,
+            "line": {"color": "#8a8a8a", "width": 1, "dash": "dash"},
+        }
+        for v in shown
+    ]
     shifts = [0.0] * len(shown)
     if panel.y_range:
         heights = [v.y for v in shown]
         places, moved = level_places(heights, panel.y_range, panel.log, 15.0 / plot_px)
         shifts = [plot_px * (m - p) for p, m in zip(places, moved, strict=True)]
     labels = [
-        {"xref": "paper", "x": 1.0, "xanchor": "left", "yref": "y", "yshift": shift,
-         "y": float(np.log10(v.y) if panel.log else v.y), "text": v.label, "showarrow": False,
-         "font": {"size": 11}}
-        for v, shift in zip(shown, shifts, strict=True) if v.label
+        {
+            "xref": "paper",
+            "x": 1.0,
+            "xanchor": "left",
+            "yref": "y",
+            "yshift": shift,
+            "y": float(np.log10(v.y) if panel.log else v.y),
+            "text": v.label,
+            "showarrow": False,
+            "font": {"size": 11},
+        }
+        for v, shift in zip(shown, shifts, strict=True)
+        if v.label
     ]
     return lines, labels
 
@@ -171,40 +238,78 @@ def track_figure(view: View) -> dict:
     lon, lat, lit = (view.values(k) for k in ("longitude", "latitude", "lit"))
     stride = max(1, len(lon) // 6000)
     clock = clock_for(view.end_s)
-    split = split_at_dateline(lon[::stride], lat[::stride], lit[::stride],
-                              view.t_s[::stride] / clock.seconds)
+    split = split_at_dateline(
+        lon[::stride], lat[::stride], lit[::stride], view.t_s[::stride] / clock.seconds
+    )
     hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
     for label, colour, lit_here in (("sunlit", drawn.RED, True), ("in eclipse", "#1b3a6b", False)):
         mask = (split[2] >= 0.5) if lit_here else (split[2] < 0.5)
         if mask.any():
             x, y, t = only_where(mask, split[0], split[1], split[3])
-            data.append({"type": "scatter", "x": packed(x), "y": packed(y), "customdata": packed(t),
-                         "mode": "lines" if len(lon) > 1 else "markers", "name": label,
-                         "line": {"color": colour, "width": 2}, "hovertemplate": hover})
+            data.append(
+                {
+                    "type": "scatter",
+                    "x": packed(x),
+                    "y": packed(y),
+                    "customdata": packed(t),
+                    "mode": "lines" if len(lon) > 1 else "markers",
+                    "name": label,
+                    "line": {"color": colour, "width": 2},
+                    "hovertemplate": hover,
+                }
+            )
     for label, row, symbol in (("start", 0, "circle"), ("end", -1, "square")):
         ring = {"color": "#222222", "width": 2}
         marker = {"symbol": symbol, "size": 11, "color": "white", "line": ring}
-        data.append({"type": "scatter", "x": [float(lon[row])], "y": [float(lat[row])],
-                     "mode": "markers", "marker": marker, "name": label})
+        data.append(
+            {
+                "type": "scatter",
+                "x": [float(lon[row])],
+                "y": [float(lat[row])],
+                "mode": "markers",
+                "marker": marker,
+                "name": label,
+            }
+        )
     keys = {"dtick": 30, "constrain": "domain"}
-    return {"data": data, "layout": layout(
-        TRACK_PX,
-        hovermode="closest",
-        xaxis=axis("longitude [deg]", range=[-180, 180], **keys),
-        yaxis=axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys),
-    )}
+    return {
+        "data": data,
+        "layout": layout(
+            TRACK_PX,
+            hovermode="closest",
+            xaxis=axis("longitude [deg]", range=[-180, 180], **keys),
+            yaxis=axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys),
+        ),
+    }
 
 
 def _field_contours(lon, lat, strength) -> dict:
     return {
-        "type": "contour", "x": packed(lon), "y": packed(lat),
+        "type": "contour",
+        "x": packed(lon),
+        "y": packed(lat),
         "z": {**packed(strength), "shape": f"{len(lat)}, {len(lon)}"},
-        "colorscale": _FIELD_COLOURS, "opacity": 0.9, "name": "|B|",
-        "contours": {"start": 5, "end": 200, "size": 5, "coloring": "heatmap", "showlabels": True,
-                     "labelfont": {"size": 10, "color": "#4f6873"}},
+        "colorscale": _FIELD_COLOURS,
+        "opacity": 0.9,
+        "name": "|B|",
+        "contours": {
+            "start": 5,
+            "end": 200,
+            "size": 5,
+            "coloring": "heatmap",
+            "showlabels": True,
+            "labelfont": {"size": 10, "color": "#4f6873"},
+        },
         "line": {"width": 0.7, "color": "#7f98a3"},
-        "zmin": float(strength.min()), "zmax": float(strength.max()),
-        "colorbar": {"title": {"text": "|B| [µT]"}, "thickness": 12, "len": 0.8, "dtick": 5,
-                     "x": 1.01, "outlinewidth": 0},
+        "zmin": float(strength.min()),
+        "zmax": float(strength.max()),
+        "colorbar": {
+            "title": {"text": "|B| [µT]"},
+            "thickness": 12,
+            "len": 0.8,
+            "dtick": 5,
+            "x": 1.01,
+            "outlinewidth": 0,
+        },
         "hovertemplate": "|B| %{z:.1f} µT<extra></extra>",
     }

@@ -184,8 +184,12 @@ def field(view: View) -> Picture:
     """Field in body axes, its beginning in detail, and the error of the magnetometer."""
     b = 1e6 * view.values("b_body")
     size = _line("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
-    whole = _whole(view, title="Field in body axes", y_label="B [µT]",
-                   lines=(*_xyz(view.t_s, b, width=0.6), size))
+    whole = _whole(
+        view,
+        title="Field in body axes",
+        y_label="B [µT]",
+        lines=(*_xyz(view.t_s, b, width=0.6), size),
+    )
     caption = (
         "What the magnetometer lives in. Readings are compared with the truth only at records "
         "that fall on a sampling instant: in between, the last reading is held."
@@ -309,23 +313,36 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     starts = np.arange(began, ended - 1e-6, control.cycle_s)
     bands = tuple((s, s + control.measure_s) for s in starts.tolist()) if control.measure_s else ()
     lines = _xyz(view.t_s[rows], factor * m, style, width=1.3)
-    return Panel(title, f"m [{unit}]", lines, levels, window=(began, ended), bands=bands,
-                 bands_label=MEASUREMENT)
+    return Panel(
+        title,
+        f"m [{unit}]",
+        lines,
+        levels,
+        window=(began, ended),
+        bands=bands,
+        bands_label=MEASUREMENT,
+    )
 
 
 def pointing(view: View) -> Picture:
     """Where the motion points: along and across the field, to the orbit normal, to the vertical."""
     vertical = seen.body_axes_from_vertical_deg(view)
-    axes = _whole(view, title="Body axes from the local vertical", y_label="angle [deg]",
-                  lines=_xyz(view.t_s, vertical, width=0.7), y_range=(0.0, 180.0))
+    axes = _whole(
+        view,
+        title="Body axes from the local vertical",
+        y_label="angle [deg]",
+        lines=_xyz(view.t_s, vertical, width=0.7),
+        y_range=(0.0, 180.0),
+    )
     caption = "Coils act only on the part of the rate across the field."
     if view.result.attrs["law"].startswith("bdot"):
         caption += (
             " Left to itself, B-dot ends in a slow turn with the field, near 2 ω₀ about the orbit "
             "normal."
         )
-    return Picture("pointing", "Direction of the motion", caption,
-                   (_rate_parts(view), *_angles(view), axes))
+    return Picture(
+        "pointing", "Direction of the motion", caption, (_rate_parts(view), *_angles(view), axes)
+    )
 
 
 def _rate_parts(view: View) -> Panel:
@@ -333,20 +350,32 @@ def _rate_parts(view: View) -> Panel:
     along = np.sum(omega * b, axis=1) / np.linalg.norm(b, axis=1)
     across = np.sqrt(np.maximum(np.sum(omega * omega, axis=1) - along**2, 0.0))
     relative = np.linalg.norm(view.values("omega_orbital"), axis=1)
-    parts = (("along B", np.abs(along), PINK), ("across B", across, ORANGE),
-             ("relative to the orbit", relative, GREY))
+    parts = (
+        ("along B", np.abs(along), PINK),
+        ("across B", across, ORANGE),
+        ("relative to the orbit", relative, GREY),
+    )
     series = tuple((label, np.degrees(y), colour, 1.0) for label, y, colour in parts)
-    return _log_panel(view, series, _orbital_levels(view), decades=4.0, title="Rate by direction",
-                      y_label="[deg/s]")
+    return _log_panel(
+        view,
+        series,
+        _orbital_levels(view),
+        decades=4.0,
+        title="Rate by direction",
+        y_label="[deg/s]",
+    )
 
 
 def _angles(view: View) -> tuple[Panel, ...]:
     """Directions of rate and momentum, unless the body has none."""
     to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
     to_normal = angle_deg(view.values("momentum_inertial"), seen.orbit_normals(view))
-    lines = (_line("ω to B", view.t_s, to_field, ORANGE, 0.9),
-             _line("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2))
+    lines = (
+        _line("ω to B", view.t_s, to_field, ORANGE, 0.9),
+        _line("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
+    )
     if not np.isfinite([to_field, to_normal]).any():
         return ()
-    return (_whole(view, title="Directions", y_label="angle [deg]", lines=lines,
-                   y_range=(0.0, 180.0)),)
+    return (
+        _whole(view, title="Directions", y_label="angle [deg]", lines=lines, y_range=(0.0, 180.0)),
+    )

@@ -48,8 +48,16 @@ def _figure(width: float, height: float, title: str) -> Figure:
     figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
     # user's text: a dollar sign is no formula, and a long line ends before the edge
     fitting = shorten(title, round(7.5 * width), placeholder=" …")
-    figure.text(0.12 / width, 1.0 - 0.1 / height, fitting, fontsize=12, fontweight="bold",
-                color=_INK, va="top", parse_math=False)
+    figure.text(
+        0.12 / width,
+        1.0 - 0.1 / height,
+        fitting,
+        fontsize=12,
+        fontweight="bold",
+        color=_INK,
+        va="top",
+        parse_math=False,
+    )
     return figure
 
 
@@ -135,20 +143,42 @@ def _draw_line(axes, line, clock):
         for edge in (series.low, series.high):
             axes.plot(t, np.where(series.fast, edge, np.nan), lw=0.8, color=line.colour)
     if dots:
-        axes.plot(t, series.y, ".", ms=2.5 if many else 6.0, mew=0, color=line.colour,
-                  alpha=0.5 if many else 1.0)
+        axes.plot(
+            t,
+            series.y,
+            ".",
+            ms=2.5 if many else 6.0,
+            mew=0,
+            color=line.colour,
+            alpha=0.5 if many else 1.0,
+        )
     else:
-        axes.plot(t, series.y, lw=line.width, color=line.colour, marker="o" if alone else None,
-                  ms=4, drawstyle="steps-post" if line.style == "steps" else "default")
-    return Line2D([], [], color=line.colour, lw=0 if dots else 1.8, ms=4, label=line.label,
-                  marker="o" if dots or alone else None)
+        axes.plot(
+            t,
+            series.y,
+            lw=line.width,
+            color=line.colour,
+            marker="o" if alone else None,
+            ms=4,
+            drawstyle="steps-post" if line.style == "steps" else "default",
+        )
+    return Line2D(
+        [],
+        [],
+        color=line.colour,
+        lw=0 if dots else 1.8,
+        ms=4,
+        label=line.label,
+        marker="o" if dots or alone else None,
+    )
 
 
 def _draw_bands(axes, panel: Panel, clock):
     colour = _BANDS.get(panel.bands_label, _NIGHT)
     spans = [(a / clock.seconds, (b - a) / clock.seconds) for a, b in panel.bands]
-    axes.broken_barh(spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=colour, lw=0,
-                     zorder=0.5)
+    axes.broken_barh(
+        spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=colour, lw=0, zorder=0.5
+    )
     return Patch(color=colour, lw=0, label=panel.bands_label)
 
 
@@ -159,8 +189,15 @@ def _draw_levels(axes, panel: Panel) -> None:
     _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
     for level, place in zip(levels, places, strict=True):
         axes.axhline(level.y, color=_FAINT, lw=0.8, ls=(0, (5, 3)), zorder=1.5)
-        axes.annotate(level.label, (1.006, place), xycoords="axes fraction", va="center",
-                      fontsize=_SMALL, color="#555555", annotation_clip=False)
+        axes.annotate(
+            level.label,
+            (1.006, place),
+            xycoords="axes fraction",
+            va="center",
+            fontsize=_SMALL,
+            color="#555555",
+            annotation_clip=False,
+        )
 
 
 def _set_y(axes, panel: Panel) -> None:
@@ -180,9 +217,18 @@ def _set_y(axes, panel: Panel) -> None:
 
 
 def _legend(axes, handles) -> None:
-    axes.legend(handles=handles, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(handles),
-                frameon=False, fontsize=_SMALL, borderaxespad=0.1, handlelength=1.3,
-                handletextpad=0.5, columnspacing=1.2)
+    axes.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=len(handles),
+        frameon=False,
+        fontsize=_SMALL,
+        borderaxespad=0.1,
+        handlelength=1.3,
+        handletextpad=0.5,
+        columnspacing=1.2,
+    )
 
 
 def _add_revolutions(axes, view: View) -> None:
@@ -220,11 +266,21 @@ def draw_track(axes, view: View, bar=None) -> None:
     handles = []
     for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
         if mask.any():
-            handles += axes.plot(*only_where(mask, lon, lat), lw=width, color=colour, label=label,
-                                 marker=alone)
+            handles += axes.plot(
+                *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone
+            )
     for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
-        handles += axes.plot(track["longitude"][row], track["latitude"][row], marker, ms=8, mew=1.4,
-                             color="white", mec=_INK, label=label, zorder=5)
+        handles += axes.plot(
+            track["longitude"][row],
+            track["latitude"][row],
+            marker,
+            ms=8,
+            mew=1.4,
+            color="white",
+            mec=_INK,
+            label=label,
+            zorder=5,
+        )
     axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(30 if bar or axis is axes.yaxis else 60))
@@ -275,8 +331,9 @@ def _facts(view: View) -> str:
     facts = [
         f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated",
         f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
-        "never below 3 ω₀" if below is None else
-        f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
+        "never below 3 ω₀"
+        if below is None
+        else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
         f"momentum left {told['momentum_left_n_m_s']:.3g} N m s",
         f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²",
     ]

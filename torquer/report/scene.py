@@ -16,10 +16,22 @@ _START, _MIDDLE, _END = 50, 40, 60
 _HEIGHT_PX = 600
 #: Corners of a cube by signs, and its twelve triangles.
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-_TRIANGLES = np.array([
-    (0, 1, 3), (0, 3, 2), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5),
-    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
-])
+_TRIANGLES = np.array(
+    [
+        (0, 1, 3),
+        (0, 3, 2),
+        (4, 7, 5),
+        (4, 6, 7),
+        (0, 5, 1),
+        (0, 4, 5),
+        (2, 3, 7),
+        (2, 7, 6),
+        (0, 2, 6),
+        (0, 6, 4),
+        (1, 5, 7),
+        (1, 7, 3),
+    ]
+)
 
 
 @dataclass(frozen=True)
@@ -94,13 +106,22 @@ def scene_figure(view: View) -> dict:
     traces = list(range(len(still), len(still) + len(moving[0])))
     frames = [{"name": str(i), "data": data, "traces": traces} for i, data in enumerate(moving)]
     hidden = {"visible": False, "range": [-1.12, 1.12]}
-    scene = {"xaxis": hidden, "yaxis": hidden, "zaxis": hidden, "aspectmode": "cube",
-             "camera": {"eye": {"x": 1.0, "y": 1.0, "z": 0.6}}, "dragmode": "orbit"}
+    scene = {
+        "xaxis": hidden,
+        "yaxis": hidden,
+        "zaxis": hidden,
+        "aspectmode": "cube",
+        "camera": {"eye": {"x": 1.0, "y": 1.0, "z": 0.6}},
+        "dragmode": "orbit",
+    }
     return {
         "data": [*still, *_named(moving[0])],
         "frames": [{**frame, "data": [_changing(d) for d in frame["data"]]} for frame in frames],
         "layout": layout(
-            _HEIGHT_PX, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, showlegend=False,
+            _HEIGHT_PX,
+            scene=scene,
+            margin={"l": 0, "r": 0, "t": 0, "b": 0},
+            showlegend=False,
             sliders=[_slider(view, parts)] if len(t) > 1 else [],
             updatemenus=_buttons(parts) if len(t) > 1 else [],
         ),
@@ -124,9 +145,7 @@ def _moving(view: View, t) -> list[list[dict]]:
         ("down", drawn.SKY, -_units(view.at("position_inertial", t)), None),
         ("Sun", drawn.ORANGE, _units(view.at("sun_inertial", t)), dark),
     ]
-    return [
-        [_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))
-    ]
+    return [[_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))]
 
 
 def _box(view: View) -> np.ndarray:
@@ -151,15 +170,23 @@ def _arrow(arrow, n: int) -> dict:
     x, y, z = _short(tips[n])
     if dark is not None and dark[n]:
         colour = drawn.GREY
-    return {"type": "scatter3d", "x": [0, x], "y": [0, y], "z": [0, z], "name": name,
-            **_looks(name, colour)}
+    return {
+        "type": "scatter3d",
+        "x": [0, x],
+        "y": [0, y],
+        "z": [0, z],
+        "name": name,
+        **_looks(name, colour),
+    }
 
 
 def _looks(name: str, colour: str) -> dict:
     """Line and tip of a direction; the body's own axes are thicker."""
     own = name in ("x", "y", "z")
-    return {"line": {"color": colour, "width": 7 if own else 4},
-            "marker": {"color": colour, "size": [0, 3 if own else 5]}}
+    return {
+        "line": {"color": colour, "width": 7 if own else 4},
+        "marker": {"color": colour, "size": [0, 3 if own else 5]},
+    }
 
 
 def _changing(trace: dict) -> dict:
@@ -172,15 +199,31 @@ def _named(traces: list[dict]) -> list[dict]:
     """Full traces for the first picture."""
     mesh, *arrows = traces
     i, j, k = (column.tolist() for column in _TRIANGLES.T)
-    body = {**mesh, "i": i, "j": j, "k": k, "color": "#9aa7b0", "opacity": 0.55,
-            "flatshading": True, "hoverinfo": "skip", "name": "body"}
+    body = {
+        **mesh,
+        "i": i,
+        "j": j,
+        "k": k,
+        "color": "#9aa7b0",
+        "opacity": 0.55,
+        "flatshading": True,
+        "hoverinfo": "skip",
+        "name": "body",
+    }
     labels = {"mode": "lines+markers+text", "textposition": "top center", "hoverinfo": "name"}
     colours = dict(drawn.AXES) | {"B": drawn.PINK, "down": drawn.SKY, "Sun": drawn.ORANGE}
-    return [body, *(
-        {**arrow, **labels, "text": ["", arrow["name"]],
-         "textfont": {"size": 13, "color": colours.get(arrow["name"], drawn.GREY)}}
-        for arrow in arrows
-    )]
+    return [
+        body,
+        *(
+            {
+                **arrow,
+                **labels,
+                "text": ["", arrow["name"]],
+                "textfont": {"size": 13, "color": colours.get(arrow["name"], drawn.GREY)},
+            }
+            for arrow in arrows
+        ),
+    ]
 
 
 def _great_circles() -> dict:
@@ -188,9 +231,13 @@ def _great_circles() -> dict:
     u = np.append(np.linspace(0.0, 2.0 * np.pi, 61), np.nan)
     c, s, o = np.cos(u), np.sin(u), np.where(np.isnan(u), np.nan, 0.0)
     x, y, z = (np.concatenate(parts) for parts in ((c, c, o), (s, o, c), (o, s, s)))
-    return {"type": "scatter3d", "mode": "lines", "hoverinfo": "skip",
-            **{k: _with_gaps(v) for k, v in (("x", x), ("y", y), ("z", z))},
-            "line": {"color": "rgba(128,128,128,0.7)", "width": 1.5}}
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "hoverinfo": "skip",
+        **{k: _with_gaps(v) for k, v in (("x", x), ("y", y), ("z", z))},
+        "line": {"color": "rgba(128,128,128,0.7)", "width": 1.5},
+    }
 
 
 def _path_of_momentum(view: View) -> dict:
@@ -198,8 +245,16 @@ def _path_of_momentum(view: View) -> dict:
     rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
     path = _units(view.values("momentum_inertial")[rows])
     x, y, z = (_short(path[:, i]) for i in range(3))
-    return {"type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "hoverinfo": "skip",
-            "line": {"color": "rgba(118,118,118,0.7)", "width": 2}, "name": "path of L"}
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "z": z,
+        "hoverinfo": "skip",
+        "line": {"color": "rgba(118,118,118,0.7)", "width": 2},
+        "name": "path of L",
+    }
 
 
 def _with_gaps(values) -> list:
@@ -208,31 +263,60 @@ def _with_gaps(values) -> list:
 
 def _slider(view: View, parts: tuple[Chapter, ...]) -> dict:
     rates = np.degrees(view.rate)
-    labels = [f"{part.name}: {_spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
-              for part in parts for at in part.t_s]
-    steps = [{"label": label, "method": "animate", "args": [[str(i)], _at_once()]}
-             for i, label in enumerate(labels)]
-    return {"active": 0, "steps": steps, "x": 0.03, "len": 0.94, "y": 0.08, "yanchor": "top",
-            "pad": {"t": 6, "b": 6}, "ticklen": 0, "minorticklen": 0,
-            "font": {"color": "rgba(0,0,0,0)", "size": 1},
-            "currentvalue": {"font": {"size": 13, "color": "#808080"}, "xanchor": "left"}}
+    labels = [
+        f"{part.name}: {_spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
+        for part in parts
+        for at in part.t_s
+    ]
+    steps = [
+        {"label": label, "method": "animate", "args": [[str(i)], _at_once()]}
+        for i, label in enumerate(labels)
+    ]
+    return {
+        "active": 0,
+        "steps": steps,
+        "x": 0.03,
+        "len": 0.94,
+        "y": 0.08,
+        "yanchor": "top",
+        "pad": {"t": 6, "b": 6},
+        "ticklen": 0,
+        "minorticklen": 0,
+        "font": {"color": "rgba(0,0,0,0)", "size": 1},
+        "currentvalue": {"font": {"size": 13, "color": "#808080"}, "xanchor": "left"},
+    }
 
 
 def _at_once(duration_ms: int = 0) -> dict:
-    return {"mode": "immediate", "frame": {"duration": duration_ms, "redraw": True},
-            "transition": {"duration": 0}}
+    return {
+        "mode": "immediate",
+        "frame": {"duration": duration_ms, "redraw": True},
+        "transition": {"duration": 0},
+    }
 
 
 def _buttons(parts: tuple[Chapter, ...]) -> list[dict]:
     """Play, pause, and a jump to each chapter."""
-    play = {"label": "▶ play", "method": "animate",
-            "args": [None, {**_at_once(110), "fromcurrent": True}]}
+    play = {
+        "label": "▶ play",
+        "method": "animate",
+        "args": [None, {**_at_once(110), "fromcurrent": True}],
+    }
     pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], _at_once()]}
     began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
-    jumps = [{"label": part.name, "method": "animate", "args": [[str(first)], _at_once()]}
-             for part, first in zip(parts, began, strict=False)]
-    look = {"type": "buttons", "direction": "left", "yanchor": "top", "y": 1.0, "showactive": False,
-            "bgcolor": "rgba(128,128,128,0.15)", "bordercolor": "rgba(128,128,128,0.4)"}
+    jumps = [
+        {"label": part.name, "method": "animate", "args": [[str(first)], _at_once()]}
+        for part, first in zip(parts, began, strict=False)
+    ]
+    look = {
+        "type": "buttons",
+        "direction": "left",
+        "yanchor": "top",
+        "y": 1.0,
+        "showactive": False,
+        "bgcolor": "rgba(128,128,128,0.15)",
+        "bordercolor": "rgba(128,128,128,0.4)",
+    }
     menus = [{**look, "x": 0.01, "xanchor": "left", "buttons": [play, pause]}]
     if len(parts) > 1:
         menus.append({**look, "x": 0.99, "xanchor": "right", "buttons": jumps})

@@ -97,7 +97,9 @@ def _checked_inertia(value):
 class Body(Spec):
     """Inertia tensor [kg m^2] in body axes (3 moments or 3x3) and fixed wheel momentum [N m s]."""
 
-    inertia_kg_m2: Annotated[Moments | tuple[Moments, Moments, Moments], AfterValidator(_checked_inertia)]
+    inertia_kg_m2: Annotated[
+        Moments | tuple[Moments, Moments, Moments], AfterValidator(_checked_inertia)
+    ]
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
     mass_kg: float | None = Field(default=None, gt=0.0)
 

@@ -1,0 +1,154 @@
+"""Runs that stop: what the command line says, keeps, and goes on with."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import engine
+
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+LAW = """
+import math, pathlib, time
+
+
+def own(measured, parameters, memory):
+    memory[0] += 1.0
+    flag = pathlib.Path(__file__).with_name("reached")
+    if measured.t_s == 124.0 and not flag.exists():
+        flag.touch()
+        time.sleep(60.0)
+    return (1e4 * measured.b_body_t[0], 1e-3 * memory[0], 0.0)
+
+
+def fails(measured, parameters, memory):
+    return (math.nan if measured.t_s == 124.0 else 1.0, 0.0, 0.0)
+"""
+
+
+def with_law(scenario, function):
+    scenario.with_name("law.py").write_text(LAW)
+    scenario.write_text(scenario.read_text().replace(
+        'kind = "bdot", gain_a_m2_s_per_t = 1e6',
+        f'kind = "user", file = "law.py", function = "{function}"',
+    ))  # fmt: skip
+    return scenario
+
+
+def same(a, b):
+    return all(np.array_equal(a[name].values, b[name].values) for name in a.variables)
+
+
+@needs_jit
+def test_a_law_that_fails_leaves_what_was_computed(
+    call, scenario, no_report, tmp_path, strict_json
+):
+    out = tmp_path / "out"
+    code, stdout, err = call("run", with_law(scenario, "fails"), "--out", out, "--json")
+    assert code == 2
+    (line,) = err.splitlines()
+    assert line.startswith(
+        "error: law fails: must return a finite dipole; received (nan, 0, 0) at t = 124 s; "
+    )
+    assert line.endswith(f"; what was computed is in {out}")
+    assert strict_json(stdout)["simulated_s"] == 120.0
+    result = torquer.load(out / "result.nc")
+    assert result.time.values[-1] == 120.0
+    assert line.startswith(f"error: {result.attrs['ended']}")
+
+
+@needs_jit
+def test_a_blow_up_leaves_json_that_can_be_read(call, scenario, no_report, tmp_path, strict_json):
+    text = (
+        scenario.read_text()
+        .replace("limit_a_m2 = 3.0", "limit_a_m2 = 1e300")
+        .replace("= 1e6", "= 1e250")
+    )
+    scenario.write_text(text)
+    code, stdout, err = call("run", scenario, "--out", tmp_path / "out", "--json")
+    assert code == 2
+    assert "error: the state stopped being finite after t = " in err
+    assert strict_json(stdout)["ended"].startswith("the state stopped being finite")
+
+
+@needs_jit
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+def test_ctrl_c_keeps_the_result_and_resume_completes_it(
+    scenario, tmp_path, call, no_report, strict_json
+):
+    out, flag = tmp_path / "out", tmp_path / "reached"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "torquer.cli", "run", str(with_law(scenario, "own")),
+         "--out", str(out)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 100.0
+    while not flag.exists() and time.monotonic() < deadline and process.poll() is None:
+        time.sleep(0.05)
+    assert flag.exists()
+    time.sleep(0.2)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60.0)
+    assert process.returncode == 130
+    assert f"error: interrupted at t = 124 s; what was computed is in {out}\n" in err
+    assert "Traceback" not in err
+    part = torquer.load(out / "result.nc")
+    assert part.attrs["ended"] == "interrupted at t = 124 s"
+    assert part.time.values[-1] == 120.0
+    assert (out / "report.html").is_file()
+
+    code, stdout, err = call("run", scenario, "--out", out, "--resume", "--json")
+    assert (code, err) == (0, "")
+    assert strict_json(stdout)["ended"] == "complete"
+    unbroken = torquer.simulate(torquer.load_scenario(scenario))
+    assert same(torquer.load(out / "result.nc"), unbroken)
+
+    code, stdout, err = call("run", scenario, "--out", out, "--resume")
+    assert (code, stdout) == (2, "")
+    assert err.startswith("error: --resume: must find an interrupted run; received a complete one")
+
+
+def test_resume_without_a_run(call, scenario, tmp_path):
+    code, out, err = call("run", scenario, "--out", tmp_path / "empty", "--resume")
+    assert (code, out) == (2, "")
+    assert err == (
+        "error: --resume: must find an interrupted run; "
+        f"received {tmp_path / 'empty'} without result.nc\n"
+    )
+
+
+@needs_jit
+def test_resume_of_another_scenario(call, scenario, tmp_path):
+    part = torquer.simulate(torquer.load_scenario(scenario), until_s=100.0)
+    (tmp_path / "out").mkdir()
+    torquer.save(part, tmp_path / "out" / "result.nc")
+    scenario.write_text(scenario.read_text().replace("seed = 5", "seed = 6"))
+    code, out, err = call("run", scenario, "--out", tmp_path / "out", "--resume")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: --resume: the scenario must be the one that ")
+
+
+def test_resume_from_what_is_no_result(call, scenario, tmp_path):
+    import xarray
+
+    path = tmp_path / "result.nc"
+    for write in (lambda: path.write_bytes(b"no netCDF at all"),
+                  lambda: xarray.Dataset({"x": 1}).to_netcdf(path, engine="h5netcdf")):  # fmt: skip
+        write()
+        code, out, err = call("run", scenario, "--out", tmp_path, "--resume")
+        assert (code, out) == (2, "")
+        assert err.startswith(f"error: --resume: must find a result of a run; received {path} (")
+        assert err.count("\n") == 1
+
+
+def test_an_interrupt_before_the_run_exits_130(call, scenario, monkeypatch):
+    def interrupted(path):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("torquer.commands.load_scenario", interrupted)
+    assert call("run", scenario) == (130, "", "error: interrupted\n")
