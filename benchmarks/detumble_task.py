@@ -2,7 +2,7 @@
 
 A rigid body on a circular orbit that starts at the ascending node, on the inertial x axis;
 IGRF field frozen at one date in the Earth-fixed frame, which turns about z by
-IGRF field frozen at one date in the Earth-fixed frame, which turns about z by
+theta0 + omega_E t (sidereal); gravity gradient; on-board B-dot at 1 Hz with saturated
 coils, the dipole held over the second. State: quaternion (x, y, z, w), body to inertial, then
 the body rate [rad/s].
 """
