@@ -16,7 +16,13 @@ from torquer.engine import cache_of, cache_root, is_own, keep_off_disk, source_k
 @pytest.fixture
 def package(tmp_path, monkeypatch):
     """A small package in the engine's eyes."""
-    rooms = ("control/bdot.py", "control/__init__.py", "scenario/load.py", "cli.py", "noise.py")
+    rooms = (
+        "control/bdot.py",
+        "control/__init__.py",
+        "scenario/load.py",
+        "cli/__init__.py",
+        "noise.py",
+    )
     for place in rooms:
         file = tmp_path / place
         file.parent.mkdir(exist_ok=True)
@@ -36,7 +42,7 @@ def test_editing_a_source_with_kernels_changes_the_key(package, place):
     assert source_key() == before
 
 
-@pytest.mark.parametrize("place", ["scenario/load.py", "cli.py"])
+@pytest.mark.parametrize("place", ["scenario/load.py", "cli/__init__.py"])
 def test_editing_a_room_without_kernels_does_not(package, place):
     before = source_key()
     (package / place).write_text("x = 2\n")

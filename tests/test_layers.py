@@ -22,8 +22,8 @@ FLOORS = (
     {"theory"},
     {"scenario"},
     {"report"},
-    {"commands"},
-    {"cli"},
+    {"gallery"},
+    {"cli", "__main__"},
 )
 FLOOR_OF = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
 FILES = sorted(PACKAGE.rglob("*.py"))

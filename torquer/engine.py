@@ -22,7 +22,7 @@ from numba.core.caching import NullCache
 
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
-ROOMS_WITHOUT_KERNELS = ("scenario", "report", "cli.py", "__init__.py", "__main__.py")
+ROOMS_WITHOUT_KERNELS = ("scenario", "report", "gallery", "cli", "__init__.py", "__main__.py")
 
 
 def source_key() -> str:

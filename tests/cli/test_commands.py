@@ -16,7 +16,7 @@ needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes 
 
 def command(*arguments, **options):
     return subprocess.run(
-        [sys.executable, "-m", "torquer.cli", *map(str, arguments)],
+        [sys.executable, "-m", "torquer", *map(str, arguments)],
         capture_output=True, text=True, timeout=120, **options,
     )  # fmt: skip
 

@@ -83,7 +83,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
 ):
     out, flag = tmp_path / "out", tmp_path / "reached"
     process = subprocess.Popen(
-        [sys.executable, "-m", "torquer.cli", "run", str(with_law(scenario, "own")),
+        [sys.executable, "-m", "torquer", "run", str(with_law(scenario, "own")),
          "--out", str(out)],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
@@ -150,5 +150,5 @@ def test_an_interrupt_before_the_run_exits_130(call, scenario, monkeypatch):
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("torquer.commands.load_scenario", interrupted)
+    monkeypatch.setattr("torquer.cli.simulate.load_scenario", interrupted)
     assert call("run", scenario) == (130, "", "error: interrupted\n")

@@ -27,17 +27,17 @@ def run(
     ] = False,
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
-    from torquer import commands
+    from torquer.cli import simulate as work
 
-    return commands.run(scenario, out, json, resume)
+    return work.run(scenario, out, json, resume)
 
 
 @app.command
 def validate(scenario: Path, *, json: Json = False) -> int:
     """Check SCENARIO without running it: mistakes, and notes on likely surprises."""
-    from torquer import commands
+    from torquer.cli import simulate as work
 
-    return commands.validate(scenario, json)
+    return work.validate(scenario, json)
 
 
 @app.command
@@ -54,9 +54,9 @@ def schema() -> int:
 @app.command
 def version(*, json: Json = False) -> int:
     """Print the versions of torquer and of what it computes with."""
-    from torquer import commands
+    from torquer.cli import simulate as work
 
-    return commands.version(json)
+    return work.version(json)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -71,7 +71,3 @@ def main(arguments: list[str] | None = None) -> None:
         print("error: interrupted", file=sys.stderr)
         code = 130
     sys.exit(code)
-
-
-if __name__ == "__main__":
-    main()

@@ -1,0 +1,5 @@
+"""`python -m torquer`: the command line."""
+
+from torquer.cli import main
+
+main()
