@@ -32,6 +32,7 @@ decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year)
 Symbols. u argument of latitude; omega0 orbital rate; i inclination; q0 = (x, y, z, w).
 """
 
+import math
 from typing import NamedTuple
 
 #: Geocentric gravitational constant of EGM2008 [m^3/s^2].
@@ -53,7 +54,9 @@ class Measured(NamedTuple):
 
     `b_rate_body_t_s` is what a search coil reads (the field's rate of change as the body
     sees it); the other vectors come from the models of magnetometer, gyro and Sun sensors.
-    `sun_body` is a unit vector, or zeros when no sensor sees the Sun.
+    `sun_body` is a unit vector, or zeros when no sensor sees the Sun. The attitude comes from an
+    attitude sensor (a star tracker, or what stands for a filter). Position and velocity are
+    navigation, inertial; not numbers unless the law says that it `navigates`.
     """
 
     t_s: float
@@ -61,3 +64,6 @@ class Measured(NamedTuple):
     b_rate_body_t_s: tuple
     omega_body_rad_s: tuple
     sun_body: tuple
+    q_body_to_inertial: tuple = (0.0, 0.0, 0.0, 1.0)
+    r_inertial_m: tuple = (math.nan, math.nan, math.nan)
+    v_inertial_m_s: tuple = (math.nan, math.nan, math.nan)

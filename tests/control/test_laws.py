@@ -58,7 +58,9 @@ def readings(n=40, turn=None, seed=3):
         omega, sun = 0.1 * rng.normal(size=3), rng.normal(size=3)
         sun = sun / np.linalg.norm(sun) if i % 3 else np.zeros(3)
         vectors = [tuple((turn @ v).tolist()) for v in (b, b_rate, omega, sun)]
-        rows.append(Measured(0.5 * i, *vectors))
+        q = Rotation.random(random_state=i) * Rotation.from_matrix(turn.T)
+        r, v = 7e6 * rng.normal(size=3), 7e3 * rng.normal(size=3)
+        rows.append(Measured(0.5 * i, *vectors, tuple(q.as_quat()), tuple(r), tuple(v)))
     return rows
 
 
@@ -142,7 +144,9 @@ def call_often(law, parameters, memory, times):
     total = 0.0
     for i in range(times):
         b = (1e-5 * np.cos(0.1 * i), 2e-5, 1e-5 * np.sin(0.1 * i))
-        row = Measured(float(i), b, (1e-7, 0.0, -1e-7), (0.01, 0.02, -0.03), (0.0, 0.6, 0.8))
+        rate, omega, sun = (1e-7, 0.0, -1e-7), (0.01, 0.02, -0.03), (0.0, 0.6, 0.8)
+        q, r, v = (0.0, 0.6, 0.0, 0.8), (7e6, 0.0, 0.0), (0.0, 7e3, 2e3)
+        row = Measured(float(i), b, rate, omega, sun, q, r, v)
         m = law(row, parameters, memory)
         total += m[0] + m[1] + m[2]
     return total

@@ -45,7 +45,7 @@ def read3(table, t, out):
 @kernel
 def read_rate(table, t, out):
     for i in range(t.size):
-        out[i, 0], out[i, 1], out[i, 2] = room.rate_of_second(table, t[i])
+        out[i, 0], out[i, 1], out[i, 2] = room.rate_from(table, t[i], 3)
 
 
 def values_of(table, t):

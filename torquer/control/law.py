@@ -14,7 +14,7 @@ import importlib.util
 import inspect
 import sys
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numba
@@ -26,19 +26,26 @@ from torquer.conventions import Measured
 
 _VECTOR = types.UniTuple(types.float64, 3)
 _ARRAY = types.float64[::1]
-MEASURED = types.NamedTuple((types.float64, _VECTOR, _VECTOR, _VECTOR, _VECTOR), Measured)
+_QUATERNION = types.UniTuple(types.float64, 4)
+MEASURED = types.NamedTuple(
+    (types.float64, *4 * (_VECTOR,), _QUATERNION, _VECTOR, _VECTOR), Measured
+)
 SIGNATURE = _VECTOR(MEASURED, _ARRAY, _ARRAY)
 
 
 @dataclass(frozen=True)
 class Law:
-    """A control law ready to fly: its function, parameters by name, and initial memory."""
+    """A control law ready to fly: its function, parameters by name, and initial memory.
+
+    `navigates`: it wants the position and velocity, which are left out otherwise.
+    """
 
     name: str
     function: Callable
     parameters: Mapping[str, float] = field(default_factory=dict)
     memory: tuple[float, ...] = ()
     compiled: bool = True
+    navigates: bool = False
 
     def with_parameters(self, **values: float) -> "Law":
         """The same law with other parameters; unknown names are errors."""
@@ -49,7 +56,7 @@ class Law:
                     f"law {self.name}: parameter must be one of: {known}; received {name!r}"
                 )
         merged = {**self.parameters, **values}
-        return Law(self.name, self.function, merged, self.memory, self.compiled)
+        return replace(self, parameters=merged)
 
     def pack(self) -> np.ndarray:
         """Parameters for the kernel; raises ValueError if one is missing or not finite."""
@@ -65,11 +72,18 @@ class Law:
         return getattr(self.function, "py_func", self.function)(measured, parameters, memory)
 
 
-def law(function: Callable | None = None, *, parameters: Mapping | None = None, memory=0):
+def law(
+    function: Callable | None = None,
+    *,
+    parameters: Mapping | None = None,
+    memory=0,
+    navigates: bool = False,
+):
     """Decorator that makes a plain function a compiled control law.
 
     `parameters` maps names to default values, in the order in which the function indexes them;
-    `memory` is a number of cells (zeros at first) or their initial values.
+    `memory` is a number of cells (zeros at first) or their initial values; `navigates` asks for
+    position and velocity.
 
         @torquer.law(parameters={"gain": 4e4}, memory=3)
         def my_law(measured, parameters, memory):
@@ -77,9 +91,9 @@ def law(function: Callable | None = None, *, parameters: Mapping | None = None, 
             return (mx, my, mz)
     """
     if function is None:
-        return functools.partial(law, parameters=parameters, memory=memory)
+        return functools.partial(law, parameters=parameters, memory=memory, navigates=navigates)
     start = (0.0,) * memory if isinstance(memory, int) else tuple(float(m) for m in memory)
-    return Law(function.__name__, function, dict(parameters or {}), start)
+    return Law(function.__name__, function, dict(parameters or {}), start, navigates=navigates)
 
 
 class FirstClass(types.WrapperAddressProtocol):

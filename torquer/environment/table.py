@@ -79,14 +79,16 @@ def lookup6(table, t):
 
 
 @inlined
-def rate_of_second(table, t):
-    """Time derivative [1/s] of the vector of channels 3..5."""
+def rate_from(table, t, first):
+    """Time derivative [1/s] of the vector that begins at channel `first`."""
     i, x = _place(table, t)
     c = table.coefficients
     p = q = r = 0.0
     for down in range(DEGREE):
         j = DEGREE - down
-        p, q, r = p * x + j * c[i, j, 3], q * x + j * c[i, j, 4], r * x + j * c[i, j, 5]
+        p = p * x + j * c[i, j, first]
+        q = q * x + j * c[i, j, first + 1]
+        r = r * x + j * c[i, j, first + 2]
     scale = 2.0 * table.per_second
     return (scale * p, scale * q, scale * r)
 

@@ -74,6 +74,8 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
         sun_sensors=craft.sun_sensors.pack() if craft.sun_sensors else NO_SUN_SENSORS,
+        attitude_sensor=craft.attitude_sensor.pack(),
+        navigates=law.navigates,
         parameters=law.pack(),
         step_s=step_s,
         cycle_steps=whole_steps("cycle", control.cycle_s, step_s),

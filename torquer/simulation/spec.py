@@ -14,6 +14,7 @@ from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
+from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.gyro import Gyro
@@ -35,6 +36,7 @@ class Spacecraft(Spec):
     magnetometer: Magnetometer = Magnetometer()
     gyro: Gyro = Gyro()
     sun_sensors: SunSensors | None = None
+    attitude_sensor: AttitudeSensor = AttitudeSensor()
 
 
 def _known_sequence(sequence: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from torquer.conventions import Measured
 from torquer.engine import inlined, kernel
 from torquer.environment.sun import lit_fraction_at
-from torquer.environment.table import Table, lookup3, rate_of_second
+from torquer.environment.table import Table, lookup3, rate_from
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, sub, unit
 from torquer.integrate.rk4 import Motion
@@ -25,6 +25,7 @@ from torquer.simulation.advance import (
     by_splitting,
     environment_at,
 )
+from torquer.spacecraft.attitude_sensor import AttitudeSensorSet, read_attitude
 from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, follow
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
@@ -52,6 +53,8 @@ class Plan(NamedTuple):
     magnetometer: MagnetometerSet
     gyro: GyroSet
     sun_sensors: SunSensorSet
+    attitude_sensor: AttitudeSensorSet
+    navigates: bool
     parameters: np.ndarray
     step_s: float
     cycle_steps: int
@@ -116,12 +119,21 @@ def see_sun(sensors, orbit, sun_table, q, t, seed, step):
 
 
 @inlined
+def navigation(wanted, orbit, t):
+    """(Position [m], velocity [m/s]), inertial, for a law that navigates."""
+    if wanted:
+        return lookup3(orbit, t), rate_from(orbit, t, 0)
+    unknown = (math.nan, math.nan, math.nan)
+    return unknown, unknown
+
+
+@inlined
 def sense(plan, tables, cells, coils, x, here, step):
     """(Measured, gyro drift) at a sampling instant: a pure function of the state and the step."""
     t = step * plan.step_s
     q, omega = x
     b_body = rotate_inverse(q, here.b_t)
-    field_turning = rotate_inverse(q, rate_of_second(tables.orbit, t))
+    field_turning = rotate_inverse(q, rate_from(tables.orbit, t, 3))
     dipole = (0.0, 0.0, 0.0)
     if plan.magnetometer.coupling_t_per_a_m2 != 0.0:
         dipole = dipole_of(plan.coils, coils, NOW)
@@ -136,6 +148,8 @@ def sense(plan, tables, cells, coils, x, here, step):
         sub(field_turning, cross(omega, b_body)),
         read_rate(plan.gyro, omega, drift, plan.seed, step),
         sun_body,
+        read_attitude(plan.attitude_sensor, q, plan.seed, step),
+        *navigation(plan.navigates, tables.orbit, t),
     )
     return measured, drift
 
