@@ -4,13 +4,15 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numba
+import numpy as np
 import pytest
 
 import torquer
 from torquer import engine
-from torquer.engine import cache_of, cache_root, is_own, keep_off_disk, source_key
+from torquer.engine import borrowed, cache_of, cache_root, is_own, keep_off_disk, kernel, source_key
 
 
 @pytest.fixture
@@ -177,3 +179,27 @@ def test_an_edited_right_hand_side_outside_the_package_is_noticed(tmp_path):
     for sign, answer in (("1.0", "2.718282"), ("-1.0", "0.367879")):
         (tmp_path / "problem_of_test_engine.py").write_text(RATES.replace("SIGN", sign))
         assert in_a_process(PROBLEM.replace("FOLDER", repr(str(tmp_path)))) == [answer]
+
+
+class Nested(NamedTuple):
+    number: float
+    arrays: tuple
+
+
+@kernel
+def twice_through_borrowed(nested):
+    nested = borrowed(nested)
+    for array in nested.arrays:
+        array[0] *= 2.0
+    return nested.number + nested.arrays[1][0]
+
+
+def test_borrowed_arrays_are_the_same_memory_and_their_owners_are_left_alone():
+    first, second = np.ones(3), np.full(2, 5.0)
+    counts = sys.getrefcount(first), sys.getrefcount(second)
+    for _ in range(100):
+        twice_through_borrowed(Nested(0.5, (first, second)))
+        first[0], second[0] = 1.0, 5.0
+    assert twice_through_borrowed(Nested(0.5, (first, second))) == 10.5
+    assert (first[0], second[0]) == (2.0, 10.0)
+    assert (sys.getrefcount(first), sys.getrefcount(second)) == counts

@@ -18,7 +18,10 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numba
+from numba import types
+from numba.core import cgutils
 from numba.core.caching import NullCache
+from numba.extending import intrinsic, overload
 
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
@@ -65,6 +68,44 @@ kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
+
+
+def _without_owner(context, builder, of_type, value):
+    """The value with every array in it, however deep in tuples, cut from its reference count."""
+    if isinstance(of_type, types.BaseTuple):
+        parts = cgutils.unpack_tuple(builder, value)
+        parts = [
+            _without_owner(context, builder, t, v) for t, v in zip(of_type, parts, strict=True)
+        ]
+        return context.make_tuple(builder, of_type, parts)
+    if isinstance(of_type, types.Array):
+        view = context.make_array(of_type)(context, builder, value)
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        view.parent = cgutils.get_null_value(view.parent.type)
+        return view._getvalue()
+    return value
+
+
+@intrinsic
+def _cut(typing_context, value):
+    def build(context, builder, signature, arguments):
+        return _without_owner(context, builder, value, arguments[0])
+
+    return value(value), build
+
+
+def borrowed(value):
+    """The same arrays (also within tuples) without their reference counts.
+
+    For a kernel's own arguments, which its caller keeps alive: each call that an array crosses
+    would cost two locked instructions. In plain Python there is nothing to cut.
+    """
+    return value
+
+
+@overload(borrowed)
+def _borrowed(value):
+    return lambda value: _cut(value)
 
 
 def is_own(function) -> bool:

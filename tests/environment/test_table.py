@@ -17,7 +17,8 @@ from torquer.simulation.spec import Scenario
 
 #: Bugs found in `torquer.environment.table` whose repair is on its way; a repair makes these fail.
 POSITION, FIELD = slice(0, 3), slice(3, 6)
-GROUPS = (POSITION, FIELD)
+TIDE = slice(6, 9)
+GROUPS = (POSITION, FIELD, TIDE)
 CIRCULAR = {"kind": "circular", "altitude_km": 500, "inclination_deg": 52}
 LOW_POLAR = {"kind": "circular", "altitude_km": 300, "inclination_deg": 98}
 ECCENTRIC = {
@@ -31,15 +32,18 @@ ECCENTRIC = {
 @kernel
 def read6(table, t, out):
     for i in range(t.size):
-        u, v = room.lookup6(table, t[i])
-        out[i, 0], out[i, 1], out[i, 2] = u
-        out[i, 3], out[i, 4], out[i, 5] = v
+        out[i, 0], out[i, 1], out[i, 2] = room.lookup3(table, t[i])
+        u, v = room.lookup6(table, t[i], 3)
+        out[i, 3], out[i, 4], out[i, 5] = u
+        out[i, 6], out[i, 7], out[i, 8] = v
 
 
 @kernel
-def read3(table, t, out):
+def read_from_zero(table, t, out):
     for i in range(t.size):
-        out[i, 0], out[i, 1], out[i, 2] = room.lookup3(table, t[i])
+        u, v = room.lookup6(table, t[i], 0)
+        out[i, 0], out[i, 1], out[i, 2] = u
+        out[i, 3], out[i, 4], out[i, 5] = v
 
 
 @kernel
@@ -49,7 +53,7 @@ def read_rate(table, t, out):
 
 
 def values_of(table, t):
-    out = np.empty((t.size, 6))
+    out = np.empty((t.size, 9))
     read6(table, t, out)
     return out
 
@@ -82,7 +86,7 @@ def relative_errors(read, exact):
 
 
 def smooth(t):
-    """Two turning vectors, one of them with a beat."""
+    """Three turning vectors, one of them with a beat."""
     w = 1e-3
     return np.stack(
         [
@@ -92,6 +96,9 @@ def smooth(t):
             3e-5 * np.cos(3 * w * t),
             3e-5 * np.sin(3 * w * t),
             1e-5 + 1e-5 * np.sin(7 * w * t),
+            2e-3 * np.cos(2 * w * t),
+            2e-3 * np.sin(2 * w * t),
+            np.full(np.shape(t), 1e-4),
         ],
         axis=1,
     )
@@ -218,9 +225,9 @@ def test_neighbours_share_their_points():
 def test_both_readers_agree():
     table = build(smooth, 1000.0, 100.0, room.DEGREE)
     t = np.linspace(0.0, 1000.0, 77)
-    out = np.empty((t.size, 3))
-    read3(table, t, out)
-    assert np.array_equal(out, values_of(table, t)[:, :3])
+    out = np.empty((t.size, 6))
+    read_from_zero(table, t, out)
+    assert np.array_equal(out, values_of(table, t)[:, :6])
 
 
 def test_the_derivative_is_that_of_the_function():

@@ -21,7 +21,8 @@ def world_at(t, strength):
     """A field and a vertical that turn; strong, so that the torque matters."""
     c, s = np.cos(SPIN * t), np.sin(SPIN * t)
     b = (3e-5 * c * strength, 3e-5 * s * strength, -2e-5 * strength)
-    return World(b, (s, 0.0, c), 0.3 * strength)
+    tide = np.sqrt(0.3 * strength)
+    return World(b, (tide * s, 0.0, tide * c))
 
 
 @kernel
@@ -31,10 +32,10 @@ def by_rk4(rigid, dipole, strength, x, t, h, steps):
         here = world_at(t + i * h, strength)
         middle = world_at(t + (i + 0.5) * h, strength)
         end = world_at(t + (i + 1) * h, strength)
-        k1 = motion_rates(rigid, here, dipole, x)
-        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1))
-        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2))
-        k4 = motion_rates(rigid, end, dipole, moved(x, h, k3))
+        k1 = motion_rates(rigid, here, dipole, x, ())
+        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1), ())
+        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2), ())
+        k4 = motion_rates(rigid, end, dipole, moved(x, h, k3), ())
         x = rk4_sum(x, h, k1, k2, k3, k4)
     return x
 

@@ -46,15 +46,15 @@ def by_splitting(inertia, principal, wheels, strength, x, h, steps):
 
 @kernel
 def by_rk4(rigid, strength, x, h, steps):
-    up = (0.0, 0.0, 1.0)
+    tide = (0.0, 0.0, 0.0)
     for i in range(steps):
-        here = World(field_at(i * h, strength), up, 0.0)
-        middle = World(field_at((i + 0.5) * h, strength), up, 0.0)
-        end = World(field_at((i + 1) * h, strength), up, 0.0)
-        k1 = motion_rates(rigid, here, DIPOLE, x)
-        k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1))
-        k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2))
-        k4 = motion_rates(rigid, end, DIPOLE, moved(x, h, k3))
+        here = World(field_at(i * h, strength), tide)
+        middle = World(field_at((i + 0.5) * h, strength), tide)
+        end = World(field_at((i + 1) * h, strength), tide)
+        k1 = motion_rates(rigid, here, DIPOLE, x, ())
+        k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1), ())
+        k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2), ())
+        k4 = motion_rates(rigid, end, DIPOLE, moved(x, h, k3), ())
         x = rk4_sum(x, h, k1, k2, k3, k4)
     return x
 

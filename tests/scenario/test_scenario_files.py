@@ -148,3 +148,12 @@ def test_notes_tell_of_too_long_a_step(make):
     assert note.startswith("the body turns 60 deg within one step of 1 s: take a shorter step_s")
     assert notes_of(make(fast | {"simulation.integrator": "splitting"})) == []
     assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
+
+
+def test_notes_tell_that_wheels_spoil_the_splitting_at_large_steps(make):
+    fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0], "simulation.integrator": "splitting"}
+    wheels = {"spacecraft.body.wheel_momentum_n_m_s": [0.0, 0.5, 0.0]}
+    (note,) = notes_of(make(fast | wheels))
+    assert "with wheels the splitting is of order 2 only: their 0.5 N m s turn the rate" in note
+    slow = {"initial.rate_deg_s": [0.0, 0.0, 0.1], "simulation.integrator": "splitting"}
+    assert notes_of(make(slow | wheels)) == []

@@ -12,6 +12,7 @@ from torquer.environment.gravity import gravity_gradient_torque
 from torquer.integrate.rk4 import Motion
 from torquer.spacecraft.body import (
     Body,
+    Rigid,
     World,
     jacobi_integral,
     momentum_body,
@@ -21,6 +22,7 @@ from torquer.spacecraft.body import (
 
 FULL = [[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]]
 OMEGA0 = 1.1e-3
+ZERO = (0.0, 0.0, 0.0)
 
 
 def turned(moments, seed):
@@ -137,8 +139,8 @@ def test_motion_satisfies_eulers_equations_and_kinematics(q, omega, wheels, dipo
     """Residual of d/dt (J w + h) in inertial axes = m x B + 3 mu/r^3 e x J e."""
     rigid = Body(inertia_kg_m2=FULL, wheel_momentum_n_m_s=wheels).pack()
     up = (0.6, 0.0, -0.8)
-    world = World(b, up, 0.7)
-    rate = motion_rates(rigid, world, dipole, Motion(q, omega))
+    world = World(b, tuple(np.sqrt(0.7) * np.array(up)))
+    rate = motion_rates(rigid, world, dipole, Motion(q, omega), ())
     to_body = Rotation.from_quat(q).as_matrix().T
     e, field = to_body @ up, to_body @ b
     torque = np.cross(dipole, field) + 0.7 * np.cross(e, np.array(FULL) @ e)
@@ -146,7 +148,7 @@ def test_motion_satisfies_eulers_equations_and_kinematics(q, omega, wheels, dipo
     residual = np.array(FULL) @ rate.omega + np.cross(omega, momentum) - torque
     assert residual == pytest.approx(np.zeros(3), abs=1e-13)
     assert momentum_body(rigid, omega) == pytest.approx(momentum, abs=1e-14)
-    assert torque_body(rigid, world, dipole, q) == pytest.approx(torque, abs=1e-13)
+    assert torque_body(rigid, world, dipole, q, ()) == pytest.approx(torque, abs=1e-13)
     v, s = np.array(q[:3]), q[3]
     expected = np.r_[0.5 * (s * np.array(omega) + np.cross(v, omega)), -0.5 * v @ omega]
     assert rate.q == pytest.approx(expected, abs=1e-15)
@@ -185,7 +187,7 @@ def test_gravity_gradient_is_the_sum_of_newtons_forces_on_point_masses(seed):
     forces = -mu * masses[:, None] * away / np.linalg.norm(away, axis=1)[:, None] ** 3
     exact = np.cross(places, forces).sum(axis=0)
     rigid = Body(inertia_kg_m2=tensor.tolist()).pack()
-    torque = gravity_gradient_torque(rigid.inertia, tuple(up), 3.0 * mu / r**3)
+    torque = gravity_gradient_torque(rigid.inertia, tuple(np.sqrt(3.0 * mu / r**3) * up))
     size = 3.0 * mu / r**3 * np.linalg.norm(tensor)
     assert torque == pytest.approx(exact, abs=1e-3 * size)
     assert np.linalg.norm(exact) > 2e-2 * size
@@ -195,8 +197,8 @@ def test_gravity_gradient_turns_a_dumbbell_towards_the_vertical():
     """Two masses on x, the vertical a little towards y: the torque turns x towards y."""
     rigid = Body(inertia_kg_m2=(0.01, 1.0, 1.0)).pack()
     angle = 0.1
-    up = (np.cos(angle), np.sin(angle), 0.0)
-    torque = gravity_gradient_torque(rigid.inertia, up, 3.0)
+    tide = (np.sqrt(3.0) * np.cos(angle), np.sqrt(3.0) * np.sin(angle), 0.0)
+    torque = gravity_gradient_torque(rigid.inertia, tide)
     assert torque[2] == pytest.approx(1.5 * (1.0 - 0.01) * np.sin(2.0 * angle))
     assert torque[:2] == (0.0, 0.0)
 
@@ -206,8 +208,9 @@ def on_circular_orbit(rigid, q, omega, seconds):
 
     def rates(t, y):
         u = OMEGA0 * t
-        world = World((0.0, 0.0, 0.0), (np.cos(u), np.sin(u), 0.0), 3.0 * OMEGA0**2)
-        rate = motion_rates(rigid, world, (0.0, 0.0, 0.0), Motion(tuple(y[:4]), tuple(y[4:])))
+        pull = np.sqrt(3.0) * OMEGA0
+        world = World((0.0, 0.0, 0.0), (pull * np.cos(u), pull * np.sin(u), 0.0))
+        rate = motion_rates(rigid, world, (0.0, 0.0, 0.0), Motion(tuple(y[:4]), tuple(y[4:])), ())
         return np.r_[rate.q, rate.omega]
 
     times = np.linspace(0.0, seconds, 60)
@@ -240,3 +243,14 @@ def test_jacobi_integral_of_relative_rest_is_the_dynamic_potential():
     up, normal = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
     value = jacobi_integral(rigid, up, normal, (0.0, 0.0, 2.0), 2.0)
     assert value == pytest.approx(1.5 * 4.0 * 1.0 - 0.5 * 4.0 * 1.7 - 2.0 * 0.5)
+
+
+def test_a_diagonal_tensor_is_packed_short_and_means_the_same():
+    rigid = Body(inertia_kg_m2=(1.0, 1.3, 1.7)).pack()
+    assert rigid.inertia == (1.0, 1.3, 1.7)
+    whole = Rigid((*rigid.inertia, 0.0, 0.0, 0.0), (*rigid.inverse_inertia, 0.0, 0.0, 0.0), ZERO)
+    world = World((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4))
+    x = Motion((0.1, -0.5, 0.5, 0.7), (0.01, -0.02, 0.03))
+    assert motion_rates(rigid, world, (1.0, 2.0, 3.0), x, ()) == motion_rates(
+        whole, world, (1.0, 2.0, 3.0), x, ()
+    )

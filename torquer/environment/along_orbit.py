@@ -11,12 +11,13 @@ from pydantic import Field
 from torquer import time
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
+from torquer.environment.gravity import tide
 from torquer.environment.sun import lit_fraction, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec
 
-_POSITION, _FIELD = slice(0, 3), slice(3, 6)
+_POSITION, _FIELD, _TIDE = slice(0, 3), slice(3, 6), slice(6, 9)
 
 
 class Environment(Spec):
@@ -73,9 +74,9 @@ class OrbitEnvironment:
         return lit_fraction(r, self.sun(t_s), self.environment.eclipse)
 
     def sample(self, t_s: np.ndarray) -> np.ndarray:
-        """Position and field [n, 6] as the table holds them."""
+        """Position, field and tide [n, 9] as the table holds them."""
         r, v = self.state(t_s)
-        return np.hstack([r, self.field(t_s, r, v)])
+        return np.hstack([r, self.field(t_s, r, v), tide(r)])
 
     def orbit_table(self, duration_s: float, step_s: float) -> ProvenTable:
         """Table of `sample`, proven or exact at the instants of RK4 with this step."""
@@ -83,7 +84,8 @@ class OrbitEnvironment:
             return build_exact(self.sample, duration_s, step_s)
         first_guess = self.orbit.period_s / 100.0
         tolerance = self.environment.table_tolerance
-        return build_proven(self.sample, duration_s, first_guess, tolerance, (_POSITION, _FIELD))
+        groups = (_POSITION, _FIELD, _TIDE)
+        return build_proven(self.sample, duration_s, first_guess, tolerance, groups)
 
     def sun_table(self, duration_s: float):
         """Table of the Sun's position; two days of its path are a smooth arc."""

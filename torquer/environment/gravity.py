@@ -1,14 +1,23 @@
 """Gravity-gradient torque on a rigid body, for any inertia tensor and any orbit."""
 
+import numpy as np
+
+from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined
-from torquer.geometry.vec3 import cross, scale, sym_vec
+from torquer.geometry.vec3 import cross, sym_vec
 
 
 @inlined
-def gravity_gradient_torque(inertia, up_body, three_mu_over_r3):
-    """Torque [N m] in the body: 3 mu/r^3 e x J e.
+def gravity_gradient_torque(inertia, tide_body):
+    """Torque [N m] in the body: 3 mu/r^3 e x J e, e the unit radius vector.
 
-    `inertia` [kg m^2] as (xx, yy, zz, xy, xz, yz), `up_body` the unit radius vector e in the
-    body, `three_mu_over_r3` in 1/s^2 (3 omega0^2 on a circular orbit). Source: WHEEL (6.2).
+    `inertia` [kg m^2] as `sym_vec` takes it, `tide_body` = e sqrt(3 mu/r^3) in the body [1/s]
+    (sqrt(3) omega0 e on a circular orbit). Source: WHEEL (6.2).
     """
-    return scale(three_mu_over_r3, cross(up_body, sym_vec(inertia, up_body)))
+    return cross(tide_body, sym_vec(inertia, tide_body))
+
+
+def tide(r_m: np.ndarray) -> np.ndarray:
+    """Radius vectors [n, 3] with the length sqrt(3 mu/r^3) [1/s]: all that the torque needs."""
+    length = np.linalg.norm(r_m, axis=1, keepdims=True)
+    return np.sqrt(3.0 * MU_EARTH_M3_S2 / length**5) * r_m

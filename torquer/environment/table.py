@@ -65,16 +65,16 @@ def lookup3(table, t):
 
 
 @inlined
-def lookup6(table, t):
-    """Two vectors, of channels 0..2 and 3..5, at time t [s]."""
+def lookup6(table, t, first):
+    """Two vectors, of three channels from `first` and of the next three, at time t [s]."""
     i, x = _place(table, t)
-    c = table.coefficients
-    u, v, w = c[i, DEGREE, 0], c[i, DEGREE, 1], c[i, DEGREE, 2]
-    p, q, r = c[i, DEGREE, 3], c[i, DEGREE, 4], c[i, DEGREE, 5]
+    c, k = table.coefficients, first
+    u, v, w = c[i, DEGREE, k], c[i, DEGREE, k + 1], c[i, DEGREE, k + 2]
+    p, q, r = c[i, DEGREE, k + 3], c[i, DEGREE, k + 4], c[i, DEGREE, k + 5]
     for down in range(1, DEGREE + 1):
         j = DEGREE - down
-        u, v, w = u * x + c[i, j, 0], v * x + c[i, j, 1], w * x + c[i, j, 2]
-        p, q, r = p * x + c[i, j, 3], q * x + c[i, j, 4], r * x + c[i, j, 5]
+        u, v, w = u * x + c[i, j, k], v * x + c[i, j, k + 1], w * x + c[i, j, k + 2]
+        p, q, r = p * x + c[i, j, k + 3], q * x + c[i, j, k + 4], r * x + c[i, j, k + 5]
     return (u, v, w), (p, q, r)
 
 

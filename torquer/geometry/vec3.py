@@ -75,7 +75,9 @@ def mat_t_vec(m, a):
 
 @inlined
 def sym_vec(s, a):
-    """Symmetric matrix (xx, yy, zz, xy, xz, yz) times column vector."""
+    """Symmetric matrix, (xx, yy, zz, xy, xz, yz) or a diagonal (xx, yy, zz), times a vector."""
+    if len(s) == 3:
+        return (s[0] * a[0], s[1] * a[1], s[2] * a[2])
     return (
         s[0] * a[0] + s[3] * a[1] + s[4] * a[2],
         s[3] * a[0] + s[1] * a[1] + s[5] * a[2],
@@ -104,8 +106,13 @@ def as_vector(values) -> tuple:
 
 
 def as_symmetric(m) -> tuple:
-    """A symmetric 3x3 array as the six numbers (xx, yy, zz, xy, xz, yz) that kernels take."""
-    return tuple(float(m[i][j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
+    """A symmetric 3x3 array as kernels take it: (xx, yy, zz, xy, xz, yz).
+
+    A diagonal one is (xx, yy, zz), a type of its own, so that code compiled for it is shorter.
+    """
+    diagonal, rest = ((0, 0), (1, 1), (2, 2)), ((0, 1), (0, 2), (1, 2))
+    whole = any(m[i][j] != 0.0 for i, j in rest)
+    return tuple(float(m[i][j]) for i, j in diagonal + (rest if whole else ()))
 
 
 def as_matrix(rows) -> tuple:

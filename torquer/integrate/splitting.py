@@ -27,13 +27,16 @@ def drift(moments, q_principal_to_body, x, t):
 def kick(inertia, wheel_momentum, torque, x, t):
     """Rate after the torque and the wheels have acted for t seconds at a frozen attitude.
 
-    `inertia` as (xx, yy, zz, xy, xz, yz) [kg m^2].
+    `inertia` [kg m^2] as `sym_vec` takes it.
     J d omega/dt = M + h x omega by the implicit midpoint rule, which leaves the energy alone
     when there is no torque.
     """
     h = scale(0.5 * t, wheel_momentum)
     right = add(add_scaled(sym_vec(inertia, x.omega), t, torque), cross(h, x.omega))
-    xx, yy, zz, xy, xz, yz = inertia
+    xx, yy, zz = inertia[0], inertia[1], inertia[2]
+    xy = xz = yz = 0.0
+    if len(inertia) == 6:
+        xy, xz, yz = inertia[3], inertia[4], inertia[5]
     left = (
         (xx, xy + h[2], xz - h[1]),
         (xy - h[2], yy, yz + h[0]),

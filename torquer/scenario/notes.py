@@ -46,9 +46,24 @@ def _sampling_notes(scenario: Scenario) -> list[str]:
 
 def _step_notes(scenario: Scenario) -> list[str]:
     turn = _initial_rate(scenario) * scenario.simulation.step_s
+    if scenario.simulation.integrator == "splitting":
+        return _wheel_notes(scenario, turn)
     if scenario.simulation.integrator != "rk4" or turn < 0.5:
         return []
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
         f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator 'splitting'"
+    ]
+
+
+def _wheel_notes(scenario: Scenario, turn: float) -> list[str]:
+    body = scenario.spacecraft.body
+    wheels = float(np.linalg.norm(body.wheel_momentum_n_m_s))
+    swing = wheels / float(body.principal()[0][0]) * scenario.simulation.step_s
+    if turn * swing < 1e-2:
+        return []
+    return [
+        f"with wheels the splitting is of order 2 only: their {wheels:g} N m s turn the rate by "
+        f"{math.degrees(swing):.3g} deg within one step of {scenario.simulation.step_s:g} s, "
+        f"the body turns by {math.degrees(turn):.3g} deg; take a shorter step_s, or 'dop853'"
     ]

@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined, kernel
 from torquer.environment.table import Table, lookup6
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add_scaled, norm, scale
+from torquer.geometry.vec3 import add_scaled, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
 from torquer.integrate.rk4 import Motion, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
 from torquer.spacecraft.body import Rigid, World, motion_rates, torque_body
 from torquer.spacecraft.coils import remaining
+from torquer.spacecraft.disturbance import push_at
 
 
 class DipolePath(NamedTuple):
@@ -36,15 +36,13 @@ def dipole_after(path, t):
 
 @inlined
 def environment_at(orbit, gravity, t):
-    """Field, vertical and gravity gradient at time t [s]."""
-    r, b = lookup6(orbit, t)
-    inverse = 1.0 / norm(r)
-    three_mu_over_r3 = gravity * 3.0 * MU_EARTH_M3_S2 * inverse * inverse * inverse
-    return World(b, scale(inverse, r), three_mu_over_r3)
+    """Field and tide at time t [s]."""
+    b, tide = lookup6(orbit, t, 3)
+    return World(b, scale(gravity, tide))
 
 
 @kernel
-def by_rk4(rigid, orbit, gravity, path, x, here, first, last, h):
+def by_rk4(rigid, orbit, gravity, path, push, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
@@ -53,64 +51,77 @@ def by_rk4(rigid, orbit, gravity, path, x, here, first, last, h):
         middle = environment_at(orbit, gravity, (step + 0.5) * h)
         end = environment_at(orbit, gravity, (step + 1) * h)
         since = (step - first) * h
-        dipole = dipole_after(path, since + 0.5 * h)
-        k1 = motion_rates(rigid, here, dipole_after(path, since), x)
-        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1))
-        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2))
-        k4 = motion_rates(rigid, end, dipole_after(path, since + h), moved(x, h, k3))
+        dipole, extra = dipole_after(path, since + 0.5 * h), push_at(push, step)
+        k1 = motion_rates(rigid, here, dipole_after(path, since), x, extra)
+        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1), extra)
+        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2), extra)
+        k4 = motion_rates(rigid, end, dipole_after(path, since + h), moved(x, h, k3), extra)
         x, here = rk4_sum(x, h, k1, k2, k3, k4), end
     return x, here
 
 
 @kernel
-def _kicked(rigid, orbit, gravity, path, x, t, since, h):
+def _kicked(rigid, orbit, gravity, path, extra, x, t, since, h):
     world = environment_at(orbit, gravity, t)
-    torque = torque_body(rigid, world, dipole_after(path, since), x.q)
+    torque = torque_body(rigid, world, dipole_after(path, since), x.q, extra)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
 @kernel
-def by_splitting(rigid, principal, orbit, gravity, path, x, first, last, h):
+def by_splitting(rigid, principal, orbit, gravity, path, push, x, first, last, h):
     """Motion after steps first..last-1: exact free rotation between two kicks a step."""
     moments, axes = principal
     early, late = NODES
     for step in range(first, last):
-        t, since = step * h, (step - first) * h
-        x = drift(moments, axes, x, early * h)
-        x = _kicked(rigid, orbit, gravity, path, x, t + early * h, since + early * h, 0.5 * h)
-        x = drift(moments, axes, x, (late - early) * h)
-        x = _kicked(rigid, orbit, gravity, path, x, t + late * h, since + late * h, 0.5 * h)
-        x = drift(moments, axes, x, early * h)
+        t, since, extra = step * h, (step - first) * h, push_at(push, step)
+        sooner, later, half = early * h, late * h, 0.5 * h
+        x = drift(moments, axes, x, sooner)
+        x = _kicked(rigid, orbit, gravity, path, extra, x, t + sooner, since + sooner, half)
+        x = drift(moments, axes, x, later - sooner)
+        x = _kicked(rigid, orbit, gravity, path, extra, x, t + later, since + later, half)
+        x = drift(moments, axes, x, sooner)
         x = Motion(normalised(x.q), x.omega)
     return x
 
 
 class SmoothMotion(NamedTuple):
-    """The motion between two events as a problem for DOP853; t counts from the first."""
+    """The motion during a step or more for DOP853; t counts from `start_s`.
+
+    `push`: torque held for all of it, or (); `since_s`: age of the dipole's path at the start.
+    """
 
     rigid: Rigid
     orbit: Table
     gravity: float
     path: DipolePath
+    push: tuple
     start_s: float
+    since_s: float
 
 
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
-    rigid, orbit, gravity, path, start_s = problem
+    rigid, orbit, gravity, path, push, start_s, since_s = problem
     world = environment_at(orbit, gravity, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = motion_rates(rigid, world, dipole_after(path, t), x)
+    rate = motion_rates(rigid, world, dipole_after(path, since_s + t), x, push)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 
 
 @kernel
-def by_dop853(rigid, orbit, gravity, path, x, first, last, h, tolerance, work):
-    """Motion after steps first..last-1, in steps of its own; not a number if it fails."""
-    problem = SmoothMotion(rigid, orbit, gravity, path, first * h)
-    y, span = np.array(x.q + x.omega), (last - first) * h
-    ended = dop853(problem, 0.0, span, y, tolerance, 1e-3 * tolerance, 0.0, work)
-    if ended[0] != DONE:
-        y[4] = np.nan
+def by_dop853(rigid, orbit, gravity, path, push, x, first, last, h, tolerance, work):
+    """Motion after steps first..last-1, in steps of its own; not a number if it fails.
+
+    A torque that jumps is smooth within a step only.
+    """
+    y = np.array(x.q + x.omega)
+    stride = last - first if len(push) == 0 else 1
+    for step in range(first, last, stride):
+        since = (step - first) * h
+        extra = push_at(push, step)
+        problem = SmoothMotion(rigid, orbit, gravity, path, extra, step * h, since)
+        ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
+        if ended[0] != DONE:
+            y[4] = np.nan
     return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6]))

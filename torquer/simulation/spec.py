@@ -17,6 +17,7 @@ from torquer.orbit import AnyOrbit
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.disturbance import Disturbance, Push
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sun_sensor import SunSensors
@@ -160,6 +161,7 @@ class Scenario(Spec):
     orbit: AnyOrbit
     environment: Environment = Environment()
     spacecraft: Spacecraft
+    disturbance: Disturbance | None = None
     initial: InitialMotion
     control: Control
     simulation: Simulation
@@ -176,7 +178,16 @@ class Scenario(Spec):
                 f"received {simulation.integrator!r}"
             )
         self.steps()
+        self.push()
         return self
+
+    def push(self) -> Push | tuple:
+        """The disturbing torque for kernels, () for none."""
+        if self.disturbance is None:
+            return ()
+        hold_s, step_s = self.disturbance.random_hold_s, self.simulation.step_s
+        hold = 1 if hold_s is None else whole_steps("disturbance.random_hold_s", hold_s, step_s)
+        return self.disturbance.pack(hold, self.seed)
 
     def surroundings(self) -> OrbitEnvironment:
         """The environment along this orbit."""

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.conventions import Measured
-from torquer.engine import inlined, kernel
+from torquer.engine import borrowed, inlined, kernel
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import Table, lookup3, rate_from
 from torquer.geometry.quaternion import rotate_inverse
@@ -28,6 +28,7 @@ from torquer.simulation.advance import (
 from torquer.spacecraft.attitude_sensor import AttitudeSensorSet, read_attitude
 from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, follow
+from torquer.spacecraft.disturbance import Push
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import MagnetometerSet, read_field
 from torquer.spacecraft.sun_sensor import SunSensorSet, read_sun
@@ -39,7 +40,7 @@ COLUMNS = 1 + 4 + 3 + 3 + 3 + 3 + 3 + 3
 
 
 class Tables(NamedTuple):
-    """The tabulated environment: `orbit` has position [m] and B [T], `sun` the Sun's position."""
+    """The tabulated environment: `orbit` has position [m], B [T] and tide [1/s], `sun` the Sun."""
 
     orbit: Table
     sun: Table
@@ -63,6 +64,7 @@ class Plan(NamedTuple):
     record_steps: int
     tolerance: float
     gravity: float
+    push: Push | tuple
     seed: int
 
 
@@ -194,7 +196,7 @@ def record_row(coil_set, cells, coils, step, record, row):
 
 
 @inlined
-def coast(plan, orbit, coils, x, here, first, last, principal, work):
+def coast(plan, orbit, coils, push, x, here, first, last, principal, work):
     """(Motion, environment) after steps first..last-1, in which the coils follow their targets.
 
     What an integrator needs says which one it is: `principal` axes for the splitting, `work`
@@ -207,12 +209,12 @@ def coast(plan, orbit, coils, x, here, first, last, principal, work):
         way = sub(dipole_of(plan.coils, coils, NOW), target)
     path = DipolePath(target, way, plan.coils.lag_s)
     if principal is not None:
-        x = by_splitting(rigid, principal, orbit, gravity, path, x, first, last, h)
+        x = by_splitting(rigid, principal, orbit, gravity, path, push, x, first, last, h)
         return x, environment_at(orbit, gravity, last * h)
     if work is not None:
-        x = by_dop853(rigid, orbit, gravity, path, x, first, last, h, plan.tolerance, work)
+        x = by_dop853(rigid, orbit, gravity, path, push, x, first, last, h, plan.tolerance, work)
         return x, environment_at(orbit, gravity, last * h)
-    return by_rk4(rigid, orbit, gravity, path, x, here, first, last, h)
+    return by_rk4(rigid, orbit, gravity, path, push, x, here, first, last, h)
 
 
 @kernel
@@ -221,6 +223,7 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
 
     `principal`, `work`: see `coast`.
     """
+    plan, tables, state, record = borrowed((plan, tables, state, record))
     cells, coils, memory, orbit = state.cells, state.coils, state.memory, tables.orbit
     step = state.step[0]
     x = motion_of(cells)
@@ -245,7 +248,8 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
             record_row(plan.coils, cells, coils, step, record, step // plan.record_steps)
             to_record = plan.record_steps
         ahead = min(to_sample, to_record, last - step)
-        x, here = coast(plan, orbit, coils, x, here, step, step + ahead, principal, work)
+        now, then = step, step + ahead
+        x, here = coast(plan, orbit, coils, plan.push, x, here, now, then, principal, work)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(cells, x)

@@ -27,7 +27,7 @@ Moments = tuple[float, float, float]
 
 
 class Rigid(NamedTuple):
-    """Constants of the body for kernels; symmetric matrices as (xx, yy, zz, xy, xz, yz)."""
+    """Constants of the body for kernels; symmetric matrices as `as_symmetric` makes them."""
 
     inertia: tuple
     inverse_inertia: tuple
@@ -44,20 +44,22 @@ class Principal(NamedTuple):
 class World(NamedTuple):
     """The world at one instant, as far as the body feels it; vectors in the inertial frame.
 
-    Field [T], unit radius vector, and 3 mu/r^3 [1/s^2].
+    Field [T], and `tide`: the radius vector with the length sqrt(3 mu/r^3) [1/s].
     """
 
     b_t: tuple
-    up: tuple
-    three_mu_over_r3: float
+    tide: tuple
 
 
 @inlined
-def torque_body(rigid, world, dipole_body_a_m2, q):
-    """Torque [N m] in the body: dipole times field, and gravity gradient."""
+def torque_body(rigid, world, dipole_body_a_m2, q, push):
+    """Torque [N m] in the body: dipole times field, gravity gradient, and a push, () for none."""
     control = cross(dipole_body_a_m2, rotate_inverse(q, world.b_t))
-    up_body = rotate_inverse(q, world.up)
-    return add(control, gravity_gradient_torque(rigid.inertia, up_body, world.three_mu_over_r3))
+    tide_body = rotate_inverse(q, world.tide)
+    torque = add(control, gravity_gradient_torque(rigid.inertia, tide_body))
+    if len(push) == 0:
+        return torque
+    return add(torque, push)
 
 
 @inlined
@@ -67,10 +69,10 @@ def momentum_body(rigid, omega):
 
 
 @inlined
-def motion_rates(rigid, world, dipole_body_a_m2, motion):
+def motion_rates(rigid, world, dipole_body_a_m2, motion, push):
     """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M."""
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
-    torque = sub(torque_body(rigid, world, dipole_body_a_m2, motion.q), gyroscopic)
+    torque = sub(torque_body(rigid, world, dipole_body_a_m2, motion.q, push), gyroscopic)
     return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
 
 

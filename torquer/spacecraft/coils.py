@@ -16,7 +16,8 @@ SCALE, CLIP, RELAY = 0, 1, 2
 MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
-#: Columns of `CoilSet.rows`: axis, share of a commanded vector, limit [A m^2], power there [W].
+#: Columns of `CoilSet.rows`: axis, share of a commanded vector, limit [A m^2], power per square of
+#: the dipole [W/(A m^2)^2].
 AXIS, SHARE, LIMIT, POWER = 0, 3, 6, 7
 #: Rows of the coils' state: dipole of each coil now, and the one it goes to [A m^2].
 NOW, TARGET = 0, 1
@@ -37,15 +38,16 @@ def drive(coils, command_a_m2, state):
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
     the worst coil is at its limit (the direction is kept), 'clip' cuts each coil alone, 'relay'
-    puts each coil at plus or minus its limit. Without lag the coils are there at once.
+    puts each coil at plus or minus its limit, or off where nothing is asked of it. Without lag the coils are there at once.
     """
     rows, worst = coils.rows, 1.0
     x, y, z = command_a_m2
+    nothing = 1e-12 * (abs(x) + abs(y) + abs(z))  # rounding must not fire a relay coil
     for i in range(rows.shape[0]):
         wanted = rows[i, SHARE] * x + rows[i, SHARE + 1] * y + rows[i, SHARE + 2] * z
         limit = rows[i, LIMIT]
         if coils.mode == RELAY:
-            wanted = limit * np.sign(wanted)
+            wanted = limit * np.sign(wanted) if abs(wanted) > nothing else 0.0
         elif coils.mode == CLIP:
             wanted = min(max(wanted, -limit), limit)
         elif abs(wanted) > worst * limit:
@@ -53,7 +55,8 @@ def drive(coils, command_a_m2, state):
         state[TARGET, i] = wanted
     for i in range(rows.shape[0]):
         if worst > 1.0:
-            state[TARGET, i] /= worst
+            limit = rows[i, LIMIT]
+            state[TARGET, i] = min(max(state[TARGET, i] / worst, -limit), limit)
         if coils.lag_s == 0.0:
             state[NOW, i] = state[TARGET, i]
 
@@ -87,9 +90,9 @@ def follow(coils, state, t_s):
         return _follow_with_lag(coils, state, t_s)
     energy = greatest = 0.0
     for i in range(coils.rows.shape[0]):
-        part = state[TARGET, i] / coils.rows[i, LIMIT]
-        energy += coils.rows[i, POWER] * part * part * t_s
-        greatest = max(greatest, abs(state[TARGET, i]))
+        dipole = state[TARGET, i]
+        energy += coils.rows[i, POWER] * dipole * dipole * t_s
+        greatest = max(greatest, abs(dipole))
     return energy, greatest
 
 
@@ -97,14 +100,13 @@ def follow(coils, state, t_s):
 def _follow_with_lag(coils, state, t_s):
     """The same with target + way exp(-t/lag): exact integral of the square."""
     energy = greatest = 0.0
-    to_go = remaining(coils.lag_s, t_s)
+    gone = -math.expm1(-t_s / coils.lag_s)
     for i in range(coils.rows.shape[0]):
         target, way = state[TARGET, i], state[NOW, i] - state[TARGET, i]
-        mixed = 2.0 * target * way * coils.lag_s * (1.0 - to_go)
-        own = 0.5 * way * way * coils.lag_s * (1.0 - to_go * to_go)
-        limit = coils.rows[i, LIMIT]
-        energy += coils.rows[i, POWER] / (limit * limit) * (target * target * t_s + mixed + own)
-        state[NOW, i] = target + way * to_go
+        mixed = 2.0 * target * way * coils.lag_s * gone
+        own = 0.5 * way * way * coils.lag_s * gone * (2.0 - gone)
+        energy += coils.rows[i, POWER] * (target * target * t_s + mixed + own)
+        state[NOW, i] = target + way * (1.0 - gone)
         greatest = max(greatest, abs(target + way), abs(state[NOW, i]))
     return energy, greatest
 
@@ -147,6 +149,7 @@ class Coils(Spec):
         axes = np.array(self.axes)
         rows = np.zeros((len(axes), 8))
         rows[:, AXIS:SHARE], rows[:, SHARE:LIMIT] = axes, np.linalg.pinv(axes.T)
-        rows[:, LIMIT], rows[:, POWER] = self.limit_a_m2, self.power_at_limit_w or 1.0
+        rows[:, LIMIT] = self.limit_a_m2
+        rows[:, POWER] = (self.power_at_limit_w or 1.0) / rows[:, LIMIT] / rows[:, LIMIT]
         residual = as_vector(self.residual_dipole_a_m2)
         return CoilSet(rows, residual, MODES[self.saturation], self.lag_s)

@@ -1,0 +1,51 @@
+"""Disturbing torque in body axes: a constant one, and a random one held for an interval."""
+
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer import noise
+from torquer.engine import inlined
+from torquer.geometry.vec3 import add_scaled, as_vector
+from torquer.spec import Spec, Vector
+
+STREAM = 6
+
+
+class Push(NamedTuple):
+    """Constants of the disturbing torque for kernels; the random part is held for `hold_steps`."""
+
+    constant_n_m: tuple
+    random_n_m: float
+    hold_steps: int
+    seed: int
+
+
+@inlined
+def push_at(push, step):
+    """Torque [N m, body] during a step; () for a satellite that nothing disturbs.
+
+    An empty tuple is a type of its own: the code compiled for it holds nothing of this.
+    """
+    if len(push) == 0:
+        return ()
+    drawn = noise.normal3(push.seed, STREAM, step // push.hold_steps)
+    return add_scaled(push.constant_n_m, push.random_n_m, drawn)
+
+
+class Disturbance(Spec):
+    """Disturbing torque fixed in the body.
+
+    `constant_torque_n_m`: always there. `random_torque_n_m`: standard deviation about each axis
+    of a torque drawn anew every `random_hold_s` (left out: every step). What a random torque does
+    depends on how long it is held: its spectral density is sigma^2 times that interval.
+    """
+
+    constant_torque_n_m: Vector = (0.0, 0.0, 0.0)
+    random_torque_n_m: float = Field(default=0.0, ge=0.0)
+    random_hold_s: float | None = Field(default=None, gt=0.0)
+
+    def pack(self, hold_steps: int, seed: int) -> Push:
+        """Constants for kernels."""
+        constant = as_vector(self.constant_torque_n_m)
+        return Push(constant, self.random_torque_n_m, hold_steps, seed)
