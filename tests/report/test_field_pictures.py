@@ -1,0 +1,151 @@
+"""Pictures of the field: written, not blank, and the numbers in them are right."""
+
+import json
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
+from torquer.environment.field.along import angles_deg, fields_along
+from torquer.orbit import Circular
+from torquer.report.field_cone import cone_figure, cone_of, draw_cone, write_cone_page
+from torquer.report.field_map import draw_map, field_map
+from torquer.report.field_pictures import draw_along, unwound
+from torquer.time import parse_utc
+
+START = parse_utc("2025-07-01T00:00:00Z")
+MODELS = (Igrf14(degree=3), DirectDipole(), TiltedDipole(), Averaged())
+LABELS = ["igrf14:3", "direct_dipole", "tilted_dipole", "averaged"]
+
+
+@pytest.fixture(scope="module")
+def orbit():
+    return Circular(altitude_km=550.0, inclination_deg=51.7, raan_deg=77.0)
+
+
+@pytest.fixture(scope="module")
+def along(orbit):
+    return fields_along(MODELS, orbit, START, np.linspace(0.0, orbit.period_s, 181), "sidereal")
+
+
+@pytest.fixture(scope="module")
+def grid():
+    return field_map(Igrf14(degree=6), 2025.0, 0.0, step_deg=5.0)
+
+
+def inked(path):
+    """Share of the pixels that are not white; a blank picture has none."""
+    pixels = matplotlib.image.imread(path)[..., :3]
+    return float(np.mean(np.any(pixels < 0.98, axis=-1)))
+
+
+def colours_in(path, *colours):
+    """Whether every colour (#rrggbb) has pixels of its own."""
+    pixels = np.round(255 * matplotlib.image.imread(path)[..., :3]).astype(int)
+    wanted = [[int(c[i : i + 2], 16) for i in (1, 3, 5)] for c in colours]
+    return all(np.any(np.abs(pixels - colour).max(axis=-1) <= 2) for colour in wanted)
+
+
+def test_pictures_along_an_orbit(along, tmp_path):
+    paths = draw_along(along, LABELS, "550 km, $51.7", tmp_path)
+    assert set(paths) == {"inertial", "orbital"}
+    for path in paths.values():
+        assert 0.02 < inked(path) < 0.5
+        assert colours_in(path, "#0072B2", "#D55E00", "#009E73", "#E69F00")
+
+
+def test_one_model_has_no_panel_of_angles(along, orbit, tmp_path):
+    alone = fields_along(MODELS[:1], orbit, START, along.t_s[:5])
+    path = draw_along(alone, LABELS[:1], "", tmp_path)["inertial"]
+    # head, four panels of 1.51 inch, foot
+    assert matplotlib.image.imread(path).shape[0] == pytest.approx(150 * (1.12 + 4 * 1.51), abs=2)
+
+
+def test_a_line_over_an_angle_is_led_to_the_edge_and_broken():
+    x, y = unwound([340.0, 350.0, 10.0, 20.0], [1.0, 2.0, 4.0, 5.0], 360.0)
+    assert x == pytest.approx([340, 350, 360, np.nan, 0, 10, 20], nan_ok=True)
+    assert y == pytest.approx([1, 2, 3, np.nan, 3, 4, 5], nan_ok=True)
+    back, _ = unwound([10.0, 350.0], [0.0, 2.0], 360.0)
+    assert back == pytest.approx([10, 0, np.nan, 360, 350], nan_ok=True)
+    assert unwound([1.0, 2.0], [3.0, 4.0], 360.0)[0].tolist() == [1.0, 2.0]
+
+
+@pytest.mark.parametrize("element", list("FXYZHDI"))
+def test_every_element_has_a_map(grid, element, tmp_path):
+    path = draw_map(grid, element, "a title", tmp_path / f"{element}.png")
+    assert inked(path) > 0.5
+    assert colours_in(path, "#b03a2e")
+
+
+def test_maps_of_models_without_a_turn_can_be_drawn(tmp_path):
+    dipole = field_map(DirectDipole(), 2025.0, 500.0, step_deg=10.0)
+    for element in "DY":
+        assert inked(draw_map(dipole, element, "", tmp_path / "map.png")) > 0.3
+
+
+def test_the_map_knows_the_south_atlantic_anomaly_and_the_dip_poles():
+    grid = field_map(Igrf14(degree=8), 2025.0, 0.0, step_deg=5.0)
+    least = grid.extremes("F")["least"]
+    assert least["latitude_deg"] == pytest.approx(-26.0, abs=5.0)
+    assert least["longitude_deg"] == pytest.approx(-59.0, abs=6.0)
+    assert least["value"] == pytest.approx(22060.0, rel=0.01)
+    north, south = grid.dips
+    assert north[0] == pytest.approx(86.0, abs=5.0)
+    assert south == (pytest.approx(-64.0, abs=5.0), pytest.approx(136.0, abs=10.0))
+    values = grid.values("I")
+    assert values.shape == (37, 73) and grid.unit_of("I") == "deg" and grid.unit_of("F") == "nT"
+    assert values[:, 0] == pytest.approx(values[:, -1])
+
+
+def test_the_cone_is_that_of_the_averaged_field(along, orbit):
+    shape = cone_of(orbit)
+    b = along.b_y[LABELS.index("averaged")]
+    assert np.linalg.norm(b, axis=-1) == pytest.approx(shape.b0_t, rel=1e-12)
+    assert angles_deg(b, shape.axis_y) == pytest.approx(shape.half_angle_deg, rel=1e-12)
+    rim = shape.rim_ut()
+    assert np.linalg.norm(rim, axis=1) == pytest.approx(1e6 * shape.b0_t)
+    assert angles_deg(rim, shape.axis_y) == pytest.approx(shape.half_angle_deg)
+    assert shape.y_from_z.T @ shape.y_from_z == pytest.approx(np.eye(3), abs=1e-15)
+
+
+def test_the_direct_dipole_leaves_the_cone_by_little_more_than_a_degree(along, orbit):
+    """The greatest deviation over all inclinations lies near 52 deg."""
+    shape = cone_of(orbit)
+    dipole = along.b_y[LABELS.index("direct_dipole")]
+    off = np.abs(angles_deg(dipole, shape.axis_y) - shape.half_angle_deg).max()
+    assert off == pytest.approx(1.09, abs=0.01)
+
+
+@pytest.mark.parametrize("inclination_deg", [0.0, 51.7, 90.0, 180.0])
+def test_cones_of_every_inclination_are_drawn(inclination_deg, tmp_path):
+    orbit = Circular(altitude_km=550.0, inclination_deg=inclination_deg)
+    along = fields_along(MODELS, orbit, START, np.linspace(0.0, orbit.period_s, 61), "sidereal")
+    path = draw_cone(along, LABELS, cone_of(orbit), "a title", tmp_path / "cone.png")
+    assert 0.02 < inked(path) < 0.6
+    assert colours_in(path, "#0072B2")
+
+
+def test_the_page_is_whole_and_loads_nothing(along, orbit, tmp_path):
+    title = "<b>5 & 6</b>"
+    path = write_cone_page(along, LABELS, cone_of(orbit), title, tmp_path / "cone.html")
+    text = path.read_text(encoding="utf-8")
+    assert "default-src 'none'" in text and "&lt;b&gt;5 &amp; 6&lt;/b&gt;" in text
+    assert "<b>5" not in text
+    assert not re.search(r'<(script|link|img)[^>]+(src|href)="http', text)
+    assert text.rstrip().endswith("</html>") and "Plotly" in text
+    (figure,) = re.findall(r'<script type="application/json">(.*?)</script>', text, re.S)
+    assert json.loads(figure) == json.loads(json.dumps(cone_figure(along, LABELS, cone_of(orbit))))
+
+
+def test_the_figure_in_space_holds_the_vectors(along, orbit):
+    figure = cone_figure(along, LABELS, cone_of(orbit))
+    paths = {trace["name"]: trace for trace in figure["data"] if "hovertemplate" in trace}
+    assert list(paths) == LABELS
+    for m, name in enumerate(LABELS):
+        drawn = np.array([paths[name][axis] for axis in "xyz"]).T
+        assert drawn == pytest.approx(1e6 * along.b_y[m], abs=6e-4)
+    assert paths["averaged"]["customdata"][45] == pytest.approx(90.0, abs=0.05)
+    assert {trace["type"] for trace in figure["data"]} == {"mesh3d", "scatter3d"}
+    assert figure["frames"] == []

@@ -1,0 +1,131 @@
+"""`torquer field`: which field is where - at a point, along an orbit, over the globe, as a cone."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+app = App(
+    name="field",
+    help="The geomagnetic field at a point, along an orbit, over the globe, as a cone.",
+    version_flags=[],
+)
+
+Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+Date = Annotated[
+    str, Parameter(help="Date (00:00 UTC), time with a zone, or decimal year such as 2025.5.")
+]
+Model = Annotated[
+    str,
+    Parameter(help="igrf14, wmm2025, tilted_dipole or direct_dipole; igrf14:6 stops at degree 6."),
+]
+Models = Annotated[
+    list[str] | None,
+    Parameter(
+        help="As often as wanted: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; "
+        "igrf14:6 stops at degree 6.",
+        negative="",
+    ),
+]
+Degree = Annotated[int | None, Parameter(help="Greatest degree of igrf14 or wmm2025 [all].")]
+
+
+@app.command
+def point(
+    *,
+    lat: Annotated[float, Parameter(help="Latitude [deg].")],
+    lon: Annotated[float, Parameter(help="East longitude, -180..360 [deg].")],
+    alt_km: Annotated[float, Parameter(help="Height [km].")] = 0.0,
+    date: Date,
+    model: Model = "igrf14",
+    degree: Degree = None,
+    geocentric: Annotated[
+        bool,
+        Parameter(
+            help="Latitude from the Earth's centre, height above the sphere of 6371.2 km "
+            "[geodetic, WGS84].",
+            negative="",
+        ),
+    ] = False,
+    json: Json = False,
+) -> int:
+    """X, Y, Z, H, F, D, I at a place and date, and their yearly change."""
+    from torquer.cli import field_options as options
+    from torquer.cli import field_work as work
+
+    return work.point((lat, lon, alt_km), date, options.model_of(model, degree), geocentric, json)
+
+
+@app.command
+def orbit(
+    *,
+    altitude_km: Annotated[float | None, Parameter(help="Circular orbit: height [km].")] = None,
+    inclination_deg: Annotated[float | None, Parameter(help="Circular orbit.")] = None,
+    raan_deg: Annotated[float | None, Parameter(help="Circular orbit: node [0].")] = None,
+    tle: Annotated[Path | None, Parameter(help="File with a two-line element set.")] = None,
+    scenario: Annotated[
+        Path | None, Parameter(help="File to take orbit, start and first field from.")
+    ] = None,
+    start: Annotated[
+        str | None, Parameter(help="As --date of the other commands [epoch of the TLE].")
+    ] = None,
+    revolutions: Annotated[float | None, Parameter(help="How long [1].")] = None,
+    duration_min: Annotated[float | None, Parameter(help="How long, in minutes.")] = None,
+    step_s: Annotated[float, Parameter(help="From instant to instant [s].")] = 30.0,
+    model: Models = None,
+    out: Annotated[Path | None, Parameter(help="Folder for inertial.png and orbital.png.")] = None,
+    json: Json = False,
+) -> int:
+    """The field along an orbit, under one model or several side by side [igrf14]."""
+    from torquer.cli import field_options as options
+    from torquer.cli import field_work as work
+
+    circular = {
+        "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
+    }  # fmt: skip
+    way = options.way_of(circular, tle, scenario, start)
+    t_s = options.instants(way.orbit.period_s, revolutions, duration_min, step_s)
+    return work.orbit(way, options.with_models(way, model), t_s, out, json)
+
+
+@app.command(name="map")
+def map_(
+    *,
+    date: Date = "2025-01-01",
+    alt_km: Annotated[float, Parameter(help="Height above the ellipsoid [km].")] = 0.0,
+    element: Annotated[str, Parameter(help="F, X, Y, Z, H, D or I.")] = "F",
+    model: Model = "igrf14",
+    degree: Degree = None,
+    out: Annotated[Path, Parameter(help="Folder for map_<element>.png.")] = Path("runs/field"),
+    json: Json = False,
+) -> int:
+    """A map of an element of the field over the globe, with its extremes."""
+    from torquer.cli import field_options as options
+    from torquer.cli import field_work as work
+
+    return work.globe(element, date, alt_km, options.model_of(model, degree), out, json)
+
+
+@app.command
+def cone(
+    *,
+    inclination_deg: Annotated[float, Parameter(help="Of the circular orbit.")],
+    altitude_km: Annotated[float, Parameter(help="Of the circular orbit.")] = 550.0,
+    raan_deg: Annotated[float, Parameter(help="Node of the orbit.")] = 0.0,
+    date: Date = "2025-01-01",
+    revolutions: Annotated[float, Parameter(help="How long the paths are.")] = 1.0,
+    model: Models = None,
+    out: Annotated[Path, Parameter(help="Folder for cone.png and cone.html.")] = Path("runs/field"),
+    json: Json = False,
+) -> int:
+    """Paths of the field's vector over a circular orbit, and the cone of the averaged field."""
+    from torquer.cli import field_options as options
+    from torquer.cli import field_work as work
+
+    circular = {
+        "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
+    }  # fmt: skip
+    way = options.way_of(circular, None, None, date, "--date")
+    models = options.with_models(way, model, options.CONE_MODELS)
+    t_s = options.instants(way.orbit.period_s, revolutions, None, way.orbit.period_s / 360.0)
+    return work.cone(way, models, t_s, out, json)

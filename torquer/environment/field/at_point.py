@@ -1,0 +1,78 @@
+"""The field at one place: its elements, and how fast they change from year to year."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.environment.field.coefficients import published
+from torquer.environment.field.gauss import Gauss
+from torquer.environment.field.globe import Elements, at_geodetic, elements
+from torquer.environment.field.tilted_dipole import TiltedDipole
+
+#: Horizontal over total intensity below which the field is vertical: no direction, no D.
+_VERTICAL = 1e-9
+
+
+class PointField(NamedTuple):
+    """Elements [nT, deg] and their secular variation [nT/yr, deg/yr]; None for a constant model."""
+
+    elements: Elements
+    rates: Elements | None
+
+
+def coefficients_of(model) -> str | None:
+    """Name of the published coefficients that a model is made of; None if the date is all one."""
+    if isinstance(model, Gauss):
+        return model.kind
+    if isinstance(model, TiltedDipole) and model.mu_e_t_km3 is None:
+        return model.source
+    return None
+
+
+def yearly_change(model, decimal_year: float, *place, geocentric: bool = False):
+    """dB/dt [T/yr] `[..., 3]` in north-east-down axes; None for a model that does not change.
+
+    The published coefficients are linear in time between their epochs, and so is the field: its
+    difference between two epochs over the years between them is exact. At an epoch, that of the
+    years that follow. `place` as in `at_geodetic`.
+    """
+    source = coefficients_of(model)
+    if source is None:
+        return None
+    years = published(source).years
+    k = int(np.clip(np.searchsorted(years, decimal_year, side="right") - 1, 0, len(years) - 2))
+    first, last = (at_geodetic(model, y, *place, geocentric=geocentric) for y in years[k : k + 2])
+    return (last - first) / (years[k + 1] - years[k])
+
+
+def rates_of(now: Elements, b_rate_ned) -> Elements:
+    """Rates of the elements [nT/yr, deg/yr] of a field that changes by `b_rate_ned` [T/yr]."""
+    x, y, z = np.moveaxis(1e9 * np.asarray(b_rate_ned, dtype=np.float64), -1, 0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        h = (now.x_nt * x + now.y_nt * y) / now.h_nt
+        f = (now.x_nt * x + now.y_nt * y + now.z_nt * z) / now.f_nt
+        d = np.degrees((now.x_nt * y - now.y_nt * x) / now.h_nt**2)
+        i = np.degrees((now.h_nt * z - now.z_nt * h) / now.f_nt**2)
+    return Elements(x, y, z, h, f, d, i)
+
+
+def point_field(
+    model, decimal_year: float, lat_deg, lon_deg, alt_km, geocentric: bool = False
+) -> PointField:
+    """Elements and their yearly change at places (numbers or arrays), as `at_geodetic` has them.
+
+    D, and what is derived from the direction of H, is not a number where the field is vertical.
+    """
+    place = (lat_deg, lon_deg, alt_km)
+    now = elements(at_geodetic(model, decimal_year, *place, geocentric=geocentric))
+    change = yearly_change(model, decimal_year, *place, geocentric=geocentric)
+    rates = None if change is None else rates_of(now, change)
+    upright = now.h_nt <= _VERTICAL * now.f_nt
+    now = now._replace(d_deg=np.where(upright, np.nan, now.d_deg))
+    if rates is not None:
+        lost = {name: np.where(upright, np.nan, getattr(rates, name)) for name in _OF_H}
+        rates = rates._replace(**lost)
+    return PointField(now, rates)
+
+
+_OF_H = ("h_nt", "d_deg", "i_deg")
