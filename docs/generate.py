@@ -37,8 +37,10 @@ TABLES = {
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
     "simulation": Simulation,
 }
-SOURCE = re.compile(r"Source: ((?:[A-Z]+ \([\d.]+\)(?:, )?)+)\.")
-CITED = re.compile(r"([A-Z]+) \(([\d.]+)\)")
+_ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
+#: `Source: MAG (2.1.3).` or `Source: FIELD (1.10), FIELD (1.11)`, line breaks allowed.
+SOURCE = re.compile(rf"Source:\s+({_ONE}(?:,\s+(?:and\s+)?{_ONE})*)")
+_CITED = re.compile(r"([A-Z]+)\s*\((\d+(?:\.\d+)+)\)")
 
 
 def scenario_page() -> str:
@@ -68,17 +70,29 @@ def _default(key: str, field) -> str:
     return f"`{field.default!r}`"
 
 
-def sources() -> list[tuple[str, str, str]]:
-    """(key, number, place) of every `Source:` line in the docstrings of the package."""
-    found = []
+def citations_of(docstring: str) -> list[tuple[str, str]]:
+    """(key, number) of all formulas that a docstring is the home of."""
+    return [c for found in SOURCE.findall(docstring) for c in _CITED.findall(found)]
+
+
+def docstrings_of(source: str):
+    """(name, docstring) of a module and all that is in it."""
+    described = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, described) and (text := ast.get_docstring(node)):
+            yield getattr(node, "name", "module"), text
+
+
+def all_docstrings():
+    """(place, docstring) of everything in the package."""
     for path in sorted((ROOT / "torquer").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module):
-                place = f"{path.relative_to(ROOT)}: `{getattr(node, 'name', 'module')}`"
-                text = " ".join((ast.get_docstring(node) or "").split())
-                for line in SOURCE.findall(text):
-                    found += [(key, number, place) for key, number in CITED.findall(line)]
-    return found
+        for name, text in docstrings_of(path.read_text(encoding="utf-8")):
+            yield f"{path.relative_to(ROOT).as_posix()}: `{name}`", text
+
+
+def sources() -> list[tuple[str, str, str]]:
+    """(key, number, place) of every published formula that has its home in the package."""
+    return [(*c, place) for place, text in all_docstrings() for c in citations_of(text)]
 
 
 def equations_page() -> str:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer import validate
@@ -25,6 +25,11 @@ def test_finite_gives_float64_arrays():
         ([1.0, np.nan], None, r"x: must be finite; received \[1.0, nan\]"),
         ([np.inf], (1,), r"x: must be finite; received \[inf\]"),
         (None, None, "x: must be finite; received None"),
+        (["500"], None, r"x: must be numbers; received \['500'\]"),
+        ([1.0, True], None, r"x: must be numbers; received \[1.0, True\]"),
+        (True, None, "x: must be numbers; received True"),
+        (np.array([True]), None, r"x: must be numbers; received array\(\[ True\]\)"),
+        ([[1.0, 2.0], [3.0, False]], None, r"x: must be numbers; received \[.*False\]\]"),
     ],
 )
 def test_finite_tells_what_is_wrong(value, shape, told):
@@ -101,6 +106,17 @@ class Thing(Spec):
 
     length_m: float
     axis: Vector = (0.0, 0.0, 1.0)
+    count: int = Field(default=1, ge=0)
+    scale: float | tuple[float, ...] = 1.0
+    by_name: dict[str, float] = Field(default_factory=dict)
+    gain: float | None = Field(default=None, gt=0.0)
+
+
+class Whole(Spec):
+    """A spec within a spec."""
+
+    thing: Thing
+    things: tuple[Thing, ...] = ()
 
 
 def test_specs_are_frozen_and_compare_by_value():
@@ -119,9 +135,57 @@ def test_specs_are_frozen_and_compare_by_value():
         ({"length_m": 1.0, "axis": (0.0, 1.0)}, "axis"),
         ({"length_m": 1.0, "width_m": 1.0}, "Extra inputs are not permitted"),
         ({"length_m": "long"}, "valid number"),
+        ({"length_m": 1.0, "count": 1.5}, "valid integer"),
+        ({"length_m": 1.0, "count": -1}, "greater than or equal to 0"),
+        ({"length_m": 1.0, "gain": 0}, "greater than 0"),
         ({}, "Field required"),
     ],
 )
 def test_specs_tell_what_is_wrong(keys, told):
     with pytest.raises(ValidationError, match=told):
         Thing(**keys)
+
+
+@pytest.mark.parametrize("value", [True, False, "500", b"5", np.True_])
+@pytest.mark.parametrize(
+    ("build", "places"),
+    [
+        (lambda v: {"length_m": v}, {("length_m",)}),
+        (lambda v: {"axis": (0.0, v, 1.0)}, {("axis", 1)}),
+        (lambda v: {"gain": v}, {("gain",)}),
+        (lambda v: {"by_name": {"k": v}}, {("by_name", "k")}),
+        (lambda v: {"count": v}, {("count",)}),
+    ],
+)
+def test_truth_and_text_are_no_numbers(build, places, value):
+    for keys, spec in (
+        (build(value), Thing),
+        ({"thing": {"length_m": 1.0, **build(value)}}, Whole),
+    ):
+        with pytest.raises(ValidationError) as caught:
+            spec.model_validate({"length_m": 1.0, **keys} if spec is Thing else keys)
+        (error,) = caught.value.errors()
+        below = 0 if spec is Thing else 1
+        assert {error["loc"][below:]} == places
+        assert error["msg"] in ("Input should be a valid number", "Input should be a valid integer")
+
+
+def test_truth_and_text_are_no_numbers_of_a_union_either():
+    for value in (True, "5", (1.0, "5"), (1.0, False)):
+        with pytest.raises(ValidationError):
+            Thing(length_m=1.0, scale=value)
+    assert Thing(length_m=1.0, scale=2).scale == 2.0
+    assert Thing(length_m=1.0, scale=[1, 2.5]).scale == (1.0, 2.5)
+
+
+def test_numbers_of_all_kinds_are_numbers():
+    numbers = (2, 2.0, np.float32(2.0), np.int64(2))
+    assert [Thing(length_m=n, count=n) for n in numbers] == 4 * [Thing(length_m=2.0, count=2)]
+
+
+def test_specs_go_through_json_and_back():
+    whole = Whole(thing=Thing(length_m=1e-3, count=2**62 + 1, gain=3), things=[{"length_m": 2}])
+    assert Whole.model_validate_json(whole.model_dump_json()) == whole
+    assert Whole.model_validate(whole.model_dump()) == whole
+    schema = Whole.model_json_schema()["$defs"]["Thing"]["properties"]
+    assert schema["length_m"]["type"] == "number" and schema["count"]["type"] == "integer"

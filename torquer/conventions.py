@@ -55,8 +55,9 @@ class Measured(NamedTuple):
     `b_rate_body_t_s` is what a search coil reads (the field's rate of change as the body
     sees it); the other vectors come from the models of magnetometer, gyro and Sun sensors.
     `sun_body` is a unit vector, or zeros when no sensor sees the Sun. The attitude comes from an
-    attitude sensor (a star tracker, or what stands for a filter). Position and velocity are
-    navigation, inertial; not numbers unless the law says that it `navigates`.
+    attitude sensor (a star tracker, or what stands for a filter). Position, velocity and what
+    the on-board field model says there are navigation, all inertial; they are not numbers unless
+    the law says that it `navigates`.
     """
 
     t_s: float
@@ -67,3 +68,5 @@ class Measured(NamedTuple):
     q_body_to_inertial: tuple = (0.0, 0.0, 0.0, 1.0)
     r_inertial_m: tuple = (math.nan, math.nan, math.nan)
     v_inertial_m_s: tuple = (math.nan, math.nan, math.nan)
+    b_inertial_t: tuple = (math.nan, math.nan, math.nan)
+    b_rate_inertial_t_s: tuple = (math.nan, math.nan, math.nan)

@@ -4,14 +4,57 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 `float64` array that kernels take.
 """
 
-from pydantic import BaseModel, ConfigDict
-
-
-class Spec(BaseModel):
-    """Base of all specs: frozen, unknown keys are errors, numbers must be finite."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
+import numpy as np
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core.core_schema import no_info_before_validator_function
 
 #: Three numbers.
 Vector = tuple[float, float, float]
+#: What pydantic would read as a number ("500" as 500, true as 1), and is none.
+_NO_NUMBERS = (bool, np.bool_, str, bytes)
+
+
+def _number(value):
+    if isinstance(value, _NO_NUMBERS):
+        raise PydanticCustomError("float_parsing", "Input should be a valid number")
+    return value
+
+
+def _whole_number(value):
+    if isinstance(value, _NO_NUMBERS):
+        raise PydanticCustomError("int_parsing", "Input should be a valid integer")
+    return value
+
+
+_CHECKS = {"float": _number, "int": _whole_number}
+#: Parts of pydantic's schema that hold no schema of a value.
+_NO_SCHEMA = ("default", "metadata", "serialization")
+
+
+def _with_checks(schema):
+    """A copy of pydantic's schema with a check before each number; done twice it is done once."""
+    if isinstance(schema, list | tuple):
+        return type(schema)(_with_checks(part) for part in schema)
+    if not isinstance(schema, dict):
+        return schema
+    kind = schema.get("type")
+    if kind == "function-before" and schema["function"]["function"] in _CHECKS.values():
+        return schema
+    if isinstance(kind, str) and kind in _CHECKS:
+        return no_info_before_validator_function(_CHECKS[kind], schema)
+    return {k: part if k in _NO_SCHEMA else _with_checks(part) for k, part in schema.items()}
+
+
+class Spec(BaseModel):
+    """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
+
+    Texts and truth values are no numbers; a whole number may stand for any, and 5.0 for 5.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """What pydantic checks, and that numbers are numbers."""
+        return _with_checks(handler(source))

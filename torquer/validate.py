@@ -11,6 +11,7 @@ def finite(name: str, value, shape: tuple | None = None) -> np.ndarray:
     """A finite float64 array, of the given shape if one is given."""
     try:
         array = np.asarray(value, dtype=np.float64)
+        _no_text_no_truth(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: must be numbers; received {value!r}") from None
     if shape is not None and array.shape != shape:
@@ -18,6 +19,15 @@ def finite(name: str, value, shape: tuple | None = None) -> np.ndarray:
     if not np.all(np.isfinite(array)):
         raise ValueError(f"{name}: must be finite; received {value!r}")
     return array
+
+
+def _no_text_no_truth(value) -> None:
+    """TypeError for what NumPy takes for numbers and is none: "500", and true for 1."""
+    if isinstance(value, np.ndarray) and value.dtype.kind in "fiu":
+        return
+    for one in np.asarray(value, dtype=object).flat:
+        if isinstance(one, bool | np.bool_ | str | bytes):
+            raise TypeError
 
 
 def inertia_tensor(name: str, value) -> np.ndarray:
@@ -57,7 +67,6 @@ def unit_rows(name: str, value) -> np.ndarray:
     if rows.ndim != 2 or rows.shape[1] != 3 or np.any(lengths == 0.0):
         raise ValueError(f"{name}: must be non-zero vectors of 3 numbers; received {rows.tolist()}")
     # what has length one already stays bit for bit: axes are stored and read back
-    lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0
     lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0
     return rows / lengths[:, None]
 

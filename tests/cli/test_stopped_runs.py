@@ -102,6 +102,15 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert part.time.values[-1] == 120.0
     assert (out / "report.html").is_file()
 
+    before = (out / "result.nc").read_bytes()
+    code, stdout, err = call("run", scenario, "--out", out)
+    assert (code, stdout) == (2, "")
+    assert err == (
+        f"error: --out: must hold no unfinished run; received {out} (interrupted at t = 124 s): "
+        "go on with --resume, take another --out, or remove it\n"
+    )
+    assert (out / "result.nc").read_bytes() == before
+
     code, stdout, err = call("run", scenario, "--out", out, "--resume", "--json")
     assert (code, err) == (0, "")
     assert strict_json(stdout)["ended"] == "complete"
@@ -111,6 +120,43 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
     assert (code, stdout) == (2, "")
     assert err.startswith("error: --resume: must find an interrupted run; received a complete one")
+
+
+@needs_jit
+def test_what_cannot_go_on_gives_way_to_a_new_run(call, scenario, no_report, tmp_path):
+    """A failed run, a complete one, and what is no result of a run."""
+    out = tmp_path / "out"
+    good = scenario.read_text()
+    assert call("run", with_law(scenario, "fails"), "--out", out)[0] == 2
+    scenario.write_text(good)
+    for before in (None, None, b"no netCDF at all"):
+        if before:
+            (out / "result.nc").write_bytes(before)
+        assert call("run", scenario, "--out", out)[0] == 0
+        assert torquer.load(out / "result.nc").attrs["how_it_ended"] == "complete"
+
+
+@needs_jit
+def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
+    part = torquer.simulate(torquer.load_scenario(scenario), until_s=100.0)
+    torquer.save(part, tmp_path / "result.nc")
+    code, out, err = call("run", scenario, "--out", tmp_path)
+    assert (code, out) == (2, "")
+    assert "(stopped at t = 100 s as asked): go on with --resume" in err
+    assert call("run", scenario, "--out", tmp_path, "--resume")[0] == 0
+
+
+@needs_jit
+def test_a_law_named_interrupted_is_no_interrupt(call, scenario, no_report, tmp_path, monkeypatch):
+    """The exit code does not hang on the words of the message."""
+    from torquer.cli import simulate as work
+
+    def stopped(scenario, **_):
+        result = torquer.simulate(scenario, until_s=10.0)
+        raise torquer.RunStopped("interrupted at will", result, interrupted=False)
+
+    monkeypatch.setattr(work, "simulate", stopped)
+    assert call("run", scenario, "--out", tmp_path)[0] == 2
 
 
 def test_resume_without_a_run(call, scenario, tmp_path):

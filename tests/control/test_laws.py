@@ -29,7 +29,40 @@ EXAMPLES = {
     "bdot": {"gain_a_m2_s_per_t": 1e5},
     "bdot_rate": {"gain_a_m2_s_per_t": 1e5},
     "bdot_derivative": {"gain_a_m2_s_per_t": 1e5},
+    "bdot_model": {"gain_a_m2_s_per_t": 1e5},
+    "nutation_damping": {"gain_a_m2_s_per_t": 1e5, "axis": [0.0, 0.6, 0.8]},
+    "nutation_damping_rate": {"gain_a_m2_s_per_t": 1e5},
+    "nutation_damping_derivative": {"relay_dipole_a_m2": 0.8, "axis": [1.0, 2.0, -2.0]},
+    "spin_up": {
+        "relay_dipole_a_m2": 0.1,
+        "target_rate_deg_s": 8.0,
+        "axis": [0.0, -1.0, 0.0],
+        "first_coil": [1.0, 0.0, 1.0],
+    },
+    "reorientation": {
+        "gain_a_m2_per_n_m_s_t": 1e6,
+        "target": [1.0, 1.0, 0.0],
+        "momentum_n_m_s": 0.05,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "preliminary_1": {"gain_a_m2_per_t": 5e5, "target": "sun", "axis": [0.0, 0.6, 0.8]},
+    "preliminary_2": {
+        "gain_a_m2_per_t": 5e5,
+        "target": [0.0, -0.6, 0.8],
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "three_axis": {
+        "rate_gain_n_m_s_per_t2": 1e5,
+        "angle_gain_n_m_per_t2": 30.0,
+        "euler_deg": [40, 20, -10],
+    },
     "user": {"file": "law.py", "parameters": {"gain": 5e4}},
+}
+#: Keys that hold vectors and tensors in body axes: other body axes, other numbers.
+OF_THE_BODY = {
+    "axis": (0.0, 0.0, 1.0),
+    "first_coil": None,
+    "inertia_kg_m2": None,
 }
 EVERY = pytest.mark.parametrize("kind", LAWS)
 ZERO = (0.0, 0.0, 0.0)
@@ -41,11 +74,26 @@ def example(tmp_path_factory):
     file = tmp_path_factory.mktemp("law") / "law.py"
     file.write_text(USER_FILE)
 
-    def make(kind) -> Law:
+    def make(kind, turn=None) -> Law:
         keys = {k: str(file) if k == "file" else v for k, v in EXAMPLES[kind].items()}
+        if turn is not None:
+            keys |= turned_keys(kind, keys, turn)
         return TypeAdapter(AnyLaw).validate_python({"kind": kind, **keys}).law()
 
     return make
+
+
+def turned_keys(kind, keys, turn):
+    """What of an example is given in body axes, given in turned ones; defaults count too."""
+    found = {}
+    for key in OF_THE_BODY.keys() & LAWS[kind].model_fields.keys():
+        value = np.array(keys.get(key, OF_THE_BODY[key]))
+        found[key] = (turn @ value @ turn.T if value.ndim == 2 else turn @ value).tolist()
+    if "euler_deg" in LAWS[kind].model_fields:
+        wanted = Rotation.from_euler("ZYX", keys["euler_deg"], degrees=True)
+        wanted = wanted * Rotation.from_matrix(turn.T)
+        found["euler_deg"] = wanted.as_euler("ZYX", degrees=True).tolist()
+    return found
 
 
 def readings(n=40, turn=None, seed=3):
@@ -59,8 +107,9 @@ def readings(n=40, turn=None, seed=3):
         sun = sun / np.linalg.norm(sun) if i % 3 else np.zeros(3)
         vectors = [tuple((turn @ v).tolist()) for v in (b, b_rate, omega, sun)]
         q = Rotation.random(random_state=i) * Rotation.from_matrix(turn.T)
-        r, v = 7e6 * rng.normal(size=3), 7e3 * rng.normal(size=3)
-        rows.append(Measured(0.5 * i, *vectors, tuple(q.as_quat()), tuple(r), tuple(v)))
+        sizes = (7e6, 7e3, 3e-5, 1e-7)
+        known = [tuple((size * rng.normal(size=3)).tolist()) for size in sizes]
+        rows.append(Measured(0.5 * i, *vectors, tuple(q.as_quat().tolist()), *known))
     return rows
 
 
@@ -99,7 +148,8 @@ def test_it_compiles_and_answers_with_finite_dipoles(kind, example):
 @EVERY
 def test_it_answers_with_finite_dipoles_when_nothing_is_measured(kind, example):
     law = example(kind)
-    rows = [Measured(float(t), ZERO, ZERO, ZERO, ZERO) for t in range(5)]
+    there = ((0.0, 0.6, 0.0, 0.8), (7e6, 0.0, 0.0), (0.0, 7e3, 2e3), ZERO, ZERO)
+    rows = [Measured(float(t), ZERO, ZERO, ZERO, ZERO, *there) for t in range(5)]
     lost = [row._replace(b_body_t=ZERO, b_rate_body_t_s=ZERO) for row in readings(20)]
     for case in (rows, lost):
         assert np.all(np.isfinite(answers(compiled(law), law, case)[0]))
@@ -117,10 +167,11 @@ def test_plain_python_gives_the_same(kind, example):
 
 @EVERY
 def test_dipoles_turn_with_the_body_axes(kind, example):
-    """No law here singles out a body axis: other axes, the same dipole."""
+    """Other body axes, a law's own axes and inertia given in them: the same dipole."""
     law = example(kind)
     turn = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
     one, _ = answers(compiled(law), law, readings())
+    law = example(kind, turn)
     other, _ = answers(compiled(law), law, readings(turn=turn))
     assert other == pytest.approx(one @ turn.T, abs=1e-13 * (1.0 + np.abs(one).max()))
 
@@ -146,7 +197,7 @@ def call_often(law, parameters, memory, times):
         b = (1e-5 * np.cos(0.1 * i), 2e-5, 1e-5 * np.sin(0.1 * i))
         rate, omega, sun = (1e-7, 0.0, -1e-7), (0.01, 0.02, -0.03), (0.0, 0.6, 0.8)
         q, r, v = (0.0, 0.6, 0.0, 0.8), (7e6, 0.0, 0.0), (0.0, 7e3, 2e3)
-        row = Measured(float(i), b, rate, omega, sun, q, r, v)
+        row = Measured(float(i), b, rate, omega, sun, q, r, v, b, rate)
         m = law(row, parameters, memory)
         total += m[0] + m[1] + m[2]
     return total

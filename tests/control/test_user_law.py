@@ -4,6 +4,7 @@ import os
 import re
 import subprocess
 import sys
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -12,13 +13,13 @@ from pydantic import ValidationError
 
 import torquer
 from torquer import engine
-from torquer.control.law import Law, compile_law, load_law
+from torquer.control.law import Law, as_law, compile_law, load_law
 from torquer.control.user import UserLaw
 from torquer.conventions import Measured
 
-#: Bugs found in `torquer.control.law` whose repair is on its way; a repair makes these fail.
 ROW = Measured(2.0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 HEAD = "import torquer\n\n@torquer.law\n"
+BODY = "def mine(measured, parameters, memory):\n    "
 GOOD = HEAD + "def mine(measured, parameters, memory):\n    return measured.b_body_t\n"
 
 
@@ -72,12 +73,78 @@ def test_parameters_of_a_law_without_any_are_told():
         Law("f", lambda m, p, q: (0.0, 0.0, 0.0)).with_parameters(gain=1.0)
 
 
-@pytest.mark.parametrize("bad", [float("nan"), float("inf"), "much", None])
+@pytest.mark.parametrize(
+    "bad", [float("nan"), float("inf"), "much", None, True, np.True_, 10**400, 1j]
+)
 def test_parameters_must_be_finite_numbers(bad):
     law = Law("f", lambda m, p, q: (0.0, 0.0, 0.0), {"gain": bad})
     message = f"law f: parameter gain must be a finite number; received {bad!r}"
     with pytest.raises(ValueError, match=f"^{re.escape(message)}$"):
         law.pack()
+
+
+def test_parameters_may_be_any_real_numbers():
+    values = {"a": 1, "b": np.int64(2), "c": np.float32(0.5), "d": Fraction(1, 4), "e": np.uint8(3)}
+    packed = Law("f", lambda m, p, q: (0.0, 0.0, 0.0), values).pack()
+    assert packed.dtype == np.float64 and packed.tolist() == [1.0, 2.0, 0.5, 0.25, 3.0]
+
+
+def test_a_function_without_the_decorator_is_a_law_in_plain_python(tmp_path):
+    def own(measured, parameters, memory):
+        return (memory.size, 0.0, 0.0)
+
+    class Callable:
+        def __call__(self, measured, parameters, memory):
+            return own(measured, parameters, memory)
+
+    law = as_law(own)
+    assert (law.name, law.compiled, dict(law.parameters)) == ("own", False, {})
+    assert answer(law) == (16, 0.0, 0.0)
+    assert as_law(law) is law
+    assert as_law(Callable()).name == "Callable"
+    text = "def own(m, p, s):\n    return (s.size, 0.0, 0.0)\nalias = own\n"
+    from_file = load_law(written(tmp_path, text), "alias")
+    assert from_file.name == "alias" and answer(from_file) == (16, 0.0, 0.0)
+    with pytest.raises(ValueError, match=r"^law: must be a torquer.Law or a function; received 3$"):
+        as_law(3)
+
+
+#: Laws that fail at t = 2 s, and would answer silently without a guard.
+FAILING = {
+    "reads_past_the_end": "i = int(measured.t_s)\n    return (memory[i], 0.0, 0.0)",
+    "writes_past_the_end": "memory[int(measured.t_s)] = 1.0\n    return (1.0, 0.0, 0.0)",
+    "divides_by_zero": "return (1.0 / (1.0 / (measured.t_s - 2.0)), 0.0, 0.0)",
+    "raises": "if measured.t_s > 1.0:\n        raise ValueError('no')\n    return (0.0, 0.0, 1.0)",
+    "a_helper_raises": "return (checked(measured.t_s), 0.0, 0.0)",
+}
+CHECKED = (
+    "import numba\n\n@numba.njit\ndef checked(x):\n    if x > 1.0:\n        raise ValueError\n"
+    "    return x\n\n"
+)
+
+
+@pytest.mark.parametrize("name", FAILING)
+def test_a_law_that_fails_answers_with_no_numbers(tmp_path, name):
+    text = CHECKED + "import torquer\n\n@torquer.law(memory=2)\n" + BODY + FAILING[name] + "\n"
+    law = load_law(written(tmp_path, text))
+    assert np.isnan(answer(law)).all()
+    function = compile_law(law.function)
+    before = getattr(function, "_keep", function)(ROW._replace(t_s=1.0), law.pack(), np.ones(2))
+    assert np.isfinite(before).all()
+
+
+def test_laws_of_one_line_and_of_one_factory_are_told_apart(tmp_path):
+    text = (
+        "import torquer\n\n\ndef made(k):\n    @torquer.law\n    def mine(m, p, s):\n"
+        "        return (k, 0.0, 0.0)\n    return mine\n\n\n"
+        "one, two = made(1.0), made(2.0)\n"
+        "a, b = [torquer.law(f) for f in "
+        "(lambda m, p, s: (3.0, 0.0, 0.0), lambda m, p, s: (4.0 + s.size, 0.0, 0.0))]\n"
+    )
+    file = written(tmp_path, text)
+    for _ in range(2):  # compiled, then from the cache
+        answers = [answer(load_law(file, name))[0] for name in ("one", "two", "a", "b")]
+        assert answers == [1.0, 2.0, 3.0, 4.0]
 
 
 def test_a_law_from_a_file(tmp_path):
@@ -110,14 +177,13 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
     assert answer(load_law(written(tmp_path, text))) == (0.0, -6.0, 4.0)
 
 
-BODY = "def mine(measured, parameters, memory):\n    "
-
-
 @pytest.mark.parametrize(
     ("text", "name", "told"),
     [
         ("def f(:\n", None, "FILE: must import; received SyntaxError"),
         ("1 / 0\n", None, "FILE: must import; received ZeroDivisionError"),
+        ("exit()\n", None, "FILE: must import; received SystemExit"),
+        ("import sys\nsys.exit(3)\n", None, r"FILE: must import; received SystemExit\(3\)"),
         ("import no_such_thing\n", None, "FILE: must import; received ModuleNotFoundError"),
         ("x = 1\n", None, "FILE: must hold one @torquer.law, or name one; received none"),
         (

@@ -22,7 +22,7 @@ from torquer.report.scene import scene_figure
 from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import view_of
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.run import simulate
+from torquer.simulation.simulate import simulate
 from torquer.simulation.spec import Scenario
 
 PICTURES = ("rate", "momentum", "field", "dipoles", "pointing", "ground_track", "overview")

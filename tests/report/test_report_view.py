@@ -9,7 +9,7 @@ from torquer.conventions import EARTH_RADIUS_M
 from torquer.report import panels as drawn
 from torquer.report.scene import chapters, scene_figure
 from torquer.report.view import fresh_rows, notes, view_of
-from torquer.simulation.run import simulate
+from torquer.simulation.simulate import simulate
 
 
 @pytest.fixture(scope="module")

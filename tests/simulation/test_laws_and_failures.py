@@ -51,6 +51,41 @@ def raises(measured, parameters, memory):
     return (1 / (33.0 - measured.t_s), 0, 0)
 
 
+def leaves(measured, parameters, memory):
+    exit()
+
+
+@torquer.law(memory=33)
+def reads_past_the_end(measured, parameters, memory):
+    return (memory[int(measured.t_s)], 0.0, 1.0)
+
+
+@torquer.law
+def divides_by_zero(measured, parameters, memory):
+    return (1.0 / (1.0 / (33.0 - measured.t_s)), 0.0, 1.0)
+
+
+@torquer.law
+def raises_compiled(measured, parameters, memory):
+    if measured.t_s > 32.0:
+        raise ValueError("too late")
+    return (0.0, 0.0, 1.0)
+
+
+@torquer.law(memory=1)
+def counts_and_raises(measured, parameters, memory):
+    memory[0] += 1.0
+    if memory[0] == 34.0:
+        raise ValueError
+    return (0.0, 0.0, 1.0)
+
+
+@torquer.law
+def knows_nothing(measured, parameters, memory):
+    x = math.nan if measured.t_s >= 33.0 else 0.0
+    return (x, x, x)
+
+
 def answers_two(measured, parameters, memory):
     return (1, 2)
 
@@ -114,6 +149,24 @@ def test_plain_python_gives_the_bits_of_the_compiled_law(with_law, integrator, w
     for name in fast.variables:
         assert np.array_equal(fast[name].values, slow[name].values), name
     assert np.abs(fast.dipole_body.values).max() > 0.1
+
+
+def test_a_plain_function_may_be_given_as_the_law(make):
+    def own(measured, parameters, memory):
+        memory[15] += 1.0
+        return (memory[15], memory.size, len(parameters))
+
+    scenario = make({"simulation.duration_s": 50.0, "spacecraft.coils.limit_a_m2": 100.0})
+    result = simulate(scenario, own)
+    assert (result.attrs["law"], result.attrs["law_parameters"]) == ("own", "{}")
+    assert result.attrs["law_runs_as"] == "plain Python (slow: not decorated)"
+    assert result.command_body.values[-1].tolist() == [50.0, 16.0, 0.0]
+    part = simulate(scenario, own, until_s=20.0)
+    assert np.array_equal(torquer.resume(part, own).omega_body, result.omega_body)
+    with pytest.raises(
+        ValueError, match=r"law: must be a torquer.Law or a function; received 'own'"
+    ):
+        simulate(scenario, "own")
 
 
 def test_parameters_go_by_name(with_law):
@@ -193,6 +246,20 @@ def test_an_edited_law_is_noticed(with_law, folder):
         ("fails_in_python", 33.0, r"return a finite dipole; received \(nan, 0, 1\) at t = 33 s"),
         ("fails_at_once", 0.0, r"must return a finite dipole; received \(inf, 0, 0\) at t = 0 s"),
         ("raises", 33.0, r"must not raise; received ZeroDivisionError\(.*\) at t = 33 s"),
+        ("leaves", 0.0, r"must not raise; received SystemExit\(.*\) at t = 0 s"),
+        ("reads_past_the_end", 33.0, r"must not raise; received IndexError\(.*\) at t = 33 s; q"),
+        ("divides_by_zero", 33.0, r"must not raise; received ZeroDivisionError\(.*\) at t = 33 s"),
+        ("raises_compiled", 33.0, r"must not raise; received ValueError\('too late'\) at t = 33"),
+        (
+            "counts_and_raises",
+            33.0,
+            r"return a finite dipole and must not raise; received \(nan, n",
+        ),
+        (
+            "knows_nothing",
+            33.0,
+            r"return a finite dipole and must not raise; received \(nan, nan, ",
+        ),
         ("answers_two", 0.0, r"must return three numbers; received \(1, 2\) at t = 0 s"),
         ("answers_nothing", 0.0, "must return three numbers; received None at t = 0 s"),
     ],
@@ -204,6 +271,7 @@ def test_a_law_that_fails_stops_the_run_and_keeps_its_result(with_law, function,
     result = stopped.value.result
     assert result.time.values.tolist() == list(np.arange(0.0, t_s + 1.0))
     assert result.attrs["ended"] == str(stopped.value)
+    assert (result.attrs["how_it_ended"], stopped.value.interrupted) == ("failed", False)
     assert np.isfinite(result.omega_body.values).all()
     assert "\n" not in str(stopped.value)
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer.control.law import Law
@@ -40,6 +41,10 @@ def watched(navigates):
     return seen[::60], result
 
 
+def rotation(measured):
+    return Rotation.from_quat(measured.q_body_to_inertial).as_matrix()
+
+
 def test_a_navigating_law_knows_attitude_position_and_velocity():
     seen, result = watched(True)
     for row, measured in enumerate(seen[:10]):
@@ -49,10 +54,15 @@ def test_a_navigating_law_knows_attitude_position_and_velocity():
         )
         r, v = np.array(measured.r_inertial_m), np.array(measured.v_inertial_m_s)
         assert np.linalg.norm(r - there.position_inertial.values) < 1e-9 * np.linalg.norm(r)
+        b, b_rate = np.array(measured.b_inertial_t), np.array(measured.b_rate_inertial_t_s)
+        assert np.linalg.norm(b - there.b_inertial.values) < 1e-9 * np.linalg.norm(b)
+        seen = rotation(measured) @ measured.b_rate_body_t_s
+        turned = b_rate - np.cross(rotation(measured) @ measured.omega_body_rad_s, b)
+        assert seen == pytest.approx(turned, abs=1e-18)
         assert np.linalg.norm(v - there.velocity_inertial.values) < 1e-6 * np.linalg.norm(v)
 
 
 def test_other_laws_are_not_told_where_they_are():
     seen, _ = watched(False)
-    assert np.isnan([*seen[3].r_inertial_m, *seen[3].v_inertial_m_s]).all()
+    assert np.isnan([*seen[3].r_inertial_m, *seen[3].v_inertial_m_s, *seen[3].b_inertial_t]).all()
     assert np.isfinite(seen[3].q_body_to_inertial).all()

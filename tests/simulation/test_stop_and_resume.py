@@ -74,6 +74,7 @@ def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(make, integrator, sto
     whole = simulate(scenario)
     part = simulate(scenario, until_s=stop_s)
     assert part.attrs["ended"].startswith("stopped at t = ")
+    assert part.attrs["how_it_ended"] == "stopped"
     assert stop_s <= float(part.checkpoint[0]) * 0.5 <= stop_s + 4.0  # the longest hold
     assert stop_s - 7.0 < part.time.values[-1] <= stop_s + 4.0
     save(part, tmp_path / "part.nc")
@@ -108,9 +109,31 @@ def test_results_do_not_depend_on_how_fast_the_machine_is(make, integrator, monk
 
 def test_a_complete_result_has_nothing_to_go_on_with(make):
     whole = simulate(make(FULL))
-    assert whole.attrs["ended"] == "complete"
+    assert whole.attrs["ended"] == whole.attrs["how_it_ended"] == "complete"
     assert same(resume(whole), whole)
     assert same(simulate(make(FULL), until_s=1e9), whole)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.7])
+def test_the_last_record_shows_the_coils_as_the_record_of_a_longer_run_does(make, lag_s):
+    """At the beginning of a measurement window they are switched off, and what is left decays."""
+    windows = FULL | {
+        "spacecraft.coils": FULL["spacecraft.coils"] | {"lag_s": lag_s},
+        "simulation": {"duration_s": 600.0, "step_s": 0.5, "record_s": 10.0},
+    }
+    longer = simulate(make(windows | {"simulation.duration_s": 1200.0}))
+    whole, part = simulate(make(windows)), simulate(make(windows), until_s=300.0)
+    for shorter in (whole, part):
+        dipole = shorter.dipole_body.values
+        assert np.array_equal(dipole, longer.dipole_body.values[: len(dipole)])
+    off = np.abs(whole.dipole_body.values[-1] - [0.1, 0.0, -0.1]).max() < 1e-12
+    assert off == (lag_s == 0.0)
+    assert same(resume(part), whole)
+
+
+def test_a_parameter_may_be_a_number_of_numpy(make):
+    law = remembering.with_parameters(gain=np.float32(2e5))
+    assert same(simulate(make(FULL), law), simulate(make(FULL), remembering))
 
 
 def test_the_law_must_be_the_one_that_began(make):
@@ -151,6 +174,7 @@ def test_an_interrupt_keeps_what_was_computed(make):
     assert 0.0 < parts[0] < parts[1] < 1.0
     part = stopped.value.result
     assert part.attrs["ended"] == str(stopped.value)
+    assert (part.attrs["how_it_ended"], stopped.value.interrupted) == ("interrupted", True)
     assert part.time.values[-1] == pytest.approx(parts[1] * 3003.0, abs=7.0)
     assert same(resume(part), simulate(scenario))
 

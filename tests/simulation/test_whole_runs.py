@@ -125,7 +125,7 @@ def by_scipy(scenario, result):
     def rates(t, y, dipole):
         around_now = around.sample(np.array([t]))[0]
         q, w, to_body = y[:4], y[4:], Rotation.from_quat(y[:4]).inv()
-        r, b = to_body.apply(around_now[:3]), to_body.apply(around_now[3:])
+        r, b = to_body.apply(around_now[:3]), to_body.apply(around_now[3:6])
         torque = np.cross(dipole, b) + gravity_torque(inertia, r)
         torque -= np.cross(w, inertia @ w + wheels)
         dq = 0.5 * np.append(q[3] * w + np.cross(q[:3], w), -q[:3] @ w)
@@ -273,7 +273,7 @@ def test_bdot_ends_with_twice_the_orbital_rate_about_the_cone_axis(make):
 @pytest.mark.parametrize("law", ["bdot", "bdot_rate", "bdot_derivative"])
 def test_damping_time_is_what_the_gain_was_chosen_for(make, law):
     scenario = make({"orbit.inclination_deg": 60.0})
-    b = scenario.surroundings().sample(np.zeros(1))[0, 3:]
+    b = scenario.surroundings().sample(np.zeros(1))[0, 3:6]
     damping_time_s = scenario.orbit.period_s
     gain = bdot_gain(damping_time_s, 1.0, np.linalg.norm(b))
     result = sphere(make, {

@@ -6,6 +6,8 @@ from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from torquer.cli.gallery import app as gallery_app
+
 app = App(
     name="torquer",
     help="Satellite attitude control with magnetorquers and reaction wheels.",
@@ -14,6 +16,7 @@ app = App(
 )
 
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+app.command(gallery_app)
 
 
 @app.command

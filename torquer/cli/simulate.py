@@ -11,11 +11,19 @@ from rich.console import Console
 import torquer
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
-from torquer.simulation.result import load, resume, save, scenario_of
-from torquer.simulation.run import COMPLETE, RunStopped, simulate
+from torquer.simulation.result import (
+    COMPLETE,
+    INTERRUPTED,
+    STOPPED,
+    attributes_of,
+    load,
+    save,
+    scenario_of,
+)
+from torquer.simulation.simulate import RunStopped, resume, simulate
 
 _console = Console(stderr=True)
-INTERRUPTED = 130
+_INTERRUPTED_CODE = 130
 
 
 def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> int:
@@ -23,6 +31,8 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
     _make_writable(out)
+    if not go_on:
+        _keep_interrupted(out)
     for note in notes_of(scenario):
         _console.print(f"note: {note}", style="yellow", highlight=False, soft_wrap=True)
     code, stopped = 0, None
@@ -34,7 +44,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
                 result = simulate(scenario, progress=progress)
         except RunStopped as error:
             result, stopped = error.result, str(error)
-            code = INTERRUPTED if stopped.startswith("interrupted") else 2
+            code = _INTERRUPTED_CODE if error.interrupted else 2
     save(result, out / "result.nc")
     summary = _write(result, out)
     _show(summary, out, as_json)
@@ -103,6 +113,20 @@ def _make_writable(out: Path) -> None:
         ) from None
 
 
+def _keep_interrupted(out: Path) -> None:
+    """A run that can go on is not overwritten by one that begins anew."""
+    path = out / "result.nc"
+    try:
+        earlier = attributes_of(path)
+    except (OSError, ValueError):
+        return  # none, or no result of a run
+    if earlier.get("how_it_ended") in (INTERRUPTED, STOPPED):
+        raise ValueError(
+            f"--out: must hold no unfinished run; received {out} ({earlier['ended']}): "
+            "go on with --resume, take another --out, or remove it"
+        )
+
+
 def _earlier(out: Path, scenario):
     """The result to go on from, after a check that it belongs to this scenario."""
     path = out / "result.nc"
@@ -112,14 +136,14 @@ def _earlier(out: Path, scenario):
         )
     try:
         earlier = load(path)
-        began_with, ended = scenario_of(earlier), earlier.attrs["ended"]
+        began_with, how = scenario_of(earlier), earlier.attrs["how_it_ended"]
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(
             f"--resume: must find a result of a run; received {path} ({error})"
         ) from None
     if began_with != scenario:
         raise ValueError(f"--resume: the scenario must be the one that {path} began with")
-    if ended == COMPLETE:
+    if how == COMPLETE:
         raise ValueError(
             f"--resume: must find an interrupted run; received a complete one in {path}"
         )

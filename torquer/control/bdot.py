@@ -11,6 +11,7 @@ from pydantic import Field
 
 from torquer.control.law import Law
 from torquer.engine import kernel
+from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, scale, sub
 from torquer.spec import Spec
 
@@ -43,17 +44,31 @@ def bdot_difference(measured, parameters, memory):
     return m
 
 
+@kernel
+def bdot_model(measured, parameters, memory):
+    """m = -k dB/dt, from the field model on board, the attitude and the gyro; no magnetometer.
+
+    dB/dt in the body is that of the model, turned to the body, less omega x B.
+    """
+    q = measured.q_body_to_inertial
+    turning = rotate_inverse(q, measured.b_rate_inertial_t_s)
+    b = rotate_inverse(q, measured.b_inertial_t)
+    return scale(-parameters[0], sub(turning, cross(measured.omega_body_rad_s, b)))
+
+
 class _Bdot(Spec):
     """B-dot; the gain k in A m^2 s/T (the same as N m s/T^2)."""
 
     gain_a_m2_s_per_t: float = Field(gt=0.0)
     kernel: ClassVar
     memory: ClassVar[tuple[float, ...]] = ()
+    navigates: ClassVar[bool] = False
 
     def law(self) -> Law:
         """The law with this gain."""
         kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        return Law(self.kind, kernel, {"gain": self.gain_a_m2_s_per_t}, self.memory)
+        gain = {"gain": self.gain_a_m2_s_per_t}
+        return Law(self.kind, kernel, gain, self.memory, navigates=self.navigates)
 
 
 class Bdot(_Bdot):
@@ -76,3 +91,11 @@ class BdotDerivative(_Bdot):
 
     kind: Literal["bdot_derivative"] = "bdot_derivative"
     kernel: ClassVar = bdot_derivative
+
+
+class BdotModel(_Bdot):
+    """B-dot from the field model on board, attitude sensor and gyro."""
+
+    kind: Literal["bdot_model"] = "bdot_model"
+    kernel: ClassVar = bdot_model
+    navigates: ClassVar = True

@@ -12,10 +12,13 @@ import functools
 import hashlib
 import importlib.util
 import inspect
+import math
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from pathlib import Path
+from types import FunctionType
 
 import numba
 import numpy as np
@@ -28,16 +31,18 @@ _VECTOR = types.UniTuple(types.float64, 3)
 _ARRAY = types.float64[::1]
 _QUATERNION = types.UniTuple(types.float64, 4)
 MEASURED = types.NamedTuple(
-    (types.float64, *4 * (_VECTOR,), _QUATERNION, _VECTOR, _VECTOR), Measured
+    (types.float64, *4 * (_VECTOR,), _QUATERNION, *4 * (_VECTOR,)), Measured
 )
 SIGNATURE = _VECTOR(MEASURED, _ARRAY, _ARRAY)
+#: Cells of memory of a function without the decorator, which cannot say how many it needs.
+_PLAIN_MEMORY = 16
 
 
 @dataclass(frozen=True)
 class Law:
     """A control law ready to fly: its function, parameters by name, and initial memory.
 
-    `navigates`: it wants the position and velocity, which are left out otherwise.
+    `navigates`: it wants position, velocity and model field, which are left out otherwise.
     """
 
     name: str
@@ -61,7 +66,7 @@ class Law:
     def pack(self) -> np.ndarray:
         """Parameters for the kernel; raises ValueError if one is missing or not finite."""
         for name, value in self.parameters.items():
-            if not (isinstance(value, int | float) and np.isfinite(value)):
+            if not _is_finite_number(value):
                 raise ValueError(
                     f"law {self.name}: parameter {name} must be a finite number; received {value!r}"
                 )
@@ -70,6 +75,29 @@ class Law:
     def __call__(self, measured: Measured, parameters, memory) -> tuple:
         """The plain Python function, for trying the law by hand."""
         return getattr(self.function, "py_func", self.function)(measured, parameters, memory)
+
+
+def _is_finite_number(value) -> bool:
+    """Whether it is a real number, of Python or NumPy, that a float can hold; truth is none."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(float(value))
+    except OverflowError:
+        return False
+
+
+def as_law(law_or_function) -> Law:
+    """A law as it is; a function without the decorator as a law that runs as plain Python.
+
+    Such a law is slower (the result says so), takes no parameters and has 16 cells of memory.
+    """
+    if isinstance(law_or_function, Law):
+        return law_or_function
+    if not callable(law_or_function):
+        raise ValueError(f"law: must be a torquer.Law or a function; received {law_or_function!r}")
+    name = getattr(law_or_function, "__name__", type(law_or_function).__name__)
+    return Law(name, law_or_function, {}, (0.0,) * _PLAIN_MEMORY, compiled=False)
 
 
 def law(
@@ -83,7 +111,7 @@ def law(
 
     `parameters` maps names to default values, in the order in which the function indexes them;
     `memory` is a number of cells (zeros at first) or their initial values; `navigates` asks for
-    position and velocity.
+    position, velocity and the field of the on-board model there.
 
         @torquer.law(parameters={"gain": 4e4}, memory=3)
         def my_law(measured, parameters, memory):
@@ -117,28 +145,58 @@ class FirstClass(types.WrapperAddressProtocol):
 def compile_law(function: Callable):
     """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
 
-    Code of a user's file is cached under a hash of all Python files beside it.
+    Code of a user's file is cached under a hash of all Python files beside it. A user's law is
+    guarded: bounds are checked, and a law that raises an error answers with not-a-numbers.
     """
     plain = getattr(function, "py_func", function)
+    own = engine.is_own(plain)
     if not engine.COMPILED:
-        return plain
+        return plain if own else _guarded(plain, plain)
     count = len(inspect.signature(plain).parameters)
     if count != 3:
         raise ValueError(f"{_must_compile(plain)}; received one that takes {count} arguments")
     source = Path(inspect.getsourcefile(plain) or "")
-    own = engine.is_own(plain) or not source.is_file()
-    with contextlib.nullcontext() if own else engine.cache_of(_beside(source)):
-        return _compiled(plain, source.is_file())
+    if own:
+        return FirstClass(_compiled(plain, error_model="numpy", cache=source.is_file()))
+    known = source.is_file()
+    with engine.cache_of(_beside(source)) if known else contextlib.nullcontext():
+        law = _compiled(plain, error_model="python", boundscheck=True, cache=known)
+        # all guards of laws that a function makes have one place in the cache: keep them off it
+        known = known and plain.__closure__ is None
+        return FirstClass(_compiled(_guarded(law, plain), error_model="numpy", cache=known))
 
 
-def _compiled(plain: Callable, cacheable: bool) -> FirstClass:
-    options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": cacheable}
+def _compiled(function: Callable, **options):
     try:
-        return FirstClass(numba.njit(SIGNATURE, **options)(plain))
+        return numba.njit(SIGNATURE, fastmath={"contract"}, **options)(function)
     except numba.core.errors.NumbaError as error:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        raise ValueError(f"{_must_compile(plain)}; received: {(told or lines)[0][:200]}") from None
+        must = _must_compile(function)
+        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
+
+
+def _guarded(law: Callable, plain: Callable) -> Callable:
+    """`_guard` around a law, compiled or not.
+
+    It passes for a function of the law's own file, at the law's own line, by a name that tells
+    laws of one line apart: there the cache looks for it. (What is compiled as a closure over the
+    law is never found in the cache by another process.)
+    """
+    own = plain.__code__
+    name = f"{plain.__name__}_guarded_{hashlib.sha256(own.co_code).hexdigest()[:8]}"
+    place = {"co_filename": own.co_filename, "co_firstlineno": own.co_firstlineno}
+    code = _guard.__code__.replace(co_name=name, **place)
+    guard = FunctionType(code, {"_law": law, "np": np}, name)
+    guard.__qualname__, guard.__module__ = name, plain.__module__
+    return guard
+
+
+def _guard(measured, parameters, memory):
+    try:
+        return _law(measured, parameters, memory)  # noqa: F821 - named by `_guarded`
+    except Exception:
+        return (np.nan, np.nan, np.nan)
 
 
 def _must_compile(plain: Callable) -> str:
@@ -177,7 +235,7 @@ def _module_of(file: Path):
     sys.path.insert(0, str(file.resolve().parent))
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise ValueError(f"law file {file}: must import; received {error!r}") from None
     finally:
         sys.path.pop(0)
@@ -198,4 +256,4 @@ def _find(module, file: Path, name: str | None) -> Law:
         return chosen
     if not callable(chosen):
         raise ValueError(f"law file {file}: must define {name}; received no such function")
-    return Law(name, chosen, {}, (0.0,) * 16, compiled=False)
+    return replace(as_law(chosen), name=name)

@@ -142,3 +142,9 @@ def _mapped(fill, sequence, name, values, shape, out_shape) -> np.ndarray:
     out = np.empty((math.prod(lead), *out_shape))
     fill(axes, np.ascontiguousarray(array).reshape(-1, *shape), out)
     return out.reshape(lead + out_shape)
+
+
+def known_sequence(sequence: str) -> str:
+    """The sequence, if it is one of the 12; ValueError otherwise."""
+    to_dcm(sequence, (0.0, 0.0, 0.0))
+    return sequence

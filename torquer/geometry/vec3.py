@@ -106,13 +106,8 @@ def as_vector(values) -> tuple:
 
 
 def as_symmetric(m) -> tuple:
-    """A symmetric 3x3 array as kernels take it: (xx, yy, zz, xy, xz, yz).
-
-    A diagonal one is (xx, yy, zz), a type of its own, so that code compiled for it is shorter.
-    """
-    diagonal, rest = ((0, 0), (1, 1), (2, 2)), ((0, 1), (0, 2), (1, 2))
-    whole = any(m[i][j] != 0.0 for i, j in rest)
-    return tuple(float(m[i][j]) for i, j in diagonal + (rest if whole else ()))
+    """A symmetric 3x3 array as the six numbers (xx, yy, zz, xy, xz, yz) that kernels take."""
+    return tuple(float(m[i][j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
 
 
 def as_matrix(rows) -> tuple:

@@ -12,8 +12,7 @@ from torquer.control.off import Off
 from torquer.environment.field import at_geodetic
 from torquer.report.series import angle_deg, bands_where
 from torquer.scenario.notes import notes_of
-from torquer.simulation.result import scenario_of
-from torquer.simulation.run import COMPLETE
+from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.spec import Scenario
 from torquer.time import decimal_year
 

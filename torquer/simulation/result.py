@@ -11,10 +11,12 @@ import xarray as xr
 import torquer
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.simulation import step as loop
-from torquer.simulation.run import Run, finish, prepare
+from torquer.simulation.run import Run
 from torquer.simulation.spec import Scenario
 from torquer.time import utc_at
 
+#: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
+COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
 _XYZ = ("time", "axis")
 #: Recorded columns: name, first and last column, unit, frame, meaning.
 _RECORDED = (
@@ -28,8 +30,11 @@ _RECORDED = (
 )
 
 
-def dataset_of(run: Run, ended: str) -> xr.Dataset:
-    """The record so far and all that follows from it."""
+def dataset_of(run: Run, how: str, ended: str) -> xr.Dataset:
+    """The record so far and all that follows from it.
+
+    `how` is one of the words above; `ended` says in full how the run ended.
+    """
     rows = run.record[: int(np.count_nonzero(np.isfinite(run.record[:, 0])))]
     t_s = rows[:, 0] * run.plan.step_s
     variables = {
@@ -41,7 +46,7 @@ def dataset_of(run: Run, ended: str) -> xr.Dataset:
         for name, first, last, unit, frame, meaning in _RECORDED
     }
     coordinates = _coordinates(run.scenario, t_s)
-    data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, ended))
+    data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, how, ended))
     data = data.assign(_surroundings(run, t_s, rows))
     return data.assign(_checkpoint(run))
 
@@ -107,7 +112,7 @@ def _matrices(q: np.ndarray) -> np.ndarray:
     return Rotation.from_quat(q).as_matrix()
 
 
-def _attributes(run: Run, ended: str) -> dict:
+def _attributes(run: Run, how: str, ended: str) -> dict:
     import numba
     import scipy
 
@@ -125,6 +130,7 @@ def _attributes(run: Run, ended: str) -> dict:
         "law_parameters": _law_of(run)[1],
         "law_runs_as": "compiled" if run.law.compiled else "plain Python (slow: not decorated)",
         "seed": str(run.scenario.seed),
+        "how_it_ended": how,
         "ended": ended,
         "versions": json.dumps(versions),
         "table_relative_error": run.orbit_table.relative_error,
@@ -149,12 +155,8 @@ def scenario_of(result: xr.Dataset) -> Scenario:
     return Scenario.model_validate_json(result.attrs["scenario"])
 
 
-def resume(result: xr.Dataset, law=None, *, until_s=None, progress=None) -> xr.Dataset:
-    """Go on from where a result stopped; the whole is the same bits as an unbroken run.
-
-    `law` must be given again if it was not part of the scenario.
-    """
-    run = prepare(scenario_of(result), law)
+def restore(run: Run, result: xr.Dataset) -> None:
+    """Bring a freshly prepared run to where a result of the same scenario and law stopped."""
     began, given = (result.attrs["law"], result.attrs["law_parameters"]), _law_of(run)
     if given != began:
         raise ValueError(
@@ -162,11 +164,10 @@ def resume(result: xr.Dataset, law=None, *, until_s=None, progress=None) -> xr.D
         )
     _restore_state(run, result["checkpoint"].values)
     _restore_record(run, result)
-    return finish(run, until_s, progress)
 
 
 def _law_of(run: Run) -> tuple[str, str]:
-    return run.law.name, json.dumps(dict(run.law.parameters))
+    return run.law.name, json.dumps({k: float(v) for k, v in run.law.parameters.items()})
 
 
 def _restore_state(run: Run, cells: np.ndarray) -> None:
@@ -208,3 +209,9 @@ def save(result: xr.Dataset, path) -> None:
 def load(path) -> xr.Dataset:
     """Read a result back."""
     return xr.load_dataset(path, engine="h5netcdf")
+
+
+def attributes_of(path) -> dict:
+    """What a stored result says of itself, without its numbers."""
+    with xr.open_dataset(path, engine="h5netcdf") as result:
+        return dict(result.attrs)

@@ -1,13 +1,12 @@
-"""Run a scenario: prepare constants and tables, step in pieces, keep what was computed."""
+"""A prepared run: constants, tables, state and record; and its way on, step by step."""
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.control.law import Law, compile_law
+from torquer.control.law import Law, as_law, compile_law
 from torquer.conventions import Measured
 from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
@@ -17,17 +16,8 @@ from torquer.simulation.advance import environment_at
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
-COMPLETE = "complete"
 #: Wall-clock time between looks at the progress and at the keyboard [s].
 _PIECE_S = 0.05
-
-
-class RunStopped(Exception):
-    """A run that ended early; `result` holds what was computed until then."""
-
-    def __init__(self, reason: str, result):
-        super().__init__(reason)
-        self.result = result
 
 
 @dataclass(frozen=True)
@@ -46,6 +36,11 @@ class Run:
     def steps(self) -> int:
         """Number of steps of the whole run."""
         return (len(self.record) - 1) * self.plan.record_steps
+
+    @property
+    def now_s(self) -> float:
+        """Time that the run has reached [s]."""
+        return self.state.step[0] * self.plan.step_s
 
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
@@ -84,6 +79,7 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         tolerance=simulation.tolerance,
         gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
+        push=scenario.push(),
         seed=scenario.seed,
     )
 
@@ -100,9 +96,9 @@ def first_state(scenario: Scenario, law: Law, r_m, v_m_s) -> loop.State:
     )
 
 
-def prepare(scenario: Scenario, law: Law | None = None) -> Run:
+def prepare(scenario: Scenario, law: Law | Callable | None = None) -> Run:
     """Everything that a run needs; `law` takes the place of the scenario's."""
-    law = law or scenario.control.law.law()
+    law = scenario.control.law.law() if law is None else as_law(law)
     around = scenario.surroundings()
     plan = plan_of(scenario, law)
     duration_s = scenario.steps() * plan.step_s
@@ -114,62 +110,6 @@ def prepare(scenario: Scenario, law: Law | None = None) -> Run:
     state = first_state(scenario, law, r[0], v[0])
     record = np.full((scenario.steps() // plan.record_steps + 1, loop.COLUMNS), np.nan)
     return Run(scenario, law, plan, tables, state, record, orbit_table)
-
-
-def simulate(
-    scenario: Scenario,
-    law: Law | None = None,
-    *,
-    until_s: float | None = None,
-    progress: Callable[[float], None] | None = None,
-):
-    """Run a scenario and return its result as an `xarray.Dataset`.
-
-    `law` takes the place of the scenario's law. `until_s` stops the run early, at the next
-    instant of a reading, of a control cycle or of the record; `resume` goes on from there.
-    `progress` is called with the part done, 0..1. Raises `RunStopped`, with what was computed,
-    on a state or a law's answer that is not finite, on an error inside a law in plain Python
-    and on an interrupt from the keyboard.
-    """
-    return finish(prepare(scenario, law), until_s, progress)
-
-
-def finish(run: Run, until_s: float | None = None, progress=None):
-    """Run on to the end (or to `until_s`) and return the result so far."""
-    from torquer.simulation.result import dataset_of
-
-    last = run.steps if until_s is None else _last_step(run, until_s)
-    try:
-        ended = _run_in_pieces(run, last, progress)
-        reason = _reason(run, ended) if ended != loop.RUNNING else None
-    except KeyboardInterrupt:
-        reason = f"interrupted at t = {_now_s(run):g} s"
-    except _LawFailed as error:
-        reason = f"{error} at t = {_now_s(run):g} s"
-    _record_this_instant(run)
-    if reason:
-        raise RunStopped(reason, dataset_of(run, reason))
-    if run.state.step[0] == run.steps:
-        return dataset_of(run, COMPLETE)
-    return dataset_of(run, f"stopped at t = {_now_s(run):g} s as asked")
-
-
-def _now_s(run: Run) -> float:
-    return run.state.step[0] * run.plan.step_s
-
-
-def _last_step(run: Run, until_s: float) -> int:
-    if not until_s >= 0.0:
-        raise ValueError(f"until_s: must be a time from 0 on; received {until_s}")
-    return math.ceil(min(run.steps, until_s / run.plan.step_s - 1e-9))
-
-
-def _record_this_instant(run: Run) -> None:
-    """Record where the run stands, if a record is due there; a run that goes on writes it anew."""
-    row, early = divmod(int(run.state.step[0]), run.plan.record_steps)
-    if early == 0:
-        state = run.state
-        loop.record_row(run.plan.coils, state.cells, state.coils, state.step[0], run.record, row)
 
 
 def _next_event(plan: loop.Plan, step: int) -> int:
@@ -185,30 +125,74 @@ def _next_event(plan: loop.Plan, step: int) -> int:
     return step + min(to_sample, -step % plan.record_steps)
 
 
-def _run_in_pieces(run: Run, last: int, progress) -> int:
+def advance_in_pieces(run: Run, last: int, progress: Callable[[float], None] | None) -> str:
+    """Run on to a step, with a look at the keyboard now and then; what made it stop, or ""."""
     piece = 1000
     while (done := int(run.state.step[0])) < last:
         clock = time.perf_counter()
-        ended = run.advance_to(_next_event(run.plan, min(done + piece, last)))
+        try:
+            ended = run.advance_to(_next_event(run.plan, min(done + piece, last)))
+        except _LawFailed as error:
+            return f"{error} at t = {run.now_s:g} s"
         if ended != loop.RUNNING:
-            return ended
+            return _reason(run, ended)
         if time.perf_counter() - clock < _PIECE_S:
             piece *= 2
         if progress:
             progress(int(run.state.step[0]) / run.steps)
-    return loop.RUNNING
+    return ""
+
+
+def record_this_instant(run: Run) -> None:
+    """Record where the run stands, if a record is due there; a run that goes on writes it anew.
+
+    The law is not asked: the readings are the last ones. Only the coils are known to be off where
+    a measurement window begins.
+    """
+    plan, state, step = run.plan, run.state, int(run.state.step[0])
+    row, early = divmod(step, plan.record_steps)
+    if early:
+        return
+    coils = state.coils.copy()
+    if step % plan.cycle_steps == 0 and plan.measure_steps > 0:
+        loop.switch_off(plan.coils, coils)
+    loop.record_row(plan.coils, state.cells, coils, step, run.record, row)
 
 
 def _reason(run: Run, ended: int) -> str:
-    t = run.state.step[0] * run.plan.step_s
+    t = run.now_s
     shown = ", ".join(f"{x:.6g}" for x in run.state.cells[loop.MOTION : loop.COMMAND])
     if ended == loop.BAD_LAW:
-        asked = ", ".join(f"{x:g}" for x in run.state.cells[loop.COMMAND : loop.DRIFT])
         return (
-            f"law {run.law.name}: must return a finite dipole; "
-            f"received ({asked}) at t = {t:g} s; quaternion and rate: {shown}"
+            f"law {run.law.name}: {_bad_answer(run)} at t = {t:g} s; quaternion and rate: {shown}"
         )
     return f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+
+
+def _bad_answer(run: Run) -> str:
+    """What was wrong with the law's last answer; a compiled law that raised answers with NaNs."""
+    answer = run.state.cells[loop.COMMAND : loop.DRIFT]
+    shown = f"received ({', '.join(f'{x:g}' for x in answer)})"
+    if not np.isnan(answer).all():
+        return f"must return a finite dipole; {shown}"
+    error = _error_raised(run)
+    if error is not None:
+        return f"must not raise; received {error!r}"
+    return f"must return a finite dipole and must not raise; {shown}"
+
+
+def _error_raised(run: Run) -> Exception | None:
+    """What the law raises when it is asked once more, in plain Python.
+
+    Its memory is what the failed answer left: where that matters, it may raise nothing now.
+    """
+    step = int(run.state.step[0])
+    measured = _measured(run, step, step % run.plan.cycle_steps)
+    try:
+        run.law(measured, run.plan.parameters, run.state.memory.copy())
+    except Exception as error:
+        return error
+    return None
 
 
 @kernel
@@ -243,17 +227,23 @@ def _advance_in_python(run: Run, last: int) -> int:
     return loop.RUNNING
 
 
-def _ask(run: Run, step: int, phase: int) -> tuple:
-    """What a law in plain Python answers to the readings of this step; `_LawFailed` if it fails."""
+def _measured(run: Run, step: int, phase: int) -> Measured:
+    """What the sensors read at a sampling instant; coils are off where a window begins."""
     plan, state = run.plan, run.state
     if phase == 0 and plan.measure_steps > 0:
         loop.switch_off(plan.coils, state.coils)
     x = loop.motion_of(state.cells)
     here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
     measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
+    return Measured(*measured)
+
+
+def _ask(run: Run, step: int, phase: int) -> tuple:
+    """What a law in plain Python answers to the readings of this step; `_LawFailed` if it fails."""
+    measured = _measured(run, step, phase)
     try:
-        answer = run.law.function(Measured(*measured), plan.parameters, state.memory)
-    except Exception as error:
+        answer = run.law.function(measured, run.plan.parameters, run.state.memory)
+    except (Exception, SystemExit) as error:
         raise _LawFailed(f"law {run.law.name}: must not raise; received {error!r}") from error
     try:
         mx, my, mz = (float(m) for m in answer)

@@ -40,11 +40,6 @@ class Spacecraft(Spec):
     attitude_sensor: AttitudeSensor = AttitudeSensor()
 
 
-def _known_sequence(sequence: str) -> str:
-    euler.to_dcm(sequence, (0.0, 0.0, 0.0))
-    return sequence
-
-
 class InitialMotion(Spec):
     """Attitude and rate at the start.
 
@@ -54,7 +49,7 @@ class InitialMotion(Spec):
     """
 
     euler_deg: Vector = (0.0, 0.0, 0.0)
-    sequence: Annotated[str, AfterValidator(_known_sequence)] = "321"
+    sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
     quaternion: tuple[float, float, float, float] | None = None
     reference: Literal["inertial", "orbital"] = "inertial"
     rate_deg_s: Vector

@@ -14,7 +14,7 @@ import numpy as np
 from torquer.conventions import Measured
 from torquer.engine import borrowed, inlined, kernel
 from torquer.environment.sun import lit_fraction_at
-from torquer.environment.table import Table, lookup3, rate_from
+from torquer.environment.table import Table, lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, sub, unit
 from torquer.integrate.rk4 import Motion
@@ -122,11 +122,12 @@ def see_sun(sensors, orbit, sun_table, q, t, seed, step):
 
 @inlined
 def navigation(wanted, orbit, t):
-    """(Position [m], velocity [m/s]), inertial, for a law that navigates."""
+    """(Position, velocity, field, its rate), all inertial, for a law that navigates."""
     if wanted:
-        return lookup3(orbit, t), rate_from(orbit, t, 0)
+        b, _ = lookup6(orbit, t, 3)
+        return lookup3(orbit, t), rate_from(orbit, t, 0), b, rate_from(orbit, t, 3)
     unknown = (math.nan, math.nan, math.nan)
-    return unknown, unknown
+    return unknown, unknown, unknown, unknown
 
 
 @inlined

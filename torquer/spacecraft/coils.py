@@ -38,7 +38,8 @@ def drive(coils, command_a_m2, state):
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
     the worst coil is at its limit (the direction is kept), 'clip' cuts each coil alone, 'relay'
-    puts each coil at plus or minus its limit, or off where nothing is asked of it. Without lag the coils are there at once.
+    puts each coil at plus or minus its limit, or off where nothing is asked of it. Without lag
+    the coils are there at once.
     """
     rows, worst = coils.rows, 1.0
     x, y, z = command_a_m2

@@ -1,0 +1,72 @@
+"""Nutation damping: B-dot with the coil about the spin axis alone.
+
+MAG 3.1. The torque has no part along the axis: the spin stays, what turns across it is braked.
+The fast-rotation forms of MAG hold for spins well above the orbital rate.
+"""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from torquer.control.bdot import bdot_derivative, bdot_difference, bdot_rate
+from torquer.control.law import Law
+from torquer.control.spin_axis import AboutAxis, axis_of, one_coil
+from torquer.engine import kernel
+from torquer.geometry.vec3 import dot
+
+
+@kernel
+def nutation_damping_derivative(measured, parameters, memory):
+    """m = -k (dB/dt . e3) e3, the field's rate in the body read directly. Source: MAG (3.1.1)."""
+    wanted = bdot_derivative(measured, parameters, memory)
+    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+
+
+@kernel
+def nutation_damping_rate(measured, parameters, memory):
+    """m = k ((omega x B) . e3) e3 from gyro and magnetometer: the same in fast rotation."""
+    wanted = bdot_rate(measured, parameters, memory)
+    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+
+
+@kernel
+def nutation_damping_difference(measured, parameters, memory):
+    """m = -k ((B - B_before) . e3) / (t - t_before) e3; memory as that of `bdot_difference`."""
+    wanted = bdot_difference(measured, parameters, memory)
+    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+
+
+class _NutationDamping(AboutAxis):
+    """Nutation damping; the gain in A m^2 s/T (the same as N m s/T^2)."""
+
+    gain_a_m2_s_per_t: float | None = Field(default=None, gt=0.0)
+    gain_key: ClassVar = "gain_a_m2_s_per_t"
+    kernel: ClassVar
+    memory: ClassVar[tuple[float, ...]] = ()
+
+    def law(self) -> Law:
+        """The law with this gain or relay."""
+        kernel = type(self).kernel  # of the class: an instance would bind it as a method
+        return Law(self.kind, kernel, self.parameters(), self.memory)
+
+
+class NutationDamping(_NutationDamping):
+    """On-board nutation damping: finite difference of two magnetometer readings."""
+
+    kind: Literal["nutation_damping"] = "nutation_damping"
+    kernel: ClassVar = nutation_damping_difference
+    memory: ClassVar = (0.0,) * 5
+
+
+class NutationDampingRate(_NutationDamping):
+    """Nutation damping from gyro and magnetometer."""
+
+    kind: Literal["nutation_damping_rate"] = "nutation_damping_rate"
+    kernel: ClassVar = nutation_damping_rate
+
+
+class NutationDampingDerivative(_NutationDamping):
+    """Nutation damping from a direct reading of the field's rate of change (search coil)."""
+
+    kind: Literal["nutation_damping_derivative"] = "nutation_damping_derivative"
+    kernel: ClassVar = nutation_damping_derivative

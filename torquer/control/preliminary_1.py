@@ -1,0 +1,33 @@
+"""First preliminary reorientation: the spin axis goes to the plane of field and target.
+
+MAG 3.4. For a satellite in any rotation, usually together with nutation damping, which it needs:
+alone it lets the nutation grow. One coil, about the spin axis: the spin is not touched.
+"""
+
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from torquer.control.law import Law
+from torquer.control.spin_axis import Pointed, axis_of, one_coil, target_body
+from torquer.engine import kernel
+from torquer.geometry.vec3 import cross, dot
+
+
+@kernel
+def preliminary_1(measured, parameters, memory):
+    """m = k (l_f . (e3 x B)) e3, l_f the unit vector to the target. Source: MAG (3.4.1)."""
+    e3, direction = axis_of(parameters), target_body(measured, parameters)
+    return one_coil(parameters, parameters[0] * dot(direction, cross(e3, measured.b_body_t)))
+
+
+class Preliminary1(Pointed):
+    """First preliminary reorientation; the gain in A m^2/T (the same as N m/T^2)."""
+
+    kind: Literal["preliminary_1"] = "preliminary_1"
+    gain_a_m2_per_t: float | None = Field(default=None, gt=0.0)
+    gain_key: ClassVar = "gain_a_m2_per_t"
+
+    def law(self) -> Law:
+        """The law with this gain or relay."""
+        return Law(self.kind, preliminary_1, self.parameters())

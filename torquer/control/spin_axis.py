@@ -1,0 +1,118 @@
+"""What the laws of a spin-stabilised satellite share: the spin axis, its coil, the target.
+
+The spin axis e3 is a unit vector in the body, its third axis unless said otherwise; one coil is
+wound about it. Instead of a gain a law may have a relay: the coil is fully on, one way or the
+other, by the sign of what the law wants. (The relay mode of the coils themselves does the same
+at their limits; a law's own relay lets each stage of a scheme have its own dipole.)
+"""
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field, model_validator
+
+from torquer import validate
+from torquer.engine import inlined
+from torquer.geometry.quaternion import rotate_inverse
+from torquer.geometry.vec3 import as_vector, scale
+from torquer.spec import Spec, Vector
+
+#: Places in the parameters: gain, relay dipole [A m^2] (0: none), spin axis, where to point.
+GAIN, RELAY, AXIS, TARGET = 0, 1, 2, 5
+#: Where the parameters of `Pointed` end.
+END = 9
+
+
+@inlined
+def axis_of(parameters):
+    """The spin axis in the body."""
+    return (parameters[AXIS], parameters[AXIS + 1], parameters[AXIS + 2])
+
+
+@inlined
+def switched(parameters, wanted_a_m2):
+    """What a coil is to have: what is wanted, or with a relay its dipole with that sign."""
+    if parameters[RELAY] > 0.0:
+        return parameters[RELAY] * np.sign(wanted_a_m2)
+    return wanted_a_m2
+
+
+@inlined
+def one_coil(parameters, wanted_a_m2):
+    """Dipole [A m^2] of the coil about the spin axis alone; nothing wanted, nothing given."""
+    return scale(switched(parameters, wanted_a_m2), axis_of(parameters))
+
+
+@inlined
+def target_body(measured, parameters):
+    """Unit vector to the target in the body; zeros while the target is a Sun that is not seen."""
+    if parameters[TARGET] == 1.0:
+        return measured.sun_body
+    target = (parameters[TARGET + 1], parameters[TARGET + 2], parameters[TARGET + 3])
+    return rotate_inverse(measured.q_body_to_inertial, target)
+
+
+def unit_vector(key: str):
+    """Type of a direction: any non-zero vector, kept as one of length one."""
+    return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
+
+
+def _tensor(value):
+    tensor = validate.inertia_tensor("inertia_kg_m2", value)
+    return tuple(as_vector(row) for row in tensor)
+
+
+#: Inertia tensor [kg m^2]: three moments or 3x3.
+Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
+
+
+def inertia_parameters(inertia_kg_m2) -> dict[str, float]:
+    """The tensor as parameters of a law: xx, yy, zz, xy, xz, yz."""
+    places = ("xx", "yy", "zz", "xy", "xz", "yz")
+    index = {letter: i for i, letter in enumerate("xyz")}
+    return {f"j_{a}{b}": inertia_kg_m2[index[a]][index[b]] for a, b in places}
+
+
+class AboutAxis(Spec):
+    """A law with a gain or a relay, and a spin axis."""
+
+    axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    relay_dipole_a_m2: float | None = Field(default=None, gt=0.0)
+    #: The key that holds the law's gain: its unit differs from law to law.
+    gain_key: ClassVar[str] = ""
+
+    @model_validator(mode="after")
+    def _gain_or_relay(self):
+        gain, relay = getattr(self, self.gain_key), self.relay_dipole_a_m2
+        if (gain is None) == (relay is None):
+            received = "neither" if gain is None else "both"
+            raise ValueError(
+                f"{self.gain_key}, relay_dipole_a_m2: one of the two must be given; "
+                f"received {received}"
+            )
+        return self
+
+    def parameters(self) -> dict[str, float]:
+        """Gain (1 under a relay, which asks for the sign only), relay, axis."""
+        x, y, z = self.axis
+        gain = getattr(self, self.gain_key)
+        relay = self.relay_dipole_a_m2
+        head = {"gain": 1.0 if gain is None else gain, "relay": 0.0 if relay is None else relay}
+        return {**head, "axis_x": x, "axis_y": y, "axis_z": z}
+
+
+class Pointed(AboutAxis):
+    """A law that also has a target: a direction in the inertial frame, or 'sun'.
+
+    The Sun is taken from the Sun sensors; nothing is done while they do not see it. Another
+    direction is brought to the body by the measured attitude.
+    """
+
+    target: Literal["sun"] | unit_vector("target")
+
+    def parameters(self) -> dict[str, float]:
+        """Gain, relay, axis, whether to point to the Sun, target."""
+        sun = self.target == "sun"
+        x, y, z = (0.0, 0.0, 0.0) if sun else self.target
+        there = {"sun": float(sun), "target_x": x, "target_y": y, "target_z": z}
+        return {**super().parameters(), **there}

@@ -1,0 +1,72 @@
+"""Spin-up about the spin axis by the two coils across it.
+
+MAG 3.2. The torque along the axis is k (B^2 - (B.e3)^2), never negative: the spin grows about +e3
+until the wanted rate is reached. `axis` turned round spins the other way.
+"""
+
+import math
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer.control.law import Law
+from torquer.control.spin_axis import AboutAxis, axis_of, switched, unit_vector
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add_scaled, cross, dot, scale
+
+
+@kernel
+def spin_up(measured, parameters, memory):
+    """m = -k e3 x B = k (B2, -B1, 0) until omega.e3 is reached. Source: MAG (3.2.1).
+
+    Parameters: gain, relay, axis, target rate [rad/s] (0: none), direction of the first coil;
+    the second is e3 x first. Only a relay needs to know them: it switches each coil alone.
+    """
+    e3 = axis_of(parameters)
+    if 0.0 < parameters[5] <= dot(measured.omega_body_rad_s, e3):
+        return (0.0, 0.0, 0.0)
+    wanted = scale(-parameters[0], cross(e3, measured.b_body_t))
+    first = (parameters[6], parameters[7], parameters[8])
+    second = cross(e3, first)
+    m = scale(switched(parameters, dot(wanted, first)), first)
+    return add_scaled(m, switched(parameters, dot(wanted, second)), second)
+
+
+class SpinUp(AboutAxis):
+    """Spin-up; the gain in A m^2/T.
+
+    `target_rate_deg_s`: rate about the axis at which it stops (left out: never). `first_coil`:
+    direction of one of the two coils across the axis, for a relay.
+    """
+
+    kind: Literal["spin_up"] = "spin_up"
+    gain_a_m2_per_t: float | None = Field(default=None, gt=0.0)
+    target_rate_deg_s: float | None = Field(default=None, gt=0.0)
+    first_coil: unit_vector("first_coil") | None = None
+    gain_key: ClassVar = "gain_a_m2_per_t"
+
+    @model_validator(mode="after")
+    def _first_coil_across(self):
+        if self.first_coil is not None and abs(np.dot(self.first_coil, self.axis)) > 1e-9:
+            raise ValueError(
+                f"first_coil: must be at right angles to the axis {list(self.axis)}; "
+                f"received {list(self.first_coil)}"
+            )
+        return self
+
+    def across(self) -> tuple[float, float, float]:
+        """Direction of the first coil; if it is left out the body axis farthest off, squared up."""
+        if self.first_coil is not None:
+            return self.first_coil
+        away = np.eye(3)[np.argmin(np.abs(self.axis))]
+        away = away - np.dot(away, self.axis) * np.array(self.axis)
+        x, y, z = (away / np.linalg.norm(away)).tolist()
+        return (x, y, z)
+
+    def law(self) -> Law:
+        """The law with this gain or relay."""
+        x, y, z = self.across()
+        rate = {"target_rate": math.radians(self.target_rate_deg_s or 0.0)}
+        coil = {"first_x": x, "first_y": y, "first_z": z}
+        return Law(self.kind, spin_up, {**self.parameters(), **rate, **coil})

@@ -1,0 +1,86 @@
+"""Simulate a scenario, or go on from where a result stopped."""
+
+import math
+from collections.abc import Callable
+
+import xarray as xr
+
+from torquer.control.law import Law
+from torquer.simulation.result import (
+    COMPLETE,
+    FAILED,
+    INTERRUPTED,
+    STOPPED,
+    dataset_of,
+    restore,
+    scenario_of,
+)
+from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
+from torquer.simulation.spec import Scenario
+
+
+class RunStopped(Exception):
+    """A run that ended early. `result` holds what was computed until then; `interrupted` says
+    that it was the keyboard which stopped it, not a failure."""
+
+    def __init__(self, reason: str, result: xr.Dataset, interrupted: bool):
+        super().__init__(reason)
+        self.result = result
+        self.interrupted = interrupted
+
+
+def simulate(
+    scenario: Scenario,
+    law: Law | Callable | None = None,
+    *,
+    until_s: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Run a scenario and return its result as an `xarray.Dataset`.
+
+    `law` takes the place of the scenario's law; a function without the decorator runs as plain
+    Python. `until_s` stops the run early, at the next instant of a reading, of a control cycle
+    or of the record; `resume` goes on from there. `progress` is called with the part done, 0..1.
+    Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
+    on an error inside a law and on an interrupt from the keyboard.
+    """
+    return finish(prepare(scenario, law), until_s, progress)
+
+
+def resume(
+    result: xr.Dataset,
+    law: Law | Callable | None = None,
+    *,
+    until_s: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> xr.Dataset:
+    """Go on from where a result stopped; the whole is the same bits as an unbroken run.
+
+    `law` must be given again if it was not part of the scenario.
+    """
+    run = prepare(scenario_of(result), law)
+    restore(run, result)
+    return finish(run, until_s, progress)
+
+
+def finish(run: Run, until_s: float | None = None, progress=None) -> xr.Dataset:
+    """Run on to the end (or to `until_s`) and return the result so far."""
+    last = run.steps if until_s is None else _last_step(run, until_s)
+    interrupted = False
+    try:
+        reason = advance_in_pieces(run, last, progress)
+    except KeyboardInterrupt:
+        reason, interrupted = f"interrupted at t = {run.now_s:g} s", True
+    record_this_instant(run)
+    if reason:
+        how = INTERRUPTED if interrupted else FAILED
+        raise RunStopped(reason, dataset_of(run, how, reason), interrupted)
+    if run.state.step[0] == run.steps:
+        return dataset_of(run, COMPLETE, COMPLETE)
+    return dataset_of(run, STOPPED, f"stopped at t = {run.now_s:g} s as asked")
+
+
+def _last_step(run: Run, until_s: float) -> int:
+    if not until_s >= 0.0:
+        raise ValueError(f"until_s: must be a time from 0 on; received {until_s}")
+    return math.ceil(min(run.steps, until_s / run.plan.step_s - 1e-9))
