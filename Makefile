@@ -19,8 +19,9 @@ lint: $(STAMP)
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
-# slow reproductions of published results
+# every published figure and table anew, with the pages of docs/gallery; then the slow tests
 gallery: $(STAMP)
+	$(BIN)/torquer gallery all --docs docs/gallery
 	$(BIN)/python -m pytest -m slow
 
 # pin all dependencies anew (needs `uv`)

@@ -7,8 +7,6 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli import app
-from torquer.cli.field import app as field_app
 from torquer.cli.field_options import CONE_MODELS, instants, label, model_of, moment
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
 from torquer.environment.field.along import fields_along
@@ -26,13 +24,6 @@ TLE = """CHIBIS-M
 """
 
 
-@pytest.fixture(autouse=True)
-def mounted():
-    """The room is reached through the command `torquer` itself."""
-    if "field" not in list(app):
-        app.command(field_app)
-
-
 @pytest.fixture
 def field(call, tmp_path, monkeypatch):
     """`field("point", ...)`: exit code, output, errors; pictures go to a folder of their own."""
@@ -42,7 +33,7 @@ def field(call, tmp_path, monkeypatch):
 
 def test_help_loads_nothing_heavy():
     code = (
-        "import sys\nfrom torquer.cli import main\nimport torquer.cli.field\n"
+        "import sys\nfrom torquer.cli import main\n"
         "try:\n    main(['--help'])\nexcept SystemExit as left:\n    assert not left.code\n"
         "heavy = {'numpy', 'numba', 'scipy', 'xarray', 'pydantic', 'matplotlib', 'plotly'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)\n"

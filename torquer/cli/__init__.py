@@ -1,11 +1,13 @@
 """The command line: thin commands over the package; every mistake is one clear line, exit 2."""
 
+import os
 import sys
 from pathlib import Path
 from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
 
 app = App(
@@ -16,6 +18,7 @@ app = App(
 )
 
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+app.command(field_app)
 app.command(gallery_app)
 
 
@@ -66,6 +69,9 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 when all went well, 2 on a user's mistake, 130 on an interrupt."""
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+    except BrokenPipeError:  # the reader, `head` say, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
         for line in str(error).splitlines() or [repr(error)]:
             print(f"error: {line}", file=sys.stderr)

@@ -227,9 +227,9 @@ def _told_cone(way: Way, along: FieldsAlong, labels: list[str], shape) -> dict:
 
 def _folder(out: Path) -> None:
     """Make sure of the folder before anything is computed."""
-    from torquer.cli.simulate import _make_writable
+    from torquer.cli.simulate import make_writable
 
-    _make_writable(out)
+    make_writable(out)
 
 
 def _number(value) -> float | None:

@@ -30,7 +30,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     """Simulate, write the output folder, print the summary; return the exit code."""
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
-    _make_writable(out)
+    make_writable(out)
     if not go_on:
         _keep_interrupted(out)
     for note in notes_of(scenario):
@@ -100,7 +100,7 @@ def _ends(scenario):
     return np.array([0.0, scenario.steps() * scenario.simulation.step_s])
 
 
-def _make_writable(out: Path) -> None:
+def make_writable(out: Path) -> None:
     """Find out before the run, not after it, that the results can be written."""
     try:
         out.mkdir(parents=True, exist_ok=True)

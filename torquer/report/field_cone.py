@@ -14,7 +14,7 @@ from torquer.environment.field.along import FieldsAlong
 from torquer.environment.field.averaged import cone_angle, mean_strength
 from torquer.geometry.frames import dcm_z_to_y
 from torquer.report.field_pictures import COLOURS, INK, SMALL, place, quiet, sheet
-from torquer.report.html import _POLICY, _figure
+from torquer.report.html import POLICY, figure_box
 from torquer.report.interactive import layout
 from torquer.report.page import CSS, SCRIPT
 
@@ -169,12 +169,12 @@ def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, pa
                 "<!DOCTYPE html>",
                 '<html lang="en"><head><meta charset="utf-8">',
                 '<meta name="viewport" content="width=device-width, initial-scale=1">',
-                f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+                f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
                 f"<title>{escape(title)} · torquer</title>",
                 f"<style>{CSS}</style></head><body><main>",
                 f"<header><h1>The field's cone · {escape(title)}</h1></header>",
                 f'<section class="card" id="cone"><p>{escape(told)}</p>',
-                _figure(cone_figure(along, labels, shape)),
+                figure_box(cone_figure(along, labels, shape)),
                 "</section></main>",
                 f"<script>{get_plotlyjs()}</script>",
                 f"<script>{SCRIPT}</script>",

@@ -16,7 +16,7 @@ from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import View
 
 #: The browser itself is told to load nothing. (plotly.js compiles its shaders' glue by itself.)
-_POLICY = (
+POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; worker-src blob:"
 )
@@ -38,7 +38,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
             "<!DOCTYPE html>",
             '<html lang="en"><head><meta charset="utf-8">',
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
             f"<title>{escape(scenario.name)} · torquer</title>",
             f"<style>{CSS}</style></head><body><main>",
             _head(view),
@@ -125,7 +125,7 @@ def _without_scripts(overview_png: Path | None) -> str:
 def _picture(view: View, picture: drawn.Picture) -> str:
     plots = [
         f"<h3>{escape(panel.title)}</h3>"
-        + _figure(panel_figure(view, panel), "" if panel.window else " data-linked")
+        + figure_box(panel_figure(view, panel), "" if panel.window else " data-linked")
         for panel in picture.panels
     ]
     caption = " ".join(text for text in (picture.caption, drawn.about_ranges(picture)) if text)
@@ -140,7 +140,7 @@ def _track(view: View) -> str:
         if tied
         else f"Behind it |B| of the scenario's own field ({field.kind}) at the orbit's mean height."
     )
-    return _section("ground_track", "Ground track", caption, _figure(track_figure(view)))
+    return _section("ground_track", "Ground track", caption, figure_box(track_figure(view)))
 
 
 def _scene(view: View) -> str:
@@ -151,7 +151,7 @@ def _scene(view: View) -> str:
         "run (grey), the Sun (grey in eclipse), and down to the Earth. Lengths mean nothing. "
         f"{told}."
     )
-    return _section("motion", "Motion in space", caption, _figure(scene_figure(view)))
+    return _section("motion", "Motion in space", caption, figure_box(scene_figure(view)))
 
 
 def _section(name: str, title: str, caption: str, body: str) -> str:
@@ -161,7 +161,7 @@ def _section(name: str, title: str, caption: str, body: str) -> str:
     )
 
 
-def _figure(figure: dict, attribute: str = "") -> str:
+def figure_box(figure: dict, attribute: str = "") -> str:
     """A place for a figure; the page's script draws it once it comes into view."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")

@@ -65,7 +65,7 @@ SCRIPT = """
   }
 
   function narrowed(figure) {
-    if (figure.frames) return { height: 460 };
+    if (figure.frames || figure.layout.scene) return { height: 460 };
     figure.layout.margin.l = 46;
     for (const trace of figure.data) delete trace.colorbar, trace.showscale = false;
     if (figure.layout.xaxis.dtick === 30) figure.layout.xaxis.dtick = 60;

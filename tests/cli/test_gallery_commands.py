@@ -1,0 +1,153 @@
+"""`torquer gallery`: lists, runs, exit codes, one line per mistake."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from torquer.cli import gallery_work
+from torquer.gallery.catalogue import ROW_OF
+from torquer.gallery.drawing import new_figure
+from torquer.gallery.entry import Answer, Entry, Verdict, near
+
+
+def make(measured, **keys):
+    return Entry(
+        ids=("FIELD-10",),
+        compute=lambda: Answer(
+            (near("x", "2.7", measured, "%"),), {"": new_figure("A title")[0]}, "a note"
+        ),
+        **keys,
+    )
+
+
+@pytest.fixture
+def shelf(monkeypatch):
+    """`shelf(entry)`: the gallery holds just this entry."""
+
+    def hold(entry):
+        for place in ("torquer.cli.gallery_work.all_entries", "torquer.gallery.shelf.all_entries"):
+            monkeypatch.setattr(place, lambda: [entry])
+        monkeypatch.setattr(gallery_work, "entry_of", lambda: {entry.id: entry})
+
+    return hold
+
+
+def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, shelf):
+    shelf(make(2.7))
+    code, out, err = call("gallery", "list")
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[-1] == f"1 of {len(ROW_OF)} done"
+    assert [line.split()[0] for line in lines[:-1]] == list(ROW_OF)
+    (done,) = [line for line in lines[:-1] if "not yet" not in line]
+    assert done.split()[:2] == ["FIELD-10", "agrees"]
+    told = strict_json(call("gallery", "list", "--json")[1])
+    assert [row["id"] for row in told] == list(ROW_OF)
+    assert {row["verdict"] for row in told} == {"agrees", "not yet"}
+    assert set(told[0]) == {"id", "verdict", "content", "expected"}
+
+
+@pytest.mark.parametrize("command", [("run", "FIELD-10"), ("all",)])
+def test_json_per_entry_and_pictures(call, strict_json, shelf, tmp_path, command):
+    shelf(make(2.72))
+    code, out, err = call("gallery", *command, "--json", "--out", tmp_path / "made" / "here")
+    assert (code, err) == (0, "")
+    (data,) = strict_json(out)
+    assert data["id"] == "FIELD-10" and data["verdict"] == "agrees"
+    (check,) = data["checks"]
+    assert (check["expected"], check["measured"]) == ("2.7 %", 2.72)
+    assert check["tolerance"] == pytest.approx([2.65, 2.75])
+    assert data["note"] == "a note"
+    picture = tmp_path / "made" / "here" / "FIELD-10.png"
+    assert data["pictures"] == [str(picture)] and picture.stat().st_size > 5000
+
+
+def test_text_and_the_default_folder(call, shelf, tmp_path, monkeypatch):
+    shelf(make(3.0, declared=Verdict.DIFFERS, reason="so"))
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call("gallery", "run", "field-10")
+    assert (code, err) == (0, "")
+    assert out.splitlines() == [
+        "FIELD-10: Accuracy with disturbances, without/with wheel: differs",
+        "  x: 3 %; printed: 2.7 % (agrees if 2.65 to 2.75): DIFFERS",
+        "  why: so",
+        "runs/gallery: results.json, 1 pictures",
+    ]
+    assert (tmp_path / "runs/gallery/FIELD-10.png").is_file()
+
+
+@pytest.mark.parametrize(
+    ("measured", "keys", "words"),
+    [
+        (3.0, {}, "'agrees'; received 'differs'"),
+        (2.7, {"declared": Verdict.DIFFERS, "reason": "so"}, "'differs'; received 'agrees'"),
+    ],
+)
+def test_exit_1_if_a_verdict_is_not_the_declared_one(call, shelf, tmp_path, measured, keys, words):
+    shelf(make(measured, **keys))
+    code, _, err = call("gallery", "all", "--out", tmp_path)
+    assert code == 1
+    assert err == f"error: gallery FIELD-10: must come out as declared, {words}\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "line"),
+    [
+        (("run", "FIELD-33"), "gallery: must be an id of the catalogue; received 'FIELD-33'; near "
+         "it: FIELD-3, FIELD-8, FIELD-6"),
+        (("run", "FIELD-10", "MGS-12"), "gallery: must be an entry that is done; received MGS-12, "
+         "which is not yet; see: gallery list"),
+        (("run",), "gallery run: must have at least one id; received none; see: gallery list"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_one_line_and_exit_2(call, shelf, arguments, line):
+    shelf(make(2.7))
+    code, out, err = call("gallery", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: {line.split('near it')[0]}") and err.count("\n") == 1
+    if "near it" in line:
+        assert "; near it: FIELD-3" in err
+
+
+@pytest.mark.parametrize("option", ["--out", "--docs"])
+def test_a_folder_that_cannot_be_made(call, shelf, tmp_path, option):
+    shelf(make(2.7))
+    (tmp_path / "in_the_way").write_text("")
+    spare = [] if option == "--out" else ["--out", tmp_path / "out"]
+    code, out, err = call("gallery", "all", option, tmp_path / "in_the_way" / "x", *spare)
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: {option}: must be a folder that can be written; received ")
+    assert err.count("\n") == 1
+
+
+def test_docs_are_written_if_asked(call, shelf, tmp_path):
+    shelf(make(2.7))
+    docs = tmp_path / "docs"
+    code, _, err = call("gallery", "all", "--out", tmp_path / "out", "--docs", docs)
+    assert (code, err) == (0, "")
+    assert {path.name for path in docs.glob("*.md")} >= {"FIELD.md", "differences.md"}
+    assert (docs / "img" / "FIELD-10.png").is_file()
+
+
+def test_every_gallery_command_has_help(call):
+    for name in ("list", "run", "all"):
+        code, out, err = call("gallery", name, "--help")
+        assert (code or 0, err) == (0, "")
+        assert f"torquer gallery {name}" in out
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a pseudo-terminal")
+def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(tmp_path):
+    import pty
+
+    command = [sys.executable, "-m", "torquer", "gallery", "run", "MAG-1.2.4"]
+    command += ["--json", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+    ours, theirs = pty.openpty()
+    subprocess.run(command, stdout=subprocess.PIPE, stderr=theirs, check=True)
+    os.close(theirs)
+    assert b"MAG-1.2.4" in os.read(ours, 65536)
+    os.close(ours)

@@ -1,0 +1,299 @@
+"""The gallery's machinery: checks, verdicts, the catalogue, the shelf, pages."""
+
+import ast
+import json
+import math
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+
+import torquer.gallery
+from torquer.gallery import entries as folder
+from torquer.gallery import shelf
+from torquer.gallery.catalogue import ROW_OF, ROWS, SOURCES, known_id
+from torquer.gallery.drawing import new_figure, save_small
+from torquer.gallery.entry import Answer, Entry, Outcome, Verdict, half_unit, lost, near, within
+from torquer.gallery.pages import pages, record_of, write_pages
+from torquer.gallery.runs import compute_all
+
+GOOD, BAD = near("x", "2.7", 2.74, "%"), near("x", "2.7", 2.76, "%")
+
+
+def entry(*checks, ids=("FIELD-10",), figures=None, note="", **keys):
+    return Entry(ids=ids, compute=lambda: Answer(checks, figures or {}, note), **keys)
+
+
+# ------------------------------------------------------------------ checks and verdicts
+
+
+@pytest.mark.parametrize(
+    ("number", "half"),
+    [("2.7", 0.05), ("1250", 0.5), ("0.184", 0.0005), ("9", 0.5), ("-1.0", 0.05)],
+)
+def test_half_a_unit_of_the_last_digit(number, half):
+    assert half_unit(number) == pytest.approx(half)
+
+
+def test_a_printed_number_agrees_to_half_a_unit_of_its_last_digit():
+    assert (GOOD.agrees, BAD.agrees) == (True, False)
+    assert (GOOD.low, GOOD.high) == pytest.approx((2.65, 2.75))
+    assert GOOD.printed == "2.7 %"
+    assert near("x", "52", 51.3, tolerance=1.0, printed="near 52").printed == "near 52"
+
+
+def test_limits_include_their_ends_and_a_missing_number_never_agrees():
+    assert within("x", "at most 10", 10.0, high=10.0).agrees
+    assert within("x", "at least 10", 10.0, low=10.0).agrees
+    assert not within("x", "at most 10", 10.1, high=10.0).agrees
+    assert not within("x", "anything", math.nan).agrees
+    assert lost("x", 1.0).agrees is None
+
+
+@pytest.mark.parametrize(
+    ("checks", "verdict"),
+    [
+        ((GOOD,), Verdict.AGREES),
+        ((GOOD, lost("y", 1.0)), Verdict.AGREES),
+        ((GOOD, BAD), Verdict.DIFFERS),
+        ((BAD, lost("y", 1.0)), Verdict.DIFFERS),
+        ((lost("y", 1.0),), Verdict.LOST),
+        ((), Verdict.LOST),
+    ],
+)
+def test_verdict(checks, verdict):
+    assert Answer(checks, {}).verdict is verdict
+
+
+@pytest.mark.parametrize(
+    ("checks", "declared", "as_declared"),
+    [
+        ((GOOD,), Verdict.AGREES, True),
+        ((GOOD,), Verdict.DIFFERS, False),
+        ((BAD,), Verdict.DIFFERS, True),
+        ((BAD,), Verdict.AGREES, False),
+        ((GOOD,), Verdict.LOST, False),
+        ((lost("x", 1.0),), Verdict.LOST, True),
+    ],
+)
+def test_a_verdict_that_is_not_the_declared_one_shows_both_ways(checks, declared, as_declared):
+    reason = "" if declared is Verdict.AGREES else "because"
+    made = entry(*checks, declared=declared, reason=reason)
+    assert Outcome(made, made.compute()).as_declared is as_declared
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"ids": ()}, "entry: ids must be of the catalogue; received none"),
+        (
+            {"ids": ("FIELD-3", "FIELD-99")},
+            "entry: ids must be of the catalogue; received FIELD-99",
+        ),
+        (
+            {"reason": "so"},
+            "entry FIELD-10: reason must be empty where the verdict is 'agrees'; received 'so'",
+        ),
+        (
+            {"declared": Verdict.DIFFERS},
+            "entry FIELD-10: reason must be given where the verdict is 'differs'; received ''",
+        ),
+        (
+            {"declared": Verdict.LOST},
+            "entry FIELD-10: reason must be given where the verdict is 'value lost'; received ''",
+        ),
+    ],
+)
+def test_an_entry_that_makes_no_sense(keys, message):
+    with pytest.raises(ValueError) as error:
+        entry(GOOD, **keys)
+    assert str(error.value) == message
+
+
+def test_json_of_an_outcome():
+    made = entry(BAD, lost("y", math.inf), declared=Verdict.DIFFERS, reason="so", note="and so")
+    data = Outcome(made, made.compute(), (Path("a/FIELD-10.png"),)).as_data()
+    assert json.loads(json.dumps(data, allow_nan=False)) == {
+        "id": "FIELD-10",
+        "ids": ["FIELD-10"],
+        "title": "Accuracy with disturbances, without/with wheel",
+        "expected": "similar",
+        "verdict": "differs",
+        "declared": "differs",
+        "reason": "so",
+        "checks": [
+            {"name": "x", "expected": "2.7 %", "measured": 2.76, "unit": "%",
+             "tolerance": [pytest.approx(2.65), pytest.approx(2.75)], "agrees": False,
+             "fleeting": False},
+            {"name": "y", "expected": None, "measured": None, "unit": "",
+             "tolerance": [None, None], "agrees": None, "fleeting": False},
+        ],
+        "note": "and so",
+        "pictures": [str(Path("a/FIELD-10.png"))],
+    }  # fmt: skip
+
+
+# ------------------------------------------------------------------ catalogue and shelf
+
+
+def test_the_catalogue_has_every_id_once():
+    ids = [id_ for row in ROWS for id_ in row.ids]
+    assert len(ids) == len(set(ids)) == len(ROW_OF)
+    assert {row.source for row in ROWS} == set(SOURCES)
+    # rows of the project's catalogue, as counted there
+    assert len(ROWS) == 51
+
+
+@pytest.mark.parametrize(
+    ("asked", "id_"), [("FIELD-3", "FIELD-3"), ("field-3", "FIELD-3"), ("mag-3.5.1T", "MAG-3.5.1t")]
+)
+def test_ids_in_any_case(asked, id_):
+    assert known_id(asked) == id_
+
+
+def test_an_unknown_id_names_what_is_near():
+    with pytest.raises(ValueError) as error:
+        known_id("FIELD-33")
+    assert str(error.value).startswith(
+        "gallery: must be an id of the catalogue; received 'FIELD-33'; near it: FIELD-3"
+    )
+    with pytest.raises(ValueError, match="received 'zzz'; see: gallery list"):
+        known_id("zzz")
+
+
+def test_every_file_of_the_folder_is_one_entry():
+    files = {path.stem for path in Path(folder.__path__[0]).glob("*.py")} - {"__init__"}
+    assert len(shelf.all_entries()) == len(files)
+    assert len(shelf.entry_of()) == sum(len(each.ids) for each in shelf.all_entries())
+
+
+def test_entries_stand_in_the_order_of_the_catalogue():
+    order = list(ROW_OF)
+    places = [order.index(each.id) for each in shelf.all_entries()]
+    assert places == sorted(places)
+
+
+def test_an_id_that_is_served_twice(monkeypatch):
+    class Module:
+        ENTRY = entry(GOOD)
+
+    monkeypatch.setattr(shelf.importlib, "import_module", lambda name: Module)
+    with pytest.raises(ValueError, match="an id must have one entry; received two for FIELD-10"):
+        shelf.all_entries()
+
+
+def test_wanted_gives_each_entry_once():
+    assert [each.id for each in shelf.wanted(["MAG-1.2.2", "field-5", "FIELD-3"])] == [
+        "FIELD-5",
+        "FIELD-3",
+    ]
+
+
+def test_what_is_not_done_yet_says_so():
+    todo = next(id_ for id_ in ROW_OF if id_ not in shelf.entry_of())
+    with pytest.raises(ValueError) as error:
+        shelf.wanted([todo])
+    assert str(error.value) == (
+        f"gallery: must be an entry that is done; received {todo}, which is not yet; "
+        "see: gallery list"
+    )
+
+
+def _names_used(tree):
+    """Names imported from the package, and attributes asked of anything."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("torquer"):
+            yield from node.module.split(".")
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Attribute):
+            yield node.attr
+
+
+def test_entries_use_public_names_only():
+    for path in Path(torquer.gallery.__file__).parent.rglob("*.py"):
+        names = _names_used(ast.parse(path.read_text(encoding="utf-8")))
+        private = [n for n in names if n.startswith("_") and not n.startswith("__")]
+        if path.parent.name == "entries" or path.stem in ("cones", "four_models"):
+            assert private == [], path.name
+    probe = ast.parse("from torquer.report.plots import _style\nx._y")
+    assert {"_style", "_y"} <= set(_names_used(probe))
+
+
+# ------------------------------------------------------------------ runs and pages
+
+
+def made_figure():
+    figure, (axes,) = new_figure("A title")
+    axes.plot([0, 1, 2], [1, 3, 2])
+    return figure
+
+
+def outcomes(tmp_path, *made):
+    small = tmp_path / "img"
+    small.mkdir(exist_ok=True)
+    return compute_all(made, tmp_path, small)
+
+
+def test_compute_all_writes_pictures_and_results(tmp_path):
+    told = []
+    made = [
+        entry(GOOD, figures={"": made_figure()}, ids=("FIELD-11",)),
+        entry(GOOD, figures={"a": made_figure(), "b": made_figure()}),
+    ]
+    found = compute_all(made, tmp_path, None, lambda name, count: told.append((name, count)))
+    assert told == [("FIELD-11", 0), ("FIELD-10", 1)]
+    names = ["FIELD-11.png", "FIELD-10-a.png", "FIELD-10-b.png"]
+    assert [p.name for o in found for p in o.pictures] == names
+    assert all((tmp_path / name).stat().st_size > 5000 for name in names)
+    results = json.loads((tmp_path / "results.json").read_text(encoding="utf-8"))
+    assert results == [o.as_data() for o in found]
+
+
+def test_small_pictures_are_small_and_the_same_each_time(tmp_path):
+    for name in "ab":
+        save_small(made_figure(), tmp_path / f"{name}.png")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    assert (tmp_path / "a.png").stat().st_size < 20_000
+    assert isinstance(made_figure(), Figure)
+
+
+def test_the_record_rounds_and_leaves_out_what_a_clock_says(tmp_path):
+    made = entry(within("x", "p", 1.23456789, high=2.0),
+                 within("t", "q", 3.4, high=4.0, fleeting=True))  # fmt: skip
+    (data,) = record_of(outcomes(tmp_path, made))
+    assert [check["measured"] for check in data["checks"]] == [1.235, None]
+    text = pages([data])["FIELD.md"]
+    assert "| x | p | 1.235 | at most 2 | agrees |" in text
+    assert "| t | q | by the clock | at most 4 | agrees |" in text
+
+
+def test_pages_say_what_differs_and_what_is_not_yet(tmp_path):
+    made = [
+        entry(near("x", "2.7", 3.1, "%"), lost("y", 5.0, "s"), declared=Verdict.DIFFERS,
+              reason="the reason", note="A note.", figures={"": made_figure()}),
+        entry(within("z", "about 1", 1.1, 0.9, 1.2), ids=("FIELD-5",)),
+    ]  # fmt: skip
+    text = pages(record_of(outcomes(tmp_path, *made)))
+    assert set(text) == {"README.md", "differences.md", *(f"{s}.md" for s in SOURCES)}
+    field = text["FIELD.md"]
+    row = "| FIELD-10, FIELD-11 | Accuracy with disturbances, without/with wheel"
+    assert f"{row} | differs, not yet: FIELD-11 |" in field
+    assert "| FIELD-3 | B0 arithmetic vs integral mean vs inclination, 350 km | not yet |" in field
+    assert "**differs**: the reason" in field and "\nA note.\n" in field
+    assert "![FIELD-10](img/FIELD-10.png)" in field
+    assert "| x | 2.7 % | 3.1 % | 2.65 to 2.75 | **differs** |" in field
+    assert "| y | lost | 5 s |  |  |" in field
+    assert "| z | about 1 | 1.1 | 0.9 to 1.2 | agrees |" in field
+    differs = [line for line in text["differences.md"].splitlines() if line.startswith("| [")]
+    assert differs == ["| [FIELD-10](FIELD.md) | x | 2.7 % | 3.1 % | the reason |"]
+    # a row that two sources share stands on both pages
+    assert "## FIELD-5" in text["MAG.md"] and "## FIELD-10" not in text["MAG.md"]
+
+
+def test_write_pages_removes_pictures_without_an_entry(tmp_path):
+    found = outcomes(tmp_path, entry(GOOD, figures={"": made_figure()}))
+    (tmp_path / "img" / "FIELD-99.png").touch()
+    write_pages(record_of(found), tmp_path)
+    assert [path.name for path in (tmp_path / "img").iterdir()] == ["FIELD-10.png"]
+    assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8")) == record_of(found)
+    assert (tmp_path / "differences.md").read_text(encoding="utf-8").startswith("# Where we differ")

@@ -1,0 +1,43 @@
+"""`torquer gallery`: published figures and tables computed anew, beside their numbers."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+app = App(
+    name="gallery",
+    help="Published figures and tables computed anew, beside the printed numbers.",
+    version_flags=[],
+)
+
+Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+Out = Annotated[Path, Parameter(help="Folder of the pictures.")]
+Docs = Annotated[
+    Path | None, Parameter(help="Also write pages and small pictures into this folder.")
+]
+_OUT = Path("runs/gallery")
+
+
+@app.command(name="list")
+def list_(*, json: Json = False) -> int:
+    """List the catalogue: ids, verdict of those that are done, content."""
+    from torquer.cli import gallery_work as work
+
+    return work.show_list(json)
+
+
+@app.command
+def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
+    """Compute the entries of these IDS; exit 1 if a verdict is not the declared one."""
+    from torquer.cli import gallery_work as work
+
+    return work.run(ids, json, out)
+
+
+@app.command(name="all")
+def all_(*, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
+    """Compute every entry that is done; exit 1 if a verdict is not the declared one."""
+    from torquer.cli import gallery_work as work
+
+    return work.run_all(json, out, docs)

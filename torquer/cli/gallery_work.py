@@ -1,0 +1,113 @@
+"""What the gallery's commands do: a bar on a terminal, a table or JSON, and the exit code."""
+
+import contextlib
+import json as json_
+import sys
+from pathlib import Path
+
+from rich.console import Console
+
+from torquer.gallery.catalogue import ROW_OF
+from torquer.gallery.entry import Entry, Outcome
+from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
+from torquer.gallery.runs import compute_all
+from torquer.gallery.shelf import all_entries, entry_of, wanted
+
+NOT_AS_DECLARED = 1
+
+
+def show_list(as_json: bool) -> int:
+    """Every id of the catalogue with its declared verdict, or 'not yet'."""
+    done = entry_of()
+    states = {id_: str(done[id_].declared) if id_ in done else "not yet" for id_ in ROW_OF}
+    if as_json:
+        told = [
+            {"id": id_, "verdict": states[id_], "content": row.content, "expected": row.expected}
+            for id_, row in ROW_OF.items()
+        ]
+        print(json_.dumps(told, indent=2, ensure_ascii=False))
+        return 0
+    for id_, row in ROW_OF.items():
+        print(f"{id_:<15} {states[id_]:<10} {row.content}")
+    print(f"{len(done)} of {len(ROW_OF)} done")
+    return 0
+
+
+def run(ids: tuple[str, ...], as_json: bool, out: Path) -> int:
+    """Compute the entries of these ids."""
+    if not ids:
+        raise ValueError("gallery run: must have at least one id; received none; see: gallery list")
+    return _told(_computed(wanted(ids), out, None), as_json, out)
+
+
+def run_all(as_json: bool, out: Path, docs: Path | None) -> int:
+    """Compute every entry; write the pages if asked."""
+    small = docs / PICTURES if docs else None
+    outcomes = _computed(all_entries(), out, small)
+    if docs:
+        write_pages(record_of(outcomes), docs)
+    return _told(outcomes, as_json, out)
+
+
+def _computed(entries: list[Entry], out: Path, small: Path | None) -> list[Outcome]:
+    for option, folder in (("--out", out), ("--docs", small)):
+        if folder:
+            _make(option, folder)
+    with _progress(len(entries)) as progress:
+        return compute_all(entries, out, small, progress)
+
+
+def _make(option: str, folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / ".writable").touch()
+        (folder / ".writable").unlink()
+    except OSError as error:
+        raise ValueError(
+            f"{option}: must be a folder that can be written; received {folder} ({error.strerror})"
+        ) from None
+
+
+@contextlib.contextmanager
+def _progress(total: int):
+    """A callback that moves a bar on a terminal, and does nothing elsewhere."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("gallery", total=total)
+        yield lambda name, count: bar.update(task, completed=count, description=name)
+
+
+def _told(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
+    """Print what came out; the exit code."""
+    if as_json:
+        told = [outcome.as_data() for outcome in outcomes]
+        print(json_.dumps(told, indent=2, ensure_ascii=False))
+    else:
+        for outcome in outcomes:
+            _print(outcome)
+        print(f"{out}: results.json, {sum(len(o.pictures) for o in outcomes)} pictures")
+    wrong = [outcome for outcome in outcomes if not outcome.as_declared]
+    for outcome in wrong:
+        print(
+            f"error: gallery {outcome.entry.id}: must come out as declared, "
+            f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'",
+            file=sys.stderr,
+        )
+    return NOT_AS_DECLARED if wrong else 0
+
+
+def _print(outcome: Outcome) -> None:
+    data = outcome.as_data()
+    print(f"{', '.join(data['ids'])}: {data['title']}: {data['verdict']}")
+    for check in data["checks"]:
+        limits = shown_limits(check)
+        number = shown_number(check | {"fleeting": False})
+        mark = {True: "agrees", False: "DIFFERS", None: "no value in the source"}[check["agrees"]]
+        told = f" (agrees if {limits})" if limits else ""
+        print(f"  {check['name']}: {number}; printed: {check['expected'] or 'lost'}{told}: {mark}")
+    if data["reason"]:
+        print(f"  why: {data['reason']}")

@@ -1,0 +1,79 @@
+"""Figures of the entries in one style, as files: a picture in full and a small one for pages."""
+
+import io
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from torquer.report.panels import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+
+#: Colours of the field models, the same in every picture, best model first.
+MODEL_COLOURS = {"IGRF-14": "#222222", "tilted dipole": RED, "direct dipole": BLUE,
+                 "averaged": GREEN}  # fmt: skip
+COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
+_FAINT = "#8a8a8a"
+_DPI, _SMALL_DPI = 160, 90
+_COLOURS_OF_A_SMALL_ONE = 64
+
+
+def new_figure(title: str, panels: int = 1, height: float = 3.9):
+    """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
+    figure = Figure(figsize=(7.2, height), dpi=_DPI, facecolor="white", layout="constrained")
+    figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold")
+    axes = list(np.atleast_1d(figure.subplots(panels, 1)))
+    for each in axes:
+        each.grid(True, color="#d9d9d9", lw=0.5)
+        each.set_axisbelow(True)
+        each.spines[["top", "right"]].set_visible(False)
+        each.spines[["left", "bottom"]].set_color(_FAINT)
+        each.tick_params(labelsize=9.5, color=_FAINT)
+    return figure, axes
+
+
+def label(axes, x: str, y: str, *, legend: bool = True, columns: int = 4) -> None:
+    """Labels with units, and the legend above the axes where it hides nothing."""
+    axes.set_xlabel(x, fontsize=10)
+    axes.set_ylabel(y, fontsize=10)
+    if legend:
+        axes.legend(
+            loc="lower left",
+            bbox_to_anchor=(0.0, 1.0),
+            ncols=columns,
+            frameon=False,
+            fontsize=9.5,
+            borderaxespad=0.1,
+            handlelength=1.5,
+            columnspacing=1.3,
+        )
+
+
+def level(axes, y: float, text: str) -> None:
+    """A horizontal mark with its label, at the right end and above the line."""
+    axes.axhline(y, color=GREY, lw=0.9, ls=(0, (5, 3)), zorder=1.5)
+    axes.annotate(
+        text,
+        (1.0, y),
+        xycoords=("axes fraction", "data"),
+        xytext=(0, 2),
+        textcoords="offset points",
+        ha="right",
+        fontsize=9.5,
+        color="#555555",
+    )
+
+
+def save(figure: Figure, path) -> None:
+    """Write a figure in full size."""
+    FigureCanvasAgg(figure).print_figure(path, dpi=_DPI)
+
+
+def save_small(figure: Figure, path) -> None:
+    """Write a figure about 650 pixels wide in few colours, for pages: well below 60 kB."""
+    from PIL import Image
+
+    buffer = io.BytesIO()
+    FigureCanvasAgg(figure).print_figure(buffer, dpi=_SMALL_DPI)
+    picture = Image.open(buffer).convert("RGB")
+    few = picture.quantize(_COLOURS_OF_A_SMALL_ONE, dither=Image.Dither.NONE)
+    few.save(path, optimize=True)

@@ -1,0 +1,1 @@
+"""One file per entry: `ENTRY`, and the function that computes it through the public names."""
