@@ -8,6 +8,8 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, settings
 
+from torquer.control import LAWS
+from torquer.orbit import ORBITS
 from torquer.scenario.load import (
     ScenarioError,
     load_scenario,
@@ -45,9 +47,9 @@ CASES = [
     ({"orbit.kind": None},
      "orbit.kind: must be one of circular, kepler, sgp4; received nothing"),
     ({"orbit.kind": "round"},
-     "orbit.kind: must be one of circular, kepler, sgp4; received 'round'"),
+     f"orbit.kind: must be one of {', '.join(ORBITS)}; received 'round'"),
     ({"control.law.kind": 3},
-     "control.law.kind: must be one of off, bdot, bdot_rate, bdot_derivative, user; received 3"),
+     f"control.law.kind: must be one of {', '.join(LAWS)}; received 3"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
      "tilted_dipole, direct_dipole, averaged; received nothing"),
     ({"orbit": "circular"}, "orbit: must be a table of keys; received 'circular'"),
