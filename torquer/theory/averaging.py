@@ -1,0 +1,216 @@
+"""Numeric averaging of any control law over the fast angles psi, phi, u (and the Earth's day).
+
+The law is the very kernel that the simulation runs, handed over as a first-class function. It is
+given exact measurements: field, its rate of change, angular rate, attitude; coils do not saturate
+or lag. The trapezoid rule is exact for trigonometric polynomials of a degree below the number of
+nodes: for every law that is a polynomial in field, rate and direction cosines. For others the
+error is seen by taking more nodes (`settled_nodes`).
+
+A law may not remember (a difference of two readings has no average over independent angles: take
+its form from rate or derivative), nor ask for position; Sun sensors see nothing.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.law import Law, compile_law
+from torquer.conventions import Measured
+from torquer.engine import inlined, kernel
+from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
+from torquer.geometry.vec3 import add, add_scaled, cross, scale
+from torquer.integrate.dop853 import rates_of
+from torquer.theory.evolution.model import Slow
+from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
+from torquer.theory.spinner import Spinner
+
+NONE = (0.0, 0.0, 0.0)
+
+
+class Nodes(NamedTuple):
+    """Nodes of the quadrature: cos and sin of psi/2 and of phi/2 (rows), u, day angle."""
+
+    half_psi: np.ndarray
+    half_phi: np.ndarray
+    u: np.ndarray
+    day: np.ndarray
+
+
+class AveragedMotion(NamedTuple):
+    """The averaged motion under a law as a problem for DOP853, in u; state l, rho, sigma, theta."""
+
+    law: object
+    parameters: np.ndarray
+    memory: np.ndarray
+    setting: NamedTuple
+    nodes: Nodes
+
+
+@inlined
+def l_to_reference(rho, sigma):
+    """Quaternion L to the field's frame."""
+    cs, ss = math.cos(0.5 * sigma), math.sin(0.5 * sigma)
+    cr, sr = math.cos(0.5 * rho), math.sin(0.5 * rho)
+    return (-ss * sr, cs * sr, ss * cr, cs * cr)
+
+
+@inlined
+def body_to_l(half_psi, half_theta, half_phi):
+    """Quaternion body to L of (cos, sin) of the half angles."""
+    turn = multiply((half_theta[1], 0.0, 0.0, half_theta[0]), (0.0, 0.0, half_phi[1], half_phi[0]))
+    return multiply((0.0, 0.0, half_psi[1], half_psi[0]), turn)
+
+
+@inlined
+def dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate_reference, omega):
+    """Field [T] and dipole [A m^2] in the body: what the law answers to exact measurements."""
+    b = rotate_inverse(q, b_reference)
+    turning = cross(omega, b)
+    b_rate = rotate_inverse(q, b_rate_reference)
+    b_rate = add_scaled(b_rate, -1.0, turning)
+    known = (q, NONE, NONE, b_reference, b_rate_reference)
+    measured = Measured(t_s, b, b_rate, omega, NONE, *known)
+    return b, law(measured, parameters, memory)
+
+
+@inlined
+def field_and_rate(setting, u, day):
+    """Field [T] and, where it counts, its own rate of change [T/s], in the field's frame."""
+    b, rate = field_at(setting.field, u, day), NONE
+    if setting.field_turn != 0.0:
+        by_u = field_rate(setting.field, u, day, setting.days_per_orbit)
+        rate = scale(setting.orbital_rate, by_u)
+    return b, rate
+
+
+@inlined
+def spin_rate(setting, momentum_body):
+    """Angular rate [rad/s] of a momentum [N m s] in the body."""
+    x, y, z = momentum_body
+    return (x / setting.transverse, y / setting.transverse, z / setting.axial)
+
+
+@inlined
+def _sums_over_turns(problem, slow, q_l, t_s, b_reference, b_rate):
+    """Sums over psi and phi of the torque in L and of what turns theta, at one place in orbit."""
+    law, parameters, memory, setting, at = problem
+    psi, phi = at.half_psi, at.half_phi
+    half_theta = (math.cos(0.5 * slow.theta), math.sin(0.5 * slow.theta))
+    momentum = (0.0, 0.0, setting.momentum * slow.l)
+    torque, nutation = NONE, 0.0
+    for j in range(psi.shape[0]):
+        half_psi = (psi[j, 0], psi[j, 1])
+        cos_psi = half_psi[0] * half_psi[0] - half_psi[1] * half_psi[1]
+        sin_psi = 2.0 * half_psi[0] * half_psi[1]
+        for i in range(phi.shape[0]):
+            q_body = body_to_l(half_psi, half_theta, (phi[i, 0], phi[i, 1]))
+            omega = spin_rate(setting, rotate_inverse(q_body, momentum))
+            q = multiply(q_l, q_body)
+            b, m = dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+            turning = rotate(q_body, cross(m, b))
+            torque = add(torque, turning)
+            nutation += turning[1] * cos_psi - turning[0] * sin_psi
+    return torque, nutation
+
+
+@kernel
+def mean_rates(problem, slow):
+    """Averaged derivatives of l, rho, sigma, theta by u."""
+    setting, at = problem.setting, problem.nodes
+    q_l = l_to_reference(slow.rho, slow.sigma)
+    torque, nutation = NONE, 0.0
+    for k in range(at.u.size):
+        for d in range(at.day.size):
+            b, b_rate = field_and_rate(setting, at.u[k], at.day[d])
+            t_s = at.u[k] / setting.orbital_rate
+            here = _sums_over_turns(problem, slow, q_l, t_s, b, b_rate)
+            torque = add(torque, here[0])
+            nutation += here[1]
+    count = at.half_phi.shape[0] * at.half_psi.shape[0] * at.u.size * at.day.size
+    unit = 1.0 / (count * setting.momentum * setting.orbital_rate)
+    m1, m2, m3 = scale(unit, torque)
+    turn = 1.0 / slow.l
+    return Slow(m3, turn * m1, turn * m2 / math.sin(slow.rho), turn * unit * nutation)
+
+
+@rates_of(AveragedMotion)
+def _averaged_rates(problem, t, y, dy):
+    dy[0], dy[1], dy[2], dy[3] = mean_rates(problem, Slow(y[0], y[1], y[2], y[3]))
+
+
+def nodes(psi: int = 8, phi: int = 8, u: int = 8, day: int = 1) -> Nodes:
+    """Evenly spaced nodes; `day` counts for the tilted dipole alone."""
+    for name, count in (("psi", psi), ("phi", phi), ("u", u), ("day", day)):
+        if count < 1:
+            raise ValueError(f"nodes: {name} must be at least 1; received {count}")
+
+    def halves(count):
+        angle = math.pi * np.arange(count) / count
+        return np.column_stack([np.cos(angle), np.sin(angle)])
+
+    turns = (2.0 * math.pi * np.arange(count) / count for count in (u, day))
+    return Nodes(halves(psi), halves(phi), *turns)
+
+
+def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> AveragedMotion:
+    """The averaged motion of a satellite under a law; ValueError if the law has no average."""
+    if law.memory:
+        raise ValueError(
+            f"law {law.name}: must have no memory to be averaged (take its form from the rate or "
+            f"the field's derivative); received {len(law.memory)} cells"
+        )
+    if law.navigates:
+        raise ValueError(f"law {law.name}: must not ask for position to be averaged")
+    setting = spinner.pack()
+    if at is None:
+        at = nodes(day=6 if setting.field.model == TILTED_DIPOLE else 1)
+    return AveragedMotion(compile_law(law.function), law.pack(), np.zeros(0), setting, at)
+
+
+def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = None) -> Slow:
+    """Averaged derivatives of the slow variables by u, at one point."""
+    return Slow(*mean_rates(averaged_motion(law, spinner, at), Slow(*map(float, slow))))
+
+
+#: Points at which the quadrature is tried, and an inclination where nothing vanishes by chance.
+TRIED = (Slow(1.0, 0.7, 0.4, 0.5), Slow(0.6, 1.9, 2.8, 1.2), Slow(1.3, 2.6, 5.1, 2.3))
+TRIED_INCLINATION_DEG = 57.0
+
+
+def settled_nodes(law: Law, spinner: Spinner, tolerance: float = 1e-9, most: int = 80) -> Nodes:
+    """The fewest nodes, angle by angle, that give the averages of a law to `tolerance`.
+
+    Tried at three points, relative to the largest derivative at each: nodes are doubled until
+    nothing changes, then taken away where they were not needed (a law that does not single out a
+    direction across the axis needs one in phi). ValueError if `most` nodes per angle do not
+    suffice: a law with switching needs a coarser tolerance.
+    """
+    spinner = spinner.model_copy(update={"inclination_deg": TRIED_INCLINATION_DEG})
+    tilted = spinner.field == "tilted_dipole"
+
+    def averages(counts):
+        return np.array([averaged_rates(law, spinner, slow, nodes(*counts)) for slow in TRIED])
+
+    def change(now, reference):
+        size = np.abs(reference).max(axis=1, keepdims=True)
+        return np.max(np.abs(now - reference) / np.where(size > 0.0, size, 1.0))
+
+    count, changed, reference = 5, math.inf, averages([5, 5, 5, 5 if tilted else 1])
+    while changed > tolerance and 2 * count <= most:
+        count, before = 2 * count, reference
+        reference = averages([count, count, count, count if tilted else 1])
+        changed = change(before, reference)
+    if changed > tolerance:
+        raise ValueError(
+            f"law {law.name}: averages must settle to {tolerance:g} within {most} nodes per angle; "
+            f"the last doubling changed them by {changed:.2g}"
+        )
+    counts = [count, count, count, count if tilted else 1]
+    for angle, enough in enumerate(counts):
+        for fewer in range(1, enough):
+            trial = [*counts[:angle], fewer, *counts[angle + 1 :]]
+            if change(averages(trial), reference) <= tolerance:
+                counts = trial
+                break
+    return nodes(*counts)

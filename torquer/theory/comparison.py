@@ -1,0 +1,99 @@
+"""How well the averaged motion stands for the full one: error, its order in eps, resonances."""
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+
+from torquer.control.law import Law
+from torquer.theory.averaging import Nodes
+from torquer.theory.evolution.model import Slow
+from torquer.theory.full_motion import Fast, by_euler, slow_of
+from torquer.theory.slow_motion import evolve_law
+from torquer.theory.spinner import Spinner
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Full and averaged motion at the same points `u`, and the greatest difference.
+
+    `error` is that of l, and of rho and theta in rad: of order eps while eps u is of order one.
+    """
+
+    u: np.ndarray
+    full: Slow
+    averaged: Slow
+
+    @property
+    def error(self) -> float:
+        """Greatest difference of l, rho and theta."""
+        pairs = zip(self.full, self.averaged, strict=True)
+        differences = [np.abs(a - b).max() for a, b in pairs]
+        return max(differences[0], differences[1], differences[3])
+
+
+def compare(
+    law: Law,
+    spinner: Spinner,
+    start: Slow,
+    fast: Fast,
+    u_end: float,
+    *,
+    points: int = 400,
+    at: Nodes | None = None,
+    rtol: float = 1e-10,
+) -> Comparison:
+    """Both motions from the same start over u = 0..u_end."""
+    u = np.linspace(0.0, u_end, points)
+    full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
+    return Comparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
+
+
+def fitted_order(
+    law: Law,
+    spinner: Spinner,
+    start: Slow,
+    fast: Fast,
+    slow_time: float,
+    scales: Iterable[float],
+    *,
+    gain: str = "gain",
+    points: int = 400,
+) -> tuple[float, np.ndarray]:
+    """Order of the error in the small parameter, and the errors, at a fixed product scale * u.
+
+    The law's parameter named by `gain` is multiplied by each of `scales`, and the motions are
+    compared over u = 0..slow_time/scale. First-order averaging has order 1.
+    """
+    scales, errors = np.array(list(scales), dtype=np.float64), []
+    for scale in scales:
+        scaled = law.with_parameters(**{gain: law.parameters[gain] * float(scale)})
+        found = compare(scaled, spinner, start, fast, slow_time / float(scale), points=points)
+        errors.append(found.error)
+    slope = np.polyfit(np.log(scales), np.log(errors), 1)[0]
+    return float(slope), np.array(errors)
+
+
+def resonances(
+    spinner: Spinner, slow: Slow, *, greatest: int = 4, width: float = 0.05
+) -> list[tuple[int, int, int]]:
+    """Small whole numbers (a, b, c), a > 0 or first non-zero > 0, with a phi' + b psi' + c near 0.
+
+    Rates in units of the orbital one: phi' = eta1 l cos theta, psi' = eta2 l. Within `width` of
+    zero the averages over independent angles may fail; a law of degree n in the angles has
+    harmonics up to n only (B-dot: 2 in phi and psi, 4 in u).
+    """
+    if greatest < 1:
+        raise ValueError(f"greatest: must be at least 1; received {greatest}")
+    own, precession = spinner.eta
+    own, precession = own * slow.l * math.cos(slow.theta), precession * slow.l
+    span = range(-greatest, greatest + 1)
+    near = [
+        numbers
+        for numbers in product(span, span, span)
+        if numbers > (0, 0, 0)
+        and abs(numbers[0] * own + numbers[1] * precession + numbers[2]) < width
+    ]
+    return sorted(near, key=lambda n: sum(abs(k) for k in n))

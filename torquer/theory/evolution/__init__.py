@@ -1,0 +1,22 @@
+"""Closed averaged equations, one file per law; adding one is one file and one line here."""
+
+from torquer.theory.evolution.bdot import BDOT, BDOT_ANY_FIELD
+from torquer.theory.evolution.nutation_damping import NUTATION_DAMPING
+from torquer.theory.evolution.preliminary_1 import PRELIMINARY_1
+from torquer.theory.evolution.preliminary_2 import PRELIMINARY_2
+from torquer.theory.evolution.reorientation import REORIENTATION, REORIENTATION_AS_PRINTED
+from torquer.theory.evolution.spin_up import SPIN_UP
+
+EVOLUTIONS = {
+    evolution.name: evolution
+    for evolution in (
+        BDOT,
+        BDOT_ANY_FIELD,
+        NUTATION_DAMPING,
+        SPIN_UP,
+        REORIENTATION,
+        REORIENTATION_AS_PRINTED,
+        PRELIMINARY_1,
+        PRELIMINARY_2,
+    )
+}

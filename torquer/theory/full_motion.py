@@ -1,0 +1,145 @@
+"""The full motion that the averaged one stands for: the same law, field and satellite, unaveraged.
+
+Twice: in the variables of Beletsky and Chernousko, where slow and fast are apart, and by Euler's
+equations with a quaternion, which has no singular points. Both in u, for DOP853.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from torquer.control.law import Law
+from torquer.engine import kernel
+from torquer.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
+from torquer.geometry.vec3 import cross, scale, sub
+from torquer.integrate.dop853 import rates_of
+from torquer.theory.averaging import (
+    averaged_motion,
+    body_to_l,
+    dipole_asked,
+    field_and_rate,
+    l_to_reference,
+    nodes,
+    spin_rate,
+)
+from torquer.theory.evolution.model import Slow
+from torquer.theory.slow_motion import path_of
+from torquer.theory.spinner import Spinner
+
+
+class OsculatingMotion(NamedTuple):
+    """Full motion in l, rho, sigma, theta, phi, psi. `day`: day angle at u = 0 [rad]."""
+
+    law: object
+    parameters: np.ndarray
+    memory: np.ndarray
+    setting: NamedTuple
+    day: float
+
+
+class EulerMotion(NamedTuple):
+    """Full motion in the quaternion body to the field's frame and the rate [rad/s]."""
+
+    law: object
+    parameters: np.ndarray
+    memory: np.ndarray
+    setting: NamedTuple
+    day: float
+
+
+class Fast(NamedTuple):
+    """Fast angles [rad]: own rotation phi, precession psi."""
+
+    phi: float
+    psi: float
+
+
+@kernel
+def torque_at(problem, u, q, omega):
+    """Torque [N m] in the body at argument of latitude u."""
+    setting = problem.setting
+    day = problem.day + setting.days_per_orbit * u
+    b_reference, rate = field_and_rate(setting, u, day)
+    t_s = u / setting.orbital_rate
+    b, m = dipole_asked(
+        problem.law, problem.parameters, problem.memory, t_s, q, b_reference, rate, omega
+    )
+    return cross(m, b)
+
+
+@rates_of(OsculatingMotion)
+def _osculating_rates(problem, t, y, dy):
+    """Source: MAG (1.3.4), MAG (2.1.6), FIELD (2.1), in u and with l = L/L0."""
+    setting, length, rho, theta = problem.setting, y[0], y[1], y[3]
+    phi, psi = y[4], y[5]
+    half_phi = (math.cos(0.5 * phi), math.sin(0.5 * phi))
+    half_psi = (math.cos(0.5 * psi), math.sin(0.5 * psi))
+    q_body = body_to_l(half_psi, (math.cos(0.5 * theta), math.sin(0.5 * theta)), half_phi)
+    omega = spin_rate(setting, rotate_inverse(q_body, (0.0, 0.0, setting.momentum * length)))
+    torque = torque_at(problem, t, multiply(l_to_reference(rho, y[2]), q_body), omega)
+    unit = setting.momentum * setting.orbital_rate
+    m1, m2, m3 = scale(1.0 / unit, rotate(q_body, torque))
+    spin = setting.momentum / setting.orbital_rate
+    cp, sp, cot = math.cos(psi), math.sin(psi), 1.0 / math.tan(theta)
+    dy[0], dy[1], dy[2] = m3, m1 / length, m2 / (length * math.sin(rho))
+    dy[3] = (m2 * cp - m1 * sp) / length
+    own = spin * length * math.cos(theta) * (1.0 / setting.axial - 1.0 / setting.transverse)
+    dy[4] = own + (m1 * cp + m2 * sp) / (length * math.sin(theta))
+    dy[5] = spin * length / setting.transverse
+    dy[5] -= (m1 * cp * cot + m2 * (1.0 / math.tan(rho) + sp * cot)) / length
+
+
+@rates_of(EulerMotion)
+def _euler_rates(problem, t, y, dy):
+    setting, q, omega = problem.setting, (y[0], y[1], y[2], y[3]), (y[4], y[5], y[6])
+    a, c = setting.transverse, setting.axial
+    momentum = (a * omega[0], a * omega[1], c * omega[2])
+    torque = sub(torque_at(problem, t, q, omega), cross(omega, momentum))
+    per_u = 1.0 / setting.orbital_rate
+    dy[0], dy[1], dy[2], dy[3] = scale4(per_u, derivative(q, omega))
+    dy[4], dy[5], dy[6] = scale(per_u, spin_rate(setting, torque))
+
+
+@kernel
+def scale4(factor, q):
+    """Four numbers times a factor."""
+    return (factor * q[0], factor * q[1], factor * q[2], factor * q[3])
+
+
+def osculating(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):
+    """Full motion along the points `u`: (Slow, Fast) of arrays, in Beletsky-Chernousko variables.
+
+    RuntimeError if it comes too near a singular point (rho or theta 0 or pi, l = 0).
+    """
+    problem = OsculatingMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
+    states = path_of(problem, (*start, *fast), u, rtol).T
+    return Slow(*states[:4]), Fast(*states[4:])
+
+
+def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
+    """Quaternion (body to the field's frame) and rate [rad/s] of slow and fast variables."""
+    q_l = Rotation.from_euler("ZY", [slow.sigma, slow.rho])
+    q_body = Rotation.from_euler("ZXZ", [fast.psi, slow.theta, fast.phi])
+    momentum = q_body.inv().apply([0.0, 0.0, spinner.momentum_n_m_s * slow.l])
+    a, c = spinner.transverse_kg_m2, spinner.axial_kg_m2
+    return np.concatenate([(q_l * q_body).as_quat(), momentum / np.array([a, a, c])])
+
+
+def slow_of(spinner: Spinner, states) -> Slow:
+    """Slow variables (sigma within -pi..pi) of quaternions and rates [n, 7]."""
+    states = np.atleast_2d(states)
+    a, c = spinner.transverse_kg_m2, spinner.axial_kg_m2
+    body = states[:, 4:] * np.array([a, a, c])
+    x, y, z = Rotation.from_quat(states[:, :4]).apply(body).T
+    length, across = np.linalg.norm(body, axis=1), np.hypot(body[:, 0], body[:, 1])
+    theta = np.arctan2(across, body[:, 2])
+    unit = length / spinner.momentum_n_m_s
+    return Slow(unit, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x), theta)
+
+
+def by_euler(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):
+    """Full motion along the points `u` by Euler's equations: states [n, 7]; see `slow_of`."""
+    problem = EulerMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
+    return path_of(problem, state_of(spinner, start, fast), u, rtol)

@@ -1,0 +1,155 @@
+"""Hill's equation y'' + (c0 + c1 cos 2t + c2 cos 4t + ...) y = 0 and Mathieu's, by computer.
+
+The coefficient is even and has the period pi. Where a tongue of instability begins or ends, a
+solution of period pi or 2 pi exists, and it is even or odd: over half a period one entry of the
+transition matrix vanishes. Its zeros are simple and stay exact where a tongue is thin, or shut.
+
+FIELD writes Mathieu's equation with a = lambda^2, -2 q = lambda^2 chi. All series of FIELD are
+in chi; what is given (the gravity torque) is mostly lambda^2 chi, and the series change.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from torquer import validate
+from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
+
+
+@periodic_system(order=2, period=math.pi, parameters={"a": 1.0, "q": 0.0})
+def mathieu(t, parameters, out):
+    """x = (y, y') of y'' + (a - 2 q cos 2t) y = 0."""
+    out[0, 0], out[0, 1] = 0.0, 1.0
+    out[1, 0] = 2.0 * parameters[1] * math.cos(2.0 * t) - parameters[0]
+    out[1, 1] = 0.0
+
+
+@periodic_system(order=2, period=math.pi, data=(1.0,))
+def hill(t, parameters, out):
+    """x = (y, y') of y'' + (c0 + c1 cos 2t + ...) y = 0, c = the system's data (Clenshaw's sum)."""
+    cosine = math.cos(2.0 * t)
+    last = second = 0.0
+    for k in range(parameters.size - 1, 0, -1):
+        last, second = 2.0 * cosine * last - second + parameters[k], last
+    out[0, 0], out[0, 1] = 0.0, 1.0
+    out[1, 0] = second - cosine * last - parameters[0]
+    out[1, 1] = 0.0
+
+
+def half_trace(matrices: np.ndarray) -> np.ndarray:
+    """A: half the trace of monodromy matrices `[..., 2, 2]`; stable where |A| < 1."""
+    return 0.5 * np.trace(matrices, axis1=-2, axis2=-1)
+
+
+def multipliers_from_half_trace(a) -> np.ndarray:
+    """Both multipliers `[..., 2]`: roots of rho^2 - 2 A rho + 1 = 0. Source: FIELD (2.9)."""
+    a = np.asarray(a, dtype=complex)
+    root = np.sqrt(a - 1.0) * np.sqrt(a + 1.0)
+    return np.stack([a + root, a - root], axis=-1)
+
+
+def half_trace_series(lambda2, chi):
+    """A(chi, lambda^2) of Mathieu's equation to chi^3: cos(pi lambda) and the term of chi^2.
+
+    The published form has chi F: F begins with chi, as a shift of u by pi/2 turns chi to -chi.
+    Source: FIELD (2.12).
+    """
+    root = np.sqrt(lambda2)
+    slope = -math.pi * np.sinc(root - 1.0)  # sin(pi lambda) / (lambda - 1)
+    return np.cos(math.pi * root) + math.pi * root**3 * chi**2 * slope / (16.0 * (root + 1.0))
+
+
+class Edges(NamedTuple):
+    """Values of the parameter at which solutions of period pi and 2 pi exist, by their parity."""
+
+    even_pi: np.ndarray
+    odd_pi: np.ndarray
+    even_2pi: np.ndarray
+    odd_2pi: np.ndarray
+
+
+#: Entry of the transition matrix over half a period that vanishes: y' or y of the solution that
+#: begins with (1, 0) or (0, 1).
+_ENTRY = {"even_pi": (1, 0), "odd_pi": (0, 1), "even_2pi": (0, 0), "odd_2pi": (1, 1)}
+
+
+def edges(system: PeriodicSystem, parameter: str, values, tolerance: float = 1e-13) -> Edges:
+    """All edges of tongues between the first and last of `values`, ascending.
+
+    The system must be Hill's equation, even, with the period pi in (y, y'). `values` (ascending)
+    must be dense enough that each kind has at most one edge in an interval. The edges of period
+    pi are where A = 1, those of period 2 pi where A = -1. Source: FIELD (2.10), FIELD (2.11).
+    """
+    values = validate.finite(f"edges: {parameter}", values)
+    if values.ndim != 1 or values.size < 2 or np.any(np.diff(values) <= 0.0):
+        raise ValueError(f"edges: values of {parameter} must be 2 or more, ascending")
+
+    def half(at):
+        rows = {parameter: np.atleast_1d(at)}
+        return transitions(system, rows, span=0.5 * math.pi, tolerance=tolerance).matrices
+
+    scanned = half(values)
+    return Edges(**{kind: _zeros(half, values, scanned, *_ENTRY[kind]) for kind in Edges._fields})
+
+
+def _zeros(half, values, scanned, row, column) -> np.ndarray:
+    """Zeros of one entry between the scanned values."""
+    entry = scanned[:, row, column]
+    places = np.flatnonzero(np.sign(entry[:-1]) != np.sign(entry[1:]))
+    found = [
+        brentq(lambda a: half(a)[0, row, column], values[i], values[i + 1], xtol=1e-14, rtol=1e-14)
+        for i in places
+    ]
+    return np.unique(np.array(found))
+
+
+def characteristic_values(q: float, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """(a_0 ... a_count-1), (b_1 ... b_count) of Mathieu's equation, q >= 0, by computed solutions.
+
+    scipy.special has them too (`mathieu_a`, `mathieu_b`): here they come from the same
+    integrator as every chart.
+    """
+    if not (0.0 <= q < math.inf and count >= 1):
+        raise ValueError(f"characteristic_values: must have q >= 0, count >= 1; got {q}, {count}")
+    # values of one kind lie 4 apart or more; an odd first knot keeps whole numbers off the grid
+    grid = np.arange(-2.0 * q - 1.0 + 1e-3 * math.sqrt(2.0), (count + 1.0) ** 2 + 2.0 * q, 0.5)
+    found = edges(mathieu.with_parameters(q=float(q)), "a", grid)
+    even = np.sort(np.concatenate([found.even_pi, found.even_2pi]))
+    odd = np.sort(np.concatenate([found.odd_pi, found.odd_2pi]))
+    return even[:count], odd[:count]
+
+
+def mathieu_parameters(lambda2: float, chi: float) -> dict[str, float]:
+    """(a, q) of y'' + lambda^2 (1 + chi cos 2u) y = 0. Source: FIELD (2.8)."""
+    return {"a": lambda2, "q": -0.5 * lambda2 * chi}
+
+
+def first_tongue(chi):
+    """Edges lambda^2 (cosine's, sine's) of the first tongue, to chi^2. Source: FIELD (2.13)."""
+    middle = 1.0 + 7.0 / 32.0 * chi**2
+    return middle - 0.5 * chi, middle + 0.5 * chi
+
+
+def first_tongue_of_strength(strength):
+    """The same edges with strength = lambda^2 chi given, to its fourth power.
+
+    For chi = strength / lambda^2 the edge depends on itself in `first_tongue`; solved for it,
+    7/32 becomes -1/32: 1 -+ s/2 - s^2/32 +- s^3/512 - s^4/24576 (Mathieu's b_1 and a_1, 2q = s).
+    """
+    s = strength
+    even, odd = 1.0 - s**2 / 32.0 - s**4 / 24576.0, 0.5 * s - s**3 / 512.0
+    return even - odd, even + odd
+
+
+def first_tongue_solutions(chi, u):
+    """Solutions of period 2 pi on these edges (cosine's, sine's), to chi^2.
+
+    Source: FIELD (2.14), for n = 1.
+    """
+    cosine = np.cos(u) + chi / 16.0 * np.cos(3.0 * u)
+    sine = np.sin(u) + chi / 16.0 * np.sin(3.0 * u)
+    fifth, third = chi**2 / 768.0, 9.0 * chi**2 / 256.0
+    cosine = cosine + fifth * np.cos(5.0 * u) - third * np.cos(3.0 * u)
+    return cosine, sine + fifth * np.sin(5.0 * u) + third * np.sin(3.0 * u)

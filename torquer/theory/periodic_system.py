@@ -1,0 +1,137 @@
+"""Linear periodic systems as plug-ins: a function that fills A(t), compiled once.
+
+A(t, parameters, out): `parameters` is a float64 array, the named ones first, in the order in
+which they are declared, then the numbers of `data` (a table of field values, say); `out` is the
+square matrix to fill, every entry of it.
+"""
+
+import contextlib
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numba
+import numpy as np
+from numba import types
+
+from torquer import engine, validate
+
+SIGNATURE = types.void(types.float64, types.float64[::1], types.float64[:, ::1])
+
+
+@dataclass(frozen=True)
+class PeriodicSystem:
+    """x' = A(t) x with A(t + period) = A(t): the function, its order, and its parameters."""
+
+    name: str
+    function: Callable
+    order: int
+    period: float
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    data: tuple[float, ...] = ()
+
+    def __post_init__(self):
+        if not (isinstance(self.order, int) and self.order >= 1):
+            raise ValueError(f"{self.name}: order must be 1 or more; received {self.order!r}")
+        if not 0.0 < self.period < float("inf"):
+            raise ValueError(f"{self.name}: period must be positive; received {self.period!r}")
+        if "data" in self.parameters:
+            raise ValueError(f"{self.name}: parameter must not be called data, the name is taken")
+
+    def with_parameters(self, **values: float) -> "PeriodicSystem":
+        """The same system with other parameters; unknown names are errors."""
+        for name in values:
+            if name == "data":
+                raise ValueError(f"{self.name}: data must be set by with_data")
+            self.places(name)
+        return replace(self, parameters={**self.parameters, **values})
+
+    def with_data(self, data) -> "PeriodicSystem":
+        """The same system with other numbers behind the named parameters."""
+        array = validate.finite(f"{self.name}: data", data).ravel()
+        return replace(self, data=tuple(array.tolist()))
+
+    def places(self, name: str) -> list[int]:
+        """Indices of a parameter, or of all "data", among the packed numbers."""
+        if name == "data":
+            first = len(self.parameters)
+            return list(range(first, first + len(self.data)))
+        if name not in self.parameters:
+            known = ", ".join(self.parameters) or "none"
+            raise ValueError(f"{self.name}: parameter must be one of: {known}; received {name!r}")
+        return [list(self.parameters).index(name)]
+
+    def pack(self) -> np.ndarray:
+        """All numbers for the kernel; ValueError if one is missing or not finite."""
+        named = [
+            float(validate.finite(f"{self.name}: {name}", value, ()))
+            for name, value in self.parameters.items()
+        ]
+        return np.array([*named, *self.data], dtype=np.float64)
+
+    def matrix(self, t: float) -> np.ndarray:
+        """A(t) by the plain Python function, for trying it by hand."""
+        out = np.full((self.order, self.order), np.nan)
+        plain_of(self.function)(float(t), self.pack(), out)
+        return out
+
+
+def periodic_system(*, order: int, period: float, parameters: Mapping | None = None, data=()):
+    """Decorator that makes `A(t, parameters, out)` a `PeriodicSystem`."""
+
+    def made(function: Callable) -> PeriodicSystem:
+        numbers = tuple(float(x) for x in data)
+        name = function.__name__
+        return PeriodicSystem(name, function, order, float(period), dict(parameters or {}), numbers)
+
+    return made
+
+
+def plain_of(function: Callable) -> Callable:
+    """The Python function behind a compiled one."""
+    return getattr(function, "py_func", function)
+
+
+class FirstClassMatrix(types.WrapperAddressProtocol):
+    """A compiled A(t) as the integrator takes it: an address and a signature (see control.law)."""
+
+    def __init__(self, dispatcher):
+        from numba.experimental.function_type import _get_wrapper_address
+
+        self._keep = dispatcher
+        self._address = _get_wrapper_address(dispatcher, SIGNATURE)
+
+    def __wrapper_address__(self):
+        return self._address
+
+    def signature(self):
+        return SIGNATURE
+
+
+@functools.cache
+def compile_matrix(function: Callable):
+    """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
+
+    Code of a user's file is cached under a hash of all Python files beside it; a function that
+    has no file (a notebook's) is compiled for this process alone.
+    """
+    plain = plain_of(function)
+    if not engine.COMPILED:
+        return plain
+    wanted = f"system {plain.__name__}: must compile as A(t, parameters, out)"
+    count = len(inspect.signature(plain).parameters)
+    if count != 3:
+        raise ValueError(f"{wanted}; received one that takes {count} arguments")
+    source = Path(inspect.getsourcefile(plain) or "")
+    known = source.is_file() and plain.__closure__ is None
+    own = engine.is_own(plain) or not known
+    with contextlib.nullcontext() if own else engine.cache_of(sorted(source.parent.glob("*.py"))):
+        options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": known}
+        try:
+            return FirstClassMatrix(numba.njit(SIGNATURE, **options)(plain))
+        except numba.core.errors.NumbaError as error:
+            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+            told = [s for s in lines if not s.startswith(("Failed", "During", "File", "<"))]
+            raise ValueError(f"{wanted}; received: {(told or lines)[0][:200]}") from None
