@@ -65,6 +65,8 @@ COMPILED = not numba.config.DISABLE_JIT
 
 #: The one decorator for kernels. 'contract' allows fused multiply-add and nothing else.
 kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)
+#: The same, letting other threads run meanwhile: for maps and charts on all cores.
+released = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
@@ -106,6 +108,27 @@ def borrowed(value):
 @overload(borrowed)
 def _borrowed(value):
     return lambda value: _cut(value)
+
+
+class FirstClass(types.WrapperAddressProtocol):
+    """A compiled plug-in as kernels take it: an address and a signature.
+
+    What calls it is compiled once for all plug-ins of a kind, and every process finds that code
+    in the cache.
+    """
+
+    def __init__(self, dispatcher, signature):
+        from numba.experimental.function_type import _get_wrapper_address
+
+        self.compiled = dispatcher
+        self._signature = signature
+        self._address = _get_wrapper_address(dispatcher, signature)
+
+    def __wrapper_address__(self):
+        return self._address
+
+    def signature(self):
+        return self._signature
 
 
 def is_own(function) -> bool:

@@ -116,7 +116,7 @@ def readings(n=40, turn=None, seed=3):
 def compiled(law):
     """The law's compiled function, called from Python; under a disabled compiler the plain one."""
     found = compile_law(law.function)
-    return found._keep if engine.COMPILED else found
+    return found.compiled if engine.COMPILED else found
 
 
 def answers(function, law, rows):

@@ -32,7 +32,7 @@ def written(folder, text, name="law.py"):
 def answer(law):
     """One answer of a law, compiled if it is a compiled one."""
     function = compile_law(law.function) if law.compiled else law.function
-    return getattr(function, "_keep", function)(ROW, law.pack(), np.array(law.memory))
+    return getattr(function, "compiled", function)(ROW, law.pack(), np.array(law.memory))
 
 
 def test_the_decorator_makes_a_law_with_defaults():
@@ -129,7 +129,7 @@ def test_a_law_that_fails_answers_with_no_numbers(tmp_path, name):
     law = load_law(written(tmp_path, text))
     assert np.isnan(answer(law)).all()
     function = compile_law(law.function)
-    before = getattr(function, "_keep", function)(ROW._replace(t_s=1.0), law.pack(), np.ones(2))
+    before = getattr(function, "compiled", function)(ROW._replace(t_s=1.0), law.pack(), np.ones(2))
     assert np.isfinite(before).all()
 
 
@@ -279,8 +279,8 @@ from torquer.conventions import Measured
 law = load_law(Path(sys.argv[1]))
 compiled = compile_law(law.function)
 zero = (0.0, 0.0, 0.0)
-print(compiled._keep(Measured(0.0, zero, zero, zero, zero), law.pack(), np.array(law.memory))[0])
-print(sum(compiled._keep.stats.cache_hits.values()))
+print(compiled.compiled(Measured(0.0, zero, zero, zero, zero), law.pack(), np.array(law.memory))[0])
+print(sum(compiled.compiled.stats.cache_hits.values()))
 """
 
 
@@ -324,7 +324,7 @@ def mine(measured, parameters, memory):
 
 zero = (0.0, 0.0, 0.0)
 compiled = compile_law(mine.function)
-print(compiled._keep(Measured(0.0, zero, zero, zero, zero), mine.pack(), np.zeros(0))[0])
+print(compiled.compiled(Measured(0.0, zero, zero, zero, zero), mine.pack(), np.zeros(0))[0])
 """
 
 

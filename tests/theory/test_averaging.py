@@ -237,6 +237,6 @@ def test_compiled_equations_are_the_plain_ones(satellite):
     for evolution in EVOLUTIONS.values():
         case = evolution.case(GAIN, satellite(50.0), (0.2, 0.5, 0.7))
         compiled = compile_rates(evolution.rates)
-        by_machine = getattr(compiled, "_keep", compiled)(slow, case)
+        by_machine = getattr(compiled, "compiled", compiled)(slow, case)
         plain = getattr(evolution.rates, "py_func", evolution.rates)
         assert tuple(by_machine) == pytest.approx(tuple(plain(slow, case)), rel=1e-13, abs=1e-20)

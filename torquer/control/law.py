@@ -124,23 +124,6 @@ def law(
     return Law(function.__name__, function, dict(parameters or {}), start, navigates=navigates)
 
 
-class FirstClass(types.WrapperAddressProtocol):
-    """A compiled law as the loop takes it: an address and a signature, so the loop is compiled
-    once for all laws and its code is found in the cache by every process."""
-
-    def __init__(self, dispatcher):
-        from numba.experimental.function_type import _get_wrapper_address
-
-        self._keep = dispatcher
-        self._address = _get_wrapper_address(dispatcher, SIGNATURE)
-
-    def __wrapper_address__(self):
-        return self._address
-
-    def signature(self):
-        return SIGNATURE
-
-
 @functools.cache
 def compile_law(function: Callable):
     """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
@@ -157,13 +140,15 @@ def compile_law(function: Callable):
         raise ValueError(f"{_must_compile(plain)}; received one that takes {count} arguments")
     source = Path(inspect.getsourcefile(plain) or "")
     if own:
-        return FirstClass(_compiled(plain, error_model="numpy", cache=source.is_file()))
+        found = _compiled(plain, error_model="numpy", cache=source.is_file())
+        return engine.FirstClass(found, SIGNATURE)
     known = source.is_file()
     with engine.cache_of(_beside(source)) if known else contextlib.nullcontext():
         law = _compiled(plain, error_model="python", boundscheck=True, cache=known)
         # all guards of laws that a function makes have one place in the cache: keep them off it
         known = known and plain.__closure__ is None
-        return FirstClass(_compiled(_guarded(law, plain), error_model="numpy", cache=known))
+        guard = _compiled(_guarded(law, plain), error_model="numpy", cache=known)
+        return engine.FirstClass(guard, SIGNATURE)
 
 
 def _compiled(function: Callable, **options):

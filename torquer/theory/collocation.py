@@ -9,10 +9,9 @@ import functools
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.engine import inlined, kernel, released
 
 STAGES = 6
 
@@ -177,7 +176,7 @@ def settle(matrix, parameters, control, work, out):
     return np.nan, steps
 
 
-@numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)
+@released
 def settle_many(matrix, base, columns, table, control, work, out, errors, steps):
     """`settle` at every row of `table`, whose numbers replace those of `base` at `columns`.
 

@@ -94,22 +94,6 @@ def plain_of(function: Callable) -> Callable:
     return getattr(function, "py_func", function)
 
 
-class FirstClassMatrix(types.WrapperAddressProtocol):
-    """A compiled A(t) as the integrator takes it: an address and a signature (see control.law)."""
-
-    def __init__(self, dispatcher):
-        from numba.experimental.function_type import _get_wrapper_address
-
-        self._keep = dispatcher
-        self._address = _get_wrapper_address(dispatcher, SIGNATURE)
-
-    def __wrapper_address__(self):
-        return self._address
-
-    def signature(self):
-        return SIGNATURE
-
-
 @functools.cache
 def compile_matrix(function: Callable):
     """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
@@ -130,7 +114,7 @@ def compile_matrix(function: Callable):
     with contextlib.nullcontext() if own else engine.cache_of(sorted(source.parent.glob("*.py"))):
         options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": known}
         try:
-            return FirstClassMatrix(numba.njit(SIGNATURE, **options)(plain))
+            return engine.FirstClass(numba.njit(SIGNATURE, **options)(plain), SIGNATURE)
         except numba.core.errors.NumbaError as error:
             lines = [line.strip() for line in str(error).splitlines() if line.strip()]
             told = [s for s in lines if not s.startswith(("Failed", "During", "File", "<"))]

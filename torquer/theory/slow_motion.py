@@ -6,20 +6,16 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from torquer import validate
 from torquer.control.law import Law
-from torquer.engine import kernel
+from torquer.engine import kernel, released
 from torquer.integrate.dop853 import DONE, dop853, rates_of, workspace
 from torquer.theory.averaging import AveragedMotion, Nodes, averaged_motion, settled_nodes
 from torquer.theory.evolution.model import Case, Evolution, Slow, compile_rates
 from torquer.theory.orbit_field import OrbitField
 from torquer.theory.spinner import Setting, Spinner
-
-#: Kernels that let other threads run meanwhile.
-_released = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)
 
 
 class ClosedMotion(NamedTuple):
@@ -84,7 +80,7 @@ def _slow_path(problem, start, u, rtol) -> Slow:
     return path
 
 
-@_released
+@released
 def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
     """Move the rows first..last-1 of `states` from u = 0 to u_end; not a number where it fails.
 
@@ -100,7 +96,7 @@ def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
             y[:] = np.nan
 
 
-@_released
+@released
 def averaged_ends(law, parameters, settings, memory, at, states, u_end, rtol, work, first, last):
     """The same by the averages of a law; a row of parameters and of settings for each state.
 

@@ -78,22 +78,6 @@ class Evolution:
         return Case(eps, spinner.ratio, spinner.moments(), as_vector(target))
 
 
-class FirstClass(types.WrapperAddressProtocol):
-    """Compiled averaged equations as an address and a signature: all laws share one integrator."""
-
-    def __init__(self, dispatcher):
-        from numba.experimental.function_type import _get_wrapper_address
-
-        self._keep = dispatcher
-        self._address = _get_wrapper_address(dispatcher, SIGNATURE)
-
-    def __wrapper_address__(self):
-        return self._address
-
-    def signature(self):
-        return SIGNATURE
-
-
 @functools.cache
 def compile_rates(rates: Callable):
     """Averaged equations compiled against `SIGNATURE`; plain without the compiler."""
@@ -101,4 +85,4 @@ def compile_rates(rates: Callable):
         return rates
     plain = getattr(rates, "py_func", rates)
     options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": engine.is_own(plain)}
-    return FirstClass(numba.njit(SIGNATURE, **options)(plain))
+    return engine.FirstClass(numba.njit(SIGNATURE, **options)(plain), SIGNATURE)
