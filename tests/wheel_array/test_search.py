@@ -1,0 +1,142 @@
+"""Least momenta and greatest volume: closed forms against numeric search, published figures."""
+
+import numpy as np
+import pytest
+
+from torquer.wheel_array import angles, layout, search
+from torquer.wheel_array.demand import Box, Ellipsoid, Series, greatest_momentum, greatest_norm
+from torquer.wheel_array.envelope import volume
+
+INERTIA = (2600.0, 11100.0, 10900.0)
+HALF = np.array([4.62, 5.3, 29.6])
+
+
+def four(parameters):
+    return layout.four_sided_pyramid(*parameters)
+
+
+def six(parameters):
+    return layout.regular_pyramid(6, parameters[0])
+
+
+def test_published_angles_come_out_where_the_momenta_are_those_of_print():
+    """70.0 and 21.5 deg need H3/H2 = 6.44 (printed 6.4) and H1/H2 = 0.986 (printed 1)."""
+    alpha, beta = angles.least_four_sided((0.986, 1.0, 6.44))
+    assert (round(alpha, 1), round(beta, 1)) == (70.0, 21.5)
+    alpha, beta = angles.least_four_sided((1.0, 1.0, 6.4))
+    assert (round(alpha, 1), round(beta, 1)) == (69.8, 21.6)
+
+
+def test_least_norm_of_four_wheels_is_half_the_sum():
+    axes = layout.four_sided_pyramid(*angles.least_four_sided(HALF))
+    assert greatest_norm(axes, Box(HALF)) == pytest.approx(0.5 * HALF.sum(), rel=1e-13)
+    # 19.4 N m s of print, with H1 = H2 and H3 = 6.4 H2, is H2 = 4.62 N m s
+    printed = 4.62 * np.array([1.0, 1.0, 6.4])
+    axes = layout.four_sided_pyramid(*angles.least_four_sided(printed))
+    assert round(greatest_norm(axes, Box(printed)), 1) == 19.4
+
+
+def test_the_published_change_of_angles_lessens_the_momenta_by_about_a_quarter():
+    """All components at their greatest at once; the printed 1.4 is of the five-day series."""
+    printed = 4.62 * np.array([1.0, 1.0, 6.4])
+    before = greatest_momentum(layout.four_sided_pyramid(80.5, 45.5), Box(printed))
+    after = greatest_momentum(layout.four_sided_pyramid(70.0, 21.5), Box(printed))
+    assert before / after == pytest.approx(1.275, abs=5e-3)
+
+
+@pytest.mark.parametrize("half", [HALF, (3.0, 2.0, 1.0), (1.0, 1.0, 1.0)])
+def test_search_finds_the_closed_forms(half):
+    found = search.search(four, search.least_norm(Box(half)), (1, 1), (89, 89), starts=6)
+    assert found.parameters == pytest.approx(angles.least_four_sided(half), abs=1e-5)
+    assert found.measure == pytest.approx(0.5 * np.sum(half))
+    found = search.search(six, search.least_norm(Box(half)), (1,), (89,), starts=4)
+    assert found.parameters == pytest.approx([angles.least_regular(half)], abs=1e-5)
+
+
+def test_equal_momenta_ask_for_the_angle_of_greatest_volume():
+    assert angles.least_regular((2.0, 2.0, 2.0)) == pytest.approx(angles.GREATEST_VOLUME_DEG)
+    assert round(angles.GREATEST_VOLUME_DEG, 1) == 54.7
+
+
+@pytest.mark.parametrize("count", [3, 4, 7])
+def test_the_formula_for_six_holds_for_any_count(count):
+    def norm(gamma):
+        return greatest_norm(layout.regular_pyramid(count, gamma), Box(HALF))
+
+    best = angles.least_regular(HALF)
+    assert norm(best) < min(norm(best - 0.01), norm(best + 0.01))
+
+
+@pytest.mark.parametrize("measure", [search.least_peak, search.least_squares_peak])
+@pytest.mark.parametrize("demand", ["box", "ellipsoid", "series"])
+def test_search_is_as_good_as_a_fine_grid(measure, demand):
+    random = np.random.default_rng(9)
+    demand = {
+        "box": Box(HALF),
+        "ellipsoid": Ellipsoid(random.normal(size=(3, 3)) * HALF[:, None]),
+        "series": Series(random.normal(size=(200, 3)) * HALF),
+    }[demand]
+    grid = [(a, b) for a in np.arange(20.0, 90.0, 2.0) for b in np.arange(4.0, 88.0, 2.0)]
+    best = min(measure(demand)(four(p)) for p in grid)
+    found = search.search(four, measure(demand), (1, 1), (89, 89), starts=6)
+    assert found.measure <= best * (1.0 + 1e-9)
+    assert found.measure >= best * 0.95
+    assert measure(demand)(found.axes) == found.measure
+
+
+def test_minimax_never_needs_more_than_least_squares():
+    demand = Box(HALF)
+    some = search.search(four, search.least_peak(demand), (1, 1), (89, 89), starts=4)
+    other = search.search(four, search.least_squares_peak(demand), (1, 1), (89, 89), starts=4)
+    assert some.measure < other.measure
+
+
+def test_balanced_four_wheels_are_the_best_such_pyramid_and_six_are_not():
+    """The worst case of six wheels is 8 % better at 78.3 deg than at the balanced 81.1."""
+    measure = search.greatest_worst_rate(INERTIA, 18.0)
+    found = search.search(four, measure, (1, 1), (89, 89), starts=6)
+    assert found.parameters == pytest.approx(angles.balanced_four_sided(INERTIA), abs=0.02)
+    found = search.search(six, measure, (1,), (89,), starts=4)
+    assert found.parameters == pytest.approx([78.33], abs=0.01)
+    assert np.degrees(1.0 / found.measure) == pytest.approx(0.3166, abs=1e-4)
+
+
+def test_free_axes_are_given_by_two_angles_each():
+    axes = search.free_axes([90.0, 0.0, 90.0, 90.0, 0.0, 33.0])
+    assert axes == pytest.approx(np.eye(3), abs=1e-15)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_up_to_five_wheels_the_regular_pyramid_has_the_greatest_volume(count):
+    found = search.greatest_volume(count, starts=20)
+    pyramid = volume(layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG))
+    assert found.measure == pytest.approx(pyramid, rel=1e-12)
+    assert volume(search.free_axes(found.parameters)) == pytest.approx(pyramid)
+
+
+def test_from_six_wheels_on_another_layout_has_more():
+    """Six axes of an icosahedron: 98.49 against 96 of the pyramid, in units of the limit."""
+    pyramid = volume(layout.regular_pyramid(6, angles.GREATEST_VOLUME_DEG))
+    assert pyramid == pytest.approx(96.0)
+    closed = 32.0 * np.sqrt(5.0 + 2.0 * np.sqrt(5.0))  # rhombic triacontahedron of edge 2
+    assert volume(layout.icosahedral()) == pytest.approx(closed)
+    assert search.greatest_volume(6, starts=30).measure == pytest.approx(closed, rel=1e-12)
+    seven = search.greatest_volume(7, starts=20).measure
+    assert seven > 1.015 * volume(layout.regular_pyramid(7, angles.GREATEST_VOLUME_DEG))
+
+
+def test_the_pyramid_of_greatest_volume_has_its_angle_for_any_count():
+    for count in (4, 6, 9):
+        best = volume(layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG))
+        for gamma in (54.5, 54.9):
+            assert volume(layout.regular_pyramid(count, gamma)) < best
+
+
+def test_search_is_deterministic_and_refuses_bad_bounds():
+    measure = search.least_norm(Box(HALF))
+    first, second = (search.search(six, measure, (1,), (89,), starts=2) for _ in range(2))
+    assert first.parameters == second.parameters
+    with pytest.raises(ValueError, match="lower, upper: must be as many, each lower one below"):
+        search.search(six, measure, (89,), (1,))
+    with pytest.raises(ValueError, match="lower, upper: must be as many"):
+        search.search(six, measure, (1, 1), (89,))

@@ -1,0 +1,232 @@
+"""Steering: limits of torque and speed, speeds off zero, losses on the way."""
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from torquer.wheel_array import layout
+from torquer.wheel_array.allocation import minimax, wheel_set
+from torquer.wheel_array.envelope import momentum_envelope
+from torquer.wheel_array.layout import WheelArray
+from torquer.wheel_array.steering import bias_of, biased, lose, steer, steering_of
+
+ARRAYS = {
+    "four": layout.four_sided_pyramid(80.5, 45.5),
+    "six": layout.regular_pyramid(6, 60.0),
+    "five, any": np.random.default_rng(3).normal(size=(5, 3)),
+    "twelve": np.random.default_rng(5).normal(size=(12, 3)),
+}
+EVERY = pytest.mark.parametrize("name", ARRAYS)
+
+
+def array(name):
+    axes = ARRAYS[name]
+    limits = 18.0
+    if name == "five, any":
+        limits = (18.0, 12.0, 20.0, 15.0, 16.0)
+    return WheelArray(axes=axes.tolist(), momentum_limit_n_m_s=limits, torque_limit_n_m=0.2)
+
+
+def within(wheels, part, count, seed=1):
+    """Demands up to that part of the envelope, most of them at it."""
+    directions = np.random.default_rng(seed).normal(size=(count, 3))
+    unit = directions / np.linalg.norm(directions, axis=1, keepdims=True)
+    shares = np.random.default_rng(seed).uniform(0.0, 2.0, (count, 1)).clip(max=1.0)
+    return part * shares * momentum_envelope(wheels).extent(unit)[:, None] * unit
+
+
+@EVERY
+def test_the_bias_adds_up_to_nothing_and_keeps_what_it_says(name):
+    wheels, idle = array(name), 0.05
+    bias, part = bias_of(wheels, idle)
+    limits, packed, out = wheels.momentum_limits(), wheel_set(wheels), np.zeros(wheels.count)
+    assert np.abs(bias @ np.array(wheels.axes)).max() < 1e-13 * 18.0
+    assert part > 0.2
+    for demand in within(wheels, part, 300):
+        biased(packed, limits, bias, tuple(demand), out)
+        assert out @ np.array(wheels.axes) == pytest.approx(demand, abs=1e-11)
+        assert np.all(np.abs(out) >= idle * limits * (1.0 - 1e-9))
+        assert np.all(np.abs(out) <= limits * (1.0 + 1e-12))
+
+
+@EVERY
+def test_with_the_bias_all_of_the_envelope_is_reached_within_the_limits(name):
+    wheels = array(name)
+    bias, limits, packed = bias_of(wheels)[0], wheels.momentum_limits(), wheel_set(wheels)
+    out = np.zeros(wheels.count)
+    for demand in [*within(wheels, 1.0, 300), *momentum_envelope(wheels).vertices]:
+        assert biased(packed, limits, bias, tuple(demand), out) <= 1.0 + 1e-12
+        assert out @ np.array(wheels.axes) == pytest.approx(demand, abs=1e-11)
+        assert np.all(np.abs(out) <= limits * (1.0 + 1e-12))
+
+
+def test_regular_pyramids_have_an_even_bias():
+    """Every other wheel the other way: half of the envelope but the idle share."""
+    for count in (4, 6):
+        axes = layout.regular_pyramid(count, 60.0)
+        wheels = WheelArray(axes=axes.tolist(), momentum_limit_n_m_s=2.0)
+        bias, part = bias_of(wheels, 0.1)
+        assert bias == pytest.approx(1.1 * np.array([1.0, -1.0] * (count // 2)))
+        assert part == pytest.approx(0.45)
+
+
+def test_the_bias_is_the_best_of_all_directions_of_rotation():
+    """A linear program for each choice of signs, in place of the mixed-integer one."""
+    wheels = array("five, any")
+    vectors, n = np.array(wheels.axes) * wheels.momentum_limits()[:, None], 5
+    best = 0.0
+    for number in range(2**n):
+        signs = np.array([1.0 if number >> k & 1 else -1.0 for k in range(n)])
+        found = linprog(
+            np.append(np.zeros(n), -1.0), bounds=[(-1, 1)] * n + [(0, 1)], b_ub=np.zeros(n),
+            A_eq=np.column_stack([vectors.T, np.zeros(3)]), b_eq=np.zeros(3),
+            A_ub=np.column_stack([-np.diag(signs), np.ones(n)]),
+        )  # fmt: skip
+        best = max(best, -found.fun)
+    assert bias_of(wheels, 0.0).keeps_off_zero_up_to == pytest.approx(best / (1.0 + best), rel=1e-6)
+
+
+def test_three_wheels_and_wheels_that_cannot_balance_have_no_bias():
+    assert np.all(bias_of(array("four").without(2))[0] == 0.0)
+    assert bias_of(array("four").without(0, 1, 2, 3)) == (pytest.approx(np.zeros(4)), 0.0)
+    # the fourth wheel has no partner: its null share is zero
+    axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    wheels = WheelArray(axes=axes, momentum_limit_n_m_s=1.0)
+    bias, part = bias_of(wheels)
+    assert bias.tolist() == [0.0] * 4 and part == 0.0
+    with pytest.raises(ValueError, match=r"idle_share: must be from 0 to below 1; received 1\.0"):
+        bias_of(wheels, 1.0)
+
+
+def wave(step):
+    """A torque [N m] whose integral comes and goes."""
+    return 0.05 * np.array([0.3 * np.sin(0.010 * step), np.cos(0.013 * step), np.sin(0.02 * step)])
+
+
+def flown(wheels, steering, torques, momenta):
+    """Momenta of the wheels after each step of 1 s; checks of every step."""
+    axes, out, history = np.array(wheels.axes), np.zeros(wheels.count), []
+    for torque in torques:
+        part = steer(steering, 1.0, momenta, tuple(torque), out)
+        assert 0.0 <= part <= 1.0
+        assert out @ axes == pytest.approx(part * torque, abs=1e-12)
+        assert np.all(np.abs(out) <= steering.torque_limit * (1.0 + 1e-12))
+        momenta = momenta + out
+        assert np.all(np.abs(momenta) <= wheels.momentum_limits() * (1.0 + 1e-12))
+        history.append((part, momenta))
+    return [part for part, _ in history], np.array([momenta for _, momenta in history])
+
+
+@EVERY
+def test_wheels_run_up_to_the_bias_and_stay_off_zero(name):
+    wheels = array(name)
+    torques = [wave(step) for step in range(1500)]
+    parts, momenta = flown(wheels, steering_of(wheels), torques, np.zeros(wheels.count))
+    assert parts == [1.0] * len(parts)
+    needed = momentum_envelope(wheels).share(np.cumsum(torques, axis=0)).max()
+    assert 0.05 < needed < bias_of(wheels).keeps_off_zero_up_to
+    settled = momenta[300:]
+    assert np.all(np.abs(settled) >= 0.05 * wheels.momentum_limits() * (1.0 - 1e-9))
+    assert np.all(np.sign(settled) == np.sign(settled[0]))
+
+
+@EVERY
+def test_a_lasting_torque_is_given_until_the_envelope_is_full(name):
+    """All of it up to the surface, then none; the direction is kept to the last."""
+    wheels = array(name)
+    torque = np.array([0.02, 0.05, -0.04])
+    total = momentum_envelope(wheels).extent(torque) / np.linalg.norm(torque)
+    count = int(total) + 20
+    parts, momenta = flown(wheels, steering_of(wheels), [torque] * count, np.zeros(wheels.count))
+    assert sum(parts) == pytest.approx(total, rel=1e-9)
+    assert parts[: int(total)] == [1.0] * int(total)
+    assert parts[-10:] == pytest.approx([0.0] * 10, abs=1e-9)
+    assert momenta[-1] @ np.array(wheels.axes) == pytest.approx(total * torque)
+
+
+def test_too_great_a_torque_is_cut_to_the_torque_envelope():
+    wheels = array("six")
+    steering, out = steering_of(wheels), np.zeros(6)
+    torques = np.random.default_rng(4).normal(size=(50, 3))
+    reach = 0.2 / 18.0 * momentum_envelope(wheels).extent(torques) / np.linalg.norm(torques, axis=1)
+    parts = [steer(steering, 1.0, np.zeros(6), tuple(torque), out) for torque in torques]
+    assert parts == pytest.approx(np.minimum(reach, 1.0))
+    assert min(parts) < 0.9
+
+
+def test_the_part_given_is_the_greatest_that_linear_programming_finds():
+    """Wheels near their limits, in one direction or the other."""
+    wheels, random = array("six"), np.random.default_rng(5)
+    steering, out = steering_of(wheels), np.zeros(6)
+    for _ in range(100):
+        momenta = random.choice([-1.0, 1.0], 6) * random.uniform(17.7, 18.0, 6)
+        torque = 0.5 * random.normal(size=3)
+        part = steer(steering, 1.0, momenta, tuple(torque), out)
+        low, high = np.maximum(-0.2, -18.0 - momenta), np.minimum(0.2, 18.0 - momenta)
+        assert np.all(out >= low - 1e-12) and np.all(out <= high + 1e-12)
+        assert out @ np.array(wheels.axes) == pytest.approx(part * torque, abs=1e-12)
+        best = linprog(
+            [0.0] * 6 + [-1.0], A_eq=np.column_stack([np.array(wheels.axes).T, -torque]),
+            b_eq=np.zeros(3), bounds=[*zip(low, high, strict=True), (0.0, 1.0)],
+        )  # fmt: skip
+        assert part == pytest.approx(-best.fun, abs=1e-9)
+
+
+@EVERY
+def test_after_losses_the_rest_goes_on(name):
+    """One wheel stops, its momentum taken out; the others give all the torque with a new bias."""
+    wheels, lost = array(name), 1
+    steering = steering_of(wheels)
+    _, momenta = flown(
+        wheels, steering, [wave(step) for step in range(400)], np.zeros(wheels.count)
+    )
+    lose(steering, lost)
+    after = wheels.without(lost)
+    now = momenta[-1].copy()
+    now[lost] = 0.0
+    assert steering.bias == pytest.approx(bias_of(after).momenta_n_m_s, abs=1e-12)
+    assert steering.momentum_limit.tolist() == after.momentum_limits().tolist()
+    parts, momenta = flown(after, steering, [wave(step) for step in range(400, 800)], now)
+    assert parts == [1.0] * 400
+    assert np.all(momenta[:, lost] == 0.0)
+
+
+def test_after_two_losses_what_is_left_of_the_bias_is_null():
+    wheels = array("twelve")
+    steering = steering_of(wheels)
+    lose(steering, 4)
+    lose(steering, 9)
+    assert steering.bias[[4, 9]].tolist() == [0.0, 0.0]
+    assert np.abs(steering.bias @ np.array(wheels.axes)).max() < 1e-12
+    assert np.abs(steering.bias).max() > 1.0
+
+
+def test_two_wheels_left_give_what_their_plane_holds():
+    wheels = array("four").without(0, 1)
+    steering, out, torque = steering_of(wheels), np.zeros(4), np.array([0.01, 0.02, -0.03])
+    assert steer(steering, 1.0, np.zeros(4), tuple(torque), out) == 1.0
+    axes = np.array(wheels.axes)[2:]
+    assert out[:2].tolist() == [0.0, 0.0]
+    assert out[2:] == pytest.approx(torque @ np.linalg.pinv(axes))
+
+
+def test_minimax_without_a_bias_is_what_biased_gives():
+    wheels, out, plain = array("six"), np.zeros(6), np.zeros(6)
+    packed, limits = wheel_set(wheels), wheels.momentum_limits()
+    for demand in within(wheels, 1.0, 20):
+        biased(packed, limits, np.zeros(6), tuple(demand), out)
+        minimax(packed, limits, tuple(demand), plain)
+        assert out.tolist() == plain.tolist()
+
+
+def test_all_torque_that_is_left_goes_into_the_null_space():
+    """From rest some wheel works at its limit; where the bias is near, one step is enough."""
+    wheels, out, torque = array("six"), np.zeros(6), np.array([0.01, 0.02, -0.03])
+    steering = steering_of(wheels)
+    steer(steering, 1.0, np.zeros(6), tuple(torque), out)
+    assert np.abs(out).max() == pytest.approx(0.2, rel=1e-12)
+    near = steering.bias * (1.0 + 1e-3)
+    steer(steering, 1.0, near, tuple(torque), out)
+    wanted = np.zeros(6)
+    biased(steering.wheels, steering.momentum_limit, steering.bias, tuple(torque), wanted)
+    assert near + out == pytest.approx(wanted, abs=1e-13)

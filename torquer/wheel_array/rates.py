@@ -1,0 +1,56 @@
+"""How fast a satellite can turn on its wheels alone: rates from momentum, likewise accelerations.
+
+The satellite turns about a fixed axis, its total momentum is zero. What is said of rates [rad/s]
+and the momentum envelope holds for accelerations [rad/s^2] and the torque envelope.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer import validate
+from torquer.wheel_array.demand import Ellipsoid, greatest_share
+from torquer.wheel_array.envelope import Envelope
+
+
+class WorstCase(NamedTuple):
+    """The rate that is reached about every axis, and the axis about which no more is reached."""
+
+    rate: float
+    axis: np.ndarray
+
+
+def required(inertia_kg_m2, rate: float) -> Ellipsoid:
+    """Momenta that turns at that rate about all axes need: the ellipsoid I e rate.
+
+    Source: WHEEL (2.1).
+    """
+    return Ellipsoid(rate * validate.inertia_tensor("inertia_kg_m2", inertia_kg_m2))
+
+
+def semi_axes(inertia_kg_m2, rate: float, limit: float) -> np.ndarray:
+    """Semi-axes of the required ellipsoid in units of a wheel's limit, ascending by inertia.
+
+    Source: WHEEL (4.1).
+    """
+    return np.linalg.eigvalsh(required(inertia_kg_m2, rate).matrix) / limit
+
+
+def rate_about(envelope: Envelope, inertia_kg_m2, axes) -> np.ndarray:
+    """Greatest rate about each of the axes (..., 3), any lengths: extent along I e over |I e|.
+
+    Source: WHEEL (3.1), for any axis.
+    """
+    axes = np.asarray(axes, dtype=np.float64)
+    unit = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
+    momenta = unit @ validate.inertia_tensor("inertia_kg_m2", inertia_kg_m2)
+    return envelope.extent(momenta) / np.linalg.norm(momenta, axis=-1)
+
+
+def worst_case(envelope: Envelope, inertia_kg_m2) -> WorstCase:
+    """Greatest rate whose ellipsoid is inside the envelope: min of bound / |I n| over the faces."""
+    unit = required(inertia_kg_m2, 1.0)
+    normals, bounds = envelope.half_spaces
+    along = normals @ unit.matrix
+    worst = along[np.argmax(np.linalg.norm(along, axis=1) / np.maximum(bounds, 1e-300))]
+    return WorstCase(1.0 / greatest_share(envelope, unit), worst / np.linalg.norm(worst))

@@ -1,0 +1,226 @@
+"""Steering wheels within torque and speed limits, and off zero speed. Kernels.
+
+Wheels beyond three have a null space: momenta that add up to nothing. A bias in it keeps the
+wheels turning: momenta = minimax + fade * bias, where fade = 1 as long as there is room in the
+limits, and less near the surface of the envelope, so that all of the envelope stays in reach.
+With a bias at equal shares of the limits, every wheel stays above its idle share e for all
+demands within (1 - e)/2 of the envelope; with an unequal one, see `Bias.keeps_off_zero_up_to`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import Bounds, LinearConstraint, milp
+
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add_scaled, dot, scale, sub
+from torquer.wheel_array.allocation import (
+    WheelSet,
+    bound_of,
+    least_squares,
+    minimax,
+    spanned,
+    wheel_set,
+)
+from torquer.wheel_array.envelope import THIN
+
+#: Rows of the work space: middle and half of the torques that are allowed; what is wanted.
+CENTRE, HALF, WANTED = 0, 1, 2
+
+
+class Bias(NamedTuple):
+    """Momenta of the wheels that add up to nothing, to keep them off zero speed."""
+
+    momenta_n_m_s: np.ndarray
+    """(n,); zeros where the array has no such momenta."""
+    keeps_off_zero_up_to: float
+    """Part of the envelope within which every wheel stays above its idle share; 0: none."""
+
+
+def bias_of(array, idle_share: float = 0.05) -> Bias:
+    """The bias that holds the wheels of a `WheelArray` off zero for the most demands.
+
+    `idle_share`: part of its limit below which a wheel should not be. Of all null vectors with
+    shares up to 1 the one is taken whose least share is greatest (a mixed-integer program: the
+    directions of rotation are its whole numbers).
+    """
+    if not 0.0 <= idle_share < 1.0:
+        raise ValueError(f"idle_share: must be from 0 to below 1; received {idle_share}")
+    limits = array.momentum_limits()
+    works = limits > 0.0
+    shares, least = _most_even_null_shares(np.array(array.axes)[works] * limits[works, None])
+    momenta = np.zeros(array.count)
+    if least <= idle_share:
+        return Bias(momenta, 0.0)
+    size = (1.0 + idle_share) / (1.0 + least)
+    momenta[works] = size * shares * limits[works]
+    return Bias(momenta, (least - idle_share) / (1.0 + least))
+
+
+def _most_even_null_shares(vectors):
+    """Shares c, |c| <= 1, of vectors (n, 3) that add up to zero, with the greatest least |c|."""
+    n = len(vectors)
+    if n == 0:
+        return np.zeros(0), 0.0
+    unit = np.eye(n)
+    ones, size = np.ones((n, 1)), np.linalg.norm(vectors, axis=1).max()
+    # unknowns: c, direction (1 forward, 0 backward), least |c|
+    null = np.hstack([vectors.T / size, np.zeros((3, n + 1))])
+    forward, backward = np.hstack([-unit, 2.0 * unit, ones]), np.hstack([unit, -2.0 * unit, ones])
+    found = milp(
+        np.append(np.zeros(2 * n), -1.0),
+        constraints=[
+            LinearConstraint(null, 0.0, 0.0),
+            LinearConstraint(forward, -np.inf, 2.0),
+            LinearConstraint(backward, -np.inf, 0.0),
+        ],
+        integrality=np.concatenate([np.zeros(n), np.ones(n), [0.0]]),
+        # the first wheel turns forward: the opposite bias is as good
+        bounds=Bounds(np.concatenate([-np.ones(n), [1.0], np.zeros(n)]), np.ones(2 * n + 1)),
+    )
+    shares = found.x[:n] - np.linalg.pinv(vectors.T) @ (vectors.T @ found.x[:n])
+    shares /= max(np.abs(shares).max(), 1.0)
+    return shares, float(np.abs(shares).min())
+
+
+class Steering(NamedTuple):
+    """An array in flight, for kernels; `lose` and `steer` write to its arrays."""
+
+    wheels: WheelSet
+    momentum_limit: np.ndarray
+    """(n,) [N m s], 0 for lost wheels."""
+    torque_limit: np.ndarray
+    """(n,) [N m], 0 for lost wheels."""
+    bias: np.ndarray
+    """(n,) [N m s], a null vector of the working wheels."""
+    bias_after: np.ndarray
+    """(n, n) [N m s]: row k is the bias to take when wheel k is lost."""
+    work: np.ndarray
+    """(3, n): space to write to."""
+
+
+def steering_of(array, idle_share: float = 0.05) -> Steering:
+    """A `WheelArray` with torque limits, made ready; `idle_share` as in `bias_of`."""
+    after = [bias_of(array.without(k), idle_share).momenta_n_m_s for k in range(array.count)]
+    return Steering(
+        wheel_set(array),
+        array.momentum_limits(),
+        array.torque_limits(),
+        bias_of(array, idle_share).momenta_n_m_s,
+        np.array(after),
+        np.zeros((3, array.count)),
+    )
+
+
+@kernel
+def lose(steering, wheel):
+    """Wheel `wheel` works no more: its limits become zero, the bias that for its loss.
+
+    After earlier losses that bias is projected on what null space is left: a null vector still,
+    but not the most even one.
+    """
+    axes, limit, bias = steering.wheels.axes, steering.momentum_limit, steering.bias
+    limit[wheel] = steering.torque_limit[wheel] = 0.0
+    bias[:] = steering.bias_after[wheel]
+    least_squares(axes, limit, _total(axes, limit, bias), steering.work[WANTED])
+    for k in range(limit.shape[0]):
+        bias[k] = bias[k] - steering.work[WANTED, k] if limit[k] > 0.0 else 0.0
+
+
+@kernel
+def _axis(axes, k):
+    return (axes[k, 0], axes[k, 1], axes[k, 2])
+
+
+@kernel
+def _total(axes, limit, momenta):
+    """Vector that the working wheels hold."""
+    held = (0.0, 0.0, 0.0)
+    for k in range(limit.shape[0]):
+        if limit[k] > 0.0:
+            held = add_scaled(held, momenta[k], _axis(axes, k))
+    return held
+
+
+@kernel
+def biased(wheels, limit, bias, demand, out):
+    """Minimax momenta and as much of the bias as the limits leave room for; into out (n,).
+
+    Returns the greatest share of the minimax part. The bias must be a null vector of the
+    working wheels.
+    """
+    greatest, fade = minimax(wheels, limit, demand, out), 1.0
+    for k in range(limit.shape[0]):
+        if bias[k] != 0.0:
+            room = limit[k] - out[k] if bias[k] > 0.0 else limit[k] + out[k]
+            fade = min(fade, room / abs(bias[k]))
+    for k in range(limit.shape[0]):
+        out[k] += max(fade, 0.0) * bias[k]
+    return greatest
+
+
+@kernel
+def _reach(wheels, half, middle, demand, least):
+    """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels."""
+    reach = 1.0
+    for f in range(wheels.faces.shape[0]):
+        normal = _axis(wheels.faces, f)
+        along, bound = dot(normal, demand), bound_of(wheels.faces, f, half)
+        if bound > least:
+            room = bound + dot(normal, middle) if along > 0.0 else bound - dot(normal, middle)
+            if max(room, 0.0) < abs(along) * reach:
+                reach = max(room, 0.0) / abs(along)
+    return reach
+
+
+@kernel
+def _torque_box(momentum_limit, torque_limit, step_s, momenta, work):
+    """Torques that keep both limits for a step: rows CENTRE and HALF of work."""
+    for k in range(momenta.shape[0]):
+        most = torque_limit[k]
+        high = max(min(most, (momentum_limit[k] - momenta[k]) / step_s), -most)
+        low = min(max(-most, (-momentum_limit[k] - momenta[k]) / step_s), most)
+        work[CENTRE, k], work[HALF, k] = 0.5 * (high + low), 0.5 * (high - low)
+
+
+@kernel
+def steer(steering, step_s, momenta, torque, out):
+    """Torques [N m] on the wheels for a step: write out (n,), return the part of `torque` given.
+
+    Their vector sum is `torque` (a tuple; the body feels the opposite), or, where the limits of
+    torque or of momentum at the step's end forbid it, the greatest part of it that they allow:
+    the direction is kept. All torque that is then left goes into the null space, towards
+    `biased`. `momenta` (n,): of the wheels now [N m s], within their limits; those of lost
+    wheels are left out.
+    """
+    wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
+    _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
+    middle, least = _total(wheels.axes, limit, work[CENTRE]), 0.0
+    for k in range(limit.shape[0]):
+        least += THIN * work[HALF, k]
+    torque, _ = spanned(wheels.axes, limit, torque)
+    part = _reach(wheels, work[HALF], middle, torque, least)
+    torque = scale(part, torque)
+    minimax(wheels, work[HALF], sub(torque, middle), out)
+    wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
+    biased(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
+    for k in range(limit.shape[0]):
+        out[k] = work[CENTRE, k] + min(max(out[k], -work[HALF, k]), work[HALF, k])
+        work[WANTED, k] = (work[WANTED, k] - momenta[k]) / step_s - out[k]
+    _pull(limit, work, out)
+    return part
+
+
+@kernel
+def _pull(torque_limit, work, out):
+    """Go from the torques in out along row WANTED of work, as far as all limits allow."""
+    pull = 1.0
+    for k in range(out.shape[0]):
+        if torque_limit[k] > 0.0:
+            side = np.sign(work[WANTED, k])
+            room = max(work[HALF, k] - (out[k] - work[CENTRE, k]) * side, 0.0)
+            if room < pull * abs(work[WANTED, k]):
+                pull = room / abs(work[WANTED, k])
+    for k in range(out.shape[0]):
+        if torque_limit[k] > 0.0:
+            out[k] += pull * work[WANTED, k]
