@@ -146,7 +146,7 @@ def test_altitude_counts_from_the_equatorial_radius():
 
 def test_registry_names_each_kind():
     assert {kind: spec.model_fields["kind"].default for kind, spec in ORBITS.items()} == {
-        "circular": "circular", "kepler": "kepler", "sgp4": "sgp4",
+        "circular": "circular", "kepler": "kepler", "sgp4": "sgp4", "numerical": "numerical",
     }  # fmt: skip
     assert Kepler(**ECCENTRIC).frame == "J"
     assert Circular(altitude_km=500.0, inclination_deg=0.0).frame == "J"

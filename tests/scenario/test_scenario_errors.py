@@ -45,9 +45,15 @@ CASES = [
     ({"environment.field.degree": 3}, "environment.field.degree: must be a known key; received 3"),
     # kinds
     ({"orbit.kind": None},
-     "orbit.kind: must be one of circular, kepler, sgp4; received nothing"),
+     "orbit.kind: must be one of circular, kepler, sgp4, numerical; received nothing"),
     ({"orbit.kind": "round"},
      f"orbit.kind: must be one of {', '.join(ORBITS)}; received 'round'"),
+    ({"orbit": {"kind": "numerical"}, "orbit.start": {}},
+     "orbit.start.kind: must be one of kepler, circular, state_vector, sgp4; received nothing"),
+    ({"orbit": {"kind": "numerical", "start": {"kind": "circular", "altitude_km": 400,
+                                               "inclination_deg": 50}},
+      "orbit.drag": {"mass_kg": 1, "area_m2": 1, "atmosphere": {"kind": "thin"}}},
+     "orbit.drag.atmosphere.kind: must be one of gost, exponential, nrlmsis; received 'thin'"),
     ({"control.law.kind": 3},
      f"control.law.kind: must be one of {', '.join(LAWS)}; received 3"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "

@@ -47,9 +47,11 @@ class OrbitEnvironment:
     def state(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at seconds since the start."""
         r, v = self.orbit.state(t_s, self.start)
-        if self.orbit.frame == "TEME" and self.environment.earth_rotation == "precise":
+        given, rotation = self.orbit.frame, self.environment.earth_rotation
+        if (given, rotation) in (("TEME", "precise"), ("GCRF", "sidereal")):
             turn = teme_to_gcrf(t_s, self.start)
-            r, v = (np.einsum("nij,nj->ni", turn, x) for x in (r, v))
+            to_j = "nij,nj->ni" if given == "TEME" else "nji,nj->ni"
+            r, v = (np.einsum(to_j, turn, x) for x in (r, v))
         return r, v
 
     def dcm_to_ecef(self, t_s: np.ndarray) -> np.ndarray:

@@ -10,10 +10,11 @@ from pydantic import Field
 
 from torquer.orbit.circular import Circular
 from torquer.orbit.kepler import Kepler
+from torquer.orbit.numerical import Numerical
 from torquer.orbit.sgp4 import Sgp4
 
-ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4}
+ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4, "numerical": Numerical}
 
 AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
 
-__all__ = ["ORBITS", "AnyOrbit", "Circular", "Kepler", "Sgp4"]
+__all__ = ["ORBITS", "AnyOrbit", "Circular", "Kepler", "Numerical", "Sgp4"]

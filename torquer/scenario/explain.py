@@ -6,10 +6,19 @@ from pydantic import ValidationError
 
 from torquer.control import LAWS
 from torquer.environment.field import FIELDS
+from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
+from torquer.orbit.numerical import STARTS
 
-#: Tables that say by their `kind` which keys they have.
-_KINDS = {"orbit": ORBITS, "environment.field": FIELDS, "control.law": LAWS}
+#: Tables that say by their `kind` which keys they have, by the last word of their place.
+_KINDS = {
+    "orbit": ORBITS,
+    "start": STARTS,
+    "atmosphere": ATMOSPHERES,
+    "field": FIELDS,
+    "law": LAWS,
+    "laws": LAWS,
+}
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
 _MUST = {
     "bool_parsing": "must be true or false",
@@ -111,7 +120,8 @@ def _line(keys: tuple, mistake: dict) -> str:
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
         received = "nothing" if given is None else _shown(given)
-        return f"{key}.kind: must be one of {', '.join(_KINDS[key])}; received {received}"
+        known = _KINDS[re.sub(r"\[\d+\]$", "", key).rpartition(".")[2]]
+        return f"{key}.kind: must be one of {', '.join(known)}; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 

@@ -1,0 +1,22 @@
+"""Models of the density of the air. One entry per kind.
+
+Every one is a frozen spec with `density(t_s, start_utc, r_ecef_m) -> [n] kg/m^3`; those that
+compile also have `pack()`, which `torquer.forces.atmosphere.air.density` takes.
+"""
+
+from typing import Annotated, Union
+
+from pydantic import Field
+
+from torquer.forces.atmosphere.exponential import Exponential
+from torquer.forces.atmosphere.gost import Gost
+from torquer.forces.atmosphere.nrlmsis import Nrlmsis
+
+ATMOSPHERES = {"gost": Gost, "exponential": Exponential, "nrlmsis": Nrlmsis}
+
+AnyAtmosphere = Annotated[
+    Union[tuple(ATMOSPHERES.values())],  # noqa: UP007
+    Field(discriminator="kind"),
+]
+
+__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis"]

@@ -1,0 +1,79 @@
+"""What all models of the atmosphere offer: density at Earth-fixed places and at given times."""
+
+from datetime import datetime
+from typing import ClassVar
+
+import numpy as np
+
+from torquer import validate
+from torquer.engine import kernel
+from torquer.forces.atmosphere.air import density, height_m
+from torquer.forces.turn import day_of_year_at, earth_turn, turn_at
+from torquer.geometry.vec3 import mat_vec
+from torquer.spec import Spec
+
+
+@kernel
+def _heights(r, out):
+    for i in range(out.size):
+        out[i] = height_m((r[i, 0], r[i, 1], r[i, 2]))
+
+
+@kernel
+def _densities(air, turn, t, r, out):
+    for i in range(out.size):
+        dcm, sun = turn_at(turn, t[i])
+        day = day_of_year_at(turn, t[i])
+        out[i] = density(air, (r[i, 0], r[i, 1], r[i, 2]), mat_vec(dcm, sun), day)
+
+
+def heights_km(r_ecef_m) -> np.ndarray:
+    """Heights above the ellipsoid WGS84 [n] km of Earth-fixed positions [n, 3] m."""
+    r = np.ascontiguousarray(np.atleast_2d(r_ecef_m), dtype=np.float64)
+    out = np.empty(len(r))
+    _heights(r, out)
+    return 1e-3 * out
+
+
+class Atmosphere(Spec):
+    """A model of the density, valid between two heights [km].
+
+    One that compiles has `pack() -> Air`; another gives `_densities` of its own.
+    """
+
+    kind: str
+    heights_km: ClassVar[tuple[float, float]]
+
+    def check_heights(self, t_s: np.ndarray, r_ecef_m: np.ndarray) -> None:
+        """Raise `ValueError` for the first position outside the model's heights."""
+        lowest, highest = self.heights_km
+        h = heights_km(r_ecef_m)
+        outside = np.flatnonzero(~((h >= lowest) & (h <= highest)))
+        if outside.size:
+            row = int(outside[0])
+            raise ValueError(
+                f"atmosphere {self.kind}: height must lie within {lowest:g}..{highest:g} km; "
+                f"received {h[row]:.6g} km at t = {t_s[row]:.6g} s"
+            )
+
+    def density(self, t_s, start_utc: str | datetime, r_ecef_m) -> np.ndarray:
+        """Density [n] kg/m^3 at times [n] s after the start, at Earth-fixed positions [n, 3] m.
+
+        ValueError outside the model's heights.
+        """
+        t_s, r = self._checked(t_s, r_ecef_m)
+        return self._densities(t_s, start_utc, r)
+
+    def _checked(self, t_s, r_ecef_m) -> tuple[np.ndarray, np.ndarray]:
+        r = np.ascontiguousarray(np.atleast_2d(validate.finite("r_ecef_m", r_ecef_m)))
+        if r.ndim != 2 or r.shape[1] != 3:
+            raise ValueError(f"r_ecef_m: must have shape [n, 3]; received {list(r.shape)}")
+        t_s = np.ascontiguousarray(np.broadcast_to(validate.finite("t_s", t_s), len(r)))
+        self.check_heights(t_s, r)
+        return t_s, r
+
+    def _densities(self, t_s, start_utc, r) -> np.ndarray:
+        turn = earth_turn(start_utc, float(t_s.min()), float(t_s.max()), "precise")
+        out = np.empty(t_s.size)
+        _densities(self.pack(), turn, t_s, r, out)
+        return out

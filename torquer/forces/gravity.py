@@ -1,0 +1,75 @@
+"""Gravity of the Earth by EGM2008, degree and order up to 36. Frame: Earth-fixed."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from torquer.conventions import MU_EARTH_M3_S2
+from torquer.engine import kernel
+from torquer.forces import harmonics
+from torquer.forces.harmonics import Harmonics
+from torquer.geometry.vec3 import dot
+
+FOLDER = Path(__file__).parent / "coefficients"
+#: Degree and order to which coefficients are shipped.
+MAX_DEGREE = 36
+#: Reference radius of EGM2008 [m]; its GM is that of `torquer.conventions`.
+REFERENCE_RADIUS_M = 6378136.3
+
+
+@cache
+def egm2008() -> tuple[np.ndarray, np.ndarray]:
+    """Fully normalised C and S [n, m] of EGM2008 (tide free); C_00 and degree 1 are zero."""
+    n, m, *parts = np.loadtxt(FOLDER / "egm2008_degree_36.csv", delimiter=",", skiprows=1).T
+    out = np.zeros((2, MAX_DEGREE + 1, MAX_DEGREE + 1))
+    out[:, n.astype(int), m.astype(int)] = parts
+    return out[0], out[1]
+
+
+def norms(degree: int) -> np.ndarray:
+    """Factors [n, m] from fully normalised to plain coefficients."""
+    out = np.zeros((degree + 1, degree + 1))
+    for n in range(degree + 1):
+        square = 2.0 * n + 1.0
+        out[n, 0] = np.sqrt(square)
+        for m in range(1, n + 1):
+            square /= (n - m + 1.0) * (n + m)
+            out[n, m] = np.sqrt(2.0 * square)
+    return out
+
+
+def pack(degree: int, order: int | None = None) -> Harmonics:
+    """EGM2008 without its central part, cut at a degree and (the same, if left out) an order.
+
+    ValueError unless 0 <= order <= degree <= 36.
+    """
+    order = degree if order is None else order
+    if not 0 <= degree <= MAX_DEGREE:
+        raise ValueError(f"degree: must lie within 0..{MAX_DEGREE}; received {degree}")
+    if not 0 <= order <= degree:
+        raise ValueError(f"order: must lie within 0..{degree}, the degree; received {order}")
+    size = degree + 1
+    keep = norms(degree) * (np.arange(size) <= order)
+    c, s = (part[:size, :size] * keep for part in egm2008())
+    factor = MU_EARTH_M3_S2 / REFERENCE_RADIUS_M**2
+    return harmonics.pack(c, s, REFERENCE_RADIUS_M, factor)
+
+
+@kernel
+def central(r_m):
+    """Acceleration [m/s^2] by the Earth as a point mass, at a position [m], in its frame."""
+    r2 = dot(r_m, r_m)
+    pull = -MU_EARTH_M3_S2 / (r2 * np.sqrt(r2))
+    return (pull * r_m[0], pull * r_m[1], pull * r_m[2])
+
+
+#: Acceleration [m/s^2] beyond the central one, Earth-fixed, at an Earth-fixed position [m].
+beyond_central = harmonics.gradient
+
+
+@kernel
+def acceleration(harmonics_, r_ecef_m):
+    """Whole acceleration of gravity [m/s^2] in Earth-fixed axes at an Earth-fixed position [m]."""
+    g, more = central(r_ecef_m), beyond_central(harmonics_, r_ecef_m)
+    return (g[0] + more[0], g[1] + more[1], g[2] + more[2])

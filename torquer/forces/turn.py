@@ -1,0 +1,169 @@
+"""How the Earth turns and where the Sun stands, tabulated for compiled code.
+
+What `torquer.environment.earth` and `sun` give for arrays of times, kernels read here at one
+time. "precise": the inertial frame is GCRF; the pole by IAU 2006/2000A, then the Earth rotation
+angle. "sidereal": the frame is the true equator and mean equinox of date (TEME), one turn by
+Greenwich mean sidereal time 1982. Neither has polar motion.
+
+The pole's X and Y, the locator s, what the sidereal angle is behind, and the Sun's direction
+are slow: polynomials of degree 5 on a half-day grid laid in absolute time (error below 1e-11 rad).
+From X, Y and s comes a matrix that is orthogonal to rounding.
+"""
+
+import math
+from datetime import datetime, timedelta
+from typing import NamedTuple
+
+import erfa
+import numpy as np
+
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add_scaled, scale
+from torquer.time import DAY_S, julian_dates, parse_utc
+
+_GRID_S = 0.5 * DAY_S
+_NODES = np.arange(-2, 4)
+_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+_TWO_PI = 2.0 * math.pi
+#: Rate of the Earth rotation angle [rad/s of UT1].
+ERA_RATE_RAD_S = _TWO_PI * 1.00273781191135448 / DAY_S
+_X, _Y, _S, _LAG, _SUN = 0, 1, 2, 3, 4
+_CHANNELS = 7
+
+
+class Turn(NamedTuple):
+    """The Earth's turning from one start, for kernels.
+
+    `midnight_s`: from the midnight before the start to the start; `angle`: Earth rotation angle
+    at the start [rad]; `first`: number of the first cell; `cells` [cell, power, channel];
+    `day`: day of the year at the start, 1.0 = 1 January 00:00 UTC; `year`.
+    """
+
+    midnight_s: float
+    angle: float
+    first: int
+    cells: np.ndarray
+    day: float
+    year: int
+
+
+def _apparent_sun(day: float, tt: np.ndarray) -> np.ndarray:
+    """Unit vectors to the Sun [n, 3] in GCRF: where it stood when its light left."""
+    heliocentric, _ = erfa.epv00(day, tt)
+    p, v = heliocentric["p"], heliocentric["v"]
+    light_days = np.linalg.norm(p, axis=1, keepdims=True) * (erfa.AULT / DAY_S)
+    seen = v * light_days - p
+    return seen / np.linalg.norm(seen, axis=1, keepdims=True)
+
+
+def _slow(mode: str, day: float, ut1_minus_tt: float, tt: np.ndarray) -> np.ndarray:
+    """The slow channels [n, 7] at TT dates `day + tt` [n]."""
+    x, y, s = erfa.xys06a(day, tt)
+    out = np.empty((tt.size, _CHANNELS))
+    sun = _apparent_sun(day, tt)
+    lag = erfa.gmst82(day, tt + ut1_minus_tt) - erfa.era00(day, tt + ut1_minus_tt)
+    lag = (lag + math.pi) % _TWO_PI - math.pi
+    if mode == "sidereal":
+        turn = np.array([_dcm_to_teme(*one) for one in zip(x, y, s, lag, strict=True)])
+        sun = np.einsum("nij,nj->ni", turn, sun)
+        x = y = s = 0.0
+    out[:, _X], out[:, _Y], out[:, _S], out[:, _SUN:] = x, y, s, sun
+    out[:, _LAG] = np.unwrap(lag) if mode == "sidereal" else 0.0
+    return out
+
+
+def earth_turn(start_utc: str | datetime, first_s: float, last_s: float, mode: str) -> Turn:
+    """Table of the Earth's turning for times first_s..last_s [s] after the start."""
+    if mode not in ("precise", "sidereal"):
+        raise ValueError(f"earth rotation: must be one of precise, sidereal; received {mode!r}")
+    start = parse_utc(start_utc)
+    (day, ut1), (_, tt) = julian_dates(start, np.zeros(1))
+    midnight_s = float(ut1[0]) * DAY_S
+    # a cell more at each end: the last instant must not be read from another cell than it would
+    # be in a longer table
+    first = math.floor((midnight_s + first_s) / _GRID_S) - 1
+    last = math.floor((midnight_s + last_s) / _GRID_S) + 1
+    lag = float(ut1[0] - tt[0])
+    points = np.arange(first + _NODES[0], last + _NODES[-1] + 1) * (_GRID_S / DAY_S) - lag
+    values = _slow(mode, day, lag, points)
+    cells = np.stack([_TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
+    angle = float(erfa.era00(day, ut1[0]))
+    day_of_year = start.timetuple().tm_yday + midnight_s / DAY_S
+    return Turn(midnight_s, angle, first, cells, day_of_year, start.year)
+
+
+@kernel
+def _slow_at(turn, t):
+    """The seven slow channels at a time [s]."""
+    place = (turn.midnight_s + t) / _GRID_S
+    cell = math.floor(place)
+    u = place - cell
+    c = turn.cells[min(max(cell - turn.first, 0), turn.cells.shape[0] - 1)]
+    x, y, s, lag, i, j, k = c[5, 0], c[5, 1], c[5, 2], c[5, 3], c[5, 4], c[5, 5], c[5, 6]
+    for down in range(1, 6):
+        p = 5 - down
+        x, y, s, lag = x * u + c[p, 0], y * u + c[p, 1], s * u + c[p, 2], lag * u + c[p, 3]
+        i, j, k = i * u + c[p, 4], j * u + c[p, 5], k * u + c[p, 6]
+    return x, y, s, lag, (i, j, k)
+
+
+@kernel
+def _dcm_turned(x, y, angle):
+    """Rows of the matrix to the frame of the pole (x, y), turned about it by an angle [rad]."""
+    a = 1.0 / (1.0 + math.sqrt(1.0 - x * x - y * y))
+    c, s = math.cos(angle), math.sin(angle)
+    first, second = (1.0 - a * x * x, -a * x * y, -x), (-a * x * y, 1.0 - a * y * y, -y)
+    row_1 = add_scaled(scale(c, first), s, second)
+    row_2 = add_scaled(scale(c, second), -s, first)
+    return (row_1, row_2, (x, y, 1.0 - a * (x * x + y * y)))
+
+
+def _dcm_to_teme(x, y, s, lag):
+    """GCRF to TEME: the intermediate frame, whose origin lies behind the mean equinox."""
+    return np.array(_dcm_turned(x, y, -s - lag))
+
+
+@kernel
+def turn_at(turn, t):
+    """Inertial to Earth-fixed (rows), and the Sun's direction, inertial, at a time [s]."""
+    x, y, s, lag, sun = _slow_at(turn, t)
+    return _dcm_turned(x, y, turn.angle + ERA_RATE_RAD_S * t + lag - s), sun
+
+
+@kernel
+def day_of_year_at(turn, t):
+    """Number of the day of the year, 1 = 1 January; leap seconds left out of account."""
+    day, year = turn.day + t / DAY_S, turn.year
+    while day < 1.0:
+        year -= 1
+        day += days_in(year)
+    while day >= 1.0 + days_in(year):
+        day -= days_in(year)
+        year += 1
+    return math.floor(day)
+
+
+@kernel
+def days_in(year):
+    """Days of a Gregorian year."""
+    leap = year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
+    return 366 if leap else 365
+
+
+def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
+    """TEME to GCRF [3, 3] at one instant."""
+    (day, ut1), (_, tt) = julian_dates(start_utc, 0.0)
+    lag = float(erfa.gmst82(day, ut1) - erfa.era00(day, ut1))
+    return _dcm_to_teme(*(float(v) for v in erfa.xys06a(day, tt)), lag).T
+
+
+def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float:
+    """SI seconds from one instant to another, leap seconds counted."""
+    start, end = parse_utc(start_utc), parse_utc(end_utc)
+    leap = round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
+    return (end - start) / timedelta(seconds=1) + leap
+
+
+def _tt_minus_utc_days(moment: datetime) -> float:
+    (_, utc), (_, tt) = julian_dates(moment, 0.0)
+    return float(tt - utc)

@@ -1,0 +1,172 @@
+"""Numerically integrated orbit: gravity harmonics and drag, from any start state."""
+
+import functools
+import math
+from datetime import UTC, datetime, timedelta
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer import validate
+from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.forces import gravity
+from torquer.forces.atmosphere import AnyAtmosphere, Nrlmsis
+from torquer.forces.atmosphere.air import NO_AIR
+from torquer.forces.atmosphere.nrlmsis import NOT_COMPILED
+from torquer.forces.turn import seconds_between, teme_to_gcrf_at
+from torquer.orbit import kepler
+from torquer.orbit.circular import Circular
+from torquer.orbit.flight import Forces, Trajectory
+from torquer.orbit.kepler import Kepler
+from torquer.orbit.sgp4 import Sgp4
+from torquer.spec import Spec, Vector
+from torquer.time import parse_utc
+
+
+class StateVector(Spec):
+    """Position and velocity at the start: of a bound orbit, above the Earth's surface."""
+
+    kind: Literal["state_vector"] = "state_vector"
+    position_km: Vector
+    velocity_km_s: Vector
+
+    @model_validator(mode="after")
+    def _check(self):
+        radius_km = math.dist(self.position_km, (0.0, 0.0, 0.0))
+        if not radius_km * 1e3 > EARTH_RADIUS_M:
+            raise ValueError(
+                "position_km: must lie above the Earth's equatorial radius; received a distance "
+                f"of {radius_km:.6g} km from its centre"
+            )
+        if not semi_major_axis(*self.state(None)) > 0.0:
+            raise ValueError(
+                "velocity_km_s: must be below that of escape; received "
+                f"{math.hypot(*self.velocity_km_s):.6g} km/s"
+            )
+        return self
+
+    def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
+        """Position [1, 3] m and velocity [1, 3] m/s at the start."""
+        return 1e3 * np.array([self.position_km]), 1e3 * np.array([self.velocity_km_s])
+
+
+def semi_major_axis(r, v) -> float:
+    """Osculating semi-major axis [m] of a state; not positive beyond escape."""
+    r, v = np.ravel(r), np.ravel(v)
+    return float(1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2))
+
+
+class Drag(Spec):
+    """Drag of a body by its area, mass and drag coefficient in an atmosphere."""
+
+    mass_kg: float = Field(gt=0.0)
+    area_m2: float = Field(gt=0.0)
+    drag_coefficient: float = Field(default=2.2, gt=0.0)
+    atmosphere: AnyAtmosphere
+
+    @model_validator(mode="after")
+    def _compiles(self):
+        if isinstance(self.atmosphere, Nrlmsis):
+            raise ValueError(NOT_COMPILED)
+        return self
+
+    @property
+    def half_coefficient_m2_kg(self) -> float:
+        """Half of drag coefficient times area over mass: drag per density and speed squared."""
+        return 0.5 * self.drag_coefficient * self.area_m2 / self.mass_kg
+
+
+#: What an orbit may start from, by kind.
+STARTS = {"kepler": Kepler, "circular": Circular, "state_vector": StateVector, "sgp4": Sgp4}
+
+AnyStart = Annotated[Kepler | Circular | StateVector | Sgp4, Field(discriminator="kind")]
+
+
+class Numerical(Spec):
+    """Orbit under EGM2008 to a degree and order and, if wanted, drag in air that turns along.
+
+    `start`: osculating elements (kind 'kepler' or 'circular') or a state vector at the start of
+    the run, or a two-line element set (kind 'sgp4'), whose state at its own epoch is taken.
+    `start_frame`: frame of elements and vectors: 'J', or 'TEME' for the mean equinox of date.
+    `earth_rotation`: as in the environment, which should have the same. `order` left out: the
+    degree.
+    """
+
+    kind: Literal["numerical"] = "numerical"
+    start: AnyStart
+    start_frame: Literal["J", "TEME"] = "J"
+    degree: int = Field(default=16, ge=0, le=gravity.MAX_DEGREE)
+    order: int | None = Field(default=None, ge=0)
+    drag: Drag | None = None
+    earth_rotation: Literal["precise", "sidereal"] = "precise"
+
+    @model_validator(mode="after")
+    def _order_exists(self):
+        if self.order is not None and self.order > self.degree:
+            raise ValueError(
+                f"order: must lie within 0..{self.degree}, the degree; received {self.order}"
+            )
+        return self
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`: GCRF, or TEME under plain sidereal rotation."""
+        return "GCRF" if self.earth_rotation == "precise" else "TEME"
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s] on the osculating orbit of the start state."""
+        return kepler.TWO_PI / self.rate_rad_s()
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Mean motion [rad/s] of the osculating orbit of the start state."""
+        epoch = epoch_of(self.start) if isinstance(self.start, Sgp4) else None
+        return kepler.mean_motion(semi_major_axis(*self.start.state([0.0], epoch)))
+
+    def anchor(self, start_utc: str | datetime) -> datetime:
+        """Instant of the start state: a TLE's epoch, else the start of the run."""
+        return epoch_of(self.start) if isinstance(self.start, Sgp4) else parse_utc(start_utc)
+
+    def state(self, t_s, start_utc: str | datetime) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start.
+
+        Any order, before the start too. Integrated once, then read (below 1 mm off). ValueError
+        for an orbit that leaves the heights of its atmosphere or meets the ground.
+        """
+        t_s = np.atleast_1d(validate.finite("t_s", t_s))
+        if t_s.size == 0:
+            return np.empty((0, 3)), np.empty((0, 3))
+        anchor = self.anchor(start_utc)
+        offset = seconds_between(anchor, start_utc)
+        return _trajectory(self, anchor).states(np.ascontiguousarray(t_s + offset))
+
+    def _start_state(self, anchor: datetime) -> np.ndarray:
+        """Position and velocity [6] at the anchor in the frame of integration."""
+        r, v = self.start.state(np.zeros(1), anchor)
+        given = "TEME" if isinstance(self.start, Sgp4) else self.start_frame
+        if given == "TEME" and self.earth_rotation == "precise":
+            turn = teme_to_gcrf_at(anchor)
+            r, v = r @ turn.T, v @ turn.T
+        return np.concatenate([r[0], v[0]])
+
+    def forces(self) -> Forces:
+        """What accelerates, for kernels."""
+        harmonics = gravity.pack(self.degree, self.order)
+        if self.drag is None:
+            return Forces(harmonics, NO_AIR, 0.0)
+        return Forces(harmonics, self.drag.atmosphere.pack(), self.drag.half_coefficient_m2_kg)
+
+
+def epoch_of(elements: Sgp4) -> datetime:
+    """Epoch of a two-line element set, to the microsecond."""
+    text = elements.tle[0]
+    year = int(text[18:20])
+    first = datetime(year + (1900 if year >= 57 else 2000), 1, 1, tzinfo=UTC)
+    return first + timedelta(days=float(text[20:32]) - 1.0)
+
+
+@functools.lru_cache(maxsize=16)
+def _trajectory(orbit: Numerical, anchor: datetime) -> Trajectory:
+    """The one flight of an orbit from an anchor in this process; it grows as it is asked for."""
+    return Trajectory(orbit.forces(), anchor, orbit.earth_rotation, orbit._start_state(anchor))
