@@ -54,6 +54,8 @@ CASES = [
                                                "inclination_deg": 50}},
       "orbit.drag": {"mass_kg": 1, "area_m2": 1, "atmosphere": {"kind": "thin"}}},
      "orbit.drag.atmosphere.kind: must be one of gost, exponential, nrlmsis; received 'thin'"),
+    ({"spacecraft.body.inertia_kg_m2": {}},
+     "spacecraft.body.inertia_kg_m2: must be a list; received {}"),
     ({"control.law.kind": 3},
      f"control.law.kind: must be one of {', '.join(LAWS)}; received 3"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "

@@ -19,6 +19,8 @@ _KINDS = {
     "law": LAWS,
     "laws": LAWS,
 }
+#: A type, as pydantic writes it in a place: the member of a union that was tried.
+_TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
 _MUST = {
     "bool_parsing": "must be true or false",
@@ -75,14 +77,16 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
     """
     keys, union, member = (), None, ""
     for i, part in enumerate(loc):
-        if isinstance(data, dict):
+        if isinstance(part, str) and _TYPE.match(part):
+            union, member = keys, part
+        elif isinstance(data, dict):
             if part not in data and (i + 1 < len(loc) or part == data.get("kind")):
                 continue
             keys, data = (*keys, part), data.get(part)
         elif isinstance(part, int):
             keys = (*keys, part)
             data = data[part] if isinstance(data, list | tuple) and part < len(data) else None
-        elif not part.startswith("function-"):
+        else:
             union, member = keys, part
     return keys, union, member
 
