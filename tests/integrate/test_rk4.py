@@ -22,7 +22,7 @@ def world_at(t, strength):
     c, s = np.cos(SPIN * t), np.sin(SPIN * t)
     b = (3e-5 * c * strength, 3e-5 * s * strength, -2e-5 * strength)
     tide = np.sqrt(0.3 * strength)
-    return World(b, (tide * s, 0.0, tide * c))
+    return World(b, (tide * s, 0.0, tide * c), ())
 
 
 @kernel

@@ -48,9 +48,9 @@ def by_splitting(inertia, principal, wheels, strength, x, h, steps):
 def by_rk4(rigid, strength, x, h, steps):
     tide = (0.0, 0.0, 0.0)
     for i in range(steps):
-        here = World(field_at(i * h, strength), tide)
-        middle = World(field_at((i + 0.5) * h, strength), tide)
-        end = World(field_at((i + 1) * h, strength), tide)
+        here = World(field_at(i * h, strength), tide, ())
+        middle = World(field_at((i + 0.5) * h, strength), tide, ())
+        end = World(field_at((i + 1) * h, strength), tide, ())
         k1 = motion_rates(rigid, here, DIPOLE, x, ())
         k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1), ())
         k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2), ())

@@ -139,7 +139,7 @@ def test_motion_satisfies_eulers_equations_and_kinematics(q, omega, wheels, dipo
     """Residual of d/dt (J w + h) in inertial axes = m x B + 3 mu/r^3 e x J e."""
     rigid = Body(inertia_kg_m2=FULL, wheel_momentum_n_m_s=wheels).pack()
     up = (0.6, 0.0, -0.8)
-    world = World(b, tuple(np.sqrt(0.7) * np.array(up)))
+    world = World(b, tuple(np.sqrt(0.7) * np.array(up)), ())
     rate = motion_rates(rigid, world, dipole, Motion(q, omega), ())
     to_body = Rotation.from_quat(q).as_matrix().T
     e, field = to_body @ up, to_body @ b
@@ -209,7 +209,7 @@ def on_circular_orbit(rigid, q, omega, seconds):
     def rates(t, y):
         u = OMEGA0 * t
         pull = np.sqrt(3.0) * OMEGA0
-        world = World((0.0, 0.0, 0.0), (pull * np.cos(u), pull * np.sin(u), 0.0))
+        world = World((0.0, 0.0, 0.0), (pull * np.cos(u), pull * np.sin(u), 0.0), ())
         rate = motion_rates(rigid, world, (0.0, 0.0, 0.0), Motion(tuple(y[:4]), tuple(y[4:])), ())
         return np.r_[rate.q, rate.omega]
 
@@ -249,7 +249,7 @@ def test_a_diagonal_tensor_is_packed_short_and_means_the_same():
     rigid = Body(inertia_kg_m2=(1.0, 1.3, 1.7)).pack()
     assert rigid.inertia == (1.0, 1.3, 1.7)
     whole = Rigid((*rigid.inertia, 0.0, 0.0, 0.0), (*rigid.inverse_inertia, 0.0, 0.0, 0.0), ZERO)
-    world = World((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4))
+    world = World((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4), ())
     x = Motion((0.1, -0.5, 0.5, 0.7), (0.01, -0.02, 0.03))
     assert motion_rates(rigid, world, (1.0, 2.0, 3.0), x, ()) == motion_rates(
         whole, world, (1.0, 2.0, 3.0), x, ()

@@ -9,11 +9,13 @@ import numpy as np
 from pydantic import Field
 
 from torquer import time
+from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.gravity import tide
 from torquer.environment.sun import lit_fraction, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
+from torquer.forces.atmosphere import AnyAtmosphere
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec
 
@@ -25,6 +27,7 @@ class Environment(Spec):
 
     `field`: geomagnetic field model. `earth_rotation`: 'precise' (precession and nutation) or
     'sidereal' (a plain turn by Greenwich sidereal time). `eclipse`: 'conical' or 'cylindrical'.
+    `atmosphere`: density of the air, which turns with the Earth (for `spacecraft.aerodynamics`).
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
     the models at every instant that RK4 asks for (exact, about ten times slower).
     """
@@ -33,6 +36,7 @@ class Environment(Spec):
     earth_rotation: Literal["precise", "sidereal"] = "precise"
     eclipse: Literal["conical", "cylindrical"] = "conical"
     gravity_gradient: bool = True
+    atmosphere: AnyAtmosphere | None = None
     table_tolerance: Annotated[float, Field(ge=0.0, le=1e-3)] = 1e-9
 
 
@@ -79,6 +83,19 @@ class OrbitEnvironment:
         """Position, field and tide [n, 9] as the table holds them."""
         r, v = self.state(t_s)
         return np.hstack([r, self.field(t_s, r, v), tide(r)])
+
+    def flow(self, t_s: np.ndarray) -> np.ndarray:
+        """Velocity relative to the air times the root of its density [n, 3] sqrt(Pa)."""
+        r, v = self.state(t_s)
+        to_ecef = self.dcm_to_ecef(t_s)
+        r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
+        density = self.environment.atmosphere.density(t_s, self.start, r_ecef)
+        pole = to_ecef[:, 2, :]
+        return np.sqrt(density)[:, None] * (v - EARTH_RATE_RAD_S * np.cross(pole, r))
+
+    def air_table(self, duration_s: float):
+        """Table of `flow`; no error is promised, as a density model may have steps of its own."""
+        return build(self.flow, duration_s, self.orbit.period_s / 200.0, DEGREE)
 
     def orbit_table(self, duration_s: float, step_s: float) -> ProvenTable:
         """Table of `sample`, proven or exact at the instants of RK4 with this step."""

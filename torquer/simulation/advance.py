@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import inlined, kernel
-from torquer.environment.table import Table, lookup6
+from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
@@ -34,22 +34,40 @@ def dipole_after(path, t):
     return add_scaled(path.target, remaining(path.lag_s, t), path.way)
 
 
+class Around(NamedTuple):
+    """What the orbit brings: table of position, field and tide; of the air's flow, () for none.
+
+    `gravity`: 1, or 0 for a run without gravity gradient.
+    """
+
+    orbit: Table
+    air: Table | tuple
+    gravity: float
+
+
 @inlined
-def environment_at(orbit, gravity, t):
-    """Field and tide at time t [s]."""
-    b, tide = lookup6(orbit, t, 3)
-    return World(b, scale(gravity, tide))
+def _flow_at(air, t):
+    if len(air) == 0:
+        return ()
+    return lookup3(air, t)
+
+
+@inlined
+def environment_at(around, t):
+    """The world at time t [s]."""
+    b, tide = lookup6(around.orbit, t, 3)
+    return World(b, scale(around.gravity, tide), _flow_at(around.air, t))
 
 
 @kernel
-def by_rk4(rigid, orbit, gravity, path, push, x, here, first, last, h):
+def by_rk4(rigid, around, path, push, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
     """
     for step in range(first, last):
-        middle = environment_at(orbit, gravity, (step + 0.5) * h)
-        end = environment_at(orbit, gravity, (step + 1) * h)
+        middle = environment_at(around, (step + 0.5) * h)
+        end = environment_at(around, (step + 1) * h)
         since = (step - first) * h
         dipole, extra = dipole_after(path, since + 0.5 * h), push_at(push, step)
         k1 = motion_rates(rigid, here, dipole_after(path, since), x, extra)
@@ -61,14 +79,14 @@ def by_rk4(rigid, orbit, gravity, path, push, x, here, first, last, h):
 
 
 @kernel
-def _kicked(rigid, orbit, gravity, path, extra, x, t, since, h):
-    world = environment_at(orbit, gravity, t)
+def _kicked(rigid, around, path, extra, x, t, since, h):
+    world = environment_at(around, t)
     torque = torque_body(rigid, world, dipole_after(path, since), x.q, extra)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
 @kernel
-def by_splitting(rigid, principal, orbit, gravity, path, push, x, first, last, h):
+def by_splitting(rigid, principal, around, path, push, x, first, last, h):
     """Motion after steps first..last-1: exact free rotation between two kicks a step."""
     moments, axes = principal
     early, late = NODES
@@ -76,9 +94,9 @@ def by_splitting(rigid, principal, orbit, gravity, path, push, x, first, last, h
         t, since, extra = step * h, (step - first) * h, push_at(push, step)
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
-        x = _kicked(rigid, orbit, gravity, path, extra, x, t + sooner, since + sooner, half)
+        x = _kicked(rigid, around, path, extra, x, t + sooner, since + sooner, half)
         x = drift(moments, axes, x, later - sooner)
-        x = _kicked(rigid, orbit, gravity, path, extra, x, t + later, since + later, half)
+        x = _kicked(rigid, around, path, extra, x, t + later, since + later, half)
         x = drift(moments, axes, x, sooner)
         x = Motion(normalised(x.q), x.omega)
     return x
@@ -91,8 +109,7 @@ class SmoothMotion(NamedTuple):
     """
 
     rigid: Rigid
-    orbit: Table
-    gravity: float
+    around: Around
     path: DipolePath
     push: tuple
     start_s: float
@@ -101,8 +118,8 @@ class SmoothMotion(NamedTuple):
 
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
-    rigid, orbit, gravity, path, push, start_s, since_s = problem
-    world = environment_at(orbit, gravity, start_s + t)
+    rigid, around, path, push, start_s, since_s = problem
+    world = environment_at(around, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
     rate = motion_rates(rigid, world, dipole_after(path, since_s + t), x, push)
     dy[0], dy[1], dy[2], dy[3] = rate.q
@@ -110,7 +127,7 @@ def _smooth_rates(problem, t, y, dy):
 
 
 @kernel
-def by_dop853(rigid, orbit, gravity, path, push, x, first, last, h, tolerance, work):
+def by_dop853(rigid, around, path, push, x, first, last, h, tolerance, work):
     """Motion after steps first..last-1, in steps of its own; not a number if it fails.
 
     A torque that jumps is smooth within a step only.
@@ -120,7 +137,7 @@ def by_dop853(rigid, orbit, gravity, path, push, x, first, last, h, tolerance, w
     for step in range(first, last, stride):
         since = (step - first) * h
         extra = push_at(push, step)
-        problem = SmoothMotion(rigid, orbit, gravity, path, extra, step * h, since)
+        problem = SmoothMotion(rigid, around, path, extra, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
         if ended[0] != DONE:
             y[4] = np.nan

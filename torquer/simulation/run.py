@@ -12,7 +12,7 @@ from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
-from torquer.simulation.advance import environment_at
+from torquer.simulation.advance import Around, environment_at
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
@@ -64,7 +64,7 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
     step_s = simulation.step_s
     return loop.Plan(
-        rigid=craft.body.pack(),
+        rigid=craft.body.pack(craft.aerodynamics),
         coils=craft.coils.pack(),
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
@@ -105,7 +105,8 @@ def prepare(scenario: Scenario, law: Law | Callable | None = None) -> Run:
     orbit_table = around.orbit_table(duration_s, plan.step_s)
     seen = scenario.spacecraft.sun_sensors is not None  # else the Sun's table is never read
     sun_table = around.sun_table(duration_s) if seen else orbit_table.table
-    tables = loop.Tables(orbit_table.table, sun_table)
+    air = around.air_table(duration_s) if scenario.spacecraft.aerodynamics else ()
+    tables = loop.Tables(orbit_table.table, sun_table, air)
     r, v = around.state(np.zeros(1))
     state = first_state(scenario, law, r[0], v[0])
     record = np.full((scenario.steps() // plan.record_steps + 1, loop.COLUMNS), np.nan)
@@ -233,7 +234,8 @@ def _measured(run: Run, step: int, phase: int) -> Measured:
     if phase == 0 and plan.measure_steps > 0:
         loop.switch_off(plan.coils, state.coils)
     x = loop.motion_of(state.cells)
-    here = environment_at(run.tables.orbit, plan.gravity, step * plan.step_s)
+    around = Around(run.tables.orbit, run.tables.air, plan.gravity)
+    here = environment_at(around, step * plan.step_s)
     measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
     return Measured(*measured)
 

@@ -14,6 +14,7 @@ from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
+from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
@@ -38,6 +39,7 @@ class Spacecraft(Spec):
     gyro: Gyro = Gyro()
     sun_sensors: SunSensors | None = None
     attitude_sensor: AttitudeSensor = AttitudeSensor()
+    aerodynamics: Aerodynamics | None = None
 
 
 class InitialMotion(Spec):
@@ -171,6 +173,10 @@ class Scenario(Spec):
             raise ValueError(
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
                 f"received {simulation.integrator!r}"
+            )
+        if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
+            raise ValueError(
+                "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self.steps()
         self.push()

@@ -19,6 +19,7 @@ from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, sub, unit
 from torquer.integrate.rk4 import Motion
 from torquer.simulation.advance import (
+    Around,
     DipolePath,
     by_dop853,
     by_rk4,
@@ -40,10 +41,14 @@ COLUMNS = 1 + 4 + 3 + 3 + 3 + 3 + 3 + 3
 
 
 class Tables(NamedTuple):
-    """The tabulated environment: `orbit` has position [m], B [T] and tide [1/s], `sun` the Sun."""
+    """The tabulated environment: `orbit` has position [m], B [T] and tide [1/s], `sun` the Sun.
+
+    `air`: the flow [sqrt(Pa)], () where the air does not count.
+    """
 
     orbit: Table
     sun: Table
+    air: Table | tuple
 
 
 class Plan(NamedTuple):
@@ -197,25 +202,25 @@ def record_row(coil_set, cells, coils, step, record, row):
 
 
 @inlined
-def coast(plan, orbit, coils, push, x, here, first, last, principal, work):
+def coast(plan, around, coils, push, x, here, first, last, principal, work):
     """(Motion, environment) after steps first..last-1, in which the coils follow their targets.
 
     What an integrator needs says which one it is: `principal` axes for the splitting, `work`
     for DOP853, neither for RK4. None is a type of its own, so that only one is compiled.
     """
-    rigid, gravity, h = plan.rigid, plan.gravity, plan.step_s
+    rigid, h = plan.rigid, plan.step_s
     target = dipole_of(plan.coils, coils, TARGET)
     way = (0.0, 0.0, 0.0)
     if plan.coils.lag_s > 0.0:
         way = sub(dipole_of(plan.coils, coils, NOW), target)
     path = DipolePath(target, way, plan.coils.lag_s)
     if principal is not None:
-        x = by_splitting(rigid, principal, orbit, gravity, path, push, x, first, last, h)
-        return x, environment_at(orbit, gravity, last * h)
+        x = by_splitting(rigid, principal, around, path, push, x, first, last, h)
+        return x, environment_at(around, last * h)
     if work is not None:
-        x = by_dop853(rigid, orbit, gravity, path, push, x, first, last, h, plan.tolerance, work)
-        return x, environment_at(orbit, gravity, last * h)
-    return by_rk4(rigid, orbit, gravity, path, push, x, here, first, last, h)
+        x = by_dop853(rigid, around, path, push, x, first, last, h, plan.tolerance, work)
+        return x, environment_at(around, last * h)
+    return by_rk4(rigid, around, path, push, x, here, first, last, h)
 
 
 @kernel
@@ -225,10 +230,11 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
     `principal`, `work`: see `coast`.
     """
     plan, tables, state, record = borrowed((plan, tables, state, record))
-    cells, coils, memory, orbit = state.cells, state.coils, state.memory, tables.orbit
+    cells, coils, memory = state.cells, state.coils, state.memory
+    around = Around(tables.orbit, tables.air, plan.gravity)
     step = state.step[0]
     x = motion_of(cells)
-    here = environment_at(orbit, plan.gravity, step * plan.step_s)
+    here = environment_at(around, step * plan.step_s)
     phase = step % plan.cycle_steps
     to_sample = (plan.cycle_steps - phase) % plan.cycle_steps
     if phase <= plan.measure_steps:
@@ -250,7 +256,7 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
             to_record = plan.record_steps
         ahead = min(to_sample, to_record, last - step)
         now, then = step, step + ahead
-        x, here = coast(plan, orbit, coils, plan.push, x, here, now, then, principal, work)
+        x, here = coast(plan, around, coils, plan.push, x, here, now, then, principal, work)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(cells, x)

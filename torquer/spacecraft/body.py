@@ -21,17 +21,22 @@ from torquer.geometry.vec3 import (
     sym_vec,
 )
 from torquer.integrate.rk4 import Motion
+from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
 from torquer.spec import Spec, Vector
 
 Moments = tuple[float, float, float]
 
 
 class Rigid(NamedTuple):
-    """Constants of the body for kernels; symmetric matrices as `sym_vec` takes them."""
+    """Constants of the body for kernels; symmetric matrices as `sym_vec` takes them.
+
+    `surface`: what the air meets, () where there is none.
+    """
 
     inertia: tuple
     inverse_inertia: tuple
     wheel_momentum: tuple
+    surface: Surface | tuple = ()
 
 
 class Principal(NamedTuple):
@@ -44,19 +49,30 @@ class Principal(NamedTuple):
 class World(NamedTuple):
     """The world at one instant, as far as the body feels it; vectors in the inertial frame.
 
-    Field [T], and `tide`: the radius vector with the length sqrt(3 mu/r^3) [1/s].
+    Field [T]; `tide`: the radius vector with the length sqrt(3 mu/r^3) [1/s]; `flow`: velocity
+    relative to the air times the root of its density [sqrt(Pa)], () where there is no air.
     """
 
     b_t: tuple
     tide: tuple
+    flow: tuple
+
+
+@inlined
+def _with_air(torque, surface, flow, q):
+    if len(flow) == 0:
+        return torque
+    _, drag = aerodynamic_force_and_torque(surface, rotate_inverse(q, flow))
+    return add(torque, drag)
 
 
 @inlined
 def torque_body(rigid, world, dipole_body_a_m2, q, push):
-    """Torque [N m] in the body: dipole times field, gravity gradient, and a push, () for none."""
+    """Torque [N m] in the body: dipole times field, gravity gradient, air, push (() for none)."""
     control = cross(dipole_body_a_m2, rotate_inverse(q, world.b_t))
     tide_body = rotate_inverse(q, world.tide)
     torque = add(control, gravity_gradient_torque(rigid.inertia, tide_body))
+    torque = _with_air(torque, rigid.surface, world.flow, q)
     if len(push) == 0:
         return torque
     return add(torque, push)
@@ -116,12 +132,13 @@ class Body(Spec):
         axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
         return moments, axes
 
-    def pack(self) -> Rigid:
+    def pack(self, aerodynamics: Aerodynamics | None = None) -> Rigid:
         """Constants of Euler's equations for kernels."""
         return Rigid(
             _short(as_symmetric(self.inertia_kg_m2)),
             _short(as_symmetric(np.linalg.inv(np.array(self.inertia_kg_m2)))),
             as_vector(self.wheel_momentum_n_m_s),
+            () if aerodynamics is None else aerodynamics.pack(),
         )
 
     def pack_principal(self) -> Principal:
