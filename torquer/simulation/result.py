@@ -1,12 +1,14 @@
 """The result of a run as an `xarray.Dataset`: units, frames, scenario, versions, a checkpoint."""
 
+from __future__ import annotations
+
 import json
 import os
 import platform
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 
 import torquer
 from torquer.geometry.frames import geodetic_from_ecef
@@ -14,6 +16,9 @@ from torquer.simulation import step as loop
 from torquer.simulation.run import Run
 from torquer.simulation.spec import Scenario
 from torquer.time import utc_at
+
+if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
+    import xarray as xr
 
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
@@ -46,6 +51,8 @@ def dataset_of(run: Run, how: str, ended: str) -> xr.Dataset:
         for name, first, last, unit, frame, meaning in _RECORDED
     }
     coordinates = _coordinates(run.scenario, t_s)
+    import xarray as xr
+
     data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, how, ended))
     data = data.assign(_surroundings(run, t_s, rows))
     return data.assign(_checkpoint(run))
@@ -115,6 +122,7 @@ def _matrices(q: np.ndarray) -> np.ndarray:
 def _attributes(run: Run, how: str, ended: str) -> dict:
     import numba
     import scipy
+    import xarray as xr
 
     versions = {
         "torquer": torquer.__version__,
@@ -208,10 +216,14 @@ def save(result: xr.Dataset, path) -> None:
 
 def load(path) -> xr.Dataset:
     """Read a result back."""
+    import xarray as xr
+
     return xr.load_dataset(path, engine="h5netcdf")
 
 
 def attributes_of(path) -> dict:
     """What a stored result says of itself, without its numbers."""
-    with xr.open_dataset(path, engine="h5netcdf") as result:
-        return dict(result.attrs)
+    import h5py
+
+    with h5py.File(path) as file:
+        return dict(file.attrs)

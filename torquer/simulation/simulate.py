@@ -1,9 +1,10 @@
 """Simulate a scenario, or go on from where a result stopped."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable
-
-import xarray as xr
+from typing import TYPE_CHECKING
 
 from torquer.control.law import Law
 from torquer.simulation.result import (
@@ -17,6 +18,9 @@ from torquer.simulation.result import (
 )
 from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
 from torquer.simulation.spec import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 class RunStopped(Exception):
