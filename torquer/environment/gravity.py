@@ -19,5 +19,6 @@ def gravity_gradient_torque(inertia, tide_body):
 
 def tide(r_m: np.ndarray) -> np.ndarray:
     """Radius vectors [n, 3] with the length sqrt(3 mu/r^3) [1/s]: all that the torque needs."""
-    length = np.linalg.norm(r_m, axis=1, keepdims=True)
-    return np.sqrt(3.0 * MU_EARTH_M3_S2 / length**5) * r_m
+    square = np.einsum("ni,ni->n", r_m, r_m)
+    scale = np.sqrt(3.0 * MU_EARTH_M3_S2) / (square * np.sqrt(np.sqrt(square)))  # of r^(5/2)
+    return scale[:, None] * r_m

@@ -15,6 +15,7 @@ Nothing divides by the cosine of the latitude: the poles are ordinary points. De
 two at a time, so that the recursion steps in place.
 """
 
+import functools
 import math
 from functools import cache
 from typing import NamedTuple
@@ -37,6 +38,7 @@ class Harmonics(NamedTuple):
 
 
 @cache
+@functools.cache
 def _schmidt(degree: int) -> np.ndarray:
     """Factors [n, m] of Schmidt's quasi-normalisation."""
     factors = np.zeros((degree + 1, degree + 1))
@@ -68,14 +70,21 @@ def _component_coefficients(g, h, c):
                     c[1, part, n + 1, m - 1] += lowered * odd
 
 
+@functools.cache
+def _recursion(top: int, m: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of order m, for the degrees m..top: factors of the recursion, and leading coefficients."""
+    n = np.arange(m, top + 1)
+    leading = [math.prod(range(1, 2 * k, 2)) / math.factorial(k - m) for k in n.tolist()]
+    return ((n - 1) ** 2 - m * m) / (4 * (n - 1) ** 2 - 1), np.array(leading)
+
+
 def _column(c: np.ndarray, m: int) -> np.ndarray:
     """Rows of `pairs` of order m; an odd last degree gets a partner of zeros."""
     top = c.shape[2] - 1
+    count = top + 1 - m
     rows = np.zeros((2 * ((top - m) // 2 + 1), 7))
-    for row, n in zip(rows, range(m, top + 1), strict=False):
-        leading = math.prod(range(1, 2 * n, 2)) / math.factorial(n - m)
-        row[0] = ((n - 1) ** 2 - m * m) / (4 * (n - 1) ** 2 - 1)
-        row[1:] = leading * c[:, :, n, m].ravel()
+    rows[:count, 0], leading = _recursion(top, m)
+    rows[:count, 1:] = leading[:, None] * c[:, :, m:, m].reshape(6, count).T
     return rows.reshape(-1, 2, 7).transpose(0, 2, 1).reshape(-1, 14)
 
 
