@@ -11,7 +11,8 @@ import pytest
 from torquer.conventions import FIELD_RADIUS_M
 from torquer.environment.field import Gauss, Igrf14, TiltedDipole, Wmm2025, at_geodetic
 from torquer.environment.field import coefficients as tables
-from torquer.environment.field.harmonics import LANES, b_earth_fixed, b_earth_fixed_many
+from torquer.environment.field.harmonics import b_earth_fixed, b_earth_fixed_many
+from torquer.forces.harmonics_many import LANES
 from torquer.geometry.frames import dcm_ecef_to_ned
 
 RNG = np.random.default_rng(14)

@@ -15,6 +15,7 @@ Nothing divides by the cosine of the latitude: the poles are ordinary points. De
 two at a time, so that the recursion steps in place.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -36,27 +37,42 @@ class Harmonics(NamedTuple):
     pairs: np.ndarray
 
 
-def _raised(c: np.ndarray, s: np.ndarray) -> np.ndarray:
-    """Coefficients [x y z, cos sin, n, m] of the gradient from unnormalised c and s [n, m]."""
-    out = np.zeros((3, 2, c.shape[0] + 1, c.shape[0] + 1))
-    for n, m in zip(*np.tril_indices(c.shape[0]), strict=True):
-        across = np.array(((c[n, m], s[n, m]), (-s[n, m], c[n, m])))  # for x, for y
-        out[2, :, n + 1, m] -= (n - m + 1) * across[0]
-        out[:2, :, n + 1, m + 1] -= (0.5 if m else 1.0) * across
-        if m > 0:
-            across[1] *= -1.0
-            out[:2, :, n + 1, m - 1] += 0.5 * (n - m + 2) * (n - m + 1) * across
-    return out
+@kernel
+def _raise(c, s, out):
+    """Fill `out` [x y z, cos sin, n, m]: the gradient, from unnormalised c and s [n, m].
+
+    The derivatives of a solid harmonic of degree n are harmonics of degree n + 1.
+    """
+    for n in range(c.shape[0]):
+        for m in range(n + 1):
+            raised = 0.5 if m else 1.0
+            lowered = 0.5 * (n - m + 2) * (n - m + 1)
+            for part in range(2):
+                even = c[n, m] if part == 0 else s[n, m]
+                odd = -s[n, m] if part == 0 else c[n, m]
+                out[2, part, n + 1, m] -= (n - m + 1) * even
+                out[0, part, n + 1, m + 1] -= raised * even
+                out[1, part, n + 1, m + 1] -= raised * odd
+                if m > 0:
+                    out[0, part, n + 1, m - 1] += lowered * even
+                    out[1, part, n + 1, m - 1] -= lowered * odd
+
+
+@functools.cache
+def _recursion(top: int, m: int) -> tuple[np.ndarray, np.ndarray]:
+    """Of order m, for the degrees m..top: factors of the recursion, and leading coefficients."""
+    n = np.arange(m, top + 1)
+    leading = [math.prod(range(1, 2 * k, 2)) / math.factorial(k - m) for k in n.tolist()]
+    return ((n - 1) ** 2 - m * m) / (4 * (n - 1) ** 2 - 1), np.array(leading)
 
 
 def _column(c: np.ndarray, m: int) -> np.ndarray:
     """Rows of `pairs` of order m; an odd last degree gets a partner of zeros."""
     top = c.shape[2] - 1
+    count = top + 1 - m
     rows = np.zeros((2 * ((top - m) // 2 + 1), 7))
-    for row, n in zip(rows, range(m, top + 1), strict=False):
-        leading = math.prod(range(1, 2 * n, 2)) / math.factorial(n - m)
-        row[0] = ((n - 1) ** 2 - m * m) / (4 * (n - 1) ** 2 - 1)
-        row[1:] = leading * c[:, :, n, m].ravel()
+    rows[:count, 0], leading = _recursion(top, m)
+    rows[:count, 1:] = leading[:, None] * c[:, :, m:, m].reshape(6, count).T
     return rows.reshape(-1, 2, 7).transpose(0, 2, 1).reshape(-1, 14)
 
 
@@ -66,7 +82,8 @@ def pack(c: np.ndarray, s: np.ndarray, radius_m: float, factor: float) -> Harmon
     c and s [n, m] are not normalised, a is `radius_m`; orders above the last that has a
     coefficient are left out.
     """
-    raised = factor * _raised(c, s)
+    raised = np.zeros((3, 2, c.shape[0] + 1, c.shape[0] + 1))
+    _raise(factor * c, factor * s, raised)
     orders = np.flatnonzero(np.any(raised != 0.0, axis=(0, 1, 2)))
     top_order = int(orders[-1]) if orders.size else 0
     pairs = np.concatenate([_column(raised, m) for m in range(top_order + 1)])
