@@ -56,6 +56,40 @@ EXAMPLES = {
         "angle_gain_n_m_per_t2": 30.0,
         "euler_deg": [40, 20, -10],
     },
+    "scheme": {
+        "axis": [0.0, 0.6, 0.8],
+        "target": [1.0, 1.0, 0.0],
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+        "stages": [
+            {
+                "laws": [
+                    {"kind": "nutation_damping", "gain_a_m2_s_per_t": 1e5},
+                    {"kind": "preliminary_2", "gain_a_m2_per_t": 5e5},
+                ],
+                "until": {"nutation_below_deg": 60.0, "at_most_s": 6.0},
+            },
+            {
+                "laws": [
+                    {"kind": "spin_up", "gain_a_m2_per_t": 1e4},
+                    {"kind": "nutation_damping", "gain_a_m2_s_per_t": 2e4},
+                    {"kind": "bdot", "gain_a_m2_s_per_t": 2e4},
+                ],
+                "until": {"spin_above_deg_s": 2.0, "at_least_s": 3.0},
+            },
+            {
+                "laws": [
+                    {
+                        "kind": "reorientation",
+                        "gain_a_m2_per_n_m_s_t": 1e6,
+                        "target": "sun",
+                        "momentum_n_m_s": 0.05,
+                    },
+                    {"kind": "bdot_model", "gain_a_m2_s_per_t": 1e4},
+                ],
+                "until": {"at_most_s": 300.0},
+            },
+        ],
+    },
     "user": {"file": "law.py", "parameters": {"gain": 5e4}},
 }
 #: Keys that hold vectors and tensors in body axes: other body axes, other numbers.

@@ -1,38 +1,14 @@
-"""Control laws, one file each; adding one is one file and one line here."""
+"""Control laws, one file each; adding one is one file and its lines in `built_in`."""
 
 from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
-from torquer.control.nutation_damping import (
-    NutationDamping,
-    NutationDampingDerivative,
-    NutationDampingRate,
-)
-from torquer.control.off import Off
-from torquer.control.preliminary_1 import Preliminary1
-from torquer.control.preliminary_2 import Preliminary2
-from torquer.control.reorientation import Reorientation
-from torquer.control.spin_up import SpinUp
-from torquer.control.three_axis import ThreeAxis
+from torquer.control.bdot import Bdot as Bdot
+from torquer.control.built_in import BUILT_IN
+from torquer.control.scheme import Scheme
 from torquer.control.user import UserLaw
 
-LAWS = {
-    "off": Off,
-    "bdot": Bdot,
-    "bdot_rate": BdotRate,
-    "bdot_derivative": BdotDerivative,
-    "bdot_model": BdotModel,
-    "nutation_damping": NutationDamping,
-    "nutation_damping_rate": NutationDampingRate,
-    "nutation_damping_derivative": NutationDampingDerivative,
-    "spin_up": SpinUp,
-    "reorientation": Reorientation,
-    "preliminary_1": Preliminary1,
-    "preliminary_2": Preliminary2,
-    "three_axis": ThreeAxis,
-    "user": UserLaw,
-}
+LAWS = {**BUILT_IN, "scheme": Scheme, "user": UserLaw}
 
 AnyLaw = Annotated[Union[tuple(LAWS.values())], Field(discriminator="kind")]  # noqa: UP007
