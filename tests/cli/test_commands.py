@@ -237,7 +237,7 @@ def test_every_law_uses_the_one_compiled_loop(scenario):
 
 
 def test_examples_are_valid(call):
-    for path in sorted((Path(__file__).parents[1] / "examples").glob("*.toml")):
+    for path in sorted((Path(__file__).parents[2] / "examples").glob("*.toml")):
         code, out, err = call("validate", path)
         assert (code, err) == (0, ""), path
         assert ": valid, " in out

@@ -9,6 +9,7 @@ from torquer.environment.field import FIELDS
 from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS
+from torquer.wheel_array.presets import LAYOUTS
 
 #: Tables that say by their `kind` which keys they have, by the last word of their place.
 _KINDS = {
@@ -18,6 +19,8 @@ _KINDS = {
     "field": FIELDS,
     "law": LAWS,
     "laws": LAWS,
+    "layout": LAYOUTS,
+    "parts": ("cylinder", "plate", "sphere"),
 }
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")

@@ -15,7 +15,8 @@ Limit = Annotated[float, Field(gt=0.0)]
 FLAT = 1e-9
 
 
-def _checked_axes(value):
+def checked_axes(value):
+    """Unit axes as tuples; ValueError for fewer than three or all in one plane."""
     rows = validate.unit_rows("axes", value)
     if len(rows) < 3 or np.linalg.svd(rows, compute_uv=False)[2] < FLAT:
         raise ValueError(
@@ -32,7 +33,7 @@ class WheelArray(Spec):
     """
 
     axes: Annotated[
-        tuple[Vector, ...], Field(min_length=3, max_length=12), AfterValidator(_checked_axes)
+        tuple[Vector, ...], Field(min_length=3, max_length=12), AfterValidator(checked_axes)
     ]
     momentum_limit_n_m_s: Limit | tuple[Limit, ...]
     torque_limit_n_m: Limit | tuple[Limit, ...] | None = None

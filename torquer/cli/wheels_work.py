@@ -1,0 +1,67 @@
+"""What `torquer wheels` does: tables, JSON and pictures out."""
+
+import json as json_
+from pathlib import Path
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.table import Table
+
+from torquer.report.wheel_report import report_of
+from torquer.report.wheel_tables import failure_rows, layout_rows, summary_rows
+from torquer.scenario.wheels import load_wheels
+
+#: Width of the tables where the output is no terminal.
+_WIDTH = 110
+
+
+def show(path: Path, out: Path | None, as_json: bool) -> int:
+    """Print the report on a design; draw it if a folder is given."""
+    design = load_wheels(path)
+    if out is not None:
+        from torquer.cli.simulate import make_writable
+
+        make_writable(out)
+    report = report_of(design)
+    made = [] if out is None else _draw(design, report, out)
+    if as_json:
+        print(json_.dumps(report, indent=2))
+        return 0
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=_WIDTH)
+    for table in tables(report):
+        console.print(table)
+    if made:
+        print(f"{out}: {', '.join(made)}")
+    return 0
+
+
+def _draw(design, report: dict, out: Path) -> list[str]:
+    from torquer.report.wheel_page import write_page
+    from torquer.report.wheel_pictures import draw_all
+
+    made = draw_all(design, report, out)
+    return [path.name for path in (*made, write_page(design, report, out / "wheels.html"))]
+
+
+def tables(report: dict) -> list[Table]:
+    """The tables of the report."""
+    told = report["description"] or report["name"]
+    summary = Table(title=told, show_header=False, title_justify="left", box=SIMPLE)
+    for row in summary_rows(report):
+        summary.add_row(*row)
+    made = [summary, _table(*failure_rows(report), left=1)]
+    if len(report["layouts"]) > 1:
+        made.append(_table(*layout_rows(report), left=2))
+    return made
+
+
+def _table(title: str, head: tuple[str, ...], rows, left: int) -> Table:
+    """A table, numbers to the right after the first columns."""
+    table = Table(title=title, title_justify="left", box=SIMPLE)
+    for n, name in enumerate(head):
+        table.add_column(name, justify="left" if n < left else "right", no_wrap=n < left)
+    for row in rows:
+        table.add_row(*row)
+    return table

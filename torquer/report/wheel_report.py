@@ -1,0 +1,277 @@
+"""What is to be said of a wheel design, as plain data: numbers with their units in the keys."""
+
+import math
+import time
+
+import numpy as np
+
+from torquer.scenario.wheels import WheelDesign
+from torquer.wheel_array import angles, layout, search
+from torquer.wheel_array.accumulation import Growth, cyclic_bounds, saturation_time
+from torquer.wheel_array.allocation import allocate
+from torquer.wheel_array.demand import Box, greatest_momentum, greatest_norm, greatest_share
+from torquer.wheel_array.envelope import Envelope, momentum_envelope, torque_envelope
+from torquer.wheel_array.failures import (
+    failure_table,
+    least_squares_against_minimax,
+    least_squares_half_spaces,
+)
+from torquer.wheel_array.layout import WheelArray
+from torquer.wheel_array.rates import rate_about, required, worst_case
+
+METHODS = ("minimax", "least_squares")
+_NAMES = ("x1", "x2", "x3")
+_HOUR, _DAY = 3600.0, 86400.0
+#: Vectors of the benchmark of allocation.
+_VECTORS = 20_000
+
+
+def report_of(design: WheelDesign) -> dict:
+    """The whole report; parts that were not asked for are None."""
+    array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
+    growth = design.accumulation and design.accumulation.growth(inertia)
+    return {
+        "name": design.name,
+        "description": design.description,
+        "axes": [list(axis) for axis in array.axes],
+        "lost": list(array.lost),
+        "momentum": _momentum(array, inertia),
+        "torque": None if array.torque_limit_n_m is None else _torque(array, inertia),
+        "demand": _demand(design, array, inertia),
+        "least_squares": _comparison(array),
+        "allocation": _cost(array),
+        "failures": _failures(design, array, inertia, growth),
+        "layouts": _layouts(design, array, inertia, growth),
+        "accumulation": growth and _accumulation(array, growth),
+    }
+
+
+def _by_axis(values) -> dict:
+    return dict(zip(_NAMES, map(float, values), strict=True))
+
+
+def _finite(value) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _momentum(array, inertia) -> dict:
+    envelope = momentum_envelope(array)
+    rates, worst = _turns(envelope, inertia)
+    return {
+        "volume_n3_m3_s3": envelope.volume,
+        **_counts(envelope),
+        "greatest_n_m_s": _by_axis(envelope.extent(np.eye(3))),
+        "worst_direction_n_m_s": envelope.inner_radius,
+        "worst_direction": _narrowest(envelope),
+        "rate_deg_s": rates,
+        "worst_rate_deg_s": math.degrees(worst.rate),
+        "worst_rate_axis": worst.axis.tolist(),
+    }
+
+
+def _torque(array, inertia) -> dict:
+    envelope = torque_envelope(array)
+    rates, worst = _turns(envelope, inertia)
+    return {
+        "greatest_n_m": _by_axis(envelope.extent(np.eye(3))),
+        "worst_direction_n_m": envelope.inner_radius,
+        "acceleration_deg_s2": rates,
+        "worst_acceleration_deg_s2": math.degrees(worst.rate),
+        "worst_acceleration_axis": worst.axis.tolist(),
+    }
+
+
+def _counts(envelope: Envelope) -> dict:
+    return {
+        "vertices": len(envelope.vertices),
+        "edges": len(envelope.edges),
+        "faces": len(envelope.faces),
+    }
+
+
+def _narrowest(envelope: Envelope) -> list[float]:
+    normals, bounds = envelope.half_spaces
+    return normals[np.argmin(bounds)].tolist()
+
+
+def _turns(envelope: Envelope, inertia):
+    """Rates about the body axes by name, and the worst case."""
+    return _by_axis(np.degrees(rate_about(envelope, inertia, np.eye(3)))), worst_case(
+        envelope, inertia
+    )
+
+
+def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
+    """Part of the envelope that each demand needs: up to 1 it is met."""
+    demand, held = design.demand, momentum_envelope(array)
+    shares = {}
+    if demand.rate_deg_s is not None:
+        shares["rate"] = greatest_share(held, required(inertia, math.radians(demand.rate_deg_s)))
+    if demand.acceleration_deg_s2 is not None:
+        needed = required(inertia, math.radians(demand.acceleration_deg_s2))
+        shares["acceleration"] = greatest_share(torque_envelope(array), needed)
+    if demand.momentum_n_m_s is not None:
+        shares["momentum"] = greatest_share(held, Box(demand.momentum_n_m_s))
+    return {
+        name: {"share": _finite(share), "met": bool(share <= 1.0)} for name, share in shares.items()
+    }
+
+
+def _comparison(array: WheelArray) -> dict | None:
+    """What least squares reaches of the envelope; None for a flat one."""
+    if momentum_envelope(array).rank < 3:
+        return None
+    found = least_squares_against_minimax(array)
+    return {
+        "volume": found.volume,
+        "inner_radius": found.inner_radius,
+        "least_extent": found.least_extent,
+        "direction": found.direction.tolist(),
+    }
+
+
+def _cost(array: WheelArray) -> dict:
+    """Microseconds for one vector; the best of a few turns, compiled before."""
+    demands = np.random.default_rng(0).normal(size=(_VECTORS, 3))
+    cost = {}
+    for method in METHODS:
+        allocate(array, demands[:2], method)
+        spent = []
+        for _ in range(3):
+            began = time.perf_counter()
+            allocate(array, demands, method)
+            spent.append(time.perf_counter() - began)
+        cost[f"{method}_us"] = 1e6 * min(spent) / _VECTORS
+    return cost
+
+
+def half_spaces(array: WheelArray, method: str) -> np.ndarray:
+    """Rows (m, 3): the array holds H, shared by that method, while all |row . H| <= 1."""
+    if method == "least_squares":
+        return least_squares_half_spaces(array)
+    normals, bounds = momentum_envelope(array).half_spaces
+    return normals / np.maximum(bounds, 1e-300)[:, None]
+
+
+def _saturation_h(array: WheelArray, growth: Growth | None, method="minimax") -> float | None:
+    """Hours; None for never, or where nothing is said of accumulation."""
+    if growth is None:
+        return None
+    return _finite(saturation_time(growth, half_spaces(array, method)) / _HOUR)
+
+
+def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
+    cases = []
+    for case in failure_table(array, inertia):
+        worst = case.worst_acceleration_rad_s2
+        left = array.without(*case.lost)
+        shares = [one["share"] for one in _demand(design, left, inertia).values()]
+        cases.append(
+            {
+                "lost": list(case.lost),
+                "rank": case.rank,
+                "volume": case.volume,
+                "worst_direction_n_m_s": case.inner_radius_n_m_s,
+                "worst_rate_deg_s": math.degrees(case.worst_rate_rad_s),
+                "worst_acceleration_deg_s2": None if worst is None else math.degrees(worst),
+                "demand_met": all(share is not None and share <= 1.0 for share in shares),
+                "saturation_h": _saturation_h(left, growth),
+            }
+        )
+    return cases
+
+
+def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
+    """The given layout and others of as many wheels: name, angles, axes (n, 3).
+
+    Angles are worked out for principal axes along the body's and equal limits: else there are
+    none but the given one.
+    """
+    array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
+    limits, count = array.momentum_limits(), array.count
+    found = [("given", "", np.array(array.axes))]
+    equal = np.ptp(limits) == 0.0 and not array.lost
+    if not equal or np.any(inertia != np.diag(np.diag(inertia))):
+        return found
+    moments = np.diag(inertia)
+    found.append(("balanced rates", *_pyramid(count, _balanced(count, moments))))
+    best = search.search(
+        lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),
+        *(([1.0] * _free(count)), [89.0] * _free(count)), starts=6,
+    )  # fmt: skip
+    found.append(("best worst rate", *_pyramid(count, best.parameters)))
+    if design.demand.momentum_n_m_s is not None:
+        least = angles.least_four_sided if count == 4 else angles.least_regular
+        found.append(("least momenta", *_pyramid(count, least(design.demand.momentum_n_m_s))))
+    return [*found, ("greatest volume", *_greatest_volume(count))]
+
+
+def _free(count: int) -> int:
+    """Number of a pyramid's angles."""
+    return 2 if count == 4 else 1
+
+
+def _balanced(count: int, moments):
+    return angles.balanced_four_sided(moments) if count == 4 else angles.balanced_regular(
+        count, moments
+    )  # fmt: skip
+
+
+def _pyramid(count: int, parameters) -> tuple[str, np.ndarray]:
+    """Angles in words, and axes, of a pyramid: four-sided for four wheels, else regular."""
+    given = np.atleast_1d(parameters)
+    if count == 4:
+        return f"{given[0]:.1f}, {given[1]:.1f}", layout.four_sided_pyramid(*given)
+    return f"{given[0]:.1f}", layout.regular_pyramid(count, given[0])
+
+
+def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
+    if count < 6:
+        regular = layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG)
+        return f"{angles.GREATEST_VOLUME_DEG:.1f}", regular
+    if count == 6:
+        return "icosahedral", layout.icosahedral()
+    return "by search", search.greatest_volume(count, starts=30).axes
+
+
+def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[dict]:
+    rows = []
+    for name, told, axes in candidates(design):
+        other = array if name == "given" else _with_axes(array, axes)
+        envelope = momentum_envelope(other)
+        demand = design.demand.momentum_n_m_s
+        works = axes[other.momentum_limits() > 0.0]
+        full = envelope.rank == 3 and demand is not None
+        rows.append(
+            {
+                "name": name,
+                "angles": told,
+                "axes": axes.tolist(),
+                "volume_n3_m3_s3": envelope.volume,
+                "worst_rate_deg_s": math.degrees(worst_case(envelope, inertia).rate),
+                "norm_n_m_s": greatest_norm(works, Box(demand)) if full else None,
+                "wheel_n_m_s": greatest_momentum(works, Box(demand)) if full else None,
+                **{f"saturation_{m}_h": _saturation_h(other, growth, m) for m in METHODS},
+            }
+        )
+    return rows
+
+
+def _with_axes(array: WheelArray, axes) -> WheelArray:
+    limit = float(array.momentum_limits()[0])
+    return WheelArray(axes=tuple(map(tuple, axes.tolist())), momentum_limit_n_m_s=limit)
+
+
+def _accumulation(array: WheelArray, growth: Growth) -> dict:
+    held = growth.held
+    mean = held.torque_n_m.mean(axis=0)
+    gain = growth.gain_n_m_s * _DAY / held.period_s
+    along = float(gain @ held.normal)
+    return {
+        "period_min": held.period_s / 60.0,
+        "mean_torque_n_m": mean.tolist(),
+        "along_normal_n_m_s_per_day": along,
+        "across_normal_n_m_s_per_day": float(np.linalg.norm(gain - along * held.normal)),
+        "cyclic_n_m_s": _by_axis(cyclic_bounds(mean, held.normal, held.rate_rad_s)),
+        **{f"saturation_{m}_h": _saturation_h(array, growth, m) for m in METHODS},
+    }

@@ -1,0 +1,139 @@
+"""The report on a wheel design as rows of text, for a terminal and for a page."""
+
+_AXES = ("x1", "x2", "x3")
+
+
+def summary_rows(report: dict) -> list[tuple[str, str]]:
+    """Label and value of what is said of the whole array."""
+    held, torque = report["momentum"], report["torque"]
+    lost = ", ".join(map(str, report["lost"]))
+    rows = [
+        ("Wheels", f"{len(report['axes'])}" + (f", lost: {lost}" if lost else "")),
+        (
+            "Envelope",
+            f"{held['vertices']} vertices, {held['edges']} edges, {held['faces']} faces; "
+            f"volume {held['volume_n3_m3_s3']:.4g} (N m s)^3",
+        ),
+        ("Momentum, N m s", _along(held["greatest_n_m_s"], held["worst_direction_n_m_s"])),
+        ("Rate, deg/s", _along(held["rate_deg_s"], held["worst_rate_deg_s"])),
+    ]
+    if torque:
+        rows += [
+            ("Torque, N m", _along(torque["greatest_n_m"], torque["worst_direction_n_m"])),
+            (
+                "Acceleration, deg/s^2",
+                _along(torque["acceleration_deg_s2"], torque["worst_acceleration_deg_s2"]),
+            ),
+        ]
+    rows += [(f"Demand: {k}", _met(v)) for k, v in report["demand"].items()]
+    return rows + _method_rows(report) + _accumulation_rows(report["accumulation"])
+
+
+def _along(by_axis: dict, worst: float) -> str:
+    told = ", ".join(f"{name} {by_axis[name]:.4g}" for name in _AXES)
+    return f"{told}; every direction {worst:.4g}"
+
+
+def _met(found: dict) -> str:
+    if found["share"] is None:
+        return "NOT MET: out of reach at any scale"
+    return f"{'met' if found['met'] else 'NOT MET'}: {found['share']:.0%} of what the array can do"
+
+
+def _method_rows(report: dict) -> list[tuple[str, str]]:
+    cost, least = report["allocation"], report["least_squares"]
+    told = f"minimax {cost['minimax_us']:.2g} us, pseudo-inverse {cost['least_squares_us']:.2g} us"
+    rows = [("Cost of an allocation", told)]
+    if least:
+        rows.insert(0, (
+            "Pseudo-inverse reaches",
+            f"{least['volume']:.0%} of the volume; {least['least_extent']:.0%} of the way in the "
+            "worst direction",
+        ))  # fmt: skip
+    return rows
+
+
+def _accumulation_rows(found: dict | None) -> list[tuple[str, str]]:
+    if not found:
+        return []
+    cyclic = ", ".join(f"{name} {found['cyclic_n_m_s'][name]:.3g}" for name in _AXES)
+    return [
+        (
+            "Momentum gained a day",
+            f"{found['along_normal_n_m_s_per_day']:.3g} N m s along the orbit normal, "
+            f"{found['across_normal_n_m_s_per_day']:.3g} across it",
+        ),
+        ("To and fro under the mean torque", f"{cyclic} N m s at most"),
+        (
+            "Saturated after",
+            f"{hours(found['saturation_minimax_h'])} (minimax), "
+            f"{hours(found['saturation_least_squares_h'])} (pseudo-inverse)",
+        ),
+    ]
+
+
+def hours(value: float | None) -> str:
+    """A time for people; None is never."""
+    if value is None:
+        return "never"
+    if value < 0.05:
+        return "at once"
+    return f"{value:.1f} h" if value < 240.0 else f"{value / 24.0:.1f} days"
+
+
+def failure_rows(report: dict) -> tuple[str, tuple, list]:
+    """Title, head and rows of the failure table; wheels are counted from 0."""
+    torque, grows = report["torque"] is not None, report["accumulation"] is not None
+    head = ["lost", "volume", "momentum", "rate"]
+    head += ["acceleration"] if torque else []
+    head += ["demand"] if report["demand"] else []
+    head += ["saturated"] if grows else []
+    rows = []
+    for case in report["failures"]:
+        row = [lost_label(case["lost"]), f"{case['volume']:.0%}"]
+        row += [f"{case[k]:.4g}" for k in ("worst_direction_n_m_s", "worst_rate_deg_s")]
+        row += [f"{case['worst_acceleration_deg_s2']:.3g}"] if torque else []
+        row += ["met" if case["demand_met"] else "not met"] if report["demand"] else []
+        row += [hours(case["saturation_h"])] if grows else []
+        rows.append(row)
+    return (
+        "After losses (wheels from 0): in and about every direction; N m s, deg/s, deg/s^2",
+        tuple(head),
+        rows,
+    )
+
+
+def lost_label(lost) -> str:
+    """Numbers of the wheels, from 0."""
+    return " + ".join(map(str, lost)) or "none"
+
+
+def layout_rows(report: dict) -> tuple[str, tuple, list]:
+    """Title, head and rows of the table of layouts."""
+    wanted = "momentum" in report["demand"]
+    grows, whole = report["accumulation"] is not None, report["momentum"]["volume_n3_m3_s3"]
+    head = ["layout", "angles", "volume", "rate"]
+    head += ["norm", "wheel"] if wanted else []
+    head += ["minimax", "pseudo-inv."] if grows else []
+    rows = []
+    for each in report["layouts"]:
+        row = [each["name"], each["angles"], _part(each["volume_n3_m3_s3"], whole)]
+        row.append(f"{each['worst_rate_deg_s']:.4g}")
+        if wanted:
+            row += [_number(each["norm_n_m_s"]), _number(each["wheel_n_m_s"])]
+        if grows:
+            keys = ("saturation_minimax_h", "saturation_least_squares_h")
+            row += [hours(each[key]) for key in keys]
+        rows.append(row)
+    title = "Layouts: deg, deg/s"
+    title += "; what the demand needs, N m s" if wanted else ""
+    title += "; saturated after" if grows else ""
+    return title, tuple(head), rows
+
+
+def _part(value: float, whole: float) -> str:
+    return f"{value / whole:.0%}" if whole > 0.0 else "-"
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value:.4g}"

@@ -1,0 +1,143 @@
+"""Files of wheel designs: an array, a body, and what is wanted of them; TOML as of scenarios."""
+
+import math
+import re
+import tomllib
+from pathlib import Path
+
+import numpy as np
+from pydantic import Field, ValidationError, model_validator
+
+from torquer.conventions import EARTH_RADIUS_M
+from torquer.orbit.kepler import mean_motion
+from torquer.scenario.explain import explain
+from torquer.spacecraft.aerodynamics import AnyPart, Surface
+from torquer.spacecraft.body import Body
+from torquer.spec import Spec, Vector
+from torquer.wheel_array.accumulation import (
+    PHASES,
+    Growth,
+    Held,
+    air_torque,
+    growth_of,
+    held_torque,
+    orbital_axes,
+)
+from torquer.wheel_array.layout import Limit, WheelArray
+from torquer.wheel_array.presets import AnyLayout
+
+
+class WheelsError(ValueError):
+    """What is wrong with a file of a wheel design: one line per mistake."""
+
+
+class Wheels(Spec):
+    """The array: layout, limits (one number or one per wheel), numbers from 0 of lost wheels."""
+
+    layout: AnyLayout
+    momentum_limit_n_m_s: Limit | tuple[Limit, ...]
+    torque_limit_n_m: Limit | tuple[Limit, ...] | None = None
+    lost: tuple[int, ...] = ()
+
+    @model_validator(mode="after")
+    def _is_an_array(self):
+        try:
+            self.array()
+        except ValidationError as error:
+            raise ValueError(str(error.errors()[0]["ctx"]["error"])) from None
+        return self
+
+    def array(self) -> WheelArray:
+        """The array itself."""
+        return WheelArray(
+            axes=tuple(map(tuple, self.layout.rows().tolist())),
+            momentum_limit_n_m_s=self.momentum_limit_n_m_s,
+            torque_limit_n_m=self.torque_limit_n_m,
+            lost=self.lost,
+        )
+
+
+class Demand(Spec):
+    """What is wanted: a rate and an acceleration about every axis, greatest momenta by axis."""
+
+    rate_deg_s: float | None = Field(default=None, gt=0.0)
+    acceleration_deg_s2: float | None = Field(default=None, gt=0.0)
+    momentum_n_m_s: tuple[Limit, Limit, Limit] | None = None
+
+
+class Accumulation(Spec):
+    """A kept attitude on a circular orbit: x1 along the motion, x3 along the orbit normal, x2 down.
+
+    `offset_deg`: by how much the body stands off it, turns about x1, x2, x3. `density_kg_m3`: of
+    the air, mean over the orbit, for `parts` as the air sees them. With `inclination_deg` the air
+    turns with the Earth, without it rests. `push_n_m`: any other constant torque.
+    """
+
+    altitude_km: float = Field(gt=0.0)
+    inclination_deg: float | None = Field(default=None, ge=0.0, le=180.0)
+    offset_deg: Vector = (0.0, 0.0, 0.0)
+    push_n_m: Vector = (0.0, 0.0, 0.0)
+    density_kg_m3: float = Field(default=0.0, ge=0.0)
+    parts: tuple[AnyPart, ...] = ()
+
+    @model_validator(mode="after")
+    def _air_meets_something(self):
+        if (self.density_kg_m3 > 0.0) != bool(self.parts):
+            raise ValueError(
+                "density_kg_m3: must be above 0 with parts, and 0 without; "
+                f"received {self.density_kg_m3:g} with {len(self.parts)} parts"
+            )
+        return self
+
+    @property
+    def radius_m(self) -> float:
+        """Radius of the orbit [m]."""
+        return EARTH_RADIUS_M + 1e3 * self.altitude_km
+
+    def growth(self, inertia_kg_m2) -> Growth:
+        """Momentum that the wheels take up, for an inertia tensor (3, 3)."""
+        rate = mean_motion(self.radius_m)
+        axes = orbital_axes(np.radians(self.offset_deg))
+        steady = held_torque(inertia_kg_m2, rate, axes, self.push_n_m)
+        torque = np.tile(steady, (PHASES, 1))
+        if self.parts:
+            surface = Surface(np.array([part.row() for part in self.parts]))
+            given = self.inclination_deg
+            tilt = None if given is None else math.radians(given)
+            torque += air_torque(surface, self.density_kg_m3, self.radius_m, rate, axes, tilt)
+        return growth_of(Held(rate, axes[2], torque))
+
+
+class WheelDesign(Spec):
+    """A wheel array on a satellite, and what is wanted of it."""
+
+    name: str = Field(default="wheels", pattern=r"^\w[\w.-]*$")
+    description: str = ""
+    wheels: Wheels
+    body: Body
+    demand: Demand = Demand()
+    accumulation: Accumulation | None = None
+
+
+def load_wheels(path) -> WheelDesign:
+    """The design of a TOML file; `WheelsError` with one line per mistake."""
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise WheelsError(f"design: must be a readable file; received {path} ({reason})") from None
+    return wheels_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem))
+
+
+def wheels_from_text(text: str, name: str = "wheels") -> WheelDesign:
+    """The design of a TOML text. `name` is used where the text gives none."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise WheelsError(f"design: must be TOML; received: {error}") from None
+    data.setdefault("name", name)
+    try:
+        return WheelDesign.model_validate(data)
+    except ValidationError as error:
+        raise WheelsError("\n".join(explain(error, data))) from None

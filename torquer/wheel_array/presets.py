@@ -1,0 +1,96 @@
+"""Layouts as files name them: a kind and its angles, or axes."""
+
+from typing import Annotated, Literal, Union
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from torquer.spec import Spec, Vector
+from torquer.wheel_array import layout
+
+Angle = Annotated[float, Field(gt=0.0, lt=90.0)]
+
+
+def _axes(value):
+    if not 3 <= len(value) <= 12:
+        raise ValueError(f"axes: must be 3 to 12; received {len(value)}")
+    return layout.checked_axes(value)
+
+
+class FourSided(Spec):
+    """Four-sided pyramid, height along x1: edges at alpha from it, at beta from x3 across it."""
+
+    kind: Literal["four_sided_pyramid"]
+    alpha_deg: Angle
+    beta_deg: Angle
+
+    def rows(self) -> np.ndarray:
+        """Axes (4, 3)."""
+        return layout.four_sided_pyramid(self.alpha_deg, self.beta_deg)
+
+
+class Regular(Spec):
+    """Regular pyramid, height along x1, edges at gamma from it."""
+
+    kind: Literal["regular_pyramid"]
+    count: int = Field(ge=3, le=12)
+    gamma_deg: Angle
+
+    def rows(self) -> np.ndarray:
+        """Axes (count, 3)."""
+        return layout.regular_pyramid(self.count, self.gamma_deg)
+
+
+class Orthogonal(Spec):
+    """Three axes along the body's."""
+
+    kind: Literal["orthogonal"]
+
+    def rows(self) -> np.ndarray:
+        """Axes (3, 3)."""
+        return layout.orthogonal()
+
+
+class OrthogonalAndSkew(Spec):
+    """Three axes along the body's and a fourth at equal angles to them."""
+
+    kind: Literal["orthogonal_and_skew"]
+
+    def rows(self) -> np.ndarray:
+        """Axes (4, 3)."""
+        return layout.orthogonal_and_skew()
+
+
+class Icosahedral(Spec):
+    """Six axes through the vertices of an icosahedron."""
+
+    kind: Literal["icosahedral"]
+
+    def rows(self) -> np.ndarray:
+        """Axes (6, 3)."""
+        return layout.icosahedral()
+
+
+class Free(Spec):
+    """Any axes, of any length, in the body frame."""
+
+    kind: Literal["axes"]
+    axes: Annotated[tuple[Vector, ...], AfterValidator(_axes)]
+
+    def rows(self) -> np.ndarray:
+        """Axes (n, 3)."""
+        return np.array(self.axes)
+
+
+LAYOUTS = {
+    "four_sided_pyramid": FourSided,
+    "regular_pyramid": Regular,
+    "orthogonal": Orthogonal,
+    "orthogonal_and_skew": OrthogonalAndSkew,
+    "icosahedral": Icosahedral,
+    "axes": Free,
+}
+AnyLayout = Annotated[
+    Union[tuple(LAYOUTS.values())],  # noqa: UP007
+    Field(discriminator="kind"),
+]
