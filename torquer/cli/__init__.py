@@ -9,6 +9,8 @@ from cyclopts import App, CycloptsError, Parameter
 
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
+from torquer.cli.theory import theory
+from torquer.cli.wheels import app as wheels_app
 
 app = App(
     name="torquer",
@@ -20,6 +22,8 @@ app = App(
 Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
 app.command(field_app)
 app.command(gallery_app)
+app.command(theory)
+app.command(wheels_app)
 
 
 @app.command

@@ -1,0 +1,339 @@
+"""`torquer theory`: numbers, printed equations, scenarios, design tables, one line per mistake."""
+
+import math
+import re
+import sys
+
+import matplotlib.image
+import numpy as np
+import pytest
+
+from torquer.cli import theory_text as text
+from torquer.cli.theory_options import LAWS, question_of
+from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.environment.field.averaged import cone_angle
+from torquer.theory.design import slow_time
+from torquer.theory.evolution import EVOLUTIONS
+from torquer.theory.evolution.model import Case, Slow
+from torquer.theory.second_moments import averaged_moments
+
+SATELLITE = ("--inclination-deg", "60", "--altitude-km", "500", "--inertia", "1.5", "1.5", "1.2")
+BDOT = ("bdot", *SATELLITE, "--gain", "4e4", "--rate-deg-s", "5", "5", "5")
+SCENARIO = """
+start = 2012-03-04T10:31:47Z
+[orbit]
+kind = "circular"
+altitude_km = 500
+inclination_deg = 60
+raan_deg = 40
+[environment]
+field = {{ kind = "averaged" }}
+earth_rotation = "sidereal"
+[spacecraft.body]
+inertia_kg_m2 = [1.5, 1.5, 1.2]
+[spacecraft.coils]
+limit_a_m2 = 300.0
+[initial]
+rate_deg_s = [{rate}]
+[control]
+sample_s = 1.0
+{windows}
+law = {{ {law} }}
+[simulation]
+duration_s = 300
+"""
+
+
+@pytest.fixture
+def theory(call):
+    """`theory("bdot", ...)`: exit code, output, errors."""
+    return lambda *arguments: call("theory", *arguments)
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    """`scenario(law)`: path of a file with this law."""
+
+    def write(law, rate="5, 5, 5", windows=""):
+        path = tmp_path / "mine.toml"
+        path.write_text(SCENARIO.format(law=law, rate=rate, windows=windows))
+        return path
+
+    return write
+
+
+# ------------------------------------------------------------ what is printed is what is computed
+
+
+def in_python(formula: str) -> str:
+    """A printed formula as Python: functions get brackets, products their stars."""
+    shown = formula.replace("|cos rho|", "abs(cos rho)")
+    shown = re.sub(r"\b(sin|cos|tan)\^2 (\w+)", r"\1(\2)**2", shown)
+    shown = re.sub(r"\b(sin|cos|tan) (\w+)", r"\1(\2)", shown)
+    shown = re.sub(r"\bln ((?:sin|cos|tan)\(\w+\)|l\b)", r"log(\1)", shown)
+    shown = shown.replace("^", "**")
+    shown = re.sub(r"(\d)([a-z(])", r"\1*\2", shown)
+    shown = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", shown)
+    return re.sub(r"\b(?!(?:sin|cos|tan|log|abs)\b)([A-Za-z]\w*)\(", r"\1*(", shown)
+
+
+def values(slow, case):
+    names = {name: getattr(math, name) for name in ("sin", "cos", "tan", "log")}
+    names |= {"abs": abs, "eps": case.eps, "p": case.moments[0], "q": case.moments[2]}
+    names |= {"C": case.ratio, "A": 1.0, **slow._asdict()}
+    return names | dict(zip(("L1", "L2", "L3"), case.target, strict=True))
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_printed_equations_are_those_that_are_integrated(law):
+    case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)), (0.36, -0.48, 0.8))
+    slow = Slow(0.9, 0.7, 0.5, 1.1)
+    names = values(slow, case)
+    for line in text.EQUATIONS[law]:
+        left, _, right = line.partition(" = ")
+        names[left] = eval(in_python(right), {"__builtins__": {}}, names)
+    expected = EVOLUTIONS[law].rates(slow, case)
+    for name in slow._fields:
+        assert names[f"{name}'"] == pytest.approx(getattr(expected, name), rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_the_printed_integrals_are_those_that_are_computed(law):
+    case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)))
+    slow = Slow(0.9, 0.7, 0.5, 1.1)
+    assert text.INTEGRALS[law].keys() == EVOLUTIONS[law].integrals.keys()
+    for name, formula in text.INTEGRALS[law].items():
+        found = eval(in_python(formula.partition(",")[0]), {"__builtins__": {}}, values(slow, case))
+        expected = EVOLUTIONS[law].integrals[name](slow, case)
+        assert found == pytest.approx(expected, rel=1e-12)
+
+
+# ------------------------------------------------------------ answers
+
+
+def test_b_dot_as_json(theory, strict_json):
+    code, out, err = theory(*BDOT, "--rho-deg", "30", "--json")
+    assert (code, err) == (0, "")
+    told = strict_json(out)
+    radius = EARTH_RADIUS_M + 500e3
+    rate, i = math.sqrt(MU_EARTH_M3_S2 / radius**3), math.radians(60.0)
+    b0 = 7.812e15 / radius**3 * 0.5 * (1.0 + math.sqrt(1.0 + 3.0 * math.sin(i) ** 2))
+    assert told["orbit"]["period_s"] == pytest.approx(2.0 * math.pi / rate)
+    assert told["orbit"]["strength_nt"] == pytest.approx(1e9 * b0)
+    assert told["orbit"]["cone_deg"] == pytest.approx(math.degrees(cone_angle(i)))
+    assert told["eps"] == pytest.approx(4e4 * b0**2 / (rate * 1.2))
+    momentum = math.radians(5.0) * math.sqrt(2.0 * 1.5**2 + 1.2**2)
+    assert told["satellite"]["momentum_n_m_s"] == pytest.approx(momentum)
+    theta = math.acos(1.2 / math.sqrt(2.0 * 1.5**2 + 1.2**2))
+    assert told["satellite"]["theta_deg"] == pytest.approx(math.degrees(theta))
+    case = Case(1.0, 0.8, averaged_moments(i))
+    s = slow_time(EVOLUTIONS["bdot"], case, Slow(1.0, math.radians(30.0), 0.0, theta), 0.1)
+    for turns in told["revolutions"].values():
+        assert turns == pytest.approx(s / (2.0 * math.pi * told["eps"]), rel=1e-6)
+    assert told["seconds"]["median"] == pytest.approx(
+        told["revolutions"]["median"] * told["orbit"]["period_s"]
+    )
+    (end,) = told["tends_to"]
+    assert end["told"] == "momentum across the cone axis, nutation 90 deg"
+    assert end["length_rate"] < 0.0
+    assert all(integral["at_start"] is not None for integral in told["first_integrals"])
+
+
+def test_b_dot_in_text(theory):
+    code, out, err = theory(*BDOT)
+    assert (code, err) == (0, "")
+    assert "eps = k B0^2/(omega0 C) = 0.03409" in out
+    assert re.search(r"angular momentum to 10 %: 15\.\d to 22\.\d by direction, median 21", out)
+    assert "  momentum across the cone axis, nutation 90 deg" in out
+    assert "  rho' = eps (3p - 1) sin rho cos rho g" in out
+    low = theory("bdot", "--inclination-deg", "30", *BDOT[3:])[1]
+    assert "  momentum along the cone axis, nutation 90 deg" in low
+
+
+def test_the_strength_stands_for_the_altitude_and_back(theory, strict_json):
+    by_height = strict_json(theory(*BDOT, "--json")[1])
+    strength = repr(by_height["orbit"]["strength_nt"])
+    given = ("bdot", "--inclination-deg", "60", "--strength-nt", strength, *BDOT[5:], "--json")
+    found = strict_json(theory(*given)[1])
+    assert found["eps"] == pytest.approx(by_height["eps"])
+    assert found["orbit"]["period_s"] == pytest.approx(by_height["orbit"]["period_s"])
+    both = strict_json(theory(*BDOT, "--strength-nt", "20000", "--json")[1])
+    part = (20000.0 / float(strength)) ** 2
+    assert both["eps"] == pytest.approx(by_height["eps"] * part)
+
+
+@pytest.mark.parametrize(
+    ("law", "more", "note"),
+    [
+        ("bdot", ("--gain", "4e6"), r"eps = 3\.4\d? is not small"),
+        ("bdot", ("--gain", "4", "--rate-deg-s", "0.1", "0.1", "0.1"), "is not fast"),
+        ("spin_up", ("--gain", "1e3"), "rate is assumed"),
+        ("reorientation", ("--gain", "1e4"), "theta0 of 6[01] deg is left out"),
+        ("bdot", ("--gain", "4", "--rate-deg-s", "0.18026", "0.18026", "0"), "resonance near: "),
+    ],
+)
+def test_warnings(theory, law, more, note):
+    code, out, _ = theory(law, *SATELLITE, *more)
+    assert code == 0
+    assert re.search(f"note: .*{note}", out), out
+
+
+def test_pictures(theory, tmp_path):
+    for given in (BDOT, ("preliminary_2", *SATELLITE, "--gain", "1e4", "--rho-deg", "40")):
+        code, out, _ = theory(*given, "--revolutions", "6", "--out", tmp_path / given[0])
+        assert code == 0
+        for name in ("evolution.png", "map.png"):
+            path = tmp_path / given[0] / name
+            assert str(path) in out
+            assert np.ptp(matplotlib.image.imread(path)[..., :3]) > 0.5
+
+
+def test_latex(theory, monkeypatch):
+    pytest.importorskip("sympy")
+    code, out, err = theory("nutation_damping", *SATELLITE, "--gain", "4e4", "--latex")
+    assert (code, err) == (0, "")
+    assert r"\begin{aligned}" in out and r"\theta' &=" in out and r"\omega_{0}" in out
+    code, out, _ = theory("reorientation", *SATELLITE, "--gain", "4e4", "--latex")
+    assert code == 0 and r"\rho' &= - \frac{B_{0}^{2} k p \sin {\rho}}{l \omega_{0}}" in out
+    monkeypatch.setitem(sys.modules, "torquer.theory.symbolic", None)
+    monkeypatch.delattr("torquer.theory.symbolic", raising=False)
+    code, out, err = theory(*BDOT, "--latex")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: --latex: needs sympy: pip install 'torquer[symbolic]'")
+
+
+# ------------------------------------------------------------ design
+
+
+def test_design_table_and_its_inverse(theory, strict_json):
+    asked = ("nutation_damping", *SATELLITE, "--design", "--to", "5")
+    code, out, err = theory(*asked, "--revolutions", "8", "--json")
+    assert (code, err) == (0, "")
+    told = strict_json(out)
+    assert [row["eps"] for row in told["rows"]] == pytest.approx([0.003, 0.01, 0.03, 0.1, 0.3])
+    worst = told["gain_for_it"]["greatest"]
+    back = strict_json(theory(*asked, "--gain", repr(worst), "--json")[1])
+    assert back["rows"][3]["gain"] == pytest.approx(worst)
+    assert back["rows"][3]["revolutions"]["greatest"] == pytest.approx(8.0)
+    assert back["gain_for_it"] is None
+    shown = theory(*asked, "--revolutions", "8")[1].splitlines()
+    assert shown[1].split() == ["gain", "A", "m^2", "s/T", "eps", "least", "median", "greatest"]
+    assert shown[7].startswith(f"8 revolutions: gain {worst:.4g} A m^2 s/T for the slowest")
+
+
+def test_what_never_comes_is_said(theory):
+    given = ("preliminary_1", "--inclination-deg", "0", *SATELLITE[2:], "--design")
+    code, out, _ = theory(*given, "--revolutions", "5")
+    assert code == 0
+    assert out.splitlines()[2].split()[2:] == ["never"] * 3
+    assert "gain none A m^2/T for the slowest" in out
+
+
+# ------------------------------------------------------------ scenarios
+
+
+def test_a_scenario_gives_what_the_options_do(scenario, theory, strict_json):
+    path = scenario('kind = "bdot", gain_a_m2_s_per_t = 4e4')
+    found = strict_json(theory("--scenario", path, "--json")[1])
+    options = strict_json(theory(*BDOT, "--json")[1])
+    assert found["eps"] == pytest.approx(options["eps"], rel=1e-9)
+    assert found["satellite"]["theta_deg"] == pytest.approx(options["satellite"]["theta_deg"])
+    assert options["satellite"]["rho_deg"] is None
+    # the momentum lies in Y at (cos, sin) of the node; Z3 = (0, -sin Theta, cos Theta)
+    momentum = np.array([1.5, 1.5, 1.2]) / np.linalg.norm([1.5, 1.5, 1.2])
+    node = math.radians(40.0)
+    second = -math.sin(node) * momentum[0] + math.cos(node) * momentum[1]
+    cone = cone_angle(math.radians(60.0))
+    rho = math.acos(math.cos(cone) * momentum[2] - math.sin(cone) * second)
+    assert found["satellite"]["rho_deg"] == pytest.approx(math.degrees(rho))
+
+
+def test_a_measurement_window_takes_its_part_of_the_gain(scenario, theory):
+    path = scenario('kind = "bdot", gain_a_m2_s_per_t = 3e8', "5, 5, 5",
+                    "measure_s = 6.0\nactuate_s = 3.0")  # fmt: skip
+    code, out, _ = theory("--scenario", path)
+    assert code == 0
+    assert "gain 1e+08 A m^2 s/T" in out
+    assert "note: the coils work 33 % of the time: the gain counts 1e+08" in out
+    assert re.search(r"note: at first the law asks for [\d.e+]+ A m\^2 of coils that have 300", out)
+
+
+def test_targets_of_scenarios(scenario):
+    i, node = math.radians(60.0), math.radians(40.0)
+    cone, away = cone_angle(i), 'kind = "preliminary_1", gain_a_m2_per_t = 1e4, target = '
+    asked = question_of(None, {}, scenario(away + '"sun"'), False)
+    assert re.search(r"target is \d+ deg off the cone axis", asked.notes[-1])
+    axis = [math.sin(cone) * math.sin(node), -math.sin(cone) * math.cos(node), math.cos(cone)]
+    asked = question_of(None, {}, scenario(away + str(axis)), False)
+    assert asked.notes == ()
+    law = (
+        'kind = "reorientation", gain_a_m2_per_n_m_s_t = 1e4, momentum_n_m_s = 0.2, '
+        f"inertia_kg_m2 = [1.5, 1.5, 1.2], target = {[math.cos(node), math.sin(node), 0.0]}"
+    )
+    asked = question_of(None, {}, scenario(law, "0, 0, 5"), False)
+    length = 0.2 / (1.2 * math.radians(5.0))
+    assert asked.target == pytest.approx((length, 0.0, 0.0), abs=1e-12)
+    assert asked.notes == ()
+
+
+# ------------------------------------------------------------ mistakes
+
+
+@pytest.mark.parametrize(
+    ("given", "line"),
+    [
+        ((), "LAW: must be one of bdot, .*; received nothing"),
+        (("sdot",), "LAW: must be one of bdot, .*; received 'sdot'"),
+        (("bdot",), "--inclination-deg: must be given .*; received nothing"),
+        ((*BDOT[:9],), "--gain: must be given"),
+        (("bdot", *SATELLITE[:2], *SATELLITE[4:], "--gain", "1"), "--altitude-km: it or --str"),
+        ((*BDOT, "--to", "100"), "--to: must lie between 0 and 100; received 100"),
+        (("spin_up", *BDOT[1:], "--to", "50"), "--to: must be above 100 for spin_up"),
+        ((*BDOT, "--rho-deg", "181"), r"--rho-deg: must lie within 0\.\.180 deg; received 181"),
+        ((*BDOT, "--revolutions", "0"), "--revolutions: must be a positive number; received 0"),
+        ((*BDOT, "--design", "--latex"), "--latex: must not be given with --design"),
+        (("bdot", *SATELLITE, "--gain", "-1"), "--gain: must be a positive number; received -1"),
+        (
+            ("bdot", *SATELLITE, "--gain", "1", "--rate-deg-s", "0", "0", "0"),
+            "rate: must not be zero",
+        ),
+        (
+            ("bdot", *SATELLITE[:5], "1", "1", "3", "--gain", "1"),
+            "--inertia: the sum of two principal moments",
+        ),
+        (
+            ("bdot", *SATELLITE[:2], "--strength-nt", "90000", *SATELLITE[4:], "--gain", "1"),
+            r"--strength-nt: must be below \d+ nT, that of the ground",
+        ),
+    ],
+)
+def test_mistakes_are_one_line(theory, given, line):
+    code, out, err = theory(*given)
+    assert (code, out) == (2, "")
+    assert re.match(f"error: {line}", err), err
+    assert err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("law", "more", "line"),
+    [
+        ('kind = "off"', (), "control.law.kind: must be one of bdot"),
+        (
+            'kind = "spin_up", relay_dipole_a_m2 = 0.1',
+            (),
+            "control.law.gain_a_m2_per_t: must be given, as a relay",
+        ),
+        ('kind = "bdot", gain_a_m2_s_per_t = 4e4', ("--gain", "1"), "--gain: must not be given wi"),
+        ('kind = "bdot", gain_a_m2_s_per_t = 4e4', ("spin_up",), "LAW: must be the scenario's, bd"),
+    ],
+)
+def test_mistakes_in_scenarios_are_one_line(theory, scenario, law, more, line):
+    code, out, err = theory(*more, "--scenario", scenario(law))
+    assert (code, out) == (2, "")
+    assert err.startswith(f"error: {line}"), err
+
+
+def test_help(theory):
+    code, out, _ = theory("--help")
+    assert not code
+    assert "--inclination-deg" in out and "preliminary_1" in out

@@ -1,0 +1,314 @@
+"""What `torquer theory` is asked: from options or a scenario; one clear line per mistake."""
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from torquer import validate
+from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
+from torquer.environment.field.averaged import (
+    Averaged,
+    ascending_node,
+    cone_angle,
+    mean_of_extremes,
+    mean_strength,
+)
+from torquer.geometry.quaternion import rotate
+from torquer.geometry.vec3 import as_vector
+from torquer.theory.evolution import EVOLUTIONS
+from torquer.theory.evolution.model import Case, Evolution
+from torquer.theory.spinner import Spinner
+
+LAWS = ("bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2")
+#: Laws of scenarios that have the averaged motion of another.
+_SAME = {
+    "bdot_rate": "bdot", "bdot_derivative": "bdot", "bdot_model": "bdot",
+    "nutation_damping_rate": "nutation_damping",
+    "nutation_damping_derivative": "nutation_damping",
+}  # fmt: skip
+_RATE_DEG_S = (5.0, 5.0, 5.0)
+_POINTED = ("reorientation", "preliminary_1", "preliminary_2")
+
+
+@dataclass(frozen=True)
+class Question:
+    """A law on a satellite and an orbit, as the averaged motion takes them.
+
+    `gain` None: not given (a design needs none). `rho`, `sigma` [rad], None: any direction.
+    `notes`: what was assumed or left out, one line each.
+    """
+
+    law: str
+    gain: float | None
+    spinner: Spinner
+    theta: float
+    rho: float | None = None
+    sigma: float = 0.0
+    target: tuple = (0.0, 0.0, 1.0)
+    notes: tuple[str, ...] = ()
+    name: str = ""
+
+    @property
+    def evolution(self) -> Evolution:
+        """Its closed equations."""
+        return EVOLUTIONS[self.law]
+
+    @property
+    def case(self) -> Case:
+        """Constants of the equations; eps = 1 without a gain."""
+        case = self.evolution.case(self.gain or 1.0, self.spinner, self.target)
+        return case if self.gain else case._replace(eps=1.0)
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution."""
+        return 2.0 * math.pi / self.spinner.orbital_rate_rad_s
+
+
+def part_of(question: Question, to_percent: float | None) -> float:
+    """What part of the first value is asked for."""
+    grows = question.law == "spin_up"
+    part = (200.0 if grows else 10.0) if to_percent is None else to_percent
+    if grows and not 100.0 < part < math.inf:
+        raise ValueError(f"--to: must be above 100 for spin_up, which grows; received {part:g}")
+    if not grows and not 0.0 < part < 100.0:
+        raise ValueError(f"--to: must lie between 0 and 100; received {part:g}")
+    return part / 100.0
+
+
+def question_of(law, given: dict, scenario: Path | None, design: bool) -> Question:
+    """The question of either source; `ValueError` if both or none answer."""
+    named = [f"--{key.replace('_', '-')}" for key, value in given.items() if value is not None]
+    if law is not None and law not in LAWS:
+        raise ValueError(f"LAW: must be one of {', '.join(LAWS)}; received {law!r}")
+    if scenario is not None:
+        if named:
+            raise ValueError(f"{named[0]}: must not be given with --scenario; received both")
+        return _of_scenario(law, scenario)
+    if law is None:
+        raise ValueError(f"LAW: must be one of {', '.join(LAWS)}; received nothing")
+    needed = ("inclination_deg", "inertia", *(() if design else ("gain",)))
+    for key in needed:
+        if given[key] is None:
+            option = f"--{key.replace('_', '-')}"
+            raise ValueError(f"{option}: must be given (or --scenario); received nothing")
+    return _spun(_of_options(law, given))
+
+
+def _spun(question: Question) -> Question:
+    """Precise reorientation is for a spin about the axis: its nutation is left out."""
+    if question.law != "reorientation" or question.theta < math.radians(1.0):
+        return question
+    told = (
+        f"reorientation is of a spin along the axis: theta0 of {math.degrees(question.theta):.0f} "
+        "deg is left out; damp it first"
+    )
+    return replace(question, theta=0.0, notes=(*question.notes, told))
+
+
+def _positive(**values) -> None:
+    for name, value in values.items():
+        if value is not None and not 0.0 < value < math.inf:
+            option = f"--{name.replace('_', '-')}"
+            raise ValueError(f"{option}: must be a positive number; received {value:g}")
+
+
+def _within(option: str, value: float | None, high: float) -> None:
+    if value is not None and not 0.0 <= value <= high:
+        raise ValueError(f"{option}: must lie within 0..{high:g} deg; received {value:g}")
+
+
+def _of_options(law: str, given: dict) -> Question:
+    _positive(**{k: given[k] for k in ("altitude_km", "strength_nt", "gain")})
+    _within("--inclination-deg", given["inclination_deg"], 180.0)
+    _within("--rho-deg", given["rho_deg"], 180.0)
+    inclination = math.radians(given["inclination_deg"])
+    radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
+    moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
+    rate = given["rate_deg_s"] or _RATE_DEG_S
+    notes = () if given["rate_deg_s"] else ("the rate is assumed: give --rate-deg-s",)
+    motion = _spinning(np.diag(moments), np.array([0.0, 0.0, 1.0]), rate)
+    spinner, theta, told = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
+    rho = None if given["rho_deg"] is None else math.radians(given["rho_deg"])
+    name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {given['inclination_deg']:g} deg"
+    return Question(law, given["gain"], spinner, theta, rho, notes=(*notes, *told), name=name)
+
+
+def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, float]:
+    """Radius [m] and B0 [T]; one of the two may be left to the direct dipole."""
+    equatorial = Averaged().mu_e_t_km3 * 1e9
+    if altitude_km is not None:
+        radius_m = EARTH_RADIUS_M + 1e3 * altitude_km
+        b0_t = mean_of_extremes(equatorial / radius_m**3, inclination)
+        return radius_m, b0_t if strength_nt is None else 1e-9 * strength_nt
+    if strength_nt is None:
+        raise ValueError("--altitude-km: it or --strength-nt must be given; received neither")
+    radius_m = (mean_of_extremes(equatorial, inclination) / (1e-9 * strength_nt)) ** (1.0 / 3.0)
+    if radius_m <= EARTH_RADIUS_M:
+        most = 1e9 * mean_of_extremes(equatorial / EARTH_RADIUS_M**3, inclination)
+        raise ValueError(
+            f"--strength-nt: must be below {most:.0f} nT, that of the ground, without "
+            f"--altitude-km; received {strength_nt:g}"
+        )
+    return radius_m, 1e-9 * strength_nt
+
+
+def _spinning(tensor, axis, rate_deg_s) -> tuple:
+    """(A, C, length of the momentum, theta, spread of the transverse moments)."""
+    rate = np.radians(validate.finite("--rate-deg-s", rate_deg_s, (3,)))
+    momentum = tensor @ rate
+    length = float(np.linalg.norm(momentum))
+    if length == 0.0:
+        raise ValueError("rate: must not be zero, as the averaged motion is of a fast rotation")
+    axial = float(axis @ tensor @ axis)
+    transverse = 0.5 * (float(np.trace(tensor)) - axial)
+    theta = math.acos(min(1.0, max(-1.0, float(axis @ momentum) / length)))
+    moments = np.linalg.eigvalsh(tensor - axial * np.outer(axis, axis))
+    spread = (moments[-1] - sorted(moments, key=abs)[1]) / transverse
+    return transverse, axial, length, theta, abs(float(spread))
+
+
+def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, tuple]:
+    transverse, axial, length, theta, spread = motion
+    notes = ()
+    if spread > 0.02:
+        notes = (f"the moments across the axis differ by {100 * spread:.0f} %: the mean counts",)
+    try:
+        spinner = Spinner(
+            inclination_deg=inclination_deg,
+            strength_t=b0_t,
+            transverse_kg_m2=transverse,
+            axial_kg_m2=axial,
+            momentum_n_m_s=length,
+            orbital_rate_rad_s=math.sqrt(MU_EARTH_M3_S2 / radius_m**3),
+        )
+    except ValidationError as error:
+        raise ValueError(f"satellite: {error.errors()[0]['msg']}") from None
+    return spinner, theta, notes
+
+
+def _of_scenario(law: str | None, path: Path) -> Question:
+    """Orbit, field, body, motion, law and its duty from a file."""
+    from torquer.scenario.load import load_scenario
+
+    scenario = load_scenario(path)
+    spec = scenario.control.law
+    kind = _SAME.get(spec.kind, spec.kind)
+    if kind not in LAWS:
+        raise ValueError(
+            f"control.law.kind: must be one of {', '.join(LAWS)} to be averaged; received {kind!r}"
+        )
+    if law not in (None, kind):
+        raise ValueError(f"LAW: must be the scenario's, {kind}, or left out; received {law!r}")
+    r, v = (x[0] for x in scenario.orbit.state(np.zeros(1), scenario.start))
+    orbit, notes = _circle(r, v)
+    field = scenario.environment.field
+    known = field if isinstance(field, Averaged) else Averaged()
+    b0_t = mean_strength(known.prepare(0.0), orbit["radius_m"], orbit["inclination"])
+    tensor = validate.inertia_tensor("inertia_kg_m2", scenario.spacecraft.body.inertia_kg_m2)
+    state = scenario.initial.motion(r, v)
+    axis = _axis(kind, spec, tensor)
+    motion = _spinning(tensor, axis, np.degrees(state[4:]))
+    spinner, theta, told = _spinner(
+        motion, math.degrees(orbit["inclination"]), b0_t, orbit["radius_m"]
+    )
+    momentum = rotate(tuple(state[:4]), as_vector(tensor @ state[4:]))
+    rho, sigma = _polar(_to_z(momentum, orbit))
+    gain, duty_note = _gain(spec, scenario.control)
+    question = Question(
+        kind, gain, spinner, theta, rho, sigma, name=scenario.name,
+        notes=(*notes, *told, *duty_note, *_saturation(scenario, kind, spinner)),
+    )  # fmt: skip
+    return _spun(_pointed(question, spec, scenario, orbit)) if kind in _POINTED else question
+
+
+def _circle(r, v) -> tuple[dict, tuple]:
+    """The circle that stands for an orbit, from its state in the inertial frame."""
+    h = np.cross(r, v)
+    size = 1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2)
+    eccentricity = math.sqrt(max(0.0, 1.0 - h @ h / (MU_EARTH_M3_S2 * size)))
+    notes = ()
+    if eccentricity > 0.005:
+        notes = (f"the orbit, of eccentricity {eccentricity:.3f}, is taken as a circle",)
+    node = np.array(ascending_node(as_vector(h)))
+    inclination = math.atan2(math.hypot(h[0], h[1]), h[2])
+    return {"radius_m": float(size), "inclination": inclination, "node": node}, notes
+
+
+def _to_z(vector, orbit) -> np.ndarray:
+    """A vector of the inertial frame in Z."""
+    node, cone = orbit["node"], cone_angle(orbit["inclination"])
+    second = np.cross([0.0, 0.0, 1.0], node)
+    x, y, z = vector @ node, vector @ second, vector[2]
+    c, s = math.cos(cone), math.sin(cone)
+    return np.array([x, c * y + s * z, c * z - s * y])
+
+
+def _polar(vector) -> tuple[float, float]:
+    return math.atan2(math.hypot(vector[0], vector[1]), vector[2]), math.atan2(vector[1], vector[0])
+
+
+def _axis(kind, spec, tensor) -> np.ndarray:
+    """Spin axis of the law; for B-dot the principal axis across which the body is most round."""
+    if kind != "bdot":
+        return np.array(spec.axis)
+    moments, axes = np.linalg.eigh(tensor)
+    first = abs(moments[1] - moments[2]) < abs(moments[0] - moments[1])
+    return axes[:, 0 if first else 2]
+
+
+def _gain(spec, control) -> tuple[float, tuple]:
+    """Gain, less what a measurement window takes of it."""
+    key = getattr(spec, "gain_key", "gain_a_m2_s_per_t")
+    gain = getattr(spec, key)
+    if gain is None:
+        raise ValueError(
+            f"control.law.{key}: must be given, as a relay has no average here; received a relay "
+            f"of {spec.relay_dipole_a_m2:g} A m^2"
+        )
+    if control.measure_s == 0.0:
+        return gain, ()
+    duty = control.actuate_s / control.cycle_s
+    told = f"the coils work {100 * duty:.0f} % of the time: the gain counts {gain * duty:.4g}"
+    return gain * duty, (told,)
+
+
+def _saturation(scenario, kind, spinner) -> tuple:
+    """A note if B-dot asks for more than the coils have at first."""
+    limit = np.max(scenario.spacecraft.coils.limit_a_m2)
+    if kind != "bdot":
+        return ()
+    rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
+    asked = scenario.control.law.gain_a_m2_s_per_t * rate * spinner.strength_t
+    if asked <= limit:
+        return ()
+    return (
+        f"at first the law asks for {asked:.3g} A m^2 of coils that have {limit:.3g}: saturated, "
+        "they brake slower than the averaged motion",
+    )
+
+
+def _pointed(question: Question, spec, scenario, orbit) -> Question:
+    """With the law's target, as far as closed equations know it."""
+    target = spec.target
+    if target == "sun":
+        from torquer.environment.sun import sun_position
+
+        mode = scenario.environment.earth_rotation
+        target = sun_position(np.zeros(1), scenario.start, mode)[0]
+    there = _to_z(np.asarray(target, dtype=np.float64), orbit)
+    there = there / np.linalg.norm(there)
+    if question.law == "reorientation":
+        length = spec.momentum_n_m_s / question.spinner.momentum_n_m_s
+        return replace(question, target=tuple((length * there).tolist()))
+    away = math.degrees(math.acos(min(1.0, max(-1.0, there[2]))))
+    if away < 1.0:
+        return question
+    told = (
+        f"the target is {away:.0f} deg off the cone axis, for which {question.law} has no closed "
+        "equations: the cone axis is taken"
+    )
+    return replace(question, notes=(*question.notes, told))

@@ -1,0 +1,84 @@
+"""MAG 2.2: the offset from the vertical that B-dot leaves where the gravity gradient rules."""
+
+import math
+
+import numpy as np
+
+from torquer.gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
+from torquer.gallery.entry import Answer, Entry, near, within
+from torquer.theory.steady_bdot import (
+    PITCH,
+    ROLL,
+    SteadyBdot,
+    full_motion,
+    mean_offset,
+    published_offset,
+    published_swing,
+    steady_response,
+)
+
+CASE = SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=50.0)
+
+
+def degrees_of(offset) -> float:
+    """Pitch of an offset [deg]."""
+    return math.degrees(offset.pitch)
+
+
+def swing_error(eps: float = 1e-3) -> float:
+    """Greatest difference of (2.1.17)'s first-order motion from the full equations, over eps."""
+    case = CASE.as_published().model_copy(update={"eps": eps})
+    u, x = full_motion(case, 2.0)
+    pitch, roll = published_swing(case, u)
+    return float(max(np.abs(x[:, PITCH] - pitch).max(), np.abs(x[:, ROLL] - roll).max()) / eps)
+
+
+def compute() -> Answer:
+    """Formula, the method of the small parameter, and the whole equations."""
+    printed = CASE.as_published()
+    formula, full, true = published_offset(printed), mean_offset(printed), mean_offset(CASE)
+    method = printed.eps * steady_response(printed).offset[PITCH]
+    checks = (
+        near("offset in the orbit plane, formula", "2.3", degrees_of(formula), "deg",
+             tolerance=0.1, printed="about 2.3 deg"),
+        near("the same, whole equations", "2.3", degrees_of(full), "deg", tolerance=0.1,
+             printed="about 2.3 deg"),
+        near("method of the small parameter over the formula", "1", method / formula.pitch,
+             tolerance=1e-6, printed="the formula is its result"),
+        within("swing from rest at the vertical: formula from whole equations, over eps",
+               "error of the next order", swing_error(), high=0.01),
+    )  # fmt: skip
+    note = (
+        f"Formula {degrees_of(formula):.3f} deg, whole equations {degrees_of(full):.3f} deg. The "
+        f"text takes the inclination for the cone's half-angle; with the averaged field's own the "
+        f"offset is {degrees_of(true):.3f} deg. The sideways offset, of "
+        f"{abs(math.degrees(formula.roll)):.2f} deg by the formula, comes from the spin about the "
+        f"axis that the start at rest leaves; it dies away ({abs(math.degrees(full.roll)):.3f} deg "
+        "in the mean over revolutions 16 to 24). A law of the rate relative to the orbital frame, "
+        "m = k omega x B, has no offset."
+    )
+    return Answer(checks, {"": picture(printed, formula)}, note)
+
+
+def picture(case, formula):
+    """Pitch and roll of the whole equations, of the formula for the start, and the offset."""
+    figure, panels = new_figure("Steady motion under B-dot and gravity (MAG 2.2)", 2, 5.4)
+    u, x = full_motion(case, 12.0)
+    turns = u / (2.0 * math.pi)
+    first = published_swing(case, u)
+    for axes, place, swing, offset, name in zip(
+        panels, (PITCH, ROLL), first, formula, ("in the orbit plane", "aside"), strict=True
+    ):
+        early = turns <= 3.0
+        axes.plot(turns, np.degrees(x[:, place]), color=BLUE, lw=1.2, label="whole equations")
+        axes.plot(turns[early], np.degrees(swing)[early], color=RED, lw=1.2, ls="--",
+                  label="first order in eps")  # fmt: skip
+        level(axes, math.degrees(offset), f"{math.degrees(offset):.2f} deg")
+        label(axes, "", f"{name} [deg]", legend=axes is panels[0])
+        axes.set_xlim(0.0, 13.6)  # room for the level's label
+    panels[-1].set_xlabel("revolutions", fontsize=10)
+    panels[-1].axhline(0.0, color=GREEN, lw=0.8)
+    return figure
+
+
+ENTRY = Entry(ids=("MAG-2.2",), compute=compute)

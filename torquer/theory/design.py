@@ -1,0 +1,158 @@
+"""From a gain to the time that a law needs, and from a time to the gain, by the averaged motion.
+
+Closed equations are linear in eps, and eps in the gain: one integration in the slow time s = eps u
+answers for every gain. What is asked is when a law's own quantity (momentum, nutation, distance to
+the target) has come to a part of its first value.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.theory.evolution.model import Case, Evolution, Slow
+from torquer.theory.slow_motion import evolve
+from torquer.theory.spinner import Spinner
+
+#: Slow time after which a law is said never to get there.
+LONGEST = 500.0
+_POINTS = 200
+
+
+class Goal(NamedTuple):
+    """What a law is to change: its name in words, and its value of slow variables (arrays)."""
+
+    name: str
+    of: Callable[[Slow, Case], np.ndarray]
+
+
+def angle_to_target(slow: Slow, case: Case):
+    """Angle [rad] of the momentum to the law's target."""
+    x, y, z = np.asarray(case.target) / np.linalg.norm(case.target)
+    across = x * np.cos(slow.sigma) + y * np.sin(slow.sigma)
+    cosine = across * np.sin(slow.rho) + z * np.cos(slow.rho)
+    return np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+_POINTING = Goal("angle of the momentum to the target", angle_to_target)
+GOALS = {
+    "bdot": Goal("angular momentum", lambda slow, case: slow.l),
+    "bdot_any_field": Goal("angular momentum", lambda slow, case: slow.l),
+    "nutation_damping": Goal(
+        "momentum across the axis", lambda slow, case: slow.l * np.abs(np.sin(slow.theta))
+    ),
+    "spin_up": Goal("momentum along the axis", lambda slow, case: slow.l * np.cos(slow.theta)),
+    "reorientation": _POINTING,
+    "reorientation_as_printed": _POINTING,
+    "preliminary_1": _POINTING,
+    "preliminary_2": _POINTING,
+}
+
+
+def slow_time(evolution: Evolution, case: Case, start: Slow, part: float) -> float:
+    """Slow time s = eps u until the law's quantity is `part` of its first value; inf for never.
+
+    `part` below 1 for what falls, above 1 for what grows (of its size, for a spin the wrong way).
+    Also inf where the momentum vanishes before, and where the quantity is zero from the first.
+    """
+    if not (0.0 < part < math.inf and part != 1.0):
+        raise ValueError(f"part: must be positive, finite and not 1; received {part}")
+    case, goal = case._replace(eps=1.0), GOALS[evolution.name].of
+    first, here, passed, span = float(goal(start, case)), start, 0.0, 1.0
+    if first == 0.0:
+        return math.inf
+    wanted = part * abs(first)
+    while passed < LONGEST:
+        try:
+            found = _crossing(evolution, case, here, span, goal, wanted, part < 1.0)
+        except RuntimeError:  # the momentum vanishes
+            return math.inf
+        if isinstance(found, float):
+            return float(passed + found)
+        here, passed, span = found, passed + span, 2.0 * span
+    return math.inf
+
+
+def _crossing(evolution, case, start, span, goal, wanted, falls, finer=2):
+    """Slow time of the first crossing within a span, or the state at its end if there is none."""
+    s = np.linspace(0.0, span, _POINTS)
+    path = evolve(evolution, case, start, s)
+    value = goal(path, case)
+    reached = value <= wanted if falls else value >= wanted
+    if not reached.any():
+        return Slow(*(float(x[-1]) for x in path))
+    k = int(np.argmax(reached))
+    if k == 0:
+        return 0.0
+    if finer:
+        before = Slow(*(float(x[k - 1]) for x in path))
+        rest = _crossing(evolution, case, before, s[1], goal, wanted, falls, finer - 1)
+        return s[k - 1] + rest if isinstance(rest, float) else float(s[k])
+    share = (wanted - value[k - 1]) / (value[k] - value[k - 1])
+    return float(s[k - 1] + share * s[1])
+
+
+class Times(NamedTuple):
+    """Slow times over the directions of the momentum: least, median, greatest."""
+
+    least: float
+    median: float
+    greatest: float
+
+
+def even_directions(count: int = 60) -> list[tuple[float, float]]:
+    """(rho, sigma) of points spread evenly over the sphere, both poles left out."""
+    if count < 1:
+        raise ValueError(f"count: must be at least 1; received {count}")
+    k = np.arange(count)
+    rho = np.arccos(1.0 - (2.0 * k + 1.0) / count)
+    sigma = np.mod(k * math.pi * (3.0 - math.sqrt(5.0)), 2.0 * math.pi)
+    return list(zip(rho.tolist(), sigma.tolist(), strict=True))
+
+
+def times_over_directions(
+    evolution: Evolution, case: Case, theta: float, part: float, count: int = 60
+) -> Times:
+    """Slow times to `part` for any direction of the momentum, from l = 1 and nutation `theta`."""
+    times = sorted(
+        slow_time(evolution, case, Slow(1.0, rho, sigma, theta), part)
+        for rho, sigma in even_directions(count)
+    )
+    return Times(times[0], times[len(times) // 2], times[-1])
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a design table: gain, its small parameter, revolutions that it takes."""
+
+    gain: float
+    eps: float
+    revolutions: Times
+
+
+def gain_of(evolution: Evolution, spinner: Spinner, eps: float) -> float:
+    """The gain that makes the small parameter `eps`."""
+    return eps / evolution.small_parameter(1.0, spinner)
+
+
+def design_table(
+    evolution: Evolution, spinner: Spinner, times: Times, gains: Sequence[float]
+) -> list[Row]:
+    """Revolutions that each gain takes, from slow times."""
+    rows = []
+    for gain in gains:
+        if not 0.0 < gain < math.inf:
+            raise ValueError(f"gain: must be positive and finite; received {gain}")
+        eps = evolution.small_parameter(float(gain), spinner)
+        turns = Times(*(s / (2.0 * math.pi * eps) for s in times))
+        rows.append(Row(float(gain), eps, turns))
+    return rows
+
+
+def gain_for(evolution: Evolution, spinner: Spinner, times: Times, revolutions: float) -> Times:
+    """Gains with which the least, median and greatest time is `revolutions`."""
+    if not 0.0 < revolutions < math.inf:
+        raise ValueError(f"revolutions: must be positive and finite; received {revolutions}")
+    return Times(*(gain_of(evolution, spinner, s / (2.0 * math.pi * revolutions)) for s in times))

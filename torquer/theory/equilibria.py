@@ -1,0 +1,208 @@
+"""Where the averaged motion leads: equilibria of the slow system, and whether they attract.
+
+The slow system here is the direction of the angular momentum (rho, sigma) and the nutation angle
+theta, at a given length l: every law's equations keep their equilibria while l changes. The length
+has its own rate at each of them: below zero the satellite is braked there, above it spun up.
+
+Directions are followed as unit vectors, on which nothing is singular at rho = 0 and pi.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from torquer.control.law import Law
+from torquer.theory.averaging import Nodes, averaged_motion, mean_rates, settled_nodes
+from torquer.theory.evolution.model import Case, Evolution, Slow
+from torquer.theory.poincare import derivatives
+from torquer.theory.spinner import Spinner
+
+Rates = Callable[[Slow], Slow]
+#: Closest to rho = 0 and pi that equations with 1/sin(rho) are asked for.
+_POLE = 1e-12
+#: Below this part of the greatest rate an eigenvalue counts as zero, and below the other a rate.
+_NEUTRAL, _RESTING = 1e-6, 1e-9
+_NEAR = 1e-5
+#: Nutation angles [deg] to start from.
+_NUTATIONS = (0.0, 35.0, 90.0, 130.0, 180.0)
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A point, or a family of points, where direction and nutation stay.
+
+    An angle is None where any value will do. `length_rate`: l' there. `jacobian` `[3, 3]`: of the
+    rates along rho, along sigma (as arcs) and of theta, by the same. `stability`: 'stable'
+    (attracts all near it, the family's own directions left aside), 'unstable' or 'neutral'.
+    """
+
+    rho: float | None
+    sigma: float | None
+    theta: float | None
+    length_rate: float
+    jacobian: np.ndarray
+    eigenvalues: np.ndarray
+    stability: str
+
+    @property
+    def told(self) -> str:
+        """In words, angles in degrees."""
+        return f"{_direction_told(self)}, {_nutation_told(self.theta)}"
+
+
+def _direction_told(point) -> str:
+    if point.rho is None:
+        return "momentum in any direction"
+    rho = math.degrees(point.rho)
+    if min(rho, 180.0 - rho) < 1e-3:
+        return f"momentum {'along' if rho < 90.0 else 'against'} the third axis"
+    across = "across the third axis" if abs(rho - 90.0) < 1e-3 else f"{rho:.2f} deg off it"
+    if point.sigma is None:
+        return f"momentum {across}"
+    return f"momentum {across}, azimuth {math.degrees(point.sigma):.2f} deg"
+
+
+def _nutation_told(theta) -> str:
+    return "any nutation" if theta is None else f"nutation {math.degrees(theta):.4g} deg"
+
+
+def rates_of_evolution(evolution: Evolution, case: Case) -> Rates:
+    """Closed equations as a function of the slow variables alone."""
+    return lambda slow: evolution.rates(slow, case)
+
+
+def rates_of_law(law: Law, spinner: Spinner, at: Nodes | None = None) -> Rates:
+    """Averages of a law as such a function; without nodes the fewest that settle are taken."""
+    at = settled_nodes(law, spinner) if at is None else at
+    problem = averaged_motion(law, spinner, at)
+    return lambda slow: Slow(*mean_rates(problem, slow))
+
+
+def equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
+    """All equilibria that Newton's method finds from a grid of starts, stable ones first."""
+    if not 0.0 < length < math.inf:
+        raise ValueError(f"length: must be positive and finite; received {length}")
+    starts = [(n, theta) for n in _directions() for theta in np.radians(_NUTATIONS)]
+    flows = [np.abs(_flow(rates, length, *start)).max() for start in starts]
+    size = max(flows)
+    if not 0.0 < size < math.inf:
+        raise ValueError(f"rates: must be finite and not all zero; received up to {size:g}")
+    found = {}
+    for start in starts:
+        settled = _newton(rates, length, start, size)
+        if settled is not None:
+            point, key = _classified(rates, length, settled, size)
+            found.setdefault(key, point)
+    order = {"stable": 0, "neutral": 1, "unstable": 2}
+    return sorted(found.values(), key=lambda e: (order[e.stability], e.rho or 0.0, e.theta or 0.0))
+
+
+def tends_to(points: list[Equilibrium]) -> list[Equilibrium]:
+    """Those that attract."""
+    return [point for point in points if point.stability == "stable"]
+
+
+def _directions() -> list[np.ndarray]:
+    """Unit vectors to start from: the third axis, others off all symmetry, and their opposites."""
+    rows = [np.array([0.0, 0.0, 1.0])]
+    for rho, count in ((33.0, 4), (62.0, 4), (90.0, 3)):
+        for k in range(count):
+            r, s = math.radians(rho), 2.0 * math.pi * (k / count + rho / 1000.0)
+            across = math.sin(r)
+            rows.append(np.array([across * math.cos(s), across * math.sin(s), math.cos(r)]))
+    return [*rows, *(-row for row in rows)]
+
+
+def _angles(n) -> tuple[float, float]:
+    """rho, kept off the poles, and sigma of a unit vector."""
+    rho = math.atan2(math.hypot(n[0], n[1]), n[2])
+    return min(max(rho, _POLE), math.pi - _POLE), math.atan2(n[1], n[0])
+
+
+def _along(rho, sigma) -> np.ndarray:
+    """Unit vectors along rho and sigma, as rows."""
+    cr, sr, cs, ss = math.cos(rho), math.sin(rho), math.cos(sigma), math.sin(sigma)
+    return np.array([[cr * cs, cr * ss, -sr], [-ss, cs, 0.0]])
+
+
+def _flow(rates, length, n, theta) -> np.ndarray:
+    """Rate of the unit vector (three components), and of theta."""
+    rho, sigma = _angles(n)
+    moved = rates(Slow(float(length), rho, sigma, float(theta)))
+    turning = np.array([moved.rho, math.sin(rho) * moved.sigma]) @ _along(rho, sigma)
+    return np.append(turning, moved.theta)
+
+
+def _chart(rates, length, n, theta):
+    """The flow in coordinates x = (along rho, along sigma, theta) around a point."""
+    along = _along(*_angles(n))
+
+    def place(x):
+        moved = n + x[:2] @ along
+        return moved / np.linalg.norm(moved), theta + x[2]
+
+    def flow(x):
+        here = _flow(rates, length, *place(x))
+        return np.append(along @ here[:3], here[3])
+
+    return place, flow
+
+
+def _newton(rates, length, start, size):
+    """The equilibrium that a start leads to, theta within 0..pi; None if it leads to none."""
+    n, theta = start
+    for _ in range(60):
+        place, flow = _chart(rates, length, n, theta)
+        now = flow(np.zeros(3))
+        if np.abs(now).max() < _RESTING * size:
+            return _folded(n, theta)
+        slope = np.column_stack([(flow(h) - flow(-h)) / 2e-5 for h in 1e-5 * np.eye(3)])
+        step = np.linalg.lstsq(slope, -now, rcond=1e-7)[0]
+        n, theta = place(step * min(1.0, 0.4 / max(np.abs(step).max(), 1e-300)))
+    return None
+
+
+def _folded(n, theta):
+    """Theta within 0..pi: the motion is the same at -theta and at theta + 2 pi."""
+    theta = abs(math.remainder(theta, 2.0 * math.pi))
+    return n, 0.0 if theta < 1e-8 else theta
+
+
+def _classified(rates, length, settled, size):
+    """The equilibrium at a point, and a key that is the same for all points of its family."""
+    n, theta = settled
+    rho, sigma = _angles(n)
+    jacobian = derivatives(_chart(rates, length, n, theta)[1], np.zeros(3), by="difference")
+    jacobian = np.where(np.abs(jacobian) < 1e-9 * size, 0.0, jacobian)
+    free = [np.abs(jacobian[:, k]).max() < _NEUTRAL * size for k in range(3)]
+    values = np.linalg.eigvals(jacobian)
+    at_pole = min(rho, math.pi - rho) < _NEAR
+    if free[0] and free[1]:
+        rho = sigma = None
+    elif at_pole:
+        rho, sigma = (0.0 if rho < 1.0 else math.pi), None
+    elif free[1]:
+        sigma = None
+    told = (rho, sigma, None if free[2] else theta)
+    rate = rates(Slow(float(length), *_angles(n), float(theta))).l
+    rate = 0.0 if abs(rate) < _RESTING * size else float(rate)
+    key = _key(told)
+    return Equilibrium(*told, rate, jacobian, values, _stability(values, size)), key
+
+
+def _key(told) -> tuple:
+    rho, sigma, theta = told
+    around = None if sigma is None else [math.cos(sigma), math.sin(sigma)]
+    coarse = 10.0 * _NEAR
+    return tuple(None if x is None else tuple(np.round(np.atleast_1d(x) / coarse).astype(int))
+                 for x in (rho, around, theta))  # fmt: skip
+
+
+def _stability(values, size) -> str:
+    moving = [value for value in values if abs(value) > _NEUTRAL * size]
+    if any(value.real > _NEUTRAL * size for value in moving):
+        return "unstable"
+    damped = moving and all(value.real < -_NEUTRAL * size for value in moving)
+    return "stable" if damped else "neutral"

@@ -1,0 +1,164 @@
+"""Steady motion under B-dot where the gravity gradient rules: a small offset from the vertical.
+
+An axisymmetric satellite (A = B > C, axis up) on a circular orbit, by Poincare's method. Resal's
+axes R leave out the turn gamma about the symmetry axis: from the orbital frame X they are turned by
+the pitch alpha about the orbit normal, forward positive, then by the roll beta about the first
+axis. Rates by the argument of latitude u in units of omega0; lambda = C/A,
+eps = k B0^2/(omega0 A).
+
+B-dot holds on to the field, which turns in X: its mean torque is about the orbit normal and leans
+the axis forward, its swing leans it aside.
+"""
+
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydantic import Field
+from scipy.integrate import solve_ivp
+
+from torquer.environment.field.averaged import b_orbital, cone_angle
+from torquer.spec import Spec
+from torquer.theory.poincare import Response, samples_of, small_parameter
+
+#: Places in the state: absolute rates along R, then pitch, roll, turn about the axis.
+OMEGA, PITCH, ROLL, TURN = slice(0, 3), 3, 4, 5
+REST = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
+
+
+class SteadyBdot(Spec):
+    """A satellite that gravity holds upright, under B-dot in the averaged field.
+
+    `cone_deg`: half-angle of the field's cone; left out, that of the inclination. MAG 2.2 takes
+    the inclination itself for it.
+    """
+
+    ratio: float = Field(gt=0.0, lt=1.0)
+    eps: float = Field(gt=0.0)
+    inclination_deg: float = Field(ge=0.0, le=180.0)
+    cone_deg: float | None = Field(default=None, ge=0.0, le=180.0)
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Inclination and half-angle of the cone [rad]."""
+        i = math.radians(self.inclination_deg)
+        return i, cone_angle(i) if self.cone_deg is None else math.radians(self.cone_deg)
+
+    def as_published(self) -> "SteadyBdot":
+        """The same in the field of MAG 2.2, whose cone has the inclination for half-angle."""
+        return self.model_copy(update={"cone_deg": self.inclination_deg})
+
+
+class Offset(NamedTuple):
+    """Constant lean [rad] of the axis: forward in the orbit plane, and aside."""
+
+    pitch: float
+    roll: float
+
+
+def published_offset(case: SteadyBdot) -> Offset:
+    """Lean for a cone of the inclination's half-angle (MAG 2.2, after (2.1.17)).
+
+    Pitch eps sin^2 i/(3 - 3 lambda), roll -eps sin i cos i/(4 - 3 lambda). The text counts both
+    with the other sign of X2, and has the digits 3 and 2 in the roll's divisor, which gravity and
+    the orbit's turn make 4 - 3 lambda.
+    """
+    s, c = math.sin(case.angles[0]), math.cos(case.angles[0])
+    free = 3.0 - 3.0 * case.ratio
+    return Offset(case.eps * s * s / free, -case.eps * s * c / (1.0 + free))
+
+
+def published_swing(case: SteadyBdot, u) -> tuple[np.ndarray, np.ndarray]:
+    """Pitch and roll [rad] at u from rest at the vertical, to the first power of eps (MAG 2.2)."""
+    u, lean, free = np.asarray(u), published_offset(case), 3.0 - 3.0 * case.ratio
+    pitch = lean.pitch * (1.0 - np.cos(math.sqrt(free) * u))
+    return pitch, lean.roll * (1.0 - np.cos(math.sqrt(1.0 + free) * u))
+
+
+def gravity_rates(ratio: float, x) -> np.ndarray:
+    """Derivatives by u of states `[..., 6]` without the magnetic torque. Source: MAG (2.1.17)."""
+    w1, w2, w3 = (x[..., k] for k in range(3))
+    alpha, beta = x[..., PITCH], x[..., ROLL]
+    sb, cb = np.sin(beta), np.cos(beta)
+    spin = -w2 * sb / cb  # of R about its third axis
+    up1, up2, up3 = -np.sin(alpha), np.cos(alpha) * sb, np.cos(alpha) * cb
+    pull = 3.0 * (1.0 - ratio)
+    return np.stack(
+        [
+            spin * w2 - ratio * w2 * w3 - pull * up2 * up3,
+            ratio * w1 * w3 - spin * w1 + pull * up1 * up3,
+            0.0 * w3,
+            w2 / cb - 1.0,
+            w1,
+            w3 - spin,
+        ],
+        axis=-1,
+    )
+
+
+@functools.cache
+def _harmonics(angles) -> np.ndarray:
+    """Fourier coefficients `[4, 3]` of the field over B0 in X: it has no harmonics above 3."""
+    u = samples_of(2.0 * math.pi, 8)
+    given = np.fft.rfft([b_orbital(1.0, float(each), *angles) for each in u], axis=0)[:4] / 8.0
+    given[1:] *= 2.0
+    return given
+
+
+def _field(u, angles):
+    """Field over B0, and its derivative by u as X sees it: `[..., 3]` in X."""
+    k = np.arange(4)
+    turn = np.exp(1j * np.multiply.outer(u, k))
+    return (turn @ _harmonics(angles)).real, ((1j * k * turn) @ _harmonics(angles)).real
+
+
+def _to_resal(vectors, alpha, beta):
+    """Vectors `[..., 3]` of X in Resal's axes."""
+    ca, sa, cb, sb = np.cos(alpha), np.sin(alpha), np.cos(beta), np.sin(beta)
+    x, y, z = (vectors[..., k] for k in range(3))
+    across = x * sa + z * ca
+    return np.stack([x * ca - z * sa, y * cb + across * sb, across * cb - y * sb], axis=-1)
+
+
+def magnetic_rates(case: SteadyBdot, u, x) -> np.ndarray:
+    """What m = -k dB/dt adds to the derivatives by u, over eps, with the body's own turn in dB/dt.
+
+    dB/dt in the body is the field's turn in X less (omega - omega of X) x B, a vector of which R
+    and the body have components of their own.
+    """
+    u = np.asarray(u, dtype=np.float64)
+    b, turning = (_to_resal(v, x[..., PITCH], x[..., ROLL]) for v in _field(u, case.angles))
+    normal = _to_resal(np.array([0.0, 1.0, 0.0]) + 0.0 * b, x[..., PITCH], x[..., ROLL])
+    relative = x[..., OMEGA] - normal
+    m = np.cross(relative, b) - turning
+    torque = np.cross(m, b) / np.array([1.0, 1.0, case.ratio])
+    return np.concatenate([torque, 0.0 * torque], axis=-1)
+
+
+def steady_response(case: SteadyBdot) -> Response:
+    """Forced motion per unit of eps around the vertical, by Poincare's method."""
+    return small_parameter(
+        lambda x: gravity_rates(case.ratio, x),
+        lambda u, x: magnetic_rates(case, u, x),
+        REST,
+        samples=63,
+    )
+
+
+def full_motion(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
+    """u, and states `[n, 6]` of the whole equations from rest at the vertical."""
+    end = 2.0 * math.pi * revolutions
+    u = np.linspace(0.0, end, round(per_revolution * revolutions) + 1)
+    run = solve_ivp(
+        lambda u, x: gravity_rates(case.ratio, x) + case.eps * magnetic_rates(case, u, x),
+        (0.0, end), REST, method="DOP853", rtol=1e-10, atol=1e-12, t_eval=u,
+    )  # fmt: skip
+    return u, run.y.T
+
+
+def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offset:
+    """Mean lean [rad] of the whole equations over the last revolutions."""
+    _, x = full_motion(case, revolutions)
+    tail = x[-60 * last - 1 : -1]
+    return Offset(float(tail[:, PITCH].mean()), float(tail[:, ROLL].mean()))
