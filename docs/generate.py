@@ -10,11 +10,16 @@ from pydantic import BaseModel
 from torquer.control import LAWS
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
+from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
+from torquer.orbit.numerical import STARTS, Drag
 from torquer.scenario.load import presets
 from torquer.simulation.spec import Control, InitialMotion, Scenario, Simulation, Spacecraft
+from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate, Sphere
+from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.disturbance import Disturbance
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sun_sensor import SunSensors
@@ -24,14 +29,23 @@ ROOT = Path(__file__).parents[1]
 TABLES = {
     "(top of the file)": Scenario,
     **{f"orbit, kind = {kind!r}": spec for kind, spec in ORBITS.items()},
+    **{f"orbit.start, kind = {kind!r} (numerical)": s for kind, s in STARTS.items()},
+    "orbit.drag (numerical)": Drag,
     "environment": Environment,
     **{f"environment.field, kind = {kind!r}": spec for kind, spec in FIELDS.items()},
+    **{f"environment.atmosphere, kind = {kind!r}": s for kind, s in ATMOSPHERES.items()},
     "spacecraft": Spacecraft,
     "spacecraft.body": Body,
     "spacecraft.coils": Coils,
     "spacecraft.magnetometer": Magnetometer,
     "spacecraft.gyro": Gyro,
     "spacecraft.sun_sensors": SunSensors,
+    "spacecraft.attitude_sensor": AttitudeSensor,
+    "spacecraft.aerodynamics": Aerodynamics,
+    "spacecraft.aerodynamics.parts, kind = 'cylinder'": Cylinder,
+    "spacecraft.aerodynamics.parts, kind = 'plate'": Plate,
+    "spacecraft.aerodynamics.parts, kind = 'sphere'": Sphere,
+    "disturbance": Disturbance,
     "initial": InitialMotion,
     "control": Control,
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
@@ -65,6 +79,8 @@ def _table(name: str, spec) -> list[str]:
 def _default(key: str, field) -> str:
     if field.is_required():
         return "**must be given**"
+    if field.default_factory is not None:
+        return f"`{field.default_factory()!r}`"
     if isinstance(field.default, BaseModel):
         return "its own defaults" if key != "kind" else f"`{field.default!r}`"
     return f"`{field.default!r}`"

@@ -184,7 +184,7 @@ def test_nrlmsis_hands_over_place_and_indices():
 def test_without_the_package_nrlmsis_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "pymsis", None)
     message = r'must have the package pymsis \(pip install "torquer\[nrlmsis\]"\)'
-    with pytest.raises(ImportError, match=message):
+    with pytest.raises(ValueError, match=message):
         Nrlmsis(f107=150, ap=12).density([0.0], START, ecef_from_geodetic(0, 0, 400e3))
 
 

@@ -56,6 +56,14 @@ CASES = [
      "orbit.drag.atmosphere.kind: must be one of gost, exponential, nrlmsis; received 'thin'"),
     ({"spacecraft.body.inertia_kg_m2": {}},
      "spacecraft.body.inertia_kg_m2: must be a list; received {}"),
+    ({"spacecraft.aerodynamics": {"parts": [{"kind": "ball"}]}},
+     "spacecraft.aerodynamics.parts[0].kind: must be one of cylinder, plate, sphere; "
+     "received 'ball'"),
+    ({"spacecraft.aerodynamics": {"parts": []}},
+     "spacecraft.aerodynamics.parts: must have 1 or more values; received []"),
+    ({"initial.quaternion": [0, 0, 0, 1], "initial.euler_deg": [90, 0, 0]},
+     "initial.quaternion: either it or euler_deg must be given; received both, euler_deg = "
+     "[90.0, 0.0, 0.0]"),
     ({"control.law.kind": 3},
      f"control.law.kind: must be one of {', '.join(LAWS)}; received 3"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
@@ -159,7 +167,7 @@ CASES = [
      "simulation.duration_s: either it or revolutions must be given; received both"),
     ({"simulation.duration_s": 1e300},
      "simulation: a run must have 1 to 1e+13 steps; received 1e+300"),
-    ({"simulation.duration_s": 1e-12}, "simulation: a run must have 1 to 1e+13 steps; received 0"),
+    ({"simulation.duration_s": 1e-12}, "simulation.record_s: must not exceed the duration of 1e-12 s; received 10 s"),
     ({"simulation.step_s": 1e-320},
      "control.sample_s: must be a whole multiple of step_s = 9.99989e-321 s; received 1 s"),
     ({"environment.table_tolerance": 0, "simulation.integrator": "dop853"},

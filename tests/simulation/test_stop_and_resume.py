@@ -297,3 +297,23 @@ def test_plain_python_computes_the_same_as_compiled_code(plain_data):
             scale = np.abs(compiled[name].values).max()
             assert scale > 0.0
             assert np.abs(compiled[name].values - values).max() < 1e-12 * scale, name
+
+
+def test_a_law_that_was_edited_meanwhile_is_not_resumed_with(tmp_path):
+    file = tmp_path / "law.py"
+    file.write_text("def mine(measured, parameters, memory):\n    return (0.0, 0.0, 0.0)\n")
+    text = f"""
+start = 2025-03-01T00:00:00Z
+orbit = {{ kind = "circular", altitude_km = 500, inclination_deg = 60 }}
+environment = {{ field = {{ kind = "direct_dipole" }}, table_tolerance = 1e-6 }}
+spacecraft.body.inertia_kg_m2 = [1.0, 1.2, 1.5]
+spacecraft.coils.limit_a_m2 = 1.0
+initial.rate_deg_s = [1, 2, 3]
+control.law = {{ kind = "user", file = "{file}", function = "mine" }}
+simulation = {{ duration_s = 40, record_s = 10 }}
+"""
+    stopped = torquer.simulate(torquer.scenario_from_text(text), until_s=20.0)
+    assert torquer.resume(stopped).attrs["how_it_ended"] == "complete"
+    file.write_text("def mine(measured, parameters, memory):\n    return (0.1, 0.0, 0.0)\n")
+    with pytest.raises(ValueError, match="law mine: must be the one with which the run began"):
+        torquer.resume(stopped)

@@ -76,7 +76,10 @@ def _checked(scenario_path: Path):
     """The scenario, if its law, field, date and orbit can be used."""
     scenario = load_scenario(scenario_path)
     scenario.control.law.law().pack()
-    scenario.surroundings().sample(_ends(scenario))
+    around, t_s = scenario.surroundings(), _looks(scenario)
+    around.sample(t_s)
+    if scenario.spacecraft.aerodynamics:
+        around.flow(t_s)
     return scenario
 
 
@@ -94,10 +97,12 @@ def version(as_json: bool) -> int:
     return 0
 
 
-def _ends(scenario):
+def _looks(scenario):
+    """Times at which models are tried: both ends of the run, and all around the first orbit."""
     import numpy as np
 
-    return np.array([0.0, scenario.steps() * scenario.simulation.step_s])
+    end = scenario.steps() * scenario.simulation.step_s
+    return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
 
 
 def make_writable(out: Path) -> None:

@@ -13,6 +13,7 @@ import hashlib
 import importlib.util
 import inspect
 import math
+import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -155,7 +156,8 @@ def _compiled(function: Callable, **options):
     try:
         return numba.njit(SIGNATURE, fastmath={"contract"}, **options)(function)
     except numba.core.errors.NumbaError as error:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
         must = _must_compile(function)
         raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
@@ -186,6 +188,21 @@ def _guard(measured, parameters, memory):
 
 def _must_compile(plain: Callable) -> str:
     return f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (mx, my, mz)"
+
+
+def source_mark(function: Callable) -> str:
+    """Mark of all Python files beside a user's law; '' for the package's laws and typed ones."""
+    plain = getattr(function, "py_func", function)
+    try:
+        source = Path(inspect.getsourcefile(plain) or "")
+    except TypeError:  # an object that is called like a function
+        return ""
+    if engine.is_own(plain) or not source.is_file():
+        return ""
+    digest = hashlib.sha256()
+    for path in _beside(source):
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _beside(file: Path) -> list[Path]:

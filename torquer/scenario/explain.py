@@ -64,6 +64,8 @@ def _by_place(error: ValidationError, data: dict) -> dict:
     """Mistakes as {key: {member of the union at that key, or "": [(key, mistake)]}}."""
     found = {}
     for mistake in error.errors():
+        if mistake["type"] == "too_short" and mistake["input"]:
+            continue  # its members were wrong, and each has its line
         keys, union, member = _keys(mistake["loc"], data)
         if mistake["type"] == "missing" and isinstance(mistake["input"], list | tuple):
             keys = keys[:-1]  # a list that is too short
@@ -122,12 +124,15 @@ def _line(keys: tuple, mistake: dict) -> str:
         return f"{key}: must be given; received nothing"
     if kind == "extra_forbidden":
         return f"{key}: must be a known key; received {received}"
+    if kind == "too_short":
+        return f"{key}: must have {context['min_length']} or more values; received {received}"
     if kind == "too_long":
         return f"{key}: must have {context['max_length']} values; received {received}"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
         received = "nothing" if given is None else _shown(given)
-        known = _KINDS[re.sub(r"\[\d+\]$", "", key).rpartition(".")[2]]
+        known = _KINDS.get(re.sub(r"\[\d+\]$", "", key).rpartition(".")[2], ())
+        known = known or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
         return f"{key}.kind: must be one of {', '.join(known)}; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import torquer
+from torquer.control.law import source_mark
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.simulation import step as loop
 from torquer.simulation.run import Run
@@ -136,6 +137,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         "scenario": run.scenario.model_dump_json(),
         "law": _law_of(run)[0],
         "law_parameters": _law_of(run)[1],
+        "law_source": source_mark(run.law.function),
         "law_runs_as": "compiled" if run.law.compiled else "plain Python (slow: not decorated)",
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
@@ -169,6 +171,11 @@ def restore(run: Run, result: xr.Dataset) -> None:
     if given != began:
         raise ValueError(
             f"law: must be {' '.join(began)}, with which the run began; received {' '.join(given)}"
+        )
+    if result.attrs.get("law_source", "") != source_mark(run.law.function):
+        raise ValueError(
+            f"law {run.law.name}: must be the one with which the run began; its file, or one "
+            "beside it, has been edited since"
         )
     _restore_state(run, result["checkpoint"].values)
     _restore_record(run, result)

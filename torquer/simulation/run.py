@@ -179,6 +179,8 @@ def _bad_answer(run: Run) -> str:
     error = _error_raised(run)
     if error is not None:
         return f"must not raise; received {error!r}"
+    if not run.law.navigates:
+        shown += " (position and model field are not numbers unless the law says navigates=True)"
     return f"must return a finite dipole and must not raise; {shown}"
 
 

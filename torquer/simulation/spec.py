@@ -63,6 +63,11 @@ class InitialMotion(Spec):
             raise ValueError(
                 f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
             )
+        if self.quaternion is not None and any(self.euler_deg):
+            raise ValueError(
+                "quaternion: either it or euler_deg must be given; received both, euler_deg = "
+                f"{list(self.euler_deg)}"
+            )
         return self
 
     def motion(self, r_m, v_m_s) -> np.ndarray:
@@ -116,7 +121,8 @@ class Simulation(Spec):
     """How the run is computed.
 
     Duration: `duration_s` or `revolutions`. `step_s`: step of the integrator. `record_s`:
-    interval of the record. `integrator`: 'rk4', 'splitting' (exact free rotation between
+    interval of the record (a run lasts whole intervals: the duration is rounded up to them, and
+    must not be shorter than one). `integrator`: 'rk4', 'splitting' (exact free rotation between
     kicks: large steps for a fast spinner) or 'dop853' (adaptive within a step, `tolerance`).
     """
 
@@ -200,6 +206,11 @@ class Scenario(Spec):
         per_record = whole_steps("simulation.record_s", s.record_s, s.step_s)
         try:
             duration = s.duration_s or s.revolutions * self.orbit.period_s
+            if duration < s.record_s * (1.0 - 1e-9):
+                raise ValueError(
+                    f"simulation.record_s: must not exceed the duration of {duration:g} s; "
+                    f"received {s.record_s:g} s"
+                )
             steps = math.ceil(duration / s.record_s - 1e-9) * per_record
         except ArithmeticError:  # an orbit or a duration beyond the range of floats
             steps = math.inf

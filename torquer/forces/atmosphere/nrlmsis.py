@@ -57,7 +57,7 @@ def _package():
     try:
         import pymsis
     except ImportError:
-        raise ImportError(
+        raise ValueError(
             'atmosphere nrlmsis: must have the package pymsis (pip install "torquer[nrlmsis]"); '
             "received no such package"
         ) from None

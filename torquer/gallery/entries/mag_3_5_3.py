@@ -1,11 +1,12 @@
 """MAG Figs. 3.5.3, 3.5.4: UniSat-5 by the standard and by the proposed scheme.
 
-As in the text: the orbit, IGRF, gravity, coils of 1 A m^2, rates, gains, a target 19.6 deg off the
-axis at the start. Not given, and taken here: a cube of 0.5 m with its centre 1 cm off, June
-2012, a start at perigee at the ascending node with body axes on the inertial ones, eight azimuths
-of the target; readings every second; nutation damped below 10 deg (held for a minute, for 30 000 s at most) and
-damping that goes on during the spin-up. The proposed scheme has the gain k4 and three stages: it
-is read as the second preliminary law with nutation damping, spin-up, reorientation.
+As in the text: the orbit, IGRF, gravity, air, coils of 1 A m^2, rates, gains, a target 19.6 deg
+off the axis at the start. Not given, and taken here: a cube of 0.5 m with its centre 1 cm off,
+June 2012, a start at perigee at the ascending node with body axes on the inertial ones, eight
+azimuths of the target; readings every second; nutation damped below 10 deg (held for a minute,
+for 30 000 s at most) and damping that goes on during the spin-up. The proposed scheme has the
+gain k4 and three stages: it is read as the second preliminary law with nutation damping,
+spin-up, reorientation.
 """
 
 import numpy as np
