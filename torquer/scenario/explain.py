@@ -64,8 +64,8 @@ def _by_place(error: ValidationError, data: dict) -> dict:
     """Mistakes as {key: {member of the union at that key, or "": [(key, mistake)]}}."""
     found = {}
     for mistake in error.errors():
-        if mistake["type"] == "too_short" and mistake["input"]:
-            continue  # its members were wrong, and each has its line
+        if mistake["type"] == "too_short" and len(mistake["input"]) >= mistake["ctx"]["min_length"]:
+            continue  # long enough, but its members are wrong, and each has its line
         keys, union, member = _keys(mistake["loc"], data)
         if mistake["type"] == "missing" and isinstance(mistake["input"], list | tuple):
             keys = keys[:-1]  # a list that is too short
