@@ -157,3 +157,11 @@ def test_notes_tell_that_wheels_spoil_the_splitting_at_large_steps(make):
     assert "with wheels the splitting is of order 2 only: their 0.5 N m s turn the rate" in note
     slow = {"initial.rate_deg_s": [0.0, 0.0, 0.1], "simulation.integrator": "splitting"}
     assert notes_of(make(slow | wheels)) == []
+
+
+def test_notes_tell_of_old_two_line_elements():
+    text = CHIBIS.read_text(encoding="utf-8")
+    assert notes_of(load_scenario(CHIBIS)) == []
+    late = scenario_from_text(text.replace("start = 2012-03-04", "start = 2013-09-04"))
+    (note,) = notes_of(late)
+    assert note.startswith("the start is 555 days after the epoch of the two-line elements")

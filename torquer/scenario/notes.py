@@ -5,16 +5,35 @@ import math
 import numpy as np
 
 from torquer.control.bdot import Bdot
+from torquer.orbit.numerical import epoch_of
+from torquer.orbit.sgp4 import Sgp4
 from torquer.simulation.spec import Scenario
 from torquer.theory.gains import bdot_greatest_gain, sampling_limit_rad_s
 
 #: A strong field in low orbit [T], for the limit of the gain.
 _STRONG_FIELD_T = 5e-5
+#: Age of two-line elements [days] from which the satellite's place is hardly theirs any more.
+_OLD_DAYS = 14.0
 
 
 def notes_of(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
-    return [*_sampling_notes(scenario), *_step_notes(scenario)]
+    return [*_sampling_notes(scenario), *_step_notes(scenario), *_orbit_notes(scenario)]
+
+
+def _orbit_notes(scenario: Scenario) -> list[str]:
+    orbit = scenario.orbit
+    elements = orbit if isinstance(orbit, Sgp4) else getattr(orbit, "start", None)
+    if not isinstance(elements, Sgp4):
+        return []
+    age_days = (scenario.start - epoch_of(elements)).total_seconds() / 86400.0
+    if abs(age_days) < _OLD_DAYS:
+        return []
+    side = "after" if age_days > 0.0 else "before"
+    return [
+        f"the start is {abs(age_days):.0f} days {side} the epoch of the two-line elements: such "
+        "elements lose some kilometres a day"
+    ]
 
 
 def _initial_rate(scenario: Scenario) -> float:
