@@ -9,14 +9,9 @@ import math
 
 import numpy as np
 
-from torquer.engine import kernel
 from torquer.gallery.drawing import BLUE, GREEN, RED, label, new_figure
 from torquer.gallery.entry import Answer, Entry, Verdict, within
-from torquer.theory.evolution.model import Evolution, Slow
-from torquer.theory.evolution.nutation_damping import nutation_damping_rates
-from torquer.theory.evolution.preliminary_1 import preliminary_1_rates
-from torquer.theory.evolution.preliminary_2 import preliminary_2_rates
-from torquer.theory.evolution.spin_up import small_parameter
+from torquer.theory.evolution.first_stage import FIRST_STAGES
 from torquer.theory.slow_motion import map_of_evolution
 
 TABLE = {
@@ -24,51 +19,17 @@ TABLE = {
     "moderate, high": "preliminary 1 + nutation damping → nutation damping → spin-up → "
     "reorientation",
 }
-EPS, DAMPING, START_DEG, END = 0.1, 3.0, 60.0, 20.0 * math.pi
+EPS, START_DEG, END = 0.1, 60.0, 20.0 * math.pi
 INCLINATIONS_DEG = np.linspace(1.0, 90.0, 90)
-
-
-@kernel
-def _joined(one, other):
-    """Sum of two averaged motions, the second, damping, `DAMPING` times as strong."""
-    return Slow(
-        one.l + DAMPING * other.l,
-        one.rho + DAMPING * other.rho,
-        one.sigma + DAMPING * other.sigma,
-        one.theta + DAMPING * other.theta,
-    )
-
-
-@kernel
-def damping_alone(slow, case):
-    """Nutation damping of the joint stages, without a reorientation."""
-    return _joined(Slow(0.0, 0.0, 0.0, 0.0), nutation_damping_rates(slow, case))
-
-
-@kernel
-def with_preliminary_1(slow, case):
-    """First preliminary reorientation with nutation damping."""
-    return _joined(preliminary_1_rates(slow, case), nutation_damping_rates(slow, case))
-
-
-@kernel
-def with_preliminary_2(slow, case):
-    """Second preliminary reorientation with nutation damping."""
-    return _joined(preliminary_2_rates(slow, case), nutation_damping_rates(slow, case))
-
-
-STAGES = {
-    "preliminary 1 + damping": Evolution("with_preliminary_1", with_preliminary_1, small_parameter),
-    "preliminary 2 + damping": Evolution("with_preliminary_2", with_preliminary_2, small_parameter),
-    "damping alone": Evolution("damping_alone", damping_alone, small_parameter),
-}
 
 
 def after_first_stage() -> dict:
     """rho and theta [deg] `[2, inclination]` after 10 revolutions of each first stage."""
     axes = {"inclination_deg": INCLINATIONS_DEG}
     fixed = {"sigma_deg": 0.0, "rho_deg": START_DEG, "theta_deg": START_DEG, "eps": EPS}
-    found = {name: map_of_evolution(stage, axes, fixed, END) for name, stage in STAGES.items()}
+    found = {
+        name: map_of_evolution(stage, axes, fixed, END) for name, stage in FIRST_STAGES.items()
+    }
     return {name: np.degrees([slow.rho, slow.theta]) for name, slow in found.items()}
 
 
