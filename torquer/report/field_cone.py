@@ -14,9 +14,8 @@ from torquer.environment.field.along import FieldsAlong
 from torquer.environment.field.averaged import cone_angle, mean_strength
 from torquer.geometry.frames import dcm_z_to_y
 from torquer.report.field_pictures import COLOURS, INK, SMALL, place, quiet, sheet
-from torquer.report.html import POLICY, figure_box
+from torquer.report.html import document, figure_box
 from torquer.report.interactive import layout
-from torquer.report.page import CSS, SCRIPT
 
 _CONE = "#9aa7b0"
 _UPRIGHT, _NODE = "Earth's axis", "ascending node"
@@ -155,34 +154,19 @@ def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
 
 def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
     """Write the same picture in space as a page that opens anywhere and loads nothing."""
-    from plotly.offline import get_plotlyjs
-
     told = (
         "The tip of the field's vector over the orbit, in the axes Y: Y3 is the Earth's axis, Y1 "
         "points to the ascending node. Grey: the cone of the averaged field, half-angle "
         f"{shape.half_angle_deg:.2f} deg, length {1e6 * shape.b0_t:.2f} µT. Turn it with the "
         "mouse; a click on a name in the legend hides the model."
     )
-    path.write_text(
-        "\n".join(
-            [
-                "<!DOCTYPE html>",
-                '<html lang="en"><head><meta charset="utf-8">',
-                '<meta name="viewport" content="width=device-width, initial-scale=1">',
-                f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-                f"<title>{escape(title)} · torquer</title>",
-                f"<style>{CSS}</style></head><body><main>",
-                f"<header><h1>The field's cone · {escape(title)}</h1></header>",
-                f'<section class="card" id="cone"><p>{escape(told)}</p>',
-                figure_box(cone_figure(along, labels, shape)),
-                "</section></main>",
-                f"<script>{get_plotlyjs()}</script>",
-                f"<script>{SCRIPT}</script>",
-                "</body></html>",
-            ]
-        ),
-        encoding="utf-8",
-    )
+    sections = [
+        f"<header><h1>The field's cone · {escape(title)}</h1></header>",
+        f'<section class="card" id="cone"><p>{escape(told)}</p>',
+        figure_box(cone_figure(along, labels, shape)),
+        "</section>",
+    ]
+    path.write_text(document(title, sections), encoding="utf-8")
     return path
 
 

@@ -16,7 +16,7 @@ from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import View
 
 #: The browser itself is told to load nothing. (plotly.js compiles its shaders' glue by itself.)
-POLICY = (
+_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; worker-src blob:"
 )
@@ -30,23 +30,32 @@ def write_page(view: View, pictures, path: Path, overview_png: Path | None = Non
 
 def page(view: View, pictures, overview_png: Path | None = None) -> str:
     """The page's text."""
-    from plotly.offline import get_plotlyjs
-
-    scenario = view.scenario
-    return "\n".join(
+    return document(
+        view.scenario.name,
         [
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-            f"<title>{escape(scenario.name)} · torquer</title>",
-            f"<style>{CSS}</style></head><body><main>",
             _head(view),
             _without_scripts(overview_png),
             *(_picture(view, picture) for picture in pictures),
             _track(view),
             _scene(view),
             _scenario(view),
+        ],
+    )
+
+
+def document(title: str, sections) -> str:
+    """A whole page around its sections, with all that it needs inside; the title is escaped."""
+    from plotly.offline import get_plotlyjs
+
+    return "\n".join(
+        [
+            "<!DOCTYPE html>",
+            '<html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
+            f"<title>{escape(title)} · torquer</title>",
+            f"<style>{CSS}</style></head><body><main>",
+            *sections,
             "</main>",
             f"<script>{get_plotlyjs()}</script>",
             f"<script>{SCRIPT}</script>",

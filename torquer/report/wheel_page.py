@@ -5,9 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.report.html import POLICY, figure_box
+from torquer.report.html import document, figure_box
 from torquer.report.interactive import layout
-from torquer.report.page import CSS, SCRIPT
 from torquer.report.panels import BLUE, ORANGE
 from torquer.report.wheel_pictures import needed
 from torquer.report.wheel_tables import failure_rows, layout_rows, lost_label, summary_rows
@@ -21,8 +20,6 @@ _MENU = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "showactive": 
 
 def write_page(design, report: dict, path: Path) -> Path:
     """Write the page."""
-    from plotly.offline import get_plotlyjs
-
     title = report["description"] or report["name"]
     told = (
         f"Blue: momenta [N m s] within reach. Orange: what turns at {needed(design, report)[1]:.4g}"
@@ -34,27 +31,10 @@ def write_page(design, report: dict, path: Path) -> Path:
     rows.append(_section("failures", *_titled(failure_rows(report))))
     if len(report["layouts"]) > 1:
         rows.append(_section("layouts", *_titled(layout_rows(report))))
-    path.write_text(_page(title, rows, get_plotlyjs()), encoding="utf-8")
-    return path
-
-
-def _page(title: str, sections, plotly: str) -> str:
-    return "\n".join(
-        [
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">',
-            f"<title>{escape(title)} · torquer</title>",
-            f"<style>{CSS}</style></head><body><main>",
-            f"<header><h1>{escape(title)}</h1></header>",
-            *sections,
-            "</main>",
-            f"<script>{plotly}</script>",
-            f"<script>{SCRIPT}</script>",
-            "</body></html>",
-        ]
+    path.write_text(
+        document(title, [f"<header><h1>{escape(title)}</h1></header>", *rows]), encoding="utf-8"
     )
+    return path
 
 
 def _section(name: str, title: str, told: str, body: str) -> str:
