@@ -57,7 +57,8 @@ class Measured(NamedTuple):
     `sun_body` is a unit vector, or zeros when no sensor sees the Sun. The attitude comes from an
     attitude sensor (a star tracker, or what stands for a filter). Position, velocity and what
     the on-board field model says there are navigation, all inertial; they are not numbers unless
-    the law says that it `navigates`.
+    the law says that it `navigates`. `wheel_momentum_body_n_m_s` is the vector sum of the wheels'
+    momenta relative to the body, as their tachometers tell it.
     """
 
     t_s: float
@@ -70,3 +71,4 @@ class Measured(NamedTuple):
     v_inertial_m_s: tuple = (math.nan, math.nan, math.nan)
     b_inertial_t: tuple = (math.nan, math.nan, math.nan)
     b_rate_inertial_t_s: tuple = (math.nan, math.nan, math.nan)
+    wheel_momentum_body_n_m_s: tuple = (0.0, 0.0, 0.0)

@@ -1,10 +1,11 @@
 """Control laws as plug-ins: one signature, compiled once, passed as a first-class function.
 
-A law is a function `(measured, parameters, memory) -> (mx, my, mz)`:
+A law is a function `(measured, parameters, memory) -> (x, y, z)`:
   measured    `torquer.conventions.Measured`: all that the on-board computer knows;
   parameters  float64 array, in the order in which the law declares them;
   memory      float64 array, all that the law remembers between calls (kept across stop/resume);
-  returns     the wanted dipole [A m^2] in the body.
+  returns     as a law of the coils the wanted dipole [A m^2], as a law of the wheels the wanted
+              torque [N m] on the satellite; both in body axes.
 """
 
 import contextlib
@@ -32,7 +33,7 @@ _VECTOR = types.UniTuple(types.float64, 3)
 _ARRAY = types.float64[::1]
 _QUATERNION = types.UniTuple(types.float64, 4)
 MEASURED = types.NamedTuple(
-    (types.float64, *4 * (_VECTOR,), _QUATERNION, *4 * (_VECTOR,)), Measured
+    (types.float64, *4 * (_VECTOR,), _QUATERNION, *5 * (_VECTOR,)), Measured
 )
 SIGNATURE = _VECTOR(MEASURED, _ARRAY, _ARRAY)
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
@@ -187,7 +188,7 @@ def _guard(measured, parameters, memory):
 
 
 def _must_compile(plain: Callable) -> str:
-    return f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (mx, my, mz)"
+    return f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (x, y, z)"
 
 
 def source_mark(function: Callable) -> str:

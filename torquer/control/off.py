@@ -9,7 +9,7 @@ from torquer.spec import Spec
 
 @kernel
 def no_dipole(measured, parameters, memory):
-    """Zero dipole."""
+    """Nothing: no dipole of the coils, no torque of the wheels."""
     return (0.0, 0.0, 0.0)
 
 

@@ -15,7 +15,8 @@ def summary_of(result: xr.Dataset) -> dict:
     t = result["time"].values
     rate = np.linalg.norm(result["omega_body"].values, axis=1)
     momentum = np.linalg.norm(result["momentum_inertial"].values, axis=1)
-    power_w = scenario.spacecraft.coils.power_at_limit_w
+    coils = scenario.spacecraft.coils
+    power_w = coils.power_at_limit_w if coils else None
     energy_j = float(result["coil_energy"])
     return {
         "scenario": scenario.name,

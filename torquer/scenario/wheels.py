@@ -14,7 +14,7 @@ from torquer.scenario.explain import explain
 from torquer.spacecraft.aerodynamics import AnyPart, Surface
 from torquer.spacecraft.body import Body
 from torquer.spec import Spec, Vector
-from torquer.wheel_array.accumulation import (
+from torquer.theory.wheel_accumulation import (
     PHASES,
     Growth,
     Held,
@@ -23,38 +23,12 @@ from torquer.wheel_array.accumulation import (
     held_torque,
     orbital_axes,
 )
-from torquer.wheel_array.layout import Limit, WheelArray
-from torquer.wheel_array.presets import AnyLayout
+from torquer.wheel_array.layout import Limit
+from torquer.wheel_array.presets import Wheels
 
 
 class WheelsError(ValueError):
     """What is wrong with a file of a wheel design: one line per mistake."""
-
-
-class Wheels(Spec):
-    """The array: layout, limits (one number or one per wheel), numbers from 0 of lost wheels."""
-
-    layout: AnyLayout
-    momentum_limit_n_m_s: Limit | tuple[Limit, ...]
-    torque_limit_n_m: Limit | tuple[Limit, ...] | None = None
-    lost: tuple[int, ...] = ()
-
-    @model_validator(mode="after")
-    def _is_an_array(self):
-        try:
-            self.array()
-        except ValidationError as error:
-            raise ValueError(str(error.errors()[0]["ctx"]["error"])) from None
-        return self
-
-    def array(self) -> WheelArray:
-        """The array itself."""
-        return WheelArray(
-            axes=tuple(map(tuple, self.layout.rows().tolist())),
-            momentum_limit_n_m_s=self.momentum_limit_n_m_s,
-            torque_limit_n_m=self.torque_limit_n_m,
-            lost=self.lost,
-        )
 
 
 class Demand(Spec):

@@ -11,13 +11,14 @@ import numpy as np
 from torquer.engine import inlined, kernel
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add_scaled, scale
+from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
 from torquer.integrate.rk4 import Motion, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
 from torquer.spacecraft.body import Rigid, World, motion_rates, torque_body
 from torquer.spacecraft.coils import remaining
 from torquer.spacecraft.disturbance import push_at
+from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, turn_rotors
 
 
 class DipolePath(NamedTuple):
@@ -45,6 +46,40 @@ class Around(NamedTuple):
     gravity: float
 
 
+class Wheels(NamedTuple):
+    """The rotors of the wheels and their state, which a step changes."""
+
+    rotors: Rotors
+    state: np.ndarray
+
+
+@inlined
+def turned(wheels, omega, step, h):
+    """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
+    if len(wheels) == 0:
+        return ()
+    return turn_rotors(wheels.rotors, wheels.state, omega, step, h)
+
+
+@inlined
+def bearing(rigid, spin, omega, since):
+    """The body with the momentum that its wheels have `since` seconds into the step."""
+    if len(spin) == 0:
+        return rigid
+    momentum = add(rigid.wheel_momentum, carried_momentum(spin, omega, since))
+    return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface)
+
+
+@inlined
+def pushed(push, spin):
+    """The push and what the wheels' motors give to the body; () for none of both."""
+    if len(spin) == 0:
+        return push
+    if len(push) == 0:
+        return reaction(spin)
+    return add(push, reaction(spin))
+
+
 @inlined
 def _flow_at(air, t):
     if len(air) == 0:
@@ -59,21 +94,31 @@ def environment_at(around, t):
     return World(b, scale(around.gravity, tide), _flow_at(around.air, t))
 
 
+@inlined
+def _rates(rigid, spin, world, path, since, x, push):
+    """Rates of a motion; `since`: seconds after the last event, and into the step."""
+    after, into = since
+    body = bearing(rigid, spin, x.omega, into)
+    return motion_rates(body, world, dipole_after(path, after), x, push)
+
+
 @kernel
-def by_rk4(rigid, around, path, push, x, here, first, last, h):
+def by_rk4(rigid, around, path, push, wheels, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
     """
+    half = 0.5 * h
     for step in range(first, last):
         middle = environment_at(around, (step + 0.5) * h)
         end = environment_at(around, (step + 1) * h)
         since = (step - first) * h
-        dipole, extra = dipole_after(path, since + 0.5 * h), push_at(push, step)
-        k1 = motion_rates(rigid, here, dipole_after(path, since), x, extra)
-        k2 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k1), extra)
-        k3 = motion_rates(rigid, middle, dipole, moved(x, 0.5 * h, k2), extra)
-        k4 = motion_rates(rigid, end, dipole_after(path, since + h), moved(x, h, k3), extra)
+        spin = turned(wheels, x.omega, step, h)
+        extra = pushed(push_at(push, step), spin)
+        k1 = _rates(rigid, spin, here, path, (since, 0.0), x, extra)
+        k2 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k1), extra)
+        k3 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k2), extra)
+        k4 = _rates(rigid, spin, end, path, (since + h, h), moved(x, h, k3), extra)
         x, here = rk4_sum(x, h, k1, k2, k3, k4), end
     return x, here
 
@@ -105,39 +150,42 @@ def by_splitting(rigid, principal, around, path, push, x, first, last, h):
 class SmoothMotion(NamedTuple):
     """The motion during a step or more for DOP853; t counts from `start_s`.
 
-    `push`: torque held for all of it, or (); `since_s`: age of the dipole's path at the start.
+    `push`: torque held for all of it, or (); `spin`: the wheels, or (); `since_s`: age of the
+    dipole's path at the start.
     """
 
     rigid: Rigid
     around: Around
     path: DipolePath
     push: tuple
+    spin: tuple
     start_s: float
     since_s: float
 
 
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
-    rigid, around, path, push, start_s, since_s = problem
+    rigid, around, path, push, spin, start_s, since_s = problem
     world = environment_at(around, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = motion_rates(rigid, world, dipole_after(path, since_s + t), x, push)
+    rate = _rates(rigid, spin, world, path, (since_s + t, t), x, push)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 
 
 @kernel
-def by_dop853(rigid, around, path, push, x, first, last, h, tolerance, work):
+def by_dop853(rigid, around, path, push, wheels, x, first, last, h, tolerance, work):
     """Motion after steps first..last-1, in steps of its own; not a number if it fails.
 
-    A torque that jumps is smooth within a step only.
+    A torque that jumps, as that of the wheels' bearings, is smooth within a step only.
     """
     y = np.array(x.q + x.omega)
-    stride = last - first if len(push) == 0 else 1
+    stride = last - first if len(push) + len(wheels) == 0 else 1
     for step in range(first, last, stride):
         since = (step - first) * h
-        extra = push_at(push, step)
-        problem = SmoothMotion(rigid, around, path, extra, step * h, since)
+        spin = turned(wheels, (y[4], y[5], y[6]), step, h)
+        extra = pushed(push_at(push, step), spin)
+        problem = SmoothMotion(rigid, around, path, extra, spin, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
         if ended[0] != DONE:
             y[4] = np.nan

@@ -16,7 +16,9 @@ from torquer.geometry.frames import geodetic_from_ecef
 from torquer.simulation import step as loop
 from torquer.simulation.run import Run
 from torquer.simulation.spec import Scenario
+from torquer.spacecraft.rotors import INERTIA
 from torquer.time import utc_at
+from torquer.wheel_array.layout import total_momentum
 
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
     import xarray as xr
@@ -52,6 +54,9 @@ def dataset_of(run: Run, how: str, ended: str) -> xr.Dataset:
         for name, first, last, unit, frame, meaning in _RECORDED
     }
     coordinates = _coordinates(run.scenario, t_s)
+    if run.plan.wheels:
+        variables |= _of_wheels(run, rows)
+        coordinates["wheel"] = np.arange(run.state.wheels.shape[1])
     import xarray as xr
 
     data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, how, ended))
@@ -68,6 +73,29 @@ def _coordinates(scenario: Scenario, t_s):
     }
 
 
+def _of_wheels(run: Run, rows) -> dict:
+    """What is recorded of the wheels, with their speeds."""
+    asked, momentum, motor = _wheel_columns(run, rows)
+    inertia = run.plan.wheels.rotors.rows[:, INERTIA]
+    told = (
+        ("wheel_momentum", momentum, "N m s", "momentum relative to the body"),
+        ("wheel_speed", momentum / inertia, "rad/s", "speed relative to the body"),
+        ("wheel_torque", motor, "N m", "torque that the motor is asked for"),
+    )
+    shown = {
+        name: (("time", "wheel"), values, {"units": unit, "frame": "wheel axis", "long_name": text})
+        for name, values, unit, text in told
+    }
+    meaning = "torque on the body that the law of the wheels asked for last"
+    attributes = {"units": "N m", "frame": "body", "long_name": meaning}
+    return {**shown, "torque_command_body": (_XYZ, asked, attributes)}
+
+
+def _wheel_columns(run: Run, rows) -> list:
+    """Views of the record: torque asked for (n, 3), momentum and motor torque of each wheel."""
+    return np.split(rows[:, loop.COLUMNS :], [3, 3 + run.state.wheels.shape[1]], axis=1)
+
+
 def _surroundings(run: Run, t_s, rows) -> dict:
     """Orbit, field, Sun and momentum at the recorded instants, from the models themselves."""
     around = run.scenario.surroundings()
@@ -79,11 +107,15 @@ def _surroundings(run: Run, t_s, rows) -> dict:
     to_body = to_inertial.transpose(0, 2, 1)
     body = run.scenario.spacecraft.body
     momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
+    if run.plan.wheels:
+        axes = run.plan.wheels.rotors.rows[:, :3]
+        momentum = momentum + total_momentum(axes, _wheel_columns(run, rows)[1])
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
 
-    power = run.scenario.spacecraft.coils.power_at_limit_w
+    coils = run.scenario.spacecraft.coils
+    power = coils.power_at_limit_w if coils else None
     note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")
 
     def vector(values, unit, frame, meaning):
@@ -135,10 +167,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
     }
     return {
         "scenario": run.scenario.model_dump_json(),
-        "law": _law_of(run)[0],
-        "law_parameters": _law_of(run)[1],
-        "law_source": source_mark(run.law.function),
-        "law_runs_as": "compiled" if run.law.compiled else "plain Python (slow: not decorated)",
+        **_law_attributes(run),
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
         "ended": ended,
@@ -150,7 +179,8 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
 
 def _stored(run: Run) -> tuple:
     """The arrays that hold the loop's state between steps."""
-    return (run.state.cells, run.state.coils, run.state.memory)
+    state = run.state
+    return (state.cells, state.coils, state.wheels, state.memory, state.wheel_memory)
 
 
 def _checkpoint(run: Run) -> dict:
@@ -165,24 +195,36 @@ def scenario_of(result: xr.Dataset) -> Scenario:
     return Scenario.model_validate_json(result.attrs["scenario"])
 
 
+def _law_attributes(run: Run) -> dict[str, str]:
+    """What a result says of its laws: `law` of the coils, `wheel_law` of the wheels."""
+    said = {}
+    for prefix, law in zip(("law", "wheel_law"), run.laws, strict=False):
+        said |= {
+            prefix: law.name,
+            f"{prefix}_parameters": json.dumps({k: float(v) for k, v in law.parameters.items()}),
+            f"{prefix}_source": source_mark(law.function),
+            f"{prefix}_runs_as": "compiled" if law.compiled else "plain Python (slow: not decorated)",
+        }
+    return said
+
+
 def restore(run: Run, result: xr.Dataset) -> None:
-    """Bring a freshly prepared run to where a result of the same scenario and law stopped."""
-    began, given = (result.attrs["law"], result.attrs["law_parameters"]), _law_of(run)
-    if given != began:
-        raise ValueError(
-            f"law: must be {' '.join(began)}, with which the run began; received {' '.join(given)}"
-        )
-    if result.attrs.get("law_source", "") != source_mark(run.law.function):
-        raise ValueError(
-            f"law {run.law.name}: must be the one with which the run began; its file, or one "
-            "beside it, has been edited since"
-        )
+    """Bring a freshly prepared run to where a result of the same scenario and laws stopped."""
+    given, began = _law_attributes(run), result.attrs
+    for prefix, law in zip(("law", "wheel_law"), run.laws, strict=False):
+        keys = (prefix, f"{prefix}_parameters")
+        if any(given[key] != began.get(key) for key in keys):
+            raise ValueError(
+                f"{prefix}: must be {' '.join(began.get(key, 'none') for key in keys)}, with which "
+                f"the run began; received {' '.join(given[key] for key in keys)}"
+            )
+        if given[f"{prefix}_source"] != began.get(f"{prefix}_source", ""):
+            raise ValueError(
+                f"{prefix} {law.name}: must be the one with which the run began; its file, or one "
+                "beside it, has been edited since"
+            )
     _restore_state(run, result["checkpoint"].values)
     _restore_record(run, result)
-
-
-def _law_of(run: Run) -> tuple[str, str]:
-    return run.law.name, json.dumps({k: float(v) for k, v in run.law.parameters.items()})
 
 
 def _restore_state(run: Run, cells: np.ndarray) -> None:
@@ -211,6 +253,10 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     run.record[: len(t_s), 0] = steps
     for name, first, last, *_ in _RECORDED:
         run.record[: len(t_s), first:last] = result[name].values
+    if run.plan.wheels:
+        names = ("torque_command_body", "wheel_momentum", "wheel_torque")
+        values = np.hstack([result[name].values for name in names])
+        run.record[: len(t_s), loop.COLUMNS :] = values
 
 
 def save(result: xr.Dataset, path) -> None:

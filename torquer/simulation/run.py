@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.control.law import Law, as_law, compile_law
+from torquer.control.off import Off
 from torquer.conventions import Measured
 from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
@@ -14,6 +15,7 @@ from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
 from torquer.simulation.advance import Around, environment_at
 from torquer.simulation.spec import Scenario, whole_steps
+from torquer.spacecraft.coils import NO_COILS
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
 #: Wall-clock time between looks at the progress and at the keyboard [s].
@@ -22,10 +24,14 @@ _PIECE_S = 0.05
 
 @dataclass(frozen=True)
 class Run:
-    """A prepared run: constants, tables, state and record. `advance_to` moves it on."""
+    """A prepared run: constants, tables, state and record. `advance_to` moves it on.
+
+    `law` is that of the coils, `wheel_law` that of the wheels, None for a satellite without.
+    """
 
     scenario: Scenario
     law: Law
+    wheel_law: Law | None
     plan: loop.Plan
     tables: loop.Tables
     state: loop.State
@@ -44,33 +50,43 @@ class Run:
 
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
-        if self.law.compiled:
-            law = compile_law(self.law.function)
-            return self.step_to(law, self.plan, last)
+        if all(law.compiled for law in self.laws):
+            return self.step_to([compile_law(law.function) for law in self.laws], self.plan, last)
         return _advance_in_python(self, last)
 
-    def step_to(self, law, plan: loop.Plan, last: int) -> int:
-        """The compiled loop under a compiled law, by the scenario's integrator."""
+    @property
+    def laws(self) -> list[Law]:
+        """The law of the coils and, if there is one, that of the wheels."""
+        return [self.law] if self.wheel_law is None else [self.law, self.wheel_law]
+
+    def step_to(self, laws: list, plan: loop.Plan, last: int) -> int:
+        """The compiled loop under compiled laws, by the scenario's integrator."""
         name = self.scenario.simulation.integrator
         principal = self.scenario.spacecraft.body.pack_principal() if name == "splitting" else None
         work = workspace(7) if name == "dop853" else None
+        law, wheel_law = (*laws, None)[:2]
         return loop.run_steps(
-            law, plan, self.tables, self.state, self.record, last, principal, work
+            law, wheel_law, plan, self.tables, self.state, self.record, last, principal, work
         )
 
 
-def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
+def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
     """Constants of a run for the kernels."""
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
     step_s = simulation.step_s
+    wheels, rotors_kg_m2 = (), 0.0
+    if wheel_law is not None:
+        wheels = craft.wheels.pack(wheel_law.pack(), step_s)
+        rotors_kg_m2 = craft.wheels.rotor_tensor_kg_m2()
     return loop.Plan(
-        rigid=craft.body.pack(craft.aerodynamics),
-        coils=craft.coils.pack(),
+        rigid=craft.body.pack(craft.aerodynamics, rotors_kg_m2),
+        coils=craft.coils.pack() if craft.coils else NO_COILS,
+        wheels=wheels,
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
         sun_sensors=craft.sun_sensors.pack() if craft.sun_sensors else NO_SUN_SENSORS,
         attitude_sensor=craft.attitude_sensor.pack(),
-        navigates=law.navigates,
+        navigates=law.navigates or (wheel_law is not None and wheel_law.navigates),
         parameters=law.pack(),
         step_s=step_s,
         cycle_steps=whole_steps("cycle", control.cycle_s, step_s),
@@ -84,33 +100,60 @@ def plan_of(scenario: Scenario, law: Law) -> loop.Plan:
     )
 
 
-def first_state(scenario: Scenario, law: Law, r_m, v_m_s) -> loop.State:
+def first_state(scenario: Scenario, plan: loop.Plan, laws: list[Law], r_m, v_m_s) -> loop.State:
     """State at the start."""
     cells = np.zeros(loop.CELLS)
     cells[loop.MOTION : loop.COMMAND] = scenario.initial.motion(r_m, v_m_s)
+    wheels, memories = np.zeros((0, 0)), [np.array(law.memory, dtype=np.float64) for law in laws]
+    if plan.wheels:
+        omega = cells[loop.MOTION + 4 : loop.COMMAND]
+        wheels = scenario.spacecraft.wheels.first_state(plan.wheels, omega)
     return loop.State(
         cells=cells,
-        coils=np.zeros((2, len(scenario.spacecraft.coils.axes))),
-        memory=np.array(law.memory, dtype=np.float64),
+        coils=np.zeros((2, len(plan.coils.rows))),
+        wheels=wheels,
+        memory=memories[0],
+        wheel_memory=memories[1] if len(memories) > 1 else np.zeros(0),
         step=np.zeros(1, dtype=np.int64),
     )
 
 
-def prepare(scenario: Scenario, law: Law | Callable | None = None) -> Run:
-    """Everything that a run needs; `law` takes the place of the scenario's."""
-    law = scenario.control.law.law() if law is None else as_law(law)
+def _laws_for(scenario: Scenario, law, wheel_law) -> tuple[Law, Law | None]:
+    """Laws of coils and wheels: as given, or the scenario's, or 'off'; None without wheels."""
+    craft, control = scenario.spacecraft, scenario.control
+    for name, given, hardware in (("coils", law, craft.coils), ("wheels", wheel_law, craft.wheels)):
+        if given is not None and hardware is None:
+            raise ValueError(f"spacecraft.{name}: must be given for a law of theirs; received none")
+    specs = control.law, control.wheels or Off()
+    laws = [
+        spec.law() if given is None else as_law(given)
+        for given, spec in zip((law, wheel_law), specs, strict=True)
+    ]
+    return laws[0], laws[1] if craft.wheels else None
+
+
+def prepare(
+    scenario: Scenario,
+    law: Law | Callable | None = None,
+    wheel_law: Law | Callable | None = None,
+) -> Run:
+    """Everything that a run needs; `law` and `wheel_law` take the place of the scenario's."""
+    craft = scenario.spacecraft
+    law, wheel_law = _laws_for(scenario, law, wheel_law)
     around = scenario.surroundings()
-    plan = plan_of(scenario, law)
+    plan = plan_of(scenario, law, wheel_law)
     duration_s = scenario.steps() * plan.step_s
     orbit_table = around.orbit_table(duration_s, plan.step_s)
-    seen = scenario.spacecraft.sun_sensors is not None  # else the Sun's table is never read
+    seen = craft.sun_sensors is not None  # else the Sun's table is never read
     sun_table = around.sun_table(duration_s) if seen else orbit_table.table
-    air = around.air_table(duration_s) if scenario.spacecraft.aerodynamics else ()
+    air = around.air_table(duration_s) if craft.aerodynamics else ()
     tables = loop.Tables(orbit_table.table, sun_table, air)
     r, v = around.state(np.zeros(1))
-    state = first_state(scenario, law, r[0], v[0])
-    record = np.full((scenario.steps() // plan.record_steps + 1, loop.COLUMNS), np.nan)
-    return Run(scenario, law, plan, tables, state, record, orbit_table)
+    laws = [law] if wheel_law is None else [law, wheel_law]
+    state = first_state(scenario, plan, laws, r[0], v[0])
+    columns = loop.COLUMNS + (3 + 2 * state.wheels.shape[1] if plan.wheels else 0)
+    record = np.full((scenario.steps() // plan.record_steps + 1, columns), np.nan)
+    return Run(scenario, law, wheel_law, plan, tables, state, record, orbit_table)
 
 
 def _next_event(plan: loop.Plan, step: int) -> int:
@@ -157,45 +200,55 @@ def record_this_instant(run: Run) -> None:
     coils = state.coils.copy()
     if step % plan.cycle_steps == 0 and plan.measure_steps > 0:
         loop.switch_off(plan.coils, coils)
-    loop.record_row(plan.coils, state.cells, coils, step, run.record, row)
+    loop.record_row(plan, state, coils, step, run.record, row)
 
 
 def _reason(run: Run, ended: int) -> str:
     t = run.now_s
     shown = ", ".join(f"{x:.6g}" for x in run.state.cells[loop.MOTION : loop.COMMAND])
-    if ended == loop.BAD_LAW:
-        return (
-            f"law {run.law.name}: {_bad_answer(run)} at t = {t:g} s; quaternion and rate: {shown}"
-        )
-    return f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+    if ended == loop.BAD_STATE:
+        return f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+    place = 0 if ended == loop.BAD_LAW else 1
+    told = _bad_answer(run, place)
+    return f"law {run.laws[place].name}: {told} at t = {t:g} s; quaternion and rate: {shown}"
 
 
-def _bad_answer(run: Run) -> str:
-    """What was wrong with the law's last answer; a compiled law that raised answers with NaNs."""
-    answer = run.state.cells[loop.COMMAND : loop.DRIFT]
+def _bad_answer(run: Run, place: int) -> str:
+    """What was wrong with a law's last answer; a compiled law that raised answers with NaNs."""
+    wanted = ("a finite dipole", "a finite torque")[place]
+    first = (loop.COMMAND, loop.TORQUE)[place]
+    answer = run.state.cells[first : first + 3]
     shown = f"received ({', '.join(f'{x:g}' for x in answer)})"
     if not np.isnan(answer).all():
-        return f"must return a finite dipole; {shown}"
-    error = _error_raised(run)
+        return f"must return {wanted}; {shown}"
+    error = _error_raised(run, place)
     if error is not None:
         return f"must not raise; received {error!r}"
-    if not run.law.navigates:
+    if not run.plan.navigates:
         shown += " (position and model field are not numbers unless the law says navigates=True)"
-    return f"must return a finite dipole and must not raise; {shown}"
+    return f"must return {wanted} and must not raise; {shown}"
 
 
-def _error_raised(run: Run) -> Exception | None:
-    """What the law raises when it is asked once more, in plain Python.
+def _error_raised(run: Run, place: int) -> Exception | None:
+    """What a law raises when it is asked once more, in plain Python.
 
     Its memory is what the failed answer left: where that matters, it may raise nothing now.
     """
     step = int(run.state.step[0])
     measured = _measured(run, step, step % run.plan.cycle_steps)
+    parameters, memory = _given_to_laws(run)[place]
     try:
-        run.law(measured, run.plan.parameters, run.state.memory.copy())
+        run.laws[place](measured, parameters, memory.copy())
     except Exception as error:
         return error
     return None
+
+
+def _given_to_laws(run: Run) -> list[tuple]:
+    """(Parameters, memory) of every law."""
+    plan, state = run.plan, run.state
+    given = [(plan.parameters, state.memory)]
+    return [*given, (plan.wheels.parameters, state.wheel_memory)] if plan.wheels else given
 
 
 @kernel
@@ -209,21 +262,24 @@ class _LawFailed(Exception):
 
 
 def _advance_in_python(run: Run, last: int) -> int:
-    """The loop around a law in plain Python: out to the interpreter at every sampling instant."""
+    """The loop around laws in plain Python: out to the interpreter at every sampling instant."""
     plan, state = run.plan, run.state
-    answer = np.zeros(3)
-    held = plan._replace(parameters=answer)
-    law = compile_law(_last_answer)
+    answers = [np.zeros(3) for _ in run.laws]
+    held = plan._replace(parameters=answers[0])
+    if plan.wheels:
+        held = held._replace(wheels=plan.wheels._replace(parameters=answers[1]))
+    laws = [compile_law(_last_answer)] * len(answers)
     while (step := int(state.step[0])) < last:
-        memory = state.memory.copy()
+        memories = [memory.copy() for _, memory in _given_to_laws(run)]
         try:
             phase = step % plan.cycle_steps
             if phase <= plan.measure_steps and phase % plan.sample_steps == 0:
-                answer[:] = _ask(run, step, phase)
-            ended = run.step_to(law, held, min(_next_event(plan, step + 1), last))
+                _ask(run, step, phase, answers)
+            ended = run.step_to(laws, held, min(_next_event(plan, step + 1), last))
         except BaseException:
-            if state.step[0] == step:  # interrupted: the law will be asked again
-                state.memory[:] = memory
+            if state.step[0] == step:  # interrupted: the laws will be asked again
+                for (_, memory), before in zip(_given_to_laws(run), memories, strict=True):
+                    memory[:] = before
             raise
         if ended != loop.RUNNING:
             return ended
@@ -238,21 +294,27 @@ def _measured(run: Run, step: int, phase: int) -> Measured:
     x = loop.motion_of(state.cells)
     around = Around(run.tables.orbit, run.tables.air, plan.gravity)
     here = environment_at(around, step * plan.step_s)
-    measured, _ = loop.sense(plan, run.tables, state.cells, state.coils, x, here, step)
+    measured, _ = loop.sense(plan, run.tables, state, x, here, step)
     return Measured(*measured)
 
 
-def _ask(run: Run, step: int, phase: int) -> tuple:
-    """What a law in plain Python answers to the readings of this step; `_LawFailed` if it fails."""
+def _ask(run: Run, step: int, phase: int, answers: list) -> None:
+    """Write what the laws answer to the readings of this step; `_LawFailed` if one fails."""
     measured = _measured(run, step, phase)
+    given = zip(run.laws, _given_to_laws(run), answers, strict=True)
+    for law, (parameters, memory), answer in given:
+        answer[:] = _answer_of(law, measured, parameters, memory)
+
+
+def _answer_of(law: Law, measured: Measured, parameters, memory) -> tuple:
     try:
-        answer = run.law.function(measured, run.plan.parameters, run.state.memory)
+        answer = law.function(measured, parameters, memory)
     except (Exception, SystemExit) as error:
-        raise _LawFailed(f"law {run.law.name}: must not raise; received {error!r}") from error
+        raise _LawFailed(f"law {law.name}: must not raise; received {error!r}") from error
     try:
-        mx, my, mz = (float(m) for m in answer)
+        x, y, z = (float(component) for component in answer)
     except (TypeError, ValueError):
         raise _LawFailed(
-            f"law {run.law.name}: must return three numbers; received {answer!r}"
+            f"law {law.name}: must return three numbers; received {answer!r}"
         ) from None
-    return mx, my, mz
+    return x, y, z

@@ -37,32 +37,34 @@ def simulate(
     scenario: Scenario,
     law: Law | Callable | None = None,
     *,
+    wheel_law: Law | Callable | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
-    `law` takes the place of the scenario's law; a function without the decorator runs as plain
-    Python. `until_s` stops the run early, at the next instant of a reading, of a control cycle
+    `law` and `wheel_law` take the place of the scenario's; a function without the decorator runs
+    as plain Python. `until_s` stops the run early, at the next instant of a reading, of a control cycle
     or of the record; `resume` goes on from there. `progress` is called with the part done, 0..1.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
-    return finish(prepare(scenario, law), until_s, progress)
+    return finish(prepare(scenario, law, wheel_law), until_s, progress)
 
 
 def resume(
     result: xr.Dataset,
     law: Law | Callable | None = None,
     *,
+    wheel_law: Law | Callable | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """Go on from where a result stopped; the whole is the same bits as an unbroken run.
 
-    `law` must be given again if it was not part of the scenario.
+    Laws must be given again if they were not part of the scenario.
     """
-    run = prepare(scenario_of(result), law)
+    run = prepare(scenario_of(result), law, wheel_law)
     restore(run, result)
     return finish(run, until_s, progress)
 

@@ -7,7 +7,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from torquer.control import AnyLaw
+from torquer.control import AnyLaw, AnyWheelLaw
+from torquer.control.off import Off
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
@@ -22,6 +23,7 @@ from torquer.spacecraft.disturbance import Disturbance, Push
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sun_sensor import SunSensors
+from torquer.spacecraft.wheels import ReactionWheels
 from torquer.spec import Spec, Vector
 from torquer.time import parse_utc
 
@@ -31,15 +33,29 @@ _MOST_STEPS = 10**13
 
 
 class Spacecraft(Spec):
-    """Body, coils and sensors; sensors that are left out are ideal."""
+    """Body, coils, wheels and sensors; sensors that are left out are ideal."""
 
     body: Body
-    coils: Coils
+    coils: Coils | None = None
+    wheels: ReactionWheels | None = None
     magnetometer: Magnetometer = Magnetometer()
     gyro: Gyro = Gyro()
     sun_sensors: SunSensors | None = None
     attitude_sensor: AttitudeSensor = AttitudeSensor()
     aerodynamics: Aerodynamics | None = None
+
+    @model_validator(mode="after")
+    def _rotors_fit(self):
+        if self.wheels is None:
+            return self
+        rest = np.array(self.body.inertia_kg_m2) - self.wheels.rotor_tensor_kg_m2()
+        least = np.linalg.eigvalsh(rest)[0]
+        if least <= 0.0:
+            raise ValueError(
+                "wheels: their rotors' inertia (momentum_limit_n_m_s at speed_limit_rpm) must be "
+                f"below that of the body, of which it is part; received {least:.3g} kg m^2 left"
+            )
+        return self
 
 
 class InitialMotion(Spec):
@@ -86,20 +102,24 @@ class InitialMotion(Spec):
 
 
 class Control(Spec):
-    """The law and its cycle.
+    """The laws of coils and wheels, one or both, and their cycle.
 
+    `law` is that of the coils, `wheels` that of the wheels, which get its answer at every reading.
     Plain sample and hold: leave `measure_s` at 0; a reading every `sample_s`, the dipole held
     until the next. With a measurement window the coils are off for `measure_s` while readings
     are taken every `sample_s`, then follow the law's last answer for `actuate_s`.
     """
 
-    law: AnyLaw
+    law: AnyLaw = Off()
+    wheels: AnyWheelLaw | None = None
     sample_s: Positive = 1.0
     measure_s: float = Field(default=0.0, ge=0.0)
     actuate_s: Positive | None = None
 
     @model_validator(mode="after")
     def _windows_fit(self):
+        if "law" not in self.model_fields_set and self.wheels is None:
+            raise ValueError("law: must be given, or wheels; received neither")
         if self.measure_s > 0.0:
             if self.actuate_s is None:
                 raise ValueError("actuate_s: must be given with measure_s; received none")
@@ -180,6 +200,7 @@ class Scenario(Spec):
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
                 f"received {simulation.integrator!r}"
             )
+        self._check_actuators()
         if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
             raise ValueError(
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
@@ -187,6 +208,19 @@ class Scenario(Spec):
         self.steps()
         self.push()
         return self
+
+    def _check_actuators(self) -> None:
+        """Laws need what they are to drive; wheels need an integrator that knows them."""
+        craft, control = self.spacecraft, self.control
+        if control.law.kind != "off" and craft.coils is None:
+            raise ValueError("spacecraft.coils: must be given for control.law; received none")
+        if control.wheels is not None and craft.wheels is None:
+            raise ValueError("spacecraft.wheels: must be given for control.wheels; received none")
+        if craft.wheels is not None and self.simulation.integrator == "splitting":
+            raise ValueError(
+                "simulation.integrator: must be 'rk4' or 'dop853' with spacecraft.wheels; "
+                "received 'splitting'"
+            )
 
     def push(self) -> Push | tuple:
         """The disturbing torque for kernels, () for none."""

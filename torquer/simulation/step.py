@@ -21,6 +21,7 @@ from torquer.integrate.rk4 import Motion
 from torquer.simulation.advance import (
     Around,
     DipolePath,
+    Wheels,
     by_dop853,
     by_rk4,
     by_splitting,
@@ -32,11 +33,14 @@ from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, fol
 from torquer.spacecraft.disturbance import Push
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import MagnetometerSet, read_field
+from torquer.spacecraft.rotors import MOTOR, relative_momentum
 from torquer.spacecraft.sun_sensor import SunSensorSet, read_sun
+from torquer.spacecraft.wheels import Driver, drive_wheels, read_wheels
 
 #: How a piece of the run ended.
-RUNNING, BAD_STATE, BAD_LAW = 0, 1, 2
-#: Columns of the record: step, quaternion, rate, dipole, measured field, rate, Sun, wanted dipole.
+RUNNING, BAD_STATE, BAD_LAW, BAD_WHEEL_LAW = 0, 1, 2, 3
+#: Columns of the record: step, quaternion, rate, dipole, measured field, rate, Sun, wanted dipole;
+#: with wheels then the torque asked of them, and momentum and motor torque of each.
 COLUMNS = 1 + 4 + 3 + 3 + 3 + 3 + 3 + 3
 
 
@@ -52,10 +56,11 @@ class Tables(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """All that stays the same during a run."""
+    """All that stays the same during a run; `wheels`: () for a satellite without them."""
 
     rigid: Rigid
     coils: CoilSet
+    wheels: Driver | tuple
     magnetometer: MagnetometerSet
     gyro: GyroSet
     sun_sensors: SunSensorSet
@@ -73,21 +78,24 @@ class Plan(NamedTuple):
     seed: int
 
 
-#: Places in `State.cells`: quaternion and rate, what the law last asked for, drift of the gyro,
-#: what was measured last (t, B, dB/dt, rate, Sun), coil energy [J] and greatest coil dipole.
-MOTION, COMMAND, DRIFT, MEASURED, ENERGY, PEAK, CELLS = 0, 7, 10, 13, 26, 27, 28
+#: Places in `State.cells`: quaternion and rate, what the laws last asked for (dipole, torque of the
+#: wheels), drift of the gyro, what was measured last (t, B, dB/dt, rate, Sun), coil energy [J] and
+#: greatest coil dipole.
+MOTION, COMMAND, TORQUE, DRIFT, MEASURED, ENERGY, PEAK, CELLS = 0, 7, 10, 13, 16, 29, 30, 31
 
 
 class State(NamedTuple):
     """All that changes: a few arrays, so that a run can be stored and resumed exactly.
 
-    `coils`: dipole of each coil, now and wanted. `memory`: the law's. `step`: how many steps
-    are done.
+    `coils`: dipole of each coil, now and wanted. `wheels`: rows as in `rotors`. `memory` and
+    `wheel_memory`: the laws'. `step`: how many steps are done.
     """
 
     cells: np.ndarray
     coils: np.ndarray
+    wheels: np.ndarray
     memory: np.ndarray
+    wheel_memory: np.ndarray
     step: np.ndarray
 
 
@@ -136,8 +144,17 @@ def navigation(wanted, orbit, t):
 
 
 @inlined
-def sense(plan, tables, cells, coils, x, here, step):
+def wheel_momentum(driver, wheels, omega, seed, step):
+    """What the tachometers tell of the wheels' momentum, as a vector."""
+    if len(driver) == 0:
+        return (0.0, 0.0, 0.0)
+    return read_wheels(driver, wheels, omega, seed, step)
+
+
+@inlined
+def sense(plan, tables, state, x, here, step):
     """(Measured, gyro drift) at a sampling instant: a pure function of the state and the step."""
+    cells, coils = state.cells, state.coils
     t = step * plan.step_s
     q, omega = x
     b_body = rotate_inverse(q, here.b_t)
@@ -158,23 +175,34 @@ def sense(plan, tables, cells, coils, x, here, step):
         sun_body,
         read_attitude(plan.attitude_sensor, q, plan.seed, step),
         *navigation(plan.navigates, tables.orbit, t),
+        wheel_momentum(plan.wheels, state.wheels, omega, plan.seed, step),
     )
     return measured, drift
 
 
 @inlined
-def think(law, plan, tables, cells, coils, memory, x, here, step):
-    """Sensors and on-board computer at a sampling instant: the law's answer [A m^2, body]."""
-    measured, drift = sense(plan, tables, cells, coils, x, here, step)
-    command = law(measured, plan.parameters, memory)
+def think(law, wheel_law, plan, tables, state, x, here, step):
+    """Sensors and on-board computer at a sampling instant; how it ended.
+
+    The answers of the laws of coils [A m^2] and wheels [N m] are left in the cells.
+    """
+    cells = state.cells
+    measured, drift = sense(plan, tables, state, x, here, step)
+    command = law(measured, plan.parameters, state.memory)
     put3(cells, COMMAND, command)
+    ended = RUNNING if math.isfinite(command[0] + command[1] + command[2]) else BAD_LAW
+    if wheel_law is not None:
+        torque = wheel_law(measured, plan.wheels.parameters, state.wheel_memory)
+        put3(cells, TORQUE, torque)
+        if not math.isfinite(torque[0] + torque[1] + torque[2]):
+            ended = BAD_WHEEL_LAW
     put3(cells, DRIFT, drift)
     cells[MEASURED] = measured.t_s
     put3(cells, MEASURED + 1, measured.b_body_t)
     put3(cells, MEASURED + 4, measured.b_rate_body_t_s)
     put3(cells, MEASURED + 7, measured.omega_body_rad_s)
     put3(cells, MEASURED + 10, measured.sun_body)
-    return command
+    return ended
 
 
 @inlined
@@ -187,9 +215,23 @@ def switch_off(coil_set, coils):
 
 
 @kernel
-def record_row(coil_set, cells, coils, step, record, row):
+def record_wheels(driver, cells, wheels, record, row):
+    """Write what is kept of the wheels."""
+    rows, omega = driver.rotors.rows, get3(cells, MOTION + 4)
+    for i in range(3):
+        record[row, COLUMNS + i] = cells[TORQUE + i]
+    for k in range(rows.shape[0]):
+        at = COLUMNS + 3 + k
+        record[row, at] = relative_momentum(rows, wheels, omega, k)
+        record[row, at + rows.shape[0]] = wheels[MOTOR, k]
+
+
+@kernel
+def record_row(plan, state, coils, step, record, row):
     """Write what is kept of this instant into a row of the record."""
-    dipole = dipole_of(coil_set, coils, NOW)
+    cells, dipole = state.cells, dipole_of(plan.coils, coils, NOW)
+    if len(plan.wheels) > 0:
+        record_wheels(plan.wheels, cells, state.wheels, record, row)
     record[row, 0] = step
     for i in range(7):
         record[row, 1 + i] = cells[MOTION + i]
@@ -202,13 +244,22 @@ def record_row(coil_set, cells, coils, step, record, row):
 
 
 @inlined
-def coast(plan, around, coils, push, x, here, first, last, principal, work):
+def wheels_of(driver, state):
+    """The wheels as the integrators take them, () for none."""
+    if len(driver) == 0:
+        return ()
+    return Wheels(driver.rotors, state)
+
+
+@inlined
+def coast(plan, around, state, x, here, first, last, principal, work):
     """(Motion, environment) after steps first..last-1, in which the coils follow their targets.
 
     What an integrator needs says which one it is: `principal` axes for the splitting, `work`
     for DOP853, neither for RK4. None is a type of its own, so that only one is compiled.
     """
-    rigid, h = plan.rigid, plan.step_s
+    rigid, push, coils, h = plan.rigid, plan.push, state.coils, plan.step_s
+    wheels = wheels_of(plan.wheels, state.wheels)
     target = dipole_of(plan.coils, coils, TARGET)
     way = (0.0, 0.0, 0.0)
     if plan.coils.lag_s > 0.0:
@@ -218,19 +269,20 @@ def coast(plan, around, coils, push, x, here, first, last, principal, work):
         x = by_splitting(rigid, principal, around, path, push, x, first, last, h)
         return x, environment_at(around, last * h)
     if work is not None:
-        x = by_dop853(rigid, around, path, push, x, first, last, h, plan.tolerance, work)
+        x = by_dop853(rigid, around, path, push, wheels, x, first, last, h, plan.tolerance, work)
         return x, environment_at(around, last * h)
-    return by_rk4(rigid, around, path, push, x, here, first, last, h)
+    return by_rk4(rigid, around, path, push, wheels, x, here, first, last, h)
 
 
 @kernel
-def run_steps(law, plan, tables, state, record, last, principal, work):
+def run_steps(law, wheel_law, plan, tables, state, record, last, principal, work):
     """Run on to step `last`; return how it ended. `state.step` tells how far it came.
 
-    `principal`, `work`: see `coast`.
+    `law` of the coils, `wheel_law` of the wheels, None for a satellite without; `principal`,
+    `work`: see `coast`.
     """
     plan, tables, state, record = borrowed((plan, tables, state, record))
-    cells, coils, memory = state.cells, state.coils, state.memory
+    cells, coils = state.cells, state.coils
     around = Around(tables.orbit, tables.air, plan.gravity)
     step = state.step[0]
     x = motion_of(cells)
@@ -244,19 +296,21 @@ def run_steps(law, plan, tables, state, record, last, principal, work):
         if phase == 0 and plan.measure_steps > 0:
             switch_off(plan.coils, coils)
         if to_sample == 0:
-            command = think(law, plan, tables, cells, coils, memory, x, here, step)
-            if not math.isfinite(command[0] + command[1] + command[2]):
-                return BAD_LAW
+            ended = think(law, wheel_law, plan, tables, state, x, here, step)
+            if ended != RUNNING:
+                return ended
             on = phase == plan.measure_steps
             if on:
-                drive(plan.coils, command, coils)
+                drive(plan.coils, get3(cells, COMMAND), coils)
             to_sample = plan.cycle_steps - phase if on else plan.sample_steps
+            if len(plan.wheels) > 0:
+                wanted, interval_s = get3(cells, TORQUE), to_sample * plan.step_s
+                drive_wheels(plan.wheels, state.wheels, wanted, interval_s, step)
         if to_record == 0:
-            record_row(plan.coils, cells, coils, step, record, step // plan.record_steps)
+            record_row(plan, state, coils, step, record, step // plan.record_steps)
             to_record = plan.record_steps
         ahead = min(to_sample, to_record, last - step)
-        now, then = step, step + ahead
-        x, here = coast(plan, around, coils, plan.push, x, here, now, then, principal, work)
+        x, here = coast(plan, around, state, x, here, step, step + ahead, principal, work)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(cells, x)

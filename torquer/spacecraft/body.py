@@ -132,11 +132,16 @@ class Body(Spec):
         axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
         return moments, axes
 
-    def pack(self, aerodynamics: Aerodynamics | None = None) -> Rigid:
-        """Constants of Euler's equations for kernels."""
+    def pack(self, aerodynamics: Aerodynamics | None = None, rotors_kg_m2=0.0) -> Rigid:
+        """Constants of Euler's equations for kernels.
+
+        `rotors_kg_m2`: what of the inertia (3, 3) does not resist the body's turning, as it can
+        turn by itself: that of the wheels' rotors about their axes.
+        """
+        inertia = np.array(self.inertia_kg_m2)
         return Rigid(
-            _short(as_symmetric(self.inertia_kg_m2)),
-            _short(as_symmetric(np.linalg.inv(np.array(self.inertia_kg_m2)))),
+            _short(as_symmetric(inertia)),
+            _short(as_symmetric(np.linalg.inv(inertia - rotors_kg_m2))),
             as_vector(self.wheel_momentum_n_m_s),
             () if aerodynamics is None else aerodynamics.pack(),
         )

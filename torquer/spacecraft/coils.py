@@ -32,6 +32,10 @@ class CoilSet(NamedTuple):
     lag_s: float
 
 
+#: A satellite without coils.
+NO_COILS = CoilSet(np.zeros((0, 8)), (0.0, 0.0, 0.0), SCALE, 0.0)
+
+
 @inlined
 def drive(coils, command_a_m2, state):
     """Set the dipole that each coil is to take for a commanded vector [A m^2] in the body.

@@ -1,12 +1,13 @@
-"""Layouts as files name them: a kind and its angles, or axes."""
+"""Arrays as files name them: a layout by its kind and angles, or by axes, and limits."""
 
 from typing import Annotated, Literal, Union
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, ValidationError, model_validator
 
 from torquer.spec import Spec, Vector
 from torquer.wheel_array import layout
+from torquer.wheel_array.layout import Limit, WheelArray
 
 Angle = Annotated[float, Field(gt=0.0, lt=90.0)]
 
@@ -94,3 +95,29 @@ AnyLayout = Annotated[
     Union[tuple(LAYOUTS.values())],  # noqa: UP007
     Field(discriminator="kind"),
 ]
+
+
+class Wheels(Spec):
+    """The array: layout, limits (one number or one per wheel), numbers from 0 of lost wheels."""
+
+    layout: AnyLayout
+    momentum_limit_n_m_s: Limit | tuple[Limit, ...]
+    torque_limit_n_m: Limit | tuple[Limit, ...] | None = None
+    lost: tuple[int, ...] = ()
+
+    @model_validator(mode="after")
+    def _is_an_array(self):
+        try:
+            self.array()
+        except ValidationError as error:
+            raise ValueError(str(error.errors()[0]["ctx"]["error"])) from None
+        return self
+
+    def array(self) -> WheelArray:
+        """The array itself."""
+        return WheelArray(
+            axes=tuple(map(tuple, self.layout.rows().tolist())),
+            momentum_limit_n_m_s=self.momentum_limit_n_m_s,
+            torque_limit_n_m=self.torque_limit_n_m,
+            lost=self.lost,
+        )

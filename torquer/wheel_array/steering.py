@@ -10,7 +10,6 @@ demands within (1 - e)/2 of the envelope; with an unequal one, see `Bias.keeps_o
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import Bounds, LinearConstraint, milp
 
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, dot, scale, sub
@@ -59,6 +58,8 @@ def bias_of(array, idle_share: float = 0.05) -> Bias:
 
 def _most_even_null_shares(vectors):
     """Shares c, |c| <= 1, of vectors (n, 3) that add up to zero, with the greatest least |c|."""
+    from scipy.optimize import Bounds, LinearConstraint, milp  # a fifth of a second of importing
+
     n = len(vectors)
     if n == 0:
         return np.zeros(0), 0.0
@@ -99,16 +100,20 @@ class Steering(NamedTuple):
     """(3, n): space to write to."""
 
 
-def steering_of(array, idle_share: float = 0.05) -> Steering:
-    """A `WheelArray` with torque limits, made ready; `idle_share` as in `bias_of`."""
-    after = [bias_of(array.without(k), idle_share).momenta_n_m_s for k in range(array.count)]
+def steering_of(array, idle_share: float | None = 0.05) -> Steering:
+    """A `WheelArray` with torque limits, made ready; `idle_share` as in `bias_of`, None: no bias."""
+    count = array.count
+    bias, after = np.zeros(count), np.zeros((count, count))
+    if idle_share is not None:
+        bias = bias_of(array, idle_share).momenta_n_m_s
+        after[:] = [bias_of(array.without(k), idle_share).momenta_n_m_s for k in range(count)]
     return Steering(
         wheel_set(array),
         array.momentum_limits(),
         array.torque_limits(),
-        bias_of(array, idle_share).momenta_n_m_s,
-        np.array(after),
-        np.zeros((3, array.count)),
+        bias,
+        after,
+        np.zeros((3, count)),
     )
 
 

@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.orbit.kepler import mean_motion
 from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate
-from torquer.wheel_array.accumulation import (
+from torquer.theory.wheel_accumulation import (
     PHASES,
     Held,
     air_torque,

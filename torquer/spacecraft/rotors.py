@@ -1,0 +1,119 @@
+"""Rotors of reaction wheels: motor torque, friction, standing still, a greatest speed, failure.
+
+A rotor turns about an axis g fixed in the body; its state is the absolute momentum about it,
+a = I (speed + g . omega), of which nothing but the torque of its own motor and bearing is the
+rate. What a rotor gains the body loses, so that no rounding or friction model can make momentum.
+
+Friction brakes with c + v |speed|. It can bring a rotor to a stand, where it stays until the
+motor's torque exceeds the breakaway torque. Within a step, motor torque and rate of the body are
+held; the speed then follows in closed form, through a stand and back, whatever the step.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.engine import inlined, kernel
+from torquer.geometry.vec3 import add_scaled, dot, scale, sub, sym_vec
+
+#: Columns of `Rotors.rows`: axis; inertia [kg m^2]; greatest speed [rad/s]; friction c [N m] and
+#: v [N m s]; breakaway torque [N m]; the step from which on the motor is dead.
+AXIS, INERTIA, SPEED_LIMIT, COULOMB, VISCOUS, BREAKAWAY, DEAD_FROM, ROW = 0, 3, 4, 5, 6, 7, 8, 9
+#: Rows of the wheels' state: absolute axial momentum [N m s], motor torque [N m], 1 where a rotor
+#: stands; what the computer has: momenta as read, limits, momenta that keep wheels off zero speed.
+MOMENTUM, MOTOR, STANDS, READ, MOMENTUM_LIMIT, TORQUE_LIMIT, BIAS, CELLS = range(8)
+
+
+class Rotors(NamedTuple):
+    """Constants of rotors for kernels: one row each, and the tensor sum I g g^T [kg m^2]."""
+
+    rows: np.ndarray
+    tensor: tuple
+
+
+class Spin(NamedTuple):
+    """The rotors during a step: sum of absolute momenta at its start, its mean rate, the tensor.
+
+    All as vectors in the body [N m s, N m].
+    """
+
+    momentum: tuple
+    torque: tuple
+    tensor: tuple
+
+
+@inlined
+def axis_of(rows, k):
+    """Axis of rotor k."""
+    return (rows[k, AXIS], rows[k, AXIS + 1], rows[k, AXIS + 2])
+
+
+@inlined
+def _along(speed, push, viscous, inertia, t):
+    """Speed after t under a constant push [N m] and viscous friction."""
+    if viscous == 0.0:
+        return speed + push * t / inertia
+    return speed + (push / viscous - speed) * -math.expm1(-viscous * t / inertia)
+
+
+@inlined
+def _time_to_stand(speed, push, viscous, inertia):
+    """Time [s] until a push against the speed has stopped it."""
+    if viscous == 0.0:
+        return -speed * inertia / push
+    return inertia / viscous * math.log1p(-viscous * speed / push)
+
+
+@kernel
+def speed_after(row, speed, stands, motor, t):
+    """(Speed [rad/s], whether it stands) of a rotor after t under a constant motor torque."""
+    inertia, coulomb, viscous = row[INERTIA], row[COULOMB], row[VISCOUS]
+    breakaway, limit = row[BREAKAWAY], row[SPEED_LIMIT]
+    if stands and abs(motor) <= breakaway:
+        return 0.0, True
+    side = np.sign(motor) if stands or speed == 0.0 else np.sign(speed)
+    after = _along(speed, motor - coulomb * side, viscous, inertia, t)
+    if after * side < 0.0:
+        left = t - _time_to_stand(speed, motor - coulomb * side, viscous, inertia)
+        if abs(motor) <= breakaway:
+            return 0.0, True
+        after = _along(0.0, motor - coulomb * np.sign(motor), viscous, inertia, left)
+    return min(max(after, -limit), limit), False
+
+
+@kernel
+def turn_rotors(rotors, state, omega_body, step, t):
+    """Let the motors work for step number `step` of t seconds; `Spin` tells the body of it."""
+    rows, held, torque = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for k in range(rows.shape[0]):
+        axis, inertia, before = axis_of(rows, k), rows[k, INERTIA], state[MOMENTUM, k]
+        carried = dot(axis, omega_body)
+        motor = state[MOTOR, k] if step < rows[k, DEAD_FROM] else 0.0
+        stands = state[STANDS, k] == 1.0
+        speed = 0.0 if stands else before / inertia - carried
+        speed, stands = speed_after(rows[k], speed, stands, motor, t)
+        after = inertia * (speed + carried)
+        state[MOMENTUM, k], state[STANDS, k] = after, 1.0 if stands else 0.0
+        held = add_scaled(held, before, axis)
+        torque = add_scaled(torque, (after - before) / t, axis)
+    return Spin(held, torque, rotors.tensor)
+
+
+@inlined
+def relative_momentum(rows, state, omega_body, k):
+    """Momentum [N m s] of rotor k relative to the body: what its tachometer tells."""
+    return state[MOMENTUM, k] - rows[k, INERTIA] * dot(axis_of(rows, k), omega_body)
+
+
+@inlined
+def carried_momentum(spin, omega_body, since_s):
+    """Momentum [N m s] of the rotors relative to the body, since_s into the step, as a vector."""
+    absolute = add_scaled(spin.momentum, since_s, spin.torque)
+    return sub(absolute, sym_vec(spin.tensor, omega_body))
+
+
+@inlined
+def reaction(spin):
+    """Torque [N m] of the rotors on the body."""
+    return scale(-1.0, spin.torque)
