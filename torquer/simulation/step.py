@@ -217,6 +217,8 @@ def switch_off(coil_set, coils):
 @kernel
 def record_wheels(driver, cells, wheels, record, row):
     """Write what is kept of the wheels."""
+    if len(driver) == 0:
+        return
     rows, omega = driver.rotors.rows, get3(cells, MOTION + 4)
     for i in range(3):
         record[row, COLUMNS + i] = cells[TORQUE + i]
@@ -230,8 +232,7 @@ def record_wheels(driver, cells, wheels, record, row):
 def record_row(plan, state, coils, step, record, row):
     """Write what is kept of this instant into a row of the record."""
     cells, dipole = state.cells, dipole_of(plan.coils, coils, NOW)
-    if len(plan.wheels) > 0:
-        record_wheels(plan.wheels, cells, state.wheels, record, row)
+    record_wheels(plan.wheels, cells, state.wheels, record, row)
     record[row, 0] = step
     for i in range(7):
         record[row, 1 + i] = cells[MOTION + i]
@@ -303,9 +304,8 @@ def run_steps(law, wheel_law, plan, tables, state, record, last, principal, work
             if on:
                 drive(plan.coils, get3(cells, COMMAND), coils)
             to_sample = plan.cycle_steps - phase if on else plan.sample_steps
-            if len(plan.wheels) > 0:
-                wanted, interval_s = get3(cells, TORQUE), to_sample * plan.step_s
-                drive_wheels(plan.wheels, state.wheels, wanted, interval_s, step)
+            wanted, interval_s = get3(cells, TORQUE), to_sample * plan.step_s
+            drive_wheels(plan.wheels, state.wheels, wanted, interval_s, step)
         if to_record == 0:
             record_row(plan, state, coils, step, record, step // plan.record_steps)
             to_record = plan.record_steps

@@ -85,8 +85,10 @@ def _steering_now(first, state):
 def drive_wheels(driver, state, torque_body, interval_s, step):
     """Set the motors for an interval, so that the body gets a torque [N m] from the wheels.
 
-    What the limits forbid is left out; the direction is kept.
+    What the limits forbid is left out; the direction is kept. `driver`: () for no wheels.
     """
+    if len(driver) == 0:
+        return
     steering, wanted = _steering_now(driver.steering, state), scale(-1.0, torque_body)
     for k in range(driver.noticed_from.shape[0]):
         if step >= driver.noticed_from[k] and state[TORQUE_LIMIT, k] > 0.0:

@@ -69,7 +69,7 @@ def dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate_reference,
     turning = cross(omega, b)
     b_rate = rotate_inverse(q, b_rate_reference)
     b_rate = add_scaled(b_rate, -1.0, turning)
-    known = (q, NONE, NONE, b_reference, b_rate_reference)
+    known = (q, NONE, NONE, b_reference, b_rate_reference, NONE)
     measured = Measured(t_s, b, b_rate, omega, NONE, *known)
     return b, law(measured, parameters, memory)
 
