@@ -1,0 +1,114 @@
+"""What laws that hold an attitude share: reference frame, wanted attitude, deviation from it.
+
+The reference frame is the orbital one (X of `torquer.conventions`) or the inertial one; the
+wanted attitude is that of the body to it. The parameters of such a law begin with its two gains.
+"""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator
+
+from torquer.control.spin_axis import Inertia, inertia_parameters
+from torquer.engine import inlined
+from torquer.geometry import euler
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
+from torquer.geometry.vec3 import cross, dot, scale, sub
+from torquer.spec import Spec, Vector
+
+#: Places in the parameters: 1 for an orbital reference, wanted attitude to it (quaternion).
+ORBITAL, WANTED = 2, 3
+#: Of wheels' laws: inertia tensor [kg m^2], and where what only one of them has begins.
+INERTIA, OWN = 7, 13
+
+
+@inlined
+def reference_motion(measured, orbital):
+    """(Attitude of the reference frame to the inertial one, its rate in the inertial frame).
+
+    The orbital frame's rate is that of a two-body orbit, (r x v)/r^2: what other forces add to
+    it, about the radius vector, is left out.
+    """
+    if orbital == 0.0:
+        return (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
+    r, v = measured.r_inertial_m, measured.v_inertial_m_s
+    return from_dcm(dcm_orbital_to_inertial(r, v)), scale(1.0 / dot(r, r), cross(r, v))
+
+
+@inlined
+def reference_acceleration(measured, orbital):
+    """Angular acceleration [rad/s^2] of the reference frame, inertial, on a two-body orbit.
+
+    As r x v does not change, it is -2 (r.v)/r^2 times the frame's rate.
+    """
+    if orbital == 0.0:
+        return (0.0, 0.0, 0.0)
+    r, v = measured.r_inertial_m, measured.v_inertial_m_s
+    square = dot(r, r)
+    return scale(-2.0 * dot(r, v) / (square * square), cross(r, v))
+
+
+@inlined
+def deviation(measured, parameters, q_reference, turning):
+    """(Quaternion from the wanted attitude to the body, rate relative to the reference [rad/s]).
+
+    Both in body axes; `q_reference` and `turning` as `reference_motion` gives them.
+    """
+    p, q = parameters, measured.q_body_to_inertial
+    wanted = multiply(q_reference, (p[WANTED], p[WANTED + 1], p[WANTED + 2], p[WANTED + 3]))
+    error = multiply(conjugate(wanted), q)
+    return error, sub(measured.omega_body_rad_s, rotate_inverse(q, turning))
+
+
+@inlined
+def short_way(error):
+    """Vector part of a quaternion or of its negative (the same attitude), whichever turns less.
+
+    e sin(a/2) for the turn by a about e, 0 <= a <= 180 deg: half the turn vector where small.
+    """
+    sign = -1.0 if error[3] < 0.0 else 1.0
+    return scale(sign, (error[0], error[1], error[2]))
+
+
+@inlined
+def inertia_of(parameters):
+    """Inertia tensor [kg m^2] of a wheels' law, as `sym_vec` takes it."""
+    p, i = parameters, INERTIA
+    return (p[i], p[i + 1], p[i + 2], p[i + 3], p[i + 4], p[i + 5])
+
+
+class HeldAttitude(Spec):
+    """A law that holds an attitude.
+
+    `reference`: 'orbital' or 'inertial'; `euler_deg` with its `sequence`: the wanted attitude of
+    the body relative to it.
+    """
+
+    reference: Literal["orbital", "inertial"] = "orbital"
+    euler_deg: Vector = (0.0, 0.0, 0.0)
+    sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
+
+    @property
+    def orbital(self) -> bool:
+        """Whether the reference is the orbital frame: then the law navigates."""
+        return self.reference == "orbital"
+
+    def attitude(self) -> dict[str, float]:
+        """Whether the reference is orbital, wanted attitude: parameters of the law."""
+        q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+        wanted = {f"q_{c}": float(x) for c, x in zip("xyzw", q, strict=True)}
+        return {"orbital": float(self.orbital), **wanted}
+
+
+class HeldByWheels(HeldAttitude):
+    """A law of wheels that holds an attitude.
+
+    `inertia_kg_m2`: three moments or 3x3, of the body with its wheels, as the law knows it.
+    """
+
+    inertia_kg_m2: Inertia
+
+    def attitude_and_inertia(self) -> dict[str, float]:
+        """Reference, wanted attitude and inertia: parameters of the law."""
+        return {**self.attitude(), **inertia_parameters(self.inertia_kg_m2)}
