@@ -1,0 +1,467 @@
+"""Laws of reaction wheels: roots, the Lyapunov function and its rate, axes, closed-loop flight."""
+
+import math
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+from torquer import engine
+from torquer.control.law import compile_law
+from torquer.control.pointing import reference_acceleration, reference_motion
+from torquer.control.wheel_lyapunov import WheelLyapunov
+from torquer.control.wheel_pd import WheelPd
+from torquer.conventions import MU_EARTH_M3_S2, Measured
+from torquer.orbit import kepler
+
+MANY = settings(max_examples=60, deadline=None)
+ZERO = (0.0, 0.0, 0.0)
+AXIS_M = 7.2e6
+RATE = kepler.mean_motion(AXIS_M)
+EULER = (40.0, -20.0, 110.0)
+J = np.array([[2.6, 0.2, -0.3], [0.2, 3.1, 0.15], [-0.3, 0.15, 1.9]])
+LAWS = {
+    "pd": lambda reference: WheelPd(
+        bandwidth_rad_s=0.05,
+        damping=0.7,
+        reference=reference,
+        euler_deg=EULER,
+        inertia_kg_m2=J.tolist(),
+    ),
+    "lyapunov": lambda reference: WheelLyapunov(
+        rate_gain_n_m_s=0.2,
+        angle_gain_n_m=0.05,
+        reference=reference,
+        euler_deg=EULER,
+        inertia_kg_m2=J.tolist(),
+    ),
+}
+EVERY = pytest.mark.parametrize("kind", LAWS)
+REFERENCES = pytest.mark.parametrize("reference", ["orbital", "inertial"])
+turns = st.integers(0, 10_000).map(lambda n: Rotation.random(random_state=n))
+seeds = st.integers(0, 10_000)
+
+
+def orbit_at(t, eccentricity):
+    """Position [m] and velocity [m/s] of a two-body orbit."""
+    r, v = kepler.states(t, AXIS_M, eccentricity, (30.0, 63.0, 50.0), 0.4)
+    return r[0], v[0]
+
+
+def orbital_frame(r, v):
+    """Turn from the orbital frame (along the motion, normal, up) to the inertial one."""
+    up, normal = r / np.linalg.norm(r), np.cross(r, v)
+    normal /= np.linalg.norm(normal)
+    return Rotation.from_matrix(np.column_stack([np.cross(normal, up), normal, up]))
+
+
+def row(q, omega, h=ZERO, r=None, v=None):
+    """What is measured; position and velocity are not numbers unless given."""
+    place = (math.nan,) * 3
+    known = [place if x is None else tuple(np.asarray(x).tolist()) for x in (r, v)]
+    vectors = [tuple(np.asarray(x, dtype=float).tolist()) for x in (omega, q, h)]
+    omega, q, h = vectors
+    return Measured(0.0, ZERO, ZERO, omega, ZERO, q, *known, place, place, h)
+
+
+def machine(spec):
+    """A law's compiled function of a row alone; under a disabled compiler the plain one."""
+    law = spec.law()
+    found = compile_law(law.function)
+    function = found.compiled if engine.COMPILED else found
+    parameters, memory = law.pack(), np.array(law.memory)
+    return lambda measured: np.array(function(measured, parameters, memory))
+
+
+def by_hand(spec):
+    law = spec.law()
+    return lambda measured: np.array(law(measured, law.pack(), np.array(law.memory)))
+
+
+def cross(a, b):
+    return np.array(
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    )
+
+
+def flight(spec, inertia, eccentricity=0.0, gravity=False, law=True):
+    """Body with wheels under a law: rates of (q, omega, h, r, v), with J and the orbit."""
+    ask, inverse = machine(spec), np.linalg.inv(inertia)
+
+    def rates(x):
+        q, omega, h, r, v = np.split(x, (4, 7, 10, 13))
+        size = math.sqrt(r @ r)
+        a, b, c, w = q
+        p, y, z = omega
+        q_rate = 0.5 * np.array(
+            [w * p + b * z - c * y, w * y + c * p - a * z, w * z + a * y - b * p, -omega @ q[:3]]
+        )
+        motor = ask(row(q, omega, h, r, v)) if law else np.zeros(3)
+        outer = np.zeros(3)
+        if gravity:
+            up = Rotation.from_quat(q).inv().apply(r) / size
+            outer = 3.0 * MU_EARTH_M3_S2 / size**3 * cross(up, inertia @ up)
+        omega_rate = inverse @ (outer + motor - cross(omega, inertia @ omega + h))
+        h_rate = -motor  # the motors' reaction, in body axes
+        return np.concatenate([q_rate, omega_rate, h_rate, v, -MU_EARTH_M3_S2 / size**3 * r])
+
+    return SimpleNamespace(rates=rates, inertia=inertia, eccentricity=eccentricity, spec=spec)
+
+
+def stepped(f, x, h):
+    k1 = f.rates(x)
+    k2 = f.rates(x + h / 2 * k1)
+    k3 = f.rates(x + h / 2 * k2)
+    k4 = f.rates(x + h * k3)
+    x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    x[:4] /= np.linalg.norm(x[:4])
+    return x
+
+
+def deviation(f, x):
+    """(Turn from the wanted attitude, rate relative to the reference), by the definition."""
+    body = Rotation.from_quat(x[:4])
+    wanted = Rotation.from_euler("ZYX", f.spec.euler_deg, degrees=True)
+    turning = np.zeros(3)
+    if f.spec.reference == "orbital":
+        r, v = x[10:13], x[13:]
+        wanted = orbital_frame(r, v) * wanted
+        turning = np.cross(r, v) / (r @ r)
+    return wanted.inv() * body, x[4:7] - body.inv().apply(turning)
+
+
+def start(f, turn_deg, omega, h, seed=0):
+    """State turned away by an angle about a random axis, with a rate relative to the reference."""
+    rng = np.random.default_rng(seed)
+    axis = rng.normal(size=3)
+    r, v = orbit_at(0.0, f.eccentricity)
+    x = np.concatenate([[0.0, 0.0, 0.0, 1.0], np.zeros(3), h, r, v])
+    error, _ = deviation(f, x)
+    turn = Rotation.from_rotvec(np.radians(turn_deg) * axis / np.linalg.norm(axis))
+    x[:4] = (error.inv() * turn).as_quat()
+    _, relative = deviation(f, x)
+    x[4:7] = omega - relative
+    return x
+
+
+def random_inertia(rng):
+    """A physical tensor (triangle inequality) in axes turned at random."""
+    masses = rng.uniform(0.3, 2.0, 3)
+    axes = Rotation.random(random_state=int(rng.integers(1000))).as_matrix()
+    return axes @ np.diag(masses.sum() - masses) @ axes.T
+
+
+def lyapunov_function(f, x):
+    turn, omega = deviation(f, x)
+    half = 2.0 * math.sin(0.25 * turn.magnitude()) ** 2  # 1 - cos of half the angle
+    return 0.5 * omega @ f.inertia @ omega + 2.0 * f.spec.angle_gain_n_m * half
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.3])
+def test_rate_and_acceleration_are_those_of_the_orbital_frame(eccentricity):
+    """Against differences of the frame itself along the orbit."""
+    for t in (0.0, 700.0, 4000.0):
+        near = [orbit_at(t + dt, eccentricity) for dt in (-2.0, 0.0, 2.0)]
+        before, now, after = (orbital_frame(*state) for state in near)
+        rows = [row((0, 0, 0, 1), ZERO, ZERO, *state) for state in near]
+        q, turning = reference_motion(rows[1], 1.0)
+        assert (Rotation.from_quat(q).inv() * now).magnitude() < 1e-14
+        by_difference = (after * before.inv()).as_rotvec() / 4.0
+        assert turning == pytest.approx(by_difference, abs=1e-5 * RATE)
+        rates = [np.array(reference_motion(r, 1.0)[1]) for r in rows]
+        speeding = (rates[2] - rates[0]) / 4.0
+        found = np.array(reference_acceleration(rows[1], 1.0))
+        assert found == pytest.approx(speeding, abs=1e-5 * RATE**2)
+        assert (np.linalg.norm(found) > 0.05 * RATE**2) == (eccentricity > 0.0)
+
+
+@EVERY
+@REFERENCES
+def test_both_quaternions_of_an_attitude_get_the_same_torque(kind, reference):
+    ask = machine(LAWS[kind](reference))
+    rng = np.random.default_rng(4)
+    r, v = orbit_at(100.0, 0.1)
+    for n in range(50):
+        q, omega = Rotation.random(random_state=n).as_quat(), 0.01 * rng.normal(size=3)
+        one = ask(row(q, omega, (0.1, 0.2, 0.3), r, v))
+        assert np.array_equal(one, ask(row(-q, omega, (0.1, 0.2, 0.3), r, v)))
+        assert np.linalg.norm(one) > 1e-6
+
+
+@EVERY
+@REFERENCES
+@MANY
+@given(seed=seeds, turn=turns)
+def test_torques_turn_with_the_body_axes(kind, reference, seed, turn):
+    """Other body axes, the inertia and the wanted attitude given in them: the same torque."""
+    rng = np.random.default_rng(seed)
+    r, v = orbit_at(1000.0, 0.2)
+    q, omega, h = Rotation.random(random_state=seed), 0.02 * rng.normal(size=3), rng.normal(size=3)
+    spec = LAWS[kind](reference)
+    one = machine(spec)(row(q.as_quat(), omega, h, r, v))
+    matrix = turn.as_matrix()
+    wanted = Rotation.from_euler("ZYX", EULER, degrees=True) * turn.inv()
+    keys = {
+        "inertia_kg_m2": (matrix @ J @ matrix.T).tolist(),
+        "euler_deg": wanted.as_euler("ZYX", degrees=True).tolist(),
+    }
+    there = type(spec)(**(spec.model_dump() | keys))
+    other = machine(there)(row((q * turn.inv()).as_quat(), turn.apply(omega), turn.apply(h), r, v))
+    assert other == pytest.approx(turn.apply(one), abs=1e-12)
+
+
+@EVERY
+@REFERENCES
+def test_plain_python_gives_the_same(kind, reference):
+    spec = LAWS[kind](reference)
+    ask, plain = machine(spec), by_hand(spec)
+    rng = np.random.default_rng(5)
+    for n in range(20):
+        q = Rotation.random(random_state=n).as_quat()
+        at = row(q, 0.1 * rng.normal(size=3), rng.normal(size=3), *orbit_at(100.0 * n, 0.2))
+        assert ask(at) == pytest.approx(plain(at), rel=1e-12, abs=1e-15)
+
+
+@EVERY
+def test_an_inertial_attitude_needs_no_navigation(kind):
+    spec = LAWS[kind]("inertial")
+    assert not spec.law().navigates and LAWS[kind]("orbital").law().navigates
+    found = machine(spec)(row((0.0, 0.6, 0.0, 0.8), (0.01, 0.0, 0.0)))
+    assert np.all(np.isfinite(found)) and np.any(found)
+
+
+@pytest.mark.parametrize("damping", [1.0, 0.6, 1.5])
+@REFERENCES
+def test_pd_every_axis_has_the_wanted_polynomial(reference, damping):
+    """Acceleration, by differences of the law: -kappa^2 per angle, -2 zeta kappa per rate."""
+    kappa = 0.03
+    spec = WheelPd(
+        bandwidth_rad_s=kappa,
+        damping=damping,
+        reference=reference,
+        euler_deg=EULER,
+        inertia_kg_m2=J.tolist(),
+    )
+    f = flight(spec, J)
+    ask, inverse = machine(spec), np.linalg.inv(J)
+    at_rest = start(f, 0.0, np.zeros(3), np.zeros(3))
+    r, v = at_rest[10:13], at_rest[13:]
+    wanted = Rotation.from_quat(at_rest[:4])
+
+    def acceleration(angles, omega):
+        turned = Rotation.from_rotvec(angles)
+        rate = turned.inv().apply(at_rest[4:7]) + omega  # the reference's, seen from the body
+        return inverse @ ask(row((wanted * turned).as_quat(), rate, ZERO, r, v))
+
+    assert acceleration(np.zeros(3), np.zeros(3)) == pytest.approx(np.zeros(3), abs=1e-15)
+    step, zero = 1e-4, np.zeros(3)
+    spring, damper = (
+        np.array([acceleration(*at(step * e)) - acceleration(*at(-step * e)) for e in np.eye(3)]).T
+        / (2.0 * step)
+        for at in (lambda x: (x, zero), lambda x: (zero, x))
+    )
+    assert spring == pytest.approx(-(kappa**2) * np.eye(3), abs=1e-8 * kappa**2)
+    assert damper == pytest.approx(-2.0 * damping * kappa * np.eye(3), abs=1e-8 * kappa)
+    if damping < 1.0:
+        loop = np.block([[np.zeros((3, 3)), np.eye(3)], [spring, damper]])
+        roots = np.linalg.eigvals(loop)
+        assert np.abs(roots) == pytest.approx(np.full(6, kappa), rel=1e-6)
+        assert roots.real == pytest.approx(np.full(6, -damping * kappa), rel=1e-6)
+
+
+def test_pd_small_errors_fall_as_the_double_root_says():
+    kappa = 0.1
+    spec = WheelPd(bandwidth_rad_s=kappa, reference="inertial", inertia_kg_m2=J.tolist())
+    f = flight(spec, J)
+    x = start(f, 0.01, np.zeros(3), np.zeros(3), seed=2)
+    first = deviation(f, x)[0].as_rotvec()
+    for n in range(1, 101):
+        x = stepped(f, x, 0.5)
+        now = deviation(f, x)[0].as_rotvec()
+        s = kappa * 0.5 * n
+        expected = first * (1.0 + s) * math.exp(-s)
+        # 0.1 percent for the step, and what the products of small errors leave
+        assert now == pytest.approx(expected, abs=1e-3 * np.linalg.norm(expected) + 1e-11)
+
+
+def test_pd_a_constant_torque_is_met_at_the_error_of_the_docstring():
+    kappa, torque = 0.02, np.array([3e-7, -2e-7, 1e-7])
+    spec = WheelPd(bandwidth_rad_s=kappa, reference="inertial", inertia_kg_m2=J.tolist())
+    error = Rotation.from_rotvec(np.linalg.solve(J, torque) / kappa**2)
+    assert machine(spec)(row(error.as_quat(), ZERO)) == pytest.approx(-torque, rel=1e-6)
+
+
+def test_pd_one_orbital_rate_differs_by_its_difference_from_that_of_the_instant():
+    kappa, zeta = 0.02, 0.8
+    keys = {"bandwidth_rad_s": kappa, "damping": zeta, "inertia_kg_m2": J.tolist()}
+    own, one = WheelPd(**keys), WheelPd(**keys, orbital_rate_rad_s=RATE)
+    r, v = orbit_at(300.0, 0.1)
+    normal = np.cross(r, v)
+    instant = np.linalg.norm(normal) / (r @ r)
+    assert abs(instant - RATE) > 0.01 * RATE
+    q = Rotation.random(random_state=3)
+    at = row(q.as_quat(), (1e-3, 2e-3, -1e-3), ZERO, r, v)
+    axis = q.inv().apply(normal / np.linalg.norm(normal))
+    expected = J @ (2.0 * zeta * kappa * (RATE - instant) * axis)
+    assert machine(one)(at) - machine(own)(at) == pytest.approx(expected, rel=1e-9)
+    at = row(q.as_quat(), (1e-3, 2e-3, -1e-3), ZERO, *orbit_at(300.0, 0.0))
+    assert machine(one)(at) == pytest.approx(machine(own)(at), rel=1e-9)
+
+
+def test_the_flight_of_these_tests_keeps_the_whole_momentum():
+    """J omega + h in inertial axes, whatever the wheels do."""
+    f = flight(LAWS["lyapunov"]("inertial"), J)
+    x = start(f, 70.0, np.array([0.02, -0.03, 0.05]), np.array([0.3, -0.2, 0.1]))
+
+    def momentum(x):
+        return Rotation.from_quat(x[:4]).apply(J @ x[4:7] + x[7:10])
+
+    before, wheels = momentum(x), x[7:10].copy()
+    for _ in range(200):
+        x = stepped(f, x, 0.1)
+    assert np.linalg.norm(x[7:10] - wheels) > 0.05
+    assert momentum(x) == pytest.approx(before, abs=1e-9)
+
+
+#: Reference, whether gravity turns the body, eccentricity of the orbit.
+CASES = pytest.mark.parametrize(
+    ("reference", "gravity", "eccentricity"),
+    [("orbital", True, 0.3), ("inertial", True, 0.3), ("inertial", False, 0.0)],
+)
+
+
+def nominal(reference, gravity, eccentricity, seed):
+    """A flight in which the law knows all that turns the body, of a body made by the seed."""
+    inertia = random_inertia(np.random.default_rng(seed))
+    spec = WheelLyapunov(
+        rate_gain_n_m_s=0.4,
+        angle_gain_n_m=0.1,
+        reference=reference,
+        euler_deg=EULER,
+        inertia_kg_m2=inertia.tolist(),
+        gravity_feedforward=gravity,
+    )
+    return flight(spec, inertia, eccentricity, gravity)
+
+
+@CASES
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_lyapunov_function_falls_by_the_rate_gain_times_the_square_of_the_rate(
+    reference, gravity, eccentricity, seed
+):
+    f = nominal(reference, gravity, eccentricity, seed)
+    rng = np.random.default_rng(seed)
+    x = start(f, rng.uniform(0.0, 170.0), 0.05 * rng.normal(size=3), rng.normal(size=3), seed)
+    h = 0.02
+    v = {n: lyapunov_function(f, stepped(f, x, n * h)) for n in (-2, -1, 1, 2)}
+    slope = (8.0 * (v[1] - v[-1]) - (v[2] - v[-2])) / (12.0 * h)
+    _, omega = deviation(f, x)
+    assert slope == pytest.approx(-f.spec.rate_gain_n_m_s * (omega @ omega), rel=1e-6)
+
+
+@CASES
+@pytest.mark.parametrize(("seed", "turn_deg"), [(1, 60.0), (2, 130.0), (3, 179.9)])
+def test_lyapunov_any_motion_ends_at_the_wanted_attitude(
+    reference, gravity, eccentricity, seed, turn_deg
+):
+    f = nominal(reference, gravity, eccentricity, seed)
+    rng = np.random.default_rng(seed)
+    x = start(f, turn_deg, 0.05 * rng.normal(size=3), rng.normal(size=3), seed)
+    before = first = lyapunov_function(f, x)
+    for _ in range(700):
+        x = stepped(f, x, 0.4)
+        now = lyapunov_function(f, x)
+        assert now < before or now < 1e-13 * first
+        before = now
+    turn, omega = deviation(f, x)
+    assert math.degrees(turn.magnitude()) < 1e-4
+    assert np.linalg.norm(omega) < 1e-6
+
+
+def test_lyapunov_gravity_left_out_is_met_by_the_spring():
+    """On a circular orbit the body comes to rest where k_a e sin(a/2) is the gravity torque."""
+    spec = WheelLyapunov(
+        rate_gain_n_m_s=0.03,
+        angle_gain_n_m=2e-4,
+        euler_deg=EULER,
+        inertia_kg_m2=J.tolist(),
+        gravity_feedforward=False,
+    )
+    f = flight(spec, J, gravity=True)
+    x = start(f, 0.0, np.zeros(3), np.zeros(3))
+    for _ in range(600):
+        x = stepped(f, x, 5.0)
+    turn, omega = deviation(f, x)
+    r = x[10:13]
+    up = Rotation.from_quat(x[:4]).inv().apply(r) / np.linalg.norm(r)
+    torque = 3.0 * RATE**2 * cross(up, f.inertia @ up)
+    assert np.degrees(turn.magnitude()) > 0.3
+    assert np.linalg.norm(omega) < 1e-7
+    assert 2e-4 * turn.as_quat(canonical=True)[:3] == pytest.approx(torque, rel=1e-4)
+
+
+def test_lyapunov_gains_of_the_docstring_give_the_wanted_roots():
+    """About an axis of the moment J: k_a = 2 J kappa^2, k_w = 2 zeta kappa J."""
+    kappa, zeta, moment = 0.05, 0.7, 3.0
+    spec = WheelLyapunov(
+        rate_gain_n_m_s=2.0 * zeta * kappa * moment,
+        angle_gain_n_m=2.0 * moment * kappa**2,
+        reference="inertial",
+        inertia_kg_m2=(moment, 2.0, 2.5),
+    )
+    ask = machine(spec)
+    angle, rate = ask(row((5e-5, 0, 0, 1.0), ZERO)), ask(row((0, 0, 0, 1.0), (1e-4, 0, 0)))
+    assert angle[0] / moment == pytest.approx(-1e-4 * kappa**2, rel=1e-6)
+    assert rate[0] / moment == pytest.approx(-1e-4 * 2.0 * zeta * kappa, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("keys", "gravity", "navigates"),
+    [
+        ({"reference": "orbital"}, 1.0, True),
+        ({"reference": "orbital", "gravity_feedforward": False}, 0.0, True),
+        ({"reference": "inertial"}, 0.0, False),
+        ({"reference": "inertial", "gravity_feedforward": True}, 1.0, True),
+    ],
+)
+def test_lyapunov_takes_gravity_on_where_the_position_is_known(keys, gravity, navigates):
+    spec = WheelLyapunov(
+        rate_gain_n_m_s=1.0, angle_gain_n_m=1.0, inertia_kg_m2=(1.0, 1.5, 2.0), **keys
+    )
+    law = spec.law()
+    assert law.parameters["gravity"] == gravity and law.navigates == navigates
+
+
+PD = {"bandwidth_rad_s": 0.1, "inertia_kg_m2": (1.0, 1.5, 2.0)}
+LYAPUNOV = {"rate_gain_n_m_s": 1.0, "angle_gain_n_m": 1.0, "inertia_kg_m2": (1.0, 1.5, 2.0)}
+
+
+@pytest.mark.parametrize(
+    ("make", "keys", "told"),
+    [
+        (WheelPd, PD | {"bandwidth_rad_s": 0.0}, r"bandwidth_rad_s\n.*greater than 0"),
+        (WheelPd, PD | {"damping": -1.0}, r"damping\n.*greater than 0"),
+        (WheelPd, PD | {"orbital_rate_rad_s": 0.0}, r"orbital_rate_rad_s\n.*greater than 0"),
+        (
+            WheelPd,
+            PD | {"reference": "inertial", "orbital_rate_rad_s": 1e-3},
+            r"orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
+            r"received 0\.001",
+        ),
+        (WheelPd, PD | {"reference": "solar"}, r"reference\n.*'orbital' or 'inertial'"),
+        (WheelPd, PD | {"sequence": "112"}, r"Euler sequence: must be three axes.*received '112'"),
+        (WheelPd, {"bandwidth_rad_s": 0.1}, r"inertia_kg_m2\n.*required"),
+        (WheelPd, PD | {"inertia_kg_m2": (1.0, 1.0, 3.0)}, r"triangle inequality"),
+        (WheelLyapunov, LYAPUNOV | {"rate_gain_n_m_s": 0.0}, r"rate_gain_n_m_s\n.*greater than 0"),
+        (WheelLyapunov, LYAPUNOV | {"angle_gain_n_m": 0.0}, r"angle_gain_n_m\n.*greater than 0"),
+        (WheelLyapunov, LYAPUNOV | {"inertia_kg_m2": (-1, 1, 1)}, r"positive definite"),
+        (WheelLyapunov, LYAPUNOV | {"gravity_feedforward": "maybe"}, r"gravity_feedforward\n"),
+    ],
+)
+def test_keys_are_checked(make, keys, told):
+    with pytest.raises(ValidationError, match=told):
+        make(**keys)

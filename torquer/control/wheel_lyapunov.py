@@ -1,0 +1,88 @@
+"""Attitude held and taken up by wheels from any motion, by a Lyapunov function.
+
+V = 1/2 w.J w + 2 k_a (1 - cos(a/2)), with w the rate relative to the reference and a the angle of
+the turn from the wanted attitude. The wheels take on all that would turn the body relative to the
+reference, and add a damper and a spring: then dV/dt = -k_w w^2, and V falls until the body rests
+in the wanted attitude. (At rest at exactly 180 deg the spring does not pause: it pulls one way.)
+"""
+
+import math
+from typing import Literal
+
+from pydantic import Field
+
+from torquer.control.law import Law
+from torquer.control.pointing import (
+    ORBITAL,
+    OWN,
+    HeldByWheels,
+    deviation,
+    inertia_of,
+    reference_acceleration,
+    reference_motion,
+    short_way,
+)
+from torquer.conventions import MU_EARTH_M3_S2
+from torquer.engine import inlined, kernel
+from torquer.environment.gravity import gravity_gradient_torque
+from torquer.geometry.quaternion import rotate_inverse
+from torquer.geometry.vec3 import add, add_scaled, cross, dot, scale, sub, sym_vec
+
+
+@inlined
+def known_gravity_torque(measured, inertia):
+    """Gravity-gradient torque [N m] in the body at the position that the computer knows."""
+    r = measured.r_inertial_m
+    square = dot(r, r)
+    size = math.sqrt(3.0 * MU_EARTH_M3_S2 / (square * math.sqrt(square)) / square)
+    tide = rotate_inverse(measured.q_body_to_inertial, scale(size, r))
+    return gravity_gradient_torque(inertia, tide)
+
+
+@kernel
+def wheel_lyapunov(measured, parameters, memory):
+    """Torque on the body M = w' x (J w' + h) + J dW/dt - M_g - k_w w - k_a e sin(a/2) [N m].
+
+    w' is the absolute rate, h the wheels' momentum, W the reference's rate in body axes, so that
+    dW/dt = (its angular acceleration) - w' x W; M_g the gravity torque, where it is wanted;
+    e sin(a/2) the vector part of the turn from the wanted attitude, the short way round.
+
+    Parameters: k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, 1 to
+    take on the gravity torque.
+    """
+    p, j = parameters, inertia_of(parameters)
+    q, omega = measured.q_body_to_inertial, measured.omega_body_rad_s
+    q_reference, turning = reference_motion(measured, p[ORBITAL])
+    error, relative = deviation(measured, p, q_reference, turning)
+    momentum = add(sym_vec(j, omega), measured.wheel_momentum_body_n_m_s)
+    speeding = rotate_inverse(q, reference_acceleration(measured, p[ORBITAL]))
+    speeding = sub(speeding, cross(omega, rotate_inverse(q, turning)))
+    m = add(cross(omega, momentum), sym_vec(j, speeding))
+    if p[OWN] != 0.0:
+        m = sub(m, known_gravity_torque(measured, j))
+    return add_scaled(add_scaled(m, -p[0], relative), -p[1], short_way(error))
+
+
+class WheelLyapunov(HeldByWheels):
+    """Attitude taken up from any motion and held by wheels.
+
+    `rate_gain_n_m_s`: k_w; `angle_gain_n_m`: k_a, twice the torque per radian of a small turn
+    (for a rate kappa and a damping zeta of small motion about an axis of the moment J:
+    k_a = 2 J kappa^2, k_w = 2 zeta kappa J). `reference`: 'orbital' or 'inertial'; `euler_deg`
+    with its `sequence`: the wanted attitude of the body relative to it. `inertia_kg_m2`: three
+    moments or 3x3, as the law knows them. `gravity_feedforward`: the wheels take on the gravity
+    torque of the attitude and position known on board; left out, with the orbital reference only.
+    """
+
+    kind: Literal["wheel_lyapunov"] = "wheel_lyapunov"
+    rate_gain_n_m_s: float = Field(gt=0.0)
+    angle_gain_n_m: float = Field(gt=0.0)
+    gravity_feedforward: bool | None = None
+
+    def law(self) -> Law:
+        """The law with these gains and this attitude."""
+        knows = self.gravity_feedforward
+        gravity = self.orbital if knows is None else knows
+        gains = {"rate_gain": self.rate_gain_n_m_s, "angle_gain": self.angle_gain_n_m}
+        parameters = {**gains, **self.attitude_and_inertia(), "gravity": float(gravity)}
+        return Law(self.kind, wheel_lyapunov, parameters, navigates=self.orbital or gravity)

@@ -1,0 +1,78 @@
+"""Attitude held by wheels: spring and damper on small angles, one bandwidth about every axis.
+
+WHEEL 7 calls its law a trivial proportional-differential one; the formula was lost in print. What
+is left says that it has one positive parameter and that this and the orbital rate are given in
+1/s. The law here is the one of that kind that gives every axis of any body the same roots.
+"""
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from torquer.control.law import Law
+from torquer.control.pointing import (
+    ORBITAL,
+    OWN,
+    HeldByWheels,
+    deviation,
+    inertia_of,
+    reference_motion,
+    short_way,
+)
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add, norm, scale, sym_vec
+
+
+@kernel
+def wheel_pd(measured, parameters, memory):
+    """Torque on the body M = -J (2 zeta kappa w + kappa^2 d) [N m]. Source: WHEEL (7.2), as read.
+
+    w the rate relative to the reference, d twice the vector part of the turn from the wanted
+    attitude (the turn vector where it is small). Of small errors at rest every axis then has
+    s^2 + 2 zeta kappa s + kappa^2. The gyroscopic torque and all others are left to the spring:
+    a constant torque T in the body leaves the error d = J^-1 T/kappa^2.
+
+    Parameters: kappa, zeta, 1 for an orbital reference, wanted attitude to it (quaternion), J,
+    the reference's rate about the orbit normal [rad/s] (0: that of the orbit at the instant).
+    """
+    p = parameters
+    q_reference, turning = reference_motion(measured, p[ORBITAL])
+    if p[OWN] > 0.0:
+        turning = scale(p[OWN] / norm(turning), turning)
+    error, omega = deviation(measured, p, q_reference, turning)
+    damper = scale(-2.0 * p[1] * p[0], omega)
+    spring = scale(-2.0 * p[0] * p[0], short_way(error))
+    return sym_vec(inertia_of(p), add(damper, spring))
+
+
+class WheelPd(HeldByWheels):
+    """Attitude held by wheels: PD law on small angles.
+
+    `bandwidth_rad_s`: kappa, the rate of the closed loop; `damping`: zeta, 1 for the shortest
+    time without overshoot. `reference`: 'orbital' or 'inertial'; `euler_deg` with its `sequence`:
+    the wanted attitude of the body relative to it. `inertia_kg_m2`: three moments or 3x3, as the
+    law knows them. `orbital_rate_rad_s`: one rate of the orbital frame for all times, as the
+    publication's law has it; left out, the rate of the orbit at the instant. On an eccentric
+    orbit the one rate leaves an error of about 2 zeta/kappa times the difference of the two.
+    """
+
+    kind: Literal["wheel_pd"] = "wheel_pd"
+    bandwidth_rad_s: float = Field(gt=0.0)
+    damping: float = Field(default=1.0, gt=0.0)
+    orbital_rate_rad_s: float | None = Field(default=None, gt=0.0)
+
+    @model_validator(mode="after")
+    def _rate_of_the_orbital_frame(self):
+        if self.orbital_rate_rad_s is not None and not self.orbital:
+            raise ValueError(
+                "orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
+                f"received {self.orbital_rate_rad_s}"
+            )
+        return self
+
+    def law(self) -> Law:
+        """The law with this bandwidth and attitude."""
+        gains = {"bandwidth": self.bandwidth_rad_s, "damping": self.damping}
+        rate = {"orbital_rate": self.orbital_rate_rad_s or 0.0}
+        parameters = {**gains, **self.attitude_and_inertia(), **rate}
+        return Law(self.kind, wheel_pd, parameters, navigates=self.orbital)
