@@ -71,7 +71,8 @@ class WheelLyapunov(HeldByWheels):
     k_a = 2 J kappa^2, k_w = 2 zeta kappa J). `reference`: 'orbital' or 'inertial'; `euler_deg`
     with its `sequence`: the wanted attitude of the body relative to it. `inertia_kg_m2`: three
     moments or 3x3, as the law knows them. `gravity_feedforward`: the wheels take on the gravity
-    torque of the attitude and position known on board; left out, with the orbital reference only.
+    torque of the attitude and position known on board; unless said, they do with the orbital
+    reference only.
     """
 
     kind: Literal["wheel_lyapunov"] = "wheel_lyapunov"
