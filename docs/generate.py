@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from torquer.control import LAWS
+from torquer.control import LAWS, WHEEL_LAWS
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
 from torquer.forces.atmosphere import ATMOSPHERES
@@ -23,6 +23,8 @@ from torquer.spacecraft.disturbance import Disturbance
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sun_sensor import SunSensors
+from torquer.spacecraft.wheels import Failure, ReactionWheels
+from torquer.wheel_array.presets import LAYOUTS
 
 ROOT = Path(__file__).parents[1]
 #: Tables of a scenario file, in the order of the page.
@@ -37,6 +39,9 @@ TABLES = {
     "spacecraft": Spacecraft,
     "spacecraft.body": Body,
     "spacecraft.coils": Coils,
+    "spacecraft.wheels": ReactionWheels,
+    "spacecraft.wheels.failures": Failure,
+    **{f"spacecraft.wheels.layout, kind = {kind!r}": s for kind, s in LAYOUTS.items()},
     "spacecraft.magnetometer": Magnetometer,
     "spacecraft.gyro": Gyro,
     "spacecraft.sun_sensors": SunSensors,
@@ -49,6 +54,7 @@ TABLES = {
     "initial": InitialMotion,
     "control": Control,
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
+    **{f"control.wheel_law, kind = {kind!r}": spec for kind, spec in WHEEL_LAWS.items()},
     "simulation": Simulation,
 }
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
 from torquer import engine
-from torquer.control import LAWS, AnyLaw
+from torquer.control import LAWS, WHEEL_LAWS, AnyLaw, AnyWheelLaw
 from torquer.control.law import Law, compile_law
 from torquer.conventions import Measured
 from torquer.engine import kernel
@@ -56,6 +56,23 @@ EXAMPLES = {
         "angle_gain_n_m_per_t2": 30.0,
         "euler_deg": [40, 20, -10],
     },
+    "wheel_pd": {
+        "bandwidth_rad_s": 0.1,
+        "euler_deg": [40, 20, -10],
+        "orbital_rate_rad_s": 1e-3,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "wheel_lyapunov": {
+        "rate_gain_n_m_s": 0.1,
+        "angle_gain_n_m": 0.01,
+        "euler_deg": [40, 20, -10],
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
+    "unloading": {
+        "gain_per_s": 1e-3,
+        "wanted_momentum_n_m_s": [0.1, 0.2, -0.1],
+        "dead_band_n_m_s": 0.3,
+    },
     "scheme": {
         "axis": [0.0, 0.6, 0.8],
         "target": [1.0, 1.0, 0.0],
@@ -97,8 +114,11 @@ OF_THE_BODY = {
     "axis": (0.0, 0.0, 1.0),
     "first_coil": None,
     "inertia_kg_m2": None,
+    "wanted_momentum_n_m_s": (0.0, 0.0, 0.0),
 }
-EVERY = pytest.mark.parametrize("kind", LAWS)
+#: Laws of the coils and of the wheels; 'off' and 'user' may be either.
+ALL = {**WHEEL_LAWS, **LAWS}
+EVERY = pytest.mark.parametrize("kind", ALL)
 ZERO = (0.0, 0.0, 0.0)
 
 
@@ -112,18 +132,23 @@ def example(tmp_path_factory):
         keys = {k: str(file) if k == "file" else v for k, v in EXAMPLES[kind].items()}
         if turn is not None:
             keys |= turned_keys(kind, keys, turn)
-        return TypeAdapter(AnyLaw).validate_python({"kind": kind, **keys}).law()
+        return adapter_of(kind).validate_python({"kind": kind, **keys}).law()
 
     return make
+
+
+def adapter_of(kind):
+    """What reads the keys of a kind of law."""
+    return TypeAdapter(AnyLaw if kind in LAWS else AnyWheelLaw)
 
 
 def turned_keys(kind, keys, turn):
     """What of an example is given in body axes, given in turned ones; defaults count too."""
     found = {}
-    for key in OF_THE_BODY.keys() & LAWS[kind].model_fields.keys():
+    for key in OF_THE_BODY.keys() & ALL[kind].model_fields.keys():
         value = np.array(keys.get(key, OF_THE_BODY[key]))
         found[key] = (turn @ value @ turn.T if value.ndim == 2 else turn @ value).tolist()
-    if "euler_deg" in LAWS[kind].model_fields:
+    if "euler_deg" in ALL[kind].model_fields:
         wanted = Rotation.from_euler("ZYX", keys["euler_deg"], degrees=True)
         wanted = wanted * Rotation.from_matrix(turn.T)
         found["euler_deg"] = wanted.as_euler("ZYX", degrees=True).tolist()
@@ -143,6 +168,7 @@ def readings(n=40, turn=None, seed=3):
         q = Rotation.random(random_state=i) * Rotation.from_matrix(turn.T)
         sizes = (7e6, 7e3, 3e-5, 1e-7)
         known = [tuple((size * rng.normal(size=3)).tolist()) for size in sizes]
+        known.append(tuple((turn @ rng.normal(size=3)).tolist()))
         rows.append(Measured(0.5 * i, *vectors, tuple(q.as_quat().tolist()), *known))
     return rows
 
@@ -159,14 +185,14 @@ def answers(function, law, rows):
 
 
 def test_every_law_has_its_example_here():
-    assert set(EXAMPLES) == set(LAWS)
+    assert set(EXAMPLES) == set(ALL)
 
 
 @EVERY
 def test_kind_is_the_key_and_specs_survive_json(kind):
-    spec = TypeAdapter(AnyLaw).validate_python({"kind": kind, **EXAMPLES[kind]})
-    assert type(spec) is LAWS[kind] and spec.kind == kind
-    adapter = TypeAdapter(AnyLaw)
+    adapter = adapter_of(kind)
+    spec = adapter.validate_python({"kind": kind, **EXAMPLES[kind]})
+    assert type(spec) is ALL[kind] and spec.kind == kind
     assert adapter.validate_json(adapter.dump_json(spec)) == spec
 
 
@@ -231,7 +257,7 @@ def call_often(law, parameters, memory, times):
         b = (1e-5 * np.cos(0.1 * i), 2e-5, 1e-5 * np.sin(0.1 * i))
         rate, omega, sun = (1e-7, 0.0, -1e-7), (0.01, 0.02, -0.03), (0.0, 0.6, 0.8)
         q, r, v = (0.0, 0.6, 0.0, 0.8), (7e6, 0.0, 0.0), (0.0, 7e3, 2e3)
-        row = Measured(float(i), b, rate, omega, sun, q, r, v, b, rate)
+        row = Measured(float(i), b, rate, omega, sun, q, r, v, b, rate, omega)
         m = law(row, parameters, memory)
         total += m[0] + m[1] + m[2]
     return total

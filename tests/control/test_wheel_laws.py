@@ -200,6 +200,15 @@ def test_pd_a_constant_torque_is_met_at_the_error_of_the_docstring():
     assert machine(spec)(row(error.as_quat(), ZERO)) == pytest.approx(-torque, rel=1e-6)
 
 
+@REFERENCES
+def test_pd_the_wheels_momentum_is_turned_with_the_body(reference):
+    ask = machine(LAWS["pd"](reference))
+    r, v = orbit_at(200.0, 0.1)
+    q, omega, h = Rotation.random(random_state=8).as_quat(), (0.01, -0.02, 0.03), (4.0, -5.0, 6.0)
+    more = ask(row(q, omega, h, r, v)) - ask(row(q, omega, ZERO, r, v))
+    assert more == pytest.approx(np.cross(omega, h), abs=1e-14)
+
+
 def test_pd_one_orbital_rate_differs_by_its_difference_from_that_of_the_instant():
     kappa, zeta = 0.02, 0.8
     keys = {"bandwidth_rad_s": kappa, "damping": zeta, "inertia_kg_m2": J.tolist()}

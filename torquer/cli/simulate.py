@@ -75,7 +75,9 @@ def validate(scenario_path: Path, as_json: bool) -> int:
 def _checked(scenario_path: Path):
     """The scenario, if its law, field, date and orbit can be used."""
     scenario = load_scenario(scenario_path)
-    scenario.control.law.law().pack()
+    for law in (scenario.control.law, scenario.control.wheel_law):
+        if law is not None:
+            law.law().pack()
     around, t_s = scenario.surroundings(), _looks(scenario)
     around.sample(t_s)
     if scenario.spacecraft.aerodynamics:

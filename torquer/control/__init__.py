@@ -12,11 +12,18 @@ from torquer.control.built_in import BUILT_IN
 from torquer.control.off import Off
 from torquer.control.scheme import Scheme
 from torquer.control.user import UserLaw
+from torquer.control.wheel_lyapunov import WheelLyapunov
+from torquer.control.wheel_pd import WheelPd
 
 LAWS = {**BUILT_IN, "scheme": Scheme, "user": UserLaw}
 
 AnyLaw = Annotated[Union[tuple(LAWS.values())], Field(discriminator="kind")]  # noqa: UP007
 
-WHEEL_LAWS = {"off": Off, "user": UserLaw}
+WHEEL_LAWS = {
+    "off": Off,
+    "wheel_pd": WheelPd,
+    "wheel_lyapunov": WheelLyapunov,
+    "user": UserLaw,
+}
 
 AnyWheelLaw = Annotated[Union[tuple(WHEEL_LAWS.values())], Field(discriminator="kind")]  # noqa: UP007

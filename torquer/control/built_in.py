@@ -27,6 +27,7 @@ from torquer.control.preliminary_2 import Preliminary2, preliminary_2
 from torquer.control.reorientation import Reorientation, reorientation
 from torquer.control.spin_up import SpinUp, spin_up
 from torquer.control.three_axis import ThreeAxis, three_axis
+from torquer.control.unloading import Unloading, unloading
 from torquer.engine import inlined
 
 BUILT_IN = {
@@ -43,6 +44,7 @@ BUILT_IN = {
     "preliminary_1": Preliminary1,
     "preliminary_2": Preliminary2,
     "three_axis": ThreeAxis,
+    "unloading": Unloading,
 }
 
 #: The laws' kernels; places as in `ask`.
@@ -60,6 +62,7 @@ KERNELS = (
     preliminary_1,
     preliminary_2,
     three_axis,
+    unloading,
 )
 
 
@@ -95,4 +98,6 @@ def ask(place, measured, parameters, memory):
         return preliminary_2(measured, parameters, memory)
     if place == 12:
         return three_axis(measured, parameters, memory)
+    if place == 13:
+        return unloading(measured, parameters, memory)
     return (0.0, 0.0, 0.0)

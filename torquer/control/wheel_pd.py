@@ -20,17 +20,19 @@ from torquer.control.pointing import (
     short_way,
 )
 from torquer.engine import kernel
-from torquer.geometry.vec3 import add, norm, scale, sym_vec
+from torquer.geometry.vec3 import add, cross, norm, scale, sym_vec
 
 
 @kernel
 def wheel_pd(measured, parameters, memory):
-    """Torque on the body M = -J (2 zeta kappa w + kappa^2 d) [N m]. Source: WHEEL (7.2), as read.
+    """Torque on the body M = -J (2 zeta kappa w + kappa^2 d) + omega x h [N m].
 
-    w the rate relative to the reference, d twice the vector part of the turn from the wanted
-    attitude (the turn vector where it is small). Of small errors at rest every axis then has
-    s^2 + 2 zeta kappa s + kappa^2. The gyroscopic torque and all others are left to the spring:
-    a constant torque T in the body leaves the error d = J^-1 T/kappa^2.
+    Source: WHEEL (7.2), as read. w the rate relative to the reference, d twice the vector part of
+    the turn from the wanted attitude (the turn vector where it is small), h the wheels' momentum:
+    in (6.1) their momentum turns with the body of itself, so that the rest of M is what is left
+    for the body. Of small errors at rest every axis then has s^2 + 2 zeta kappa s + kappa^2. The
+    gyroscopic torque of the body and all others are left to the spring: a constant torque T in
+    the body leaves the error d = J^-1 T/kappa^2.
 
     Parameters: kappa, zeta, 1 for an orbital reference, wanted attitude to it (quaternion), J,
     the reference's rate about the orbit normal [rad/s] (0: that of the orbit at the instant).
@@ -42,7 +44,8 @@ def wheel_pd(measured, parameters, memory):
     error, omega = deviation(measured, p, q_reference, turning)
     damper = scale(-2.0 * p[1] * p[0], omega)
     spring = scale(-2.0 * p[0] * p[0], short_way(error))
-    return sym_vec(inertia_of(p), add(damper, spring))
+    turned = cross(measured.omega_body_rad_s, measured.wheel_momentum_body_n_m_s)
+    return add(sym_vec(inertia_of(p), add(damper, spring)), turned)
 
 
 class WheelPd(HeldByWheels):

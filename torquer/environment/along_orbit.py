@@ -27,7 +27,8 @@ class Environment(Spec):
 
     `field`: geomagnetic field model. `earth_rotation`: 'precise' (precession and nutation) or
     'sidereal' (a plain turn by Greenwich sidereal time). `eclipse`: 'conical' or 'cylindrical'.
-    `atmosphere`: density of the air, which turns with the Earth (for `spacecraft.aerodynamics`).
+    `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
+    unless `air_turns` is false: publications often have it at rest.
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
     the models at every instant that RK4 asks for (exact, about ten times slower).
     """
@@ -37,6 +38,7 @@ class Environment(Spec):
     eclipse: Literal["conical", "cylindrical"] = "conical"
     gravity_gradient: bool = True
     atmosphere: AnyAtmosphere | None = None
+    air_turns: bool = True
     table_tolerance: Annotated[float, Field(ge=0.0, le=1e-3)] = 1e-9
 
 
@@ -90,8 +92,10 @@ class OrbitEnvironment:
         to_ecef = self.dcm_to_ecef(t_s)
         r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
         density = self.environment.atmosphere.density(t_s, self.start, r_ecef)
-        pole = to_ecef[:, 2, :]
-        return np.sqrt(density)[:, None] * (v - EARTH_RATE_RAD_S * np.cross(pole, r))
+        wind = (
+            EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r) if self.environment.air_turns else 0.0
+        )
+        return np.sqrt(density)[:, None] * (v - wind)
 
     def air_table(self, duration_s: float):
         """Table of `flow`; no error is promised, as a density model may have steps of its own."""

@@ -4,7 +4,7 @@ import re
 
 from pydantic import ValidationError
 
-from torquer.control import LAWS
+from torquer.control import LAWS, WHEEL_LAWS
 from torquer.environment.field import FIELDS
 from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
@@ -19,6 +19,7 @@ _KINDS = {
     "field": FIELDS,
     "law": LAWS,
     "laws": LAWS,
+    "wheel_law": WHEEL_LAWS,
     "layout": LAYOUTS,
     "parts": ("cylinder", "plate", "sphere"),
 }

@@ -43,7 +43,7 @@ def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> S
 def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
     """The scenario of what a TOML text holds, as plain data."""
     data = _with_presets(data, ())
-    _find_law_file(data, folder)
+    _find_law_files(data, folder)
     try:
         return Scenario.model_validate(data)
     except ValidationError as error:
@@ -71,10 +71,11 @@ def _with_presets(table: dict, place: tuple) -> dict:
     return tomllib.loads((_PRESETS / f"{name}.toml").read_text(encoding="utf-8")) | own
 
 
-def _find_law_file(data: dict, folder: Path) -> None:
-    law = data.get("control", {}).get("law") if isinstance(data.get("control"), dict) else None
-    if isinstance(law, dict) and isinstance(law.get("file"), str):
-        law["file"] = str((folder / law["file"]).resolve())
+def _find_law_files(data: dict, folder: Path) -> None:
+    control = data.get("control") if isinstance(data.get("control"), dict) else {}
+    for law in (control.get("law"), control.get("wheel_law")):
+        if isinstance(law, dict) and isinstance(law.get("file"), str):
+            law["file"] = str((folder / law["file"]).resolve())
 
 
 def scenario_schema() -> dict:

@@ -203,7 +203,9 @@ def _law_attributes(run: Run) -> dict[str, str]:
             prefix: law.name,
             f"{prefix}_parameters": json.dumps({k: float(v) for k, v in law.parameters.items()}),
             f"{prefix}_source": source_mark(law.function),
-            f"{prefix}_runs_as": "compiled" if law.compiled else "plain Python (slow: not decorated)",
+            f"{prefix}_runs_as": "compiled"
+            if law.compiled
+            else "plain Python (slow: not decorated)",
         }
     return said
 

@@ -124,7 +124,7 @@ def _laws_for(scenario: Scenario, law, wheel_law) -> tuple[Law, Law | None]:
     for name, given, hardware in (("coils", law, craft.coils), ("wheels", wheel_law, craft.wheels)):
         if given is not None and hardware is None:
             raise ValueError(f"spacecraft.{name}: must be given for a law of theirs; received none")
-    specs = control.law, control.wheels or Off()
+    specs = control.law, control.wheel_law or Off()
     laws = [
         spec.law() if given is None else as_law(given)
         for given, spec in zip((law, wheel_law), specs, strict=True)
@@ -207,7 +207,9 @@ def _reason(run: Run, ended: int) -> str:
     t = run.now_s
     shown = ", ".join(f"{x:.6g}" for x in run.state.cells[loop.MOTION : loop.COMMAND])
     if ended == loop.BAD_STATE:
-        return f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+        return (
+            f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+        )
     place = 0 if ended == loop.BAD_LAW else 1
     told = _bad_answer(run, place)
     return f"law {run.laws[place].name}: {told} at t = {t:g} s; quaternion and rate: {shown}"

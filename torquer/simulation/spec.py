@@ -104,22 +104,23 @@ class InitialMotion(Spec):
 class Control(Spec):
     """The laws of coils and wheels, one or both, and their cycle.
 
-    `law` is that of the coils, `wheels` that of the wheels, which get its answer at every reading.
+    `law` is that of the coils, `wheel_law` that of the wheels, which get its answer at every
+    reading.
     Plain sample and hold: leave `measure_s` at 0; a reading every `sample_s`, the dipole held
     until the next. With a measurement window the coils are off for `measure_s` while readings
     are taken every `sample_s`, then follow the law's last answer for `actuate_s`.
     """
 
     law: AnyLaw = Off()
-    wheels: AnyWheelLaw | None = None
+    wheel_law: AnyWheelLaw | None = None
     sample_s: Positive = 1.0
     measure_s: float = Field(default=0.0, ge=0.0)
     actuate_s: Positive | None = None
 
     @model_validator(mode="after")
     def _windows_fit(self):
-        if "law" not in self.model_fields_set and self.wheels is None:
-            raise ValueError("law: must be given, or wheels; received neither")
+        if "law" not in self.model_fields_set and self.wheel_law is None:
+            raise ValueError("law: must be given, or wheel_law; received neither")
         if self.measure_s > 0.0:
             if self.actuate_s is None:
                 raise ValueError("actuate_s: must be given with measure_s; received none")
@@ -214,8 +215,10 @@ class Scenario(Spec):
         craft, control = self.spacecraft, self.control
         if control.law.kind != "off" and craft.coils is None:
             raise ValueError("spacecraft.coils: must be given for control.law; received none")
-        if control.wheels is not None and craft.wheels is None:
-            raise ValueError("spacecraft.wheels: must be given for control.wheels; received none")
+        if control.wheel_law is not None and craft.wheels is None:
+            raise ValueError(
+                "spacecraft.wheels: must be given for control.wheel_law; received none"
+            )
         if craft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
                 "simulation.integrator: must be 'rk4' or 'dop853' with spacecraft.wheels; "
