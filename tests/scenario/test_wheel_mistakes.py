@@ -180,7 +180,9 @@ PARTS = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("part", "line"), PARTS, ids=lambda x: x[:40] if isinstance(x, str) else "")
+@pytest.mark.parametrize(
+    ("part", "line"), PARTS, ids=lambda x: x[:40] if isinstance(x, str) else ""
+)
 def test_a_mistake_about_wheels_elsewhere_is_one_line(part, line):
     with pytest.raises(ScenarioError) as mistake:
         scenario(**part)

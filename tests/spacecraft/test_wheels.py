@@ -63,8 +63,7 @@ def test_momentum_limit_is_reached_at_the_speed_limit():
 def test_rotors_tensor_is_the_sum_over_the_axes():
     spec = wheels()
     expected = sum(
-        i * np.outer(g, g)
-        for i, g in zip(spec.rotor_inertia_kg_m2(), axes_of(spec), strict=True)
+        i * np.outer(g, g) for i, g in zip(spec.rotor_inertia_kg_m2(), axes_of(spec), strict=True)
     )
     assert spec.rotor_tensor_kg_m2() == pytest.approx(expected, rel=1e-14)
     (xx, yy, zz, xy, xz, yz) = ready(spec)[0].rotors.tensor
@@ -262,9 +261,10 @@ def test_two_wheels_give_what_lies_in_their_plane_and_none_gives_nothing(allocat
     expected = torque - (torque @ normal) * normal
     assert -motors @ axes_of(spec) == pytest.approx(expected, abs=1e-15)
     assert motors[[0, 2]].tolist() == [0.0, 0.0]
-    assert shared(wheels(lost=(0, 1, 2, 3), allocation=allocation), tuple(torque)).tolist() == [
-        0.0
-    ] * 4
+    assert (
+        shared(wheels(lost=(0, 1, 2, 3), allocation=allocation), tuple(torque)).tolist()
+        == [0.0] * 4
+    )
 
 
 def test_after_a_loss_with_a_bias_the_rest_still_adds_up_to_nothing():
