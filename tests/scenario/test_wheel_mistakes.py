@@ -93,7 +93,8 @@ KEYS = [
      "speed_noise_rpm: must be greater than or equal to 0; received -1"),
     # speeds at the start
     ({"initial_speed_rpm": '"a"'}, "initial_speed_rpm: must be a number; received 'a'"),
-    ({"initial_speed_rpm": '[1, 2, "a", 3]'}, "initial_speed_rpm[2]: must be a number; received 'a'"),
+    ({"initial_speed_rpm": '[1, 2, "a", 3]'},
+     "initial_speed_rpm[2]: must be a number; received 'a'"),
     ({"initial_speed_rpm": "[]"}, f"initial_speed_rpm: {ONE_EACH}; received 0"),
     ({"initial_speed_rpm": "[1, 2, 3]"}, f"initial_speed_rpm: {ONE_EACH}; received 3"),
     ({"initial_speed_rpm": "-7000"},
@@ -144,7 +145,8 @@ NO_COILS = "spacecraft.coils: must be given for control.law; received none"
 PD_GIVEN = "wheel_law = { kind = 'wheel_pd', inertia_kg_m2 = [1, 1, 1], bandwidth_rad_s = "
 #: (changed part of the scenario, the lines).
 PARTS = [
-    ({"with_wheels": False}, "spacecraft.wheels: must be given for control.wheel_law; received none"),
+    ({"with_wheels": False},
+     "spacecraft.wheels: must be given for control.wheel_law; received none"),
     ({"control": ""}, "control.law: must be given, or wheel_law; received neither"),
     ({"integrator": '"splitting"'}, "simulation.integrator: must be 'rk4' or 'dop853' with "
      "spacecraft.wheels; received 'splitting'"),

@@ -1,5 +1,6 @@
 """Wheels in whole runs: momentum, an independent simulation, friction, limits, control."""
 
+import itertools
 import math
 
 import numpy as np
@@ -143,19 +144,17 @@ class Reference:
         """On to a time under held motor torques, from stand to stand."""
         while t < until:
             side = self.side(y[7:], motor)
-            events = []
-            for k in np.flatnonzero((side != 0.0) & (self.coulomb > 0.0)):
-                events.append(lambda _, y, k=k: y[7 + k])
-                events[-1].terminal, events[-1].direction = True, -side[k]
+            watched = np.flatnonzero((side != 0.0) & (self.coulomb > 0.0))
+            events = [lambda _, y, k=k: y[7 + k] for k in watched]
+            for event, k in zip(events, watched, strict=True):
+                event.terminal, event.direction = True, -side[k]
             found = solve_ivp(
                 lambda t, y: self.rates(t, y, motor, side),  # noqa: B023
-                (t, until), y, method="DOP853", rtol=1e-12, atol=1e-14, events=events or None,
+                (t, until), y, method="DOP853", rtol=1e-12, atol=1e-14, events=events,
             )  # fmt: skip
             t, y = found.t[-1], found.y[:, -1]
-            stopped = [len(times) > 0 for times in found.t_events or ()]
-            for k, stops in zip(np.flatnonzero((side != 0.0) & (self.coulomb > 0.0)), stopped,
-                                strict=False):  # fmt: skip
-                if stops:
+            for times, k in zip(found.t_events, watched, strict=True):
+                if len(times):
                     y[7 + k] = 0.0
         return y
 
@@ -170,7 +169,7 @@ class Reference:
 
 
 def difference(result, friction=(), gravity=False):
-    """Greatest differences of (quaternion, rate [rad/s], wheel speed [rad/s]) from the reference."""
+    """Greatest differences of (quaternion, rate, wheel speed [rad/s]) from the reference."""
     expected = Reference(result, dict(friction), gravity).fly(result)
     names = ("q_body_to_inertial", "omega_body", "wheel_speed")
     told = np.hstack([result[name].values for name in names])
@@ -375,7 +374,7 @@ def test_coils_unload_the_wheels_while_the_attitude_is_held(craft):
     b = result.b_inertial.values
     b /= np.linalg.norm(b, axis=1)[:, None]
     expected = [h[0]]
-    for now, after in zip(b[:-1], b[1:], strict=True):
+    for now, after in itertools.pairwise(b):
         middle = (now + after) / np.linalg.norm(now + after)
         y = expected[-1]
         half = y - 10.0 * k * (y - now * (now @ y))
