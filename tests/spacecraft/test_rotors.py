@@ -249,6 +249,16 @@ def test_a_standing_rotor_turns_with_the_body():
     assert relative_momentum(rotors.rows, state, other, 0) == pytest.approx(0.0, abs=1e-19)
 
 
+def test_a_rotor_starts_from_a_stand_with_the_rate_of_the_body_as_it_is_now():
+    """However the body has turned since the momentum was last reckoned."""
+    rotors, other = rotors_of(row_of(2e-3, 1e-3)), (0.3, 0.1, -0.4)
+    state = state_of(rotors, 0.0, OMEGA, motor=3e-3, stands=1.0)
+    turn_rotors(rotors, state, other, 0, 0.5)
+    assert state[STANDS, 0] == 0.0
+    told = relative_momentum(rotors.rows, state, other, 0)
+    assert told == pytest.approx((3e-3 - 1e-3) * 0.5, rel=1e-13)
+
+
 def test_momentum_relative_to_the_body():
     rotors = four()
     state = four_in_motion(rotors)
