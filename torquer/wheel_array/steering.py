@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import kernel
-from torquer.geometry.vec3 import add_scaled, dot, scale, sub
+from torquer.geometry.vec3 import add_scaled, dot, norm, scale, sub
 from torquer.wheel_array.allocation import (
     WheelSet,
     bound_of,
@@ -25,6 +25,8 @@ from torquer.wheel_array.envelope import THIN
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted.
 CENTRE, HALF, WANTED = 0, 1, 2
+#: Sine of an angle below which a direction lies in a plane.
+ALONG = 1e-9
 
 
 class Bias(NamedTuple):
@@ -166,16 +168,20 @@ def biased(wheels, limit, bias, demand, out):
 
 @kernel
 def _reach(wheels, half, middle, demand, least):
-    """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels."""
-    reach = 1.0
+    """(Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels, face).
+
+    The face is the one that stops it, -1 where s is 1. A face along the demand, but for
+    rounding, does not stop it.
+    """
+    reach, stopped, small = 1.0, -1, ALONG * norm(demand)
     for f in range(wheels.faces.shape[0]):
         normal = _axis(wheels.faces, f)
         along, bound = dot(normal, demand), bound_of(wheels.faces, f, half)
-        if bound > least:
+        if bound > least and abs(along) > small:
             room = bound + dot(normal, middle) if along > 0.0 else bound - dot(normal, middle)
             if max(room, 0.0) < abs(along) * reach:
-                reach = max(room, 0.0) / abs(along)
-    return reach
+                reach, stopped = max(room, 0.0) / abs(along), f
+    return reach, stopped
 
 
 @kernel
@@ -204,7 +210,7 @@ def steer(steering, step_s, momenta, torque, out):
     for k in range(limit.shape[0]):
         least += THIN * work[HALF, k]
     torque, _ = spanned(wheels.axes, limit, torque)
-    part = _reach(wheels, work[HALF], middle, torque, least)
+    part, _ = _reach(wheels, work[HALF], middle, torque, least)
     torque = scale(part, torque)
     minimax(wheels, work[HALF], sub(torque, middle), out)
     wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
@@ -214,6 +220,32 @@ def steer(steering, step_s, momenta, torque, out):
         work[WANTED, k] = (work[WANTED, k] - momenta[k]) / step_s - out[k]
     _pull(limit, work, out)
     return part
+
+
+@kernel
+def let_through(steering, step_s, momenta, torque):
+    """What is left of a torque [N m] by the limits; more than `steer` gives near a full array.
+
+    What the motors cannot make is cut with the direction kept. Of the rest only what would drive
+    full wheels on is taken away: the torque goes on along the face of the envelope, and along its
+    edge, so that wheels full in one direction do not cost the others.
+    """
+    wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
+    _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
+    middle, least = _total(wheels.axes, limit, work[CENTRE]), 0.0
+    for k in range(limit.shape[0]):
+        least += THIN * limit[k]
+    part, _ = _reach(wheels, limit, (0.0, 0.0, 0.0), torque, least)
+    rest, given = scale(part, torque), (0.0, 0.0, 0.0)
+    for _ in range(3):
+        part, face = _reach(wheels, work[HALF], sub(middle, given), rest, 0.0)
+        given = add_scaled(given, part, rest)
+        if face < 0:
+            break
+        normal = _axis(wheels.faces, face)
+        rest = scale(1.0 - part, rest)
+        rest = add_scaled(rest, -dot(normal, rest), normal)
+    return given
 
 
 @kernel
