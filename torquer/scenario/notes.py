@@ -7,6 +7,7 @@ import numpy as np
 from torquer.control.bdot import Bdot
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
+from torquer.scenario.wheel_notes import wheel_notes
 from torquer.simulation.spec import Scenario
 from torquer.theory.gains import bdot_greatest_gain, sampling_limit_rad_s
 
@@ -18,7 +19,12 @@ _OLD_DAYS = 14.0
 
 def notes_of(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
-    return [*_sampling_notes(scenario), *_step_notes(scenario), *_orbit_notes(scenario)]
+    return [
+        *_sampling_notes(scenario),
+        *_step_notes(scenario),
+        *_orbit_notes(scenario),
+        *wheel_notes(scenario),
+    ]
 
 
 def _orbit_notes(scenario: Scenario) -> list[str]:
