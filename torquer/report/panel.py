@@ -81,6 +81,7 @@ def about_ranges(picture: Picture) -> str:
 
 
 def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
+    """A line of a series, made short as its style allows."""
     shorten = {"line": course, "dashed": course, "dots": thinned, "steps": Course}[style]
     return Line(label, shorten(t, y), colour, width, style)
 
@@ -91,6 +92,7 @@ def mean_line(label, t, y, colour, width) -> Line:
 
 
 def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
+    """Lines of the components of vectors [n, 3]."""
     return tuple(
         line_of(name, t, vectors[:, i], colour, width, style)
         for i, (name, colour) in enumerate(AXES)
@@ -98,6 +100,7 @@ def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
 
 
 def whole(view: View, **keys) -> Panel:
+    """A panel of the whole run."""
     return Panel(bands=view.eclipses, **keys)
 
 

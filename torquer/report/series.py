@@ -168,10 +168,11 @@ def usual_size(values, part: float = 0.02) -> float:
 def settled_from(t, size, within: float = 3.0) -> float | None:
     """Time at which a size first comes to `within` times its median over the second half.
 
-    None where it was there from the start, or where that takes more than a fifth of the time.
+    A 300th of its first value is little enough. None where it was there from the start, or where
+    that takes more than a fifth of the time.
     """
     size = np.asarray(size)
-    level = within * np.median(size[len(size) // 2 :])
+    level = max(within * np.median(size[len(size) // 2 :]), size[0] / 300.0)
     first = int(np.argmax(size <= level))
     began, ended = float(t[0]), float(t[-1])
     return float(t[first]) if first and t[first] - began < 0.2 * (ended - began) else None

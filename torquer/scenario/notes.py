@@ -75,9 +75,10 @@ def _step_notes(scenario: Scenario) -> list[str]:
         return _wheel_notes(scenario, turn)
     if scenario.simulation.integrator != "rk4" or turn < 0.5:
         return []
+    other = "dop853" if scenario.spacecraft.wheels else "splitting"
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
-        f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator 'splitting'"
+        f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator '{other}'"
     ]
 
 
