@@ -142,14 +142,19 @@ def keep_off_disk(*kernels) -> None:
         each._cache = NullCache()
 
 
-@contextlib.contextmanager
-def cache_of(files: Iterable[Path]) -> Iterator[None]:
-    """Compile, within the block, into a cache folder named by the content of the user's files."""
+def mark_of(files: Iterable[Path]) -> str:
+    """Hash of the names and the content of files."""
     digest = hashlib.sha256()
     for path in files:
         digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def cache_of(files: Iterable[Path]) -> Iterator[None]:
+    """Compile, within the block, into a cache folder named by the content of the user's files."""
     usual = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(usual) / f"user-{digest.hexdigest()[:16]}")
+    numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_of(files)}")
     try:
         yield
     finally:

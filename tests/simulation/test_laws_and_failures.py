@@ -201,7 +201,7 @@ def test_the_only_law_of_a_file_needs_no_name(with_law, folder):
         ("nowhere", "must define nowhere; received no such function"),
         ("number", "must define number; received no such function"),
         ("misspelt", "law misspelt: must compile as .* received: Unknown attribute 'b_body'"),
-        ("short", r"law short: must compile as \(measured, parameters, memory\) -> \(mx, my, mz\)"),
+        ("short", r"law short: must compile as \(measured, parameters, memory\) -> \(x, y, z\)"),
     ],
 )
 def test_a_law_that_cannot_be_used_is_explained(with_law, function, message):

@@ -8,13 +8,10 @@ A law is a function `(measured, parameters, memory) -> (x, y, z)`:
               torque [N m] on the satellite; both in body axes.
 """
 
-import contextlib
 import functools
 import hashlib
 import importlib.util
-import inspect
 import math
-import re
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -22,11 +19,10 @@ from numbers import Real
 from pathlib import Path
 from types import FunctionType
 
-import numba
 import numpy as np
 from numba import types
 
-from torquer import engine
+from torquer import engine, plugin
 from torquer.conventions import Measured
 
 _VECTOR = types.UniTuple(types.float64, 3)
@@ -76,7 +72,7 @@ class Law:
 
     def __call__(self, measured: Measured, parameters, memory) -> tuple:
         """The plain Python function, for trying the law by hand."""
-        return getattr(self.function, "py_func", self.function)(measured, parameters, memory)
+        return plugin.plain_of(self.function)(measured, parameters, memory)
 
 
 def _is_finite_number(value) -> bool:
@@ -130,38 +126,25 @@ def law(
 def compile_law(function: Callable):
     """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
 
-    Code of a user's file is cached under a hash of all Python files beside it. A user's law is
-    guarded: bounds are checked, and a law that raises an error answers with not-a-numbers.
+    A user's law is guarded: bounds are checked, and a law that raises an error answers with
+    not-a-numbers.
     """
-    plain = getattr(function, "py_func", function)
-    own = engine.is_own(plain)
+    plain = plugin.plain_of(function)
+    must = f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (x, y, z)"
+    if engine.is_own(plain):
+        return plugin.first_class(plain, SIGNATURE, must)
     if not engine.COMPILED:
-        return plain if own else _guarded(plain, plain)
-    count = len(inspect.signature(plain).parameters)
-    if count != 3:
-        raise ValueError(f"{_must_compile(plain)}; received one that takes {count} arguments")
-    source = Path(inspect.getsourcefile(plain) or "")
-    if own:
-        found = _compiled(plain, error_model="numpy", cache=source.is_file())
-        return engine.FirstClass(found, SIGNATURE)
-    known = source.is_file()
-    with engine.cache_of(_beside(source)) if known else contextlib.nullcontext():
-        law = _compiled(plain, error_model="python", boundscheck=True, cache=known)
+        return _guarded(plain, plain)
+    plugin.check_arguments(plain, len(SIGNATURE.args), must)
+    file = plugin.file_of(plain)
+    with plugin.cache_beside(file):
+        options = {"error_model": "python", "boundscheck": True, "cache": file is not None}
+        law = plugin.compiled(plain, SIGNATURE, must, **options)
         # all guards of laws that a function makes have one place in the cache: keep them off it
-        known = known and plain.__closure__ is None
-        guard = _compiled(_guarded(law, plain), error_model="numpy", cache=known)
+        known = file is not None and plain.__closure__ is None
+        guard = _guarded(law, plain)
+        guard = plugin.compiled(guard, SIGNATURE, must, error_model="numpy", cache=known)
         return engine.FirstClass(guard, SIGNATURE)
-
-
-def _compiled(function: Callable, **options):
-    try:
-        return numba.njit(SIGNATURE, fastmath={"contract"}, **options)(function)
-    except numba.core.errors.NumbaError as error:
-        text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
-        lines = [line.strip() for line in text.splitlines() if line.strip()]
-        told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        must = _must_compile(function)
-        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
 
 
 def _guarded(law: Callable, plain: Callable) -> Callable:
@@ -187,30 +170,6 @@ def _guard(measured, parameters, memory):
         return (np.nan, np.nan, np.nan)
 
 
-def _must_compile(plain: Callable) -> str:
-    return f"law {plain.__name__}: must compile as (measured, parameters, memory) -> (x, y, z)"
-
-
-def source_mark(function: Callable) -> str:
-    """Mark of all Python files beside a user's law; '' for the package's laws and typed ones."""
-    plain = getattr(function, "py_func", function)
-    try:
-        source = Path(inspect.getsourcefile(plain) or "")
-    except TypeError:  # an object that is called like a function
-        return ""
-    if engine.is_own(plain) or not source.is_file():
-        return ""
-    digest = hashlib.sha256()
-    for path in _beside(source):
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _beside(file: Path) -> list[Path]:
-    """All Python files of a file's folder: what it may import."""
-    return sorted(file.parent.glob("*.py"))
-
-
 def load_law(file: Path, name: str | None = None) -> Law:
     """The law defined in a user's Python file; by its name when there are several.
 
@@ -222,7 +181,7 @@ def load_law(file: Path, name: str | None = None) -> Law:
         raise ValueError(f"law file: must exist; received {file}")
     if file.suffix != ".py":
         raise ValueError(f"law file: must be a Python file (.py); received {file}")
-    with engine.cache_of(_beside(file)):
+    with plugin.cache_beside(file):
         found = _find(_module_of(file), file, name)
         if found.compiled:
             compile_law(found.function)

@@ -6,8 +6,8 @@ import time
 import numpy as np
 
 from torquer.scenario.wheels import WheelDesign
-from torquer.wheel_array import angles, layout, search
 from torquer.theory.wheel_accumulation import Growth, cyclic_bounds, saturation_time
+from torquer.wheel_array import angles, layout, search
 from torquer.wheel_array.allocation import allocate
 from torquer.wheel_array.demand import Box, greatest_momentum, greatest_norm, greatest_share
 from torquer.wheel_array.envelope import Envelope, momentum_envelope, torque_envelope

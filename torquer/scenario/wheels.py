@@ -1,4 +1,7 @@
-"""Files of wheel designs: an array, a body, and what is wanted of them; TOML as of scenarios."""
+"""Files of wheel designs: an array, a body, and what is wanted of them; TOML as of scenarios.
+
+A scenario with wheels is taken for a design, too: of its wheels and its body.
+"""
 
 import math
 import re
@@ -11,6 +14,7 @@ from pydantic import Field, ValidationError, model_validator
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.orbit.kepler import mean_motion
 from torquer.scenario.explain import explain
+from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.spacecraft.aerodynamics import AnyPart, Surface
 from torquer.spacecraft.body import Body
 from torquer.spec import Spec, Vector
@@ -94,24 +98,43 @@ class WheelDesign(Spec):
 
 
 def load_wheels(path) -> WheelDesign:
-    """The design of a TOML file; `WheelsError` with one line per mistake."""
+    """The design, or the scenario, of a TOML file; `WheelsError` with one line per mistake."""
     path = Path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "not UTF-8 text"
         raise WheelsError(f"design: must be a readable file; received {path} ({reason})") from None
-    return wheels_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem))
+    return wheels_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem), path.parent)
 
 
-def wheels_from_text(text: str, name: str = "wheels") -> WheelDesign:
-    """The design of a TOML text. `name` is used where the text gives none."""
+def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> WheelDesign:
+    """The design of a TOML text, which may be a scenario's.
+
+    `name` is used where the text gives none; files that a scenario names are in `folder`.
+    """
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise WheelsError(f"design: must be TOML; received: {error}") from None
     data.setdefault("name", name)
+    if "spacecraft" in data:
+        return _of_scenario(data, folder)
     try:
         return WheelDesign.model_validate(data)
     except ValidationError as error:
         raise WheelsError("\n".join(explain(error, data))) from None
+
+
+def _of_scenario(data: dict, folder: Path) -> WheelDesign:
+    """The wheels and the body of a scenario."""
+    try:
+        scenario = scenario_from_data(data, folder)
+    except ScenarioError as error:
+        raise WheelsError(str(error)) from None
+    craft = scenario.spacecraft
+    if craft.wheels is None:
+        raise WheelsError("spacecraft.wheels: must be given for a design of wheels; received none")
+    wheels = {key: getattr(craft.wheels, key) for key in Wheels.model_fields}
+    texts = {"name": scenario.name, "description": scenario.description}
+    return WheelDesign(wheels=Wheels(**wheels), body=craft.body, **texts)

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import torquer
-from torquer.control.law import source_mark
 from torquer.geometry.frames import geodetic_from_ecef
+from torquer.plugin import source_mark
 from torquer.simulation import step as loop
 from torquer.simulation.run import Run
 from torquer.simulation.spec import Scenario

@@ -44,8 +44,9 @@ def simulate(
     """Run a scenario and return its result as an `xarray.Dataset`.
 
     `law` and `wheel_law` take the place of the scenario's; a function without the decorator runs
-    as plain Python. `until_s` stops the run early, at the next instant of a reading, of a control cycle
-    or of the record; `resume` goes on from there. `progress` is called with the part done, 0..1.
+    as plain Python. `until_s` stops the run early, at the next instant of a reading, of a control
+    cycle or of the record; `resume` goes on from there. `progress` is called with the part done,
+    0..1.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """

@@ -104,8 +104,9 @@ class InitialMotion(Spec):
 class Control(Spec):
     """The laws of coils and wheels, one or both, and their cycle.
 
-    `law` is that of the coils, `wheel_law` that of the wheels, which get its answer at every
-    reading.
+    `law` is that of the coils ('off' where only wheels have one), `wheel_law` that of the wheels,
+    which get its answer at every reading.
+
     Plain sample and hold: leave `measure_s` at 0; a reading every `sample_s`, the dipole held
     until the next. With a measurement window the coils are off for `measure_s` while readings
     are taken every `sample_s`, then follow the law's last answer for `actuate_s`.

@@ -5,18 +5,14 @@ which they are declared, then the numbers of `data` (a table of field values, sa
 square matrix to fill, every entry of it.
 """
 
-import contextlib
 import functools
-import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
-import numba
 import numpy as np
 from numba import types
 
-from torquer import engine, validate
+from torquer import plugin, validate
 
 SIGNATURE = types.void(types.float64, types.float64[::1], types.float64[:, ::1])
 
@@ -74,7 +70,7 @@ class PeriodicSystem:
     def matrix(self, t: float) -> np.ndarray:
         """A(t) by the plain Python function, for trying it by hand."""
         out = np.full((self.order, self.order), np.nan)
-        plain_of(self.function)(float(t), self.pack(), out)
+        plugin.plain_of(self.function)(float(t), self.pack(), out)
         return out
 
 
@@ -89,33 +85,9 @@ def periodic_system(*, order: int, period: float, parameters: Mapping | None = N
     return made
 
 
-def plain_of(function: Callable) -> Callable:
-    """The Python function behind a compiled one."""
-    return getattr(function, "py_func", function)
-
-
 @functools.cache
 def compile_matrix(function: Callable):
-    """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not.
-
-    Code of a user's file is cached under a hash of all Python files beside it; a function that
-    has no file (a notebook's) is compiled for this process alone.
-    """
-    plain = plain_of(function)
-    if not engine.COMPILED:
-        return plain
-    wanted = f"system {plain.__name__}: must compile as A(t, parameters, out)"
-    count = len(inspect.signature(plain).parameters)
-    if count != 3:
-        raise ValueError(f"{wanted}; received one that takes {count} arguments")
-    source = Path(inspect.getsourcefile(plain) or "")
-    known = source.is_file() and plain.__closure__ is None
-    own = engine.is_own(plain) or not known
-    with contextlib.nullcontext() if own else engine.cache_of(sorted(source.parent.glob("*.py"))):
-        options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": known}
-        try:
-            return engine.FirstClass(numba.njit(SIGNATURE, **options)(plain), SIGNATURE)
-        except numba.core.errors.NumbaError as error:
-            lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-            told = [s for s in lines if not s.startswith(("Failed", "During", "File", "<"))]
-            raise ValueError(f"{wanted}; received: {(told or lines)[0][:200]}") from None
+    """The function compiled against `SIGNATURE`; ValueError with one clear line if it does not."""
+    name = plugin.plain_of(function).__name__
+    must = f"system {name}: must compile as A(t, parameters, out)"
+    return plugin.first_class(function, SIGNATURE, must)

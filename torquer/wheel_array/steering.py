@@ -101,7 +101,7 @@ class Steering(NamedTuple):
 
 
 def steering_of(array, idle_share: float | None = 0.05) -> Steering:
-    """A `WheelArray` with torque limits, made ready; `idle_share` as in `bias_of`, None: no bias."""
+    """A `WheelArray` with torque limits, ready; `idle_share` as in `bias_of`, None for no bias."""
     count = array.count
     bias, after = np.zeros(count), np.zeros((count, count))
     if idle_share is not None:

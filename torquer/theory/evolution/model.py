@@ -5,10 +5,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-import numba
 from numba import types
 
-from torquer import engine
+from torquer import plugin
 from torquer.geometry.vec3 import as_vector
 from torquer.theory.spinner import Spinner
 
@@ -81,8 +80,5 @@ class Evolution:
 @functools.cache
 def compile_rates(rates: Callable):
     """Averaged equations compiled against `SIGNATURE`; plain without the compiler."""
-    if not engine.COMPILED:
-        return rates
-    plain = getattr(rates, "py_func", rates)
-    options = {"error_model": "numpy", "fastmath": {"contract"}, "cache": engine.is_own(plain)}
-    return engine.FirstClass(numba.njit(SIGNATURE, **options)(plain), SIGNATURE)
+    name = plugin.plain_of(rates).__name__
+    return plugin.first_class(rates, SIGNATURE, f"rates {name}: must compile as (slow, case)")

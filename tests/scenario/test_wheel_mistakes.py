@@ -1,0 +1,210 @@
+"""Mistakes about wheels in a scenario: the user's key, what must hold, what was received."""
+
+import pytest
+
+import torquer
+from torquer.scenario.load import ScenarioError
+
+HEAD = """
+start = 2025-03-01T00:00:00Z
+orbit = {{ kind = "circular", altitude_km = 600, inclination_deg = 63.0 }}
+initial.rate_deg_s = [0.5, -0.4, 0.3]
+spacecraft.body.inertia_kg_m2 = [2.6, 3.1, 1.9]
+simulation = {{ duration_s = 200, integrator = {integrator} }}
+[control]
+{control}
+"""
+WHEELS = {
+    "layout": '{ kind = "regular_pyramid", count = 4, gamma_deg = 54.7 }',
+    "momentum_limit_n_m_s": "2.0",
+    "torque_limit_n_m": "0.05",
+}
+PD = 'wheel_law = { kind = "wheel_pd", bandwidth_rad_s = 0.1, inertia_kg_m2 = [1, 1, 1] }'
+LYAPUNOV = 'wheel_law = { kind = "wheel_lyapunov", angle_gain_n_m = 1, inertia_kg_m2 = [1, 1, 1]'
+LAYOUTS = "four_sided_pyramid, regular_pyramid, orthogonal, orthogonal_and_skew, icosahedral, axes"
+ONE_EACH = "must be one number or one per wheel (4)"
+WORKING = "failures: must name different working wheels from 0 to 3"
+
+
+def scenario(keys=(), control=PD, integrator='"rk4"', with_wheels=True):
+    text = HEAD.format(control=control, integrator=integrator)
+    if with_wheels:
+        table = {k: v for k, v in {**WHEELS, **dict(keys)}.items() if v is not None}
+        text += "[spacecraft.wheels]\n" + "\n".join(f"{k} = {v}" for k, v in table.items())
+    return torquer.scenario_from_text(text)
+
+
+def test_the_scenario_of_these_tests_is_right():
+    assert scenario().spacecraft.wheels.array().count == 4
+
+
+#: (change of spacecraft.wheels, what the one line says after 'spacecraft.wheels.').
+KEYS = [
+    # missing and unknown
+    ({"layout": None}, "layout: must be given; received nothing"),
+    ({"momentum_limit_n_m_s": None}, "momentum_limit_n_m_s: must be given; received nothing"),
+    ({"torque_limit_n_m": None}, "torque_limit_n_m: must be given; received nothing"),
+    ({"speed": "3"}, "speed: must be a known key; received 3"),
+    # layout
+    ({"layout": '"pyramid"'}, "layout: must be a table of keys; received 'pyramid'"),
+    ({"layout": "{}"}, f"layout.kind: must be one of {LAYOUTS}; received nothing"),
+    ({"layout": '{ kind = "star" }'}, f"layout.kind: must be one of {LAYOUTS}; received 'star'"),
+    ({"layout": '{ kind = "regular_pyramid", count = 2, gamma_deg = 50 }'},
+     "layout.count: must be greater than or equal to 3; received 2"),
+    ({"layout": '{ kind = "regular_pyramid", count = 13, gamma_deg = 50 }'},
+     "layout.count: must be less than or equal to 12; received 13"),
+    ({"layout": '{ kind = "regular_pyramid", count = 4, gamma_deg = 90 }'},
+     "layout.gamma_deg: must be less than 90; received 90"),
+    ({"layout": '{ kind = "four_sided_pyramid", alpha_deg = 0, beta_deg = 3 }'},
+     "layout.alpha_deg: must be greater than 0; received 0"),
+    ({"layout": '{ kind = "orthogonal", count = 3 }'},
+     "layout.count: must be a known key; received 3"),
+    ({"layout": '{ kind = "axes", axes = [[1, 0, 0], [0, 1, 0]] }'},
+     "layout.axes: must be 3 to 12; received 2"),
+    ({"layout": '{ kind = "axes", axes = [[1, 0, 0], [0, 1, 0], [0, -1, 0]] }'},
+     "layout.axes: must hold three that do not lie in one plane; received "
+     "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]]"),
+    ({"layout": '{ kind = "axes", axes = [[1, 0, 0], [0, 1, 0], [0, 0, 0]] }'},
+     "layout.axes: must be non-zero vectors of 3 numbers; received "
+     "[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]"),
+    # limits
+    ({"momentum_limit_n_m_s": "0"}, "momentum_limit_n_m_s: must be greater than 0; received 0"),
+    ({"momentum_limit_n_m_s": "inf"}, "momentum_limit_n_m_s: must be finite; received inf"),
+    ({"momentum_limit_n_m_s": '"a"'}, "momentum_limit_n_m_s: must be a number; received 'a'"),
+    ({"momentum_limit_n_m_s": "[1, 2, 3]"}, f"momentum_limit_n_m_s: {ONE_EACH}; received 3"),
+    ({"momentum_limit_n_m_s": "[1, 2, 3, -1]"},
+     "momentum_limit_n_m_s[3]: must be greater than 0; received -1"),
+    ({"torque_limit_n_m": "0"}, "torque_limit_n_m: must be greater than 0; received 0"),
+    ({"torque_limit_n_m": "[1, 2, 3]"}, f"torque_limit_n_m: {ONE_EACH}; received 3"),
+    ({"torque_limit_n_m": "[1, 2, 3, 0]"},
+     "torque_limit_n_m[3]: must be greater than 0; received 0"),
+    ({"speed_limit_rpm": "0"}, "speed_limit_rpm: must be greater than 0; received 0"),
+    ({"speed_limit_rpm": "[1, 2, 3, 4]"},
+     "speed_limit_rpm: must be a number; received [1, 2, 3, 4]"),
+    # friction and noise
+    ({"coulomb_friction_n_m": "-1"},
+     "coulomb_friction_n_m: must be greater than or equal to 0; received -1"),
+    ({"viscous_friction_n_m_s": "-1"},
+     "viscous_friction_n_m_s: must be greater than or equal to 0; received -1"),
+    ({"stiction_n_m": "-1"}, "stiction_n_m: must be greater than or equal to 0; received -1"),
+    ({"coulomb_friction_n_m": "2e-3", "stiction_n_m": "1e-3"},
+     "stiction_n_m: must not be below coulomb_friction_n_m = 0.002; received 0.001"),
+    ({"speed_noise_rpm": "-1"},
+     "speed_noise_rpm: must be greater than or equal to 0; received -1"),
+    # speeds at the start
+    ({"initial_speed_rpm": '"a"'}, "initial_speed_rpm: must be a number; received 'a'"),
+    ({"initial_speed_rpm": '[1, 2, "a", 3]'},
+     "initial_speed_rpm[2]: must be a number; received 'a'"),
+    ({"initial_speed_rpm": "[]"}, f"initial_speed_rpm: {ONE_EACH}; received 0"),
+    ({"initial_speed_rpm": "[1, 2, 3]"}, f"initial_speed_rpm: {ONE_EACH}; received 3"),
+    ({"initial_speed_rpm": "-7000"},
+     "initial_speed_rpm: must not exceed speed_limit_rpm = 6000; received -7000.0"),
+    ({"initial_speed_rpm": "[1, 2, 3, 600]", "speed_limit_rpm": "500"},
+     "initial_speed_rpm: must not exceed speed_limit_rpm = 500; received (1.0, 2.0, 3.0, 600.0)"),
+    # losses and failures
+    ({"lost": "3"}, "lost: must be a list; received 3"),
+    ({"lost": "[1.5]"}, "lost[0]: must be a whole number; received 1.5"),
+    ({"lost": "[4]"}, "lost: must be different wheel numbers from 0 to 3; received (4,)"),
+    ({"lost": "[0, 0]"}, "lost: must be different wheel numbers from 0 to 3; received (0, 0)"),
+    ({"failures": "{ wheel = 1 }"}, "failures: must be a list; received {'wheel': 1}"),
+    ({"failures": "[3]"}, "failures[0]: must be a table of keys; received 3"),
+    ({"failures": "[{ wheel = 1 }]"}, "failures[0].time_s: must be given; received nothing"),
+    ({"failures": "[{ time_s = 1 }]"}, "failures[0].wheel: must be given; received nothing"),
+    ({"failures": "[{ wheel = -1, time_s = 1 }]"},
+     "failures[0].wheel: must be greater than or equal to 0; received -1"),
+    ({"failures": "[{ wheel = 1.5, time_s = 1 }]"},
+     "failures[0].wheel: must be a whole number; received 1.5"),
+    ({"failures": "[{ wheel = 1, time_s = -1 }]"},
+     "failures[0].time_s: must be greater than or equal to 0; received -1"),
+    ({"failures": "[{ wheel = 1, time_s = 1, noticed_after_s = -1 }]"},
+     "failures[0].noticed_after_s: must be greater than or equal to 0; received -1"),
+    ({"failures": "[{ wheel = 1, time_s = 1, noticed_s = 2 }]"},
+     "failures[0].noticed_s: must be a known key; received 2"),
+    ({"failures": "[{ wheel = 4, time_s = 1 }]"}, f"{WORKING}; received 4"),
+    ({"failures": "[{ wheel = 1, time_s = 1 }, { wheel = 1, time_s = 9 }]"},
+     f"{WORKING}; received 1"),
+    ({"failures": "[{ wheel = 1, time_s = 1 }]", "lost": "[1]"}, f"{WORKING}; received 1"),
+    # how a torque is shared
+    ({"allocation": '"best"'},
+     "allocation: must be 'minimax' or 'least_squares'; received 'best'"),
+    ({"idle_share": "0"}, "idle_share: must be greater than 0; received 0"),
+    ({"idle_share": "1"}, "idle_share: must be less than 1; received 1"),
+    ({"idle_share": "0.1", "allocation": '"least_squares"'},
+     "idle_share: needs allocation 'minimax'; received 'least_squares'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("keys", "line"), KEYS, ids=lambda x: x[:40] if isinstance(x, str) else "")
+def test_a_mistake_in_the_wheels_is_one_line(keys, line):
+    with pytest.raises(ScenarioError) as mistake:
+        scenario(keys)
+    assert str(mistake.value) == f"spacecraft.wheels.{line}"
+
+
+NO_COILS = "spacecraft.coils: must be given for control.law; received none"
+PD_GIVEN = "wheel_law = { kind = 'wheel_pd', inertia_kg_m2 = [1, 1, 1], bandwidth_rad_s = "
+#: (changed part of the scenario, the lines).
+PARTS = [
+    ({"with_wheels": False},
+     "spacecraft.wheels: must be given for control.wheel_law; received none"),
+    ({"control": ""}, "control.law: must be given, or wheel_law; received neither"),
+    ({"integrator": '"splitting"'}, "simulation.integrator: must be 'rk4' or 'dop853' with "
+     "spacecraft.wheels; received 'splitting'"),
+    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 1e-3 }"}, NO_COILS),
+    ({"control": "law = { kind = 'bdot', gain_a_m2_s_per_t = 1e4 }"}, NO_COILS),
+    ({"control": "wheel_law = 'off'"},
+     "control.wheel_law: must be a table of keys; received 'off'"),
+    ({"control": "wheel_law = {}"}, "control.wheel_law.kind: must be one of off, wheel_pd, "
+     "wheel_lyapunov, user; received nothing"),
+    ({"control": "wheel_law = { kind = 'bdot' }"}, "control.wheel_law.kind: must be one of off, "
+     "wheel_pd, wheel_lyapunov, user; received 'bdot'"),
+    ({"control": "wheel_law = { kind = 'wheel_pd', bandwidth_rad_s = 1 }"},
+     "control.wheel_law.inertia_kg_m2: must be given; received nothing"),
+    ({"control": PD_GIVEN + "0 }"},
+     "control.wheel_law.bandwidth_rad_s: must be greater than 0; received 0"),
+    ({"control": PD_GIVEN + "1, damping = 0 }"},
+     "control.wheel_law.damping: must be greater than 0; received 0"),
+    ({"control": PD_GIVEN + "1, reference = 'inertial', orbital_rate_rad_s = 1e-3 }"},
+     "control.wheel_law.orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
+     "received 0.001"),
+    ({"control": PD_GIVEN + "1, reference = 'sun' }"},
+     "control.wheel_law.reference: must be 'orbital' or 'inertial'; received 'sun'"),
+    ({"control": LYAPUNOV + "}"},
+     "control.wheel_law.rate_gain_n_m_s: must be given; received nothing"),
+    ({"control": LYAPUNOV + ", rate_gain_n_m_s = 0 }"},
+     "control.wheel_law.rate_gain_n_m_s: must be greater than 0; received 0"),
+    ({"control": LYAPUNOV + ", rate_gain_n_m_s = 1, gravity_feedforward = 3 }"},
+     "control.wheel_law.gravity_feedforward: must be true or false; received 3"),
+    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 0 }"},
+     "control.law.gain_per_s: must be greater than 0; received 0"),
+    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 1, dead_band_n_m_s = -1 }"},
+     "control.law.dead_band_n_m_s: must be greater than or equal to 0; received -1"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("part", "line"), PARTS, ids=lambda x: x[:40] if isinstance(x, str) else ""
+)
+def test_a_mistake_about_wheels_elsewhere_is_one_line(part, line):
+    with pytest.raises(ScenarioError) as mistake:
+        scenario(**part)
+    assert str(mistake.value) == line
+
+
+def test_rotors_heavier_than_the_body_they_are_part_of():
+    with pytest.raises(ScenarioError) as mistake:
+        scenario({"speed_limit_rpm": "1"})
+    assert str(mistake.value) == (
+        "spacecraft.wheels: their rotors' inertia (momentum_limit_n_m_s at speed_limit_rpm) must "
+        "be below that of the body, of which it is part; received -23.5 kg m^2 left"
+    )
+
+
+def test_every_mistake_has_its_line():
+    with pytest.raises(ScenarioError) as mistake:
+        scenario({"speed_noise_rpm": "-1", "idle_share": "2", "lost": '["a"]'})
+    assert sorted(line.split(":")[0] for line in str(mistake.value).splitlines()) == [
+        "spacecraft.wheels.idle_share",
+        "spacecraft.wheels.lost[0]",
+        "spacecraft.wheels.speed_noise_rpm",
+    ]

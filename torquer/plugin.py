@@ -1,0 +1,80 @@
+"""Functions handed in from outside, compiled against the signature of their kind.
+
+What a user writes in a file is cached under a hash of all Python files beside it, so that an edit
+there is always noticed; what has no file (a notebook's) is compiled for this process alone. What
+cannot be compiled is a `ValueError` of one line.
+"""
+
+import contextlib
+import inspect
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numba
+
+from torquer import engine
+
+
+def plain_of(function: Callable) -> Callable:
+    """The Python function behind a compiled one."""
+    return getattr(function, "py_func", function)
+
+
+def file_of(plain: Callable) -> Path | None:
+    """The file in which a function is written; None for a typed one."""
+    try:
+        source = Path(inspect.getsourcefile(plain) or "")
+    except TypeError:  # an object that is called like a function
+        return None
+    return source if source.is_file() else None
+
+
+def _beside(file: Path) -> list[Path]:
+    """All Python files of a file's folder: what it may import."""
+    return sorted(file.parent.glob("*.py"))
+
+
+def source_mark(function: Callable) -> str:
+    """Mark of all Python files beside a user's function; '' for the package's and typed ones."""
+    plain = plain_of(function)
+    file = file_of(plain)
+    if file is None or engine.is_own(plain):
+        return ""
+    return engine.mark_of(_beside(file))
+
+
+def cache_beside(file: Path | None):
+    """Within the block, compile into the cache of this user's file and those beside it."""
+    return engine.cache_of(_beside(file)) if file else contextlib.nullcontext()
+
+
+def check_arguments(plain: Callable, count: int, must: str) -> None:
+    """ValueError unless a function takes so many arguments."""
+    taken = len(inspect.signature(plain).parameters)
+    if taken != count:
+        raise ValueError(f"{must}; received one that takes {taken} arguments")
+
+
+def compiled(function: Callable, signature, must: str, **options):
+    """The function by Numba; `must` says what must hold, and begins the message if it does not."""
+    try:
+        return numba.njit(signature, fastmath={"contract"}, **options)(function)
+    except numba.core.errors.NumbaError as error:
+        text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
+        lines = [line.strip() for line in text.splitlines() if line.strip()]
+        told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
+        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
+
+
+def first_class(function: Callable, signature, must: str):
+    """The function as kernels take it; plain without the compiler."""
+    plain = plain_of(function)
+    if not engine.COMPILED:
+        return plain
+    check_arguments(plain, len(signature.args), must)
+    file, own = file_of(plain), engine.is_own(plain)
+    known = file is not None and plain.__closure__ is None
+    with cache_beside(file if known and not own else None):
+        found = compiled(plain, signature, must, error_model="numpy", cache=known)
+        return engine.FirstClass(found, signature)
