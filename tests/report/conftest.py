@@ -48,6 +48,61 @@ def detumble():
     return simulate(scenario("detumble"))
 
 
+#: Four wheels in a pyramid, one of which dies; a law holds the orbital attitude from 40 deg off.
+PYRAMID = {
+    "layout": {"kind": "four_sided_pyramid", "alpha_deg": 54.7356, "beta_deg": 45.0},
+    "momentum_limit_n_m_s": 0.4,
+    "torque_limit_n_m": 0.05,
+    "coulomb_friction_n_m": 2e-4,
+    "idle_share": 0.1,
+    "failures": [{"wheel": 2, "time_s": 900.0, "noticed_after_s": 30.0}],
+}
+HOLD = {
+    "kind": "wheel_pd",
+    "bandwidth_rad_s": 0.1,
+    "inertia_kg_m2": [1.0, 1.2, 1.5],
+    "euler_deg": [10.0, -20.0, 30.0],
+}
+WITH_WHEELS = {
+    "spacecraft": {"wheels": PYRAMID, "coils": {"limit_a_m2": 3.0}},
+    "initial": {
+        "reference": "orbital",
+        "euler_deg": [10.0, -20.0, 70.0],
+        "rate_deg_s": [0.0, 0.0, 0.0],
+        "rate_relative_to": "orbital",
+    },
+    "control": {
+        "law": {"kind": "unloading", "gain_per_s": 1e-3},
+        "wheel_law": HOLD,
+        "sample_s": 1.0,
+        "measure_s": 0.0,
+        "actuate_s": None,
+    },
+    "simulation": {"duration_s": 1800.0, "step_s": 0.5, "record_s": 2.0},
+}
+
+
+@pytest.fixture(scope="session")
+def flown():
+    """Wheels unloaded by coils; wheel 2 dies at half time."""
+    return simulate(scenario("flown", **WITH_WHEELS))
+
+
+@pytest.fixture(scope="session")
+def alone():
+    """The same wheels on a satellite without coils."""
+    return simulate(scenario("alone", **without_coils(WITH_WHEELS)))
+
+
+def without_coils(sections: dict) -> dict:
+    """Sections of a scenario without coils and their law."""
+    spacecraft = {**sections["spacecraft"], "coils": None}
+    return {**sections, "spacecraft": spacecraft, "control": sections["control"] | {"law": OFF}}
+
+
+OFF = {"kind": "off"}
+
+
 @pytest.fixture(scope="session")
 def report(detumble, tmp_path_factory):
     """Paths of the report of `detumble`, and the parts done as they were told."""

@@ -17,6 +17,7 @@ from torquer.report import panels as drawn
 from torquer.report import write_report
 from torquer.report.html import page, toml_of
 from torquer.report.interactive import packed, panel_figure, track_figure
+from torquer.report.panel import AXES
 from torquer.report.plots import draw_overview, draw_picture
 from torquer.report.scene import scene_figure
 from torquer.report.summary import rows_of, summary_of
@@ -91,7 +92,7 @@ def test_picture_is_drawn(report, name):
 @pytest.mark.parametrize("name", ["rate", "momentum", "field", "dipoles", "pointing"])
 def test_all_three_axes_are_seen(report, name):
     image = matplotlib.image.imread(report[0][name])[..., :3]
-    for _, colour in drawn.AXES:
+    for _, colour in AXES:
         assert np.sum(np.abs(image - to_rgb(colour)).max(axis=2) < 0.02) > 300
 
 

@@ -4,19 +4,27 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.orbit import kepler
 from torquer.report.series import (
     angle_deg,
+    attitude_error_deg,
     bands_where,
     clock_for,
     course,
+    label_places,
     level_places,
     log_floor,
     only_where,
+    orbital_axes,
     prefixed,
     quiet_from,
+    settled_from,
     split_at_dateline,
     thinned,
+    usual_size,
 )
 
 
@@ -184,3 +192,68 @@ def test_labels_of_levels_are_moved_apart():
     assert places == pytest.approx([0.5, 1.0]) and moved == places
     _, moved = level_places([1.0, 2.0, 3.0], (0.0, 100.0), False, 0.1)
     assert np.all(np.diff(moved) > 0.0999) and np.mean(moved) == pytest.approx(0.02)
+
+
+def test_orbital_axes_are_those_of_the_laws():
+    r, v = kepler.states(np.linspace(0.0, 5e3, 7), 7.2e6, 0.2, (30.0, 63.0, 50.0), 0.4)
+    matrices = orbital_axes(r, v).as_matrix()
+    for n in range(7):
+        known = dcm_orbital_to_inertial(tuple(r[n].tolist()), tuple(v[n].tolist()))
+        np.testing.assert_allclose(matrices[n], known, atol=1e-14)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1),
+    st.floats(0.0, 179.0),
+    st.booleans(),
+)
+def test_attitude_error_is_the_turn_that_was_made(seed, degrees, orbital):
+    rng = np.random.default_rng(seed)
+    wanted, frames = Rotation.random(random_state=rng), Rotation.random(5, random_state=rng)
+    axis = rng.normal(size=(5, 3))
+    turns = degrees * axis / np.linalg.norm(axis, axis=1, keepdims=True)
+    body = wanted * Rotation.from_rotvec(turns, degrees=True)
+    if orbital:
+        body = frames * body
+    told = attitude_error_deg(body.as_quat(), wanted.as_quat(), frames if orbital else None)
+    np.testing.assert_allclose(told, turns, atol=1e-6)
+
+
+def test_settled_once_it_is_as_small_as_later():
+    t = np.arange(1000.0)
+    size = 60.0 * np.exp(-t / 10.0) + 1.0
+    since = settled_from(t, size)
+    assert size[int(since)] <= 3.0 * np.median(size[500:]) < size[int(since) - 1]
+    assert settled_from(t, np.ones(1000)) is None
+    assert settled_from(t, 60.0 * np.exp(-t / 400.0) + 0.01) is None
+    # a later peak does not matter, and nothing has to become smaller than a 300th
+    size[400] = 50.0
+    assert settled_from(t, size) == since
+    assert settled_from(t, 60.0 * np.exp(-t / 10.0)) == pytest.approx(10.0 * np.log(300.0), abs=1.0)
+    assert settled_from(t[:1], size[:1]) is None
+
+
+def test_usual_size_leaves_few_values_out():
+    values = np.concatenate([np.full(99, -2.0), [500.0], [np.nan]])
+    assert usual_size(values) == 2.0
+    assert usual_size([1.0, 500.0]) > 400.0
+    assert usual_size([]) == 0.0 and usual_size([np.nan]) == 0.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.floats(0.0, 1.0), max_size=8).map(sorted),
+    st.lists(st.floats(0.01, 0.9), min_size=8, max_size=8),
+)
+def test_labels_beside_their_places_cover_no_other(places, widths):
+    widths = widths[: len(places)]
+    found = label_places(places, widths)
+    boxes = []
+    for place, width, (left, row) in zip(places, widths, found, strict=True):
+        assert left in (place, max(0.0, place - width))
+        assert left == place or place + width > 1.0
+        for other_left, other_right, other_row in boxes:
+            assert row != other_row or left >= other_right or left + width <= other_left
+        boxes.append((left, left + width, row))
+    assert label_places([0.2, 0.25, 0.6], [0.3] * 3) == [(0.2, 0), (0.25, 1), (0.6, 0)]

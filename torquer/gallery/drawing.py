@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from torquer.report.panels import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.panel import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 
 #: Colours of the field models, the same in every picture, best model first.
 MODEL_COLOURS = {"IGRF-14": "#222222", "tilted dipole": RED, "direct dipole": BLUE,

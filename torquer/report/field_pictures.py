@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from torquer.environment.field.along import FieldsAlong
-from torquer.report.panels import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.panel import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.series import clock_for
 
 #: Colours of the models in the order in which they are given.

@@ -5,13 +5,12 @@ import json
 from html import escape
 from pathlib import Path
 
-import numpy as np
-
-from torquer.report import panels as drawn
+from torquer.report import panel as drawn
 from torquer.report import view as seen
 from torquer.report.interactive import panel_figure, track_figure
 from torquer.report.page import CSS, SCRIPT
 from torquer.report.scene import chapters, scene_figure
+from torquer.report.setting import setting
 from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import View
 
@@ -74,42 +73,6 @@ def _head(view: View) -> str:
         f'{notes}<div class="columns"><section><h2>Summary</h2>{summary}</section>'
         f"<section><h2>The run</h2>{_table(setting(view))}</section></div>"
     )
-
-
-def setting(view: View) -> list[tuple[str, str]]:
-    """How the run was made: label and value."""
-    scenario, attrs = view.scenario, view.result.attrs
-    control, simulation = scenario.control, scenario.simulation
-    height = 1e-3 * view.values("altitude")
-    cycle = f"reading every {control.sample_s:g} s, dipole held for as long"
-    if control.measure_s > 0.0:
-        cycle = (
-            f"{control.measure_s:g} s measurement, a reading every {control.sample_s:g} s, "
-            f"then {control.actuate_s:g} s actuation"
-        )
-    parameters = json.loads(attrs["law_parameters"])
-    given = ", ".join(f"{name} = {value:g}" for name, value in parameters.items())
-    degree = getattr(scenario.environment.field, "degree", None)
-    return [
-        ("Ended", attrs["ended"]),
-        ("Start", f"{scenario.start:%Y-%m-%d %H:%M:%S} UTC"),
-        (
-            "Orbit",
-            f"{scenario.orbit.kind}, height {height.min():.0f} to {height.max():.0f} km, "
-            f"revolution {view.revolution_s / 60.0:.2f} min",
-        ),
-        ("Eclipse", f"{np.mean(view.values('lit') < 0.5):.0%} of the time"),
-        ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
-        ("Law", f"{attrs['law']} ({given})" if given else attrs["law"]),
-        ("Law runs as", attrs["law_runs_as"]),
-        ("Cycle", cycle),
-        (
-            "Integration",
-            f"{simulation.integrator}, step {simulation.step_s:g} s, "
-            f"record every {simulation.record_s:g} s",
-        ),
-        ("Seed", attrs["seed"]),
-    ]
 
 
 def _table(rows) -> str:

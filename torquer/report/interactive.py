@@ -8,12 +8,20 @@ import base64
 
 import numpy as np
 
-from torquer.report import panels as drawn
-from torquer.report.panels import MEASUREMENT, Line, Panel
-from torquer.report.series import clock_for, level_places, only_where, split_at_dateline
+from torquer.report import panel as drawn
+from torquer.report.panel import MEASUREMENT, Line, Panel
+from torquer.report.series import (
+    clock_for,
+    label_places,
+    level_places,
+    only_where,
+    split_at_dateline,
+)
 from torquer.report.view import View
 
 PANEL_PX, TRACK_PX = 300, 440
+#: Width of the axes on a page that is as wide as can be.
+_PLOT_WIDTH_PX = 930.0
 #: Seen on light and on dark paper alike.
 GRID = "rgba(128,128,128,0.25)"
 _BANDS = {MEASUREMENT: "rgba(214,170,80,0.18)"}
@@ -75,7 +83,8 @@ def panel_figure(view: View, panel: Panel) -> dict:
         data.append(_band_in_legend(panel))
     keys = _y_keys(panel)
     x_range = [began / clock.seconds, ended / clock.seconds]
-    marks, notes = _levels(panel)
+    levels, notes = _levels(panel)
+    marks, labels = _marks(panel, x_range, clock.seconds)
     return {
         "data": data,
         "layout": layout(
@@ -83,8 +92,10 @@ def panel_figure(view: View, panel: Panel) -> dict:
             hovermode="x unified",
             xaxis=axis(f"time [{clock.unit}]", range=x_range, hoverformat=".6~g"),
             yaxis=axis(panel.y_label, hoverformat=".4~g", **keys),
-            shapes=[_band(panel, a / clock.seconds, b / clock.seconds) for a, b in bands] + marks,
-            annotations=notes,
+            shapes=[_band(panel, a / clock.seconds, b / clock.seconds) for a, b in bands]
+            + levels
+            + marks,
+            annotations=notes + labels,
         ),
     }
 
@@ -123,6 +134,7 @@ def _traces(line: Line, clock_s: float) -> list[dict]:
                 "color": line.colour,
                 "width": line.width + 0.5,
                 "shape": "hv" if line.style == "steps" else "linear",
+                "dash": "dash" if line.style == "dashed" else "solid",
             },
             "marker": {
                 "color": line.colour,
@@ -204,7 +216,7 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
             "x1": 1,
             "y0": v.y,
             "y1": v.y,
-            "line": {"color": "#8a8a8a", "width": 1, "dash": "dash"},
+            "line": {"color": "#8a8a8a", "width": 1, "dash": "solid" if v.solid else "dash"},
         }
         for v in shown
     ]
@@ -227,6 +239,45 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
         }
         for v, shift in zip(shown, shifts, strict=True)
         if v.label
+    ]
+    return lines, labels
+
+
+def _marks(panel: Panel, x_range, clock_s: float) -> tuple[list[dict], list[dict]]:
+    """Upright lines at marked instants, and their labels beside them."""
+    at = [mark.t_s / clock_s for mark in panel.marks]
+    places = [(x - x_range[0]) / (x_range[1] - x_range[0]) for x in at]
+    lines = [
+        {
+            "type": "line",
+            "xref": "x",
+            "x0": x,
+            "x1": x,
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "line": {"color": "#8a8a8a", "width": 1.5, "dash": "dot"},
+        }
+        for x in at
+    ]
+    widths = [(6.2 * len(mark.label) + 10.0) / _PLOT_WIDTH_PX for mark in panel.marks]
+    labels = [
+        {
+            "xref": "x",
+            "x": x,
+            "xanchor": "left" if left >= place else "right",
+            "yref": "paper",
+            "y": 1.0,
+            "yanchor": "top",
+            "yshift": -14 * row,
+            "text": mark.label,
+            "showarrow": False,
+            "font": {"size": 11},
+        }
+        for mark, x, place, (left, row) in zip(
+            panel.marks, at, places, label_places(places, widths), strict=True
+        )
+        if mark.label
     ]
     return lines, labels
 

@@ -1,139 +1,52 @@
 """What the time plots show, panel by panel; drawn by `plots` (PNG) and `interactive` (HTML)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from torquer.report import view as seen
-from torquer.report.series import (
-    Course,
-    angle_deg,
-    course,
-    log_floor,
-    prefixed,
-    quiet_from,
-    thinned,
+from torquer.report.attitude_panels import angle, attitude_error
+from torquer.report.panel import (
+    BLUE,
+    GREY,
+    MEASUREMENT,
+    ORANGE,
+    PINK,
+    Level,
+    Panel,
+    Picture,
+    line_of,
+    log_panel,
+    quiet_panels,
+    whole,
+    xyz,
 )
+from torquer.report.series import angle_deg, prefixed
 from torquer.report.view import View
-
-#: Okabe and Ito's colours, which colour-blind readers can tell apart.
-ORANGE, SKY, GREEN = "#E69F00", "#56B4E9", "#009E73"
-BLUE, RED, PINK = "#0072B2", "#D55E00", "#CC79A7"
-#: Magnitudes; readable on white and on black.
-GREY = "#767676"
-AXES = (("x", RED), ("y", GREEN), ("z", BLUE))
-ECLIPSE, MEASUREMENT = "eclipse", "measurement, coils off"
-
-Spans = tuple[tuple[float, float], ...]
-
-
-@dataclass(frozen=True)
-class Line:
-    """A series to draw; `style` is 'line', 'steps' (held until the next point) or 'dots'."""
-
-    label: str
-    course: Course
-    colour: str
-    width: float = 1.0
-    style: str = "line"
-
-
-@dataclass(frozen=True)
-class Level:
-    """A horizontal mark with its label."""
-
-    y: float
-    label: str
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One set of axes: `window` None shows the whole run; `y_range` None fits the data."""
-
-    title: str
-    y_label: str
-    lines: tuple[Line, ...]
-    levels: tuple[Level, ...] = ()
-    log: bool = False
-    y_range: tuple[float, float] | None = None
-    window: tuple[float, float] | None = None
-    bands: Spans = ()
-    bands_label: str = ECLIPSE
-
-
-@dataclass(frozen=True)
-class Picture:
-    """Panels from top to bottom, with what they mean."""
-
-    name: str
-    title: str
-    caption: str
-    panels: tuple[Panel, ...]
+from torquer.report.wheel_panels import fullest_or_speeds, total_momentum_panel, wheels
 
 
 def pictures(view: View) -> tuple[Picture, ...]:
-    """All pictures over time."""
-    return tuple(make(view) for make in (rate, momentum, field, dipoles, pointing))
-
-
-def about_ranges(picture: Picture) -> str:
-    """What lines and shades mean where stretches of a series are drawn by their range."""
-    stretch = max(line.course.stretch_s for panel in picture.panels for line in panel.lines)
-    if stretch == 0.0:
-        return ""
-    return f"Lines: means over {stretch:.3g} s where motion is slow; shades: least to greatest."
-
-
-def _line(label, t, y, colour, width=1.0, style="line") -> Line:
-    shorten = {"line": course, "dots": thinned, "steps": Course}[style]
-    return Line(label, shorten(t, y), colour, width, style)
-
-
-def _mean_line(label, t, y, colour, width) -> Line:
-    """For logarithmic axes, where a swing of three times is not much: the mean everywhere."""
-    return Line(label, course(t, y, swing=np.inf), colour, width)
-
-
-def _xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
-    return tuple(
-        _line(name, t, vectors[:, i], colour, width, style) for i, (name, colour) in enumerate(AXES)
+    """All pictures over time: of what the satellite has, and of what its laws do."""
+    makers = (
+        (attitude_error, view.held is not None),
+        (rate, True),
+        (wheels, view.wheels is not None),
+        (momentum, True),
+        (field, True),
+        (dipoles, view.has_coils),
+        (pointing, True),
     )
+    return tuple(make(view) for make, made in makers if made)
 
 
-def _whole(view: View, **keys) -> Panel:
-    return Panel(bands=view.eclipses, **keys)
-
-
-def _log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
-    """A logarithmic panel of (label, y, colour, width), from the least value worth showing on.
-
-    Linear where the values are alike or nothing is above zero.
-    """
-    values = np.concatenate([y for _, y, *_ in series])
-    marks = [level.y for level in levels]
-    least = min([log_floor(values, decades) or 0.0, *marks])
-    top = max([np.nanmax(values, initial=0.0), *marks])
-    if top < 3.0 * least or least == 0.0:
-        lines = tuple(_line(label, view.t_s, y, c, w) for label, y, c, w in series)
-        y_range = (-0.04 * top, 1.2 * top) if top > 0.0 else (-0.05, 1.0)
-        return _whole(view, lines=lines, levels=levels, y_range=y_range, **keys)
-    lines = tuple(
-        _mean_line(label, view.t_s, np.where(y > 0.0, y, np.nan), c, w) for label, y, c, w in series
-    )
-    y_range = (0.8 * least, 1.25 * top)
-    return _whole(view, lines=lines, levels=levels, log=True, y_range=y_range, **keys)
-
-
-def _quiet_panels(view: View, title, vectors, unit, size, prefix=True) -> tuple[Panel, ...]:
-    """The components once more after the fast motion, where there is such a time."""
-    since = quiet_from(view.t_s, size)
-    if since is None:
-        return ()
-    rows = view.t_s >= since
-    factor, unit = prefixed(vectors[rows], unit) if prefix else (1.0, unit)
-    bands = tuple((max(a, since), b) for a, b in view.eclipses if b > since)
-    lines = _xyz(view.t_s[rows], factor * vectors[rows])
-    return (Panel(title, f"[{unit}]", lines, window=(since, view.end_s), bands=bands),)
+def overview(view: View) -> tuple[Panel, Panel, Panel]:
+    """The three panels that say most."""
+    first = rate_size(view) if view.held is None else angle(view)
+    if view.wheels is not None:
+        return first, momentum_size(view), fullest_or_speeds(view)
+    last = dipole_whole(view) if view.has_coils else _vertical(view)
+    return first, momentum_size(view), last
 
 
 def _orbital_levels(view: View) -> tuple[Level, ...]:
@@ -144,7 +57,7 @@ def _orbital_levels(view: View) -> tuple[Level, ...]:
 def rate_size(view: View) -> Panel:
     """Absolute rate on a logarithmic axis."""
     series = (("|ω|", np.degrees(view.rate), GREY, 1.4),)
-    return _log_panel(
+    return log_panel(
         view, series, _orbital_levels(view), title="Absolute rate", y_label="|ω| [deg/s]"
     )
 
@@ -153,8 +66,8 @@ def rate(view: View) -> Picture:
     """Rate: modulus and components."""
     omega = np.degrees(view.values("omega_body"))
     title = "Rate in body axes"
-    parts = _whole(view, title=title, y_label="[deg/s]", lines=_xyz(view.t_s, omega))
-    late = _quiet_panels(view, f"{title}, after the fast motion", omega, "deg/s", view.rate, False)
+    parts = whole(view, title=title, y_label="[deg/s]", lines=xyz(view.t_s, omega))
+    late = quiet_panels(view, f"{title}, after the fast motion", omega, "deg/s", view.rate, False)
     omega0 = f"ω₀ = {np.degrees(view.omega0_rad_s):.4g} deg/s"
     caption = f"Dashed: one, two and three orbital rates, {omega0}."
     return Picture("rate", "Angular velocity", caption, (rate_size(view), parts, *late))
@@ -165,7 +78,14 @@ def momentum_size(view: View) -> Panel:
     size = np.linalg.norm(view.values("momentum_inertial"), axis=1)
     factor, unit = prefixed(size, "N m s")
     series = (("|L|", factor * size, GREY, 1.4),)
-    return _log_panel(view, series, title="Angular momentum", y_label=f"|L| [{unit}]")
+    if view.wheels is not None:
+        held = np.linalg.norm(view.wheels.total_body, axis=1)
+        series += (("wheels", factor * held, ORANGE, 1.0),)
+    # wheels may hold nothing at first: the least of theirs does not matter
+    decades = 6.0 if view.wheels is None else 3.0
+    return log_panel(
+        view, series, decades=decades, title="Angular momentum", y_label=f"|L| [{unit}]"
+    )
 
 
 def momentum(view: View) -> Picture:
@@ -174,27 +94,30 @@ def momentum(view: View) -> Picture:
     size = np.linalg.norm(vectors, axis=1)
     factor, unit = prefixed(vectors, "N m s")
     title = "Angular momentum in inertial axes"
-    parts = _whole(view, title=title, y_label=f"[{unit}]", lines=_xyz(view.t_s, factor * vectors))
-    late = _quiet_panels(view, f"{title}, after the fast motion", vectors, "N m s", size)
+    parts = whole(view, title=title, y_label=f"[{unit}]", lines=xyz(view.t_s, factor * vectors))
+    late = quiet_panels(view, f"{title}, after the fast motion", vectors, "N m s", size)
     caption = "Body and wheels together, in the inertial frame: only outer torques change it."
-    return Picture("momentum", "Angular momentum", caption, (momentum_size(view), parts, *late))
+    panels = (momentum_size(view), parts, *late)
+    if view.wheels is not None:
+        panels = (momentum_size(view), total_momentum_panel(view), parts, *late)
+    return Picture("momentum", "Angular momentum", caption, panels)
 
 
 def field(view: View) -> Picture:
     """Field in body axes, its beginning in detail, and the error of the magnetometer."""
     b = 1e6 * view.values("b_body")
-    size = _line("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
-    whole = _whole(
+    size = line_of("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
+    panel = whole(
         view,
         title="Field in body axes",
         y_label="B [µT]",
-        lines=(*_xyz(view.t_s, b, width=0.6), size),
+        lines=(*xyz(view.t_s, b, width=0.6), size),
     )
     caption = (
         "What the magnetometer lives in. Readings are compared with the truth only at records "
         "that fall on a sampling instant: in between, the last reading is held."
     )
-    panels = (whole, *_first_turns(view), *_reading_errors(view))
+    panels = (panel, *_first_turns(view), *_reading_errors(view))
     return Picture("field", "Geomagnetic field", caption, panels)
 
 
@@ -210,10 +133,10 @@ def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
     b = 1e6 * np.einsum("nji,nj->ni", view.to_inertial(t), view.at("b_inertial", t))
     fresh = seen.fresh_rows(view)
     fresh = fresh[view.t_s[fresh] <= end]
-    dots = _xyz(view.t_s[fresh], 1e6 * view.values("b_measured")[fresh], "dots")
+    dots = xyz(view.t_s[fresh], 1e6 * view.values("b_measured")[fresh], "dots")
     dots = tuple(replace(line, label=f"{line.label} read") for line in dots)
     title = "The first turns: truth (lines) and readings (dots)"
-    return (Panel(title, "B [µT]", (*_xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
+    return (Panel(title, "B [µT]", (*xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
 
 
 def _reading_errors(view: View) -> tuple[Panel, ...]:
@@ -227,8 +150,8 @@ def _reading_errors(view: View) -> tuple[Panel, ...]:
     shown = 1e9 * factor * errors
     spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
     title = f"Magnetometer: reading less truth (standard deviation {spread} {unit})"
-    dots = _xyz(view.t_s[rows], shown, "dots", width=0.5)
-    return (_whole(view, title=title, y_label=f"ΔB [{unit}]", lines=dots),)
+    dots = xyz(view.t_s[rows], shown, "dots", width=0.5)
+    return (whole(view, title=title, y_label=f"ΔB [{unit}]", lines=dots),)
 
 
 def coil_reach(view: View) -> np.ndarray:
@@ -266,12 +189,12 @@ def dipole_whole(view: View) -> Panel:
         # limits far away would press the lines flat
         (factor, unit), keys = prefixed(m, unit), {}
         title += f", far below the limit of {reach.min():.3g} A m²"
-    lines = _xyz(view.t_s[acting], factor * m, width=0.8)
+    lines = xyz(view.t_s[acting], factor * m, width=0.8)
     if control.measure_s == 0.0 and view.scenario.spacecraft.coils.lag_s == 0.0:
         lines = tuple(
             line if line.course.stretch_s else replace(line, style="steps") for line in lines
         )
-    return _whole(view, title=title, y_label=f"m [{unit}]", lines=lines, **keys)
+    return whole(view, title=title, y_label=f"m [{unit}]", lines=lines, **keys)
 
 
 def dipoles(view: View) -> Picture:
@@ -312,7 +235,7 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     levels = tuple(Level(factor * level.y, level.label) for level in reach)
     starts = np.arange(began, ended - 1e-6, control.cycle_s)
     bands = tuple((s, s + control.measure_s) for s in starts.tolist()) if control.measure_s else ()
-    lines = _xyz(view.t_s[rows], factor * m, style, width=1.3)
+    lines = xyz(view.t_s[rows], factor * m, style, width=1.3)
     return Panel(
         title,
         f"m [{unit}]",
@@ -326,22 +249,30 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
 
 def pointing(view: View) -> Picture:
     """Where the motion points: along and across the field, to the orbit normal, to the vertical."""
-    vertical = seen.body_axes_from_vertical_deg(view)
-    axes = _whole(
-        view,
-        title="Body axes from the local vertical",
-        y_label="angle [deg]",
-        lines=_xyz(view.t_s, vertical, width=0.7),
-        y_range=(0.0, 180.0),
-    )
-    caption = "Coils act only on the part of the rate across the field."
+    caption = "Angles by which motion and body axes stand off what is around the satellite."
+    if view.has_coils:
+        caption = "Coils act only on the part of the rate across the field."
     if view.result.attrs["law"].startswith("bdot"):
         caption += (
             " Left to itself, B-dot ends in a slow turn with the field, near 2 ω₀ about the orbit "
             "normal."
         )
     return Picture(
-        "pointing", "Direction of the motion", caption, (_rate_parts(view), *_angles(view), axes)
+        "pointing",
+        "Direction of the motion",
+        caption,
+        (_rate_parts(view), *_angles(view), _vertical(view)),
+    )
+
+
+def _vertical(view: View) -> Panel:
+    """Angles of the body axes from the local vertical."""
+    return whole(
+        view,
+        title="Body axes from the local vertical",
+        y_label="angle [deg]",
+        lines=xyz(view.t_s, seen.body_axes_from_vertical_deg(view), width=0.7),
+        y_range=(0.0, 180.0),
     )
 
 
@@ -356,7 +287,7 @@ def _rate_parts(view: View) -> Panel:
         ("relative to the orbit", relative, GREY),
     )
     series = tuple((label, np.degrees(y), colour, 1.0) for label, y, colour in parts)
-    return _log_panel(
+    return log_panel(
         view,
         series,
         _orbital_levels(view),
@@ -371,11 +302,11 @@ def _angles(view: View) -> tuple[Panel, ...]:
     to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
     to_normal = angle_deg(view.values("momentum_inertial"), seen.orbit_normals(view))
     lines = (
-        _line("ω to B", view.t_s, to_field, ORANGE, 0.9),
-        _line("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
+        line_of("ω to B", view.t_s, to_field, ORANGE, 0.9),
+        line_of("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
     )
     if not np.isfinite([to_field, to_normal]).any():
         return ()
     return (
-        _whole(view, title="Directions", y_label="angle [deg]", lines=lines, y_range=(0.0, 180.0)),
+        whole(view, title="Directions", y_label="angle [deg]", lines=lines, y_range=(0.0, 180.0)),
     )

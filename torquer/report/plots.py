@@ -13,10 +13,16 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
 
 from torquer.report import panels as drawn
-from torquer.report.panels import MEASUREMENT, Panel, Picture
-from torquer.report.series import clock_for, level_places, only_where, split_at_dateline
+from torquer.report.panel import MEASUREMENT, RED, Panel, Picture, about_ranges
+from torquer.report.series import (
+    clock_for,
+    label_places,
+    level_places,
+    only_where,
+    split_at_dateline,
+)
 from torquer.report.summary import summary_of
-from torquer.report.view import View
+from torquer.report.view import Mark, View
 
 _DPI = 150
 #: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
@@ -26,9 +32,10 @@ _BANDS = {MEASUREMENT: "#f7f0e0"}
 _NIGHT = "#e3e6ef"
 _INK, _FAINT = "#222222", "#8a8a8a"
 _SMALL = 8.5
+_DASHES = (0, (5, 2))
 #: Pale, so that a track stands out; even steps of lightness.
 _FIELD_COLOURS = LinearSegmentedColormap.from_list("field", ["#fbfaf5", "#cfe0e4", "#9dbccb"])
-LIT, DARK = drawn.RED, "#1b3a6b"
+LIT, DARK = RED, "#1b3a6b"
 
 
 def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Path]:
@@ -76,7 +83,7 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     """The panels of a picture, one under the other; revolutions below the last whole run."""
     last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
     counted = view.end_s >= view.revolution_s
-    told = drawn.about_ranges(picture)
+    told = about_ranges(picture)
     height = _HEAD + len(picture.panels) * (_TITLE + _PLOT + _UNDER)
     height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if told else 0.0)
     figure = _figure(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
@@ -106,11 +113,12 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     axes.xaxis.set_major_locator(_time_ticks(clock, (ended - began) / clock.seconds))
     _set_y(axes, panel)
     _draw_levels(axes, panel)
+    _draw_marks(axes, panel.marks, clock)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=_SMALL, labelpad=1)
     axes.set_ylabel(panel.y_label, fontsize=9)
     axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
     axes.set_title(panel.title, loc="left", fontsize=9.5, color=_INK)
-    _legend(axes, handles)
+    _legend(axes, handles, panel.title)
 
 
 def _inches_wide(axes) -> float:
@@ -158,6 +166,7 @@ def _draw_line(axes, line, clock):
             series.y,
             lw=line.width,
             color=line.colour,
+            ls=_DASHES if line.style == "dashed" else "-",
             marker="o" if alone else None,
             ms=4,
             drawstyle="steps-post" if line.style == "steps" else "default",
@@ -167,6 +176,7 @@ def _draw_line(axes, line, clock):
         [],
         color=line.colour,
         lw=0 if dots else 1.8,
+        ls=(0, (2, 1)) if line.style == "dashed" else "-",
         ms=4,
         label=line.label,
         marker="o" if dots or alone else None,
@@ -188,7 +198,8 @@ def _draw_levels(axes, panel: Panel) -> None:
     gap = 0.14 / (axes.get_position().height * axes.figure.get_figheight())
     _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
     for level, place in zip(levels, places, strict=True):
-        axes.axhline(level.y, color=_FAINT, lw=0.8, ls=(0, (5, 3)), zorder=1.5)
+        dashes = "-" if level.solid else (0, (5, 3))
+        axes.axhline(level.y, color=_FAINT, lw=0.8, ls=dashes, zorder=1.5)
         axes.annotate(
             level.label,
             (1.006, place),
@@ -197,6 +208,27 @@ def _draw_levels(axes, panel: Panel) -> None:
             fontsize=_SMALL,
             color="#555555",
             annotation_clip=False,
+        )
+
+
+def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
+    """Upright lines, their labels beside them in the upper part of the axes."""
+    began, ended = axes.get_xlim()
+    at = [mark.t_s / clock.seconds for mark in marks]
+    places = [(x - began) / (ended - began) for x in at]
+    widths = [(0.065 * len(mark.label) + 0.12) / _inches_wide(axes) for mark in marks]
+    labels = label_places(places, widths)
+    for mark, x, (left, row) in zip(marks, at, labels, strict=True):
+        axes.axvline(x, color=_INK, lw=0.9, ls=(0, (1, 1.5)), zorder=1.6)
+        axes.annotate(
+            mark.label,
+            (left, 1.0),
+            xycoords="axes fraction",
+            xytext=(4, -9 - 11 * row),
+            textcoords="offset points",
+            fontsize=_SMALL - 0.5,
+            color=_INK,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.6},
         )
 
 
@@ -216,7 +248,10 @@ def _set_y(axes, panel: Panel) -> None:
         axes.yaxis.set_major_locator(MultipleLocator(45.0))
 
 
-def _legend(axes, handles) -> None:
+def _legend(axes, handles, title: str = "") -> None:
+    """One row to the right above the axes; close together where it would run into the title."""
+    wide = 0.07 * len(title) + sum(0.35 + 0.065 * len(h.get_label()) for h in handles)
+    close = wide > _inches_wide(axes)
     axes.legend(
         handles=handles,
         loc="lower right",
@@ -225,9 +260,9 @@ def _legend(axes, handles) -> None:
         frameon=False,
         fontsize=_SMALL,
         borderaxespad=0.1,
-        handlelength=1.3,
-        handletextpad=0.5,
-        columnspacing=1.2,
+        handlelength=0.9 if close else 1.3,
+        handletextpad=0.3 if close else 0.5,
+        columnspacing=0.6 if close else 1.2,
     )
 
 
@@ -311,13 +346,12 @@ def _draw_field_map(axes, view: View, bar) -> None:
 
 
 def draw_overview(view: View) -> Figure:
-    """Rate, momentum, dipole and ground track on one page, with the numbers that matter first."""
+    """Three panels and the ground track on one page, with the numbers that matter first."""
     wide, tall = 4.95, 2.475
     figure = _figure(12.2, 7.1, view.scenario.description or view.scenario.name)
-    shown = (drawn.rate_size(view), drawn.momentum_size(view), drawn.dipole_whole(view))
     places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
     cells = [_axes(figure, left, top, wide, tall) for left, top in places]
-    for axes, panel in zip(cells[:3], shown, strict=True):
+    for axes, panel in zip(cells[:3], drawn.overview(view), strict=True):
         draw_panel(axes, view, panel)
     draw_track(cells[3], view)
     _foot(figure, _facts(view), 9)
@@ -327,14 +361,22 @@ def draw_overview(view: View) -> Figure:
 def _facts(view: View) -> str:
     """One line of the most important numbers."""
     told, clock = summary_of(view.result), clock_for(view.end_s)
-    below = told["time_to_below_3x_orbital_rate_s"]
-    facts = [
-        f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated",
-        f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
-        "never below 3 ω₀"
-        if below is None
-        else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
-        f"momentum left {told['momentum_left_n_m_s']:.3g} N m s",
-        f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²",
-    ]
+    facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
+    if view.held is None:
+        below = told["time_to_below_3x_orbital_rate_s"]
+        facts += [
+            f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
+            "never below 3 ω₀"
+            if below is None
+            else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
+        ]
+    else:
+        error = told["initial_attitude_error_deg"], told["final_attitude_error_deg"]
+        facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
+    facts.append(f"momentum left {told['momentum_left_n_m_s']:.3g} N m s")
+    if view.has_coils:
+        facts.append(f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²")
+    if view.wheels is not None:
+        share = told["peak_wheel_momentum_share"]
+        facts.append(f"wheels up to {share:.0%} of their momentum limit")
     return "   ·   ".join(facts)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from torquer.report import panels as drawn
+from torquer.report import panel as drawn
 from torquer.report.interactive import layout
 from torquer.report.series import clock_for
 from torquer.report.view import View

@@ -127,11 +127,55 @@ def angle_deg(a, b) -> np.ndarray:
     return np.where(zero, np.nan, angle)
 
 
+def orbital_axes(position, velocity):
+    """Attitudes of the orbital frame X to the inertial one, as scipy's `Rotation` [n]."""
+    from scipy.spatial.transform import Rotation
+
+    up, normal = np.asarray(position, dtype=float), np.cross(position, velocity)
+    up = up / np.linalg.norm(up, axis=1, keepdims=True)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return Rotation.from_matrix(np.stack([np.cross(normal, up), normal, up], axis=2))
+
+
+def attitude_error_deg(q_body_to_inertial, wanted, reference=None) -> np.ndarray:
+    """Turn vectors [deg] (n, 3), in body axes, from the wanted attitude to the body's.
+
+    `wanted`: quaternion from the body to the reference; `reference`: attitudes of that frame to
+    the inertial one (`Rotation`), None for the inertial frame itself.
+    """
+    from scipy.spatial.transform import Rotation
+
+    target = Rotation.from_quat(wanted)
+    if reference is not None:
+        target = reference * target
+    return np.degrees((target.inv() * Rotation.from_quat(q_body_to_inertial)).as_rotvec())
+
+
 def quiet_from(t, size) -> float | None:
     """Time from which a size stays below a tenth of its greatest, if a good part is left then."""
     loud = np.flatnonzero(size > 0.1 * np.max(size))
     first = int(loud[-1]) + 1 if loud.size else len(t)
     return float(t[first]) if first < 0.9 * len(t) and len(t) - first > 20 else None
+
+
+def usual_size(values, part: float = 0.02) -> float:
+    """Size that at most a part of the values exceeds."""
+    sizes = np.abs(np.asarray(values))
+    finite = sizes[np.isfinite(sizes)]
+    return float(np.quantile(finite, 1.0 - part)) if finite.size else 0.0
+
+
+def settled_from(t, size, within: float = 3.0) -> float | None:
+    """Time at which a size first comes to `within` times its median over the second half.
+
+    A 300th of its first value is little enough. None where it was there from the start, or where
+    that takes more than a fifth of the time.
+    """
+    size = np.asarray(size)
+    level = max(within * np.median(size[len(size) // 2 :]), size[0] / 300.0)
+    first = int(np.argmax(size <= level))
+    began, ended = float(t[0]), float(t[-1])
+    return float(t[first]) if first and t[first] - began < 0.2 * (ended - began) else None
 
 
 def log_floor(values, decades: float = 6.0) -> float | None:
@@ -156,6 +200,22 @@ def level_places(levels, y_range, log: bool, gap: float) -> tuple[list[float], l
             moved[i - 1] -= 0.5 * lack
             moved[i] += 0.5 * lack
     return places, moved
+
+
+def label_places(places, widths) -> list[tuple[float, int]]:
+    """Left edge and row, from 0, of labels beside ascending places, all in parts of the width.
+
+    A label stands to the right of its place, or to its left where it would run over the edge; in
+    the first row in which it covers no other.
+    """
+    ends: list[float] = []
+    found = []
+    for place, width in zip(places, widths, strict=True):
+        left = place if place + width <= 1.0 else max(0.0, place - width)
+        row = next((i for i, end in enumerate(ends) if end <= left), len(ends))
+        ends[row : row + 1] = [max(place, left + width)]
+        found.append((left, row))
+    return found
 
 
 def split_at_dateline(lon, *others) -> tuple[np.ndarray, ...]:

@@ -5,7 +5,11 @@ import json
 import numpy as np
 import xarray as xr
 
+from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
+from torquer.report.held_attitude import Held, held_in
 from torquer.simulation.result import scenario_of
+
+_WHEEL_LAW = ("wheel_law", "wheel_law_runs_as")
 
 
 def summary_of(result: xr.Dataset) -> dict:
@@ -15,9 +19,6 @@ def summary_of(result: xr.Dataset) -> dict:
     t = result["time"].values
     rate = np.linalg.norm(result["omega_body"].values, axis=1)
     momentum = np.linalg.norm(result["momentum_inertial"].values, axis=1)
-    coils = scenario.spacecraft.coils
-    power_w = coils.power_at_limit_w if coils else None
-    energy_j = float(result["coil_energy"])
     return {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
@@ -28,17 +29,74 @@ def summary_of(result: xr.Dataset) -> dict:
         "final_rate_deg_s": float(np.degrees(rate[-1])),
         "final_rate_orbital_rates": float(rate[-1] / omega0),
         **_times_below(t, rate, omega0),
-        "peak_coil_dipole_a_m2": float(result["peak_coil_dipole"]),
-        "coil_energy_j": energy_j if power_w else None,
-        "coil_full_power_s": energy_j / (power_w or 1.0),
+        **_of_coils(result, scenario.spacecraft.coils),
         "initial_momentum_n_m_s": float(momentum[0]),
         "momentum_left_n_m_s": float(momentum[-1]),
+        **_of_wheels(wheels_of(result, scenario)),
+        **_of_attitude(t, held_in(result), 2.0 * np.pi / omega0),
         "table_relative_error": float(result.attrs["table_relative_error"]),
         "law": result.attrs["law"],
         "law_runs_as": result.attrs["law_runs_as"],
+        **{key: result.attrs[key] for key in _WHEEL_LAW if key in result.attrs},
         "seed": int(result.attrs["seed"]),
         "versions": json.loads(result.attrs["versions"]),
     }
+
+
+def _of_coils(result, coils) -> dict:
+    """Use of the coils, if there are any."""
+    if coils is None:
+        return {}
+    power_w, energy_j = coils.power_at_limit_w, float(result["coil_energy"])
+    return {
+        "peak_coil_dipole_a_m2": float(result["peak_coil_dipole"]),
+        "coil_energy_j": energy_j if power_w else None,
+        "coil_full_power_s": energy_j / (power_w or 1.0),
+    }
+
+
+def _of_wheels(wheels: FlownWheels | None) -> dict:
+    """How near the wheels came to their limits, in the record, and what they hold at the end."""
+    if wheels is None:
+        return {}
+    shares, torque_shares = wheels.momentum_shares, wheels.torque_shares
+    row, wheel = np.unravel_index(np.argmax(shares), shares.shape)
+    full = np.flatnonzero(np.any(shares > AT_LIMIT, axis=1))
+    total = np.linalg.norm(wheels.total_body, axis=1)
+    return {
+        "peak_wheel_momentum_share": float(shares[row, wheel]),
+        "peak_wheel_momentum_wheel": int(wheel),
+        "peak_wheel_momentum_at_s": float(wheels.t_s[row]),
+        "wheel_momentum_limit_reached_at_s": float(wheels.t_s[full[0]]) if full.size else None,
+        "peak_wheel_torque_n_m": float(np.abs(wheels.torque).max()),
+        "peak_wheel_torque_share": float(torque_shares.max()),
+        "peak_wheels_momentum_n_m_s": float(total.max()),
+        "final_wheels_momentum_n_m_s": float(total[-1]),
+        "wheel_zero_crossings": wheels.zero_crossings,
+    }
+
+
+def _of_attitude(t, held: Held | None, revolution_s: float) -> dict:
+    """How well the attitude was held, if a law held one."""
+    if held is None:
+        return {}
+    angle, whole = held.angle_deg, t[-1] - t[0] >= revolution_s
+    last = angle[t >= t[-1] - revolution_s]
+    return {
+        "initial_attitude_error_deg": float(angle[0]),
+        "final_attitude_error_deg": float(angle[-1]),
+        "attitude_error_stays_below_1_deg_from_s": _stays_from(t, angle < 1.0),
+        "mean_attitude_error_last_revolution_deg": float(last.mean()) if whole else None,
+        "peak_attitude_error_last_revolution_deg": float(last.max()) if whole else None,
+    }
+
+
+def _stays_from(t, within) -> float | None:
+    """Time from which a condition holds to the end; None if it does not hold there."""
+    if not within[-1]:
+        return None
+    failed = np.flatnonzero(~within)
+    return float(t[failed[-1] + 1]) if failed.size else float(t[0])
 
 
 def _times_below(t, rate, omega0) -> dict:
@@ -47,12 +105,8 @@ def _times_below(t, rate, omega0) -> dict:
     for factor in (3, 2):
         below = rate < factor * omega0
         first = float(t[np.argmax(below)]) if below.any() else None
-        stays = None
-        if below[-1]:
-            above = np.flatnonzero(~below)
-            stays = float(t[above[-1] + 1]) if above.size else float(t[0])
         times[f"time_to_below_{factor}x_orbital_rate_s"] = first
-        times[f"stays_below_{factor}x_orbital_rate_from_s"] = stays
+        times[f"stays_below_{factor}x_orbital_rate_from_s"] = _stays_from(t, below)
     return times
 
 
@@ -72,21 +126,37 @@ _ROWS = (
     ("  the same as full power for", "coil_full_power_s", "coil-seconds"),
     ("Momentum at first", "initial_momentum_n_m_s", "N m s"),
     ("Momentum left", "momentum_left_n_m_s", "N m s"),
+    ("Fullest wheel, part of its limit", "peak_wheel_momentum_share", "%"),
+    ("  which is wheel", "peak_wheel_momentum_wheel", ""),
+    ("  at", "peak_wheel_momentum_at_s", "s"),
+    ("A wheel is full first at", "wheel_momentum_limit_reached_at_s", "s"),
+    ("Peak torque of a motor", "peak_wheel_torque_n_m", "N m"),
+    ("  part of its limit", "peak_wheel_torque_share", "%"),
+    ("Momentum of all wheels, at most", "peak_wheels_momentum_n_m_s", "N m s"),
+    ("  at the end", "final_wheels_momentum_n_m_s", "N m s"),
+    ("Speeds pass zero", "wheel_zero_crossings", "times"),
+    ("Attitude error at first", "initial_attitude_error_deg", "deg"),
+    ("  at the end", "final_attitude_error_deg", "deg"),
+    ("  stays below 1 deg from", "attitude_error_stays_below_1_deg_from_s", "s"),
+    ("  mean over the last revolution", "mean_attitude_error_last_revolution_deg", "deg"),
+    ("  greatest over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
     ("Table's relative error, at most", "table_relative_error", ""),
 )
 
 
 def rows_of(summary: dict) -> list[tuple[str, str]]:
-    """Label and value with unit, for tables."""
-    rows = []
-    for label, key, unit in _ROWS:
-        value = summary[key]
-        if value is None:
-            shown = "coil power not given" if key == "coil_energy_j" else "not within this run"
-        else:
-            digits = f"{value:.0f}" if unit == "s" and value >= 1000.0 else f"{value:.4g}"
-            shown = f"{digits} {unit}".rstrip()
-            if unit == "s" and value >= 600.0:
-                shown += f" ({value / 60.0:.1f} min)"
-        rows.append((label, shown))
-    return rows
+    """Label and value with unit, for tables; of what the satellite has."""
+    return [
+        (label, _shown(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary
+    ]
+
+
+def _shown(value, key: str, unit: str) -> str:
+    if value is None:
+        return "coil power not given" if key == "coil_energy_j" else "not within this run"
+    if unit == "%":
+        return f"{100.0 * value:.4g} %"
+    whole = isinstance(value, int) or (unit == "s" and value >= 1000.0)
+    shown = f"{value:.0f} {unit}" if whole else f"{value:.4g} {unit}"
+    minutes = f" ({value / 60.0:.1f} min)" if unit == "s" and value >= 600.0 else ""
+    return shown.rstrip() + minutes

@@ -10,7 +10,7 @@ from matplotlib.colors import LinearSegmentedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from torquer.report.panels import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.panel import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.theory.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)

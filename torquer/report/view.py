@@ -9,8 +9,11 @@ import numpy as np
 import xarray as xr
 
 from torquer.control.off import Off
+from torquer.control.pointing import HeldByWheels
 from torquer.environment.field import at_geodetic
-from torquer.report.series import angle_deg, bands_where
+from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
+from torquer.report.held_attitude import Held, held_in
+from torquer.report.series import angle_deg, bands_where, settled_from
 from torquer.scenario.notes import notes_of
 from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.spec import Scenario
@@ -18,6 +21,14 @@ from torquer.time import decimal_year
 
 #: Turn between two records [deg] up to which the attitude between them can be told.
 _FOLLOWED_DEG = 100.0
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An instant, marked by an upright line and its label ("": the line alone)."""
+
+    t_s: float
+    label: str
 
 
 @dataclass(frozen=True)
@@ -33,6 +44,32 @@ class View:
     def values(self, name: str) -> np.ndarray:
         """A variable of the result as an array, in SI units."""
         return self.result[name].values
+
+    @property
+    def has_coils(self) -> bool:
+        """Whether the satellite has coils."""
+        return self.scenario.spacecraft.coils is not None
+
+    @cached_property
+    def wheels(self) -> FlownWheels | None:
+        """The reaction wheels; None for a satellite without."""
+        return wheels_of(self.result, self.scenario)
+
+    @cached_property
+    def held(self) -> Held | None:
+        """The attitude that the law held; None for a law that holds none, or one unknown."""
+        return held_in(self.result)
+
+    @cached_property
+    def taken_up_s(self) -> float | None:
+        """Time by which the law had taken up its attitude; None if there was no such time."""
+        settled = None if self.held is None else settled_from(self.t_s, self.held.angle_deg)
+        return None if settled is None else 2.0 * settled
+
+    def marks(self, labelled: bool = True) -> tuple[Mark, ...]:
+        """What happened to the wheels, without labels unless `labelled`."""
+        happened = [] if self.wheels is None else self.wheels.events(self.end_s)
+        return tuple(Mark(t, told if labelled else "") for t, told in happened)
 
     @property
     def end_s(self) -> float:
@@ -133,24 +170,36 @@ def notes(view: View) -> list[str]:
     told = []
     if attrs["ended"] != COMPLETE:
         told.append(f"this run is not complete: {attrs['ended']}")
-    if attrs["law_runs_as"] != "compiled":
-        told.append(f"the law {attrs['law']} runs as {attrs['law_runs_as']}")
-    return [*told, *_notes_on_the_law(view), *_notes_on_the_record(view)]
+    for name in ("law", "wheel_law"):
+        if attrs.get(f"{name}_runs_as", "compiled") != "compiled":
+            told.append(f"the law {attrs[name]} runs as {attrs[f'{name}_runs_as']}")
+    return [*told, *_notes_on_the_laws(view), *_notes_on_the_record(view)]
 
 
-def _notes_on_the_law(view: View) -> list[str]:
-    law, control = view.scenario.control.law, view.scenario.control
-    flown = json.loads(view.result.attrs["law_parameters"])
-    if law.kind in ("user", view.result.attrs["law"]) and _same_gain(law, flown):
-        return notes_of(view.scenario)
-    # what is said of the scenario's own law does not hold for the one that took its place
-    without_law = control.model_copy(update={"law": Off()})
-    told = notes_of(view.scenario.model_copy(update={"control": without_law}))
-    name = view.result.attrs["law"]
-    return [f"the law {name} took the place of the scenario's own, {law.kind}", *told]
+def _notes_on_the_laws(view: View) -> list[str]:
+    """Notes on the scenario, less what is said of laws in whose place others were flown."""
+    control, told, flown = view.scenario.control, [], {}
+    for name in ("law", "wheel_law"):
+        own, kind = getattr(control, name), view.result.attrs.get(name)
+        if own is None:
+            if kind not in (None, "off"):
+                told.append(f"the law {kind} of the wheels is not the scenario's own: it has none")
+                flown[name] = Off()
+        elif own.kind not in ("user", kind) or not _as_flown(own, _parameters(view, name)):
+            told.append(f"the law {kind} took the place of the scenario's own, {own.kind}")
+            flown[name] = Off()
+    scenario = view.scenario.model_copy(update={"control": control.model_copy(update=flown)})
+    return [*told, *notes_of(scenario)]
 
 
-def _same_gain(law, flown: dict) -> bool:
+def _parameters(view: View, name: str) -> dict:
+    return json.loads(view.result.attrs[f"{name}_parameters"])
+
+
+def _as_flown(law, flown: dict) -> bool:
+    """Whether a scenario's law of a kind has the parameters that were flown."""
+    if isinstance(law, HeldByWheels):
+        return {name: float(value) for name, value in law.law().parameters.items()} == flown
     gain = getattr(law, "gain_a_m2_s_per_t", None)
     return gain is None or flown.get("gain") == gain
 
@@ -169,4 +218,19 @@ def _notes_on_the_record(view: View) -> list[str]:
     if over.any():
         part = f"{over.mean():.0%} of the record"
         told.append(f"the field was beyond the magnetometer's range in {part}")
+    return [*told, *_notes_on_full_wheels(view)]
+
+
+def _notes_on_full_wheels(view: View) -> list[str]:
+    """Which wheels were at a limit, and for how long."""
+    if view.wheels is None:
+        return []
+    told, shares = [], (view.wheels.momentum_shares, view.wheels.torque_shares)
+    for of_what, full in zip(("momentum", "torque"), np.array(shares) >= AT_LIMIT, strict=True):
+        if full.any():
+            numbers = ", ".join(map(str, np.flatnonzero(full.any(axis=0))))
+            rows = np.count_nonzero(full.any(axis=1))
+            told.append(
+                f"wheels at their limit of {of_what} in {rows} of {len(full)} records: {numbers}"
+            )
     return told

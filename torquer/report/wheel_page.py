@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.report.html import document, figure_box
 from torquer.report.interactive import layout
-from torquer.report.panels import BLUE, ORANGE
+from torquer.report.panel import BLUE, ORANGE
 from torquer.report.wheel_pictures import needed
 from torquer.report.wheel_tables import failure_rows, layout_rows, lost_label, summary_rows
 from torquer.wheel_array.demand import Ellipsoid

@@ -7,6 +7,7 @@ import numpy as np
 from torquer.control.bdot import Bdot
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
+from torquer.scenario.wheel_notes import wheel_notes
 from torquer.simulation.spec import Scenario
 from torquer.theory.gains import bdot_greatest_gain, sampling_limit_rad_s
 
@@ -18,7 +19,12 @@ _OLD_DAYS = 14.0
 
 def notes_of(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
-    return [*_sampling_notes(scenario), *_step_notes(scenario), *_orbit_notes(scenario)]
+    return [
+        *_sampling_notes(scenario),
+        *_step_notes(scenario),
+        *_orbit_notes(scenario),
+        *wheel_notes(scenario),
+    ]
 
 
 def _orbit_notes(scenario: Scenario) -> list[str]:
@@ -69,9 +75,10 @@ def _step_notes(scenario: Scenario) -> list[str]:
         return _wheel_notes(scenario, turn)
     if scenario.simulation.integrator != "rk4" or turn < 0.5:
         return []
+    other = "dop853" if scenario.spacecraft.wheels else "splitting"
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
-        f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator 'splitting'"
+        f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator '{other}'"
     ]
 
 

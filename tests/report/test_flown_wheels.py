@@ -1,0 +1,434 @@
+"""Reports of runs with reaction wheels, or without coils: what is derived, drawn and said."""
+
+import json
+from dataclasses import replace
+
+import matplotlib.image
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from scipy.spatial.transform import Rotation
+
+from torquer.control.wheel_pd import WheelPd
+from torquer.report import panels as drawn
+from torquer.report import write_report
+from torquer.report.flown_wheels import FlownWheels, hardware_lines
+from torquer.report.held_attitude import held_in
+from torquer.report.html import page
+from torquer.report.interactive import panel_figure
+from torquer.report.plots import draw_overview, draw_picture
+from torquer.report.setting import setting
+from torquer.report.summary import rows_of, summary_of
+from torquer.report.view import notes, view_of
+from torquer.report.wheel_panels import speeds
+from torquer.simulation.simulate import simulate
+from torquer.simulation.spec import Scenario
+from torquer.spacecraft.wheels import ReactionWheels
+
+RPM = np.pi / 30.0
+
+
+@pytest.fixture(scope="module")
+def view(flown):
+    return view_of(flown)
+
+
+@pytest.fixture(scope="module")
+def view_alone(alone):
+    return view_of(alone)
+
+
+def wheels(momentum, kind="orthogonal", layout=None, **keys) -> FlownWheels:
+    """Wheels with these momenta (n, w) in limits of 1 N m s at 6000 rpm, one record a second."""
+    layout = {"kind": kind} | (layout or {})
+    spec = {"layout": layout, "momentum_limit_n_m_s": 1.0, "torque_limit_n_m": 0.1}
+    momentum = np.array(momentum, dtype=float)
+    return FlownWheels(
+        spec=ReactionWheels.model_validate(spec | keys),
+        t_s=np.arange(len(momentum), dtype=float),
+        momentum=momentum,
+        torque=np.zeros_like(momentum),
+        speed_rpm=6000.0 * momentum,
+    )
+
+
+# ------------------------------------------------------------------ what is derived
+
+
+def test_momentum_of_all_wheels_is_what_the_whole_lacks_in_the_body(flown, view):
+    body = flown["omega_body"].values * [1.0, 1.2, 1.5]
+    turn = Rotation.from_quat(flown["q_body_to_inertial"].values)
+    whole = turn.inv().apply(flown["momentum_inertial"].values)
+    np.testing.assert_allclose(view.wheels.total_body, whole - body, atol=1e-12)
+
+
+def test_orthogonal_wheels_need_what_they_hold():
+    momentum = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 3))
+    seen = wheels(momentum)
+    np.testing.assert_allclose(seen.needed_share, np.abs(momentum).max(axis=1))
+    np.testing.assert_allclose(seen.total_body, momentum)
+
+
+def test_what_turns_against_each_other_needs_nothing():
+    # skew wheel (1, 1, 1)/sqrt(3) against the three others
+    null = np.array([1.0, 1.0, 1.0, -np.sqrt(3.0)])
+    seen = wheels([0.5 * null, 0.5 * null], "orthogonal_and_skew")
+    np.testing.assert_allclose(seen.needed_share, 0.0, atol=1e-12)
+    assert seen.momentum_shares.max() == pytest.approx(0.5 * np.sqrt(3.0))
+
+
+def test_share_that_is_needed_counts_working_wheels_alone():
+    hold = np.tile([0.2, 0.4, -0.1, 0.3], (5, 1))
+    failures = [{"wheel": 3, "time_s": 2.0}, {"wheel": 1, "time_s": 3.5}]
+    seen = wheels(hold, "orthogonal_and_skew", failures=failures)
+    np.testing.assert_allclose(seen.needed_share[2:4], 0.4)
+    assert np.all(seen.needed_share[:2] < 0.4) and np.isnan(seen.needed_share[4])
+
+
+def test_zero_crossings_are_of_turning_wheels():
+    noise = 1e-15 * np.random.default_rng(2).normal(size=200)
+    t = np.arange(200)
+    momentum = np.stack([np.sin(0.1 * t + 0.5), np.where(t < 100, 0.1, noise), noise], axis=1)
+    assert wheels(momentum).zero_crossings == 6  # of the sine: 20.4 rad are 6 half turns
+    assert wheels([[0.1] * 3, [0.0] * 3, [-0.1] * 3]).zero_crossings == 3
+
+
+def test_events_are_told_in_time():
+    failures = [
+        {"wheel": 1, "time_s": 5.0, "noticed_after_s": 2.0},
+        {"wheel": 0, "time_s": 3.0},
+        {"wheel": 2, "time_s": 5.0},
+    ]
+    seen = wheels(np.zeros((2, 4)), "orthogonal_and_skew", failures=failures)
+    expected = [
+        (3.0, "wheel 0 fails"),
+        (5.0, "wheel 1 fails, wheel 2 fails"),
+        (7.0, "wheel 1: noticed"),
+    ]
+    assert seen.events(100.0) == expected
+    assert seen.events(5.0) == expected[:2]
+
+
+def test_held_attitude_is_that_of_the_scenario(flown):
+    held = held_in(flown)
+    # euler_deg = [10, -20, 70] for [10, -20, 30], sequence 321: 40 deg about body x
+    np.testing.assert_allclose(held.error_deg[0], [40.0, 0.0, 0.0], atol=1e-9)
+    assert held.orbital and held.angle_deg[0] == pytest.approx(40.0)
+    assert held.angle_deg[400] < 0.1  # 800 s, before the failure
+    np.testing.assert_array_equal(held.rate_rad_s, flown["omega_orbital"].values)
+
+
+def test_error_and_rate_are_of_one_motion(flown):
+    """The turn vector grows at the relative rate where it is small."""
+    held = held_in(flown)
+    rows = slice(20, 400)
+    small = np.radians(held.error_deg)
+    growth = (small[2:] - small[:-2])[rows] / 4.0
+    assert np.radians(held.angle_deg[rows]).max() < 0.35
+    np.testing.assert_allclose(growth, held.rate_rad_s[1:-1][rows], atol=2e-4)
+
+
+def test_attitude_that_was_flown_is_told_not_the_scenarios(flown):
+    other = WheelPd(
+        bandwidth_rad_s=0.1, inertia_kg_m2=[1.0, 1.2, 1.5], euler_deg=[10.0, -20.0, 50.0]
+    )
+    parameters = json.dumps({k: float(v) for k, v in other.law().parameters.items()})
+    replaced = flown.assign_attrs(wheel_law_parameters=parameters)
+    assert held_in(replaced).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
+    told = notes(view_of(replaced))
+    assert "the law wheel_pd took the place of the scenario's own, wheel_pd" in told
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"), [("mine", {"orbital": 1.0}), ("wheel_pd", {"gain": 1.0})]
+)
+def test_nothing_is_said_of_the_attitude_under_a_users_law(flown, name, parameters):
+    own = flown.assign_attrs(wheel_law=name, wheel_law_parameters=json.dumps(parameters))
+    assert held_in(own) is None
+    assert "attitude_error" not in [picture.name for picture in drawn.pictures(view_of(own))]
+    assert not any("attitude" in key for key in summary_of(own))
+
+
+def test_coils_that_hold_an_attitude_are_told_of_it(detumble):
+    from torquer.control.three_axis import ThreeAxis
+
+    law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
+    parameters = json.dumps({k: float(v) for k, v in law.law().parameters.items()})
+    held = held_in(detumble.assign_attrs(law="three_axis", law_parameters=parameters))
+    turn = Rotation.from_quat(detumble["q_body_to_inertial"].values)
+    assert not held.orbital
+    np.testing.assert_allclose(held.error_deg, np.degrees(turn.as_rotvec()), atol=1e-9)
+    assert held_in(detumble) is None
+
+
+# ------------------------------------------------------------------ pictures
+
+
+def names(view) -> list[str]:
+    return [picture.name for picture in drawn.pictures(view)]
+
+
+def test_pictures_are_of_what_there_is(detumble, view, view_alone):
+    always = ["rate", "momentum", "field", "dipoles", "pointing"]
+    assert names(view_of(detumble)) == always
+    assert names(view) == ["attitude_error", "rate", "wheels", *always[1:]]
+    assert names(view_alone) == [
+        "attitude_error",
+        "rate",
+        "wheels",
+        "momentum",
+        "field",
+        "pointing",
+    ]
+
+
+def test_deaths_are_marked(view):
+    for picture in drawn.pictures(view):
+        labels = [mark.label for panel in picture.panels for mark in panel.marks if mark.label]
+        wanted = ["wheel 2 fails", "wheel 2: noticed"]
+        marked = picture.name in ("attitude_error", "wheels", "momentum")
+        assert labels == (wanted if marked else []), picture.name
+    first = drawn.pictures(view)[0].panels[0]
+    assert [mark.t_s for mark in first.marks] == [900.0, 930.0]
+
+
+def test_labels_of_marks_stand_above_the_lines(view):
+    panel = speeds(view, view.marks())
+    top = max(np.nanmax(line.course.y) for line in panel.lines)
+    assert panel.y_range[1] > 1.2 * top
+
+
+@pytest.mark.parametrize(("part", "seen"), [(0.3, False), (0.7, True)])
+def test_limits_are_drawn_where_they_are_near(view, part, seen):
+    momentum = np.zeros((len(view.t_s), 4))
+    momentum[5, 1] = -0.4 * part
+    near = view_of(
+        view.result.assign(
+            wheel_momentum=(("time", "wheel"), momentum),
+            wheel_speed=(("time", "wheel"), momentum / 0.4 * 6000.0 * RPM),
+        )
+    )
+    panel = speeds(near)
+    levels = {level.y for level in panel.levels}
+    assert levels == ({0.0, 6000.0, -6000.0} if seen else {0.0})
+    assert ("limit" in panel.title) is not seen
+
+
+def test_lines_of_wheels_are_their_speeds(flown, view):
+    panel = speeds(view)
+    assert [line.label for line in panel.lines] == [f"wheel {k}" for k in range(4)]
+    for k, line in enumerate(panel.lines):
+        np.testing.assert_allclose(line.course.y, flown["wheel_speed"].values[:, k] / RPM)
+
+
+def test_twelve_wheels_can_be_told_apart(view):
+    momentum = np.random.default_rng(3).normal(size=(len(view.t_s), 12))
+    twelve = wheels(momentum, "regular_pyramid", {"count": 12, "gamma_deg": 50.0})
+    many = replace(view)
+    many.__dict__["wheels"] = replace(twelve, t_s=view.t_s)
+    lines = speeds(many).lines
+    assert len({(line.colour, line.style) for line in lines}) == 12
+    assert [line.label for line in lines] == [str(k) for k in range(12)]
+
+
+def test_the_attitude_is_taken_up_and_held_in_panels_of_their_own(view):
+    windows = [panel.window for panel in drawn.pictures(view)[0].panels]
+    taken_up = view.taken_up_s
+    assert 30.0 < taken_up < 300.0
+    ends = [(0.0, taken_up), (taken_up, view.end_s)]
+    assert windows == [None, None, *ends, *ends]
+
+
+def test_every_panel_can_be_drawn(view, view_alone):
+    import plotly.graph_objects as go
+
+    for seen in (view, view_alone):
+        for picture in drawn.pictures(seen):
+            assert picture.panels and picture.caption
+            for panel in picture.panels:
+                assert panel.lines and panel.title and "[" in panel.y_label
+                assert panel.y_range is None or panel.y_range[0] < panel.y_range[1]
+                go.Figure(panel_figure(seen, panel))
+
+
+def test_marks_are_on_the_page(view):
+    figure = panel_figure(view, speeds(view, view.marks()))
+    upright = [s for s in figure["layout"]["shapes"] if s["x0"] == s["x1"] == 15.0]
+    texts = [note["text"] for note in figure["layout"]["annotations"]]
+    assert len(upright) == 1 and {"wheel 2 fails", "wheel 2: noticed"} <= set(texts)
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_report_is_written(flown, tmp_path):
+    paths = write_report(flown, tmp_path)
+    assert set(paths) == {*names(view_of(flown)), "ground_track", "overview", "report"}
+    for name in ("attitude_error", "wheels", "overview"):
+        image = matplotlib.image.imread(paths[name])[..., :3]
+        assert 0.02 < np.mean(np.any(image < 0.95, axis=2)) < 0.9
+        for edge in (image[:2], image[-2:], image[:, :2], image[:, -2:]):
+            assert np.all(edge == 1.0)
+
+
+def reported(result) -> str:
+    """The page's text, after the overview and the first picture have been drawn."""
+    seen = view_of(result)
+    pictures = drawn.pictures(seen)
+    for figure in (draw_overview(seen), draw_picture(seen, pictures[0])):
+        FigureCanvasAgg(figure).draw()
+    return page(seen, pictures)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("rows", [1, 2, 455])
+def test_partial_results_are_reported(alone, rows):
+    text = reported(alone.isel(time=slice(0, rows)))
+    assert "Reaction wheels" in text and "Dipole of the coils" not in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_satellite_without_any_actuator_is_reported(detumble):
+    bare = json.loads(detumble.attrs["scenario"])
+    bare["spacecraft"]["coils"], bare["control"]["law"] = None, {"kind": "off"}
+    result = detumble.assign_attrs(scenario=json.dumps(bare), law="off", law_parameters="{}")
+    text = reported(result)
+    assert "Reaction wheels" not in text and "Dipole of the coils" not in text
+    assert not any("coil" in key for key in summary_of(result))
+
+
+# ------------------------------------------------------------------ what is said
+
+
+def test_summary_of_wheels(flown):
+    told = summary_of(flown)
+    share = np.abs(flown["wheel_momentum"].values) / 0.4
+    row, wheel = np.unravel_index(np.argmax(share), share.shape)
+    assert told["peak_wheel_momentum_share"] == pytest.approx(share.max())
+    assert told["peak_wheel_momentum_wheel"] == wheel
+    assert told["peak_wheel_momentum_at_s"] == flown["time"].values[row]
+    assert told["peak_wheel_torque_n_m"] == np.abs(flown["wheel_torque"].values).max()
+    assert told["peak_wheel_torque_share"] == pytest.approx(told["peak_wheel_torque_n_m"] / 0.05)
+    axes = np.array([[1, 1, 1], [1, 1, -1], [1, -1, -1], [1, -1, 1]]) / np.sqrt(3.0)
+    last = np.linalg.norm(flown["wheel_momentum"].values[-1] @ axes)
+    assert told["final_wheels_momentum_n_m_s"] == pytest.approx(last, rel=1e-5)
+    assert told["wheel_law"] == "wheel_pd" and told["wheel_law_runs_as"] == "compiled"
+    assert json.loads(json.dumps(told)) == told
+
+
+def test_time_at_which_a_wheel_is_full(flown):
+    momentum = 0.1 * np.sin(0.01 * flown["time"].values)[:, None] * np.ones(4)
+    full = flown.assign(wheel_momentum=(("time", "wheel"), momentum.copy()))
+    assert summary_of(full)["wheel_momentum_limit_reached_at_s"] is None
+    momentum[70:80, 3] = -0.4
+    full = flown.assign(wheel_momentum=(("time", "wheel"), momentum))
+    told = summary_of(full)
+    assert told["wheel_momentum_limit_reached_at_s"] == 140.0
+    assert told["peak_wheel_momentum_wheel"] == 3
+    assert "wheels at their limit of momentum in 10 of 901 records: 3" in notes(view_of(full))
+
+
+def test_summary_of_the_attitude(flown):
+    told = summary_of(flown)
+    angle = held_in(flown).angle_deg
+    assert told["initial_attitude_error_deg"] == pytest.approx(40.0)
+    assert told["final_attitude_error_deg"] == angle[-1]
+    # shorter than a revolution
+    assert told["mean_attitude_error_last_revolution_deg"] is None
+    from_s = told["attitude_error_stays_below_1_deg_from_s"]
+    assert np.all(angle[flown["time"].values >= from_s] < 1.0)
+    assert angle[flown["time"].values < from_s][-1] >= 1.0
+
+
+def test_last_revolution_of_the_attitude(flown):
+    far = flown.assign_coords(time=flown["time"] * 10.0)  # 18000 s, of 5677 s each
+    told, angle = summary_of(far), held_in(far).angle_deg
+    last = angle[far["time"].values >= 18000.0 - 2.0 * np.pi / view_of(far).omega0_rad_s]
+    assert 280 < len(last) < 290
+    assert told["mean_attitude_error_last_revolution_deg"] == pytest.approx(last.mean())
+    assert told["peak_attitude_error_last_revolution_deg"] == last.max()
+
+
+def test_rows_are_of_what_there_is(flown, alone, detumble):
+    def labels(result):
+        return " ".join(label for label, _ in rows_of(summary_of(result))).lower()
+
+    assert "coil" in labels(flown) and "wheel" in labels(flown)
+    assert "coil" not in labels(alone) and "attitude error" in labels(alone)
+    assert "wheel" not in labels(detumble) and "attitude" not in labels(detumble)
+    assert not any("coil" in key for key in summary_of(alone))
+
+
+def test_setting_tells_hardware_and_both_laws(view, view_alone):
+    told = dict(setting(view))
+    assert told["Wheels"] == (
+        "4: four sided pyramid (alpha 54.74 deg, beta 45 deg), momentum up to 0.4 N m s at "
+        "6000 rpm, torque up to 0.05 N m, friction 0.0002 N m, at the highest speed 0.0002 N m"
+    )
+    assert told["Wheels that fail"] == "wheel 2 at 900 s, noticed 30 s later"
+    assert told["Torque is shared by"].startswith("minimax, kept above 10%")
+    assert told["Law of the coils"].startswith("unloading (gain = 0.001")
+    assert told["Law of the wheels"].startswith("wheel_pd (bandwidth = 0.1, damping = 1")
+    assert told["Cycle"] == "reading every 1 s, dipole and wheels' torque held for as long"
+    bare = dict(setting(view_alone))
+    assert "Law of the coils" not in bare and "Law" not in bare
+    assert bare["Cycle"] == "reading every 1 s, wheels' torque held for as long"
+
+
+def test_setting_without_wheels_is_as_it_was(detumble):
+    labels = [label for label, _ in setting(view_of(detumble))]
+    assert labels == [
+        "Ended", "Start", "Orbit", "Eclipse", "Field", "Law", "Law runs as", "Cycle",
+        "Integration", "Seed",
+    ]  # fmt: skip
+
+
+def test_hardware_with_limits_of_their_own():
+    spec = ReactionWheels.model_validate(
+        {
+            "layout": {"kind": "axes", "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]},
+            "momentum_limit_n_m_s": [1.0, 1.0, 2.0, 0.5],
+            "torque_limit_n_m": 0.1,
+            "allocation": "least_squares",
+            "lost": [1],
+        }
+    )
+    assert hardware_lines(spec) == [
+        (
+            "Wheels",
+            "4: axes, momentum up to 1 / 1 / 2 / 0.5 N m s at 6000 rpm, torque up to 0.1 N m",
+        ),
+        ("Torque is shared by", "least squares"),
+        ("Wheels that fail", "wheel 1 from the start"),
+    ]
+
+
+def test_a_law_in_place_of_the_wheels_own_is_told(flown):
+    off = flown.assign_attrs(wheel_law="off", wheel_law_parameters="{}")
+    told = notes(view_of(off))
+    assert "the law off took the place of the scenario's own, wheel_pd" in told
+    slow = flown.assign_attrs(wheel_law_runs_as="plain Python (slow: not decorated)")
+    assert any(
+        note.startswith("the law wheel_pd runs as plain Python") for note in notes(view_of(slow))
+    )
+
+
+def test_wheels_without_a_law_of_their_own(flown):
+    data = json.loads(flown.attrs["scenario"])
+    data["control"]["wheel_law"] = None
+    free = flown.assign_attrs(scenario=json.dumps(data), wheel_law="off", wheel_law_parameters="{}")
+    assert not any("place" in note for note in notes(view_of(free)))
+    given = flown.assign_attrs(
+        scenario=json.dumps(data), wheel_law="mine", wheel_law_parameters="{}"
+    )
+    told = notes(view_of(given))
+    assert "the law mine of the wheels is not the scenario's own: it has none" in told
+    assert not any(note.startswith("no law drives the wheels") for note in told)
+
+
+def test_a_wheel_law_given_in_the_call_is_reported(flown):
+    """The scenario has none; `simulate` gets one: its attitude is shown."""
+    data = json.loads(flown.attrs["scenario"])
+    data["control"]["wheel_law"] = None
+    data["simulation"]["duration_s"] = 20.0
+    law = view_of(flown).scenario.control.wheel_law.law()
+    result = simulate(Scenario.model_validate(data), wheel_law=law)
+    assert held_in(result).angle_deg[0] == pytest.approx(40.0)

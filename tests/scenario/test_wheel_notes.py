@@ -1,0 +1,206 @@
+"""Notes on scenarios with reaction wheels: what they say, and that it is true."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from torquer.scenario.notes import notes_of
+
+HOLD = {
+    "kind": "wheel_pd",
+    "bandwidth_rad_s": 0.05,
+    "inertia_kg_m2": [1.0, 1.3, 1.7],
+    "reference": "inertial",
+}
+WHEELS = {
+    "layout": {"kind": "orthogonal_and_skew"},
+    "momentum_limit_n_m_s": 0.5,
+    "torque_limit_n_m": 0.05,
+}
+#: All is well: wheels at rest, a small turn to make.
+WELL = {
+    "spacecraft.coils": None,
+    "spacecraft.body.inertia_kg_m2": [1.0, 1.3, 1.7],
+    "spacecraft.wheels": WHEELS,
+    "control.wheel_law": HOLD,
+    "initial": {"euler_deg": [5.0, 0.0, 0.0], "rate_deg_s": [0.1, 0.0, 0.0]},
+}
+
+
+@pytest.fixture
+def told(make):
+    """Notes of the good scenario with changes."""
+    return lambda changes=(), less=(): notes_of(
+        make({key: value for key, value in (WELL | dict(changes)).items() if key not in less})
+    )
+
+
+def test_nothing_is_said_where_all_is_well(told):
+    assert told() == []
+
+
+def test_wheels_without_a_law(told):
+    (note,) = told(less=["control.wheel_law"])
+    assert note.startswith("no law drives the wheels (control.wheel_law)")
+    assert told({"control.wheel_law": {"kind": "off"}}) == []
+
+
+UNLOADING = {
+    "spacecraft.coils": {"limit_a_m2": 1.0},
+    "control.law": {"kind": "unloading", "gain_per_s": 1e-3},
+}
+
+
+def test_unloading_of_nothing(told, make):
+    assert told(UNLOADING) == []
+    without = told(UNLOADING, less=["control.wheel_law"])
+    assert len(without) == 2
+    assert without[0].startswith("no law of the wheels takes on the torque of the coils")
+    (note,) = notes_of(make({"control.law": UNLOADING["control.law"]}))
+    assert note == "the law 'unloading' has no wheels to unload (spacecraft.wheels)"
+
+
+@pytest.mark.parametrize(
+    ("keys", "text"),
+    [
+        ({"coulomb_friction_n_m": 0.05}, "Coulomb friction of 0.05 N m is not below the torque"),
+        ({"stiction_n_m": 0.06, "coulomb_friction_n_m": 0.01}, "stiction of 0.06 N m is not below"),
+        (
+            {"viscous_friction_n_m_s": 1e-4},
+            "friction at the highest speed, 0.0628 N m, is not below the torque limit of 0.05 N m",
+        ),
+    ],
+)
+def test_friction_beyond_the_motors(told, keys, text):
+    (note,) = told({"spacecraft.wheels": WHEELS | keys})
+    assert text in note
+    less = {name: 0.4 * value for name, value in keys.items()}
+    assert told({"spacecraft.wheels": WHEELS | less}) == []
+
+
+def test_idle_share_needs_a_null_space(told):
+    assert told({"spacecraft.wheels": WHEELS | {"idle_share": 0.1}}) == []
+    three = WHEELS | {"idle_share": 0.1, "layout": {"kind": "orthogonal"}}
+    (note,) = told({"spacecraft.wheels": three})
+    assert note.startswith(
+        "idle_share has no effect: these wheels cannot all turn at more than 10%"
+    )
+
+
+def fall(damping, stiffness, hold_s) -> float:
+    """Greatest root of an axis whose torque is held, by the matrix of one interval."""
+    push = np.array([0.5 * hold_s**2, hold_s])
+    step = np.array([[1.0, hold_s], [0.0, 1.0]]) - np.outer(push, [stiffness, damping])
+    return float(np.abs(np.linalg.eigvals(step)).max())
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.floats(0.01, 3.0), st.floats(0.1, 3.0), st.sampled_from([0.5, 1.0, 4.0]))
+def test_unstable_laws_are_told(make, bandwidth, damping, hold_s):
+    law = HOLD | {"bandwidth_rad_s": bandwidth, "damping": damping}
+    scenario = make(
+        WELL | {"control.wheel_law": law, "control.sample_s": hold_s, "simulation.step_s": 0.5}
+    )
+    root = fall(2.0 * damping * bandwidth, bandwidth**2, hold_s)
+    said = any("unstable with torques held for" in note for note in notes_of(scenario))
+    if abs(root - 1.0) > 1e-6:
+        assert said is (root > 1.0)
+
+
+def test_lyapunov_laws_may_be_unstable_too(told):
+    def law(rate, angle):
+        gains = {"rate_gain_n_m_s": rate, "angle_gain_n_m": angle}
+        keys = {k: v for k, v in HOLD.items() if k != "bandwidth_rad_s"}
+        return {"control.wheel_law": keys | gains | {"kind": "wheel_lyapunov"}}
+
+    assert told(law(0.1, 0.005)) == []
+    # the lightest axis has 1 kg m^2: d T = 2.1
+    (note,) = told(law(2.1, 0.005))
+    assert note.startswith(
+        "the law of the wheels is unstable with torques held for 1 s: its damping"
+    )
+    (note,) = told(law(1.9, 0.005))
+    assert note.startswith(
+        "the law of the wheels has a time of 1.05 s, and torques are held for 1 s"
+    )
+
+
+def test_coarse_sampling_is_told(told):
+    fast = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
+    (note,) = told(fast)
+    assert "has a time of 2.5 s, and torques are held for 1 s" in note
+    assert told(fast | {"control.sample_s": 0.5, "simulation.step_s": 0.5}) == []
+    window = {"control.measure_s": 0.5, "control.actuate_s": 1.0}
+    assert len(told(fast | window | {"control.sample_s": 0.5, "simulation.step_s": 0.5})) == 1
+
+
+@pytest.mark.parametrize("allocation", ["minimax", "least_squares"])
+def test_torque_beyond_the_wheels(told, allocation):
+    """About z: 2 kappa^2 J sin(a/2) = 0.0085 N m at 60 deg and kappa = 0.1."""
+    turn = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
+    law = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.1}}
+    torque = 2.0 * 0.1**2 * 1.7 * 0.5
+
+    def wheels(limit):
+        three = {"layout": {"kind": "orthogonal"}, "allocation": allocation}
+        return {"spacecraft.wheels": WHEELS | three | {"torque_limit_n_m": limit}}
+
+    assert told(turn | law | wheels(1.001 * torque)) == []
+    (note,) = told(turn | law | wheels(0.5 * torque))
+    assert "the spring of the law asks for 0.017 N m, 2 times what the wheels give" in note
+
+
+def test_sharing_by_least_squares_gives_less(told):
+    """Axes x, y, z and (1, 1, 1): about x the pseudo-inverse asks 5/6 of the torque of wheel x."""
+    turn = {"initial": {"euler_deg": [0.0, 0.0, 60.0], "rate_deg_s": [0.0] * 3}}
+    law = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.1}}
+    torque = 2.0 * 0.1**2 * 1.0 * 0.5
+    for factor, count in ((0.84, 0), (0.82, 1)):
+        keys = {"torque_limit_n_m": factor * torque, "allocation": "least_squares"}
+        assert len(told(turn | law | {"spacecraft.wheels": WHEELS | keys})) == count
+    minimax = {"torque_limit_n_m": 0.82 * torque}
+    assert told(turn | law | {"spacecraft.wheels": WHEELS | minimax}) == []
+
+
+def test_the_wanted_attitude_is_reached_from_any_frame(told):
+    """The same attitude named in the orbital frame by both: no spring, whatever the torque."""
+    law = HOLD | {"reference": "orbital", "euler_deg": [100.0, 20.0, 0.0]}
+    at_rest = {
+        "reference": "orbital",
+        "rate_relative_to": "orbital",
+        "euler_deg": [100.0, 20.0, 0.0],
+        "rate_deg_s": [0.0, 0.0, 0.0],
+    }
+    weak = {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-6}}
+    assert told(weak | {"control.wheel_law": law, "initial": at_rest}) == []
+    turned = at_rest | {"euler_deg": [100.0, 60.0, 0.0]}
+    (note,) = told(weak | {"control.wheel_law": law, "initial": turned})
+    assert "asks for" in note
+
+
+def test_momentum_beyond_the_wheels(told):
+    fine = {"simulation": {"duration_s": 60.0, "step_s": 0.5}}
+    three = fine | {"spacecraft.wheels": WHEELS | {"layout": {"kind": "orthogonal"}}}
+    reach = 0.5 * np.sqrt(3.0)
+    for factor, count in ((0.99, 0), (1.01, 1)):
+        rate = np.degrees(factor * reach / 1.3)
+        notes = told(three | {"initial.rate_deg_s": [0.0, rate, 0.0]})
+        assert len(notes) == count
+    assert notes[0] == (
+        "the satellite starts with 0.875 N m s more than the wanted attitude leaves to the body, "
+        "and the wheels hold 0.866 N m s at most: they cannot take on all"
+    )
+    # a wheel that turns at the start counts: 6000 rpm are 0.5 N m s
+    spun = WHEELS | {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [0.0, 6000.0, 0.0]}
+    rate = np.degrees((0.99 * reach - 0.5) / 1.3)
+    spinning = fine | {"spacecraft.wheels": spun}
+    assert told(spinning | {"initial.rate_deg_s": [0.0, rate, 0.0]}) == []
+    assert len(told(spinning | {"initial.rate_deg_s": [0.0, 1.1 * rate, 0.0]})) == 1
+
+
+def test_too_long_a_step_with_wheels(told):
+    """The splitting knows no wheels."""
+    wheels = WHEELS | {"momentum_limit_n_m_s": 5.0}
+    (note,) = told({"spacecraft.wheels": wheels, "initial.rate_deg_s": [0.0, 40.0, 0.0]})
+    assert note.endswith("take a shorter step_s, or integrator 'dop853'")

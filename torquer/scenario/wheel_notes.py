@@ -1,0 +1,172 @@
+"""What the author of a scenario with reaction wheels should know before the run."""
+
+import math
+
+import numpy as np
+
+from torquer.control.pointing import HeldByWheels
+from torquer.control.unloading import Unloading
+from torquer.control.wheel_pd import WheelPd
+from torquer.geometry import euler
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.geometry.quaternion import conjugate, from_dcm, multiply
+from torquer.geometry.vec3 import as_matrix
+from torquer.simulation.spec import Scenario
+from torquer.spacecraft.wheels import ReactionWheels
+from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
+from torquer.wheel_array.layout import total_momentum
+from torquer.wheel_array.steering import bias_of
+
+#: Part of a law's own time for which a torque may be held before the motion is another one.
+_COARSE = 0.3
+
+
+def wheel_notes(scenario: Scenario) -> list[str]:
+    """Notes on the wheels and on the law that unloads them, one line each."""
+    wheels, law = scenario.spacecraft.wheels, scenario.control.wheel_law
+    notes = _unloading_notes(scenario)
+    if wheels is None:
+        return notes
+    if law is None:
+        notes.append(
+            "no law drives the wheels (control.wheel_law): no torque on the body is asked of them"
+        )
+    notes += [*_friction_notes(wheels), *_idle_notes(wheels)]
+    if isinstance(law, HeldByWheels):
+        notes += [*_hold_notes(scenario), *_start_notes(scenario)]
+    return notes
+
+
+def _unloading_notes(scenario: Scenario) -> list[str]:
+    if not isinstance(scenario.control.law, Unloading):
+        return []
+    if scenario.spacecraft.wheels is None:
+        return ["the law 'unloading' has no wheels to unload (spacecraft.wheels)"]
+    if scenario.control.wheel_law is None:
+        return [
+            "no law of the wheels takes on the torque of the coils: 'unloading' turns the body "
+            "and leaves the wheels as they are"
+        ]
+    return []
+
+
+def _friction_notes(wheels: ReactionWheels) -> list[str]:
+    """The greatest friction that the weakest motor cannot overcome."""
+    limit, coulomb = float(np.min(wheels.torque_limit_n_m)), wheels.coulomb_friction_n_m
+    top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rpm * math.pi / 30.0
+    motor = f"is not below the torque limit of {limit:g} N m"
+    if coulomb >= limit:
+        return [f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor speeds one up"]
+    if (wheels.stiction_n_m or 0.0) >= limit:
+        return [
+            f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: one at rest stays so"
+        ]
+    if coulomb + top >= limit:
+        return [
+            f"the wheels' friction at the highest speed, {coulomb + top:.3g} N m, {motor}: they "
+            "cannot come to their limit of momentum"
+        ]
+    return []
+
+
+def _idle_notes(wheels: ReactionWheels) -> list[str]:
+    if wheels.idle_share is None:
+        return []
+    if bias_of(wheels.array(), wheels.idle_share).keeps_off_zero_up_to > 0.0:
+        return []
+    return [
+        f"idle_share has no effect: these wheels cannot all turn at more than "
+        f"{wheels.idle_share:.0%} of their limits without a momentum of their sum"
+    ]
+
+
+def _hold_notes(scenario: Scenario) -> list[str]:
+    """Torques are held from reading to reading: what that makes of the law's motion.
+
+    About an axis the angle x follows x'' = -(d x' + p x) with the right side held for T. The roots
+    of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
+    """
+    control = scenario.control
+    hold_s = max(control.sample_s, control.actuate_s or 0.0)
+    damping, stiffness = _loop(scenario)
+    if damping * hold_s >= 2.0 or stiffness * hold_s >= 2.0 * damping:
+        return [
+            f"the law of the wheels is unstable with torques held for {hold_s:g} s: its damping "
+            f"of {damping:.3g} 1/s must be below {2.0 / hold_s:.3g}, its stiffness of "
+            f"{stiffness:.3g} 1/s^2 below {2.0 * damping / hold_s:.3g}"
+        ]
+    fastest = max(0.5 * damping, math.sqrt(stiffness))
+    if fastest * hold_s <= _COARSE:
+        return []
+    return [
+        f"the law of the wheels has a time of {1.0 / fastest:.3g} s, and torques are held for "
+        f"{hold_s:g} s: the motion is not the one of its bandwidth and damping"
+    ]
+
+
+def _loop(scenario: Scenario) -> tuple[float, float]:
+    """Damping [1/s] and stiffness [1/s^2] of small motion about the fastest axis."""
+    law = scenario.control.wheel_law
+    if isinstance(law, WheelPd):
+        return 2.0 * law.damping * law.bandwidth_rad_s, law.bandwidth_rad_s**2
+    least = float(scenario.spacecraft.body.principal()[0][0])
+    return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
+
+
+def _start_notes(scenario: Scenario) -> list[str]:
+    """Whether the wheels have the torque and the momentum for the beginning."""
+    wheels = scenario.spacecraft.wheels
+    r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
+    motion = scenario.initial.motion(r, v)
+    torque = _spring_torque(scenario, motion[:4], r, v)
+    share, notes = _torque_share(wheels, torque), []
+    if share > 1.0:
+        notes.append(
+            f"at the start the spring of the law asks for {np.linalg.norm(torque):.3g} N m, "
+            f"{share:.3g} times what the wheels give about that axis: the attitude is taken up "
+            "with the torque at its limit, and may overshoot"
+        )
+    excess, reach = _excess_momentum(scenario, motion[4:], r, v)
+    if excess > reach:
+        notes.append(
+            f"the satellite starts with {excess:.3g} N m s more than the wanted attitude leaves to "
+            f"the body, and the wheels hold {reach:.3g} N m s at most: they cannot take on all"
+        )
+    return notes
+
+
+def _spring_torque(scenario: Scenario, q, r, v) -> np.ndarray:
+    """Size and axis of the spring's torque [N m] on the body."""
+    law = scenario.control.wheel_law
+    wanted = euler.to_quaternion(law.sequence, np.radians(law.euler_deg))
+    if law.orbital:
+        wanted = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r, v))), wanted)
+    half = np.array(multiply(conjugate(wanted), tuple(q.tolist())))[:3]
+    if isinstance(law, WheelPd):
+        return 2.0 * law.bandwidth_rad_s**2 * np.array(law.inertia_kg_m2) @ half
+    return law.angle_gain_n_m * half
+
+
+def _torque_share(wheels: ReactionWheels, torque) -> float:
+    """The torque in parts of the greatest one in that direction, as the wheels share it."""
+    array = wheels.array()
+    if wheels.allocation == "minimax":
+        return float(torque_envelope(array).share(torque))
+    limits = array.torque_limits()
+    works = limits > 0.0
+    asked = np.linalg.pinv(np.array(array.axes)[works].T) @ torque
+    return float(np.max(np.abs(asked) / limits[works]))
+
+
+def _excess_momentum(scenario: Scenario, omega, r, v) -> tuple[float, float]:
+    """(Least momentum that is left for the wheels in the wanted attitude, most that they hold)."""
+    wheels, body = scenario.spacecraft.wheels, scenario.spacecraft.body
+    array, inertia = wheels.array(), np.array(body.inertia_kg_m2)
+    speeds = np.full(array.count, wheels.initial_speed_rpm) * math.pi / 30.0
+    held = total_momentum(array.axes, wheels.rotor_inertia_kg_m2() * speeds)
+    fixed = np.array(body.wheel_momentum_n_m_s)
+    size = float(np.linalg.norm(inertia @ omega + fixed + held) - np.linalg.norm(fixed))
+    if scenario.control.wheel_law.orbital:
+        turning = float(np.linalg.norm(np.cross(r, v)) / (r @ r))
+        size -= turning * float(body.principal()[0][-1])
+    return size, float(np.linalg.norm(momentum_envelope(array).vertices, axis=1).max())
