@@ -21,7 +21,7 @@ from torquer.control.nutation_damping import (
     nutation_damping_difference,
     nutation_damping_rate,
 )
-from torquer.control.off import Off, no_dipole
+from torquer.control.off import Off, no_answer
 from torquer.control.preliminary_1 import Preliminary1, preliminary_1
 from torquer.control.preliminary_2 import Preliminary2, preliminary_2
 from torquer.control.reorientation import Reorientation, reorientation
@@ -49,7 +49,7 @@ BUILT_IN = {
 
 #: The laws' kernels; places as in `ask`.
 KERNELS = (
-    no_dipole,
+    no_answer,
     bdot_difference,
     bdot_rate,
     bdot_derivative,
@@ -73,7 +73,7 @@ def ask(place, measured, parameters, memory):
     (Numba takes no list of kernels: it would make addresses of them, which no cache can keep.)
     """
     if place == 0:
-        return no_dipole(measured, parameters, memory)
+        return no_answer(measured, parameters, memory)
     if place == 1:
         return bdot_difference(measured, parameters, memory)
     if place == 2:

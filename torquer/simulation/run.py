@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.control.law import Law, as_law, compile_law
-from torquer.control.off import Off
+from torquer.control.off import Off, no_answer
 from torquer.conventions import Measured
 from torquer.engine import kernel
 from torquer.environment.table import ProvenTable
@@ -76,7 +76,8 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
     step_s = simulation.step_s
     wheels, rotors_kg_m2 = (), 0.0
     if wheel_law is not None:
-        wheels = craft.wheels.pack(wheel_law.pack(), step_s)
+        driven = wheel_law.function is not no_answer
+        wheels = craft.wheels.pack(wheel_law.pack(), step_s, driven)
         rotors_kg_m2 = craft.wheels.rotor_tensor_kg_m2()
     return loop.Plan(
         rigid=craft.body.pack(craft.aerodynamics, rotors_kg_m2),

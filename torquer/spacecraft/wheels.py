@@ -40,7 +40,7 @@ from torquer.spec import Spec
 from torquer.wheel_array.allocation import least_squares, within_limits
 from torquer.wheel_array.layout import Limit
 from torquer.wheel_array.presets import Wheels
-from torquer.wheel_array.steering import Steering, lose, steer, steering_of
+from torquer.wheel_array.steering import Steering, lose, steer, steer_nearest, steering_of
 
 STREAM = 7
 _RPM = 2.0 * math.pi / 60.0
@@ -56,6 +56,8 @@ class Driver(NamedTuple):
     """As it is at the start; limits and bias that hold now are in the state."""
     noticed_from: np.ndarray
     """(n,): the step from which on the computer knows that a wheel is dead."""
+    driven: bool
+    """False: nobody drives the wheels, the motors are off."""
     by_least_squares: bool
     noise_rad_s: float
     parameters: np.ndarray
@@ -85,9 +87,10 @@ def _steering_now(first, state):
 def drive_wheels(driver, state, torque_body, interval_s, step):
     """Set the motors for an interval, so that the body gets a torque [N m] from the wheels.
 
-    What the limits forbid is left out; the direction is kept. `driver`: () for no wheels.
+    What is beyond the motors is cut with the direction kept; by minimax what would drive full
+    wheels on is left out, too. `driver`: () for no wheels.
     """
-    if len(driver) == 0:
+    if len(driver) == 0 or not driver.driven:
         return
     steering, wanted = _steering_now(driver.steering, state), scale(-1.0, torque_body)
     for k in range(driver.noticed_from.shape[0]):
@@ -98,7 +101,9 @@ def drive_wheels(driver, state, torque_body, interval_s, step):
         greatest = least_squares(steering.wheels.axes, limit, wanted, state[MOTOR])
         within_limits(greatest, state[MOTOR])
     else:
-        steer(steering, interval_s, state[READ], wanted, state[MOTOR])
+        part = steer(steering, interval_s, state[READ], wanted, state[MOTOR])
+        if part < 1.0:
+            steer_nearest(steering, interval_s, state[READ], wanted, state[MOTOR])
 
 
 class Failure(Spec):
@@ -181,8 +186,8 @@ class ReactionWheels(Wheels):
         axes = np.array(self.array().axes)
         return np.einsum("k,ki,kj->ij", self.rotor_inertia_kg_m2(), axes, axes)
 
-    def pack(self, parameters: np.ndarray, step_s: float) -> Driver:
-        """Constants for kernels; `parameters` are those of the law of the wheels."""
+    def pack(self, parameters: np.ndarray, step_s: float, driven: bool = True) -> Driver:
+        """Constants for kernels; `parameters` are those of the law that drives the wheels."""
         array = self.array()
         rows = np.zeros((array.count, ROW))
         rows[:, AXIS:INERTIA] = array.axes
@@ -196,6 +201,7 @@ class ReactionWheels(Wheels):
             rotors=Rotors(rows, as_symmetric(self.rotor_tensor_kg_m2())),
             steering=steering_of(array, self.idle_share),
             noticed_from=noticed,
+            driven=driven,
             by_least_squares=self.allocation == "least_squares",
             noise_rad_s=self.speed_noise_rpm * _RPM,
             parameters=parameters,

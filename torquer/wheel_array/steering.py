@@ -25,8 +25,8 @@ from torquer.wheel_array.envelope import THIN
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted.
 CENTRE, HALF, WANTED = 0, 1, 2
-#: Sine of an angle below which a direction lies in a plane.
-ALONG = 1e-9
+#: Most rounds of `steer_nearest`, and the part of the torque that is small enough to end them.
+ROUNDS, CLOSE = 200, 1e-10
 
 
 class Bias(NamedTuple):
@@ -168,20 +168,16 @@ def biased(wheels, limit, bias, demand, out):
 
 @kernel
 def _reach(wheels, half, middle, demand, least):
-    """(Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels, face).
-
-    The face is the one that stops it, -1 where s is 1. A face along the demand, but for
-    rounding, does not stop it.
-    """
-    reach, stopped, small = 1.0, -1, ALONG * norm(demand)
+    """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels."""
+    reach = 1.0
     for f in range(wheels.faces.shape[0]):
         normal = _axis(wheels.faces, f)
         along, bound = dot(normal, demand), bound_of(wheels.faces, f, half)
-        if bound > least and abs(along) > small:
+        if bound > least:
             room = bound + dot(normal, middle) if along > 0.0 else bound - dot(normal, middle)
             if max(room, 0.0) < abs(along) * reach:
-                reach, stopped = max(room, 0.0) / abs(along), f
-    return reach, stopped
+                reach = max(room, 0.0) / abs(along)
+    return reach
 
 
 @kernel
@@ -210,42 +206,56 @@ def steer(steering, step_s, momenta, torque, out):
     for k in range(limit.shape[0]):
         least += THIN * work[HALF, k]
     torque, _ = spanned(wheels.axes, limit, torque)
-    part, _ = _reach(wheels, work[HALF], middle, torque, least)
-    torque = scale(part, torque)
-    minimax(wheels, work[HALF], sub(torque, middle), out)
-    wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
-    biased(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
+    part = _reach(wheels, work[HALF], middle, torque, least)
+    minimax(wheels, work[HALF], sub(scale(part, torque), middle), out)
     for k in range(limit.shape[0]):
         out[k] = work[CENTRE, k] + min(max(out[k], -work[HALF, k]), work[HALF, k])
-        work[WANTED, k] = (work[WANTED, k] - momenta[k]) / step_s - out[k]
-    _pull(limit, work, out)
+    _into_null_space(steering, step_s, momenta, scale(part, torque), out)
     return part
 
 
 @kernel
-def let_through(steering, step_s, momenta, torque):
-    """What is left of a torque [N m] by the limits; more than `steer` gives near a full array.
+def steer_nearest(steering, step_s, momenta, torque, out):
+    """The same for a torque that limits forbid, of which they allow more than a part: write out.
 
-    What the motors cannot make is cut with the direction kept. Of the rest only what would drive
-    full wheels on is taken away: the torque goes on along the face of the envelope, and along its
-    edge, so that wheels full in one direction do not cost the others.
+    What the motors cannot make is cut with the direction kept. Of what is then left the nearest
+    torque is given that full wheels allow, so that wheels full in one direction do not cost the
+    others: least squares with bounds, wheel by wheel, round and round.
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
-    _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
-    middle, least = _total(wheels.axes, limit, work[CENTRE]), 0.0
+    axes, least = wheels.axes, 0.0
     for k in range(limit.shape[0]):
         least += THIN * limit[k]
-    part, _ = _reach(wheels, limit, (0.0, 0.0, 0.0), torque, least)
-    rest, given = scale(part, torque), (0.0, 0.0, 0.0)
-    for _ in range(3):
-        part, face = _reach(wheels, work[HALF], sub(middle, given), rest, 0.0)
-        given = add_scaled(given, part, rest)
-        if face < 0:
+    torque, _ = spanned(axes, limit, torque)
+    torque = scale(_reach(wheels, limit, (0.0, 0.0, 0.0), torque, least), torque)
+    minimax(wheels, limit, torque, out)
+    _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
+    for k in range(limit.shape[0]):
+        side = min(max(out[k] - work[CENTRE, k], -work[HALF, k]), work[HALF, k])
+        out[k] = work[CENTRE, k] + side
+    missing, close = sub(torque, _total(axes, limit, out)), CLOSE * norm(torque)
+    for _ in range(ROUNDS):
+        moved = 0.0
+        for k in range(limit.shape[0]):
+            axis, before = _axis(axes, k), out[k]
+            side = before + dot(axis, missing) - work[CENTRE, k]
+            out[k] = work[CENTRE, k] + min(max(side, -work[HALF, k]), work[HALF, k])
+            missing = add_scaled(missing, before - out[k], axis)
+            moved = max(moved, abs(out[k] - before))
+        if moved <= close:
             break
-        normal = _axis(wheels.faces, face)
-        rest = scale(1.0 - part, rest)
-        rest = add_scaled(rest, -dot(normal, rest), normal)
-    return given
+    _into_null_space(steering, step_s, momenta, sub(torque, missing), out)
+
+
+@kernel
+def _into_null_space(steering, step_s, momenta, torque, out):
+    """Go from torques in out, whose vector sum is given, towards the bias within the limits."""
+    wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
+    wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
+    biased(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
+    for k in range(limit.shape[0]):
+        work[WANTED, k] = (work[WANTED, k] - momenta[k]) / step_s - out[k]
+    _pull(limit, work, out)
 
 
 @kernel
