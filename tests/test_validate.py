@@ -110,6 +110,8 @@ class Thing(Spec):
     scale: float | tuple[float, ...] = 1.0
     by_name: dict[str, float] = Field(default_factory=dict)
     gain: float | None = Field(default=None, gt=0.0)
+    on: bool = False
+    ons: dict[str, bool] = Field(default_factory=dict)
 
 
 class Whole(Spec):
@@ -176,6 +178,18 @@ def test_truth_and_text_are_no_numbers_of_a_union_either():
             Thing(length_m=1.0, scale=value)
     assert Thing(length_m=1.0, scale=2).scale == 2.0
     assert Thing(length_m=1.0, scale=[1, 2.5]).scale == (1.0, 2.5)
+
+
+@pytest.mark.parametrize("value", ["yes", "true", "on", 1, 0, 1.0, b"1", None, [True]])
+def test_only_true_and_false_are_truth_values(value):
+    for keys in ({"on": value}, {"ons": {"k": value}}):
+        with pytest.raises(ValidationError) as caught:
+            Thing(length_m=1.0, **keys)
+        (error,) = caught.value.errors()
+        assert (error["type"], error["msg"]) == ("bool_type", "Input should be a valid boolean")
+    for true in (True, np.True_):
+        thing = Thing(length_m=1.0, on=true, ons={"k": False})
+        assert (thing.on, thing.ons) == (True, {"k": False})
 
 
 def test_numbers_of_all_kinds_are_numbers():

@@ -27,13 +27,19 @@ def _whole_number(value):
     return value
 
 
-_CHECKS = {"float": _number, "int": _whole_number}
+def _truth(value):
+    if not isinstance(value, bool | np.bool_):
+        raise PydanticCustomError("bool_type", "Input should be a valid boolean")
+    return value
+
+
+_CHECKS = {"float": _number, "int": _whole_number, "bool": _truth}
 #: Parts of pydantic's schema that hold no schema of a value.
 _NO_SCHEMA = ("default", "metadata", "serialization")
 
 
 def _with_checks(schema):
-    """A copy of pydantic's schema with a check before each number; done twice it is done once."""
+    """A copy of pydantic's schema with our checks before its own; done twice it is done once."""
     if isinstance(schema, list | tuple):
         return type(schema)(_with_checks(part) for part in schema)
     if not isinstance(schema, dict):
@@ -49,12 +55,13 @@ def _with_checks(schema):
 class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
 
-    Texts and truth values are no numbers; a whole number may stand for any, and 5.0 for 5.
+    Texts and truth values are no numbers, and only true and false are truth values; a whole
+    number may stand for any number, and 5.0 for 5.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic checks, and that numbers are numbers."""
+        """What pydantic checks, and that numbers are numbers, truth values such."""
         return _with_checks(handler(source))

@@ -26,7 +26,6 @@ _KINDS = {
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
 _MUST = {
-    "bool_parsing": "must be true or false",
     "bool_type": "must be true or false",
     "dict_type": "must be a table of keys",
     "finite_number": "must be finite",
