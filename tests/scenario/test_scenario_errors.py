@@ -181,10 +181,19 @@ CASES = [
     ({"simulation.integrator": "euler"},
      "simulation.integrator: must be 'rk4', 'splitting' or 'dop853'; received 'euler'"),
     # presets
-    ({"spacecraft.magnetometer.preset": "fancy"}, "spacecraft.magnetometer.preset: must be one of "
-     "adis16130, chibis_m_body, chibis_m_coils, dss3, hmr2300r; received 'fancy'"),
-    ({"spacecraft.magnetometer.preset": 3}, "spacecraft.magnetometer.preset: must be one of "
-     "adis16130, chibis_m_body, chibis_m_coils, dss3, hmr2300r; received 3"),
+    ({"spacecraft.magnetometer.preset": "fancy"},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'fancy'"),
+    ({"spacecraft.magnetometer.preset": 3},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 3"),
+    ({"spacecraft.magnetometer.preset": ["hmr2300r"]},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received ['hmr2300r']"),
+    ({"spacecraft.magnetometer": {"preset": "dss3", "noise_nt": 5.0}},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'dss3'"),
+    ({"spacecraft.body.preset": "chibis_m_coils"},
+     "spacecraft.body.preset: must be one of chibis_m_body; received 'chibis_m_coils'"),
+    ({"orbit.preset": "dss3"},
+     "orbit.preset: must not be given: none fits this table; received 'dss3'"),
+    ({"preset": "dss3"}, "preset: must not be given: none fits this table; received 'dss3'"),
 ]  # fmt: skip
 
 
