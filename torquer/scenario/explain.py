@@ -143,7 +143,7 @@ def _own_line(keys: tuple, text: str) -> str:
     if not rest:
         return f"{name_of(keys)}: {text}"
     words = name.split()
-    if keys and words[-1].rpartition(".")[2] == keys[-1]:
+    if words[-1].rpartition(".")[2] in keys:
         return f"{name_of(keys)}: {rest}"
     if len(words) > 1:
         return f"{name_of(keys)}: {text}"

@@ -22,6 +22,7 @@ from torquer import validate
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.orbit.circular import Circular
+from torquer.orbit.kepler import FARTHEST_KM
 from torquer.spec import Spec, Vector
 from torquer.theory.poincare import Response, samples_of, small_parameter
 
@@ -39,7 +40,7 @@ class PitchWheel(Spec):
     inertia_kg_m2: Vector
     wheel_momentum_n_m_s: float = 0.0
     gain_a_m2_s_t: float = Field(ge=0.0)
-    altitude_km: float = Field(gt=0.0)
+    altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     inclination_deg: float = Field(ge=0.0, le=180.0)
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
 

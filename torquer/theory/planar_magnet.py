@@ -27,6 +27,7 @@ from torquer.engine import kernel
 from torquer.environment.field.averaged import mean_of_extremes
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.orbit.circular import Circular
+from torquer.orbit.kepler import FARTHEST_KM
 from torquer.spec import Spec, Vector
 from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
 from torquer.theory.mathieu import edges, half_trace, hill
@@ -41,7 +42,7 @@ class PlanarMagnet(Spec):
 
     inertia_kg_m2: Vector
     dipole_a_m2: float = Field(gt=0.0)
-    altitude_km: float = Field(gt=0.0)
+    altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
 
     @field_validator("inertia_kg_m2")
