@@ -70,10 +70,16 @@ def scenario_page() -> str:
         "",
         "Made from the code by `docs/generate.py`. A scenario is a TOML file; units are in the",
         'keys. In a table of hardware, `preset = "name"` takes the keys of a shipped preset',
-        "(" + ", ".join(presets()) + "); keys beside it win.",
+        "(" + "; ".join(_presets_told()) + "); keys beside it win.",
         "",
     ]
     return "\n".join(head + [line for name, spec in TABLES.items() for line in _table(name, spec)])
+
+
+def _presets_told() -> list[str]:
+    """Each table of hardware that has presets, with their names."""
+    fitting = {table: presets(table) for table in Spacecraft.model_fields}
+    return [f"`{table}`: {', '.join(names)}" for table, names in fitting.items() if names]
 
 
 def _table(name: str, spec) -> list[str]:

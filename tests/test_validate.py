@@ -6,7 +6,7 @@ from pydantic import Field, ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer import validate
-from torquer.spec import Spec, Vector
+from torquer.spec import Inertia, Moments, Spec, Vector
 
 
 def test_finite_gives_float64_arrays():
@@ -110,6 +110,8 @@ class Thing(Spec):
     scale: float | tuple[float, ...] = 1.0
     by_name: dict[str, float] = Field(default_factory=dict)
     gain: float | None = Field(default=None, gt=0.0)
+    on: bool = False
+    ons: dict[str, bool] = Field(default_factory=dict)
 
 
 class Whole(Spec):
@@ -178,9 +180,53 @@ def test_truth_and_text_are_no_numbers_of_a_union_either():
     assert Thing(length_m=1.0, scale=[1, 2.5]).scale == (1.0, 2.5)
 
 
+@pytest.mark.parametrize("value", ["yes", "true", "on", 1, 0, 1.0, b"1", None, [True]])
+def test_only_true_and_false_are_truth_values(value):
+    for keys in ({"on": value}, {"ons": {"k": value}}):
+        with pytest.raises(ValidationError) as caught:
+            Thing(length_m=1.0, **keys)
+        (error,) = caught.value.errors()
+        assert (error["type"], error["msg"]) == ("bool_type", "Input should be a valid boolean")
+    for true in (True, np.True_):
+        thing = Thing(length_m=1.0, on=true, ons={"k": False})
+        assert (thing.on, thing.ons) == (True, {"k": False})
+
+
 def test_numbers_of_all_kinds_are_numbers():
     numbers = (2, 2.0, np.float32(2.0), np.int64(2))
     assert [Thing(length_m=n, count=n) for n in numbers] == 4 * [Thing(length_m=2.0, count=2)]
+
+
+class Heavy(Spec):
+    """A spec with inertia, both ways."""
+
+    inertia_kg_m2: Inertia
+    principal: Moments = (1.0, 1.0, 1.0)
+
+
+def test_inertia_is_kept_as_a_tensor_and_moments_as_three():
+    heavy = Heavy(inertia_kg_m2=(1, 2, 2.5), principal=(1, 2, 2.5))
+    assert heavy.inertia_kg_m2 == ((1.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.0, 0.0, 2.5))
+    assert heavy.principal == (1.0, 2.0, 2.5)
+    assert Heavy(inertia_kg_m2=heavy.inertia_kg_m2) == Heavy(inertia_kg_m2=(1, 2, 2.5))
+    assert Heavy.model_validate_json(heavy.model_dump_json()) == heavy
+    types = {type(x) for row in heavy.inertia_kg_m2 for x in row}
+    assert types == {float}
+
+
+@pytest.mark.parametrize(
+    ("value", "told"),
+    [
+        ((1.0, 2.0, 4.0), "the sum of two principal moments must not be below the third"),
+        ((1.0, -2.0, 2.0), "must be positive definite; received principal moments -2, 1, 2"),
+    ],
+)
+def test_what_no_body_can_have(value, told):
+    for keys in ({"inertia_kg_m2": value}, {"inertia_kg_m2": (1, 1, 1), "principal": value}):
+        with pytest.raises(ValidationError, match=f"inertia_kg_m2: {told}"):
+            Heavy(**keys)
+    with pytest.raises(ValidationError, match="must be symmetric"):
+        Heavy(inertia_kg_m2=((1.0, 0.1, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
 
 
 def test_specs_go_through_json_and_back():

@@ -4,13 +4,31 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 `float64` array that kernels take.
 """
 
+from typing import Annotated
+
 import numpy as np
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler
+from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
+from torquer import validate
+
+
+def _tensor(value):
+    return tuple(map(tuple, validate.inertia_tensor("inertia_kg_m2", value).tolist()))
+
+
+def _moments(value):
+    validate.inertia_tensor("inertia_kg_m2", value)
+    return value
+
+
 #: Three numbers.
 Vector = tuple[float, float, float]
+#: Value of `inertia_kg_m2`: what a body can have, given as three moments or 3x3, kept as 3x3.
+Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
+#: The same where axes must be principal: three moments.
+Moments = Annotated[Vector, AfterValidator(_moments)]
 #: What pydantic would read as a number ("500" as 500, true as 1), and is none.
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
 
@@ -27,13 +45,19 @@ def _whole_number(value):
     return value
 
 
-_CHECKS = {"float": _number, "int": _whole_number}
+def _truth(value):
+    if not isinstance(value, bool | np.bool_):
+        raise PydanticCustomError("bool_type", "Input should be a valid boolean")
+    return value
+
+
+_CHECKS = {"float": _number, "int": _whole_number, "bool": _truth}
 #: Parts of pydantic's schema that hold no schema of a value.
 _NO_SCHEMA = ("default", "metadata", "serialization")
 
 
 def _with_checks(schema):
-    """A copy of pydantic's schema with a check before each number; done twice it is done once."""
+    """A copy of pydantic's schema with our checks before its own; done twice it is done once."""
     if isinstance(schema, list | tuple):
         return type(schema)(_with_checks(part) for part in schema)
     if not isinstance(schema, dict):
@@ -49,12 +73,13 @@ def _with_checks(schema):
 class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
 
-    Texts and truth values are no numbers; a whole number may stand for any, and 5.0 for 5.
+    Texts and truth values are no numbers, and only true and false are truth values; a whole
+    number may stand for any number, and 5.0 for 5.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """What pydantic checks, and that numbers are numbers."""
+        """What pydantic checks, and that numbers are numbers, truth values such."""
         return _with_checks(handler(source))

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -198,3 +199,54 @@ def test_an_interrupt_before_the_run_exits_130(call, scenario, monkeypatch):
 
     monkeypatch.setattr("torquer.cli.simulate.load_scenario", interrupted)
     assert call("run", scenario) == (130, "", "error: interrupted\n")
+
+
+#: An import that is interrupted, and then ends well or with an error of another kind.
+WHILE_IMPORTED = {
+    "raised": "{interrupt}",
+    "swallowed": "try:\n    {interrupt}\nexcept BaseException:\n    pass",
+    "disguised": "try:\n    {interrupt}\nexcept BaseException:\n    raise RuntimeError('no class')",
+    "in text": "exec({interrupt!r})",
+}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+@pytest.mark.parametrize("how", WHILE_IMPORTED)
+@pytest.mark.parametrize("module", ["cyclopts", "pydantic"])
+def test_an_interrupt_while_something_is_imported(scenario, tmp_path, module, how):
+    """Whatever the import makes of it: one line and 130; first, and within a command."""
+    interrupt = "import os, signal, time; os.kill(os.getpid(), signal.SIGINT); time.sleep(0)"
+    (tmp_path / "first").mkdir()
+    text = WHILE_IMPORTED[how].format(interrupt=interrupt)
+    (tmp_path / "first" / f"{module}.py").write_text(text + "\n")
+    package = str(Path(torquer.__file__).parents[1])
+    done = subprocess.run(
+        [sys.executable, "-m", "torquer", "run", str(scenario), "--out", str(tmp_path / "out")],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path / "first"), package])},
+        cwd=tmp_path, capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+
+
+def test_a_caller_keeps_its_own_way_with_interrupts(call, scenario):
+    """After a command, and where they are ignored, as in the background of a shell."""
+    usual = signal.getsignal(signal.SIGINT)
+    call("validate", scenario)
+    assert signal.getsignal(signal.SIGINT) is usual
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        call("validate", scenario)
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
+def test_a_command_may_be_called_from_another_thread(scenario, capsys):
+    from concurrent.futures import ThreadPoolExecutor
+
+    from torquer.cli import main
+
+    with ThreadPoolExecutor(1) as threads, pytest.raises(SystemExit) as left:
+        threads.submit(main, ["validate", str(scenario)]).result()
+    assert left.value.code == 0
+    assert capsys.readouterr().out.startswith("short: valid")

@@ -305,6 +305,13 @@ def test_targets_of_scenarios(scenario):
             ("bdot", *SATELLITE[:2], "--strength-nt", "90000", *SATELLITE[4:], "--gain", "1"),
             r"--strength-nt: must be below \d+ nT, that of the ground",
         ),
+        *(
+            (
+                ("bdot", *SATELLITE[:2], *told, *SATELLITE[4:], "--gain", "1"),
+                "orbit: must stay within 1500000 km of the Earth's centre, its Hill sphere",
+            )
+            for told in (("--altitude-km", "1e30"), ("--strength-nt", "1e-30"))
+        ),
     ],
 )
 def test_mistakes_are_one_line(theory, given, line):

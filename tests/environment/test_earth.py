@@ -9,6 +9,7 @@ from skyfield.sgp4lib import TEME
 
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment import earth
+from torquer.forces.turn import MODES
 from torquer.time import julian_dates
 
 START = "2012-03-04T10:31:47Z"
@@ -97,7 +98,7 @@ def test_sidereal_angle_of_a_published_example():
     assert np.array_equal(m[2], (0.0, 0.0, 1.0))
 
 
-@pytest.mark.parametrize("mode", earth.MODES)
+@pytest.mark.parametrize("mode", MODES)
 def test_rotations_are_proper_and_turn_at_the_earths_rate(mode):
     t = np.array([0.0, 100.0])
     m = earth.dcm_inertial_to_ecef(t, START, mode)

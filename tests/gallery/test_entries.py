@@ -42,6 +42,8 @@ def test_the_record_has_what_the_entry_declares(entry):
     assert kept["ids"] == list(entry.ids)
     assert kept["verdict"] == kept["declared"] == str(entry.declared)
     assert kept["reason"] == entry.reason
+    assert kept["title"] == "; ".join(row.content for row in entry.rows)
+    assert kept["expected"] == "; ".join(row.expected for row in entry.rows if row.expected)
 
 
 def test_the_record_has_every_entry_and_no_other():

@@ -267,6 +267,21 @@ def test_the_record_rounds_and_leaves_out_what_a_clock_says(tmp_path):
     assert "| t | q | by the clock | at most 4 | agrees |" in text
 
 
+def test_a_small_picture_of_what_a_clock_says_is_kept(tmp_path):
+    clock = within("t", "q", 3.4, high=4.0, fleeting=True)
+    (tmp_path / "img").mkdir()
+    for checks, written in (((GOOD,), True), ((GOOD, clock), False)):
+        small, full = tmp_path / "img" / "FIELD-10.png", tmp_path / "FIELD-10.png"
+        small.write_text("the one before")
+        full.write_text("the one before")
+        outcomes(tmp_path, entry(*checks, figures={"": made_figure()}))
+        assert (small.read_bytes() != b"the one before") is written
+        assert full.read_bytes().startswith(b"\x89PNG")
+        small.unlink()
+        outcomes(tmp_path, entry(*checks, figures={"": made_figure()}))
+        assert small.read_bytes().startswith(b"\x89PNG")
+
+
 def test_pages_say_what_differs_and_what_is_not_yet(tmp_path):
     made = [
         entry(near("x", "2.7", 3.1, "%"), lost("y", 5.0, "s"), declared=Verdict.DIFFERS,

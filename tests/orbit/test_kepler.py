@@ -144,6 +144,13 @@ def test_altitude_counts_from_the_equatorial_radius():
     assert np.allclose(by_altitude.state(TIMES)[0], by_radius.state(TIMES)[0], rtol=0, atol=1e-6)
 
 
+def test_orbits_reach_as_far_as_the_earth_holds_them():
+    far = Circular(radius_km=1.5e6, inclination_deg=0.0)
+    assert far.period_s == pytest.approx(211.6 * 86400.0, rel=1e-3)
+    long = Kepler(semi_major_axis_km=1e6, eccentricity=0.499, inclination_deg=0.0)
+    assert long.period_s == pytest.approx(far.period_s / 1.5**1.5)
+
+
 def test_registry_names_each_kind():
     assert {kind: spec.model_fields["kind"].default for kind, spec in ORBITS.items()} == {
         "circular": "circular", "kepler": "kepler", "sgp4": "sgp4", "numerical": "numerical",
@@ -161,6 +168,20 @@ def test_registry_names_each_kind():
         (Circular, {"radius_km": 6000.0}, "greater than 6378.137"),
         (Circular, {"altitude_km": 500.0, "inclination_deg": 181.0}, "less than or equal to 180"),
         (Circular, {"altitude_km": float("nan")}, "finite"),
+        (Circular, {"altitude_km": 1e30}, "less than or equal to 1500000"),
+        (Circular, {"radius_km": 1e308}, "less than or equal to 1500000"),
+        (
+            Kepler,
+            {"semi_major_axis_km": 1e6, "eccentricity": 0.6},
+            "orbit: must stay within 1500000 km of the Earth's centre, its Hill sphere; received "
+            r"one that goes out to 1.6e\+06 km",
+        ),
+        (Kepler, {"semi_major_axis_km": 1e300, "eccentricity": 0.5}, r"goes out to 1.5e\+300 km"),
+        (
+            Kepler,
+            {"perigee_altitude_km": 500.0, "apogee_altitude_km": 1e30},
+            r"goes out to 1e\+30 km",
+        ),
         (Kepler, {}, "perigee_altitude_km and apogee_altitude_km; received none of them"),
         (Kepler, {"semi_major_axis_km": 7e3}, "received semi_major_axis_km"),
         (

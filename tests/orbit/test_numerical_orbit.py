@@ -426,6 +426,24 @@ def test_specs_survive_writing_and_reading():
             },
             "velocity_km_s: must be below that of escape; received 11 km/s",
         ),
+        *(
+            (
+                {
+                    "start": {
+                        "kind": "state_vector",
+                        "position_km": (x_km, 0, 0),
+                        "velocity_km_s": (0, speed_km_s, 0),
+                    }
+                },
+                message,
+            )
+            for x_km, speed_km_s, message in (
+                (1e30, 0.0, r"orbit: must stay within 1500000 km .* goes out to 1e\+30 km"),
+                # the vis-viva speed at 7000 km of orbits out to 1.6e6 km
+                (7000.0, 10.648463, r"orbit: must stay within 1500000 km .* out to 1.6\d*e\+06 km"),
+                (7000.0, 1e200, "velocity_km_s: must be below that of escape; received 1e"),
+            )
+        ),
     ],
 )
 def test_wrong_orbits_are_errors(changes, message):

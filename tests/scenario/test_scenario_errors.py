@@ -84,6 +84,10 @@ CASES = [
      "initial.rate_deg_s[1]: must be a number; received 'two'"),
     ({"environment.gravity_gradient": "perhaps"},
      "environment.gravity_gradient: must be true or false; received 'perhaps'"),
+    ({"environment.gravity_gradient": "yes"},
+     "environment.gravity_gradient: must be true or false; received 'yes'"),
+    ({"environment.gravity_gradient": 1},
+     "environment.gravity_gradient: must be true or false; received 1"),
     ({"seed": 1.5}, "seed: must be a whole number; received 1.5"),
     ({"seed": -1}, "seed: must be greater than or equal to 0; received -1"),
     ({"seed": 2**63}, f"seed: must be less than {2**63}; received {2**63}"),
@@ -127,6 +131,14 @@ CASES = [
      "orbit.inclination_deg: must be less than or equal to 180; received 200"),
     ({"orbit.altitude_km": None},
      "orbit: must have altitude_km or radius_km; received none of them"),
+    ({"orbit.altitude_km": 1e30},
+     "orbit.altitude_km: must be less than or equal to 1500000; received 1e+30"),
+    ({"orbit": {"kind": "numerical", "start": {"kind": "state_vector", "position_km": [1e30, 0, 0],
+                                               "velocity_km_s": [0, 0, 0]}}},
+     "orbit.start: must stay within 1500000 km of the Earth's centre, its Hill sphere; "
+     "received one that goes out to 1e+30 km"),
+    ({"orbit": {"kind": "numerical", "start": {"kind": "circular", "inclination_deg": 5}}},
+     "orbit.start: must have altitude_km or radius_km; received none of them"),
     ({"orbit.radius_km": 7000}, "orbit: must have altitude_km or radius_km; received both"),
     ({"environment.field": {"kind": "igrf14", "degree": 14}},
      "environment.field.degree: must lie within 1..13 for igrf14; received 14"),
@@ -177,10 +189,19 @@ CASES = [
     ({"simulation.integrator": "euler"},
      "simulation.integrator: must be 'rk4', 'splitting' or 'dop853'; received 'euler'"),
     # presets
-    ({"spacecraft.magnetometer.preset": "fancy"}, "spacecraft.magnetometer.preset: must be one of "
-     "adis16130, chibis_m_body, chibis_m_coils, dss3, hmr2300r; received 'fancy'"),
-    ({"spacecraft.magnetometer.preset": 3}, "spacecraft.magnetometer.preset: must be one of "
-     "adis16130, chibis_m_body, chibis_m_coils, dss3, hmr2300r; received 3"),
+    ({"spacecraft.magnetometer.preset": "fancy"},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'fancy'"),
+    ({"spacecraft.magnetometer.preset": 3},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 3"),
+    ({"spacecraft.magnetometer.preset": ["hmr2300r"]},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received ['hmr2300r']"),
+    ({"spacecraft.magnetometer": {"preset": "dss3", "noise_nt": 5.0}},
+     "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'dss3'"),
+    ({"spacecraft.body.preset": "chibis_m_coils"},
+     "spacecraft.body.preset: must be one of chibis_m_body; received 'chibis_m_coils'"),
+    ({"orbit.preset": "dss3"},
+     "orbit.preset: must not be given: none fits this table; received 'dss3'"),
+    ({"preset": "dss3"}, "preset: must not be given: none fits this table; received 'dss3'"),
 ]  # fmt: skip
 
 

@@ -29,19 +29,13 @@ def test_a_preset_fills_in_and_keys_beside_it_win():
 
 
 @pytest.mark.parametrize("name", presets())
-def test_every_preset_is_plain_toml_for_one_table(name):
-    from torquer.scenario.load import _PRESETS
-
-    data = tomllib.loads((_PRESETS / f"{name}.toml").read_text(encoding="utf-8"))
+def test_every_preset_fits_the_one_table_that_it_names(name):
     parts = Scenario.model_fields["spacecraft"].annotation.model_fields
-    fits = []
-    for part, info in parts.items():
-        kinds = [k for k in (info.annotation, *getattr(info.annotation, "__args__", ())) if k]
-        for kind in kinds:
-            if hasattr(kind, "model_fields") and set(data) <= set(kind.model_fields):
-                kind.model_validate(data)
-                fits.append(part)
-    assert len(fits) >= 1
+    (part,) = [part for part in parts if name in presets(part)]
+    kinds = (parts[part].annotation, *getattr(parts[part].annotation, "__args__", ()))
+    (spec,) = [kind for kind in kinds if hasattr(kind, "model_fields")]
+    assert spec.model_validate(presets(part)[name]) is not None
+    assert presets(part)[name] == presets()[name]
 
 
 @pytest.mark.parametrize(
@@ -96,6 +90,9 @@ def test_the_schema_takes_the_examples_and_no_misspelt_key():
                 table = table[name]
             table[key] = "mistaken"
             assert not validator.is_valid(wrong), change
+    misplaced = plain(tomllib.loads(CHIBIS.read_text()))
+    misplaced["spacecraft"]["body"] = {"preset": "chibis_m_coils"}
+    assert not validator.is_valid(misplaced)
     incomplete = plain(tomllib.loads(CHIBIS.read_text()))
     incomplete["spacecraft"]["body"] = {"mass_kg": 3.0}
     assert not validator.is_valid(incomplete)

@@ -64,6 +64,8 @@ KINDS = ", ".join(LAYOUTS)
          "and 0 without; received 0 with 2 parts"),
         ('kind = "cylinder"', 'kind = "cone"', "accumulation.parts[0].kind: must be one of "
          "cylinder, plate, sphere; received 'cone'"),
+        ("altitude_km = 425", "altitude_km = 1e30",
+         "accumulation.altitude_km: must be less than or equal to 1500000; received 1e+30"),
         ("\nrate_deg_s", "\nrate", "demand.rate: must be a known key; received 0.15"),
     ],
 )  # fmt: skip

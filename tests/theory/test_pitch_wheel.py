@@ -254,6 +254,10 @@ def test_a_fast_wheel_brings_precession_near_resonance():
             lambda: PitchWheel(**{**SATELLITE.model_dump(), "inertia_kg_m2": (1.0, 1.0, 9.0)}),
             "inertia_kg_m2: the sum of two principal moments",
         ),
+        (
+            lambda: PitchWheel(**{**SATELLITE.model_dump(), "altitude_km": 1e30}),
+            "altitude_km\n.*less than or equal to 1500000",
+        ),
     ],
 )
 def test_messages(action, message):

@@ -242,6 +242,10 @@ def test_numbers_of_a_satellite():
             "dipole_a_m2\n.*greater than 0",
         ),
         (
+            lambda: PlanarMagnet(inertia_kg_m2=(1.0, 1.0, 1.0), dipole_a_m2=1.0, altitude_km=1e30),
+            "altitude_km\n.*less than or equal to 1500000",
+        ),
+        (
             lambda: tongue_edges(even_turn, 0.1, (2.0, 3.0)),
             r"lambda2 must hold the first tongue at eta = 0.1; received \(2.0, 3.0\)",
         ),

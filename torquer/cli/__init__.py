@@ -1,86 +1,49 @@
-"""The command line: thin commands over the package; every mistake is one clear line, exit 2."""
+"""The command line: `main`, which can be interrupted cleanly before anything slow is imported."""
 
+import contextlib
 import os
+import signal
 import sys
-from pathlib import Path
-from typing import Annotated
+import threading
 
-from cyclopts import App, CycloptsError, Parameter
-
-from torquer.cli.field import app as field_app
-from torquer.cli.gallery import app as gallery_app
-from torquer.cli.theory import theory
-from torquer.cli.wheels import app as wheels_app
-
-app = App(
-    name="torquer",
-    help="Satellite attitude control with magnetorquers and reaction wheels.",
-    version_flags=[],
-    suppress_keyboard_interrupt=False,
-)
-
-Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
-app.command(field_app)
-app.command(gallery_app)
-app.command(theory)
-app.command(wheels_app)
-
-
-@app.command
-def run(
-    scenario: Path,
-    *,
-    out: Annotated[Path | None, Parameter(help="Output folder [runs/<scenario name>].")] = None,
-    json: Json = False,
-    resume: Annotated[
-        bool, Parameter(help="Go on with the interrupted run in the output folder.", negative="")
-    ] = False,
-) -> int:
-    """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
-    from torquer.cli import simulate as work
-
-    return work.run(scenario, out, json, resume)
-
-
-@app.command
-def validate(scenario: Path, *, json: Json = False) -> int:
-    """Check SCENARIO without running it: mistakes, and notes on likely surprises."""
-    from torquer.cli import simulate as work
-
-    return work.validate(scenario, json)
-
-
-@app.command
-def schema() -> int:
-    """Print the JSON schema of scenario files, for editors."""
-    import json
-
-    from torquer.scenario.load import scenario_schema
-
-    print(json.dumps(scenario_schema(), indent=2))
-    return 0
-
-
-@app.command
-def version(*, json: Json = False) -> int:
-    """Print the versions of torquer and of what it computes with."""
-    from torquer.cli import simulate as work
-
-    return work.version(json)
+INTERRUPTED_CODE = 130
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 when all went well, 2 on a user's mistake, 130 on an interrupt."""
     try:
-        code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
-    except BrokenPipeError:  # the reader, `head` say, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        code = 0
-    except (CycloptsError, ValueError, OSError, MemoryError) as error:
-        for line in str(error).splitlines() or [repr(error)]:
-            print(f"error: {line}", file=sys.stderr)
-        code = 2
+        with _interrupts_of_imports():
+            from torquer.cli.app import answer
+
+            code = answer(arguments)
     except KeyboardInterrupt:
         print("error: interrupted", file=sys.stderr)
-        code = 130
+        code = INTERRUPTED_CODE
     sys.exit(code)
+
+
+@contextlib.contextmanager
+def _interrupts_of_imports():
+    """Within the block an interrupt while something is imported ends the process at once.
+
+    An exception there may be taken for a missing module, or come out as one of another kind.
+    """
+    usual = signal.getsignal(signal.SIGINT)
+    in_main = threading.current_thread() is threading.main_thread()
+    if usual is not signal.default_int_handler or not in_main:  # ignored, or a caller's own
+        yield
+        return
+    signal.signal(signal.SIGINT, _leave_or_raise)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, usual)
+
+
+def _leave_or_raise(number, frame) -> None:
+    while frame:
+        if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
+            os.write(2, b"error: interrupted\n")
+            os._exit(INTERRUPTED_CODE)
+        frame = frame.f_back
+    raise KeyboardInterrupt

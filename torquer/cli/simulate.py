@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 
 import torquer
+from torquer.cli import INTERRUPTED_CODE
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
 from torquer.simulation.result import (
@@ -23,7 +24,6 @@ from torquer.simulation.result import (
 from torquer.simulation.simulate import RunStopped, resume, simulate
 
 _console = Console(stderr=True)
-_INTERRUPTED_CODE = 130
 
 
 def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> int:
@@ -44,7 +44,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
                 result = simulate(scenario, progress=progress)
         except RunStopped as error:
             result, stopped = error.result, str(error)
-            code = _INTERRUPTED_CODE if error.interrupted else 2
+            code = INTERRUPTED_CODE if error.interrupted else 2
     save(result, out / "result.nc")
     summary = _write(result, out)
     _show(summary, out, as_json)

@@ -18,6 +18,7 @@ from torquer.environment.field.averaged import (
 )
 from torquer.geometry.quaternion import rotate
 from torquer.geometry.vec3 import as_vector
+from torquer.orbit.kepler import check_farthest
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Case, Evolution
 from torquer.theory.spinner import Spinner
@@ -127,6 +128,7 @@ def _of_options(law: str, given: dict) -> Question:
     _within("--rho-deg", given["rho_deg"], 180.0)
     inclination = math.radians(given["inclination_deg"])
     radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
+    check_farthest(radius_m)
     moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
     rate = given["rate_deg_s"] or _RATE_DEG_S
     notes = () if given["rate_deg_s"] else ("the rate is assumed: give --rate-deg-s",)

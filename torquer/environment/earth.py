@@ -17,14 +17,8 @@ import erfa
 import numpy as np
 
 from torquer.engine import kernel
+from torquer.forces.turn import GRID_DAYS, NODES, TO_POWERS, check_mode
 from torquer.time import julian_dates
-
-MODES = ("precise", "sidereal")
-
-_GRID_STEP_DAYS = 0.5
-_NODES = np.arange(-2, 4)
-#: Takes six neighbouring grid values to the coefficients of the polynomial through them.
-_TO_COEFFICIENTS = np.linalg.inv(np.vander(_NODES, increasing=True))
 
 
 def interpolate_slow(grid_values, day: float, fraction) -> np.ndarray:
@@ -33,17 +27,17 @@ def interpolate_slow(grid_values, day: float, fraction) -> np.ndarray:
     `grid_values(day, fractions)` evaluates the function where it is costly; it is called once,
     for the half-day grid around the dates. Polynomials of degree 5 through six neighbours.
     """
-    place = np.atleast_1d(fraction) / _GRID_STEP_DAYS
+    place = np.atleast_1d(fraction) / GRID_DAYS
     cell = np.floor(place).astype(np.int64)
-    first = cell.min() + _NODES[0]
-    values = grid_values(day, np.arange(first, cell.max() + _NODES[-1] + 1) * _GRID_STEP_DAYS)
+    first = cell.min() + NODES[0]
+    values = grid_values(day, np.arange(first, cell.max() + NODES[-1] + 1) * GRID_DAYS)
     table = values.reshape(len(values), -1)
     out = np.empty((place.size, table.shape[1]))
     for here in np.unique(cell):
         rows = cell == here
-        begin = here + _NODES[0] - first
-        coefficients = _TO_COEFFICIENTS @ table[begin : begin + _NODES.size]
-        out[rows] = np.vander(place[rows] - here, _NODES.size, increasing=True) @ coefficients
+        begin = here + NODES[0] - first
+        coefficients = TO_POWERS @ table[begin : begin + NODES.size]
+        out[rows] = np.vander(place[rows] - here, NODES.size, increasing=True) @ coefficients
     return out.reshape(place.size, *values.shape[1:])
 
 
@@ -77,12 +71,6 @@ def gcrf_to_teme_on_grid(ut1_minus_tt_days: float, day: float, fraction) -> np.n
     """GCRF to TEME [n, 3, 3] at the TT dates `day + fraction`, each evaluated: slow."""
     ut1 = (day, fraction + ut1_minus_tt_days)
     return _gcrf_to_teme(ut1, erfa.c2i06a(day, fraction))
-
-
-def check_mode(mode: str) -> None:
-    """Raise `ValueError` unless the model of the Earth's rotation is known."""
-    if mode not in MODES:
-        raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
 
 
 def _gcrf_to_teme(ut1: tuple, gcrf_to_intermediate: np.ndarray) -> np.ndarray:

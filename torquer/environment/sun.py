@@ -10,6 +10,7 @@ import numpy as np
 from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M, SUN_RADIUS_M
 from torquer.engine import kernel
 from torquer.environment import earth
+from torquer.forces.turn import check_mode
 from torquer.geometry.vec3 import cross, dot, norm, sub
 from torquer.time import julian_dates
 
@@ -23,7 +24,7 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     J is GCRF (mode "precise") or the frame of date TEME ("sidereal"). Light time and aberration
     are included; the direction is good to about 0.1 arcsec for 1900-2100.
     """
-    earth.check_mode(mode)
+    check_mode(mode)
     ut1, tt = julian_dates(start_utc, np.atleast_1d(t_s))
     if mode == "precise":
         return earth.interpolate_slow(_apparent_gcrf, *tt)

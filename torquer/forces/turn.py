@@ -21,9 +21,13 @@ from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.time import DAY_S, julian_dates, parse_utc
 
-_GRID_S = 0.5 * DAY_S
-_NODES = np.arange(-2, 4)
-_TO_POWERS = np.linalg.inv(np.vander(_NODES, increasing=True))
+#: Models of the Earth's rotation.
+MODES = ("precise", "sidereal")
+GRID_DAYS = 0.5
+_GRID_S = GRID_DAYS * DAY_S
+NODES = np.arange(-2, 4)
+#: Takes six neighbouring grid values to the coefficients of the polynomial through them.
+TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
 _TWO_PI = 2.0 * math.pi
 #: Rate of the Earth rotation angle [rad/s of UT1].
 ERA_RATE_RAD_S = _TWO_PI * 1.00273781191135448 / DAY_S
@@ -72,10 +76,15 @@ def _slow(mode: str, day: float, ut1_minus_tt: float, tt: np.ndarray) -> np.ndar
     return out
 
 
+def check_mode(mode: str) -> None:
+    """Raise `ValueError` unless the model of the Earth's rotation is known."""
+    if mode not in MODES:
+        raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
+
+
 def earth_turn(start_utc: str | datetime, first_s: float, last_s: float, mode: str) -> Turn:
     """Table of the Earth's turning for times first_s..last_s [s] after the start."""
-    if mode not in ("precise", "sidereal"):
-        raise ValueError(f"earth rotation: must be one of precise, sidereal; received {mode!r}")
+    check_mode(mode)
     start = parse_utc(start_utc)
     (day, ut1), (_, tt) = julian_dates(start, np.zeros(1))
     midnight_s = float(ut1[0]) * DAY_S
@@ -84,9 +93,9 @@ def earth_turn(start_utc: str | datetime, first_s: float, last_s: float, mode: s
     first = math.floor((midnight_s + first_s) / _GRID_S) - 1
     last = math.floor((midnight_s + last_s) / _GRID_S) + 1
     lag = float(ut1[0] - tt[0])
-    points = np.arange(first + _NODES[0], last + _NODES[-1] + 1) * (_GRID_S / DAY_S) - lag
+    points = np.arange(first + NODES[0], last + NODES[-1] + 1) * GRID_DAYS - lag
     values = _slow(mode, day, lag, points)
-    cells = np.stack([_TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
+    cells = np.stack([TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
     angle = float(erfa.era00(day, ut1[0]))
     day_of_year = start.timetuple().tm_yday + midnight_s / DAY_S
     return Turn(midnight_s, angle, first, cells, day_of_year, start.year)

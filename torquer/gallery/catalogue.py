@@ -62,7 +62,7 @@ ROWS = (
          "~1500/1000/1000 s; ~5000/1000/very slow"),
     _row("MAG", "3.4.1 3.4.2", "Preliminary 1 maps"),
     _row("MAG", "3.4.3 3.4.4", "Joint with nutation damping", "both succeed"),
-    _row("MAG", "3.5.1 3.5.2", "Preliminary 2 maps", "better at low i for rho0 > 45"),
+    _row("MAG", "3.5.1 3.5.2", "Preliminary 2 maps", "better at low i for theta0 > 45"),
     _row("MAG", "3.5.1t", "Scheme table"),
     _row("MAG", "3.5.3 3.5.4", "UniSat-5 standard vs proposed",
          "106 vs 85 deg before the last stage; few deg at the end"),

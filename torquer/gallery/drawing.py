@@ -2,33 +2,20 @@
 
 import io
 
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from torquer.report.panel import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.sheet import FINE_DPI, stacked
 
 #: Colours of the field models, the same in every picture, best model first.
 MODEL_COLOURS = {"IGRF-14": "#222222", "tilted dipole": RED, "direct dipole": BLUE,
                  "averaged": GREEN}  # fmt: skip
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
-_FAINT = "#8a8a8a"
-_DPI, _SMALL_DPI = 160, 90
+_SMALL_DPI = 90
 _COLOURS_OF_A_SMALL_ONE = 64
 
-
-def new_figure(title: str, panels: int = 1, height: float = 3.9):
-    """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
-    figure = Figure(figsize=(7.2, height), dpi=_DPI, facecolor="white", layout="constrained")
-    figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold")
-    axes = list(np.atleast_1d(figure.subplots(panels, 1)))
-    for each in axes:
-        each.grid(True, color="#d9d9d9", lw=0.5)
-        each.set_axisbelow(True)
-        each.spines[["top", "right"]].set_visible(False)
-        each.spines[["left", "bottom"]].set_color(_FAINT)
-        each.tick_params(labelsize=9.5, color=_FAINT)
-    return figure, axes
+new_figure = stacked
 
 
 def label(axes, x: str, y: str, *, legend: bool = True, columns: int = 4) -> None:
@@ -65,7 +52,7 @@ def level(axes, y: float, text: str) -> None:
 
 def save(figure: Figure, path) -> None:
     """Write a figure in full size."""
-    FigureCanvasAgg(figure).print_figure(path, dpi=_DPI)
+    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
 
 
 def save_small(figure: Figure, path) -> None:

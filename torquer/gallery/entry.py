@@ -75,6 +75,11 @@ class Answer:
     note: str = ""
 
     @property
+    def fleeting(self) -> bool:
+        """Whether the figures, as a number of the checks, change from run to run."""
+        return any(check.fleeting for check in self.checks)
+
+    @property
     def verdict(self) -> Verdict:
         """Differs if any check does; agrees if the others do; lost if there is none to agree."""
         told = [check.agrees for check in self.checks if check.agrees is not None]

@@ -14,13 +14,16 @@ def picture_name(entry: Entry, name: str) -> str:
 
 
 def compute(entry: Entry, out: Path, small: Path | None = None) -> Outcome:
-    """Compute an entry and write its pictures into `out`, small ones into `small` if given."""
+    """Compute an entry and write its pictures into `out`, small ones into `small` if given.
+
+    A small picture of what a clock says is kept where there is one: another would tell no more.
+    """
     answer = entry.compute()
     pictures = []
     for name, figure in answer.figures.items():
         pictures.append(out / picture_name(entry, name))
         save(figure, pictures[-1])
-        if small:
+        if small and not (answer.fleeting and (small / pictures[-1].name).exists()):
             save_small(figure, small / pictures[-1].name)
     return Outcome(entry, answer, tuple(pictures))
 

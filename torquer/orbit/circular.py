@@ -15,8 +15,8 @@ class Circular(Spec):
     """Circular two-body orbit. The altitude is above the equatorial radius, 6378.137 km."""
 
     kind: Literal["circular"] = "circular"
-    altitude_km: float | None = Field(default=None, gt=0.0)
-    radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3)
+    altitude_km: float | None = Field(default=None, gt=0.0, le=kepler.FARTHEST_KM)
+    radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3, le=kepler.FARTHEST_KM)
     inclination_deg: float = Field(ge=0.0, le=180.0)
     raan_deg: float = 0.0
     argument_of_latitude_deg: float = 0.0

@@ -13,6 +13,8 @@ from torquer.geometry.vec3 import mat_vec
 from torquer.spec import Spec
 
 TWO_PI = 2.0 * math.pi
+#: Radius of the Earth's Hill sphere [km]: beyond it no orbit about the Earth lasts.
+FARTHEST_KM = 1.5e6
 
 
 @kernel
@@ -74,6 +76,15 @@ def mean_motion(semi_major_axis_m: float) -> float:
     return math.sqrt(MU_EARTH_M3_S2 / semi_major_axis_m**3)
 
 
+def check_farthest(apogee_m: float) -> None:
+    """Raise `ValueError` for an orbit that goes farther out [m] than the Earth holds it."""
+    if not apogee_m <= 1e3 * FARTHEST_KM:
+        raise ValueError(
+            f"orbit: must stay within {FARTHEST_KM:.9g} km of the Earth's centre, its Hill sphere; "
+            f"received one that goes out to {1e-3 * apogee_m:.6g} km"
+        )
+
+
 def states(t_s, semi_major_axis_m, eccentricity, angles_deg, mean_anomaly_rad) -> tuple:
     """Positions [n, 3] m and velocities [n, 3] m/s in J at times `t_s` [n].
 
@@ -126,25 +137,30 @@ class Kepler(Spec):
                 "apogee_altitude_km: must not be below the perigee's altitude of "
                 f"{self.perigee_altitude_km:.9g} km; received {self.apogee_altitude_km:.9g}"
             )
-        self._check_perigee()
-        return self
-
-    def _check_perigee(self):
-        axis, eccentricity = self.shape
-        altitude_km = (axis * (1.0 - eccentricity) - EARTH_RADIUS_M) / 1e3
-        if not altitude_km > 0.0:
+        near, far = self._ends
+        if not near > EARTH_RADIUS_M:
             raise ValueError(
                 "orbit: the perigee must lie above the Earth's equatorial radius; received a "
-                f"perigee altitude of {altitude_km:.6g} km"
+                f"perigee altitude of {1e-3 * (near - EARTH_RADIUS_M):.6g} km"
             )
+        check_farthest(far)
+        return self
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        """Radii of perigee and apogee [m]."""
+        if self.perigee_altitude_km is None:
+            axis, eccentricity = self.shape
+            return axis * (1.0 - eccentricity), axis * (1.0 + eccentricity)
+        altitudes = (self.perigee_altitude_km, self.apogee_altitude_km)
+        return tuple(EARTH_RADIUS_M + altitude * 1e3 for altitude in altitudes)
 
     @property
     def shape(self) -> tuple[float, float]:
         """Semi-major axis [m] and eccentricity."""
         if self.perigee_altitude_km is None:
             return self.semi_major_axis_km * 1e3, self.eccentricity
-        near = EARTH_RADIUS_M + self.perigee_altitude_km * 1e3
-        far = EARTH_RADIUS_M + self.apogee_altitude_km * 1e3
+        near, far = self._ends
         return 0.5 * (near + far), (far - near) / (far + near)
 
     @property

@@ -39,11 +39,16 @@ class StateVector(Spec):
                 "position_km: must lie above the Earth's equatorial radius; received a distance "
                 f"of {radius_km:.6g} km from its centre"
             )
-        if not semi_major_axis(*self.state(None)) > 0.0:
+        kepler.check_farthest(1e3 * radius_km)
+        r, v = self.state(None)
+        axis = semi_major_axis(r, v)
+        if not axis > 0.0:
             raise ValueError(
                 "velocity_km_s: must be below that of escape; received "
                 f"{math.hypot(*self.velocity_km_s):.6g} km/s"
             )
+        parameter = np.sum(np.cross(r, v) ** 2) / MU_EARTH_M3_S2  # a (1 - e^2)
+        kepler.check_farthest(axis * (1.0 + math.sqrt(max(0.0, 1.0 - parameter / axis))))
         return self
 
     def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
@@ -54,7 +59,8 @@ class StateVector(Spec):
 def semi_major_axis(r, v) -> float:
     """Osculating semi-major axis [m] of a state; not positive beyond escape."""
     r, v = np.ravel(r), np.ravel(v)
-    return float(1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2))
+    with np.errstate(over="ignore"):  # far beyond escape
+        return float(1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2))
 
 
 class Drag(Spec):

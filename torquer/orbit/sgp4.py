@@ -13,9 +13,10 @@ import numpy as np
 from pydantic import field_validator
 from sgp4.api import SGP4_ERRORS, Satrec
 
-from torquer.orbit.kepler import TWO_PI
+from torquer.conventions import MU_EARTH_M3_S2
+from torquer.orbit.kepler import TWO_PI, check_farthest
 from torquer.spec import Spec
-from torquer.time import julian_dates, parse_utc
+from torquer.time import DAY_S, julian_dates, parse_utc
 
 _LENGTH = 69
 _CATALOGUE = r"[ 0-9A-Z][ 0-9]{3}[0-9]"
@@ -97,10 +98,13 @@ def _check_ranges(first: str, second: str) -> None:
     for name, value, low, high in ranged:
         if not low <= value <= high:
             raise ValueError(f"{name} must lie in {low:g}..{high:g}; received {value:.12g}")
-    if not float(second[52:63]) > 0.0:
+    rev_per_day = float(second[52:63])
+    if not rev_per_day > 0.0:
         raise ValueError(
-            f"tle line 2: mean motion must be positive; received {float(second[52:63]):g} rev/day"
+            f"tle line 2: mean motion must be positive; received {rev_per_day:g} rev/day"
         )
+    axis = (MU_EARTH_M3_S2 / (rev_per_day * TWO_PI / DAY_S) ** 2) ** (1.0 / 3.0)
+    check_farthest(axis * (1.0 + float(f"0.{second[26:33]}")))
 
 
 class Sgp4(Spec):
@@ -142,7 +146,7 @@ class Sgp4(Spec):
 
     def rate_rad_s(self, start_utc=None) -> float:
         """Mean motion [rad/s] of the element set at its epoch."""
-        return float(self.tle[1][52:63]) * TWO_PI / 86400.0
+        return float(self.tle[1][52:63]) * TWO_PI / DAY_S
 
     def state(self, t_s, start_utc: str | datetime) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.

@@ -13,9 +13,10 @@ from torquer.environment.field import Averaged
 from torquer.environment.field.along import FieldsAlong
 from torquer.environment.field.averaged import cone_angle, mean_strength
 from torquer.geometry.frames import dcm_z_to_y
-from torquer.report.field_pictures import COLOURS, INK, SMALL, place, quiet, sheet
+from torquer.report.field_pictures import COLOURS
 from torquer.report.html import document, figure_box
 from torquer.report.interactive import layout
+from torquer.report.sheet import INK, SMALL, place, quiet, sheet
 
 _CONE = "#9aa7b0"
 _UPRIGHT, _NODE = "Earth's axis", "ascending node"

@@ -11,7 +11,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from torquer.environment.field.globe import Elements, at_geodetic, elements
-from torquer.report.field_pictures import FAINT, INK, SMALL, place, sheet
+from torquer.report.sheet import FAINT, INK, SMALL, foot, place, sheet
 
 _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
 #: Dark where the field is weak: the South Atlantic anomaly catches the eye.
@@ -122,16 +122,11 @@ def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
     figure.colorbar(filled, cax=bar, ticks=_ticks(grid, element)).outline.set_visible(False)
     bar.set_title("deg" if grid.unit_of(element) == "deg" else "µT", fontsize=SMALL)
     bar.tick_params(labelsize=SMALL)
-    _foot(figure, element)
-    FigureCanvasAgg(figure).print_png(path)
-    return path
-
-
-def _foot(figure, element: str) -> None:
-    width, height = figure.get_size_inches()
     told = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
     told += "   Rings: least and greatest value." if element == "F" else ""
-    figure.text(0.12 / width, 0.09 / height, told, fontsize=7.5, color="#555555")
+    foot(figure, told)
+    FigureCanvasAgg(figure).print_png(path)
+    return path
 
 
 def _compass(plus: str, minus: str) -> FuncFormatter:

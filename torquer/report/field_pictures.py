@@ -10,12 +10,10 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from torquer.environment.field.along import FieldsAlong
 from torquer.report.panel import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.series import clock_for
+from torquer.report.sheet import SMALL, legend, place, quiet, sheet
 
 #: Colours of the models in the order in which they are given.
 COLOURS = (BLUE, RED, GREEN, ORANGE, PINK, SKY)
-DPI = 150
-INK, FAINT = "#222222", "#8a8a8a"
-SMALL = 8.5
 #: Sizes [inch].
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.25
 _HEAD, _PLOT, _GAP, _FOOT = 0.62, 1.35, 0.16, 0.5
@@ -56,7 +54,7 @@ def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figur
         handles = _lines(axes, against, values, told, labels, first)
         axes.tick_params(labelbottom=last)
         if number == 0:
-            _legend(axes, handles)
+            legend(axes, handles)
         if last:
             axes.set_xlabel(x_label, fontsize=SMALL)
         top += _PLOT + _GAP
@@ -100,48 +98,3 @@ def unwound(x, y, whole: float) -> tuple[np.ndarray, np.ndarray]:
         shown_x.append(x[k : k + 1])
         shown_y.append(y[k : k + 1])
     return np.concatenate(shown_x), np.concatenate(shown_y)
-
-
-def _legend(axes, handles) -> None:
-    axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        ncols=len(handles),
-        frameon=False,
-        fontsize=SMALL,
-        borderaxespad=0.1,
-        handlelength=1.3,
-        columnspacing=1.2,
-    )
-
-
-def sheet(width: float, height: float, title: str) -> Figure:
-    """A white figure [inch] with its title at the upper left."""
-    figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
-    figure.text(
-        0.12 / width,
-        1.0 - 0.1 / height,
-        title,
-        fontsize=12,
-        fontweight="bold",
-        color=INK,
-        va="top",
-        parse_math=False,
-    )
-    return figure
-
-
-def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):
-    """Axes at a place given in inches from the figure's upper left corner."""
-    w, h = figure.get_size_inches()
-    return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h), **keys)
-
-
-def quiet(axes) -> None:
-    """A faint grid, and axes that do not shout."""
-    axes.grid(True, color="#d9d9d9", lw=0.5)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(FAINT)
-    axes.tick_params(labelsize=SMALL, color=FAINT)

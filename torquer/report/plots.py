@@ -21,17 +21,15 @@ from torquer.report.series import (
     only_where,
     split_at_dateline,
 )
+from torquer.report.sheet import FAINT, INK, SMALL, foot, legend, place, quiet, sheet
 from torquer.report.summary import summary_of
 from torquer.report.view import Mark, View
 
-_DPI = 150
 #: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
 _HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
 _BANDS = {MEASUREMENT: "#f7f0e0"}
 _NIGHT = "#e3e6ef"
-_INK, _FAINT = "#222222", "#8a8a8a"
-_SMALL = 8.5
 _DASHES = (0, (5, 2))
 #: Pale, so that a track stands out; even steps of lightness.
 _FIELD_COLOURS = LinearSegmentedColormap.from_list("field", ["#fbfaf5", "#cfe0e4", "#9dbccb"])
@@ -52,31 +50,8 @@ def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Pat
 
 
 def _figure(width: float, height: float, title: str) -> Figure:
-    figure = Figure(figsize=(width, height), dpi=_DPI, facecolor="white")
-    # user's text: a dollar sign is no formula, and a long line ends before the edge
-    fitting = shorten(title, round(7.5 * width), placeholder=" …")
-    figure.text(
-        0.12 / width,
-        1.0 - 0.1 / height,
-        fitting,
-        fontsize=12,
-        fontweight="bold",
-        color=_INK,
-        va="top",
-        parse_math=False,
-    )
-    return figure
-
-
-def _axes(figure: Figure, left: float, top: float, width: float, height: float):
-    """Axes at a place given in inches from the figure's upper left corner."""
-    w, h = figure.get_size_inches()
-    return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h))
-
-
-def _foot(figure: Figure, text: str, size: float = 7.5) -> None:
-    width, height = figure.get_size_inches()
-    figure.text(0.12 / width, 0.09 / height, text, fontsize=size, color="#555555")
+    """A sheet; its title, the user's text, ends before the edge."""
+    return sheet(width, height, shorten(title, round(7.5 * width), placeholder=" …"))
 
 
 def draw_picture(view: View, picture: Picture) -> Figure:
@@ -89,13 +64,13 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     figure = _figure(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
     top = _HEAD
     for i, panel in enumerate(picture.panels):
-        axes = _axes(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, _PLOT)
+        axes = place(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, _PLOT)
         draw_panel(axes, view, panel)
         top += _TITLE + _PLOT + _UNDER
         if counted and i == last_whole:
             _add_revolutions(axes, view)
             top += _REVOLUTIONS
-    _foot(figure, told)
+    foot(figure, told)
     return figure
 
 
@@ -114,10 +89,10 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     _set_y(axes, panel)
     _draw_levels(axes, panel)
     _draw_marks(axes, panel.marks, clock)
-    axes.set_xlabel(f"time [{clock.unit}]", fontsize=_SMALL, labelpad=1)
+    axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL, labelpad=1)
     axes.set_ylabel(panel.y_label, fontsize=9)
     axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
-    axes.set_title(panel.title, loc="left", fontsize=9.5, color=_INK)
+    axes.set_title(panel.title, loc="left", fontsize=9.5, color=INK)
     _legend(axes, handles, panel.title)
 
 
@@ -126,11 +101,7 @@ def _inches_wide(axes) -> float:
 
 
 def _style(axes) -> None:
-    axes.grid(True, color="#d9d9d9", lw=0.5)
-    axes.set_axisbelow(True)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(_FAINT)
-    axes.tick_params(labelsize=_SMALL, color=_FAINT)
+    quiet(axes)
     axes.ticklabel_format(useOffset=False)
 
 
@@ -197,15 +168,15 @@ def _draw_levels(axes, panel: Panel) -> None:
     levels = sorted((v for v in panel.levels if low <= v.y <= high), key=lambda level: level.y)
     gap = 0.14 / (axes.get_position().height * axes.figure.get_figheight())
     _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
-    for level, place in zip(levels, places, strict=True):
+    for level, at in zip(levels, places, strict=True):
         dashes = "-" if level.solid else (0, (5, 3))
-        axes.axhline(level.y, color=_FAINT, lw=0.8, ls=dashes, zorder=1.5)
+        axes.axhline(level.y, color=FAINT, lw=0.8, ls=dashes, zorder=1.5)
         axes.annotate(
             level.label,
-            (1.006, place),
+            (1.006, at),
             xycoords="axes fraction",
             va="center",
-            fontsize=_SMALL,
+            fontsize=SMALL,
             color="#555555",
             annotation_clip=False,
         )
@@ -219,15 +190,15 @@ def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
     widths = [(0.065 * len(mark.label) + 0.12) / _inches_wide(axes) for mark in marks]
     labels = label_places(places, widths)
     for mark, x, (left, row) in zip(marks, at, labels, strict=True):
-        axes.axvline(x, color=_INK, lw=0.9, ls=(0, (1, 1.5)), zorder=1.6)
+        axes.axvline(x, color=INK, lw=0.9, ls=(0, (1, 1.5)), zorder=1.6)
         axes.annotate(
             mark.label,
             (left, 1.0),
             xycoords="axes fraction",
             xytext=(4, -9 - 11 * row),
             textcoords="offset points",
-            fontsize=_SMALL - 0.5,
-            color=_INK,
+            fontsize=SMALL - 0.5,
+            color=INK,
             bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.6},
         )
 
@@ -241,29 +212,20 @@ def _set_y(axes, panel: Panel) -> None:
         if panel.y_range[1] < 20.0 * panel.y_range[0]:
             axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axes.yaxis.set_minor_formatter(plain)
-            axes.tick_params(which="minor", labelsize=_SMALL)
+            axes.tick_params(which="minor", labelsize=SMALL)
     if panel.y_range:
         axes.set_ylim(*panel.y_range)
     if panel.y_range == (0.0, 180.0):
         axes.yaxis.set_major_locator(MultipleLocator(45.0))
 
 
-def _legend(axes, handles, title: str = "") -> None:
+def _legend(axes, handles, title: str) -> None:
     """One row to the right above the axes; close together where it would run into the title."""
     wide = 0.07 * len(title) + sum(0.35 + 0.065 * len(h.get_label()) for h in handles)
-    close = wide > _inches_wide(axes)
-    axes.legend(
-        handles=handles,
-        loc="lower right",
-        bbox_to_anchor=(1.0, 1.0),
-        ncols=len(handles),
-        frameon=False,
-        fontsize=_SMALL,
-        borderaxespad=0.1,
-        handlelength=0.9 if close else 1.3,
-        handletextpad=0.3 if close else 0.5,
-        columnspacing=0.6 if close else 1.2,
-    )
+    keys = {"handletextpad": 0.5}
+    if wide > _inches_wide(axes):
+        keys = {"handlelength": 0.9, "handletextpad": 0.3, "columnspacing": 0.6}
+    legend(axes, handles, **keys)
 
 
 def _add_revolutions(axes, view: View) -> None:
@@ -273,9 +235,9 @@ def _add_revolutions(axes, view: View) -> None:
     unit = view.revolution_s / clock_for(view.end_s).seconds
     both_ways = (lambda x: x / unit, lambda n: n * unit)
     second = axes.secondary_xaxis(-_UNDER / _PLOT, functions=both_ways)
-    second.set_xlabel("revolutions", fontsize=_SMALL, labelpad=1)
-    second.tick_params(labelsize=_SMALL, color=_FAINT)
-    second.spines["bottom"].set_color(_FAINT)
+    second.set_xlabel("revolutions", fontsize=SMALL, labelpad=1)
+    second.tick_params(labelsize=SMALL, color=FAINT)
+    second.spines["bottom"].set_color(FAINT)
     second.xaxis.set_major_locator(MaxNLocator(12, integer=True))
 
 
@@ -284,8 +246,8 @@ def draw_ground_track(view: View) -> Figure:
     wide = _WIDTH - _LEFT - _RIGHT - 0.5
     height = _HEAD + _TITLE + 0.5 * wide + _UNDER
     figure = _figure(_WIDTH, height, f"Ground track · {view.scenario.name}")
-    axes = _axes(figure, _LEFT, _HEAD + _TITLE, wide, 0.5 * wide)
-    bar = _axes(figure, _LEFT + wide + 0.15, _HEAD + _TITLE + 0.3, 0.15, 0.5 * wide - 0.6)
+    axes = place(figure, _LEFT, _HEAD + _TITLE, wide, 0.5 * wide)
+    bar = place(figure, _LEFT + wide + 0.15, _HEAD + _TITLE + 0.3, 0.15, 0.5 * wide - 0.6)
     draw_track(axes, view, bar)
     return figure
 
@@ -312,16 +274,16 @@ def draw_track(axes, view: View, bar=None) -> None:
             ms=8,
             mew=1.4,
             color="white",
-            mec=_INK,
+            mec=INK,
             label=label,
             zorder=5,
         )
     axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(30 if bar or axis is axes.yaxis else 60))
-    axes.set_xlabel("longitude [deg]", fontsize=_SMALL)
-    axes.set_ylabel("latitude [deg]", fontsize=_SMALL)
-    _legend(axes, handles)
+    axes.set_xlabel("longitude [deg]", fontsize=SMALL)
+    axes.set_ylabel("latitude [deg]", fontsize=SMALL)
+    legend(axes, handles, handletextpad=0.5)
 
 
 def _draw_field_map(axes, view: View, bar) -> None:
@@ -338,11 +300,11 @@ def _draw_field_map(axes, view: View, bar) -> None:
     lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
     axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
     height = f"{1e-3 * view.values('altitude').mean():.0f} km"
-    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=_INK)
+    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=INK)
     if bar:
         axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
-        bar.set_title("µT", fontsize=_SMALL)
-        bar.tick_params(labelsize=_SMALL)
+        bar.set_title("µT", fontsize=SMALL)
+        bar.tick_params(labelsize=SMALL)
 
 
 def draw_overview(view: View) -> Figure:
@@ -350,11 +312,11 @@ def draw_overview(view: View) -> Figure:
     wide, tall = 4.95, 2.475
     figure = _figure(12.2, 7.1, view.scenario.description or view.scenario.name)
     places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
-    cells = [_axes(figure, left, top, wide, tall) for left, top in places]
+    cells = [place(figure, left, top, wide, tall) for left, top in places]
     for axes, panel in zip(cells[:3], drawn.overview(view), strict=True):
         draw_panel(axes, view, panel)
     draw_track(cells[3], view)
-    _foot(figure, _facts(view), 9)
+    foot(figure, _facts(view), 9)
     return figure
 
 

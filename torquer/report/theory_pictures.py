@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.report.panel import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.sheet import FINE_DPI, stacked
 from torquer.theory.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 _PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d8", "#2f74a8"])
-_FAINT, _DPI = "#8a8a8a", 160
 _TURN = 2.0 * math.pi
 
 
@@ -32,22 +32,9 @@ def isolines(axes, x, y, values, levels, form: str = "%g", norm=None) -> None:
     axes.set_ylim(y[0], y[-1])
 
 
-def _sheet(title: str, panels: int, height: float):
-    figure = Figure(figsize=(7.2, height), dpi=_DPI, facecolor="white", layout="constrained")
-    figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold", parse_math=False)
-    axes = list(np.atleast_1d(figure.subplots(panels, 1, sharex=True)))
-    for each in axes:
-        each.grid(True, color="#d9d9d9", lw=0.5)
-        each.set_axisbelow(True)
-        each.spines[["top", "right"]].set_visible(False)
-        each.spines[["left", "bottom"]].set_color(_FAINT)
-        each.tick_params(labelsize=9.5, color=_FAINT)
-    return figure, axes
-
-
 def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:
     """l, rho and theta over revolutions, one line for each named path, as a PNG file."""
-    figure, axes = _sheet(title, 3, 6.6)
+    figure, axes = stacked(title, 3, 6.6, sharex=True)
     shown = (
         ("l = L / L₀", lambda slow: slow.l),
         ("rho [deg]", lambda slow: np.degrees(slow.rho)),
@@ -84,7 +71,7 @@ def draw_map(
     inclination_deg, rho_deg, values, unit: str, title: str, here: tuple | None, path: Path
 ) -> Path:
     """Isolines over (inclination, rho0) as a PNG file; `here`: inclination (and rho0 or None)."""
-    figure, (axes,) = _sheet(title, 1, 4.6)
+    figure, (axes,) = stacked(title, 1, 4.6)
     values = np.asarray(values)
     known = values[np.isfinite(values)]
     levels, norm = _levels(float(known.min()), float(known.max()))
@@ -116,5 +103,5 @@ def _degrees_between(low, high) -> np.ndarray:
 
 
 def _saved(figure: Figure, path: Path) -> Path:
-    FigureCanvasAgg(figure).print_figure(path, dpi=_DPI)
+    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
     return path

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
-from torquer.report.field_pictures import INK, SMALL, place, quiet, sheet
 from torquer.report.panel import BLUE, GREEN, GREY, ORANGE, RED
+from torquer.report.sheet import INK, SMALL, place, quiet, sheet
 from torquer.report.wheel_report import METHODS, half_spaces
 from torquer.report.wheel_tables import hours, lost_label
 from torquer.wheel_array.demand import Ellipsoid

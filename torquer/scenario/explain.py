@@ -27,7 +27,6 @@ _KINDS = {
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
 _MUST = {
-    "bool_parsing": "must be true or false",
     "bool_type": "must be true or false",
     "dict_type": "must be a table of keys",
     "finite_number": "must be finite",
@@ -145,7 +144,7 @@ def _own_line(keys: tuple, text: str) -> str:
     if not rest:
         return f"{name_of(keys)}: {text}"
     words = name.split()
-    if keys and words[-1].rpartition(".")[2] == keys[-1]:
+    if words[-1].rpartition(".")[2] in keys:
         return f"{name_of(keys)}: {rest}"
     if len(words) > 1:
         return f"{name_of(keys)}: {text}"

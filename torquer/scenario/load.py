@@ -2,7 +2,6 @@
 
 import re
 import tomllib
-from importlib import resources
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -10,7 +9,7 @@ from pydantic import ValidationError
 from torquer.scenario.explain import explain, name_of
 from torquer.simulation.spec import Scenario
 
-_PRESETS = resources.files("torquer.scenario") / "presets"
+_PRESETS = Path(__file__).with_name("presets")
 
 
 class ScenarioError(ValueError):
@@ -50,10 +49,13 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
         raise ScenarioError("\n".join(explain(error, data))) from None
 
 
-def presets() -> list[str]:
-    """Names of the shipped hardware presets."""
-    names = (path.name for path in _PRESETS.iterdir())
-    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+def presets(table: str | None = None) -> dict[str, dict]:
+    """Keys of the shipped hardware presets by name: of all, or of those that fit a table."""
+    found = {}
+    for path in sorted(_PRESETS.glob("*.toml")):
+        ((fits, keys),) = tomllib.loads(path.read_text(encoding="utf-8")).items()
+        found |= {path.stem: keys} if table in (None, fits) else {}
+    return found
 
 
 def _with_presets(table: dict, place: tuple) -> dict:
@@ -65,10 +67,12 @@ def _with_presets(table: dict, place: tuple) -> dict:
     name = own.pop("preset", None)
     if name is None:
         return own
-    if name not in presets():
-        where = name_of((*place, "preset"))
-        raise ScenarioError(f"{where}: must be one of {', '.join(presets())}; received {name!r}")
-    return tomllib.loads((_PRESETS / f"{name}.toml").read_text(encoding="utf-8")) | own
+    fitting = presets(place[-1] if place else "")
+    if name not in list(fitting):
+        where, fit = name_of((*place, "preset")), ", ".join(fitting)
+        must = f"be one of {fit}" if fit else "not be given: none fits this table"
+        raise ScenarioError(f"{where}: must {must}; received {name!r}")
+    return fitting[name] | own
 
 
 def _find_law_files(data: dict, folder: Path) -> None:
@@ -79,15 +83,16 @@ def _find_law_files(data: dict, folder: Path) -> None:
 
 
 def scenario_schema() -> dict:
-    """JSON schema of scenario files, for editors; any table may begin with a preset."""
+    """JSON schema of scenario files, for editors; tables of hardware may begin with a preset."""
     schema = Scenario.model_json_schema(mode="validation")
-    for table in schema["$defs"].values():
-        if table.get("type") == "object":
-            _let_preset_stand(table)
+    specs = schema["$defs"]
+    for table, told in specs["Spacecraft"]["properties"].items():
+        if fitting := presets(table):
+            _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
     return schema
 
 
-def _let_preset_stand(table: dict) -> None:
-    table["properties"]["preset"] = {"enum": presets(), "description": "Shipped hardware preset."}
+def _let_preset_stand(table: dict, fitting: list[str]) -> None:
+    table["properties"]["preset"] = {"enum": fitting, "description": "Shipped hardware preset."}
     if required := table.pop("required", None):
         table["anyOf"] = [{"required": required}, {"required": ["preset"]}]

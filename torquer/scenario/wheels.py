@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from torquer.conventions import EARTH_RADIUS_M
-from torquer.orbit.kepler import mean_motion
+from torquer.orbit.kepler import FARTHEST_KM, mean_motion
 from torquer.scenario.explain import explain
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.spacecraft.aerodynamics import AnyPart, Surface
@@ -51,7 +51,7 @@ class Accumulation(Spec):
     turns with the Earth, without it rests. `push_n_m`: any other constant torque.
     """
 
-    altitude_km: float = Field(gt=0.0)
+    altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     inclination_deg: float | None = Field(default=None, ge=0.0, le=180.0)
     offset_deg: Vector = (0.0, 0.0, 0.0)
     push_n_m: Vector = (0.0, 0.0, 0.0)

@@ -16,13 +16,13 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from torquer import validate
 from torquer.environment.field import averaged, direct_dipole
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.orbit.circular import Circular
-from torquer.spec import Spec, Vector
+from torquer.orbit.kepler import FARTHEST_KM
+from torquer.spec import Moments, Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
 
 MODELS = ("direct_dipole", "averaged")
@@ -36,18 +36,12 @@ class PitchWheel(Spec):
     `inertia_kg_m2` = (A, B, C) about x1 (up), x2 (along the motion), x3 (normal).
     """
 
-    inertia_kg_m2: Vector
+    inertia_kg_m2: Moments
     wheel_momentum_n_m_s: float = 0.0
     gain_a_m2_s_t: float = Field(ge=0.0)
-    altitude_km: float = Field(gt=0.0)
+    altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     inclination_deg: float = Field(ge=0.0, le=180.0)
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
-
-    @field_validator("inertia_kg_m2")
-    @classmethod
-    def _physical(cls, value):
-        validate.inertia_tensor("inertia_kg_m2", value)
-        return value
 
     @property
     def inclination(self) -> float:

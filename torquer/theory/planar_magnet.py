@@ -19,15 +19,15 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 from scipy.optimize import brentq
 
-from torquer import validate
 from torquer.engine import kernel
 from torquer.environment.field.averaged import mean_of_extremes
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.orbit.circular import Circular
-from torquer.spec import Spec, Vector
+from torquer.orbit.kepler import FARTHEST_KM
+from torquer.spec import Moments, Spec
 from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
 from torquer.theory.mathieu import edges, half_trace, hill
 from torquer.theory.poincare import periodic_motion, samples_of
@@ -39,16 +39,10 @@ STRENGTH = (1.0, 2.0 / 3.0)
 class PlanarMagnet(Spec):
     """Satellite with a permanent magnet on x1, on a circular polar orbit; J = diag(A, B, C)."""
 
-    inertia_kg_m2: Vector
+    inertia_kg_m2: Moments
     dipole_a_m2: float = Field(gt=0.0)
-    altitude_km: float = Field(gt=0.0)
+    altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
-
-    @field_validator("inertia_kg_m2")
-    @classmethod
-    def _physical(cls, value):
-        validate.inertia_tensor("inertia_kg_m2", value)
-        return value
 
     @property
     def eta(self) -> float:
