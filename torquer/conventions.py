@@ -58,7 +58,8 @@ class Measured(NamedTuple):
     attitude sensor (a star tracker, or what stands for a filter). Position, velocity and what
     the on-board field model says there are navigation, all inertial; they are not numbers unless
     the law says that it `navigates`. `wheel_momentum_body_n_m_s` is the vector sum of the wheels'
-    momenta relative to the body, as their tachometers tell it.
+    momenta relative to the body, as their tachometers tell it (a fixed momentum of the body is
+    not in it).
     """
 
     t_s: float

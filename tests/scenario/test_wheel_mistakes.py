@@ -23,7 +23,7 @@ PD = 'wheel_law = { kind = "wheel_pd", bandwidth_rad_s = 0.1, inertia_kg_m2 = [1
 LYAPUNOV = 'wheel_law = { kind = "wheel_lyapunov", angle_gain_n_m = 1, inertia_kg_m2 = [1, 1, 1]'
 LAYOUTS = "four_sided_pyramid, regular_pyramid, orthogonal, orthogonal_and_skew, icosahedral, axes"
 ONE_EACH = "must be one number or one per wheel (4)"
-WORKING = "failures: must name different working wheels from 0 to 3"
+WORKING = "failures: wheel must be another working one from 0 to 3 in each"
 
 
 def scenario(keys=(), control=PD, integrator='"rk4"', with_wheels=True):
@@ -130,7 +130,7 @@ KEYS = [
     ({"idle_share": "0"}, "idle_share: must be greater than 0; received 0"),
     ({"idle_share": "1"}, "idle_share: must be less than 1; received 1"),
     ({"idle_share": "0.1", "allocation": '"least_squares"'},
-     "idle_share: needs allocation 'minimax'; received 'least_squares'"),
+     "allocation: must be 'minimax' with idle_share; received 'least_squares'"),
 ]  # fmt: skip
 
 
@@ -152,6 +152,8 @@ PARTS = [
      "spacecraft.wheels; received 'splitting'"),
     ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 1e-3 }"}, NO_COILS),
     ({"control": "law = { kind = 'bdot', gain_a_m2_s_per_t = 1e4 }"}, NO_COILS),
+    ({"control": "law = { kind = 'unloading', gain_per_s = 1e-3 }", "with_wheels": False},
+     NO_COILS),
     ({"control": "wheel_law = 'off'"},
      "control.wheel_law: must be a table of keys; received 'off'"),
     ({"control": "wheel_law = {}"}, "control.wheel_law.kind: must be one of off, wheel_pd, "
@@ -196,8 +198,23 @@ def test_rotors_heavier_than_the_body_they_are_part_of():
         scenario({"speed_limit_rpm": "1"})
     assert str(mistake.value) == (
         "spacecraft.wheels: their rotors' inertia (momentum_limit_n_m_s at speed_limit_rpm) must "
-        "be below that of the body, of which it is part; received -23.5 kg m^2 left"
+        "be below half of the body's about any axis; received 13.4 of it"
     )
+
+
+def test_unloading_needs_wheels():
+    text = HEAD.format(control="law = { kind = 'unloading', gain_per_s = 1 }", integrator='"rk4"')
+    with pytest.raises(ScenarioError) as mistake:
+        torquer.scenario_from_text(text + "[spacecraft.coils]\nlimit_a_m2 = 1.0")
+    assert str(mistake.value) == (
+        "spacecraft.wheels: must be given for control.law 'unloading'; received none"
+    )
+
+
+def test_a_missing_key_with_the_name_of_the_kind():
+    with pytest.raises(ScenarioError) as mistake:
+        scenario({"layout": "{ kind = 'axes' }"})
+    assert str(mistake.value) == "spacecraft.wheels.layout.axes: must be given; received nothing"
 
 
 def test_every_mistake_has_its_line():

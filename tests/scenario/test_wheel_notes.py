@@ -57,8 +57,6 @@ def test_unloading_of_nothing(told, make):
     without = told(UNLOADING, less=["control.wheel_law"])
     assert len(without) == 2
     assert without[0].startswith("no law of the wheels takes on the torque of the coils")
-    (note,) = notes_of(make({"control.law": UNLOADING["control.law"]}))
-    assert note == "the law 'unloading' has no wheels to unload (spacecraft.wheels)"
 
 
 @pytest.mark.parametrize(

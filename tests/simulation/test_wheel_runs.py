@@ -302,3 +302,34 @@ def test_few_or_no_wheels_are_flown_too(craft, changes):
     lost = changes.get("lost", [])
     assert not result.wheel_torque.values[:, lost].any()
     assert np.abs(result.wheel_speed.values).max() <= 200.0 * np.pi * (1.0 + 1e-4)
+
+
+@pytest.mark.parametrize("law_keys", [{}, {"control.wheel_law": {"kind": "off"}}])
+def test_wheels_without_a_law_have_their_motors_off(craft, law_keys):
+    result = simulate(craft(law_keys))
+    assert not result.wheel_torque.values.any()
+    assert np.abs(result.wheel_speed.values[-1]).sum() < np.abs(result.wheel_speed.values[0]).sum()
+
+
+@law
+def sideways(measured, parameters, memory):
+    """A torque about x and y."""
+    return (0.01, 0.01, 0.0)
+
+
+def test_a_full_wheel_does_not_cost_the_others(craft):
+    """The wheel along x is full, and nothing of x is given; y gets all that is asked."""
+    three = {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [-6000.0, 0.0, 0.0],
+             "failures": [], "speed_noise_rpm": 0.0}  # fmt: skip
+    result = simulate(craft({"spacecraft.wheels": WHEELS | three}), wheel_law=sideways)
+    torque = result.wheel_torque.values[1:10]
+    assert np.abs(torque[:, 0]).max() < 1e-3
+    assert torque[:, 1] == pytest.approx(-0.01)
+
+
+def test_what_is_no_law_and_what_is_no_scenario(craft):
+    with pytest.raises(ValueError, match=r"^wheel_law: must be a torquer\.Law .*; received 3$"):
+        simulate(craft(), wheel_law=3)
+    told = r"^scenario: must be a torquer Scenario \(see .*\); received 'file\.toml'$"
+    with pytest.raises(ValueError, match=told):
+        simulate("file.toml")

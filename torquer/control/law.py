@@ -85,7 +85,7 @@ def _is_finite_number(value) -> bool:
         return False
 
 
-def as_law(law_or_function) -> Law:
+def as_law(law_or_function, name: str = "law") -> Law:
     """A law as it is; a function without the decorator as a law that runs as plain Python.
 
     Such a law is slower (the result says so), takes no parameters and has 16 cells of memory.
@@ -93,9 +93,11 @@ def as_law(law_or_function) -> Law:
     if isinstance(law_or_function, Law):
         return law_or_function
     if not callable(law_or_function):
-        raise ValueError(f"law: must be a torquer.Law or a function; received {law_or_function!r}")
-    name = getattr(law_or_function, "__name__", type(law_or_function).__name__)
-    return Law(name, law_or_function, {}, (0.0,) * _PLAIN_MEMORY, compiled=False)
+        raise ValueError(
+            f"{name}: must be a torquer.Law or a function; received {law_or_function!r}"
+        )
+    called = getattr(law_or_function, "__name__", type(law_or_function).__name__)
+    return Law(called, law_or_function, {}, (0.0,) * _PLAIN_MEMORY, compiled=False)
 
 
 def law(

@@ -57,15 +57,6 @@ def unit_vector(key: str):
     return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
 
 
-def _tensor(value):
-    tensor = validate.inertia_tensor("inertia_kg_m2", value)
-    return tuple(as_vector(row) for row in tensor)
-
-
-#: Inertia tensor [kg m^2]: three moments or 3x3.
-Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
-
-
 def inertia_parameters(inertia_kg_m2) -> dict[str, float]:
     """The tensor as parameters of a law: xx, yy, zz, xy, xz, yz."""
     places = ("xx", "yy", "zz", "xy", "xz", "yz")

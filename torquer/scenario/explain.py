@@ -80,13 +80,16 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
     The loc of pydantic also holds the kind of a tagged union and the type that was tried in an
     untagged one: what is no key of the data at that place, unless it is the last: a missing key.
     """
-    keys, union, member = (), None, ""
+    keys, union, member, skipped = (), None, "", False
     for i, part in enumerate(loc):
         if isinstance(part, str) and _TYPE.match(part):
             union, member = keys, part
         elif isinstance(data, dict):
-            if part not in data and (i + 1 < len(loc) or part == data.get("kind")):
+            is_kind = not skipped and part == data.get("kind")
+            if part not in data and (i + 1 < len(loc) or is_kind):
+                skipped = True  # a table has one kind: the same word again is a missing key
                 continue
+            skipped = False
             keys, data = (*keys, part), data.get(part)
         elif isinstance(part, int):
             keys = (*keys, part)

@@ -24,13 +24,11 @@ _COARSE = 0.3
 def wheel_notes(scenario: Scenario) -> list[str]:
     """Notes on the wheels and on the law that unloads them, one line each."""
     wheels, law = scenario.spacecraft.wheels, scenario.control.wheel_law
-    notes = _unloading_notes(scenario)
     if wheels is None:
-        return notes
+        return []
+    notes = _unloading_notes(scenario)
     if law is None:
-        notes.append(
-            "no law drives the wheels (control.wheel_law): no torque on the body is asked of them"
-        )
+        notes.append("no law drives the wheels (control.wheel_law): their motors are off")
     notes += [*_friction_notes(wheels), *_idle_notes(wheels)]
     if isinstance(law, HeldByWheels):
         notes += [*_hold_notes(scenario), *_start_notes(scenario)]
@@ -38,16 +36,12 @@ def wheel_notes(scenario: Scenario) -> list[str]:
 
 
 def _unloading_notes(scenario: Scenario) -> list[str]:
-    if not isinstance(scenario.control.law, Unloading):
+    if not isinstance(scenario.control.law, Unloading) or scenario.control.wheel_law is not None:
         return []
-    if scenario.spacecraft.wheels is None:
-        return ["the law 'unloading' has no wheels to unload (spacecraft.wheels)"]
-    if scenario.control.wheel_law is None:
-        return [
-            "no law of the wheels takes on the torque of the coils: 'unloading' turns the body "
-            "and leaves the wheels as they are"
-        ]
-    return []
+    return [
+        "no law of the wheels takes on the torque of the coils: 'unloading' turns the body and "
+        "leaves the wheels as they are"
+    ]
 
 
 def _friction_notes(wheels: ReactionWheels) -> list[str]:

@@ -127,8 +127,8 @@ def _laws_for(scenario: Scenario, law, wheel_law) -> tuple[Law, Law | None]:
             raise ValueError(f"spacecraft.{name}: must be given for a law of theirs; received none")
     specs = control.law, control.wheel_law or Off()
     laws = [
-        spec.law() if given is None else as_law(given)
-        for given, spec in zip((law, wheel_law), specs, strict=True)
+        spec.law() if given is None else as_law(given, name)
+        for name, given, spec in zip(("law", "wheel_law"), (law, wheel_law), specs, strict=True)
     ]
     return laws[0], laws[1] if craft.wheels else None
 

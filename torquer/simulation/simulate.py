@@ -50,6 +50,11 @@ def simulate(
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
+    if not isinstance(scenario, Scenario):
+        raise ValueError(
+            "scenario: must be a torquer Scenario (see torquer.load_scenario); "
+            f"received {scenario!r}"
+        )
     return finish(prepare(scenario, law, wheel_law), until_s, progress)
 
 

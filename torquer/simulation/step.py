@@ -112,6 +112,12 @@ def put3(array, first, v):
 
 
 @inlined
+def finite3(v):
+    """Whether all three components are finite."""
+    return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
+
+
+@inlined
 def motion_of(cells):
     """Motion held in the state."""
     q = (cells[MOTION], cells[MOTION + 1], cells[MOTION + 2], cells[MOTION + 3])
@@ -190,11 +196,11 @@ def think(law, wheel_law, plan, tables, state, x, here, step):
     measured, drift = sense(plan, tables, state, x, here, step)
     command = law(measured, plan.parameters, state.memory)
     put3(cells, COMMAND, command)
-    ended = RUNNING if math.isfinite(command[0] + command[1] + command[2]) else BAD_LAW
+    ended = RUNNING if finite3(command) else BAD_LAW
     if wheel_law is not None:
         torque = wheel_law(measured, plan.wheels.parameters, state.wheel_memory)
         put3(cells, TORQUE, torque)
-        if not math.isfinite(torque[0] + torque[1] + torque[2]):
+        if ended == RUNNING and not finite3(torque):
             ended = BAD_WHEEL_LAW
     put3(cells, DRIFT, drift)
     cells[MEASURED] = measured.t_s

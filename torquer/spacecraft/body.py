@@ -1,11 +1,10 @@
 """The body: a rigid satellite, or a gyrostat whose wheels keep a fixed momentum."""
 
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from torquer import validate
 from torquer.engine import inlined
 from torquer.environment.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
@@ -22,9 +21,7 @@ from torquer.geometry.vec3 import (
 )
 from torquer.integrate.rk4 import Motion
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
-from torquer.spec import Spec, Vector
-
-Moments = tuple[float, float, float]
+from torquer.spec import Inertia, Spec, Vector
 
 
 class Rigid(NamedTuple):
@@ -107,11 +104,6 @@ def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
     return kinetic + gravity - centrifugal - omega0 * dot(normal_body, rigid.wheel_momentum)
 
 
-def _checked_inertia(value):
-    tensor = validate.inertia_tensor("inertia_kg_m2", value)
-    return tuple(tuple(float(x) for x in row) for row in tensor)
-
-
 def _short(symmetric):
     """(xx, yy, zz) of a diagonal matrix: a type of its own, with shorter compiled code."""
     return symmetric if any(symmetric[3:]) else symmetric[:3]
@@ -120,9 +112,7 @@ def _short(symmetric):
 class Body(Spec):
     """Inertia tensor [kg m^2] in body axes (3 moments or 3x3) and fixed wheel momentum [N m s]."""
 
-    inertia_kg_m2: Annotated[
-        Moments | tuple[Moments, Moments, Moments], AfterValidator(_checked_inertia)
-    ]
+    inertia_kg_m2: Inertia
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
     mass_kg: float | None = Field(default=None, gt=0.0)
 

@@ -127,7 +127,10 @@ class ReactionWheels(Wheels):
     reading. `initial_speed_rpm`: one number or one per wheel. `lost`: wheels dead from the start;
     `failures` in flight. `allocation`: 'minimax' or 'least_squares' (the pseudo-inverse).
     `idle_share`: keep the wheels above this part of their limits by a bias in the null space
-    (left out: no bias).
+    (left out: no bias). Without a law of the wheels their motors are off.
+
+    By minimax what torque is left over evens the wheels out in their null space; while a dead
+    wheel is not noticed, this and the bias disturb the body.
     """
 
     torque_limit_n_m: Limit | tuple[Limit, ...]
@@ -161,7 +164,7 @@ class ReactionWheels(Wheels):
             )
         if self.idle_share is not None and self.allocation != "minimax":
             raise ValueError(
-                f"idle_share: needs allocation 'minimax'; received {self.allocation!r}"
+                f"allocation: must be 'minimax' with idle_share; received {self.allocation!r}"
             )
         self._check_failures(count)
         return self
@@ -171,7 +174,7 @@ class ReactionWheels(Wheels):
         for failure in self.failures:
             if failure.wheel >= count or failure.wheel in known:
                 raise ValueError(
-                    f"failures: must name different working wheels from 0 to {count - 1}; "
+                    f"failures: wheel must be another working one from 0 to {count - 1} in each; "
                     f"received {failure.wheel}"
                 )
             known.add(failure.wheel)
