@@ -9,13 +9,13 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator
 
-from torquer.control.spin_axis import Inertia, inertia_parameters
+from torquer.control.spin_axis import inertia_parameters
 from torquer.engine import inlined
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
 from torquer.geometry.vec3 import cross, dot, scale, sub
-from torquer.spec import Spec, Vector
+from torquer.spec import Inertia, Spec, Vector
 
 #: Places in the parameters: 1 for an orbital reference, wanted attitude to it (quaternion).
 ORBITAL, WANTED = 2, 3

@@ -10,7 +10,6 @@ from pydantic import Field
 from torquer.control.law import Law
 from torquer.control.spin_axis import (
     END,
-    Inertia,
     Pointed,
     axis_of,
     inertia_parameters,
@@ -19,6 +18,7 @@ from torquer.control.spin_axis import (
 )
 from torquer.engine import kernel
 from torquer.geometry.vec3 import cross, dot, scale, sub, sym_vec
+from torquer.spec import Inertia
 
 
 @kernel

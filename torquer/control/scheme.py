@@ -18,7 +18,6 @@ from torquer.control.built_in import BUILT_IN, KERNELS, ask
 from torquer.control.law import Law
 from torquer.control.spin_axis import (
     END,
-    Inertia,
     axis_of,
     inertia_parameters,
     target_body,
@@ -26,7 +25,7 @@ from torquer.control.spin_axis import (
 )
 from torquer.engine import borrowed, inlined, kernel
 from torquer.geometry.vec3 import add, dot, norm, sym_vec
-from torquer.spec import Spec
+from torquer.spec import Inertia, Spec
 
 #: Places in the memory.
 STAGE, HELD, SINCE, STARTS = 0, 1, 2, 3
