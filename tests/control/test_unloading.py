@@ -8,9 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
+from wheel_cases import machine
 
-from torquer import engine
-from torquer.control.law import compile_law
 from torquer.control.unloading import Unloading
 from torquer.control.wheel_lyapunov import WheelLyapunov
 from torquer.conventions import Measured
@@ -25,15 +24,6 @@ def row(b, h, q=(0.0, 0.0, 0.0, 1.0), omega=ZERO):
     b, h, q, omega = (tuple(np.asarray(x, dtype=float).tolist()) for x in (b, h, q, omega))
     place = (math.nan,) * 3
     return Measured(0.0, b, ZERO, omega, ZERO, q, place, place, place, place, h)
-
-
-def machine(spec):
-    """A law's compiled function of a row alone; under a disabled compiler the plain one."""
-    law = spec.law()
-    found = compile_law(law.function)
-    function = found.compiled if engine.COMPILED else found
-    parameters, memory = law.pack(), np.array(law.memory)
-    return lambda measured: np.array(function(measured, parameters, memory))
 
 
 @MANY

@@ -15,6 +15,7 @@ import numpy as np
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.gallery.wheels import INERTIA, LIMIT
 from torquer.orbit.kepler import mean_motion
+from torquer.report.held_attitude import held_in
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.simulate import simulate
 from torquer.wheel_array.layout import total_momentum
@@ -90,17 +91,4 @@ def fly(days: float, air_turns: bool, rate_rad_s: float | None, limit_n_m_s: flo
     result = simulate(case)
     momenta = result["wheel_momentum"].values
     total = total_momentum(case.spacecraft.wheels.array().axes, momenta)
-    return Flight(result["time"].values, _angles_deg(result), total, momenta)
-
-
-def _angles_deg(result) -> np.ndarray:
-    """Turn vector from the wanted attitude to the body [deg]."""
-    from scipy.spatial.transform import Rotation
-
-    r, v = result["position_inertial"].values, result["velocity_inertial"].values
-    up = r / np.linalg.norm(r, axis=1)[:, None]
-    normal = np.cross(r, v)
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    wanted = Rotation.from_matrix(np.stack([np.cross(normal, up), -up, normal], axis=-1))
-    body = Rotation.from_quat(result["q_body_to_inertial"].values)
-    return np.degrees((wanted.inv() * body).as_rotvec())
+    return Flight(result["time"].values, held_in(result).error_deg, total, momenta)
