@@ -320,7 +320,8 @@ def sideways(measured, parameters, memory):
 def test_a_full_wheel_does_not_cost_the_others(craft):
     """The wheel along x is full, and nothing of x is given; y gets all that is asked."""
     three = {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [-6000.0, 0.0, 0.0],
-             "failures": [], "speed_noise_rpm": 0.0}  # fmt: skip
+             "failures": [], "speed_noise_rpm": 0.0, "coulomb_friction_n_m": 0.0,
+             "viscous_friction_n_m_s": 0.0, "stiction_n_m": 0.0}  # fmt: skip
     result = simulate(craft({"spacecraft.wheels": WHEELS | three}), wheel_law=sideways)
     torque = result.wheel_torque.values[1:10]
     assert np.abs(torque[:, 0]).max() < 1e-3

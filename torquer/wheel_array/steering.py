@@ -220,7 +220,8 @@ def steer_nearest(steering, step_s, momenta, torque, out):
 
     What the motors cannot make is cut with the direction kept. Of what is then left the nearest
     torque is given that full wheels allow, so that wheels full in one direction do not cost the
-    others: least squares with bounds, wheel by wheel, round and round.
+    others: least squares with bounds, wheel by wheel, round and round. (Wheels that nearly make
+    up for each other come to their limits slowly; what is missing is then right to 1e-4 of it.)
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     axes, least = wheels.axes, 0.0
