@@ -23,10 +23,11 @@ from torquer.wheel_array.allocation import (
 )
 from torquer.wheel_array.envelope import THIN
 
-#: Rows of the work space: middle and half of the torques that are allowed; what is wanted.
-CENTRE, HALF, WANTED = 0, 1, 2
+#: Rows of the work space: middle and half of the torques that are allowed; what is wanted; 1 for
+#: wheels that are within.
+CENTRE, HALF, WANTED, FREE, ROWS = range(5)
 #: Most rounds of `steer_nearest`, and the part of the torque that is small enough to end them.
-ROUNDS, CLOSE = 200, 1e-10
+ROUNDS, CLOSE = 50, 1e-10
 
 
 class Bias(NamedTuple):
@@ -99,7 +100,7 @@ class Steering(NamedTuple):
     bias_after: np.ndarray
     """(n, n) [N m s]: row k is the bias to take when wheel k is lost."""
     work: np.ndarray
-    """(3, n): space to write to."""
+    """(ROWS, n): space to write to."""
 
 
 def steering_of(array, idle_share: float | None = 0.05) -> Steering:
@@ -115,7 +116,7 @@ def steering_of(array, idle_share: float | None = 0.05) -> Steering:
         array.torque_limits(),
         bias,
         after,
-        np.zeros((3, count)),
+        np.zeros((ROWS, count)),
     )
 
 
@@ -220,8 +221,8 @@ def steer_nearest(steering, step_s, momenta, torque, out):
 
     What the motors cannot make is cut with the direction kept. Of what is then left the nearest
     torque is given that full wheels allow, so that wheels full in one direction do not cost the
-    others: least squares with bounds, wheel by wheel, round and round. (Wheels that nearly make
-    up for each other come to their limits slowly; what is missing is then right to 1e-4 of it.)
+    others: least squares with bounds, wheel by wheel in turn, then with all that are within theirs
+    at once, round and round.
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     axes, least = wheels.axes, 0.0
@@ -245,7 +246,31 @@ def steer_nearest(steering, step_s, momenta, torque, out):
             moved = max(moved, abs(out[k] - before))
         if moved <= close:
             break
+        missing = _all_at_once(axes, work, missing, out)
     _into_null_space(steering, step_s, momenta, sub(torque, missing), out)
+
+
+@kernel
+def _all_at_once(axes, work, missing, out):
+    """Add what is missing with the wheels within their bounds, to the first bound that is met.
+
+    Returns what is then missing. (Wheel by wheel, axes that nearly make up for each other would
+    creep towards their bounds.)
+    """
+    for k in range(out.shape[0]):
+        inside = abs(out[k] - work[CENTRE, k]) < work[HALF, k] * (1.0 - 1e-12)
+        work[FREE, k] = 1.0 if inside else 0.0
+    least_squares(axes, work[FREE], missing, work[WANTED])
+    part = 1.0
+    for k in range(out.shape[0]):
+        side = np.sign(work[WANTED, k])
+        room = work[HALF, k] - (out[k] - work[CENTRE, k]) * side
+        if room < part * abs(work[WANTED, k]):
+            part = room / abs(work[WANTED, k])
+    for k in range(out.shape[0]):
+        out[k] += part * work[WANTED, k]
+        missing = add_scaled(missing, -part * work[WANTED, k], _axis(axes, k))
+    return missing
 
 
 @kernel
