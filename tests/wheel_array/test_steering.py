@@ -234,7 +234,7 @@ def test_all_torque_that_is_left_goes_into_the_null_space():
 
 def nearest(wheels, momenta, torque):
     """What `steer_nearest` gives, as a vector; checks of the limits."""
-    steering, out = steering_of(wheels), np.zeros(wheels.count)
+    steering, out = steering_of(wheels, None), np.zeros(wheels.count)
     steer_nearest(steering, 1.0, momenta, tuple(torque), out)
     assert np.all(np.abs(momenta + out) <= wheels.momentum_limits() * (1.0 + 1e-12))
     assert np.all(np.abs(out) <= wheels.torque_limits() * (1.0 + 1e-12))

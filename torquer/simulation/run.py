@@ -74,7 +74,7 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
     """Constants of a run for the kernels."""
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
     step_s = simulation.step_s
-    wheels, rotors_kg_m2 = (), 0.0
+    wheels, rotors_kg_m2 = (), None
     if wheel_law is not None:
         driven = wheel_law.function is not no_answer
         wheels = craft.wheels.pack(wheel_law.pack(), step_s, driven)

@@ -122,16 +122,19 @@ class Body(Spec):
         axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
         return moments, axes
 
-    def pack(self, aerodynamics: Aerodynamics | None = None, rotors_kg_m2=0.0) -> Rigid:
+    def pack(self, aerodynamics: Aerodynamics | None = None, rotors_kg_m2=None) -> Rigid:
         """Constants of Euler's equations for kernels.
 
         `rotors_kg_m2`: what of the inertia (3, 3) does not resist the body's turning, as it can
         turn by itself: that of the wheels' rotors about their axes.
         """
-        inertia = np.array(self.inertia_kg_m2)
+        inertia, rotors = np.array(self.inertia_kg_m2), rotors_kg_m2
+        # with wheels one type, and so one compiled loop, for all
+        shape = _short if rotors is None else tuple
+        inverse = np.linalg.inv(inertia if rotors is None else inertia - rotors)
         return Rigid(
-            _short(as_symmetric(inertia)),
-            _short(as_symmetric(np.linalg.inv(inertia - rotors_kg_m2))),
+            shape(as_symmetric(inertia)),
+            shape(as_symmetric(inverse)),
             as_vector(self.wheel_momentum_n_m_s),
             () if aerodynamics is None else aerodynamics.pack(),
         )
