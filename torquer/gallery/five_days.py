@@ -5,11 +5,12 @@ coefficient. Taken here: the PD law whose every axis has the polynomial (s + kap
 0.003 1/s; omega0 that of a circular orbit through the start; the drag of the cylinder's end. The
 law is computed ten times a second, as good as continuously.
 
-These were chosen with the printed angles in view. Tried were kappa from 0.002 to 0.004 1/s, omega0
+These were chosen with the printed angles, and the momenta that the text implies, in view. Tried
+were kappa from 0.002 to 0.004 1/s, omega0
 from 0.3 % below to 0.3 % above the mean rate of the orbit, three references of the law's rates
 (the orbital frame at the instant; omega0 about the orbit normal; omega0 about the body's third
-axis), air that rests and air that turns. So the angles are no test of anything; what follows
-from the same flight (momenta, layouts, times) is.
+axis), air that rests and air that turns. So the angles and the size of H3 are no test of
+anything; the ratio of the layouts, the time between them, and H1 and H2 for that H3 are.
 """
 
 import functools

