@@ -6,11 +6,11 @@ coefficient. Taken here: the PD law whose every axis has the polynomial (s + kap
 law is computed ten times a second, as good as continuously.
 
 These were chosen with the printed angles, and the momenta that the text implies, in view. Tried
-were kappa from 0.002 to 0.004 1/s, omega0
-from 0.3 % below to 0.3 % above the mean rate of the orbit, three references of the law's rates
-(the orbital frame at the instant; omega0 about the orbit normal; omega0 about the body's third
-axis), air that rests and air that turns. So the angles and the size of H3 are no test of
-anything; the ratio of the layouts, the time between them, and H1 and H2 for that H3 are.
+were kappa from 0.002 to 0.004 1/s, omega0 from 0.3 % below to 0.3 % above the mean rate of the
+orbit, three references of the law's rates (the orbital frame at the instant; omega0 about the
+orbit normal; omega0 about the body's third axis), air that rests and air that turns. So the
+angles and the size of H3 are no test of anything; the ratio of the layouts, the time between
+them, and H1 and H2 for that H3 are.
 """
 
 import functools
@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.conventions import EARTH_RADIUS_M
-from torquer.gallery.wheels import INERTIA, LIMIT
+from torquer.gallery.wheels import INERTIA
 from torquer.orbit.kepler import mean_motion
 from torquer.report.held_attitude import held_in
 from torquer.scenario.load import scenario_from_data
@@ -46,10 +46,11 @@ def rate_at_start() -> float:
     return mean_motion(parameter / (1.0 + eccentricity * math.cos(math.radians(PERIGEE_DEG))))
 
 
-def scenario(
-    days: float, air_turns: bool, rate_rad_s: float | None, kappa: float = KAPPA, limit_n_m_s=LIMIT
-):
-    """The flight; `rate_rad_s`: omega0 of the law, None for the rate of the orbit as it is."""
+def scenario(days: float, air_turns: bool, rate_rad_s: float | None, kappa: float):
+    """The flight, with wheels that do not saturate.
+
+    `rate_rad_s`: omega0 of the law, None for the rate of the orbit as it is.
+    """
     kinds = {"kind": "kepler", "perigee_altitude_km": PERIGEE_KM, "apogee_altitude_km": APOGEE_KM}
     angles = {"inclination_deg": 63.0, "raan_deg": 164.0, "argument_of_perigee_deg": PERIGEE_DEG,
               "true_anomaly_deg": -PERIGEE_DEG}  # fmt: skip
@@ -58,7 +59,7 @@ def scenario(
     law = {"kind": "wheel_pd", "bandwidth_rad_s": kappa, "inertia_kg_m2": INERTIA, **ATTITUDE}
     wheels = {
         "layout": {"kind": "four_sided_pyramid", "alpha_deg": 80.5, "beta_deg": 45.5},
-        "momentum_limit_n_m_s": limit_n_m_s, "torque_limit_n_m": 0.2, "speed_limit_rpm": 6000.0,
+        "momentum_limit_n_m_s": 100.0, "torque_limit_n_m": 0.2, "speed_limit_rpm": 6000.0,
         "allocation": "least_squares",
     }  # fmt: skip
     return scenario_from_data({
@@ -77,12 +78,11 @@ def scenario(
 
 
 class Flight(NamedTuple):
-    """What is shown of a flight: times [s], angles [deg] off about x1, x2, x3, H and h [N m s]."""
+    """What is shown of a flight: times [s], angles [deg] off about x1, x2, x3, H [N m s]."""
 
     time_s: np.ndarray
     angle_deg: np.ndarray
     total: np.ndarray
-    wheels: np.ndarray
 
     def from_on(self, time_s: float, values) -> np.ndarray:
         """Values after a time."""
@@ -95,9 +95,9 @@ class Flight(NamedTuple):
 
 @functools.lru_cache(maxsize=8)
 def fly(days: float, air_turns: bool, rate_rad_s: float | None, kappa: float = KAPPA) -> Flight:
-    """The flight with wheels that do not saturate."""
-    case = scenario(days, air_turns, rate_rad_s, kappa, 100.0)
+    """The flight, computed once for all who ask."""
+    case = scenario(days, air_turns, rate_rad_s, kappa)
     result = simulate(case)
     momenta = result["wheel_momentum"].values
     total = total_momentum(case.spacecraft.wheels.array().axes, momenta)
-    return Flight(result["time"].values, held_in(result).error_deg, total, momenta)
+    return Flight(result["time"].values, held_in(result).error_deg, total)

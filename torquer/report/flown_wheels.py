@@ -125,7 +125,7 @@ def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:
         f"torque up to {_each(spec.torque_limit_n_m)} N m",
     ]
     if spec.coulomb_friction_n_m or spec.viscous_friction_n_m_s:
-        top = spec.viscous_friction_n_m_s * spec.speed_limit_rpm * np.pi / 30.0
+        top = spec.viscous_friction_n_m_s * spec.speed_limit_rad_s
         friction = spec.coulomb_friction_n_m
         told.append(f"friction {friction:.3g} N m, at the highest speed {friction + top:.3g} N m")
     sharing = {"minimax": "minimax", "least_squares": "least squares"}[spec.allocation]

@@ -47,7 +47,7 @@ def _unloading_notes(scenario: Scenario) -> list[str]:
 def _friction_notes(wheels: ReactionWheels) -> list[str]:
     """The greatest friction that the weakest motor cannot overcome."""
     limit, coulomb = float(np.min(wheels.torque_limit_n_m)), wheels.coulomb_friction_n_m
-    top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rpm * math.pi / 30.0
+    top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rad_s
     motor = f"is not below the torque limit of {limit:g} N m"
     if coulomb >= limit:
         return [f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor speeds one up"]
@@ -156,8 +156,8 @@ def _excess_momentum(scenario: Scenario, omega, r, v) -> tuple[float, float]:
     """(Least momentum that is left for the wheels in the wanted attitude, most that they hold)."""
     wheels, body = scenario.spacecraft.wheels, scenario.spacecraft.body
     array, inertia = wheels.array(), np.array(body.inertia_kg_m2)
-    speeds = np.full(array.count, wheels.initial_speed_rpm) * math.pi / 30.0
-    held = total_momentum(array.axes, wheels.rotor_inertia_kg_m2() * speeds)
+    momenta = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
+    held = total_momentum(array.axes, momenta)
     fixed = np.array(body.wheel_momentum_n_m_s)
     size = float(np.linalg.norm(inertia @ omega + fixed + held) - np.linalg.norm(fixed))
     if scenario.control.wheel_law.orbital:

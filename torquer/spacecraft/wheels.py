@@ -179,10 +179,19 @@ class ReactionWheels(Wheels):
                 )
             known.add(failure.wheel)
 
+    @property
+    def speed_limit_rad_s(self) -> float:
+        """Greatest speed."""
+        return self.speed_limit_rpm * _RPM
+
+    def initial_speeds_rad_s(self) -> np.ndarray:
+        """Speed of each wheel (n,) at the start."""
+        return np.full(len(self.layout.rows()), self.initial_speed_rpm) * _RPM
+
     def rotor_inertia_kg_m2(self) -> np.ndarray:
         """Inertia of each rotor about its axis (n,)."""
         count = len(self.layout.rows())
-        return np.full(count, self.momentum_limit_n_m_s) / (self.speed_limit_rpm * _RPM)
+        return np.full(count, self.momentum_limit_n_m_s) / self.speed_limit_rad_s
 
     def rotor_tensor_kg_m2(self) -> np.ndarray:
         """Sum of the rotors' inertia about their axes as a tensor (3, 3)."""
@@ -195,7 +204,7 @@ class ReactionWheels(Wheels):
         rows = np.zeros((array.count, ROW))
         rows[:, AXIS:INERTIA] = array.axes
         rows[:, INERTIA] = self.rotor_inertia_kg_m2()
-        rows[:, SPEED_LIMIT] = self.speed_limit_rpm * _RPM
+        rows[:, SPEED_LIMIT] = self.speed_limit_rad_s
         rows[:, COULOMB], rows[:, VISCOUS] = self.coulomb_friction_n_m, self.viscous_friction_n_m_s
         stiction = self.stiction_n_m
         rows[:, BREAKAWAY] = self.coulomb_friction_n_m if stiction is None else stiction
@@ -223,7 +232,7 @@ class ReactionWheels(Wheels):
         """State at the start, for a rate of the body [rad/s]."""
         rows, steering = driver.rotors.rows, driver.steering
         state = np.zeros((CELLS, len(rows)))
-        speed = np.full(len(rows), self.initial_speed_rpm) * _RPM
+        speed = self.initial_speeds_rad_s()
         state[MOMENTUM] = rows[:, INERTIA] * (speed + rows[:, AXIS:INERTIA] @ omega_body)
         state[STANDS] = (speed == 0.0) & (rows[:, BREAKAWAY] > 0.0)
         state[MOMENTUM_LIMIT], state[TORQUE_LIMIT] = steering.momentum_limit, steering.torque_limit

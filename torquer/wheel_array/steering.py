@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, dot, norm, scale, sub
 from torquer.wheel_array.allocation import (
     WheelSet,
@@ -210,7 +210,7 @@ def steer(steering, step_s, momenta, torque, out):
     part = _reach(wheels, work[HALF], middle, torque, least)
     minimax(wheels, work[HALF], sub(scale(part, torque), middle), out)
     for k in range(limit.shape[0]):
-        out[k] = work[CENTRE, k] + min(max(out[k], -work[HALF, k]), work[HALF, k])
+        out[k] = _bounded(work, k, out[k])
     _into_null_space(steering, step_s, momenta, scale(part, torque), out)
     return part
 
@@ -233,15 +233,13 @@ def steer_nearest(steering, step_s, momenta, torque, out):
     minimax(wheels, limit, torque, out)
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
     for k in range(limit.shape[0]):
-        side = min(max(out[k] - work[CENTRE, k], -work[HALF, k]), work[HALF, k])
-        out[k] = work[CENTRE, k] + side
+        out[k] = _bounded(work, k, out[k] - work[CENTRE, k])
     missing, close = sub(torque, _total(axes, limit, out)), CLOSE * norm(torque)
     for _ in range(ROUNDS):
         moved = 0.0
         for k in range(limit.shape[0]):
             axis, before = _axis(axes, k), out[k]
-            side = before + dot(axis, missing) - work[CENTRE, k]
-            out[k] = work[CENTRE, k] + min(max(side, -work[HALF, k]), work[HALF, k])
+            out[k] = _bounded(work, k, before + dot(axis, missing) - work[CENTRE, k])
             missing = add_scaled(missing, before - out[k], axis)
             moved = max(moved, abs(out[k] - before))
         if moved <= close:
@@ -261,14 +259,8 @@ def _all_at_once(axes, work, missing, out):
         inside = abs(out[k] - work[CENTRE, k]) < work[HALF, k] * (1.0 - 1e-12)
         work[FREE, k] = 1.0 if inside else 0.0
     least_squares(axes, work[FREE], missing, work[WANTED])
-    part = 1.0
+    part = _go(work, out)
     for k in range(out.shape[0]):
-        side = np.sign(work[WANTED, k])
-        room = work[HALF, k] - (out[k] - work[CENTRE, k]) * side
-        if room < part * abs(work[WANTED, k]):
-            part = room / abs(work[WANTED, k])
-    for k in range(out.shape[0]):
-        out[k] += part * work[WANTED, k]
         missing = add_scaled(missing, -part * work[WANTED, k], _axis(axes, k))
     return missing
 
@@ -280,20 +272,26 @@ def _into_null_space(steering, step_s, momenta, torque, out):
     wanted = add_scaled(_total(wheels.axes, limit, momenta), step_s, torque)
     biased(wheels, steering.momentum_limit, steering.bias, wanted, work[WANTED])
     for k in range(limit.shape[0]):
-        work[WANTED, k] = (work[WANTED, k] - momenta[k]) / step_s - out[k]
-    _pull(limit, work, out)
+        way = (work[WANTED, k] - momenta[k]) / step_s - out[k]
+        work[WANTED, k] = way if limit[k] > 0.0 else 0.0
+    _go(work, out)
+
+
+@inlined
+def _bounded(work, k, side):
+    """Torque of a wheel that far from the middle of its bounds, or at the bound."""
+    return work[CENTRE, k] + min(max(side, -work[HALF, k]), work[HALF, k])
 
 
 @kernel
-def _pull(torque_limit, work, out):
-    """Go from the torques in out along row WANTED of work, as far as all limits allow."""
-    pull = 1.0
+def _go(work, out):
+    """Go from torques in out along row WANTED of work to the first bound; the part that is gone."""
+    part = 1.0
     for k in range(out.shape[0]):
-        if torque_limit[k] > 0.0:
-            side = np.sign(work[WANTED, k])
-            room = max(work[HALF, k] - (out[k] - work[CENTRE, k]) * side, 0.0)
-            if room < pull * abs(work[WANTED, k]):
-                pull = room / abs(work[WANTED, k])
+        side = np.sign(work[WANTED, k])
+        room = max(work[HALF, k] - (out[k] - work[CENTRE, k]) * side, 0.0)
+        if room < part * abs(work[WANTED, k]):
+            part = room / abs(work[WANTED, k])
     for k in range(out.shape[0]):
-        if torque_limit[k] > 0.0:
-            out[k] += pull * work[WANTED, k]
+        out[k] += part * work[WANTED, k]
+    return part
