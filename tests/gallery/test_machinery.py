@@ -13,7 +13,19 @@ from torquer.gallery import entries as folder
 from torquer.gallery import shelf
 from torquer.gallery.catalogue import ROW_OF, ROWS, SOURCES, known_id
 from torquer.gallery.drawing import new_figure, save_small
-from torquer.gallery.entry import Answer, Entry, Outcome, Verdict, half_unit, lost, near, within
+from torquer.gallery.entry import (
+    Answer,
+    Entry,
+    Outcome,
+    Verdict,
+    chosen,
+    consistent,
+    half_unit,
+    lost,
+    near,
+    uncertain,
+    within,
+)
 from torquer.gallery.pages import pages, record_of, write_pages
 from torquer.gallery.runs import compute_all
 
@@ -36,18 +48,26 @@ def test_half_a_unit_of_the_last_digit(number, half):
 
 
 def test_a_printed_number_agrees_to_half_a_unit_of_its_last_digit():
-    assert (GOOD.agrees, BAD.agrees) == (True, False)
+    assert (GOOD.verdict, BAD.verdict) == (Verdict.AGREES, Verdict.DIFFERS)
     assert (GOOD.low, GOOD.high) == pytest.approx((2.65, 2.75))
     assert GOOD.printed == "2.7 %"
     assert near("x", "52", 51.3, tolerance=1.0, printed="near 52").printed == "near 52"
 
 
 def test_limits_include_their_ends_and_a_missing_number_never_agrees():
-    assert within("x", "at most 10", 10.0, high=10.0).agrees
-    assert within("x", "at least 10", 10.0, low=10.0).agrees
-    assert not within("x", "at most 10", 10.1, high=10.0).agrees
-    assert not within("x", "anything", math.nan).agrees
-    assert lost("x", 1.0).agrees is None
+    assert within("x", "at most 10", 10.0, high=10.0).verdict is Verdict.AGREES
+    assert within("x", "at least 10", 10.0, low=10.0).verdict is Verdict.AGREES
+    assert within("x", "at most 10", 10.1, high=10.0).verdict is Verdict.DIFFERS
+    assert within("x", "anything", math.nan).verdict is Verdict.DIFFERS
+    assert lost("x", 1.0).verdict is Verdict.LOST
+
+
+def test_a_check_tells_what_its_agreement_is_worth():
+    assert chosen(GOOD).verdict is Verdict.CHOSEN
+    assert consistent(GOOD).verdict is Verdict.CONSISTENT
+    assert uncertain(GOOD, 0.1).verdict is Verdict.AGREES
+    assert chosen(BAD).verdict is consistent(BAD).verdict is Verdict.DIFFERS
+    assert uncertain(BAD, 0.1).verdict is Verdict.DIFFERS, "uncertainty is no wider limit"
 
 
 @pytest.mark.parametrize(
@@ -57,6 +77,11 @@ def test_limits_include_their_ends_and_a_missing_number_never_agrees():
         ((GOOD, lost("y", 1.0)), Verdict.AGREES),
         ((GOOD, BAD), Verdict.DIFFERS),
         ((BAD, lost("y", 1.0)), Verdict.DIFFERS),
+        ((GOOD, chosen(GOOD)), Verdict.CHOSEN),
+        ((BAD, chosen(GOOD)), Verdict.DIFFERS),
+        ((GOOD, consistent(GOOD)), Verdict.AGREES),
+        ((consistent(GOOD), lost("y", 1.0)), Verdict.CONSISTENT),
+        ((chosen(GOOD), consistent(GOOD)), Verdict.CHOSEN),
         ((lost("y", 1.0),), Verdict.LOST),
         ((), Verdict.LOST),
     ],
@@ -123,10 +148,11 @@ def test_json_of_an_outcome():
         "reason": "so",
         "checks": [
             {"name": "x", "expected": "2.7 %", "measured": 2.76, "unit": "%",
-             "tolerance": [pytest.approx(2.65), pytest.approx(2.75)], "agrees": False,
-             "fleeting": False},
+             "tolerance": [pytest.approx(2.65), pytest.approx(2.75)], "verdict": "differs",
+             "uncertainty": 0.0, "fleeting": False},
             {"name": "y", "expected": None, "measured": None, "unit": "",
-             "tolerance": [None, None], "agrees": None, "fleeting": False},
+             "tolerance": [None, None], "verdict": "value lost",
+             "uncertainty": 0.0, "fleeting": False},
         ],
         "note": "and so",
         "pictures": [str(Path("a/FIELD-10.png"))],

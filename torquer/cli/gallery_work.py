@@ -8,7 +8,7 @@ from pathlib import Path
 from rich.console import Console
 
 from torquer.gallery.catalogue import ROW_OF
-from torquer.gallery.entry import Entry, Outcome
+from torquer.gallery.entry import Entry, Outcome, Verdict
 from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
 from torquer.gallery.runs import compute_all
 from torquer.gallery.shelf import all_entries, entry_of, wanted
@@ -28,7 +28,7 @@ def show_list(as_json: bool) -> int:
         print(json_.dumps(told, indent=2, ensure_ascii=False))
         return 0
     for id_, row in ROW_OF.items():
-        print(f"{id_:<15} {states[id_]:<10} {row.content}")
+        print(f"{id_:<15} {states[id_]:<15} {row.content}")
     print(f"{len(done)} of {len(ROW_OF)} done")
     return 0
 
@@ -106,7 +106,7 @@ def _print(outcome: Outcome) -> None:
     for check in data["checks"]:
         limits = shown_limits(check)
         number = shown_number(check | {"fleeting": False})
-        mark = {True: "agrees", False: "DIFFERS", None: "no value in the source"}[check["agrees"]]
+        mark = check["verdict"].replace(Verdict.DIFFERS, "DIFFERS")
         told = f" (agrees if {limits})" if limits else ""
         print(f"  {check['name']}: {number}; printed: {check['expected'] or 'lost'}{told}: {mark}")
     if data["reason"]:

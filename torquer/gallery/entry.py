@@ -1,12 +1,14 @@
 """What an entry is: published ids, a function, the verdict that it must reach, and why.
 
 A check holds one number beside the source's: it agrees when the number lies in an interval that
-means something, half a unit of the last printed digit or what 'about' allows.
+means something, half a unit of the last printed digit or what 'about' allows. A number that came
+out after a choice made with the printed one in view is 'chosen', not 'agrees'; one that is held
+against a second computation of ours, as the source prints none, is 'self-consistent'.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
 
@@ -14,19 +16,28 @@ from torquer.gallery.catalogue import ROW_OF, Row
 
 
 class Verdict(StrEnum):
-    """How an entry compares with its source."""
+    """How a number, or an entry, compares with its source."""
 
     AGREES = "agrees"
+    CHOSEN = "chosen"
+    CONSISTENT = "self-consistent"
     DIFFERS = "differs"
     LOST = "value lost"
+
+
+#: An entry's verdict is the first of these that one of its checks has.
+_PRECEDENCE = (Verdict.DIFFERS, Verdict.CHOSEN, Verdict.AGREES, Verdict.CONSISTENT, Verdict.LOST)
 
 
 @dataclass(frozen=True)
 class Check:
     """One number beside the source's; `low..high` is where it agrees.
 
-    `printed` is the source's number or claim in its words, None if it is lost. `fleeting`: the
-    number changes from run to run (a clock), so that pages show the limits only.
+    `printed` is the source's number or claim in its words, None if it is lost. `basis`: what the
+    check is worth when the number lies within the limits, see `chosen` and `consistent`.
+    `uncertainty`: how far rounding on another processor may move the number, where that is more
+    than its fourth digit. `fleeting`: the number changes from run to run (a clock), so that pages
+    show the limits only.
     """
 
     name: str
@@ -36,11 +47,15 @@ class Check:
     high: float = math.inf
     unit: str = ""
     fleeting: bool = False
+    basis: Verdict = Verdict.AGREES
+    uncertainty: float = 0.0
 
     @property
-    def agrees(self) -> bool | None:
-        """Whether the number lies within the limits; None where the source's value is lost."""
-        return None if self.printed is None else self.low <= self.measured <= self.high
+    def verdict(self) -> Verdict:
+        """'value lost', 'differs', or the check's basis."""
+        if self.printed is None:
+            return Verdict.LOST
+        return self.basis if self.low <= self.measured <= self.high else Verdict.DIFFERS
 
 
 def half_unit(number: str) -> float:
@@ -66,6 +81,21 @@ def lost(name, measured, unit="") -> Check:
     return Check(name, None, float(measured), unit=unit)
 
 
+def chosen(check: Check) -> Check:
+    """The check of a number for which something was chosen with the printed one in view."""
+    return replace(check, basis=Verdict.CHOSEN)
+
+
+def consistent(check: Check) -> Check:
+    """The check of a number against another computation of ours: the source prints none."""
+    return replace(check, basis=Verdict.CONSISTENT)
+
+
+def uncertain(check: Check, uncertainty: float) -> Check:
+    """The check of an ill-conditioned number: `uncertainty` is what rounding makes of it."""
+    return replace(check, uncertainty=float(uncertainty))
+
+
 @dataclass(frozen=True)
 class Answer:
     """What an entry's function returns; `figures`: matplotlib figures by name, '' for the only."""
@@ -81,18 +111,16 @@ class Answer:
 
     @property
     def verdict(self) -> Verdict:
-        """Differs if any check does; agrees if the others do; lost if there is none to agree."""
-        told = [check.agrees for check in self.checks if check.agrees is not None]
-        if not all(told):
-            return Verdict.DIFFERS
-        return Verdict.AGREES if told else Verdict.LOST
+        """Differs if any check does, else chosen if any is, and so on; lost if there is none."""
+        found = {check.verdict for check in self.checks} | {Verdict.LOST}
+        return next(verdict for verdict in _PRECEDENCE if verdict in found)
 
 
 @dataclass(frozen=True)
 class Entry:
     """Published ids that one function computes; `declared` is the verdict that it must reach.
 
-    `reason`: why it differs, or what was lost; given unless it agrees. `slow`: more than ten
+    `reason`: why it differs, what was chosen or lost; given unless it agrees. `slow`: more than ten
     seconds, or a matter of the clock.
     """
 
@@ -162,6 +190,7 @@ def _check_data(check: Check) -> dict:
         "measured": check.measured if math.isfinite(check.measured) else None,
         "unit": check.unit,
         "tolerance": limits,
-        "agrees": check.agrees,
+        "verdict": str(check.verdict),
+        "uncertainty": check.uncertainty,
         "fleeting": check.fleeting,
     }

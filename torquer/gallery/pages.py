@@ -14,6 +14,8 @@ from torquer.gallery.entry import Outcome, Verdict
 RECORD, PICTURES = "results.json", "img"
 _MADE = "Made by `make gallery`; do not edit."
 _NOT_YET = "not yet"
+#: What the front page counts of each source's rows.
+_COUNTED = (*map(str, Verdict), _NOT_YET)
 
 
 def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
@@ -24,6 +26,7 @@ def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
         data["pictures"] = [path.name for path in outcome.pictures]
         for check in data["checks"]:
             check["measured"] = None if check["fleeting"] else _recorded(check["measured"])
+            check["uncertainty"] = _recorded(check["uncertainty"])
         record.append(data)
     return record
 
@@ -76,16 +79,17 @@ def _front_page(record: list[dict]) -> str:
         _MADE,
         "",
         "Each entry computes a published figure or table and puts its numbers beside the printed",
-        "ones: it agrees, or differs for a stated reason, or the source's value is lost.",
+        "ones. A number *agrees*; or it is *chosen*: it came out after a choice made with the",
+        "printed one in view; or *self-consistent*: the source prints none, and two of our",
+        "computations agree; or it *differs* for a stated reason; or the source's value is lost.",
         "One entry: `torquer gallery run FIELD-5`. All: `torquer gallery all`.",
         "",
-        "| source | what it is | rows | agree | differ | not yet |",
-        "|---|---|---|---|---|---|",
+        "| source | what it is | rows | " + " | ".join(_COUNTED) + " |",
+        "|---|---|---|" + "---|" * len(_COUNTED),
     ]
     for source, title in SOURCES.items():
         states = [_state(row, record) for row in ROWS if row.source == source]
-        counts = [sum(word in state for state in states) for word in
-                  (Verdict.AGREES, Verdict.DIFFERS, _NOT_YET)]  # fmt: skip
+        counts = [sum(word in state for state in states) for word in _COUNTED]
         told = " | ".join(map(str, [len(states), *counts]))
         lines.append(f"| [{source}]({source}.md) | {title} | {told} |")
     lines += ["", "[Where we differ](differences.md) has all that differs, with the reasons.", ""]
@@ -119,13 +123,16 @@ def _section(data: dict) -> list[str]:
 def _table(checks: list[dict]) -> list[str]:
     rows = [
         f"| {check['name']} | {check['expected'] or 'lost'} | {shown_number(check)} "
-        f"| {shown_limits(check)} | {_MARKS[check['agrees']]} |"
+        f"| {shown_limits(check)} | {_mark(check['verdict'])} |"
         for check in checks
     ]
     return ["| | printed | here | agrees if | |", "|---|---|---|---|---|", *rows]
 
 
-_MARKS = {True: "agrees", False: "**differs**", None: ""}
+def _mark(verdict: str) -> str:
+    if verdict == Verdict.DIFFERS:
+        return f"**{verdict}**"
+    return "" if verdict == Verdict.LOST else verdict
 
 
 def shown_number(check: dict) -> str:
@@ -160,6 +167,6 @@ def _differences(record: list[dict]) -> str:
             f"| {link} | {check['name']} | {check['expected']} | {shown_number(check)} "
             f"| {data['reason']} |"
             for check in data["checks"]
-            if check["agrees"] is False
+            if check["verdict"] == Verdict.DIFFERS
         ]
     return "\n".join([*lines, ""])
