@@ -54,7 +54,8 @@ class Measured(NamedTuple):
 
     `b_rate_body_t_s` is what a search coil reads (the field's rate of change as the body
     sees it); the other vectors come from the models of magnetometer, gyro and Sun sensors.
-    `sun_body` is a unit vector, or zeros when no sensor sees the Sun. The attitude comes from an
+    `sun_body` is a unit vector, or zeros when no sensor sees the Sun; a satellite whose Sun sensors
+    are left out has an ideal one, which sees all the sky. The attitude comes from an
     attitude sensor (a star tracker, or what stands for a filter). Position, velocity and what
     the on-board field model says there are navigation, all inertial; they are not numbers unless
     the law says that it `navigates`. `wheel_momentum_body_n_m_s` is the vector sum of the wheels'

@@ -41,6 +41,7 @@ class Law:
     """A control law ready to fly: its function, parameters by name, and initial memory.
 
     `navigates`: it wants position, velocity and model field, which are left out otherwise.
+    `needs_sun`: it reads the Sun's direction; without Sun sensors it gets an ideal one.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Law:
     memory: tuple[float, ...] = ()
     compiled: bool = True
     navigates: bool = False
+    needs_sun: bool = False
 
     def with_parameters(self, **values: float) -> "Law":
         """The same law with other parameters; unknown names are errors."""
@@ -97,7 +99,8 @@ def as_law(law_or_function, name: str = "law") -> Law:
             f"{name}: must be a torquer.Law or a function; received {law_or_function!r}"
         )
     called = getattr(law_or_function, "__name__", type(law_or_function).__name__)
-    return Law(called, law_or_function, {}, (0.0,) * _PLAIN_MEMORY, compiled=False)
+    memory = (0.0,) * _PLAIN_MEMORY
+    return Law(called, law_or_function, {}, memory, compiled=False, needs_sun=True)
 
 
 def law(
@@ -121,7 +124,8 @@ def law(
     if function is None:
         return functools.partial(law, parameters=parameters, memory=memory, navigates=navigates)
     start = (0.0,) * memory if isinstance(memory, int) else tuple(float(m) for m in memory)
-    return Law(function.__name__, function, dict(parameters or {}), start, navigates=navigates)
+    known = dict(parameters or {})
+    return Law(function.__name__, function, known, start, navigates=navigates, needs_sun=True)
 
 
 @functools.cache

@@ -52,4 +52,5 @@ class Preliminary2(Pointed):
     def law(self) -> Law:
         """The law with this gain or relay."""
         inertia = inertia_parameters(self.inertia_kg_m2)
-        return Law(self.kind, preliminary_2, {**self.parameters(), **inertia})
+        parameters = {**self.parameters(), **inertia}
+        return Law(self.kind, preliminary_2, parameters, needs_sun=self.needs_sun)

@@ -52,4 +52,5 @@ class Reorientation(Pointed):
         """The law with this gain or relay."""
         inertia = inertia_parameters(self.inertia_kg_m2)
         own = {"momentum": self.momentum_n_m_s, **inertia}
-        return Law(self.kind, reorientation, {**self.parameters(), **own})
+        parameters = {**self.parameters(), **own}
+        return Law(self.kind, reorientation, parameters, needs_sun=self.needs_sun)

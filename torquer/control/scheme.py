@@ -262,6 +262,7 @@ class Scheme(Spec):
             self._parameters(laws),
             memory,
             navigates=any(law.navigates for law in every),
+            needs_sun=self.target == "sun" or any(law.needs_sun for law in every),
         )
 
     def _parameters(self, laws: list[list[Law]]) -> dict[str, float]:

@@ -101,9 +101,13 @@ class Pointed(AboutAxis):
 
     target: Literal["sun"] | unit_vector("target")
 
+    @property
+    def needs_sun(self) -> bool:
+        """Whether the law reads the Sun sensors."""
+        return self.target == "sun"
+
     def parameters(self) -> dict[str, float]:
         """Gain, relay, axis, whether to point to the Sun, target."""
-        sun = self.target == "sun"
-        x, y, z = (0.0, 0.0, 0.0) if sun else self.target
-        there = {"sun": float(sun), "target_x": x, "target_y": y, "target_z": z}
+        x, y, z = (0.0, 0.0, 0.0) if self.needs_sun else self.target
+        there = {"sun": float(self.needs_sun), "target_x": x, "target_y": y, "target_z": z}
         return {**super().parameters(), **there}

@@ -14,7 +14,7 @@ from torquer.simulation import step as loop
 from torquer.simulation.asking import LawFailed, advance_in_python, next_event, reason
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.coils import NO_COILS
-from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
+from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 
 #: Wall-clock time between looks at the progress and at the keyboard [s].
 _PIECE_S = 0.05
@@ -83,7 +83,7 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
         wheels=wheels,
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
-        sun_sensors=craft.sun_sensors.pack() if craft.sun_sensors else NO_SUN_SENSORS,
+        sun_sensors=_sun_sensors(scenario, [law, wheel_law]),
         attitude_sensor=craft.attitude_sensor.pack(),
         navigates=law.navigates or (wheel_law is not None and wheel_law.navigates),
         parameters=law.pack(),
@@ -97,6 +97,14 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
         push=scenario.push(),
         seed=scenario.seed,
     )
+
+
+def _sun_sensors(scenario: Scenario, laws: list[Law | None]) -> SunSensorSet:
+    """The Sun sensors; an ideal one where they are left out and a law wants to know the Sun."""
+    if scenario.spacecraft.sun_sensors:
+        return scenario.spacecraft.sun_sensors.pack()
+    wanted = any(law is not None and law.needs_sun for law in laws)
+    return IDEAL_SUN_SENSOR if wanted else NO_SUN_SENSORS
 
 
 def first_state(scenario: Scenario, plan: loop.Plan, laws: list[Law], r_m, v_m_s) -> loop.State:
@@ -143,7 +151,7 @@ def prepare(
     plan = plan_of(scenario, law, wheel_law)
     duration_s = scenario.steps() * plan.step_s
     orbit_table = around.orbit_table(duration_s, plan.step_s)
-    seen = craft.sun_sensors is not None  # else the Sun's table is never read
+    seen = plan.sun_sensors is not NO_SUN_SENSORS  # else the Sun's table is never read
     sun_table = around.sun_table(duration_s) if seen else orbit_table.table
     air = around.air_table(duration_s) if craft.aerodynamics else ()
     tables = loop.Tables(orbit_table.table, sun_table, air)

@@ -60,5 +60,6 @@ class SunSensors(Spec):
         )
 
 
-#: A satellite without Sun sensors, for kernels.
+#: For kernels: a Sun sensor that no law reads; and an ideal one, which sees all the sky.
 NO_SUN_SENSORS = SunSensorSet(np.empty((0, 3)), 1.0, 0.0)
+IDEAL_SUN_SENSOR = SunSensorSet(np.array([[0.0, 0.0, 1.0]]), -2.0, 0.0)
