@@ -12,6 +12,7 @@ import torquer
 from torquer.cli import INTERRUPTED_CODE
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
+from torquer.simulation.resolution import notes_on_steps
 from torquer.simulation.result import (
     COMPLETE,
     INTERRUPTED,
@@ -33,8 +34,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     make_writable(out)
     if not go_on:
         _keep_interrupted(out)
-    for note in notes_of(scenario):
-        _console.print(f"note: {note}", style="yellow", highlight=False, soft_wrap=True)
+    _print_notes(notes_of(scenario))
     code, stopped = 0, None
     with _progress(scenario.name) as progress:
         try:
@@ -48,9 +48,15 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     save(result, out / "result.nc")
     summary = _write(result, out)
     _show(summary, out, as_json)
+    _print_notes(notes_on_steps(result))
     if stopped:
         print(f"error: {stopped}; what was computed is in {out}", file=sys.stderr)
     return code
+
+
+def _print_notes(notes: list[str]) -> None:
+    for note in notes:
+        _console.print(f"note: {note}", style="yellow", highlight=False, soft_wrap=True)
 
 
 def validate(scenario_path: Path, as_json: bool) -> int:

@@ -34,12 +34,23 @@ def summary_of(result: xr.Dataset) -> dict:
         "momentum_left_n_m_s": float(momentum[-1]),
         **_of_wheels(wheels_of(result, scenario)),
         **_of_attitude(t, held_in(result), 2.0 * np.pi / omega0),
+        **_of_steps(result),
         "table_relative_error": float(result.attrs["table_relative_error"]),
         "law": result.attrs["law"],
         "law_runs_as": result.attrs["law_runs_as"],
         **{key: result.attrs[key] for key in _WHEEL_LAW if key in result.attrs},
         "seed": int(result.attrs["seed"]),
         "versions": json.loads(result.attrs["versions"]),
+    }
+
+
+def _of_steps(result) -> dict:
+    """What the integrator's steps did by themselves, of RK4."""
+    if "rk4_damping" not in result:
+        return {}
+    return {
+        "rk4_damping": float(result["rk4_damping"]),
+        "rk4_lag_deg": float(np.degrees(result["rk4_lag"])),
     }
 
 
@@ -140,6 +151,8 @@ _ROWS = (
     ("  stays below 1 deg from", "attitude_error_stays_below_1_deg_from_s", "s"),
     ("  mean over the last revolution", "mean_attitude_error_last_revolution_deg", "deg"),
     ("  greatest over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
+    ("Nutation damped by RK4's steps, at most", "rk4_damping", "%"),
+    ("Phase lag of the rotation by RK4's steps", "rk4_lag_deg", "deg"),
     ("Table's relative error, at most", "table_relative_error", ""),
 )
 

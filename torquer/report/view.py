@@ -15,6 +15,7 @@ from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
 from torquer.report.held_attitude import Held, held_in
 from torquer.report.series import angle_deg, bands_where, settled_from
 from torquer.scenario.notes import notes_of
+from torquer.simulation.resolution import notes_on_steps
 from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.spec import Scenario
 from torquer.time import decimal_year
@@ -218,7 +219,7 @@ def _notes_on_the_record(view: View) -> list[str]:
     if over.any():
         part = f"{over.mean():.0%} of the record"
         told.append(f"the field was beyond the magnetometer's range in {part}")
-    return [*told, *_notes_on_full_wheels(view)]
+    return [*told, *notes_on_steps(view.result), *_notes_on_full_wheels(view)]
 
 
 def _notes_on_full_wheels(view: View) -> list[str]:

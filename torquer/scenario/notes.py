@@ -8,6 +8,12 @@ from torquer.control.bdot import Bdot
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
 from torquer.scenario.wheel_notes import wheel_notes
+from torquer.simulation.resolution import (
+    QUIET_DAMPING,
+    lost_amplitude,
+    speeds_at_start,
+    step_that_keeps,
+)
 from torquer.simulation.spec import Scenario
 from torquer.theory.gains import bdot_greatest_gain, sampling_limit_rad_s
 
@@ -72,9 +78,11 @@ def _sampling_notes(scenario: Scenario) -> list[str]:
 def _step_notes(scenario: Scenario) -> list[str]:
     turn = _initial_rate(scenario) * scenario.simulation.step_s
     if scenario.simulation.integrator == "splitting":
-        return _wheel_notes(scenario, turn)
-    if scenario.simulation.integrator != "rk4" or turn < 0.5:
+        return _gyrostat_notes(scenario, turn)
+    if scenario.simulation.integrator != "rk4":
         return []
+    if turn < 0.5:
+        return _nutation_notes(scenario)
     other = "dop853" if scenario.spacecraft.wheels else "splitting"
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
@@ -82,7 +90,23 @@ def _step_notes(scenario: Scenario) -> list[str]:
     ]
 
 
-def _wheel_notes(scenario: Scenario, turn: float) -> list[str]:
+def _nutation_notes(scenario: Scenario) -> list[str]:
+    """What RK4 damps by itself, if the nutation stays what it is at the start."""
+    step_s = scenario.simulation.step_s
+    duration_s = scenario.steps() * step_s
+    speed = speeds_at_start(scenario.spacecraft, scenario.initial).nutation
+    lost = lost_amplitude(speed, step_s, duration_s)
+    if lost < QUIET_DAMPING:
+        return []
+    enough = step_that_keeps(QUIET_DAMPING, speed, duration_s)
+    return [
+        f"RK4 with a step of {step_s:g} s damps a nutation of {math.degrees(speed):.3g} deg/s by "
+        f"itself, by {100.0 * lost:.3g} % of its amplitude in this run: take a step_s of "
+        f"{enough:.2g} s or less, or integrator 'dop853'"
+    ]
+
+
+def _gyrostat_notes(scenario: Scenario, turn: float) -> list[str]:
     body = scenario.spacecraft.body
     wheels = float(np.linalg.norm(body.wheel_momentum_n_m_s))
     swing = wheels / float(body.principal()[0][0]) * scenario.simulation.step_s

@@ -40,6 +40,12 @@ def reason(run: Run, ended: int) -> str:
         return (
             f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
         )
+    if ended == loop.COARSE_STEP:
+        return (
+            f"simulation.step_s: must be shorter for RK4 to follow the motion from t = {t:g} s on, "
+            f"or the integrator 'dop853'; received {run.plan.step_s:g} s; quaternion and rate: "
+            f"{shown}"
+        )
     place = 0 if ended == loop.BAD_LAW else 1
     told = _bad_answer(run, place)
     return f"law {run.laws[place].name}: {told} at t = {t:g} s; quaternion and rate: {shown}"

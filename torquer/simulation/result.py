@@ -142,6 +142,20 @@ def _surroundings(run: Run, t_s, rows) -> dict:
         "altitude": ("time", height, {"units": "m", "long_name": "height above WGS84"}),
         "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J", "long_name": note}),
         "peak_coil_dipole": ((), float(run.state.cells[loop.PEAK]), {"units": "A m^2"}),
+        **_of_steps(run),
+    }
+
+
+def _of_steps(run: Run) -> dict:
+    """What RK4 did to the motion by itself."""
+    if run.scenario.simulation.integrator != "rk4":
+        return {}
+    taken = "part of the amplitude of nutation and libration that RK4's steps took, at most"
+    behind = "phase lag of the rotation that RK4's steps made, about"
+    damping, lag = -np.expm1(-run.state.cells[loop.DAMPING]), run.state.cells[loop.LAG]
+    return {
+        "rk4_damping": ((), float(damping), {"units": "1", "long_name": taken}),
+        "rk4_lag": ((), float(lag), {"units": "rad", "long_name": behind}),
     }
 
 

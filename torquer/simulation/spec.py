@@ -15,6 +15,7 @@ from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
+from torquer.simulation.resolution import check_step, speeds_at_start
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
@@ -199,6 +200,8 @@ class Scenario(Spec):
         whole_steps("control.sample_s", control.sample_s, simulation.step_s)
         whole_steps("control: measure_s + actuate_s", control.cycle_s, simulation.step_s)
         whole_steps("simulation.record_s", simulation.record_s, simulation.step_s)
+        if simulation.integrator == "rk4":
+            check_step(speeds_at_start(self.spacecraft, self.initial), simulation.step_s)
         if self.environment.table_tolerance == 0.0 and simulation.integrator != "rk4":
             raise ValueError(
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "

@@ -16,8 +16,14 @@ from torquer.engine import borrowed, inlined, kernel
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import Table, lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, dot, sub, unit
-from torquer.integrate.rk4 import Motion
+from torquer.geometry.vec3 import add_scaled, cross, dot, sub, sym_vec, unit
+from torquer.integrate.rk4 import (
+    MOST_NUTATION,
+    MOST_TURN,
+    Motion,
+    damping_of_steps,
+    lag_of_steps,
+)
 from torquer.simulation.advance import (
     Around,
     DipolePath,
@@ -28,17 +34,18 @@ from torquer.simulation.advance import (
     environment_at,
 )
 from torquer.spacecraft.attitude_sensor import AttitudeSensorSet, read_attitude
-from torquer.spacecraft.body import Rigid
+from torquer.spacecraft.body import Rigid, momentum_body
 from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, follow
 from torquer.spacecraft.disturbance import Push
+from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import MagnetometerSet, read_field
-from torquer.spacecraft.rotors import MOTOR, relative_momentum
+from torquer.spacecraft.rotors import MOTOR, axis_of, relative_momentum
 from torquer.spacecraft.sun_sensor import SunSensorSet, read_sun
 from torquer.spacecraft.wheels import Driver, drive_wheels, read_wheels
 
 #: How a piece of the run ended.
-RUNNING, BAD_STATE, BAD_LAW, BAD_WHEEL_LAW = 0, 1, 2, 3
+RUNNING, BAD_STATE, BAD_LAW, BAD_WHEEL_LAW, COARSE_STEP = 0, 1, 2, 3, 4
 #: Columns of the record: step, quaternion, rate, dipole, measured field, rate, Sun, wanted dipole;
 #: with wheels then the torque asked of them, and momentum and motor torque of each.
 COLUMNS = 1 + 4 + 3 + 3 + 3 + 3 + 3 + 3
@@ -79,9 +86,11 @@ class Plan(NamedTuple):
 
 
 #: Places in `State.cells`: quaternion and rate, what the laws last asked for (dipole, torque of the
-#: wheels), drift of the gyro, what was measured last (t, B, dB/dt, rate, Sun), coil energy [J] and
-#: greatest coil dipole.
-MOTION, COMMAND, TORQUE, DRIFT, MEASURED, ENERGY, PEAK, CELLS = 0, 7, 10, 13, 16, 29, 30, 31
+#: wheels), drift of the gyro, what was measured last (t, B, dB/dt, rate, Sun), coil energy [J],
+#: greatest coil dipole, and what RK4 did by itself: damping of oscillations, lag of the rotation.
+MOTION, COMMAND, TORQUE, DRIFT, MEASURED, ENERGY, PEAK, DAMPING, LAG, CELLS = (
+    0, 7, 10, 13, 16, 29, 30, 31, 32, 33,
+)  # fmt: skip
 
 
 class State(NamedTuple):
@@ -259,6 +268,33 @@ def wheels_of(driver, state):
 
 
 @inlined
+def momentum_now(rigid, driver, wheels, omega):
+    """Angular momentum [N m s, body] of the body and its wheels."""
+    momentum = momentum_body(rigid, omega)
+    if len(driver) == 0:
+        return momentum
+    rotors = driver.rotors
+    for k in range(rotors.rows.shape[0]):
+        held = relative_momentum(rotors.rows, wheels, omega, k)
+        momentum = add_scaled(momentum, held, axis_of(rotors.rows, k))
+    return sub(momentum, sym_vec(rotors.tensor, omega))
+
+
+@kernel
+def resolves(plan, state, x, here):
+    """Whether RK4's step resolves the motion; what it does until the next record is added up."""
+    cells, h, inverse = state.cells, plan.step_s, plan.rigid.inverse_inertia
+    momentum = momentum_now(plan.rigid, plan.wheels, state.wheels, x.omega)
+    square = nutation_square(inverse, momentum, x.omega)
+    dipole = dipole_of(plan.coils, state.coils, TARGET)
+    square = math.sqrt(square * square + libration_fourth(inverse, dipole, here.b_t))
+    turning = dot(x.omega, x.omega)
+    cells[DAMPING] += damping_of_steps(square, h, plan.record_steps)
+    cells[LAG] += lag_of_steps(turning, h, plan.record_steps)
+    return square * h * h <= MOST_NUTATION**2 and turning * h * h <= MOST_TURN**2
+
+
+@inlined
 def coast(plan, around, state, x, here, first, last, principal, work):
     """(Motion, environment) after steps first..last-1, in which the coils follow their targets.
 
@@ -315,6 +351,9 @@ def run_steps(law, wheel_law, plan, tables, state, record, last, principal, work
         if to_record == 0:
             record_row(plan, state, coils, step, record, step // plan.record_steps)
             to_record = plan.record_steps
+            fixed = principal is None and work is None
+            if fixed and not resolves(plan, state, x, here):
+                return COARSE_STEP
         ahead = min(to_sample, to_record, last - step)
         x, here = coast(plan, around, state, x, here, step, step + ahead, principal, work)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):

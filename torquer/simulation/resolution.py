@@ -1,0 +1,80 @@
+"""Whether RK4's fixed step resolves a motion: asked before the run, of the motion at its start.
+
+The loop asks the same at every event (`step.resolves`), and adds up what the steps do to the
+motion by themselves.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.geometry.vec3 import as_symmetric, as_vector
+from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN, damping_of_steps
+from torquer.spacecraft.frequencies import nutation_square
+from torquer.wheel_array.layout import total_momentum
+
+#: Part of an amplitude, and phase lag of the rotation [deg], that RK4 may cost without a note.
+QUIET_DAMPING, QUIET_LAG_DEG = 0.01, 1.0
+
+
+class Speeds(NamedTuple):
+    """How fast the body turns, and how fast it nutates [rad/s]."""
+
+    rate: float
+    nutation: float
+
+
+def speeds_at_start(spacecraft, initial) -> Speeds:
+    """Speeds of a `Spacecraft` with an `InitialMotion`; the orbital rate is left out."""
+    body, wheels = spacecraft.body, spacecraft.wheels
+    omega, inertia = np.radians(initial.rate_deg_s), np.array(body.inertia_kg_m2)
+    momentum, turning = inertia @ omega + body.wheel_momentum_n_m_s, inertia
+    if wheels is not None:
+        turning = inertia - wheels.rotor_tensor_kg_m2()
+        own = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
+        momentum = momentum + total_momentum(wheels.array().axes, own)
+    inverse = as_symmetric(np.linalg.inv(turning))
+    square = nutation_square(inverse, as_vector(momentum), as_vector(omega))
+    return Speeds(float(np.linalg.norm(omega)), math.sqrt(abs(square)))
+
+
+def check_step(speeds: Speeds, step_s: float) -> None:
+    """ValueError if a step of RK4 is too long to follow a motion with these speeds."""
+    told = (("nutation", speeds.nutation, MOST_NUTATION), ("initial rate", speeds.rate, MOST_TURN))
+    for what, speed, most in told:
+        if speed * step_s > most:
+            raise ValueError(
+                f"simulation.step_s: must be at most {most / speed:.3g} s for RK4 to follow the "
+                f"{what} of {math.degrees(speed):.3g} deg/s, or the integrator 'dop853'; "
+                f"received {step_s:g} s"
+            )
+
+
+def lost_amplitude(speed: float, step_s: float, duration_s: float) -> float:
+    """Part of the amplitude of an oscillation [rad/s] that RK4 takes away in a run."""
+    return -math.expm1(-damping_of_steps(speed * speed, step_s, duration_s / step_s))
+
+
+def step_that_keeps(part: float, speed: float, duration_s: float) -> float:
+    """Step [s] with which RK4 takes this small part of an amplitude away in a run."""
+    return (144.0 * part / (duration_s * speed**6)) ** 0.2
+
+
+def notes_on_steps(result) -> list[str]:
+    """What RK4's steps did to the motion of a run by themselves, where it is no small matter."""
+    if "rk4_damping" not in result:
+        return []
+    told, damping = [], float(result["rk4_damping"])
+    lag_deg = math.degrees(float(result["rk4_lag"]))
+    if damping >= QUIET_DAMPING:
+        told.append(
+            f"the steps of RK4 took up to {100.0 * damping:.3g} % of the amplitude of nutation or "
+            "libration during this run: take a shorter step_s, or integrator 'dop853'"
+        )
+    if lag_deg >= QUIET_LAG_DEG:
+        told.append(
+            f"the steps of RK4 let the rotation lag by about {lag_deg:.3g} deg during this run: "
+            "take a shorter step_s, or integrator 'dop853'"
+        )
+    return told
