@@ -15,6 +15,7 @@ from torquer.environment.field.averaged import cone_angle
 from torquer.theory.design import slow_time
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Case, Slow
+from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 from torquer.theory.second_moments import averaged_moments
 
 SATELLITE = ("--inclination-deg", "60", "--altitude-km", "500", "--inertia", "1.5", "1.5", "1.2")
@@ -258,6 +259,34 @@ def test_a_measurement_window_takes_its_part_of_the_gain(scenario, theory):
     assert re.search(r"note: at first the law asks for [\d.e+]+ A m\^2 of coils that have 300", out)
 
 
+def test_what_sampling_and_lag_allow(theory, scenario, strict_json):
+    _, out, _ = theory(*BDOT, "--sample-s", "2", "--lag-s", "0.5", "--json")
+    told = strict_json(out)["sampling"]
+    rate = math.radians(5.0) * math.sqrt(3.0)
+    assert told["limit_deg_s"] == pytest.approx(math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5)))
+    assert told["rate_deg_s"] == pytest.approx(math.degrees(rate))
+    assert told["efficiency"] == pytest.approx(damping_efficiency(rate, 2.0, 2.0, 0.5))
+    b0 = 1e-9 * strict_json(out)["orbit"]["strength_nt"]
+    assert told["greatest_gain"] == pytest.approx(bdot_greatest_gain(1.2, b0, 2.0, lag_s=0.5))
+    assert strict_json(theory(*BDOT, "--json")[1])["sampling"] is None
+    text_out = theory(*BDOT, "--sample-s", "2", "--lag-s", "0.5", "--design")[1]
+    assert (
+        "held for 2 s by coils with a lag of 0.5 s it brakes a rotation of up to 36.2" in text_out
+    )
+    path = scenario('kind = "bdot_rate", gain_a_m2_s_per_t = 3e6', "0, 0, 70",
+                    "measure_s = 6.0\nactuate_s = 3.0")  # fmt: skip
+    _, out, _ = theory("--scenario", path)
+    assert "with readings held for 3 s it brakes a rotation of up to 60 deg/s" in out
+    assert "note: the sampled law does not brake the first rate" in out
+
+
+def test_sampled_nutation_damping_is_asked_of_its_precession(theory, strict_json):
+    given = ("nutation_damping", *BDOT[1:-3], "0", "0", "100", "--sample-s", "2", "--json")
+    told = strict_json(theory(*given)[1])["sampling"]
+    assert told["rate_deg_s"] == pytest.approx(100.0 * 1.2 / 1.5)  # L/A
+    assert told["greatest_gain"] is None
+
+
 def test_targets_of_scenarios(scenario):
     i, node = math.radians(60.0), math.radians(40.0)
     cone, away = cone_angle(i), 'kind = "preliminary_1", gain_a_m2_per_t = 1e4, target = '
@@ -291,6 +320,16 @@ def test_targets_of_scenarios(scenario):
         (("spin_up", *BDOT[1:], "--to", "50"), "--to: must be above 100 for spin_up"),
         ((*BDOT, "--rho-deg", "181"), r"--rho-deg: must lie within 0\.\.180 deg; received 181"),
         ((*BDOT, "--revolutions", "0"), "--revolutions: must be a positive number; received 0"),
+        ((*BDOT, "--lag-s", "0.1"), "--sample-s: must be given with --lag-s; received nothing"),
+        ((*BDOT, "--sample-s", "0"), "--sample-s: must be a positive number; received 0"),
+        (
+            (*BDOT, "--sample-s", "1", "--lag-s", "-1"),
+            "--lag-s: must be 0 or positive; received -1",
+        ),
+        (
+            ("spin_up", *BDOT[1:], "--sample-s", "1"),
+            "--sample-s: must be left out for spin_up; received 1",
+        ),
         ((*BDOT, "--design", "--latex"), "--latex: must not be given with --design"),
         (("bdot", *SATELLITE, "--gain", "-1"), "--gain: must be a positive number; received -1"),
         (

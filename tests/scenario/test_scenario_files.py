@@ -114,31 +114,6 @@ def test_steps_cover_the_duration_in_whole_records(make):
     assert 0.0 <= scenario.steps() * 0.5 - 2.0 * scenario.orbit.period_s < 10.0
 
 
-def test_notes_tell_of_a_rate_beyond_the_sampling_limit(make):
-    bdot = {"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}}
-    window = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
-              "simulation.step_s": 0.5}  # fmt: skip
-    assert notes_of(make(bdot)) == []
-    (note,) = notes_of(make(bdot | window | {"initial.rate_deg_s": [0.0, 31.0, 0.0]}))
-    assert note == (
-        "the initial rate of 31 deg/s is above the 30 deg/s that B-dot can brake with differences "
-        "over 3 s held for 3 s: the law will drive the rotation"
-    )
-    assert notes_of(make(bdot | window | {"initial.rate_deg_s": [0.0, 29.0, 0.0]})) == []
-    rate_law = {"control.law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e5}}
-    assert notes_of(make(rate_law | window | {"initial.rate_deg_s": [0.0, 31.0, 0.0]})) == []
-
-
-def test_notes_tell_of_too_high_a_gain(make):
-    least = float(make().spacecraft.body.principal()[0][0])
-    greatest = 2.0 * least / 5e-5**2
-    for factor, count in ((0.99, 0), (1.01, 1)):
-        law = {"kind": "bdot", "gain_a_m2_s_per_t": factor * greatest}
-        notes = notes_of(make({"control.law": law}))
-        assert len(notes) == count
-    assert "overshoots in a field of 50000 nT" in notes[0]
-
-
 def test_notes_tell_of_too_long_a_step(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0]}
     (note,) = notes_of(make(fast))

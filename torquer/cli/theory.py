@@ -25,6 +25,13 @@ def theory(
     rho_deg: Annotated[
         float | None, Parameter(help="Momentum to the field's cone axis at first [any].")
     ] = None,
+    sample_s: Annotated[
+        float | None,
+        Parameter(help="Interval of readings and holds, for bdot and nutation_damping."),
+    ] = None,
+    lag_s: Annotated[
+        float | None, Parameter(help="Time constant of the coils, with --sample-s [0].")
+    ] = None,
     scenario: Annotated[
         Path | None, Parameter(help="File to take all of this from, and the law.")
     ] = None,
@@ -52,7 +59,7 @@ def theory(
     given = {
         "inclination_deg": inclination_deg, "altitude_km": altitude_km,
         "strength_nt": strength_nt, "inertia": inertia, "gain": gain, "rate_deg_s": rate_deg_s,
-        "rho_deg": rho_deg,
+        "rho_deg": rho_deg, "sample_s": sample_s, "lag_s": lag_s,
     }  # fmt: skip
     asked = options.question_of(law, given, scenario, design)
     part = options.part_of(asked, to)

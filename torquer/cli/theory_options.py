@@ -21,6 +21,7 @@ from torquer.geometry.vec3 import as_vector
 from torquer.orbit.kepler import check_farthest
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Case, Evolution
+from torquer.theory.gains import Sampling
 from torquer.theory.spinner import Spinner
 
 LAWS = ("bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2")
@@ -31,6 +32,7 @@ _SAME = {
     "nutation_damping_derivative": "nutation_damping",
 }  # fmt: skip
 _RATE_DEG_S = (5.0, 5.0, 5.0)
+_SAMPLED = ("bdot", "nutation_damping")
 _POINTED = ("reorientation", "preliminary_1", "preliminary_2")
 
 
@@ -39,7 +41,7 @@ class Question:
     """A law on a satellite and an orbit, as the averaged motion takes them.
 
     `gain` None: not given (a design needs none). `rho`, `sigma` [rad], None: any direction.
-    `notes`: what was assumed or left out, one line each.
+    `notes`: what was assumed or left out, one line each. `sampling`: of a law of B-dot's kind.
     """
 
     law: str
@@ -51,6 +53,7 @@ class Question:
     target: tuple = (0.0, 0.0, 1.0)
     notes: tuple[str, ...] = ()
     name: str = ""
+    sampling: Sampling | None = None
 
     @property
     def evolution(self) -> Evolution:
@@ -123,7 +126,7 @@ def _within(option: str, value: float | None, high: float) -> None:
 
 
 def _of_options(law: str, given: dict) -> Question:
-    _positive(**{k: given[k] for k in ("altitude_km", "strength_nt", "gain")})
+    _positive(**{k: given[k] for k in ("altitude_km", "strength_nt", "gain", "sample_s")})
     _within("--inclination-deg", given["inclination_deg"], 180.0)
     _within("--rho-deg", given["rho_deg"], 180.0)
     inclination = math.radians(given["inclination_deg"])
@@ -136,7 +139,25 @@ def _of_options(law: str, given: dict) -> Question:
     spinner, theta, told = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
     rho = None if given["rho_deg"] is None else math.radians(given["rho_deg"])
     name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {given['inclination_deg']:g} deg"
-    return Question(law, given["gain"], spinner, theta, rho, notes=(*notes, *told), name=name)
+    sampling = _sampling(law, given["sample_s"], given["lag_s"])
+    return Question(
+        law, given["gain"], spinner, theta, rho, notes=(*notes, *told), name=name,
+        sampling=sampling,
+    )  # fmt: skip
+
+
+def _sampling(law: str, sample_s: float | None, lag_s: float | None) -> Sampling | None:
+    """Plain sample and hold, the law as it takes differences."""
+    if sample_s is None and lag_s is None:
+        return None
+    if law not in _SAMPLED:
+        option, value = ("--lag-s", lag_s) if sample_s is None else ("--sample-s", sample_s)
+        raise ValueError(f"{option}: must be left out for {law}; received {value:g}")
+    if sample_s is None:
+        raise ValueError("--sample-s: must be given with --lag-s; received nothing")
+    if not 0.0 <= (lag_s or 0.0) < math.inf:
+        raise ValueError(f"--lag-s: must be 0 or positive; received {lag_s:g}")
+    return Sampling(sample_s, sample_s, lag_s or 0.0)
 
 
 def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, float]:
@@ -194,6 +215,7 @@ def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, t
 
 def _of_scenario(law: str | None, path: Path) -> Question:
     """Orbit, field, body, motion, law and its duty from a file."""
+    from torquer.scenario.bdot_notes import sampling_of
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)
@@ -223,6 +245,7 @@ def _of_scenario(law: str | None, path: Path) -> Question:
     question = Question(
         kind, gain, spinner, theta, rho, sigma, name=scenario.name,
         notes=(*notes, *told, *duty_note, *_saturation(scenario, kind, spinner)),
+        sampling=sampling_of(scenario, spec) if kind in _SAMPLED else None,
     )  # fmt: skip
     return _spun(_pointed(question, spec, scenario, orbit)) if kind in _POINTED else question
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from torquer.cli import theory_text as text
 from torquer.cli.theory_options import Question
+from torquer.cli.theory_sampling import sampling_lines, sampling_notes, sampling_told
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.comparison import resonances
 from torquer.theory.design import (
@@ -99,7 +100,8 @@ def _told(asked: Question, part: float) -> dict:
             {"name": name, "formula": formula, "at_start": _value(asked, name, start)}
             for name, formula in text.INTEGRALS[asked.law].items()
         ],
-        "notes": [*asked.notes, *_warnings(asked)],
+        "sampling": sampling_told(asked),
+        "notes": [*asked.notes, *sampling_notes(asked), *_warnings(asked)],
     }
 
 
@@ -159,6 +161,7 @@ def _lines(asked: Question, told: dict) -> list[str]:
         f"{told['quantity']} to {100 * told['part']:g} %: {_span(told['revolutions'])} revolutions",
         "it tends to:",
         *(f"  {each['told']}" for each in told["tends_to"]),
+        *sampling_lines(asked),
         "",
         f"equations, {text.SHARED}:",
         *(told.get("latex") or "\n".join(f"  {line}" for line in told["equations"])).splitlines(),
@@ -250,7 +253,8 @@ def design(asked: Question, part: float, revolutions: float | None, as_json: boo
             f"{revolutions:g} revolutions: gain {told[2]} {unit} for the slowest direction, "
             f"{told[1]} for the median, {told[0]} for the fastest"
         )
-    for note in asked.notes:
+    print(*sampling_lines(asked), sep="\n", end="\n" if asked.sampling else "")
+    for note in (*asked.notes, *sampling_notes(asked)):
         print(f"note: {note}")
     if any(row.eps > _SMALL for row in rows):
         print(f"note: where eps is above {_SMALL:g}, times are rough")
@@ -279,7 +283,8 @@ def _design_data(asked, part, rows, revolutions, wanted) -> dict:
         ],
         "wanted_revolutions": revolutions,
         "gain_for_it": wanted and numbers(wanted),
-        "notes": list(asked.notes),
+        "sampling": sampling_told(asked),
+        "notes": [*asked.notes, *sampling_notes(asked)],
     }
 
 

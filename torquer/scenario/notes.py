@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from torquer.control.bdot import Bdot
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
+from torquer.scenario.bdot_notes import bdot_notes
 from torquer.scenario.wheel_notes import wheel_notes
 from torquer.simulation.resolution import (
     QUIET_DAMPING,
@@ -15,10 +15,7 @@ from torquer.simulation.resolution import (
     step_that_keeps,
 )
 from torquer.simulation.spec import Scenario
-from torquer.theory.gains import bdot_greatest_gain, sampling_limit_rad_s
 
-#: A strong field in low orbit [T], for the limit of the gain.
-_STRONG_FIELD_T = 5e-5
 #: Age of two-line elements [days] from which the satellite's place is hardly theirs any more.
 _OLD_DAYS = 14.0
 
@@ -26,7 +23,7 @@ _OLD_DAYS = 14.0
 def notes_of(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
     return [
-        *_sampling_notes(scenario),
+        *bdot_notes(scenario),
         *_step_notes(scenario),
         *_orbit_notes(scenario),
         *wheel_notes(scenario),
@@ -50,29 +47,6 @@ def _orbit_notes(scenario: Scenario) -> list[str]:
 
 def _initial_rate(scenario: Scenario) -> float:
     return math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))
-
-
-def _sampling_notes(scenario: Scenario) -> list[str]:
-    law, control = scenario.control.law, scenario.control
-    if not isinstance(law, Bdot):
-        return []
-    hold_s = control.actuate_s or control.sample_s
-    limit = sampling_limit_rad_s(control.sample_s, hold_s)
-    notes = []
-    if _initial_rate(scenario) > limit:
-        notes.append(
-            f"the initial rate of {math.degrees(_initial_rate(scenario)):.3g} deg/s is above the "
-            f"{math.degrees(limit):.3g} deg/s that B-dot can brake with differences over "
-            f"{control.sample_s:g} s held for {hold_s:g} s: the law will drive the rotation"
-        )
-    moments, _ = scenario.spacecraft.body.principal()
-    greatest = bdot_greatest_gain(float(moments[0]), _STRONG_FIELD_T, hold_s)
-    if law.gain_a_m2_s_per_t > greatest:
-        notes.append(
-            f"the gain of {law.gain_a_m2_s_per_t:.3g} A m^2 s/T is above {greatest:.3g}, where "
-            f"a hold of {hold_s:g} s overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
-        )
-    return notes
 
 
 def _step_notes(scenario: Scenario) -> list[str]:

@@ -1,40 +1,87 @@
-"""Choosing the gain of B-dot: from the damping time, and within what the sampling allows.
+"""Choosing the gain of B-dot: from the damping time, and within what sampling and lag allow.
 
 Sampled B-dot takes the difference of two readings `difference_s` apart, ending when the coils
-are switched on, and holds the dipole for `hold_s`. For a body that turns at the rate w normal
-to the field, the mean braking is that of the ideal law times
+are switched on, and holds the command for `hold_s`; the coils follow with a first-order lag. For
+a sphere that turns at the rate w the mean braking is that of the ideal law times the real part of
 
-  sinc(w d/2) sinc(w a/2) cos(w (d + a)/2),   d = difference_s, a = hold_s, sinc x = sin x / x:
+  G(w) = sinc(w d/2) sinc(w a/2) exp(-i w (d + a)/2) / (1 + i w lag),   sinc x = sin x / x,
 
-the difference is old by d/2 on average, and the dipole is old by another a/2 when it acts.
-Above w = pi/(d + a) the sign turns, and the law drives the rotation.
+with d = difference_s, a = hold_s: the difference is old by d/2 on average, the command by another
+a/2 when it acts, and the coils are late behind it. What the coils still give after the hold, in a
+measurement window or in the next hold, is counted: E = Re G does not depend on the cycle. Its sign
+turns where w (d + a)/2 + atan(w lag) = pi/2; above, the law drives the rotation. d = 0 stands for
+the forms that take no difference (gyro, search coil, field model).
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from torquer.environment.field.averaged import cone_angle
+from torquer.theory.slow_loop import greatest_step
 
 
-def damping_efficiency(rate_rad_s, difference_s: float, hold_s: float):
+class Sampling(NamedTuple):
+    """Times [s] of a sampled law: of its difference (0: none), hold, coils' lag, coils off."""
+
+    difference_s: float
+    hold_s: float
+    lag_s: float = 0.0
+    measure_s: float = 0.0
+
+    @property
+    def in_words(self) -> str:
+        """For a sentence: differences over 3 s held for 3 s by coils with a lag of 0.5 s."""
+        taken = f"differences over {self.difference_s:g} s" if self.difference_s else "readings"
+        late = f" by coils with a lag of {self.lag_s:g} s" if self.lag_s else ""
+        return f"{taken} held for {self.hold_s:g} s{late}"
+
+
+def damping_efficiency(rate_rad_s, difference_s: float, hold_s: float, lag_s: float = 0.0):
     """Braking of sampled B-dot over that of the ideal law, at rates [rad/s]; below 0: driving."""
-    _check_windows(difference_s, hold_s)
+    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s)
     w = np.asarray(rate_rad_s, dtype=np.float64)
-    turn_d, turn_a = 0.5 * w * difference_s, 0.5 * w * hold_s
-    return np.sinc(turn_d / math.pi) * np.sinc(turn_a / math.pi) * np.cos(turn_d + turn_a)
+    turn_d, turn_a, late = 0.5 * w * difference_s, 0.5 * w * hold_s, w * lag_s
+    in_phase = np.cos(turn_d + turn_a) - late * np.sin(turn_d + turn_a)
+    return np.sinc(turn_d / math.pi) * np.sinc(turn_a / math.pi) * in_phase / (1.0 + late**2)
 
 
-def sampling_limit_rad_s(difference_s: float, hold_s: float) -> float:
-    """Greatest rate [rad/s] that sampled B-dot still brakes: pi / (difference + hold)."""
-    _check_windows(difference_s, hold_s)
-    return math.pi / (difference_s + hold_s)
+def sampling_limit_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
+    """Greatest rate [rad/s] that sampled B-dot still brakes; without lag pi/(difference + hold).
+
+    Infinite where d + a = 0.
+    """
+    return _rate_of_turn(0.5 * math.pi, difference_s, hold_s, lag_s)
 
 
-def _check_windows(difference_s: float, hold_s: float) -> None:
-    _positive(difference_s=difference_s)
-    if not 0.0 <= hold_s < math.inf:
-        raise ValueError(f"hold_s: must be 0 or positive; received {hold_s}")
+def driven_rate_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
+    """Rate [rad/s] to which sampled B-dot drives one above its limit: E changes sign again."""
+    longest = max(difference_s, hold_s)
+    aliased = 2.0 * math.pi / longest if longest > 0.0 else math.inf
+    return min(aliased, _rate_of_turn(1.5 * math.pi, difference_s, hold_s, lag_s))
+
+
+def _rate_of_turn(turn: float, difference_s: float, hold_s: float, lag_s: float) -> float:
+    """Root w of w (d + a)/2 + atan(w lag) = turn, by Newton's method from the left (concave)."""
+    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s)
+    half = 0.5 * (difference_s + hold_s)
+    if half == 0.0:
+        return math.inf
+    w = turn / (half + lag_s)
+    for _ in range(100):
+        short = (turn - 0.5 * math.pi) + math.atan2(1.0, w * lag_s) - w * half
+        step = short / (half + lag_s / (1.0 + (w * lag_s) ** 2))
+        w += step
+        if abs(step) <= 4e-16 * w:
+            return w
+    raise ArithmeticError(f"sampling limit: Newton's steps must end; the last one was {step:g}")
+
+
+def _check_times(**values: float) -> None:
+    for name, value in values.items():
+        if not 0.0 <= value < math.inf:
+            raise ValueError(f"{name}: must be 0 or positive; received {value}")
 
 
 def _positive(**values: float) -> None:
@@ -76,16 +123,33 @@ def bdot_gain(
     return inertia_kg_m2 / (damping_time_s * field_t**2 * share * duty)
 
 
-def bdot_greatest_gain(least_inertia_kg_m2: float, greatest_field_t: float, hold_s: float) -> float:
-    """Gain [A m^2 s/T] above which one hold overshoots so far that slow motion grows: 2 J/(B^2 a).
+def bdot_greatest_gain(
+    least_inertia_kg_m2: float,
+    greatest_field_t: float,
+    hold_s: float,
+    *,
+    difference_s: float | None = None,
+    lag_s: float = 0.0,
+    measure_s: float = 0.0,
+) -> float:
+    """Gain [A m^2 s/T] from which slow motion does not die out: holds and lag overshoot.
 
-    One hold changes the rate by the part k B^2 a / J of itself; a part beyond 2 is unstable, of
-    a sampled loop with and without a measurement window alike. Stay well below, at a half say.
+    One hold changes the rate by the part k B^2 a / J of itself. Without lag a part of 2 is the
+    limit, with and without a measurement window alike; with lag the limit is that of the map of a
+    cycle (`slow_loop`). `difference_s`: hold_s unless given, 0 for laws that take no difference;
+    `measure_s`: window in which the coils are off. Stay well below, at a half say.
     """
     _positive(
         least_inertia_kg_m2=least_inertia_kg_m2, greatest_field_t=greatest_field_t, hold_s=hold_s
     )
-    return 2.0 * least_inertia_kg_m2 / (greatest_field_t**2 * hold_s)
+    difference_s = hold_s if difference_s is None else difference_s
+    _check_times(difference_s=difference_s, lag_s=lag_s, measure_s=measure_s)
+    if measure_s > 0.0 and difference_s > measure_s:
+        raise ValueError(f"difference_s: must not exceed measure_s; received {difference_s}")
+    if measure_s == 0.0 and difference_s not in (0.0, hold_s):
+        raise ValueError(f"difference_s: must be 0 or hold_s here; received {difference_s}")
+    part = greatest_step(difference_s, hold_s, lag_s, measure_s)
+    return part * least_inertia_kg_m2 / (greatest_field_t**2 * hold_s)
 
 
 def saturated_damping_time_s(

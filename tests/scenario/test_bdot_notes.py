@@ -1,0 +1,171 @@
+"""Notes on B-dot and its relatives: rates beyond sampling and lag, gains, the coils' own dipole."""
+
+import math
+
+import numpy as np
+import pytest
+
+from torquer.scenario.notes import notes_of
+from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+
+WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
+          "simulation.step_s": 0.5}  # fmt: skip
+HELD = {"control.sample_s": 2.0, "spacecraft.coils.lag_s": 0.5}
+
+
+def law(kind="bdot", gain=1e4, **more):
+    return {"control.law": {"kind": kind, "gain_a_m2_s_per_t": gain, **more}}
+
+
+def rate(deg_s):
+    return {"initial.rate_deg_s": [0.0, deg_s, 0.0]}
+
+
+@pytest.fixture
+def told(make):
+    """Notes of the plain scenario with changes, but for those on the length of the step."""
+    return lambda *changes: [
+        note
+        for note in notes_of(make({k: v for each in changes for k, v in each.items()}))
+        if "within one step" not in note
+    ]
+
+
+def test_a_rate_above_the_limit_is_told_with_the_rate_that_it_is_driven_to(told):
+    assert told(law()) == []
+    (note,) = told(law(), WINDOW, rate(31.0))
+    assert note == (
+        "the initial rate of 31 deg/s is above the 30 deg/s that B-dot can brake with differences "
+        "over 3 s held for 3 s: the law will drive the rotation, a steady one up to 90 deg/s"
+    )
+    assert told(law(), WINDOW, rate(25.0)) == []
+    (note,) = told(law(), WINDOW, rate(95.0))
+    assert note.endswith(": the law will not stop the rotation")
+
+
+def test_the_lag_of_the_coils_counts(told):
+    """A rate that B-dot brakes with coils without lag, and drives with these."""
+    (note,) = told(law(), HELD, rate(40.0))
+    assert note == (
+        "the initial rate of 40 deg/s is above the 36.2 deg/s that B-dot can brake with "
+        "differences over 2 s held for 2 s by coils with a lag of 0.5 s: the law will drive the "
+        "rotation, a steady one up to 113 deg/s"
+    )
+    assert told(law(), HELD, rate(30.0)) == []
+
+
+def test_near_the_limit_the_braking_that_is_left_is_told(told):
+    (note,) = told(law(), HELD, rate(35.0))
+    left = 100.0 * damping_efficiency(math.radians(35.0), 2.0, 2.0, 0.5)
+    assert "35 deg/s is near the 36.2 deg/s that B-dot can brake" in note
+    assert note.endswith(
+        f": {left:.2g} % of its braking is left, perhaps none for a body in nutation"
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "words"),
+    [("bdot", "differences over 2 s held"), ("bdot_rate", "readings held"),
+     ("bdot_derivative", "readings held"), ("bdot_model", "readings held")],
+)  # fmt: skip
+def test_every_form_of_b_dot_has_its_limit(told, kind, words):
+    limit = sampling_limit_rad_s(2.0 if kind == "bdot" else 0.0, 2.0, 0.5)
+    (note,) = told(law(kind), HELD, rate(1.02 * math.degrees(limit)))
+    assert f"above the {math.degrees(limit):.3g} deg/s that B-dot can brake with {words}" in note
+    assert told(law(kind), HELD, rate(0.8 * math.degrees(limit))) == []
+
+
+@pytest.mark.parametrize("kind", ["nutation_damping", "nutation_damping_rate",
+                                  "nutation_damping_derivative"])  # fmt: skip
+def test_nutation_damping_is_told_of_the_precession(told, kind):
+    round_body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0]}
+    limit = sampling_limit_rad_s(2.0 if kind == "nutation_damping" else 0.0, 2.0, 0.5)
+    spin = {"initial.rate_deg_s": [0.0, 0.0, 2.0 * 1.02 * math.degrees(limit)]}  # L/A: half of it
+    (note,) = told(law(kind), HELD, round_body, spin)
+    assert note.startswith(f"the initial precession of {1.02 * math.degrees(limit):.3g} deg/s is ")
+    assert note.endswith(": the law will drive the nutation")
+    spin = {"initial.rate_deg_s": [0.0, 0.0, 1.6 * math.degrees(limit)]}
+    assert told(law(kind), HELD, round_body, spin) == []
+
+
+def test_the_first_laws_of_a_scheme_are_told_of_and_no_later_ones(told):
+    first = {"kind": "bdot", "gain_a_m2_s_per_t": 1e4}
+    until = {"until": {"at_most_s": 100.0}}
+    scheme = {"control.law": {"kind": "scheme", "stages": [{"laws": [first], **until}]}}
+    assert len(told(scheme, HELD, rate(40.0))) == 1
+    stages = [{"laws": [{"kind": "off"}], **until}, {"laws": [first]}]
+    assert told({"control.law": {"kind": "scheme", "stages": stages}}, HELD, rate(40.0)) == []
+
+
+def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(told):
+    """Along the orbit normal, X2, the orbital rate adds; the other way it takes off."""
+    limit = math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5))
+    frame = {"initial.euler_deg": [0.0] * 3, "initial.reference": "orbital",
+             "initial.rate_relative_to": "orbital"}  # fmt: skip
+    for sign, side in ((1.0, "above"), (-1.0, "near")):
+        (note,) = told(law(), HELD, frame, rate(sign * limit))
+        assert f"deg/s is {side} the" in note
+
+
+@pytest.mark.parametrize(
+    ("changes", "times"),
+    [
+        ({}, {"hold_s": 1.0}),
+        (HELD, {"hold_s": 2.0, "lag_s": 0.5}),
+        (WINDOW | {"spacecraft.coils.lag_s": 2.0}, {"hold_s": 3.0, "lag_s": 2.0, "measure_s": 6.0}),
+    ],
+)
+@pytest.mark.parametrize("kind", ["bdot", "bdot_rate"])
+def test_too_high_a_gain_is_told(make, told, changes, times, kind):
+    least = float(make().spacecraft.body.principal()[0][0])
+    difference_s = changes.get("control.sample_s", 1.0) if kind == "bdot" else 0.0
+    greatest = bdot_greatest_gain(least, 5e-5, difference_s=difference_s, **times)
+    assert told(law(kind, 0.99 * greatest), changes) == []
+    (note,) = told(law(kind, 1.01 * greatest), changes)
+    assert note.startswith(f"the gain of {1.01 * greatest:.3g} A m^2 s/T is above {greatest:.3g}, ")
+    assert note.endswith("overshoots in a field of 50000 nT")
+    assert ("by coils with a lag" in note) == ("lag_s" in times)
+
+
+def test_the_coils_own_dipole_in_the_readings_is_told(told):
+    disturbed = {"spacecraft.magnetometer.coil_disturbance_nt_per_a_m2": 500.0}
+    strong = law(gain=2e5)
+    (note,) = told(strong, disturbed)  # k c / d = 2e5 * 5e-7 / 1
+    assert note == (
+        "the magnetometer reads the coils' own dipole: 0.1 of it comes back in the next command, "
+        "and what B-dot can brake is told without that"
+    )
+    assert told(strong, disturbed, WINDOW) == []  # off, and without lag
+    (note,) = told(law(gain=2e6), disturbed, WINDOW, {"spacecraft.coils.lag_s": 3.0})
+    back = (np.exp(-1.0) - np.exp(-2.0)) / 3.0  # between the last two readings, 3 s and 6 s late
+    assert f"own dipole: {2e6 * 5e-7 * back:.2g} of it" in note
+    assert told(strong, disturbed, WINDOW, {"spacecraft.coils.lag_s": 1e-3}) == []
+    assert told(law("bdot_derivative", 2e5), disturbed) == []
+    assert told(law("bdot_rate", 2e5), disturbed, rate(10.0)) == []  # k c omega
+    assert "own dipole: 0.087 of it" in told(law("bdot_rate", 1e6), disturbed, rate(10.0))[0]
+
+
+def spectrum(polar, share, rate_rad_s):
+    """(weight, frequency) of a field normal to the momentum, in an axisymmetric body in nutation.
+
+    C/A = `share`; the rate is at the angle `polar` to the axis. The attitude is a turn by the
+    precession about the momentum and one by the body's own spin about its axis.
+    """
+    along, across = rate_rad_s * np.cos(polar), rate_rad_s * np.sin(polar)
+    momentum = np.hypot(across, share * along)
+    c, spin = share * along / momentum, along * (1.0 - share)
+    return ((1 + c) ** 2 / 2, spin + momentum), ((1 - c) ** 2 / 2, spin - momentum), (
+        1 - c * c, momentum
+    )  # fmt: skip
+
+
+def test_what_is_told_as_safe_is_braked_in_nutation_too():
+    """At 0.85 of the limit every axisymmetric body loses energy, whatever its nutation."""
+    least = math.inf
+    for times in ((2.0, 2.0, 0.0), (2.0, 2.0, 0.5), (0.0, 2.0, 0.5), (1.0, 6.0, 0.0)):
+        for share in (1e-3, 0.01, 0.1, 0.3, 0.6, 0.9, 1.3, 1.7, 2.0):
+            for polar in np.radians(np.arange(1.0, 90.0, 2.0)):
+                parts = spectrum(polar, share, 0.85 * sampling_limit_rad_s(*times))
+                power = sum(p * f**2 * damping_efficiency(f, *times) for p, f in parts)
+                least = min(least, power / sum(p * f**2 for p, f in parts))
+    assert 0.0 < least < 0.05  # so the margin is not a wasteful one

@@ -1,0 +1,160 @@
+"""What the author of a scenario with B-dot should know: what sampling and the coils' lag allow."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
+from torquer.control.nutation_damping import (
+    NutationDamping,
+    NutationDampingDerivative,
+    NutationDampingRate,
+)
+from torquer.control.scheme import Scheme
+from torquer.simulation.spec import Scenario
+from torquer.theory.gains import (
+    Sampling,
+    bdot_greatest_gain,
+    damping_efficiency,
+    driven_rate_rad_s,
+    sampling_limit_rad_s,
+)
+
+#: A strong field in low orbit [T], for the limit of the gain.
+_STRONG_FIELD_T = 5e-5
+#: From this part of the limit on little braking is left, and a body in nutation may have none: over
+#: the directions normal to the momentum its mean vanishes at 0.87 of the limit at the earliest.
+_NEAR = 0.85
+#: The part of a dipole that may come back as a command by way of the magnetometer.
+_HEARD = 0.05
+_BDOT = (Bdot, BdotRate, BdotDerivative, BdotModel)
+_NUTATION = (NutationDamping, NutationDampingRate, NutationDampingDerivative)
+_DIFFERENCES = (Bdot, NutationDamping)
+
+
+class _Turn(NamedTuple):
+    """The rotation that a law is to brake: its rate [rad/s], and words for it."""
+
+    rate_rad_s: float
+    told: str
+    law: str
+    what: str
+
+
+def bdot_notes(scenario: Scenario) -> list[str]:
+    """Notes on the laws at the start that brake by the field's rate of change, one line each."""
+    law = scenario.control.law
+    laws = law.stages[0].laws if isinstance(law, Scheme) else (law,)
+    notes = []
+    for each in laws:
+        if isinstance(each, _BDOT + _NUTATION):
+            notes += _rate_notes(scenario, each) + _own_dipole_notes(scenario, each)
+        if isinstance(each, _BDOT):
+            notes += _gain_notes(scenario, each)
+    return notes
+
+
+def sampling_of(scenario: Scenario, law) -> Sampling:
+    """Times of a law of B-dot's kind in this scenario."""
+    control = scenario.control
+    return Sampling(
+        control.sample_s if isinstance(law, _DIFFERENCES) else 0.0,
+        control.actuate_s or control.sample_s,
+        scenario.spacecraft.coils.lag_s,
+        control.measure_s,
+    )
+
+
+def _turn(scenario: Scenario, law) -> _Turn:
+    """The absolute rate at the start; for nutation damping the rate of precession, L/A."""
+    omega = _initial_rate(scenario)
+    if isinstance(law, _BDOT):
+        rate = float(np.linalg.norm(omega))
+        return _Turn(rate, "the initial rate", "B-dot", "rotation")
+    body, axis = scenario.spacecraft.body, np.array(law.axis)
+    inertia = np.array(body.inertia_kg_m2)
+    momentum = inertia @ omega + np.array(body.wheel_momentum_n_m_s)
+    transverse = 0.5 * (np.trace(inertia) - axis @ inertia @ axis)
+    rate = float(np.linalg.norm(momentum) / transverse)
+    return _Turn(rate, "the initial precession", "nutation damping", "nutation")
+
+
+def _initial_rate(scenario: Scenario) -> np.ndarray:
+    """Absolute rate [rad/s] in the body at the start."""
+    initial = scenario.initial
+    if initial.rate_relative_to == "inertial":
+        return np.radians(initial.rate_deg_s)
+    r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
+    return initial.motion(r, v)[4:]
+
+
+def _rate_notes(scenario: Scenario, law) -> list[str]:
+    sampling, turn = sampling_of(scenario, law), _turn(scenario, law)
+    limit = sampling_limit_rad_s(*sampling[:3])
+    if turn.rate_rad_s <= _NEAR * limit:
+        return []
+    side = "above" if turn.rate_rad_s > limit else "near"
+    return [
+        f"{turn.told} of {math.degrees(turn.rate_rad_s):.3g} deg/s is {side} the "
+        f"{math.degrees(limit):.3g} deg/s that {turn.law} can brake with {sampling.in_words}: "
+        f"{_outcome(law, turn, sampling)}"
+    ]
+
+
+def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
+    """What becomes of a rotation near the limit or above it."""
+    steady, times = isinstance(law, _BDOT), sampling[:3]
+    driven = driven_rate_rad_s(*times)
+    if turn.rate_rad_s <= sampling_limit_rad_s(*times):
+        left = damping_efficiency(turn.rate_rad_s, *times)
+        told = f"{100.0 * left:.2g} % of its braking is left"
+        return f"{told}, perhaps none for a body in nutation" if steady else told
+    if turn.rate_rad_s >= driven:
+        return f"the law will not stop the {turn.what}"
+    to = f", a steady one up to {math.degrees(driven):.3g} deg/s" if steady else ""
+    return f"the law will drive the {turn.what}{to}"
+
+
+def _gain_notes(scenario: Scenario, law) -> list[str]:
+    sampling = sampling_of(scenario, law)
+    moments, _ = scenario.spacecraft.body.principal()
+    greatest = bdot_greatest_gain(
+        float(moments[0]), _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,
+        lag_s=sampling.lag_s, measure_s=sampling.measure_s,
+    )  # fmt: skip
+    if law.gain_a_m2_s_per_t <= greatest:
+        return []
+    late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
+    return [
+        f"the gain of {law.gain_a_m2_s_per_t:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
+        f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
+    ]
+
+
+def _own_dipole_notes(scenario: Scenario, law) -> list[str]:
+    """A note if the magnetometer reads what the coils give, and the law takes that in."""
+    per_a_m2 = 1e-9 * abs(scenario.spacecraft.magnetometer.coil_disturbance_nt_per_a_m2)
+    heard = (law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
+    if heard <= _HEARD:
+        return []
+    return [
+        f"the magnetometer reads the coils' own dipole: {heard:.2g} of it comes back in the next "
+        f"command, and what {_turn(scenario, law).law} can brake is told without that"
+    ]
+
+
+def _rate_heard(scenario: Scenario, law) -> float:
+    """What the law makes of a unit of the coils' dipole in the readings, over its gain [1/s]."""
+    d, _, lag_s, off_s = sampling_of(scenario, law)
+    if not isinstance(law, (*_DIFFERENCES, BdotRate, NutationDampingRate)):
+        return 0.0  # these take no reading of the field itself
+    if off_s > 0.0 and lag_s == 0.0:
+        return 0.0
+    if d == 0.0:
+        left = math.exp(-off_s / lag_s) if off_s > 0.0 else 1.0
+        return left * float(np.linalg.norm(_initial_rate(scenario)))
+    changed = 1.0  # of the dipole, between the two readings
+    if off_s > 0.0:
+        changed = -math.exp((d - off_s) / lag_s) * math.expm1(-d / lag_s)
+    return changed / d
