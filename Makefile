@@ -4,13 +4,17 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
-.PHONY: run test lint bench gallery lock clean
+.PHONY: run test test-processors lint bench gallery lock clean
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
 
 test: $(STAMP)
 	$(BIN)/python -m pytest -n auto --dist loadfile
+
+# the suite once for each kind of processor that OpenBLAS, NumPy and Numba can be made to serve
+test-processors: $(STAMP)
+	$(BIN)/python tests/processors.py
 
 lint: $(STAMP)
 	$(BIN)/ruff check .
