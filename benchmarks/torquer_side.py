@@ -37,7 +37,7 @@ kind = "circular"
 radius_km = {task.radius_m / 1e3!r}
 inclination_deg = {math.degrees(task.inclination_rad)!r}
 [environment]
-field = {{ kind = "igrf14", degree = 13 }}
+field = {{ kind = "igrf14", degree = 13, held_at_year = {year_at_start()!r} }}
 earth_rotation = "sidereal"
 table_tolerance = {table_tolerance!r}
 [spacecraft.body]

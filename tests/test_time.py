@@ -110,7 +110,16 @@ def test_decimal_years():
     many = time.decimal_years("2012-02-28T23:00:00Z", t)
     later = (time.parse_utc("2012-02-28T23:00:00Z") + timedelta(seconds=s) for s in t)
     one_by_one = [time.decimal_year(moment) for moment in later]
-    # a leap second fell on 2012-06-30, within the last span
-    assert np.allclose(many[:2], one_by_one[:2], rtol=0, atol=1e-13)
-    second = 1.0 / (365 * 86400.0)
-    assert many[2] - one_by_one[2] == pytest.approx(-second, abs=1e-12)
+    # a leap second fell on 2012-06-30, within the last span: the years run on through it
+    assert np.allclose(many, one_by_one, rtol=0, atol=5e-13)
+    with pytest.raises(OverflowError):
+        time.decimal_years("2012-02-28T23:00:00Z", 1e12)
+
+
+def test_new_years_enclose_a_span():
+    day = 86400.0
+    at_s, years = time.new_years("2019-12-31T18:00:00Z", -day, 370.0 * day)
+    assert years.tolist() == [2019.0, 2020.0, 2021.0, 2022.0]
+    assert (at_s / day).tolist() == [-364.75, 0.25, 366.25, 731.25]
+    at_s, years = time.new_years("2020-01-01T00:00:00Z", 0.0, 366 * day)
+    assert years.tolist() == [2020.0, 2021.0, 2022.0] and at_s[0] == 0.0

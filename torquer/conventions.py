@@ -27,7 +27,8 @@ Frames (right-handed; O_a = centre of the Earth):
 
 Time. Civil times carry a zone. Inside, time is seconds since the start of the run (SI
 seconds, so that no leap second bends an equation of motion). A field model's date is the
-decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year).
+decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year), at every instant
+of a run; it runs on through a leap second, too. The model on board has the same date.
 
 Symbols. u argument of latitude; omega0 orbital rate; i inclination; q0 = (x, y, z, w).
 """

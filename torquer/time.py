@@ -7,7 +7,7 @@ future date, the last known TAI - UTC is used; before 1972 its first value, 10 s
 read here rather than through `erfa.dat`, which would warn of a 'dubious year' for each future date.
 """
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from functools import cache
 
 import erfa
@@ -78,19 +78,32 @@ def julian_dates(start_utc: str | datetime, t_s, dut1_s: float = 0.0) -> tuple[t
 
 def decimal_year(utc: str | datetime) -> float:
     """Decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year)."""
-    return float(_decimal_year_of(_stamp(utc)))
+    moment = parse_utc(utc)
+    begin, end = (datetime(year, 1, 1, tzinfo=UTC) for year in (moment.year, moment.year + 1))
+    return moment.year + (moment - begin) / (end - begin)
 
 
 def decimal_years(start_utc: str | datetime, t_s) -> np.ndarray:
-    """Decimal years at SI seconds `t_s` after the start."""
-    return _decimal_year_of(utc_at(start_utc, t_s))
+    """Decimal years at SI seconds `t_s` after the start.
+
+    They run on through a leap second, as UT1 does: a date that stands still for a second would
+    be a step in what depends on it. Within the calendar's years 1 to 9998; else OverflowError.
+    """
+    t_s = np.asarray(t_s, dtype=np.float64)
+    return np.interp(t_s, *new_years(start_utc, float(t_s.min()), float(t_s.max())))
 
 
-def _decimal_year_of(stamps) -> np.ndarray:
-    years = stamps.astype("datetime64[Y]")
-    begin = years.astype("datetime64[us]")
-    end = (years + 1).astype("datetime64[us]")
-    return years.astype(np.int64) + 1970 + (stamps - begin) / (end - begin)
+def new_years(start_utc: str | datetime, first_s: float, last_s: float) -> tuple:
+    """Each 1 January 00:00 UTC around first_s..last_s: seconds after the start [k], year [k].
+
+    The first lies before the span or at its beginning, the last beyond its end. Leap seconds are
+    not counted.
+    """
+    start = parse_utc(start_utc)
+    first, last = ((start + timedelta(seconds=s)).year for s in (first_s, last_s))
+    years = range(first, last + 2)
+    days = [datetime(year, 1, 1, tzinfo=UTC) - start for year in years]
+    return np.array([day / timedelta(seconds=1) for day in days]), np.array(years, dtype=float)
 
 
 def _stamp(utc: str | datetime) -> np.datetime64:

@@ -273,6 +273,8 @@ ORBIT_MISTAKES = [
      "--inclination-deg: must be less than or equal to 180; received 181"),
     ([*CIRCLE[:5], "soon"], "--start: must be a date (2025-07-01), a time with a zone "),
     ([*CIRCLE[:5], "2031"], "field model igrf14: date must lie within 1900.0..2030.0; received"),
+    ([*CIRCLE[:5], "2029-12-31", "--duration-min", "1500"],
+     "field model igrf14: date must lie within 1900.0..2030.0; received 2030.000114 at t = 90000"),
     ([*CIRCLE, "--step-s", "0"], "--step-s: must be a positive number; received 0"),
     ([*CIRCLE, "--step-s", "1e-4"], "--step-s: must cut the time into at most 200000 steps; "
      "received 5.74e+07 steps of 0.0001 s"),

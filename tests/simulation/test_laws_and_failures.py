@@ -302,6 +302,9 @@ def test_a_state_that_blows_up_stops_the_run(make, integrator, tmp_path):
 def test_a_field_model_without_that_date_stops_before_the_run(make):
     with pytest.raises(ValueError, match=r"igrf14: date must lie within 1900.0..2030.0; re"):
         simulate(make({"environment.field.kind": "igrf14", "start": "2031-03-04T00:00:00Z"}))
+    late = make({"environment.field.kind": "igrf14", "start": "2029-12-31T23:59:00Z"})
+    with pytest.raises(ValueError, match=r"2030.0; received 2030.0\d* at t = \d+ s$"):
+        simulate(late)
 
 
 def test_an_orbit_that_decays_stops_before_the_run(make):

@@ -91,7 +91,7 @@ def label(model) -> str:
     """A model's name in tables and pictures; what differs from the plain model is told."""
     if model == FIELDS[model.kind]():
         return model.kind
-    if isinstance(model, Gauss) and not model.extrapolate:
+    if isinstance(model, Gauss) and model == FIELDS[model.kind](degree=model.degree):
         whole = model.degree == max_degree(model.kind)
         return model.kind if whole else f"{model.kind}:{model.degree}"
     return f"{model.kind} (scenario)"

@@ -85,6 +85,7 @@ def _checked(scenario_path: Path):
         if law is not None:
             law.law().pack()
     around, t_s = scenario.surroundings(), _looks(scenario)
+    around.check_dates(*t_s[[0, -1]])
     around.sample(t_s)
     if scenario.spacecraft.aerodynamics:
         around.flow(t_s)

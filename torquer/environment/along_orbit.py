@@ -2,16 +2,15 @@
 
 from dataclasses import dataclass
 from datetime import datetime
-from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
 
-from torquer import time
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
+from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
 from torquer.environment.gravity import tide
 from torquer.environment.sun import lit_fraction, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
@@ -25,8 +24,10 @@ _POSITION, _FIELD, _TIDE = slice(0, 3), slice(3, 6), slice(6, 9)
 class Environment(Spec):
     """Models of the surroundings.
 
-    `field`: geomagnetic field model. `earth_rotation`: 'precise' (precession and nutation) or
-    'sidereal' (a plain turn by Greenwich sidereal time). `eclipse`: 'conical' or 'cylindrical'.
+    `field`: geomagnetic field model; its date goes on along the run, which must end within the
+    model's years. `earth_rotation`: 'precise' (precession and nutation) or 'sidereal' (a plain
+    turn by Greenwich sidereal time).
+    `eclipse`: 'conical' or 'cylindrical'.
     `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
     unless `air_turns` is false: publications often have it at rest.
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
@@ -64,14 +65,19 @@ class OrbitEnvironment:
         """Direction cosines [n, 3, 3] from the inertial to the Earth-fixed frame."""
         return dcm_inertial_to_ecef(t_s, self.start, self.environment.earth_rotation)
 
-    @cached_property
-    def _field_constants(self):
-        return self.environment.field.prepare(time.decimal_year(self.start))
-
     def field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Field [n, 3] T; the model's date is that of the start."""
+        """Field [n, 3] T, each at its own date; ValueError beyond the model's years."""
+        if len(t_s):
+            self.check_dates(float(np.min(t_s)), float(np.max(t_s)))
+        return self._field(t_s, r, v)
+
+    def check_dates(self, *times_s: float) -> None:
+        """ValueError (a warning if the model extrapolates) for a time beyond the field's years."""
+        check_span(self.environment.field, self.start, *times_s)
+
+    def _field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
         model = self.environment.field
-        return model.b_inertial(self._field_constants, r, v, self.dcm_to_ecef(t_s))
+        return b_inertial_along(model, self.start, t_s, r, v, self.dcm_to_ecef(t_s))
 
     def sun(self, t_s: np.ndarray) -> np.ndarray:
         """Position of the Sun [n, 3] m from the Earth's centre."""
@@ -82,19 +88,19 @@ class OrbitEnvironment:
         return lit_fraction(r, self.sun(t_s), self.environment.eclipse)
 
     def sample(self, t_s: np.ndarray) -> np.ndarray:
-        """Position, field and tide [n, 9] as the table holds them."""
+        """Position, field and tide [n, 9] as the table holds them; its last segment may end late,
+        and so dates are not checked."""
         r, v = self.state(t_s)
-        return np.hstack([r, self.field(t_s, r, v), tide(r)])
+        return np.hstack([r, self._field(t_s, r, v), tide(r)])
 
     def flow(self, t_s: np.ndarray) -> np.ndarray:
         """Velocity relative to the air times the root of its density [n, 3] sqrt(Pa)."""
         r, v = self.state(t_s)
         to_ecef = self.dcm_to_ecef(t_s)
         r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
-        density = self.environment.atmosphere.density(t_s, self.start, r_ecef)
-        wind = (
-            EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r) if self.environment.air_turns else 0.0
-        )
+        around = self.environment
+        density = around.atmosphere.density(t_s, self.start, r_ecef)
+        wind = EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r) if around.air_turns else 0.0
         return np.sqrt(density)[:, None] * (v - wind)
 
     def air_table(self, duration_s: float):
@@ -102,13 +108,18 @@ class OrbitEnvironment:
         return build(self.flow, duration_s, self.orbit.period_s / 200.0, DEGREE)
 
     def orbit_table(self, duration_s: float, step_s: float) -> ProvenTable:
-        """Table of `sample`, proven or exact at the instants of RK4 with this step."""
+        """Table of `sample`, proven or exact at the instants of RK4 with this step.
+
+        ValueError for a run that does not lie within the field model's years.
+        """
+        self.check_dates(0.0, duration_s)
         if self.environment.table_tolerance == 0.0:
             return build_exact(self.sample, duration_s, step_s)
         first_guess = self.orbit.period_s / 100.0
         tolerance = self.environment.table_tolerance
         groups = (_POSITION, _FIELD, _TIDE)
-        return build_proven(self.sample, duration_s, first_guess, tolerance, groups)
+        bends = bends_s(self.environment.field, self.start, duration_s)
+        return build_proven(self.sample, duration_s, first_guess, tolerance, groups, bends)
 
     def sun_table(self, duration_s: float):
         """Table of the Sun's position; two days of its path are a smooth arc."""

@@ -24,16 +24,22 @@ SAFETY = 1.5
 class Table(NamedTuple):
     """Polynomials for kernels: coefficients [segment, power, channel] of x in [-1, 1].
 
-    Always `DEGREE` + 1 powers, so that the compiler can unroll the sums.
+    Always `DEGREE` + 1 powers, so that the compiler can unroll the sums. `ahead`: part of the
+    first segment that lies before the start, 0..1.
     """
 
     per_second: float
     coefficients: np.ndarray
+    ahead: float = 0.0
 
     @property
     def segment_s(self) -> float:
         """Length of a segment [s]."""
         return 1.0 / self.per_second
+
+    def times(self, segments: np.ndarray, x: np.ndarray) -> np.ndarray:
+        """Times [s] of places x in [-1, 1] within segments, segment by segment."""
+        return ((segments[:, None] + 0.5 * (1.0 + x)).ravel() - self.ahead) * self.segment_s
 
 
 @dataclass(frozen=True)
@@ -48,7 +54,7 @@ class ProvenTable:
 @inlined
 def _place(table, t):
     """Segment and position x in [-1, 1] of a time; beyond the ends the last segments go on."""
-    s = t * table.per_second
+    s = t * table.per_second + table.ahead
     segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
     return segment, 2.0 * (s - segment) - 1.0
 
@@ -110,16 +116,24 @@ def _error_peaks(degree: int) -> np.ndarray:
 
 
 def build(
-    sample: Callable[[np.ndarray], np.ndarray], duration_s: float, segment_s: float, degree: int
+    sample: Callable[[np.ndarray], np.ndarray],
+    duration_s: float,
+    segment_s: float,
+    degree: int,
+    knot_s: float = 0.0,
 ) -> Table:
-    """Table of `sample(t_s) -> [n, channels]` over 0..duration_s, no check made."""
-    segments = max(1, math.ceil(duration_s / segment_s - 1e-9))
+    """Table of `sample(t_s) -> [n, channels]` over 0..duration_s, no check made.
+
+    Two segments meet at `knot_s`, where the function may have a bend.
+    """
+    ahead = -knot_s / segment_s % 1.0
+    segments = max(1, math.ceil(duration_s / segment_s + ahead - 1e-9))
     points = lobatto(degree)
-    times = (np.arange(segments)[:, None] + 0.5 * (1.0 + points[:-1])).ravel() * segment_s
-    values = sample(np.append(times, segments * segment_s))
+    places = (np.arange(segments)[:, None] + 0.5 * (1.0 + points[:-1])).ravel()
+    values = sample((np.append(places, segments) - ahead) * segment_s)
     coefficients = np.zeros((segments, DEGREE + 1, values.shape[1]))
     _fit(np.linalg.inv(np.vander(points, increasing=True)), values, coefficients)
-    return Table(1.0 / segment_s, coefficients)
+    return Table(1.0 / segment_s, coefficients, ahead)
 
 
 @kernel
@@ -135,13 +149,25 @@ def _fit(to_power, values, coefficients):
                     coefficients[segment, power, channel] += factor * value
 
 
-def measured_error(table: Table, sample, groups) -> float:
-    """Largest relative error of any group of channels at the peaks of every segment."""
-    x = _error_peaks(DEGREE)
-    segments = np.arange(table.coefficients.shape[0])
-    times = ((segments[:, None] + 0.5 * (1.0 + x)) * table.segment_s).ravel()
-    exact = np.ascontiguousarray(sample(times))
-    return max(_greatest_error(table.coefficients, x, exact, g.start, g.stop) for g in groups)
+def measured_error(table: Table, sample, groups, bends_s=()) -> float:
+    """Largest relative error of any group of channels at the peaks of every segment.
+
+    In a segment with a bend the error peaks elsewhere: there it is sought everywhere.
+    """
+    every = np.arange(table.coefficients.shape[0])
+    error = _error_in(table, table.coefficients, every, _error_peaks(DEGREE), sample, groups)
+    if len(bends_s) == 0:
+        return error
+    places = np.floor(np.asarray(bends_s) * table.per_second + table.ahead).astype(np.int64)
+    bent = np.unique(np.clip(places, 0, every[-1]))
+    dense = np.linspace(-1.0, 1.0, 65)
+    return max(error, _error_in(table, table.coefficients[bent], bent, dense, sample, groups))
+
+
+def _error_in(table: Table, coefficients, segments, x, sample, groups) -> float:
+    """Largest relative error at places x of segments, which have these coefficients."""
+    exact = np.ascontiguousarray(sample(table.times(segments, x)))
+    return max(_greatest_error(coefficients, x, exact, g.start, g.stop) for g in groups)
 
 
 @kernel
@@ -170,16 +196,19 @@ def build_proven(
     segment_s: float,
     tolerance: float,
     groups: tuple[slice, ...],
+    bends_s=(),
 ) -> ProvenTable:
     """Table whose relative error in every group of channels is below the tolerance.
 
     Starts from segments of `segment_s` and halves them until the check passes; raises
-    ValueError when eight halvings do not do (a function that is not smooth).
+    ValueError when eight halvings do not do (a function that is not smooth). `bends_s`: times at
+    which the slope jumps a little, the worst one first; there two segments meet.
     """
     evaluations, checks = 0, len(_error_peaks(DEGREE))
+    knot_s = float(bends_s[0]) if len(bends_s) else 0.0
     for _ in range(8):
-        table = build(sample, duration_s, segment_s, DEGREE)
-        error = SAFETY * measured_error(table, sample, groups)
+        table = build(sample, duration_s, segment_s, DEGREE, knot_s)
+        error = SAFETY * measured_error(table, sample, groups, bends_s)
         evaluations += table.coefficients.shape[0] * (DEGREE + checks)
         if error <= tolerance:
             return ProvenTable(table, error, evaluations)

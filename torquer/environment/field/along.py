@@ -76,7 +76,7 @@ class FieldsAlong:
 def fields_along(
     models, orbit, start: datetime, t_s, earth_rotation: str = "precise"
 ) -> FieldsAlong:
-    """The models' fields along an orbit at seconds `t_s` [n] after the start.
+    """The models' fields along an orbit at seconds `t_s` [n] after the start, each at its date.
 
     `ValueError` for a date that a model does not cover, or a time without an orbit.
     """

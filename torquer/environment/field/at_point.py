@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.environment.field.coefficients import published
-from torquer.environment.field.gauss import Gauss
+from torquer.environment.field.coefficients import pieces, published
+from torquer.environment.field.drift import coefficients_of
 from torquer.environment.field.globe import Elements, at_geodetic, elements
-from torquer.environment.field.tilted_dipole import TiltedDipole
 
 #: Horizontal over total intensity below which the field is vertical: no direction, no D.
 _VERTICAL = 1e-9
@@ -18,15 +17,6 @@ class PointField(NamedTuple):
 
     elements: Elements
     rates: Elements | None
-
-
-def coefficients_of(model) -> str | None:
-    """Name of the published coefficients that a model is made of; None if the date is all one."""
-    if isinstance(model, Gauss):
-        return model.kind
-    if isinstance(model, TiltedDipole) and model.mu_e_t_km3 is None:
-        return model.source
-    return None
 
 
 def yearly_change(model, decimal_year: float, *place, geocentric: bool = False):
@@ -40,7 +30,7 @@ def yearly_change(model, decimal_year: float, *place, geocentric: bool = False):
     if source is None:
         return None
     years = published(source).years
-    k = int(np.clip(np.searchsorted(years, decimal_year, side="right") - 1, 0, len(years) - 2))
+    k = int(pieces(source, decimal_year))
     first, last = (at_geodetic(model, y, *place, geocentric=geocentric) for y in years[k : k + 2])
     return (last - first) / (years[k + 1] - years[k])
 

@@ -57,12 +57,16 @@ def max_degree(model: str) -> int:
     return published(model).g.shape[1] - 1
 
 
-def check_date(model: str, decimal_year: float, extrapolate: bool) -> None:
-    """A date outside the model's validity: `ValueError`, or a warning where that is allowed."""
+def check_date(model: str, decimal_year: float, extrapolate: bool, when: str = "") -> None:
+    """A date outside the model's validity: `ValueError`, or a warning where that is allowed.
+
+    `when` says in the message which date it is.
+    """
     first, *_, last = published(model).years
     if first <= decimal_year <= last:
         return
-    line = f"field model {model}: date must lie within {first}..{last}; received {decimal_year}"
+    received = f"{round(float(decimal_year), 6)}{when}"
+    line = f"field model {model}: date must lie within {first}..{last}; received {received}"
     if not (extrapolate and np.isfinite(decimal_year)):
         raise ValueError(line)
     warnings.warn(f"{line}: extrapolated", stacklevel=3)
@@ -78,7 +82,25 @@ def schmidt_coefficients(
     """
     check_date(model, decimal_year, extrapolate)
     years, g, h = published(model)
-    k = int(np.clip(np.searchsorted(years, decimal_year, side="right") - 1, 0, len(years) - 2))
+    k = int(pieces(model, decimal_year))
     part = (decimal_year - years[k]) / (years[k + 1] - years[k])
     mixed = [NANOTESLA * ((1.0 - part) * c[k] + part * c[k + 1]) for c in (g, h)]
     return mixed[0], mixed[1]
+
+
+def pieces(model: str, decimal_years) -> np.ndarray:
+    """Numbers of the epochs from which the coefficients run at these dates, linear to the next.
+
+    At an epoch, its own; before the first and after the last piece that piece goes on.
+    """
+    years = published(model).years
+    return np.clip(np.searchsorted(years, decimal_years, side="right") - 1, 0, len(years) - 2)
+
+
+def schmidt_rates(model: str, piece: int) -> tuple[np.ndarray, np.ndarray]:
+    """dg/dt and dh/dt `[n, m]` in T/yr of a piece, to the last degree that changes."""
+    years, g, h = published(model)
+    span = years[piece + 1] - years[piece]
+    rates = np.stack([NANOTESLA * (c[piece + 1] - c[piece]) / span for c in (g, h)])
+    size = int(np.flatnonzero(rates.any(axis=(0, 2)))[-1]) + 1
+    return rates[0, :size, :size], rates[1, :size, :size]

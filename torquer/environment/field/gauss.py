@@ -29,11 +29,13 @@ class Gauss(Spec):
     """The main field by its Gauss coefficients, truncated at `degree` (all by default).
 
     `extrapolate` turns the error for a date outside the model's validity into a warning.
+    `held_at_year` holds the coefficients at a decimal year, whatever the date.
     """
 
     kind: Literal["igrf14", "wmm2025"] = "igrf14"
     degree: int | None = None
     extrapolate: bool = False
+    held_at_year: float | None = None
 
     @model_validator(mode="after")
     def _degree_exists(self):
@@ -46,11 +48,19 @@ class Gauss(Spec):
 
     def coefficients(self, decimal_year: float) -> Harmonics:
         """The expansion at a date, as the kernels take it."""
-        g, h = coefficients.schmidt_coefficients(self.kind, decimal_year, self.extrapolate)
+        year = decimal_year if self.held_at_year is None else self.held_at_year
+        g, h = coefficients.schmidt_coefficients(self.kind, year, self.extrapolate)
         size = (self.degree or coefficients.max_degree(self.kind)) + 1
         return harmonics.pack(g[:size, :size], h[:size, :size])
 
     prepare = coefficients
+
+    def prepare_rate(self, piece: int) -> Harmonics:
+        """The expansion of dB/dt [T/yr] between one epoch of the source and the next."""
+        size = (self.degree or coefficients.max_degree(self.kind)) + 1
+        return harmonics.pack(
+            *(c[:size, :size] for c in coefficients.schmidt_rates(self.kind, piece))
+        )
 
     def b_earth_fixed(self, packed: Harmonics, r_ecef) -> np.ndarray:
         """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
@@ -69,12 +79,17 @@ class Gauss(Spec):
 
 
 class Igrf14(Gauss):
-    """International Geomagnetic Reference Field, 14th generation: 1900-2030."""
+    """International Geomagnetic Reference Field, 14th generation: 1900-2030.
+
+    The coefficients go on with the date along a run; `held_at_year` holds them at a decimal year,
+    as software on board or another program may do. `degree`: where the sum stops (left out: 13).
+    `extrapolate`: dates beyond those years are a warning, not an error.
+    """
 
     kind: Literal["igrf14"] = "igrf14"
 
 
 class Wmm2025(Gauss):
-    """World Magnetic Model 2025: 2025-2030."""
+    """World Magnetic Model 2025: 2025-2030, to degree 12; keys as those of 'igrf14'."""
 
     kind: Literal["wmm2025"] = "wmm2025"

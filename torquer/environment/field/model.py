@@ -8,7 +8,7 @@ from torquer.engine import kernel
 
 
 class FieldModel(Protocol):
-    """One interface: `prepare` once per run, then as many points as wanted.
+    """One interface: `prepare` once per date, then as many points as wanted.
 
     `prepare` takes the decimal year and returns what the compiled code needs. `b_inertial`
     gives the induction [T] in the inertial frame J at the points of an orbit; a model that

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from torquer.conventions import FIELD_RADIUS_M
 from torquer.engine import kernel
-from torquer.environment.field.coefficients import schmidt_coefficients
+from torquer.environment.field.coefficients import schmidt_coefficients, schmidt_rates
 from torquer.environment.field.model import row_matrix, row_vector, rows
 from torquer.geometry.vec3 import add_scaled, dot, mat_t_vec, scale
 from torquer.spec import Spec
@@ -42,9 +42,15 @@ def b_turning_many(moment_ecef, r_inertial, dcm_inertial_to_ecef, out):
         out[i, 0], out[i, 1], out[i, 2] = b_dipole(moment, row_vector(r_inertial, i))
 
 
+def _moment(g, h) -> tuple:
+    """Dipole vector [T m^3] in Earth-fixed axes of the terms of degree 1 [T]."""
+    return tuple(FIELD_RADIUS_M**3 * float(c) for c in (g[1, 1], h[1, 1], g[1, 0]))
+
+
 class TiltedDipole(Spec):
     """Dipole at the Earth's centre: of `source` at the date, or given by three numbers.
 
+    `held_at_year` and `extrapolate` as those of 'igrf14'.
     `tilt_deg` is the angle of the dipole's direction to the Earth's axis (north): 168.3 in FIELD,
     168 deg 26' in MAG. `longitude_deg` is its east longitude: FIELD's lambda2, which counts from
     -Y2, is longitude + 90 deg - (longitude of Y1).
@@ -53,6 +59,7 @@ class TiltedDipole(Spec):
     kind: Literal["tilted_dipole"] = "tilted_dipole"
     source: Literal["igrf14", "wmm2025"] = "igrf14"
     extrapolate: bool = False
+    held_at_year: float | None = None
     mu_e_t_km3: float | None = Field(None, gt=0.0)
     tilt_deg: float | None = Field(None, ge=0.0, le=180.0)
     longitude_deg: float | None = None
@@ -66,17 +73,26 @@ class TiltedDipole(Spec):
                 f"{', '.join(names)}: must be given together or not at all; "
                 f"received {', '.join(given)}"
             )
+        if given and self.held_at_year is not None:
+            raise ValueError(
+                f"held_at_year: must be left out with {', '.join(names)}, which have no date; "
+                f"received {self.held_at_year:g}"
+            )
         return self
 
     def prepare(self, decimal_year: float) -> tuple:
         """Dipole vector mu_e k [T m^3] in Earth-fixed axes; the date counts only for `source`."""
         if self.mu_e_t_km3 is None:
-            g, h = schmidt_coefficients(self.source, decimal_year, self.extrapolate)
-            return tuple(FIELD_RADIUS_M**3 * float(c) for c in (g[1, 1], h[1, 1], g[1, 0]))
+            year = decimal_year if self.held_at_year is None else self.held_at_year
+            return _moment(*schmidt_coefficients(self.source, year, self.extrapolate))
         tilt, longitude = math.radians(self.tilt_deg), math.radians(self.longitude_deg)
         across = math.sin(tilt)
         k = (across * math.cos(longitude), across * math.sin(longitude), math.cos(tilt))
         return tuple(self.mu_e_t_km3 * M3_IN_KM3 * c for c in k)
+
+    def prepare_rate(self, piece: int) -> tuple:
+        """Rate of the dipole vector [T m^3/yr] between one epoch of `source` and the next."""
+        return _moment(*schmidt_rates(self.source, piece))
 
     def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
         """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
