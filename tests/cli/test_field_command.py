@@ -250,6 +250,20 @@ def test_orbit_of_a_scenario_has_its_start_and_its_field_first(field, scenario, 
     assert [each["model"] for each in twice["fields"]] == ["averaged"]
 
 
+def test_ut1_is_that_of_the_option_else_of_the_scenario(field, scenario, strict_json):
+    def longitudes(*arguments):
+        told = field("orbit", "--scenario", scenario, "--revolutions", "0.1", *arguments, "--json")
+        return np.array(strict_json(told[1])["longitude_deg"])
+
+    plain, second = longitudes(), 360.0 / 86164.0905
+    given = longitudes("--ut1-minus-utc-s", "0.5")
+    assert plain - given == pytest.approx(0.5 * second, abs=2e-6)
+    own = "[environment]\nut1_minus_utc_s = -0.4\n"
+    scenario.write_text(scenario.read_text().replace("[environment]\n", own))
+    assert longitudes() - plain == pytest.approx(0.4 * second, abs=2e-6)
+    assert np.array_equal(longitudes("--ut1-minus-utc-s", "0.5"), given)
+
+
 def test_orbit_of_an_element_set_starts_at_its_epoch(field, tmp_path, strict_json):
     (tmp_path / "chibis.tle").write_text(TLE)
     given = ["--tle", tmp_path / "chibis.tle", "--duration-min", "2", "--model", "direct_dipole"]
@@ -275,6 +289,8 @@ ORBIT_MISTAKES = [
     ([*CIRCLE[:5], "2031"], "field model igrf14: date must lie within 1900.0..2030.0; received"),
     ([*CIRCLE[:5], "2029-12-31", "--duration-min", "1500"],
      "field model igrf14: date must lie within 1900.0..2030.0; received 2030.000114 at t = 90000"),
+    ([*CIRCLE, "--ut1-minus-utc-s", "1.2"],
+     "--ut1-minus-utc-s: must lie within -0.9..0.9; received 1.2"),
     ([*CIRCLE, "--step-s", "0"], "--step-s: must be a positive number; received 0"),
     ([*CIRCLE, "--step-s", "1e-4"], "--step-s: must cut the time into at most 200000 steps; "
      "received 5.74e+07 steps of 0.0001 s"),

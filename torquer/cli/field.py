@@ -72,6 +72,10 @@ def orbit(
     revolutions: Annotated[float | None, Parameter(help="How long [1].")] = None,
     duration_min: Annotated[float | None, Parameter(help="How long, in minutes.")] = None,
     step_s: Annotated[float, Parameter(help="From instant to instant [s].")] = 30.0,
+    ut1_minus_utc_s: Annotated[
+        float | None,
+        Parameter(help="UT1 - UTC at the start [s] [that of the scenario, else 0]."),
+    ] = None,
     model: Models = None,
     out: Annotated[Path | None, Parameter(help="Folder for inertial.png and orbital.png.")] = None,
     json: Json = False,
@@ -84,6 +88,7 @@ def orbit(
         "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
     }  # fmt: skip
     way = options.way_of(circular, tle, scenario, start)
+    way = options.with_ut1(way, ut1_minus_utc_s)
     t_s = options.instants(way.orbit.period_s, revolutions, duration_min, step_s)
     return work.orbit(way, options.with_models(way, model), t_s, out, json)
 

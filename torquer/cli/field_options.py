@@ -26,13 +26,17 @@ _LOWEST_KM, _HIGHEST_KM = -10.0, 50_000.0
 
 
 class Way(NamedTuple):
-    """An orbit, when it starts, how the Earth turns, and the field that came with it."""
+    """An orbit, when it starts, how the Earth turns, and the field that came with it.
+
+    `dut1_s`: UT1 - UTC at the start.
+    """
 
     orbit: AnyOrbit
     start: datetime
     earth_rotation: str
     field: object = None
     name: str = ""
+    dut1_s: float = 0.0
 
 
 def moment(text: str, option: str = "--date") -> datetime:
@@ -131,13 +135,27 @@ def way_of(circular: dict, tle, scenario, start: str | None, option: str = "--st
     return Way(orbit, begin or _epoch(orbit), Environment().earth_rotation, name=name)
 
 
+def with_ut1(way: Way, ut1_minus_utc_s: float | None) -> Way:
+    """The way with the UT1 - UTC told, if one is."""
+    if ut1_minus_utc_s is None:
+        return way
+    if not abs(ut1_minus_utc_s) <= 0.9:
+        raise ValueError(
+            f"--ut1-minus-utc-s: must lie within -0.9..0.9; received {ut1_minus_utc_s:g}"
+        )
+    return way._replace(dut1_s=ut1_minus_utc_s)
+
+
 def _way_of_scenario(path: Path, begin: datetime | None) -> Way:
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)
     around = scenario.environment
     start = begin or scenario.start
-    return Way(scenario.orbit, start, around.earth_rotation, around.field, scenario.name)
+    return Way(
+        scenario.orbit, start, around.earth_rotation, around.field, scenario.name,
+        around.ut1_minus_utc_s,
+    )  # fmt: skip
 
 
 def _circular(keys: dict) -> Circular:

@@ -76,7 +76,7 @@ def orbit(way: Way, models: tuple, t_s, out: Path | None, as_json: bool) -> int:
     """Print the field along an orbit; draw it if a folder is given."""
     if out is not None:
         _folder(out)
-    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation)
+    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
     labels = [label(model) for model in models]
     if out is not None:
         from torquer.report.field_pictures import draw_along
@@ -183,7 +183,7 @@ def cone(way: Way, models: tuple, t_s, out: Path, as_json: bool) -> int:
     from torquer.report.field_cone import cone_of, draw_cone, write_cone_page
 
     _folder(out)
-    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation)
+    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
     labels, title = [label(m) for m in models], f"{way.name}, from {_stamp(way.start)}"
     shape = cone_of(way.orbit)
     draw_cone(along, labels, shape, title, out / "cone.png")

@@ -3,7 +3,9 @@
 Two models. "precise": J is GCRF; precession-nutation IAU 2006/2000A, based on the celestial
 intermediate origin, and the Earth rotation angle. "sidereal": J is the true equator and mean
 equinox of date (TEME, the frame of SGP4); one turn by Greenwich mean sidereal time, IAU 1982.
-Polar motion is neglected in both (below 0.6 arcsec, 20 m at the surface).
+UT1 - UTC is given at the start (`dut1_s`) and held: taken as 0, the Earth is up to 0.9 s off its
+place (13.5 arcsec, 420 m on the equator); it changes by a millisecond or two a day. Polar motion
+is neglected in both (below 0.6 arcsec, 20 m at the surface).
 
 Precession-nutation changes slowly and costs much, so it is evaluated on a fixed half-day grid
 and interpolated by polynomials of degree 5 (error below 1e-11 rad). The grid is laid in absolute

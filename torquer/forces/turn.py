@@ -82,21 +82,26 @@ def check_mode(mode: str) -> None:
         raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
 
 
-def earth_turn(start_utc: str | datetime, first_s: float, last_s: float, mode: str) -> Turn:
-    """Table of the Earth's turning for times first_s..last_s [s] after the start."""
+def earth_turn(
+    start_utc: str | datetime, first_s: float, last_s: float, mode: str, dut1_s: float = 0.0
+) -> Turn:
+    """Table of the Earth's turning for times first_s..last_s [s] after the start.
+
+    `dut1_s` is UT1 - UTC at the start. Midnights and the grid of the table are those of UTC.
+    """
     check_mode(mode)
     start = parse_utc(start_utc)
-    (day, ut1), (_, tt) = julian_dates(start, np.zeros(1))
-    midnight_s = float(ut1[0]) * DAY_S
+    (day, utc), (_, tt) = julian_dates(start, np.zeros(1))
+    midnight_s = float(utc[0]) * DAY_S
     # a cell more at each end: the last instant must not be read from another cell than it would
     # be in a longer table
     first = math.floor((midnight_s + first_s) / _GRID_S) - 1
     last = math.floor((midnight_s + last_s) / _GRID_S) + 1
-    lag = float(ut1[0] - tt[0])
-    points = np.arange(first + NODES[0], last + NODES[-1] + 1) * GRID_DAYS - lag
-    values = _slow(mode, day, lag, points)
+    utc_minus_tt, dut1 = float(utc[0] - tt[0]), dut1_s / DAY_S
+    points = np.arange(first + NODES[0], last + NODES[-1] + 1) * GRID_DAYS - utc_minus_tt
+    values = _slow(mode, day, utc_minus_tt + dut1, points)
     cells = np.stack([TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
-    angle = float(erfa.era00(day, ut1[0]))
+    angle = float(erfa.era00(day, utc[0] + dut1))
     day_of_year = start.timetuple().tm_yday + midnight_s / DAY_S
     return Turn(midnight_s, angle, first, cells, day_of_year, start.year)
 
@@ -160,7 +165,7 @@ def days_in(year):
 
 
 def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
-    """TEME to GCRF [3, 3] at one instant."""
+    """TEME to GCRF [3, 3] at one instant; UT1 - UTC would turn it by 1e-11 rad at most."""
     (day, ut1), (_, tt) = julian_dates(start_utc, 0.0)
     lag = float(erfa.gmst82(day, ut1) - erfa.era00(day, ut1))
     return _dcm_to_teme(*(float(v) for v in erfa.xys06a(day, tt)), lag).T
@@ -169,8 +174,13 @@ def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
 def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float:
     """SI seconds from one instant to another, leap seconds counted."""
     start, end = parse_utc(start_utc), parse_utc(end_utc)
-    leap = round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
-    return (end - start) / timedelta(seconds=1) + leap
+    return (end - start) / timedelta(seconds=1) + leap_seconds_between(start, end)
+
+
+def leap_seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> int:
+    """Number of leap seconds inserted between two instants."""
+    start, end = parse_utc(start_utc), parse_utc(end_utc)
+    return round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
 
 
 def _tt_minus_utc_days(moment: datetime) -> float:

@@ -49,7 +49,7 @@ class Circular(Spec):
         """Orbital rate omega0 [rad/s]; it does not depend on the date."""
         return kepler.mean_motion(self.radius_m)
 
-    def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
+    def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
         angles = (self.raan_deg, self.inclination_deg, 0.0)
         start = math.radians(self.argument_of_latitude_deg)

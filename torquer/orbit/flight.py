@@ -141,14 +141,19 @@ def _read(nodes, first, per_s, t, r, v):
 class Trajectory:
     """Nodes of one flight, both ways from its anchor, as far as anybody has asked."""
 
-    def __init__(self, forces: Forces, anchor: datetime, mode: str, state: np.ndarray):
-        self._forces, self._anchor, self._mode = forces, anchor, mode
+    def __init__(
+        self, forces: Forces, anchor: datetime, mode: str, state: np.ndarray, dut1_s: float = 0.0
+    ):
+        self._forces, self._anchor, self._mode, self._dut1_s = forces, anchor, mode, dut1_s
         self._work = workspace(6)
         self._lock = threading.Lock()
-        turn, start = earth_turn(anchor, 0.0, 0.0, mode), np.empty((1, 9))
+        turn, start = self._turn(0.0, 0.0), np.empty((1, 9))
         _note(Flight(forces, turn, day_of_year_at(turn, 0.0)), 0.0, state, start[0])
         #: Ahead and back: nodes from the anchor on, and the step that DOP853 would try next.
         self._ways = {1: [start, 0.0], -1: [start, 0.0]}
+
+    def _turn(self, first_s: float, last_s: float) -> Turn:
+        return earth_turn(self._anchor, first_s, last_s, self._mode, self._dut1_s)
 
     def states(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at seconds from the anchor."""
@@ -169,7 +174,7 @@ class Trajectory:
             count = min(max(missing, _FEW, len(nodes) // 4), _MANY)
             begin = way * (len(nodes) - 1) * NODE_S
             end = begin + way * count * NODE_S
-            turn = earth_turn(self._anchor, min(begin, end), max(begin, end), self._mode)
+            turn = self._turn(min(begin, end), max(begin, end))
             more, y = np.empty((count, 9)), nodes[-1, :6].copy()
             status, h, filled = _fly(
                 self._forces, turn, begin, way * NODE_S, y, h, self._work, more

@@ -177,7 +177,7 @@ class Kepler(Spec):
         """Mean motion [rad/s]; it does not depend on the date."""
         return mean_motion(self.shape[0])
 
-    def state(self, t_s, start_utc=None) -> tuple[np.ndarray, np.ndarray]:
+    def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
         axis, eccentricity = self.shape
         if self.true_anomaly_deg is not None:

@@ -14,7 +14,7 @@ from torquer.forces import gravity
 from torquer.forces.atmosphere import AnyAtmosphere, Nrlmsis
 from torquer.forces.atmosphere.air import NO_AIR
 from torquer.forces.atmosphere.nrlmsis import NOT_COMPILED
-from torquer.forces.turn import seconds_between, teme_to_gcrf_at
+from torquer.forces.turn import leap_seconds_between, seconds_between, teme_to_gcrf_at
 from torquer.orbit import kepler
 from torquer.orbit.circular import Circular
 from torquer.orbit.flight import Forces, Trajectory
@@ -134,18 +134,24 @@ class Numerical(Spec):
         """Instant of the start state: a TLE's epoch, else the start of the run."""
         return epoch_of(self.start) if isinstance(self.start, Sgp4) else parse_utc(start_utc)
 
-    def state(self, t_s, start_utc: str | datetime) -> tuple[np.ndarray, np.ndarray]:
+    def state(
+        self, t_s, start_utc: str | datetime, dut1_s: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start.
 
-        Any order, before the start too. Integrated once, then read (below 1 mm off). ValueError
-        for an orbit that leaves the heights of its atmosphere or meets the ground.
+        Any order, before the start too. Integrated once, then read (below 1 mm off). `dut1_s` is
+        UT1 - UTC at the start. ValueError for an orbit that leaves the heights of its atmosphere
+        or meets the ground.
         """
         t_s = np.atleast_1d(validate.finite("t_s", t_s))
         if t_s.size == 0:
             return np.empty((0, 3)), np.empty((0, 3))
         anchor = self.anchor(start_utc)
         offset = seconds_between(anchor, start_utc)
-        return _trajectory(self, anchor).states(np.ascontiguousarray(t_s + offset))
+        # UT1 runs on through a leap second, so that UT1 - UTC was another before it
+        dut1_there_s = dut1_s - leap_seconds_between(anchor, start_utc)
+        flight = _trajectory(self, anchor, dut1_there_s)
+        return flight.states(np.ascontiguousarray(t_s + offset))
 
     def _start_state(self, anchor: datetime) -> np.ndarray:
         """Position and velocity [6] at the anchor in the frame of integration."""
@@ -173,6 +179,7 @@ def epoch_of(elements: Sgp4) -> datetime:
 
 
 @functools.lru_cache(maxsize=16)
-def _trajectory(orbit: Numerical, anchor: datetime) -> Trajectory:
+def _trajectory(orbit: Numerical, anchor: datetime, dut1_s: float) -> Trajectory:
     """The one flight of an orbit from an anchor in this process; it grows as it is asked for."""
-    return Trajectory(orbit.forces(), anchor, orbit.earth_rotation, orbit._start_state(anchor))
+    start = orbit._start_state(anchor)
+    return Trajectory(orbit.forces(), anchor, orbit.earth_rotation, start, dut1_s)

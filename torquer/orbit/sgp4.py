@@ -148,10 +148,13 @@ class Sgp4(Spec):
         """Mean motion [rad/s] of the element set at its epoch."""
         return float(self.tle[1][52:63]) * TWO_PI / DAY_S
 
-    def state(self, t_s, start_utc: str | datetime) -> tuple[np.ndarray, np.ndarray]:
+    def state(
+        self, t_s, start_utc: str | datetime, dut1_s: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.
 
-        A time that SGP4 refuses (decay, for one) is a `ValueError` with its meaning.
+        The epoch of the elements is UTC, so UT1 - UTC plays no part. A time that SGP4 refuses
+        (decay, for one) is a `ValueError` with its meaning.
         """
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         (day, fraction), _ = julian_dates(start_utc, t_s)

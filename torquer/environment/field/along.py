@@ -74,17 +74,16 @@ class FieldsAlong:
 
 
 def fields_along(
-    models, orbit, start: datetime, t_s, earth_rotation: str = "precise"
+    models, orbit, start: datetime, t_s, earth_rotation: str = "precise", dut1_s: float = 0.0
 ) -> FieldsAlong:
     """The models' fields along an orbit at seconds `t_s` [n] after the start, each at its date.
 
-    `ValueError` for a date that a model does not cover, or a time without an orbit.
+    `dut1_s` is UT1 - UTC at the start. `ValueError` for a date that a model does not cover, or a
+    time without an orbit.
     """
     t_s = np.ascontiguousarray(t_s, dtype=np.float64)
-    met = [
-        OrbitEnvironment(Environment(field=model, earth_rotation=earth_rotation), orbit, start)
-        for model in models
-    ]
+    turning = {"earth_rotation": earth_rotation, "ut1_minus_utc_s": dut1_s}
+    met = [OrbitEnvironment(Environment(field=m, **turning), orbit, start) for m in models]
     r, v = met[0].state(t_s)
     lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", met[0].dcm_to_ecef(t_s), r))
     return FieldsAlong(

@@ -56,13 +56,13 @@ class Atmosphere(Spec):
                 f"received {h[row]:.6g} km at t = {t_s[row]:.6g} s"
             )
 
-    def density(self, t_s, start_utc: str | datetime, r_ecef_m) -> np.ndarray:
+    def density(self, t_s, start_utc: str | datetime, r_ecef_m, dut1_s: float = 0.0) -> np.ndarray:
         """Density [n] kg/m^3 at times [n] s after the start, at Earth-fixed positions [n, 3] m.
 
-        ValueError outside the model's heights.
+        `dut1_s` is UT1 - UTC at the start. ValueError outside the model's heights.
         """
         t_s, r = self._checked(t_s, r_ecef_m)
-        return self._densities(t_s, start_utc, r)
+        return self._densities(t_s, start_utc, r, dut1_s)
 
     def _checked(self, t_s, r_ecef_m) -> tuple[np.ndarray, np.ndarray]:
         r = np.ascontiguousarray(np.atleast_2d(validate.finite("r_ecef_m", r_ecef_m)))
@@ -72,8 +72,8 @@ class Atmosphere(Spec):
         self.check_heights(t_s, r)
         return t_s, r
 
-    def _densities(self, t_s, start_utc, r) -> np.ndarray:
-        turn = earth_turn(start_utc, float(t_s.min()), float(t_s.max()), "precise")
+    def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
+        turn = earth_turn(start_utc, float(t_s.min()), float(t_s.max()), "precise", dut1_s)
         out = np.empty(t_s.size)
         _densities(self.pack(), turn, t_s, r, out)
         return out

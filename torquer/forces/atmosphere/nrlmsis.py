@@ -25,7 +25,7 @@ class Nrlmsis(Atmosphere):
     version: Literal["00", "2.0", "2.1"] = "2.1"
     heights_km: ClassVar = (0.0, 2000.0)
 
-    def _densities(self, t_s, start_utc, r) -> np.ndarray:
+    def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
         pymsis = _package()
         latitude, longitude, height_m = geodetic_from_ecef(r)
         n = t_s.size
