@@ -218,6 +218,6 @@ def test_flight_session_of_chibis_m():
 def test_unknown_models_are_one_clear_line():
     with pytest.raises(ValueError) as error:
         sun.lit_fraction([7e6, 0, 0], SUN, "x")
-    assert str(error.value) == "eclipse: must be one of conical, cylindrical; received 'x'"
+    assert str(error.value) == "eclipse: must be one of conical, oblate, cylindrical; received 'x'"
     with pytest.raises(ValueError, match=r"^earth rotation: must be one of precise, sidereal"):
         sun.sun_position([0.0], START, "x")

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cached_property
 from typing import Annotated, Literal
 
 import numpy as np
@@ -12,7 +13,7 @@ from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
 from torquer.environment.gravity import tide
-from torquer.environment.sun import lit_fraction, sun_position
+from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
 from torquer.forces.atmosphere import AnyAtmosphere
 from torquer.orbit import AnyOrbit
@@ -29,7 +30,10 @@ class Environment(Spec):
     turn by Greenwich sidereal time). `ut1_minus_utc_s`: UT1 - UTC at the start, from the IERS's
     Bulletin A or B; it is held (it changes by a millisecond or two a day). Left at 0, the Earth is
     up to 0.9 s off its place: 450 m at 500 km, 1.6 nT. Polar motion (20 m) is left out.
-    `eclipse`: 'conical' or 'cylindrical'.
+    `eclipse`: shadow of the Earth: 'conical' (umbra and penumbra of a sphere of the equatorial
+    radius), 'oblate' (the same of the ellipsoid WGS84) or 'cylindrical'. In low orbits a sphere's
+    contacts are 5 s off in the mean, 30 s where the orbit grazes the shadow; the ellipsoid's are
+    right to 0.1 s, the atmosphere left out.
     `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
     unless `air_turns` is false: publications often have it at rest.
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
@@ -39,7 +43,7 @@ class Environment(Spec):
     field: AnyField = FIELDS["igrf14"]()
     earth_rotation: Literal["precise", "sidereal"] = "precise"
     ut1_minus_utc_s: Annotated[float, Field(ge=-0.9, le=0.9)] = 0.0
-    eclipse: Literal["conical", "cylindrical"] = "conical"
+    eclipse: Literal["conical", "oblate", "cylindrical"] = "conical"
     gravity_gradient: bool = True
     atmosphere: AnyAtmosphere | None = None
     air_turns: bool = True
@@ -90,7 +94,15 @@ class OrbitEnvironment:
 
     def lit(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Visible fraction of the Sun's disc [n]."""
-        return lit_fraction(r, self.sun(t_s), self.environment.eclipse)
+        return lit_fraction(r, self.sun(t_s), self.shadow)
+
+    @cached_property
+    def shadow(self) -> Shadow:
+        """The Earth's shadow; in a year the pole strays by 1e-4 rad, which moves it by 2 m."""
+        model = self.environment.eclipse
+        if model != "oblate":
+            return shadow_of(model)
+        return shadow_of(model, self.dcm_to_ecef(np.zeros(1))[0, 2])
 
     def sample(self, t_s: np.ndarray) -> np.ndarray:
         """Position, field and tide [n, 9] as the table holds them; its last segment may end late,

@@ -3,19 +3,47 @@
 import math
 from datetime import datetime
 from functools import partial
+from typing import NamedTuple
 
 import erfa
 import numpy as np
 
-from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RADIUS_M, SUN_RADIUS_M
+from torquer.conventions import (
+    ASTRONOMICAL_UNIT_M,
+    EARTH_FLATTENING,
+    EARTH_RADIUS_M,
+    SUN_RADIUS_M,
+)
 from torquer.engine import kernel
 from torquer.environment import earth
 from torquer.forces.turn import check_mode
-from torquer.geometry.vec3 import cross, dot, norm, sub
+from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
 from torquer.time import julian_dates
 
 LIGHT_SPEED_M_S = 299792458.0
-ECLIPSES = ("conical", "cylindrical")
+#: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder.
+ECLIPSES = ("conical", "oblate", "cylindrical")
+#: Equatorial over polar radius of the Earth, less one.
+_OBLATENESS = EARTH_FLATTENING / (1.0 - EARTH_FLATTENING)
+
+
+class Shadow(NamedTuple):
+    """The Earth's shadow for kernels: a cylinder, or the cone of a body oblate along `pole`.
+
+    `oblateness`: equatorial over polar radius, less one; `pole`: unit vector, inertial.
+    """
+
+    cylinder: bool
+    oblateness: float
+    pole: tuple
+
+
+def shadow_of(model: str = "conical", pole=(0.0, 0.0, 1.0)) -> Shadow:
+    """The shadow by its model's name; `ValueError` for one that is not known."""
+    if model not in ECLIPSES:
+        raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
+    oblateness = _OBLATENESS if model == "oblate" else 0.0
+    return Shadow(model == "cylindrical", oblateness, as_vector(pole))
 
 
 def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.ndarray:
@@ -32,20 +60,19 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     return earth.interpolate_slow(partial(_apparent_teme, lag), *tt)
 
 
-def lit_fraction(r_m, sun_m, model: str = "conical") -> np.ndarray:
+def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     """Lit part of the Sun's disc, 0 (shadow) to 1, at positions [n, 3] m; Sun at [n, 3] m.
 
     "conical": the Earth (a sphere of the equatorial radius) and the Sun are flat discs on the
-    sky; the overlap is exact, also where the Earth lies wholly inside the Sun. "cylindrical":
-    0 in the cylinder behind the Earth, 1 elsewhere. Both in one inertial frame.
+    sky; the overlap is exact, also where the Earth lies wholly inside the Sun. "oblate": the same
+    for the ellipsoid, its pole along axis 3 unless the `Shadow` has another. "cylindrical":
+    0 in the cylinder behind the Earth, 1 elsewhere. All in one inertial frame.
     """
-    if model not in ECLIPSES:
-        raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
+    shadow = shadow_of(shadow) if isinstance(shadow, str) else shadow
     r, sun = np.broadcast_arrays(np.atleast_2d(r_m), np.atleast_2d(sun_m))
-    if model == "cylindrical":
-        return _cylindrical(r, sun)
+    r, sun = (np.ascontiguousarray(x, np.float64) for x in (r, sun))
     out = np.empty(len(r))
-    _conical(np.ascontiguousarray(r, np.float64), np.ascontiguousarray(sun, np.float64), out)
+    _lit_fractions(shadow, r, sun, out)
     return out
 
 
@@ -67,15 +94,20 @@ def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
     return (turn @ _apparent_gcrf(day, fraction)[..., None])[..., 0]
 
 
-def _cylindrical(r: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    along = np.sum(r * sun, axis=-1) / np.linalg.norm(sun, axis=-1)
-    beside = np.linalg.norm(np.cross(r, sun), axis=-1) / np.linalg.norm(sun, axis=-1)
-    return np.where((along < 0.0) & (beside < EARTH_RADIUS_M), 0.0, 1.0)
-
-
 @kernel
-def lit_fraction_at(r, sun):
-    """Lit part of the Sun's disc at a position, conical shadow; both vectors in m, one frame."""
+def lit_fraction_at(shadow, r, sun):
+    """Lit part of the Sun's disc at a position; both vectors in m, one inertial frame.
+
+    Stretched along its pole the ellipsoid is a sphere, and rays stay straight: which of them it
+    stops is exact. The Sun, stretched too, is taken as round; its rim is then up to 0.34 % of its
+    radius off, 3 arcsec.
+    """
+    if shadow.cylinder:
+        beside = norm(cross(r, sun)) / norm(sun)
+        return 0.0 if dot(r, sun) < 0.0 and beside < EARTH_RADIUS_M else 1.0
+    pole = shadow.pole
+    r = add_scaled(r, shadow.oblateness * dot(r, pole), pole)
+    sun = add_scaled(sun, shadow.oblateness * dot(sun, pole), pole)
     to_sun = sub(sun, r)
     size_sun = math.asin(SUN_RADIUS_M / norm(to_sun))
     size_earth = math.asin(min(EARTH_RADIUS_M / norm(r), 1.0))
@@ -96,6 +128,7 @@ def _overlap(a, b, c):
 
 
 @kernel
-def _conical(r, sun, out):
+def _lit_fractions(shadow, r, sun, out):
     for i in range(out.size):
-        out[i] = lit_fraction_at((r[i, 0], r[i, 1], r[i, 2]), (sun[i, 0], sun[i, 1], sun[i, 2]))
+        here, there = (r[i, 0], r[i, 1], r[i, 2]), (sun[i, 0], sun[i, 1], sun[i, 2])
+        out[i] = lit_fraction_at(shadow, here, there)

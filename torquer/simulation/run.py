@@ -84,6 +84,7 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
         sun_sensors=_sun_sensors(scenario, [law, wheel_law]),
+        shadow=scenario.surroundings().shadow,
         attitude_sensor=craft.attitude_sensor.pack(),
         navigates=law.navigates or (wheel_law is not None and wheel_law.navigates),
         parameters=law.pack(),

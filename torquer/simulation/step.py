@@ -13,7 +13,7 @@ import numpy as np
 
 from torquer.conventions import Measured
 from torquer.engine import borrowed, inlined, kernel
-from torquer.environment.sun import lit_fraction_at
+from torquer.environment.sun import Shadow, lit_fraction_at
 from torquer.environment.table import Table, lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add_scaled, cross, dot, sub, sym_vec, unit
@@ -71,6 +71,7 @@ class Plan(NamedTuple):
     magnetometer: MagnetometerSet
     gyro: GyroSet
     sun_sensors: SunSensorSet
+    shadow: Shadow
     attitude_sensor: AttitudeSensorSet
     navigates: bool
     parameters: np.ndarray
@@ -141,11 +142,12 @@ def put_motion(cells, x):
 
 
 @kernel
-def see_sun(sensors, orbit, sun_table, q, t, seed, step):
+def see_sun(plan, tables, q, t, step):
     """What the Sun sensors read at time t."""
-    r, sun = lookup3(orbit, t), lookup3(sun_table, t)
+    r, sun = lookup3(tables.orbit, t), lookup3(tables.sun, t)
     direction = rotate_inverse(q, unit(sub(sun, r)))
-    return read_sun(sensors, direction, lit_fraction_at(r, sun), seed, step)
+    lit = lit_fraction_at(plan.shadow, r, sun)
+    return read_sun(plan.sun_sensors, direction, lit, plan.seed, step)
 
 
 @inlined
@@ -181,7 +183,7 @@ def sense(plan, tables, state, x, here, step):
     drift = walked_bias(plan.gyro, get3(cells, DRIFT), since_last_s, plan.seed, step)
     sun_body = (0.0, 0.0, 0.0)
     if plan.sun_sensors.axes.shape[0] > 0:
-        sun_body = see_sun(plan.sun_sensors, tables.orbit, tables.sun, q, t, plan.seed, step)
+        sun_body = see_sun(plan, tables, q, t, step)
     measured = Measured(
         t,
         read_field(plan.magnetometer, b_body, dipole, plan.seed, step),
