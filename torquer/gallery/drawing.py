@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from torquer.report.panel import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.sheet import FINE_DPI, stacked
+from torquer.report.theory_pictures import isolines
 
 #: Colours of the field models, the same in every picture, best model first.
 MODEL_COLOURS = {"IGRF-14": "#222222", "tilted dipole": RED, "direct dipole": BLUE,
@@ -33,6 +34,15 @@ def label(axes, x: str, y: str, *, legend: bool = True, columns: int = 4) -> Non
             handlelength=1.5,
             columnspacing=1.3,
         )
+
+
+def shaded_map(axes, x, y, values, levels, name: str, form: str = "%g") -> None:
+    """A map with labelled isolines, and what its shades mean: a colour bar with name and unit."""
+    ground = isolines(axes, x, y, values, levels, form)
+    bar = axes.figure.colorbar(ground, ax=axes, pad=0.02, aspect=30)
+    bar.set_label(name, fontsize=10)
+    bar.ax.tick_params(labelsize=9.5)
+    bar.outline.set_visible(False)
 
 
 def level(axes, y: float, text: str) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torquer.gallery.entry import within
 from torquer.geometry import euler
 from torquer.geometry.quaternion import from_dcm
 from torquer.geometry.vec3 import as_matrix
@@ -130,6 +131,52 @@ def spread_at_a_node(values: np.ndarray) -> float:
     Below one, the choice of the model matters less than the node, which the text leaves open.
     """
     return float(np.median(np.ptp(values, axis=0)) / np.ptp(values[0]))
+
+
+IGRF, TILTED, DIRECT, AVERAGED = range(4)
+PAIRS = [(a, b) for a in range(4) for b in range(a)]
+_CLOSE, _WORSE = "the two dipole models are especially close", "IGRF slightly worse"
+
+
+def distances(runs: dict[str, list[Course]], values_of) -> dict[tuple[int, int], np.ndarray]:
+    """Root mean square distance of the courses of two models, node by node."""
+    values = np.array([
+        [values_of(found[node % len(found)]) for node in range(len(NODES_DEG))]
+        for found in runs.values()
+    ])  # fmt: skip
+    return {(a, b): np.sqrt(np.mean((values[a] - values[b]) ** 2, axis=-1)) for a, b in PAIRS}
+
+
+def closest(apart: dict[tuple[int, int], np.ndarray]) -> int:
+    """Number of nodes where no pair of models is closer than the two dipoles."""
+    least = np.min(list(apart.values()), axis=0)
+    return int(np.sum(apart[DIRECT, TILTED] <= least))
+
+
+def comparison(runs: dict[str, list[Course]], values_of, times, left, what: str) -> tuple:
+    """Checks of what FIELD says of Fig. 8, and of Fig. 9 as analogous.
+
+    `values_of(run)`: the course; `times` and `left` `[model, node]`: when it is below a limit, what
+    is left of it in the end; `what`: its name.
+    """
+    apart = distances(runs, values_of)
+    in_time = {(a, b): np.abs(times[a] - times[b]) for a, b in PAIRS}
+    stands_off = np.median(apart[AVERAGED, DIRECT] / apart[DIRECT, TILTED])
+    nodes = len(NODES_DEG)
+    return (
+        within("spread of the times at a node, over IGRF's between nodes",
+               "times differ insignificantly", spread_at_a_node(times), high=1.0),
+        within(f"nodes, of {nodes}, where the dipoles' courses are the closest pair", _CLOSE,
+               closest(apart), low=0.5 * nodes),
+        within(f"nodes, of {nodes}, where the dipoles' times are the closest pair", _CLOSE,
+               closest(in_time), low=0.5 * nodes),
+        within("averaged to direct dipole, over tilted to direct (courses)",
+               "averaged differs from the dipoles", stands_off, low=1.0),
+        within(f"nodes, of {nodes}, where IGRF takes longer than the direct dipole", _WORSE,
+               np.sum(times[IGRF] > times[DIRECT]), low=0.5 * nodes),
+        within(f"{what} left over with IGRF, over that with the direct dipole", _WORSE,
+               left[IGRF].mean() / left[DIRECT].mean(), low=1.0, high=1.25),
+    )  # fmt: skip
 
 
 def draw(axes, runs: dict[str, list[Course]], values_of) -> None:

@@ -19,17 +19,23 @@ _PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d
 _TURN = 2.0 * math.pi
 
 
-def isolines(axes, x, y, values, levels, form: str = "%g", norm=None) -> None:
-    """Isolines of `values` `[x, y]` with their numbers, on a pale ground that darkens upwards."""
+def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
+    """Isolines of `values` `[x, y]` with their numbers, on a pale ground that darkens upwards.
+
+    Returns the ground, for a colour bar.
+    """
     values = np.asarray(values).T
     axes.grid(False)
-    axes.pcolormesh(x, y, values, cmap=_PALE, norm=norm, shading="gouraud", rasterized=True)
+    ground = axes.pcolormesh(
+        x, y, values, cmap=_PALE, norm=norm, shading="gouraud", rasterized=True
+    )
     lines = axes.contour(x, y, values, levels=levels, colors="#222222", linewidths=1.0)
     texts = axes.clabel(lines, fmt=form, fontsize=9, inline_spacing=4)
     for text in texts:
         text.set_rotation_mode("anchor")
     axes.set_xlim(x[0], x[-1])
     axes.set_ylim(y[0], y[-1])
+    return ground
 
 
 def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:

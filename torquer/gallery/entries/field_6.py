@@ -30,8 +30,7 @@ def compute() -> Answer:
     on_plateau = inclination_deg > PLATEAU_FROM_DEG + 0.5
     checks = (
         near("greatest angle by (1.12)", "19", formula.max(), "deg"),
-        near("(1.12) is on its plateau from", "35", plateau_start(inclination_deg, formula), "deg",
-             1.0),
+        near("(1.12) is on its plateau from", "35", plateau_start(), "deg"),
         within("vectors themselves: rise over the plateau", "constant above 35 deg",
                np.ptp(vectors[on_plateau]), high=0.5, unit="deg"),
         near("vectors themselves at i = 52 deg", "19", np.interp(52.0, inclination_deg, vectors),
@@ -46,9 +45,14 @@ def compute() -> Answer:
     return Answer(checks, {"": figure})
 
 
-def plateau_start(inclination_deg, angle) -> float:
-    """Inclination from which the angle is within a thousandth of its greatest value."""
-    return float(inclination_deg[np.argmax(angle > 0.999 * angle.max())])
+def plateau_start() -> float:
+    """Inclination from which (1.12) has its greatest angle before u = 90 deg."""
+    u = np.radians(np.linspace(0.0, 90.0, 1801))
+    for inclination_deg in np.arange(30.0, 40.0, 0.05):
+        cosines = [cos_to_direct_dipole(each, math.radians(inclination_deg)) for each in u]
+        if np.argmin(cosines) < len(u) - 1:
+            return float(inclination_deg)
+    return math.nan
 
 
 ENTRY = Entry(

@@ -1,25 +1,26 @@
 """FIELD section 4: which field model for which study, with our own evidence beside it.
 
-Five of the table's 24 signs are lost in the text; they stay lost here. The evidence: how far each
-simple model's vector is from that of IGRF over a day on FIELD's orbit (1000 km, 82.5 deg).
+Five of the table's 24 signs are lost in the text; they stay lost here, and where a row is short of
+one, which of its places is empty is our reading. So there is nothing to agree with. Beside it: how
+far each simple model's vector is from that of IGRF over a day on FIELD's orbit (1000 km, 82.5 deg).
 """
 
 import numpy as np
 
 from torquer.gallery.cones import angle_between_deg
 from torquer.gallery.drawing import MODEL_COLOURS, label, new_figure
-from torquer.gallery.entry import Answer, Entry, lost, within
+from torquer.gallery.entry import Answer, Entry, Verdict, lost
 from torquer.gallery.four_models import MODELS, Case, scenario
 
 GOOD, HALF, BAD, LOST = "+", "±", "-", "?"
-#: Study: signs of IGRF/WMM, tilted dipole, direct dipole, averaged. Where a row has lost a sign,
-#: its place is the one that the section's prose leaves for it.
+#: Study: signs of IGRF/WMM, tilted dipole, direct dipole, averaged. A row with an asterisk has
+#: three signs in the text without a gap; its empty place is the one that the prose leaves for it.
 TABLE = {
     "simulation, refined": (GOOD, LOST, BAD, BAD),
-    "simulation, preliminary": (BAD, GOOD, LOST, HALF),
+    "simulation, preliminary *": (BAD, GOOD, LOST, HALF),
     "transient motion": (GOOD, GOOD, GOOD, GOOD),
-    "accuracy of attitude": (GOOD, LOST, HALF, HALF),
-    "analysis, orbital frame": (BAD, BAD, GOOD, LOST),
+    "accuracy of attitude *": (GOOD, LOST, HALF, HALF),
+    "analysis, orbital frame *": (BAD, BAD, GOOD, LOST),
     "analysis, inertial frame": (BAD, LOST, HALF, GOOD),
 }
 _COLOURS = {GOOD: "#bfe3d4", HALF: "#fbe8bf", BAD: "#f4cdbd", LOST: "#eeeeee"}
@@ -43,15 +44,15 @@ def compute() -> Answer:
     mean = {model: float(error.mean()) for model, error in errors.items()}
     signs = [sign for row in TABLE.values() for sign in row]
     checks = (
-        within("mean error of direction: direct dipole over tilted",
-               "tilted dipole in place of IGRF, direct not", mean["direct dipole"]
-               / mean["tilted dipole"], low=1.0),
-        within("mean error of direction: averaged over direct dipole",
-               "averaged least for simulation", mean["averaged"] / mean["direct dipole"], low=1.0),
         lost("signs of the table that the text has lost, of 24", signs.count(LOST)),
+        *(lost(f"mean error of direction over a day: {model}", mean[model], "deg")
+          for model in errors),
     )  # fmt: skip
-    told = ", ".join(f"{m} {mean[m]:.1f} deg (at most {errors[m].max():.1f})" for m in errors)
-    note = f"Mean angle to IGRF-14 over a day: {told}."
+    told = ", ".join(f"{m} {errors[m].max():.1f} deg" for m in errors)
+    note = (
+        f"Greatest angle to IGRF-14 over a day: {told}; means are in the table. Prose of the "
+        "section: IGRF for refined studies, the tilted dipole before it or in its place."
+    )
     return Answer(checks, {"table": table(), "errors": curves(t_s, errors)}, note)
 
 
@@ -72,7 +73,7 @@ def table():
     for cell in cells.get_celld().values():
         cell.set_edgecolor("#ffffff")
         cell.set_linewidth(1.5)
-    axes.text(0.31, 0.0, "+ good   ± with care   - not   ? sign lost in the text",
+    axes.text(0.31, 0.0, "+ good   ± with care   - not   ? sign lost in the text   * its place, too",
               transform=axes.transAxes, fontsize=9.5, color="#555555", va="center")  # fmt: skip
     return figure
 
@@ -87,4 +88,9 @@ def curves(t_s, errors):
     return figure
 
 
-ENTRY = Entry(ids=("FIELD-table",), compute=compute)
+ENTRY = Entry(
+    ids=("FIELD-table",),
+    compute=compute,
+    declared=Verdict.LOST,
+    reason="five of the 24 signs are lost in the text, in three rows their places, too",
+)

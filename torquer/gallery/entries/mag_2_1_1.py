@@ -10,7 +10,7 @@ import numpy as np
 
 from torquer.control.bdot import BdotRate
 from torquer.gallery.drawing import COLOURS, label, new_figure
-from torquer.gallery.entry import Answer, Entry, within
+from torquer.gallery.entry import Answer, Entry, Verdict, consistent, lost, within
 from torquer.theory.comparison import compare
 from torquer.theory.evolution import BDOT, bdot
 from torquer.theory.evolution.model import Slow
@@ -49,12 +49,12 @@ def compute() -> Answer:
     apart = max(np.abs(formula - path).max() for formula, path in found.values())
     at = {i: formula[-1] for i, (formula, _) in found.items()}
     checks = (
-        within("formula (2.1.11) from the integrated system (2.1.10), greatest",
-               "(2.1.11) is its solution", apart, high=1e-8),
-        within("formula from Euler's equations over u = 10, greatest, over eps",
-               "averaging errs by the order of eps", full_error() / EPS, high=1.0),
-        within("l after 10 revolutions, i = 90 deg over i = 10 deg",
-               "l depends on the inclination (figure)", at[90.0] / at[10.0], high=0.5),
+        consistent(within("formula (2.1.11) from the integrated system (2.1.10), greatest",
+                          "(2.1.11) is its solution", apart, high=1e-8)),
+        consistent(within("formula from Euler's equations over u = 10, greatest, over eps",
+                          "averaging errs by the order of eps", full_error() / EPS, high=1.0)),
+        lost("l after 10 revolutions, i = 10 deg", at[10.0]),
+        lost("l after 10 revolutions, i = 90 deg", at[90.0]),
     )  # fmt: skip
     slowest, fastest = max(at, key=at.get), min(at, key=at.get)
     note = (
@@ -82,4 +82,12 @@ def picture(found):
     return figure
 
 
-ENTRY = Entry(ids=("MAG-2.1.1",), compute=compute)
+ENTRY = Entry(
+    ids=("MAG-2.1.1",),
+    compute=compute,
+    declared=Verdict.CONSISTENT,
+    reason=(
+        "the text has lost eps, rho0 and the inclinations of the figure and prints no number; the "
+        "formula, the integrated averages and Euler's equations agree with one another"
+    ),
+)

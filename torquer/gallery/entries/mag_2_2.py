@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from torquer.gallery.drawing import BLUE, GREEN, RED, label, level, new_figure
-from torquer.gallery.entry import Answer, Entry, near, within
+from torquer.gallery.entry import Answer, Entry, Verdict, consistent, near, within
 from torquer.theory.steady_bdot import (
     PITCH,
     ROLL,
@@ -40,13 +40,13 @@ def compute() -> Answer:
     method = printed.eps * steady_response(printed).offset[PITCH]
     checks = (
         near("offset in the orbit plane, formula", "2.3", degrees_of(formula), "deg",
-             tolerance=0.1, printed="about 2.3 deg"),
-        near("the same, whole equations", "2.3", degrees_of(full), "deg", tolerance=0.1,
+             printed="about 2.3 deg"),
+        near("the same, whole equations", "2.3", degrees_of(full), "deg",
              printed="about 2.3 deg"),
         near("method of the small parameter over the formula", "1", method / formula.pitch,
              tolerance=1e-6, printed="the formula is its result"),
-        within("swing from rest at the vertical: formula from whole equations, over eps",
-               "error of the next order", swing_error(), high=0.01),
+        consistent(within("swing from rest at the vertical: formula from whole equations, over eps",
+                          "error of the next order", swing_error(), high=0.01)),
     )  # fmt: skip
     note = (
         f"Formula {degrees_of(formula):.3f} deg, whole equations {degrees_of(full):.3f} deg. The "
@@ -54,8 +54,7 @@ def compute() -> Answer:
         f"offset is {degrees_of(true):.3f} deg. The sideways offset, of "
         f"{abs(math.degrees(formula.roll)):.2f} deg by the formula, comes from the spin about the "
         f"axis that the start at rest leaves; it dies away ({abs(math.degrees(full.roll)):.3f} deg "
-        "in the mean over revolutions 16 to 24). A law of the rate relative to the orbital frame, "
-        "m = k omega x B, has no offset."
+        "in the mean over revolutions 16 to 24)."
     )
     return Answer(checks, {"": picture(printed, formula)}, note)
 
@@ -81,4 +80,12 @@ def picture(case, formula):
     return figure
 
 
-ENTRY = Entry(ids=("MAG-2.2",), compute=compute)
+ENTRY = Entry(
+    ids=("MAG-2.2",),
+    compute=compute,
+    declared=Verdict.DIFFERS,
+    reason=(
+        "in the last digit: the text's formula and numbers give 2.24 deg, where it says about 2.3. "
+        "The formula itself agrees with the whole equations and with the small-parameter method"
+    ),
+)

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 
-from torquer.gallery.drawing import label, new_figure
+from torquer.gallery.drawing import label, new_figure, shaded_map
 from torquer.gallery.entry import Answer, Entry, within
-from torquer.report.theory_pictures import isolines
 from torquer.theory.evolution import SPIN_UP, spin_up
 from torquer.theory.slow_motion import map_of_evolution
 from torquer.theory.spinner import Spinner
@@ -53,7 +52,7 @@ def compute() -> Answer:
     figure, (axes,) = new_figure(
         "Spin-up: momentum L / L₀ after 5 revolutions (MAG Fig. 3.2.1)", height=4.4
     )
-    isolines(axes, GRID, GRID, found, np.arange(1.25, 4.25, 0.25))
+    shaded_map(axes, GRID, GRID, found, np.arange(1.25, 4.25, 0.25), "L / L₀")
     label(axes, "inclination [deg]", "rho₀ [deg]", legend=False)
     axes.set(xticks=range(0, 91, 15), yticks=range(0, 91, 15))
     return Answer(checks, {"": figure}, note)

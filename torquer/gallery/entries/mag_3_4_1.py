@@ -8,9 +8,8 @@ import math
 
 import numpy as np
 
-from torquer.gallery.drawing import COLOURS, label, new_figure
+from torquer.gallery.drawing import COLOURS, label, new_figure, shaded_map
 from torquer.gallery.entry import Answer, Entry, within
-from torquer.report.theory_pictures import isolines
 from torquer.theory.equilibria import equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution import PRELIMINARY_1
 from torquer.theory.evolution.model import Slow
@@ -70,7 +69,8 @@ def compute() -> Answer:
 def figure_map(found, what="1: rho after 10 revolutions (MAG Fig. 3.4.1)"):
     """Isolines of rho over (i, theta0)."""
     figure, (axes,) = new_figure(f"Preliminary reorientation {what}", height=4.4)
-    isolines(axes, GRID, GRID, found, (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 19), "%g°")
+    levels = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 18, 19)
+    shaded_map(axes, GRID, GRID, found, levels, "rho [deg]", "%g°")
     label(axes, "inclination [deg]", "theta₀ [deg]", legend=False)
     axes.set(xticks=range(0, 91, 15), yticks=range(0, 91, 15))
     return figure
