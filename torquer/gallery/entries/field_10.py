@@ -2,12 +2,12 @@
 
 Axes. FIELD's orbital frame is up, motion, normal, and its (2.16) wants B > A for gravity to hold
 pitch. The moments as printed, 5750 up, 2450 along the motion, 4000 normal, have B < A: like-named
-axes do not stay together without control, nor with any gain that is tried. They are run so, and in the only stable order as well:
-the least up, the middle one along the motion, the greatest normal.
+axes do not stay together without control, nor with any gain that is tried. They are run so, and in
+the only stable order as well: the least up, the middle one along the motion, the greatest normal.
 
-Gain: not printed for this figure. That of Fig. 8 is run too, and others from 1e7 to 5e12. The gain of the comparison was fixed
-before any model was compared: the one whose own pitch offset by (2.16) is the greatest initial
-angle, 6 deg, which the text calls near.
+Gain: not printed for this figure. That of Fig. 8 is run too, and others from 1e7 to 5e12. The gain
+of the comparison was fixed before any model was compared: the one whose own pitch offset by (2.16)
+is the greatest initial angle, 6 deg, which the text calls near.
 
 Also chosen here: errors and the constant torque alike on all axes, readings and the random torque
 anew every second, accuracy as the 95th percentile over the second half of the run (a greatest
@@ -217,10 +217,10 @@ ENTRY = Entry(
     reason=(
         "with the moments in the printed order none of the gains tried, from 1e7 to 5e12, holds "
         "the attitude, and in the stable order the body turns over with the gain of Fig. 8 (the "
-        "text prints no other), as with all from 5e9 on. With a gain that holds it, the three simple models agree with one "
-        "another, but IGRF is twice as far off: its quadrupole drives the body once a "
-        "revolution, near the free pitch motion's 0.90, and a dipole does so twice only. In the "
-        "first revolutions all lie closer"
+        "text prints no other), as with all from 5e9 on. With a gain that holds it, the three "
+        "simple models agree with one another, but IGRF is twice as far off: its quadrupole drives "
+        "the body once a revolution, near the free pitch motion's 0.90, and a dipole does so twice "
+        "only. In the first revolutions all lie closer"
     ),
     slow=True,
 )

@@ -73,7 +73,7 @@ def table():
     for cell in cells.get_celld().values():
         cell.set_edgecolor("#ffffff")
         cell.set_linewidth(1.5)
-    axes.text(0.31, 0.0, "+ good   ± with care   - not   ? sign lost in the text   * its place, too",
+    axes.text(0.31, 0.0, "+ good   ± with care   - not   ? sign lost   * its place, too",
               transform=axes.transAxes, fontsize=9.5, color="#555555", va="center")  # fmt: skip
     return figure
 

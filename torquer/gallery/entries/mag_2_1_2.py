@@ -68,9 +68,9 @@ def compute() -> Answer:
         f"Mean l after 10 revolutions: {mean[11]:.3f} at 10 deg, {mean[MIDDLE]:.3f} at 45.6 deg, "
         f"{mean[-1]:.3f} at 90 deg, least at {best:.0f} deg. With C/A "
         f"from 1/3 to 1.9 and eps from 0.03 to 0.3 l at 90 deg is {min(others):.2f} to "
-        f"{max(others):.2f} times that at 45.6 deg. The text says that the figures hardly change with theta0: from 10 to "
-        f"80 deg l after 2 revolutions changes by up to {spreads} (C/A, which the text does not "
-        "give)."
+        f"{max(others):.2f} times that at 45.6 deg. The text says that the figures "
+        "hardly change with theta0: from 10 to 80 deg l after 2 revolutions changes by up to "
+        f"{spreads} (C/A, which the text does not give)."
     )
     return Answer(checks, pictures(two, ten), note)
 
