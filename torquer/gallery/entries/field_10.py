@@ -219,8 +219,8 @@ ENTRY = Entry(
         "the attitude, and in the stable order the body turns over with the gain of Fig. 8 (the "
         "text prints no other), as with all from 5e9 on. With a gain that holds it, the three "
         "simple models agree with one another, but IGRF is twice as far off: its quadrupole drives "
-        "the body once a revolution, near the free pitch motion's 0.90, and a dipole does so twice "
-        "only. In the first revolutions all lie closer"
+        "the body once a revolution, near the free pitch motion's 0.90; the tilted dipole does so "
+        "an eighth as much, the direct one not at all. In the first revolutions all lie closer"
     ),
     slow=True,
 )

@@ -66,8 +66,8 @@ def compute() -> Answer:
         f"Greatest errors of l, rho, theta at eps = 0.1, halved four times: {told}. A rate of 10 "
         f"omega0, as the text has it, makes eta1 = {eta[0]:g} and eta2 = {eta[1]:g} with C = 2. "
         "With eta2 = 5 (C = 1) the precession l eta2 passes the resonance with 4u on its way down, "
-        f"and the error does not fall evenly (eps^{slope[other]:.1f} on the whole); with eta2 = 12, "
-        "which does not pass it, it does."
+        f"and the error does not fall evenly (eps^{slope[other]:.1f} on the whole); with eta2 = 12 "
+        "it does not pass it, and the error does."
     )
     return Answer(checks, {"": picture(run)}, note)
 
