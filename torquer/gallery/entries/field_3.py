@@ -46,6 +46,6 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "the formulas (1.10) and (1.11) give 0.0420 mu_e/r^3 on a polar orbit; 1250 nT would need "
-        "an orbit some 320 km lower, or mu_e a sixth greater. The printed 3 % holds"
+        "an orbit some 330 km lower, or mu_e a sixth greater. The printed 3 % holds"
     ),
 )

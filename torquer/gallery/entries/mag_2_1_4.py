@@ -96,4 +96,5 @@ ENTRY = Entry(
         "make eta1 : eta2 = 1 : 2, while the text has 10 and 5. With C = 1 the printed ratio would "
         "come out, with the two numbers changed about the printed rate of 10 omega0"
     ),
+    slow=True,
 )
