@@ -93,8 +93,8 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "full and averaged motion agree to the order of eps, as the text says; but A = 3, C = 2 "
-        "make eta1 : eta2 = 1 : 2, while the text has 10 and 5. With C = 1 the printed ratio would "
-        "come out, with the two numbers changed about the printed rate of 10 omega0"
+        "make eta1 : eta2 = 1 : 2, while the text has 10 and 5. With C = 1 the printed ratio comes "
+        "out; with the two numbers swapped, the printed rate of 10 omega0 does"
     ),
     slow=True,
 )
