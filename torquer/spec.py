@@ -4,7 +4,9 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 `float64` array that kernels take.
 """
 
-from typing import Annotated
+import copy
+from collections.abc import Mapping
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
@@ -83,3 +85,30 @@ class Spec(BaseModel):
     def __get_pydantic_core_schema__(cls, source, handler: GetCoreSchemaHandler) -> CoreSchema:
         """What pydantic checks, and that numbers are numbers, truth values such."""
         return _with_checks(handler(source))
+
+    def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:
+        """A copy, with some keys changed: checked as on creation, `ValidationError` likewise.
+
+        A spec within the changes is checked again, however it was made.
+        """
+        if not update:
+            return super().model_copy(deep=deep)
+        kept = {name: getattr(self, name) for name in self.model_fields_set}
+        values = {**(copy.deepcopy(kept) if deep else kept), **_as_data(dict(update))}
+        return type(self).model_validate(values)
+
+
+def _as_data(value):
+    """A value with every spec in it, however deep, as plain data, to be checked anew."""
+    if isinstance(value, BaseModel):
+        return {name: _as_data(part) for name, part in value.__dict__.items()}
+    if isinstance(value, Mapping):
+        return {name: _as_data(part) for name, part in value.items()}
+    if type(value) in (list, tuple):
+        return type(value)(map(_as_data, value))
+    return value
+
+
+def checked(spec: Spec) -> Spec:
+    """The spec, checked anew: it may have been changed or made behind pydantic's back."""
+    return type(spec).model_validate(_as_data(spec))

@@ -18,6 +18,7 @@ from torquer.simulation.result import (
 )
 from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
 from torquer.simulation.spec import Scenario
+from torquer.spec import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,8 +44,9 @@ def simulate(
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
-    `law` and `wheel_law` take the place of the scenario's; a function without the decorator runs
-    as plain Python. `until_s` stops the run early, at the next instant of a reading, of a control
+    `law` and `wheel_law` take the place of the scenario's, parameters and all; a function without
+    the decorator runs as plain Python. The scenario in the result names the laws that were flown.
+    `until_s` stops the run early, at the next instant of a reading, of a control
     cycle or of the record; `resume` goes on from there. `progress` is called with the part done,
     0..1.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
@@ -55,7 +57,7 @@ def simulate(
             "scenario: must be a torquer Scenario (see torquer.load_scenario); "
             f"received {scenario!r}"
         )
-    return finish(prepare(scenario, law, wheel_law), until_s, progress)
+    return finish(prepare(checked(scenario), law, wheel_law), until_s, progress)
 
 
 def resume(
@@ -68,7 +70,7 @@ def resume(
 ) -> xr.Dataset:
     """Go on from where a result stopped; the whole is the same bits as an unbroken run.
 
-    Laws must be given again if they were not part of the scenario.
+    A law that was given in Python must be given again, unless it is in a file to load it from.
     """
     run = prepare(scenario_of(result), law, wheel_law)
     restore(run, result)

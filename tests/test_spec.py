@@ -1,0 +1,96 @@
+"""Specs are checked however they come about: created, copied with changes, or changed by force."""
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from torquer.control import Bdot
+from torquer.simulation.simulate import simulate
+from torquer.simulation.spec import Control, Simulation
+from torquer.spacecraft.body import Body
+from torquer.spec import checked
+
+
+def lines(call) -> list:
+    """What pydantic says of a mistake: place, type, message."""
+    with pytest.raises(ValidationError) as caught:
+        call()
+    return [(e["loc"], e["type"], e["msg"]) for e in caught.value.errors()]
+
+
+@pytest.mark.parametrize(
+    "update",
+    [
+        {"duration_s": -1.0},
+        {"duration_s": "500"},
+        {"step_s": float("nan")},
+        {"record_s": True},
+        {"revolutions": 3.0},  # beside duration_s: what the whole must hold
+        {"integrator": "euler"},
+        {"unknown": 1.0},
+    ],
+)
+def test_a_changed_copy_is_checked_as_on_creation(update):
+    spec = Simulation(duration_s=100.0)
+    created = lines(lambda: Simulation(**{"duration_s": 100.0} | update))
+    assert lines(lambda: spec.model_copy(update=update)) == created
+
+
+def test_a_right_change_is_as_created_and_keeps_what_was_set():
+    changed = Simulation(duration_s=100.0).model_copy(update={"step_s": 5})
+    assert changed == Simulation(duration_s=100.0, step_s=5)
+    assert changed.model_fields_set == {"duration_s", "step_s"}
+    same = Simulation(duration_s=100.0, record_s=5.0).model_copy()
+    assert same.model_fields_set == {"duration_s", "record_s"}
+    body = Body(inertia_kg_m2=(1.0, 1.1, 1.2)).model_copy(update={"inertia_kg_m2": [1, 1.2, 1.5]})
+    assert body.inertia_kg_m2 == ((1.0, 0.0, 0.0), (0.0, 1.2, 0.0), (0.0, 0.0, 1.5))
+
+
+def test_specs_within_a_change_are_checked_however_they_were_made():
+    control = Control(law=Bdot(kind="bdot", gain_a_m2_s_per_t=1e5))
+    bad = Bdot.model_construct(kind="bdot", gain_a_m2_s_per_t=-1.0)
+    (mistake,) = lines(lambda: control.model_copy(update={"law": bad}))
+    assert mistake[0] == ("law", "bdot", "gain_a_m2_s_per_t")
+    empty = Bdot.model_construct(kind="bdot")
+    (mistake,) = lines(lambda: control.model_copy(update={"law": empty}))
+    assert mistake[1] == "missing"
+    good = Bdot(kind="bdot", gain_a_m2_s_per_t=2e5)
+    assert control.model_copy(update={"law": good}).law == good
+
+
+def test_a_deep_copy_shares_nothing():
+    array = np.array([1.0, 1.1, 1.2])
+    body = Body(inertia_kg_m2=array)
+    copy = Control(law={"kind": "user", "file": "a.py", "parameters": {"k": 1.0}})
+    other = copy.model_copy(update={"sample_s": 2.0}, deep=True)
+    other.law.parameters["k"] = 2.0
+    assert copy.law.parameters == {"k": 1.0}
+    assert body.model_copy(deep=True) == body
+
+
+def test_the_whole_of_a_scenario_is_checked_in_a_copy(make):
+    scenario = make()
+    longer = scenario.simulation.model_copy(update={"step_s": 7.0})
+    with pytest.raises(ValidationError, match="must be a whole multiple of step_s = 7 s"):
+        scenario.model_copy(update={"simulation": longer})
+
+
+@pytest.mark.parametrize("changes", [{}, {"control.sample_s": 5.0}])
+def test_checked_anew_a_scenario_is_the_same(make, changes):
+    scenario = make(changes)
+    assert checked(scenario) == scenario
+    assert checked(scenario).model_dump_json() == scenario.model_dump_json()
+
+
+def test_simulate_flies_checked_scenarios_only(make):
+    scenario = make()
+    made = type(scenario).model_construct(**scenario.__dict__ | {"seed": -1})
+    with pytest.raises(ValidationError, match="greater than or equal to 0"):
+        simulate(made)
+    object.__setattr__(scenario.simulation, "step_s", -1.0)
+    with pytest.raises(ValidationError, match="greater than 0"):
+        simulate(scenario)
+    scenario = make()
+    scenario.orbit.__dict__["altitude_km"] = float("nan")
+    with pytest.raises(ValidationError, match="finite number"):
+        simulate(scenario)
