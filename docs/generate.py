@@ -7,7 +7,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from torquer.control import LAWS, WHEEL_LAWS
+from torquer.control import LAWS, WHEEL_LAWS, GivenLaw
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
 from torquer.forces.atmosphere import ATMOSPHERES
@@ -54,6 +54,7 @@ TABLES = {
     "initial": InitialMotion,
     "control": Control,
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
+    "control.law, kind = 'given_in_python'": GivenLaw,
     **{f"control.wheel_law, kind = {kind!r}": spec for kind, spec in WHEEL_LAWS.items()},
     "simulation": Simulation,
 }

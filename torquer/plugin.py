@@ -10,6 +10,7 @@ import inspect
 import re
 from collections.abc import Callable
 from pathlib import Path
+from types import CodeType, FunctionType
 
 import numba
 
@@ -42,6 +43,29 @@ def source_mark(function: Callable) -> str:
     if file is None or engine.is_own(plain):
         return ""
     return engine.mark_of(_beside(file))
+
+
+def source_text(function: Callable) -> str:
+    """Text of the file in which a user's function is written, or of the function alone.
+
+    '' for the package's own, for one whose file has been edited since, and for one without text.
+    """
+    plain = plain_of(function)
+    if not isinstance(plain, FunctionType) or engine.is_own(plain):
+        return ""
+    try:
+        file = file_of(plain)
+        text = file.read_text(encoding="utf-8") if file else inspect.getsource(plain)
+        known = file is None or plain.__code__ in _codes_in(compile(text, file, "exec"))
+    except (OSError, SyntaxError, ValueError):
+        return ""
+    return text if known else ""
+
+
+def _codes_in(code: CodeType) -> list[CodeType]:
+    """All functions' code in a file's, however deep."""
+    inner = [part for part in code.co_consts if isinstance(part, CodeType)]
+    return inner + [part for each in inner for part in _codes_in(each)]
 
 
 def cache_beside(file: Path | None):

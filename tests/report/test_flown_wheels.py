@@ -135,8 +135,6 @@ def test_attitude_that_was_flown_is_told_not_the_scenarios(flown):
     parameters = json.dumps({k: float(v) for k, v in other.law().parameters.items()})
     replaced = flown.assign_attrs(wheel_law_parameters=parameters)
     assert held_in(replaced).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
-    told = notes(view_of(replaced))
-    assert "the law wheel_pd took the place of the scenario's own, wheel_pd" in told
 
 
 @pytest.mark.parametrize(
@@ -401,27 +399,11 @@ def test_hardware_with_limits_of_their_own():
     ]
 
 
-def test_a_law_in_place_of_the_wheels_own_is_told(flown):
-    off = flown.assign_attrs(wheel_law="off", wheel_law_parameters="{}")
-    told = notes(view_of(off))
-    assert "the law off took the place of the scenario's own, wheel_pd" in told
+def test_a_law_in_plain_python_is_told(flown):
     slow = flown.assign_attrs(wheel_law_runs_as="plain Python (slow: not decorated)")
     assert any(
         note.startswith("the law wheel_pd runs as plain Python") for note in notes(view_of(slow))
     )
-
-
-def test_wheels_without_a_law_of_their_own(flown):
-    data = json.loads(flown.attrs["scenario"])
-    data["control"]["wheel_law"] = None
-    free = flown.assign_attrs(scenario=json.dumps(data), wheel_law="off", wheel_law_parameters="{}")
-    assert not any("place" in note for note in notes(view_of(free)))
-    given = flown.assign_attrs(
-        scenario=json.dumps(data), wheel_law="mine", wheel_law_parameters="{}"
-    )
-    told = notes(view_of(given))
-    assert "the law mine of the wheels is not the scenario's own: it has none" in told
-    assert not any(note.startswith("no law drives the wheels") for note in told)
 
 
 def test_a_wheel_law_given_in_the_call_is_reported(flown):

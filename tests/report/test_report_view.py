@@ -101,8 +101,8 @@ def test_law_that_took_the_place_of_the_scenarios_own(make):
     from torquer.control.off import Off
 
     fast = make(initial={"rate_deg_s": [50.0, 20.0, 0.0]}, simulation={"duration_s": 20.0})
+    assert any("drive the rotation" in note for note in notes(view_of(simulate(fast))))
     told = notes(view_of(simulate(fast, law=Off().law())))
-    assert "the law off took the place of the scenario's own, bdot" in told
     assert not any("drive the rotation" in note for note in told)
 
 

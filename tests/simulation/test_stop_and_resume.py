@@ -12,6 +12,7 @@ import pytest
 import torquer
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.control import Bdot
+from torquer.control.off import Off
 from torquer.orbit import Circular
 from torquer.simulation import run as runner
 from torquer.simulation.spec import (
@@ -138,8 +139,10 @@ def test_a_parameter_may_be_a_number_of_numpy(make):
 
 def test_the_law_must_be_the_one_that_began(make):
     part = simulate(make(FULL), remembering, until_s=100.0)
-    with pytest.raises(ValueError, match=r"law: must be remembering .*; received bdot "):
+    with pytest.raises(ValueError, match=r"law remembering: must be given again .*received none"):
         resume(part)
+    with pytest.raises(ValueError, match=r"law: must be remembering .*; received off "):
+        resume(part, Off().law())
     with pytest.raises(ValueError, match=r"began; received remembering .*\"gain\": 1\.0"):
         resume(part, remembering.with_parameters(gain=1.0))
 

@@ -11,13 +11,14 @@ from torquer.control.bdot import Bdot as Bdot
 from torquer.control.built_in import BUILT_IN
 from torquer.control.off import Off
 from torquer.control.scheme import Scheme
-from torquer.control.user import UserLaw
+from torquer.control.user import GivenLaw, UserLaw
 from torquer.control.wheel_lyapunov import WheelLyapunov
 from torquer.control.wheel_pd import WheelPd
 
 LAWS = {**BUILT_IN, "scheme": Scheme, "user": UserLaw}
 
-AnyLaw = Annotated[Union[tuple(LAWS.values())], Field(discriminator="kind")]  # noqa: UP007
+#: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
+AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
 
 WHEEL_LAWS = {
     "off": Off,
@@ -26,4 +27,7 @@ WHEEL_LAWS = {
     "user": UserLaw,
 }
 
-AnyWheelLaw = Annotated[Union[tuple(WHEEL_LAWS.values())], Field(discriminator="kind")]  # noqa: UP007
+AnyWheelLaw = Annotated[
+    Union[(*WHEEL_LAWS.values(), GivenLaw)],
+    Field(discriminator="kind"),
+]

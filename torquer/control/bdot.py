@@ -68,7 +68,7 @@ class _Bdot(Spec):
         """The law with this gain."""
         kernel = type(self).kernel  # of the class: an instance would bind it as a method
         gain = {"gain": self.gain_a_m2_s_per_t}
-        return Law(self.kind, kernel, gain, self.memory, navigates=self.navigates)
+        return Law(self.kind, kernel, gain, self.memory, navigates=self.navigates, spec=self)
 
 
 class Bdot(_Bdot):

@@ -42,6 +42,7 @@ class Law:
 
     `navigates`: it wants position, velocity and model field, which are left out otherwise.
     `needs_sun`: it reads the Sun's direction; without Sun sensors it gets an ideal one.
+    `spec`: what a scenario says of it, for a law that was made from its spec.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Law:
     compiled: bool = True
     navigates: bool = False
     needs_sun: bool = False
+    spec: object = field(default=None, compare=False, repr=False)
 
     def with_parameters(self, **values: float) -> "Law":
         """The same law with other parameters; unknown names are errors."""
@@ -61,7 +63,7 @@ class Law:
                     f"law {self.name}: parameter must be one of: {known}; received {name!r}"
                 )
         merged = {**self.parameters, **values}
-        return replace(self, parameters=merged)
+        return replace(self, parameters=merged, spec=None)
 
     def pack(self) -> np.ndarray:
         """Parameters for the kernel; raises ValueError if one is missing or not finite."""

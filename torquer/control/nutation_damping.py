@@ -47,7 +47,7 @@ class _NutationDamping(AboutAxis):
     def law(self) -> Law:
         """The law with this gain or relay."""
         kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        return Law(self.kind, kernel, self.parameters(), self.memory)
+        return Law(self.kind, kernel, self.parameters(), self.memory, spec=self)
 
 
 class NutationDamping(_NutationDamping):

@@ -20,4 +20,4 @@ class Off(Spec):
 
     def law(self) -> Law:
         """The law that asks for nothing."""
-        return Law(self.kind, no_answer)
+        return Law(self.kind, no_answer, spec=self)

@@ -30,4 +30,4 @@ class Preliminary1(Pointed):
 
     def law(self) -> Law:
         """The law with this gain or relay."""
-        return Law(self.kind, preliminary_1, self.parameters(), needs_sun=self.needs_sun)
+        return Law(self.kind, preliminary_1, self.parameters(), needs_sun=self.needs_sun, spec=self)

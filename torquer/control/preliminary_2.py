@@ -53,4 +53,4 @@ class Preliminary2(Pointed):
         """The law with this gain or relay."""
         inertia = inertia_parameters(self.inertia_kg_m2)
         parameters = {**self.parameters(), **inertia}
-        return Law(self.kind, preliminary_2, parameters, needs_sun=self.needs_sun)
+        return Law(self.kind, preliminary_2, parameters, needs_sun=self.needs_sun, spec=self)

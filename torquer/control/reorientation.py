@@ -53,4 +53,4 @@ class Reorientation(Pointed):
         inertia = inertia_parameters(self.inertia_kg_m2)
         own = {"momentum": self.momentum_n_m_s, **inertia}
         parameters = {**self.parameters(), **own}
-        return Law(self.kind, reorientation, parameters, needs_sun=self.needs_sun)
+        return Law(self.kind, reorientation, parameters, needs_sun=self.needs_sun, spec=self)

@@ -263,6 +263,7 @@ class Scheme(Spec):
             memory,
             navigates=any(law.navigates for law in every),
             needs_sun=self.target == "sun" or any(law.needs_sun for law in every),
+            spec=self,
         )
 
     def _parameters(self, laws: list[list[Law]]) -> dict[str, float]:

@@ -69,4 +69,4 @@ class SpinUp(AboutAxis):
         x, y, z = self.across()
         rate = {"target_rate": math.radians(self.target_rate_deg_s or 0.0)}
         coil = {"first_x": x, "first_y": y, "first_z": z}
-        return Law(self.kind, spin_up, {**self.parameters(), **rate, **coil})
+        return Law(self.kind, spin_up, {**self.parameters(), **rate, **coil}, spec=self)

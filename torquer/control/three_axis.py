@@ -43,4 +43,5 @@ class ThreeAxis(HeldAttitude):
     def law(self) -> Law:
         """The law with these gains and this attitude."""
         gains = {"rate_gain": self.rate_gain_n_m_s_per_t2, "angle_gain": self.angle_gain_n_m_per_t2}
-        return Law(self.kind, three_axis, {**gains, **self.attitude()}, navigates=self.orbital)
+        parameters = {**gains, **self.attitude()}
+        return Law(self.kind, three_axis, parameters, navigates=self.orbital, spec=self)

@@ -47,4 +47,4 @@ class Unloading(Spec):
         x, y, z = self.wanted_momentum_n_m_s
         gain = {"gain": self.gain_per_s, "dead_band": self.dead_band_n_m_s}
         wanted = {"momentum_x": x, "momentum_y": y, "momentum_z": z}
-        return Law(self.kind, unloading, {**gain, **wanted})
+        return Law(self.kind, unloading, {**gain, **wanted}, spec=self)

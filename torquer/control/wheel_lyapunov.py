@@ -86,4 +86,5 @@ class WheelLyapunov(HeldByWheels):
         gravity = self.orbital if knows is None else knows
         gains = {"rate_gain": self.rate_gain_n_m_s, "angle_gain": self.angle_gain_n_m}
         parameters = {**gains, **self.attitude_and_inertia(), "gravity": float(gravity)}
-        return Law(self.kind, wheel_lyapunov, parameters, navigates=self.orbital or gravity)
+        navigates = self.orbital or gravity
+        return Law(self.kind, wheel_lyapunov, parameters, navigates=navigates, spec=self)

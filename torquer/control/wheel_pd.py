@@ -78,4 +78,4 @@ class WheelPd(HeldByWheels):
         gains = {"bandwidth": self.bandwidth_rad_s, "damping": self.damping}
         rate = {"orbital_rate": self.orbital_rate_rad_s or 0.0}
         parameters = {**gains, **self.attitude_and_inertia(), **rate}
-        return Law(self.kind, wheel_pd, parameters, navigates=self.orbital)
+        return Law(self.kind, wheel_pd, parameters, navigates=self.orbital, spec=self)

@@ -150,7 +150,18 @@ def _scenario(view: View) -> str:
     return (
         '<section class="card" id="scenario"><h2>Scenario</h2>'
         "<p>Save this text as a .toml file to run the same again.</p>"
-        f"<pre>{escape(text)}</pre><h2>Versions</h2>{_table(versions)}</section>"
+        f"<pre>{escape(text)}</pre>{_law_texts(view)}<h2>Versions</h2>{_table(versions)}</section>"
+    )
+
+
+def _law_texts(view: View) -> str:
+    """The text of the laws that are not the package's own, as it was flown."""
+    attrs = view.result.attrs
+    texts = {attrs.get(f"{key}_text", ""): attrs.get(key) for key in ("wheel_law", "law")}
+    return "".join(
+        f"<h2>Law {escape(name)}</h2><pre>{escape(text)}</pre>"
+        for text, name in reversed(texts.items())
+        if text
     )
 
 

@@ -1,6 +1,5 @@
 """A result seen by the report: its scenario, its orbit's rhythm, and what must be said about it."""
 
-import json
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -8,8 +7,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from torquer.control.off import Off
-from torquer.control.pointing import HeldByWheels
+from torquer.control.user import GivenLaw
 from torquer.environment.field import at_geodetic
 from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
 from torquer.report.held_attitude import Held, held_in
@@ -178,31 +176,14 @@ def notes(view: View) -> list[str]:
 
 
 def _notes_on_the_laws(view: View) -> list[str]:
-    """Notes on the scenario, less what is said of laws in whose place others were flown."""
-    control, told, flown = view.scenario.control, [], {}
-    for name in ("law", "wheel_law"):
-        own, kind = getattr(control, name), view.result.attrs.get(name)
-        if own is None:
-            if kind not in (None, "off"):
-                told.append(f"the law {kind} of the wheels is not the scenario's own: it has none")
-                flown[name] = Off()
-        elif own.kind not in ("user", kind) or not _as_flown(own, _parameters(view, name)):
-            told.append(f"the law {kind} took the place of the scenario's own, {own.kind}")
-            flown[name] = Off()
-    scenario = view.scenario.model_copy(update={"control": control.model_copy(update=flown)})
-    return [*told, *notes_of(scenario)]
-
-
-def _parameters(view: View, name: str) -> dict:
-    return json.loads(view.result.attrs[f"{name}_parameters"])
-
-
-def _as_flown(law, flown: dict) -> bool:
-    """Whether a scenario's law of a kind has the parameters that were flown."""
-    if isinstance(law, HeldByWheels):
-        return {name: float(value) for name, value in law.law().parameters.items()} == flown
-    gain = getattr(law, "gain_a_m2_s_per_t", None)
-    return gain is None or flown.get("gain") == gain
+    """Which laws are not in the scenario's text, and the notes on the scenario."""
+    control = view.scenario.control
+    told = [
+        f"the law {law.name} was given in Python: to fly this again it must be given again"
+        for law in (control.law, control.wheel_law)
+        if isinstance(law, GivenLaw)
+    ]
+    return [*told, *notes_of(view.scenario)]
 
 
 def _notes_on_the_record(view: View) -> list[str]:

@@ -12,7 +12,7 @@ import numpy as np
 
 import torquer
 from torquer.geometry.frames import geodetic_from_ecef
-from torquer.plugin import source_mark
+from torquer.plugin import source_mark, source_text
 from torquer.simulation import step as loop
 from torquer.simulation.run import Run
 from torquer.simulation.spec import Scenario
@@ -205,7 +205,7 @@ def _checkpoint(run: Run) -> dict:
 
 
 def scenario_of(result: xr.Dataset) -> Scenario:
-    """The scenario that made a result."""
+    """The scenario that was flown, its laws named in it."""
     return Scenario.model_validate_json(result.attrs["scenario"])
 
 
@@ -217,6 +217,7 @@ def _law_attributes(run: Run) -> dict[str, str]:
             prefix: law.name,
             f"{prefix}_parameters": json.dumps({k: float(v) for k, v in law.parameters.items()}),
             f"{prefix}_source": source_mark(law.function),
+            f"{prefix}_text": source_text(law.function),
             f"{prefix}_runs_as": "compiled"
             if law.compiled
             else "plain Python (slow: not decorated)",

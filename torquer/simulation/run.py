@@ -6,8 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from torquer.control import LAWS, WHEEL_LAWS
 from torquer.control.law import Law, as_law, compile_law
 from torquer.control.off import Off, no_answer
+from torquer.control.user import spec_of
 from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
@@ -126,18 +128,33 @@ def first_state(scenario: Scenario, plan: loop.Plan, laws: list[Law], r_m, v_m_s
     )
 
 
-def _laws_for(scenario: Scenario, law, wheel_law) -> tuple[Law, Law | None]:
+def _with_given(scenario: Scenario, law, wheel_law) -> tuple[Scenario, dict[str, Law]]:
+    """The scenario that is flown when laws take the place of its own, and those laws by key."""
+    craft, told, given = scenario.spacecraft, {}, {}
+    for key, function, of_what, hardware, kinds in (
+        ("law", law, "coils", craft.coils, LAWS),
+        ("wheel_law", wheel_law, "wheels", craft.wheels, WHEEL_LAWS),
+    ):
+        if function is None:
+            continue
+        if hardware is None:
+            raise ValueError(
+                f"spacecraft.{of_what}: must be given for a law of theirs; received none"
+            )
+        given[key] = as_law(function, key)
+        given[key].pack()
+        told[key] = spec_of(given[key], kinds)
+    if told:
+        control = scenario.control.model_copy(update=told)
+        scenario = scenario.model_copy(update={"control": control})
+    return scenario, given
+
+
+def _laws_for(scenario: Scenario, given: dict[str, Law]) -> tuple[Law, Law | None]:
     """Laws of coils and wheels: as given, or the scenario's, or 'off'; None without wheels."""
-    craft, control = scenario.spacecraft, scenario.control
-    for name, given, hardware in (("coils", law, craft.coils), ("wheels", wheel_law, craft.wheels)):
-        if given is not None and hardware is None:
-            raise ValueError(f"spacecraft.{name}: must be given for a law of theirs; received none")
-    specs = control.law, control.wheel_law or Off()
-    laws = [
-        spec.law() if given is None else as_law(given, name)
-        for name, given, spec in zip(("law", "wheel_law"), (law, wheel_law), specs, strict=True)
-    ]
-    return laws[0], laws[1] if craft.wheels else None
+    own = {"law": scenario.control.law, "wheel_law": scenario.control.wheel_law or Off()}
+    law, wheel_law = (given.get(key) or spec.law() for key, spec in own.items())
+    return law, wheel_law if scenario.spacecraft.wheels else None
 
 
 def prepare(
@@ -145,9 +162,13 @@ def prepare(
     law: Law | Callable | None = None,
     wheel_law: Law | Callable | None = None,
 ) -> Run:
-    """Everything that a run needs; `law` and `wheel_law` take the place of the scenario's."""
+    """Everything that a run needs; `law` and `wheel_law` take the place of the scenario's.
+
+    The run's scenario names the laws that are flown.
+    """
+    scenario, given = _with_given(scenario, law, wheel_law)
     craft = scenario.spacecraft
-    law, wheel_law = _laws_for(scenario, law, wheel_law)
+    law, wheel_law = _laws_for(scenario, given)
     around = scenario.surroundings()
     plan = plan_of(scenario, law, wheel_law)
     duration_s = scenario.steps() * plan.step_s
