@@ -93,17 +93,63 @@ def test_wrong_arguments_are_one_line_and_exit_2(call, arguments, says):
 
 
 def test_validate_says_what_it_found(call, scenario, strict_json):
-    assert call("validate", scenario) == (0, "short: valid, 300 steps of 1 s\n", "")
+    code, out, err = call("validate", scenario)
+    valid, size = out.splitlines()
+    assert (code, valid, err) == (0, "short: valid, 300 steps of 1 s", "")
+    assert size.startswith("a run: 61 rows, result of about 23.9 kB, about 30")
+    assert size.endswith(" of memory and less than 1 s of computing")
     code, out, err = call("validate", scenario, "--json")
     assert (code, err) == (0, "")
-    assert strict_json(out) == {"scenario": "short", "valid": True, "notes": []}
+    told = strict_json(out)
+    size = told.pop("size")
+    assert told == {"scenario": "short", "valid": True, "notes": []}
+    assert (size["steps"], size["rows"], size["disk_bytes"]) == (300, 61, 61 * 49 * 8)
+
+
+@needs_jit
+def test_the_size_told_is_that_of_the_result(call, scenario, no_report, strict_json, tmp_path):
+    scenario.write_text(scenario.read_text().replace("record_s = 5.0", "record_s = 1.0"))
+    size = strict_json(call("validate", scenario, "--json")[1])["size"]
+    call("run", scenario, "--out", tmp_path / "out")
+    result = torquer.load(tmp_path / "out" / "result.nc")
+    assert size["rows"] == result.sizes["time"]
+    row = sum(v.nbytes for v in result.variables.values() if "time" in v.dims)
+    assert size["disk_bytes"] == row
+
+
+HUGE = {
+    "memory_of_machine": "must fit in the 1 MB of memory of this machine; received a run that",
+    "free_disk": "must fit in the 1 kB that are free at ",
+}
+
+
+@pytest.mark.parametrize("name", ["validate", "run"])
+@pytest.mark.parametrize("limit", HUGE)
+def test_what_cannot_fit_is_one_line(call, scenario, monkeypatch, name, limit, tmp_path):
+    there = {"memory_of_machine": lambda: 1e6, "free_disk": lambda folder: 1e3}
+    monkeypatch.setattr(f"torquer.simulation.size.{limit}", there[limit])
+    code, out, err = call(name, scenario, *(["--out", tmp_path / "out"] if name == "run" else []))
+    assert (code, out, err.count("\n")) == (2, "", 1)
+    assert err.startswith("error: simulation: 61 rows of the record (duration over record_s) ")
+    assert HUGE[limit] in err
+
+
+def test_a_billion_seconds_are_told_before_the_run(call, scenario, monkeypatch):
+    scenario.write_text(
+        scenario.read_text().replace("duration_s = 300", "duration_s = 1e9").replace("5.0", "1.0")
+    )
+    monkeypatch.setattr("torquer.simulation.size.memory_of_machine", lambda: 24e9)
+    monkeypatch.setattr("torquer.simulation.size.free_disk", lambda folder: 300e9)
+    code, _, err = call("validate", scenario)
+    assert code == 2
+    assert "error: simulation: 1e+09 rows of the record (duration over record_s) must fit" in err
 
 
 def test_validate_prints_notes(call, scenario, strict_json):
     scenario.write_text(scenario.read_text().replace("[1.0, -2.0, 3.0]", "[0.0, 0.0, 50.0]"))
     code, out, _ = call("validate", scenario)
     assert code == 0
-    note = out.splitlines()[1]
+    note = out.splitlines()[2]
     assert note.startswith("note: the initial rate of 50 deg/s is above the 45 deg/s")
     assert len(strict_json(call("validate", scenario, "--json")[1])["notes"]) == 2
 

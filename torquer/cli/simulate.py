@@ -23,6 +23,7 @@ from torquer.simulation.result import (
     scenario_of,
 )
 from torquer.simulation.simulate import RunStopped, resume, simulate
+from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
 
 _console = Console(stderr=True)
 
@@ -32,6 +33,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
     make_writable(out)
+    check_disk(size_of(scenario), out)
     if not go_on:
         _keep_interrupted(out)
     _print_notes(notes_of(scenario))
@@ -62,7 +64,7 @@ def _print_notes(notes: list[str]) -> None:
 def validate(scenario_path: Path, as_json: bool) -> int:
     """Check a scenario and its law; print notes."""
     try:
-        scenario = _checked(scenario_path)
+        scenario, size = _checked(scenario_path)
     except ValueError as error:
         if not as_json:
             raise
@@ -70,26 +72,36 @@ def validate(scenario_path: Path, as_json: bool) -> int:
         return 2
     notes = notes_of(scenario)
     if as_json:
-        print(json_.dumps({"scenario": scenario.name, "valid": True, "notes": notes}, indent=2))
+        told = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
+        print(json_.dumps(told, indent=2))
         return 0
     print(f"{scenario.name}: valid, {scenario.steps()} steps of {scenario.simulation.step_s:g} s")
+    print(
+        f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
+        f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
+    )
     for note in notes:
         print(f"note: {note}")
     return 0
 
 
 def _checked(scenario_path: Path):
-    """The scenario, if its law, field, date and orbit can be used."""
-    scenario = load_scenario(scenario_path)
+    """The scenario and its size, if its law, field, date and orbit can be used and it can fit."""
+    scenario, compiled = load_scenario(scenario_path), True
     for law in (scenario.control.law, scenario.control.wheel_law):
         if law is not None:
-            law.law().pack()
+            own = law.law()
+            own.pack()
+            compiled = compiled and own.compiled
+    size = size_of(scenario, compiled)
+    check_memory(size)
+    check_disk(size, Path())
     around, t_s = scenario.surroundings(), _looks(scenario)
     around.check_dates(*t_s[[0, -1]])
     around.sample(t_s)
     if scenario.spacecraft.aerodynamics:
         around.flow(t_s)
-    return scenario
+    return scenario, size
 
 
 def version(as_json: bool) -> int:

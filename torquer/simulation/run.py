@@ -14,6 +14,7 @@ from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
 from torquer.simulation.asking import LawFailed, advance_in_python, next_event, reason
+from torquer.simulation.size import check_memory, size_of
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.coils import NO_COILS
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
@@ -167,6 +168,7 @@ def prepare(
     The run's scenario names the laws that are flown.
     """
     scenario, given = _with_given(scenario, law, wheel_law)
+    check_memory(size_of(scenario))
     craft = scenario.spacecraft
     law, wheel_law = _laws_for(scenario, given)
     around = scenario.surroundings()

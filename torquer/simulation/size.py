@@ -1,0 +1,115 @@
+"""How large a run is: steps, rows, memory, disk, computing time; and that it can fit.
+
+The costs were measured on one core of a 2020s server; they are meant to a factor of three.
+"""
+
+import os
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+from torquer.simulation.spec import Scenario, whole_steps
+
+#: Numbers in a row of a result: without wheels, with them, and for each of them.
+_ROW, _ROW_WHEELS, _ROW_WHEEL = 49, 3, 3
+#: Copies of its rows that a result in memory needs while it is made.
+_COPIES = 3
+#: Memory of the package and what it computes with; of a revolution's tables while they are made.
+_BASE_BYTES, _REVOLUTION_BYTES = 3e8, 1e6
+#: Computing time [s]: of a step by its integrator, with wheels or air; of a reading and its laws,
+#: with wheels, in plain Python; of tables by the revolution or, exact, by the step; of a row.
+_STEP_S = {"rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
+_WHEELS_S, _READING_S, _WHEELS_READING_S, _PYTHON_S = 2e-7, 1.5e-7, 1.3e-6, 6e-5
+_REVOLUTION_S, _EXACT_S, _ROW_S = 3e-3, 2e-6, 6e-6
+
+
+class Size(NamedTuple):
+    """What a run takes: counts, bytes, seconds of computing."""
+
+    steps: int
+    rows: int
+    memory_bytes: float
+    disk_bytes: float
+    computing_s: float
+
+
+def size_of(scenario: Scenario, compiled: bool = True) -> Size:
+    """Estimate for a run; `compiled`: whether its laws are."""
+    steps, simulation = scenario.steps(), scenario.simulation
+    rows = steps // whole_steps("record_s", simulation.record_s, simulation.step_s) + 1
+    disk = 8.0 * rows * row_numbers(scenario)
+    revolutions = steps * simulation.step_s / scenario.orbit.period_s
+    memory = _BASE_BYTES + _COPIES * disk + _REVOLUTION_BYTES * revolutions
+    return Size(steps, rows, memory, disk, _computing_s(scenario, steps, rows, compiled))
+
+
+def row_numbers(scenario: Scenario) -> int:
+    """How many numbers of eight bytes a row of the result has."""
+    wheels = scenario.spacecraft.wheels
+    return _ROW + (_ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows()) if wheels else 0)
+
+
+def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> float:
+    craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
+    duration_s = steps * simulation.step_s
+    a_cycle = round(control.measure_s / control.sample_s) + 1
+    readings = duration_s / control.cycle_s * a_cycle
+    step_s = _STEP_S[simulation.integrator]
+    step_s += _WHEELS_S if craft.wheels or craft.aerodynamics else 0.0
+    reading_s = _READING_S + (_WHEELS_READING_S if craft.wheels else 0.0)
+    reading_s += 0.0 if compiled else _PYTHON_S
+    tables_s = _REVOLUTION_S * duration_s / scenario.orbit.period_s
+    if scenario.environment.table_tolerance == 0.0:
+        tables_s = _EXACT_S * steps
+    return step_s * steps + reading_s * readings + tables_s + _ROW_S * rows
+
+
+def memory_of_machine() -> float:
+    """Memory of this machine [byte]; infinite where the system does not tell."""
+    try:
+        return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
+    except (AttributeError, ValueError, OSError):  # not on every system
+        return float("inf")
+
+
+def free_disk(folder: Path) -> float:
+    """Bytes free where a folder is, or will be."""
+    return float(shutil.disk_usage(next(p for p in (folder, *folder.parents) if p.exists())).free)
+
+
+def check_memory(size: Size) -> None:
+    """ValueError for a run that does not fit in the memory of this machine."""
+    if size.memory_bytes > (there := memory_of_machine()):
+        raise ValueError(
+            f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
+            f"the {told_bytes(there)} of memory of this machine; received a run that needs "
+            f"about {told_bytes(size.memory_bytes)}"
+        )
+
+
+def check_disk(size: Size, folder: Path) -> None:
+    """ValueError for a result that does not fit on the disk of a folder."""
+    if size.disk_bytes > (there := free_disk(folder.absolute())):
+        raise ValueError(
+            f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
+            f"the {told_bytes(there)} that are free at {folder}; received a result of "
+            f"about {told_bytes(size.disk_bytes)}"
+        )
+
+
+def told_bytes(count: float) -> str:
+    """Bytes in the unit that suits them: '12 MB'."""
+    for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
+        if count >= factor:
+            return f"{count / factor:.3g} {unit}"
+    return f"{count / 1e3:.3g} kB"
+
+
+def told_time(seconds: float) -> str:
+    """A time in the unit that suits it: '20 s', '3.1 min'."""
+    if seconds < 1.0:
+        return "less than 1 s"
+    for unit, factor in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2.0 * factor:
+            return f"{seconds / factor:.2g} {unit}"
+    return f"{seconds:.2g} s"
