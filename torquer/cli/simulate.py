@@ -18,12 +18,11 @@ from torquer.simulation.result import (
     INTERRUPTED,
     STOPPED,
     attributes_of,
-    load,
-    save,
     scenario_of,
 )
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
+from torquer.simulation.store import lazily
 
 _console = Console(stderr=True)
 
@@ -33,7 +32,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
     make_writable(out)
-    check_disk(size_of(scenario), out)
+    path = out / "result.nc"
     if not go_on:
         _keep_interrupted(out)
     _print_notes(notes_of(scenario))
@@ -41,13 +40,13 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     with _progress(scenario.name) as progress:
         try:
             if go_on:
-                result = resume(_earlier(out, scenario), progress=progress)
+                _check_earlier(path, scenario)
+                result = resume(path, progress=progress)
             else:
-                result = simulate(scenario, progress=progress)
+                result = simulate(scenario, progress=progress, to=path)
         except RunStopped as error:
             result, stopped = error.result, str(error)
             code = INTERRUPTED_CODE if error.interrupted else 2
-    save(result, out / "result.nc")
     summary = _write(result, out)
     _show(summary, out, as_json)
     _print_notes(notes_on_steps(result))
@@ -94,7 +93,7 @@ def _checked(scenario_path: Path):
             own.pack()
             compiled = compiled and own.compiled
     size = size_of(scenario, compiled)
-    check_memory(size)
+    check_memory(size, to_file=True)
     check_disk(size, Path())
     around, t_s = scenario.surroundings(), _looks(scenario)
     around.check_dates(*t_s[[0, -1]])
@@ -153,16 +152,15 @@ def _keep_interrupted(out: Path) -> None:
         )
 
 
-def _earlier(out: Path, scenario):
-    """The result to go on from, after a check that it belongs to this scenario."""
-    path = out / "result.nc"
+def _check_earlier(path: Path, scenario) -> None:
+    """ValueError unless there is a result to go on from, of this scenario."""
     if not path.is_file():
         raise ValueError(
-            f"--resume: must find an interrupted run; received {out} without result.nc"
+            f"--resume: must find an interrupted run; received {path.parent} without result.nc"
         )
     try:
-        earlier = load(path)
-        began_with, how = scenario_of(earlier), earlier.attrs["how_it_ended"]
+        with lazily(path) as earlier:
+            began_with, how = scenario_of(earlier), earlier.attrs["how_it_ended"]
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(
             f"--resume: must find a result of a run; received {path} ({error})"
@@ -173,7 +171,6 @@ def _earlier(out: Path, scenario):
         raise ValueError(
             f"--resume: must find an interrupted run; received a complete one in {path}"
         )
-    return earlier
 
 
 @contextlib.contextmanager

@@ -120,24 +120,31 @@ class OrbitEnvironment:
         wind = EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r) if around.air_turns else 0.0
         return np.sqrt(density)[:, None] * (v - wind)
 
-    def air_table(self, duration_s: float):
-        """Table of `flow`; no error is promised, as a density model may have steps of its own."""
-        return build(self.flow, duration_s, self.orbit.period_s / 200.0, DEGREE)
+    @property
+    def segment_s(self) -> float:
+        """Length of the segments that the orbit's table begins with [s]."""
+        return self.orbit.period_s / 100.0
 
-    def orbit_table(self, duration_s: float, step_s: float) -> ProvenTable:
+    def air_table(self, duration_s: float, start_s: float = 0.0):
+        """Table of `flow`; no error is promised, as a density model may have steps of its own."""
+        return build(self.flow, duration_s, self.orbit.period_s / 200.0, DEGREE, start_s)
+
+    def orbit_table(self, duration_s: float, step_s: float, start_s: float = 0.0) -> ProvenTable:
         """Table of `sample`, proven or exact at the instants of RK4 with this step.
 
         ValueError for a run that does not lie within the field model's years.
         """
-        self.check_dates(0.0, duration_s)
+        end_s = start_s + duration_s
+        self.check_dates(start_s, end_s)
         if self.environment.table_tolerance == 0.0:
-            return build_exact(self.sample, duration_s, step_s)
-        first_guess = self.orbit.period_s / 100.0
+            return build_exact(self.sample, duration_s, step_s, start_s)
         tolerance = self.environment.table_tolerance
         groups = (_POSITION, _FIELD, _TIDE)
-        bends = bends_s(self.environment.field, self.start, duration_s)
-        return build_proven(self.sample, duration_s, first_guess, tolerance, groups, bends)
+        bends = bends_s(self.environment.field, self.start, start_s, end_s)
+        return build_proven(
+            self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends
+        )
 
-    def sun_table(self, duration_s: float):
+    def sun_table(self, duration_s: float, start_s: float = 0.0):
         """Table of the Sun's position; two days of its path are a smooth arc."""
-        return build(self.sun, duration_s, min(duration_s, 2 * 86400.0), DEGREE)
+        return build(self.sun, duration_s, min(duration_s, 2 * 86400.0), DEGREE, start_s)

@@ -24,13 +24,13 @@ SAFETY = 1.5
 class Table(NamedTuple):
     """Polynomials for kernels: coefficients [segment, power, channel] of x in [-1, 1].
 
-    Always `DEGREE` + 1 powers, so that the compiler can unroll the sums. `ahead`: part of the
-    first segment that lies before the start, 0..1.
+    `start_s`: where the first segment begins, at the start of what is tabulated or before. Always
+    `DEGREE` + 1 powers, so that the compiler can unroll the sums.
     """
 
     per_second: float
     coefficients: np.ndarray
-    ahead: float = 0.0
+    start_s: float = 0.0
 
     @property
     def segment_s(self) -> float:
@@ -39,7 +39,7 @@ class Table(NamedTuple):
 
     def times(self, segments: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Times [s] of places x in [-1, 1] within segments, segment by segment."""
-        return ((segments[:, None] + 0.5 * (1.0 + x)).ravel() - self.ahead) * self.segment_s
+        return self.start_s + (segments[:, None] + 0.5 * (1.0 + x)).ravel() * self.segment_s
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class ProvenTable:
 @inlined
 def _place(table, t):
     """Segment and position x in [-1, 1] of a time; beyond the ends the last segments go on."""
-    s = t * table.per_second + table.ahead
+    s = (t - table.start_s) * table.per_second
     segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
     return segment, 2.0 * (s - segment) - 1.0
 
@@ -120,20 +120,22 @@ def build(
     duration_s: float,
     segment_s: float,
     degree: int,
-    knot_s: float = 0.0,
+    start_s: float = 0.0,
+    knot_s: float | None = None,
 ) -> Table:
-    """Table of `sample(t_s) -> [n, channels]` over 0..duration_s, no check made.
+    """Table of `sample(t_s) -> [n, channels]` over duration_s from start_s on, no check made.
 
     Two segments meet at `knot_s`, where the function may have a bend.
     """
-    ahead = -knot_s / segment_s % 1.0
+    ahead = 0.0 if knot_s is None else (start_s - knot_s) / segment_s % 1.0
+    first_s = start_s - ahead * segment_s
     segments = max(1, math.ceil(duration_s / segment_s + ahead - 1e-9))
     points = lobatto(degree)
     places = (np.arange(segments)[:, None] + 0.5 * (1.0 + points[:-1])).ravel()
-    values = sample((np.append(places, segments) - ahead) * segment_s)
+    values = sample(first_s + np.append(places, segments) * segment_s)
     coefficients = np.zeros((segments, DEGREE + 1, values.shape[1]))
     _fit(np.linalg.inv(np.vander(points, increasing=True)), values, coefficients)
-    return Table(1.0 / segment_s, coefficients, ahead)
+    return Table(1.0 / segment_s, coefficients, first_s)
 
 
 @kernel
@@ -158,7 +160,7 @@ def measured_error(table: Table, sample, groups, bends_s=()) -> float:
     error = _error_in(table, table.coefficients, every, _error_peaks(DEGREE), sample, groups)
     if len(bends_s) == 0:
         return error
-    places = np.floor(np.asarray(bends_s) * table.per_second + table.ahead).astype(np.int64)
+    places = np.floor((np.asarray(bends_s) - table.start_s) * table.per_second).astype(np.int64)
     bent = np.unique(np.clip(places, 0, every[-1]))
     dense = np.linspace(-1.0, 1.0, 65)
     return max(error, _error_in(table, table.coefficients[bent], bent, dense, sample, groups))
@@ -196,6 +198,7 @@ def build_proven(
     segment_s: float,
     tolerance: float,
     groups: tuple[slice, ...],
+    start_s: float = 0.0,
     bends_s=(),
 ) -> ProvenTable:
     """Table whose relative error in every group of channels is below the tolerance.
@@ -205,9 +208,9 @@ def build_proven(
     which the slope jumps a little, the worst one first; there two segments meet.
     """
     evaluations, checks = 0, len(_error_peaks(DEGREE))
-    knot_s = float(bends_s[0]) if len(bends_s) else 0.0
+    knot_s = float(bends_s[0]) if len(bends_s) else None
     for _ in range(8):
-        table = build(sample, duration_s, segment_s, DEGREE, knot_s)
+        table = build(sample, duration_s, segment_s, DEGREE, start_s, knot_s)
         error = SAFETY * measured_error(table, sample, groups, bends_s)
         evaluations += table.coefficients.shape[0] * (DEGREE + checks)
         if error <= tolerance:
@@ -219,7 +222,7 @@ def build_proven(
     )
 
 
-def build_exact(sample, duration_s: float, step_s: float) -> ProvenTable:
+def build_exact(sample, duration_s: float, step_s: float, start_s: float = 0.0) -> ProvenTable:
     """Table that is exact at the three distinct times of every RK4 step (start, middle, end)."""
-    table = build(sample, duration_s, step_s, 2)
+    table = build(sample, duration_s, step_s, 2, start_s)
     return ProvenTable(table, 0.0, 2 * table.coefficients.shape[0] + 1)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
 
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
+#: Variables that are known of the whole run, not of each record.
+OF_THE_WHOLE = ("coil_energy", "peak_coil_dipole", "checkpoint")
 _XYZ = ("time", "axis")
 #: Recorded columns: name, first and last column, unit, frame, meaning.
 _RECORDED = (
@@ -38,12 +40,9 @@ _RECORDED = (
 )
 
 
-def dataset_of(run: Run, how: str, ended: str) -> xr.Dataset:
-    """The record so far and all that follows from it.
-
-    `how` is one of the words above; `ended` says in full how the run ended.
-    """
-    rows = run.record[: int(np.count_nonzero(np.isfinite(run.record[:, 0])))]
+def part_of(run: Run) -> xr.Dataset:
+    """The record of the run's piece so far and all that follows from it."""
+    rows = run.rows()
     t_s = rows[:, 0] * run.plan.step_s
     variables = {
         name: (
@@ -59,9 +58,17 @@ def dataset_of(run: Run, how: str, ended: str) -> xr.Dataset:
         coordinates["wheel"] = np.arange(run.state.wheels.shape[1])
     import xarray as xr
 
-    data = xr.Dataset(variables, coords=coordinates, attrs=_attributes(run, how, ended))
-    data = data.assign(_surroundings(run, t_s, rows))
-    return data.assign(_checkpoint(run))
+    data = xr.Dataset(variables, coords=coordinates)
+    return data.assign(_surroundings(run, t_s, rows))
+
+
+def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
+    """A part, or all parts joined, with what is known of the whole run.
+
+    `how` is one of the words above; `ended` says in full how the run ended.
+    """
+    data = part.assign(_totals(run)).assign(_checkpoint(run))
+    return data.assign_attrs(_attributes(run, how, ended))
 
 
 def _coordinates(scenario: Scenario, t_s):
@@ -114,10 +121,6 @@ def _surroundings(run: Run, t_s, rows) -> dict:
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
 
-    coils = run.scenario.spacecraft.coils
-    power = coils.power_at_limit_w if coils else None
-    note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")
-
     def vector(values, unit, frame, meaning):
         return (_XYZ, values, {"units": unit, "frame": frame, "long_name": meaning})
 
@@ -140,6 +143,15 @@ def _surroundings(run: Run, t_s, rows) -> dict:
         "latitude": ("time", np.degrees(lat), {"units": "deg", "long_name": "geodetic latitude"}),
         "longitude": ("time", np.degrees(lon), {"units": "deg", "long_name": "longitude"}),
         "altitude": ("time", height, {"units": "m", "long_name": "height above WGS84"}),
+    }
+
+
+def _totals(run: Run) -> dict:
+    """What the coils have done since the start."""
+    coils = run.scenario.spacecraft.coils
+    power = coils.power_at_limit_w if coils else None
+    note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")
+    return {
         "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J", "long_name": note}),
         "peak_coil_dipole": ((), float(run.state.cells[loop.PEAK]), {"units": "A m^2"}),
         **_of_steps(run),
@@ -186,7 +198,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         "how_it_ended": how,
         "ended": ended,
         "versions": json.dumps(versions),
-        "table_relative_error": run.orbit_table.relative_error,
+        "table_relative_error": run.relative_error,
         "conventions": "see torquer.conventions; SI units; quaternions scalar-last",
     }
 
@@ -241,6 +253,8 @@ def restore(run: Run, result: xr.Dataset) -> None:
                 "beside it, has been edited since"
             )
     _restore_state(run, result["checkpoint"].values)
+    run.piece, run.relative_error = None, float(began["table_relative_error"])
+    run.enter()
     _restore_record(run, result)
 
 
@@ -259,6 +273,7 @@ def _restore_state(run: Run, cells: np.ndarray) -> None:
 
 
 def _restore_record(run: Run, result: xr.Dataset) -> None:
+    """The rows of the piece in which the run stands; those before are complete as they are."""
     steps = np.arange(result.sizes["time"]) * run.plan.record_steps
     due = -(-int(run.state.step[0]) // run.plan.record_steps)
     t_s = result["time"].values
@@ -267,20 +282,25 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
             f"result: must have every row of its record to go on from; received {len(t_s)} rows, "
             f"of {due} or more"
         )
-    run.record[: len(t_s), 0] = steps
+    here = slice(run.first_row, min(len(t_s), run.first_row + len(run.record)))
+    rows = np.arange(here.start, here.stop) % len(run.record)
+    part = result.isel(time=here)
+    run.record[rows, 0] = steps[here]
     for name, first, last, *_ in _RECORDED:
-        run.record[: len(t_s), first:last] = result[name].values
+        run.record[rows, first:last] = part[name].values
     if run.plan.wheels:
         names = ("torque_command_body", "wheel_momentum", "wheel_torque")
-        values = np.hstack([result[name].values for name in names])
-        run.record[: len(t_s), loop.COLUMNS :] = values
+        run.record[rows, loop.COLUMNS :] = np.hstack([part[name].values for name in names])
 
 
-def save(result: xr.Dataset, path) -> None:
-    """Write a result as NetCDF; what stood there before is replaced when all is written."""
+def save(result: xr.Dataset, path, how: dict | None = None) -> None:
+    """Write a result as NetCDF; what stood there before is replaced when all is written.
+
+    `how`: more arguments of `xarray.Dataset.to_netcdf`.
+    """
     path = Path(path)
     unfinished = path.with_name(path.name + ".part")
-    result.to_netcdf(unfinished, engine="h5netcdf")
+    result.to_netcdf(unfinished, engine="h5netcdf", **(how or {}))
     os.replace(unfinished, path)
 
 

@@ -2,7 +2,8 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,11 +11,10 @@ from torquer.control import LAWS, WHEEL_LAWS
 from torquer.control.law import Law, as_law, compile_law
 from torquer.control.off import Off, no_answer
 from torquer.control.user import spec_of
-from torquer.environment.table import ProvenTable
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
 from torquer.simulation.asking import LawFailed, advance_in_python, next_event, reason
-from torquer.simulation.size import check_memory, size_of
+from torquer.simulation.size import piece_steps
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.coils import NO_COILS
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
@@ -23,34 +23,79 @@ from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunS
 _PIECE_S = 0.05
 
 
-@dataclass(frozen=True)
-class Run:
-    """A prepared run: constants, tables, state and record. `advance_to` moves it on.
+class Piece(NamedTuple):
+    """Steps first..last-1 of a run and the environment tabulated for them."""
 
-    `law` is that of the coils, `wheel_law` that of the wheels, None for a satellite without.
+    first: int
+    last: int
+    tables: loop.Tables
+    relative_error: float
+
+
+@dataclass
+class Run:
+    """A prepared run: constants, state, and the piece in which it stands.
+
+    `advance_to` moves it on. `law` is that of the coils, `wheel_law` that of the wheels, None for
+    a satellite without. `record` has the rows of the piece, each at its number modulo the length;
+    `relative_error` is the greatest of the tables so far. `keep` is called with the run when a
+    piece is complete and another follows.
     """
 
     scenario: Scenario
     law: Law
     wheel_law: Law | None
     plan: loop.Plan
-    tables: loop.Tables
     state: loop.State
     record: np.ndarray
-    orbit_table: ProvenTable
-
-    @property
-    def steps(self) -> int:
-        """Number of steps of the whole run."""
-        return (len(self.record) - 1) * self.plan.record_steps
+    steps: int
+    piece_steps: int
+    piece: Piece | None = None
+    relative_error: float = 0.0
+    keep: Callable = field(default=lambda run: None)
 
     @property
     def now_s(self) -> float:
         """Time that the run has reached [s]."""
         return self.state.step[0] * self.plan.step_s
 
+    @property
+    def tables(self) -> loop.Tables:
+        """The tabulated environment of the piece."""
+        return self.piece.tables
+
+    @property
+    def first_row(self) -> int:
+        """Number of the piece's first row."""
+        return self.piece.first // self.plan.record_steps
+
+    def rows(self) -> np.ndarray:
+        """What is recorded of the piece, in order."""
+        number = np.arange(self.first_row, self.first_row + len(self.record)) % len(self.record)
+        rows = self.record[number]
+        return rows[: int(np.count_nonzero(np.isfinite(rows[:, 0])))]
+
+    def enter(self) -> None:
+        """Make the piece the one of the present step; the last one has the end in it."""
+        size = self.piece_steps
+        first = min(int(self.state.step[0]), self.steps - 1) // size * size
+        if self.piece is not None and self.piece.first == first:
+            return
+        if self.piece is not None:
+            self.keep(self)
+        self.piece = _piece(self.scenario, self.plan, first, min(first + size, self.steps))
+        self.relative_error = max(self.relative_error, self.piece.relative_error)
+        self.record.fill(np.nan)
+
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
+        ended = loop.RUNNING
+        while ended == loop.RUNNING and self.state.step[0] < last:
+            self.enter()
+            ended = self._advance_within(min(last, self.piece.last))
+        return ended
+
+    def _advance_within(self, last: int) -> int:
         if all(law.compiled for law in self.laws):
             return self.step_to([compile_law(law.function) for law in self.laws], self.plan, last)
         return advance_in_python(self, last)
@@ -168,23 +213,30 @@ def prepare(
     The run's scenario names the laws that are flown.
     """
     scenario, given = _with_given(scenario, law, wheel_law)
-    check_memory(size_of(scenario))
-    craft = scenario.spacecraft
     law, wheel_law = _laws_for(scenario, given)
-    around = scenario.surroundings()
     plan = plan_of(scenario, law, wheel_law)
-    duration_s = scenario.steps() * plan.step_s
-    orbit_table = around.orbit_table(duration_s, plan.step_s)
-    seen = plan.sun_sensors is not NO_SUN_SENSORS  # else the Sun's table is never read
-    sun_table = around.sun_table(duration_s) if seen else orbit_table.table
-    air = around.air_table(duration_s) if craft.aerodynamics else ()
-    tables = loop.Tables(orbit_table.table, sun_table, air)
+    around = scenario.surroundings()
+    around.check_dates(0.0, scenario.steps() * plan.step_s)
     r, v = around.state(np.zeros(1))
     laws = [law] if wheel_law is None else [law, wheel_law]
     state = first_state(scenario, plan, laws, r[0], v[0])
     columns = loop.COLUMNS + (3 + 2 * state.wheels.shape[1] if plan.wheels else 0)
-    record = np.full((scenario.steps() // plan.record_steps + 1, columns), np.nan)
-    return Run(scenario, law, wheel_law, plan, tables, state, record, orbit_table)
+    steps, size = scenario.steps(), piece_steps(scenario)
+    record = np.full((min(steps, size) // plan.record_steps + 1, columns), np.nan)
+    run = Run(scenario, law, wheel_law, plan, state, record, steps, size)
+    run.enter()
+    return run
+
+
+def _piece(scenario: Scenario, plan: loop.Plan, first: int, last: int) -> Piece:
+    """Tables for the steps first..last-1."""
+    craft, around = scenario.spacecraft, scenario.surroundings()
+    start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
+    orbit = around.orbit_table(duration_s, plan.step_s, start_s)
+    seen = plan.sun_sensors is not NO_SUN_SENSORS  # else the Sun's table is never read
+    sun = around.sun_table(duration_s, start_s) if seen else orbit.table
+    air = around.air_table(duration_s, start_s) if craft.aerodynamics else ()
+    return Piece(first, last, loop.Tables(orbit.table, sun, air), orbit.relative_error)
 
 
 def advance_in_pieces(run: Run, last: int, progress: Callable[[float], None] | None) -> str:
@@ -218,4 +270,4 @@ def record_this_instant(run: Run) -> None:
     coils = state.coils.copy()
     if step % plan.cycle_steps == 0 and plan.measure_steps > 0:
         loop.switch_off(plan.coils, coils)
-    loop.record_row(plan, state, coils, step, run.record, row)
+    loop.record_row(plan, state, coils, step, run.record, row % len(run.record))

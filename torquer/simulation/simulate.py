@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torquer.control.law import Law
@@ -11,13 +13,15 @@ from torquer.simulation.result import (
     COMPLETE,
     FAILED,
     INTERRUPTED,
+    OF_THE_WHOLE,
     STOPPED,
-    dataset_of,
     restore,
     scenario_of,
 )
 from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
+from torquer.simulation.size import check_disk, check_memory, size_of
 from torquer.simulation.spec import Scenario
+from torquer.simulation.store import InFile, InMemory, lazily
 from torquer.spec import checked
 
 if TYPE_CHECKING:
@@ -41,14 +45,16 @@ def simulate(
     wheel_law: Law | Callable | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
+    to: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
     `law` and `wheel_law` take the place of the scenario's, parameters and all; a function without
     the decorator runs as plain Python. The scenario in the result names the laws that were flown.
-    `until_s` stops the run early, at the next instant of a reading, of a control
-    cycle or of the record; `resume` goes on from there. `progress` is called with the part done,
-    0..1.
+    `until_s` stops the run early, at the next instant of a reading, of a control cycle or of the
+    record; `resume` goes on from there. `progress` is called with the part done, 0..1.
+    `to`: a file (NetCDF) for the result. A long run is written to it piece by piece, in bounded
+    memory; the result returned then reads its numbers from the file when they are asked for.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
@@ -57,11 +63,14 @@ def simulate(
             "scenario: must be a torquer Scenario (see torquer.load_scenario); "
             f"received {scenario!r}"
         )
-    return finish(prepare(checked(scenario), law, wheel_law), until_s, progress)
+    scenario = checked(scenario)
+    _check_size(scenario, to)
+    store = InMemory() if to is None else InFile(Path(to))
+    return finish(prepare(scenario, law, wheel_law), store, until_s, progress)
 
 
 def resume(
-    result: xr.Dataset,
+    result: xr.Dataset | str | os.PathLike,
     law: Law | Callable | None = None,
     *,
     wheel_law: Law | Callable | None = None,
@@ -70,28 +79,52 @@ def resume(
 ) -> xr.Dataset:
     """Go on from where a result stopped; the whole is the same bits as an unbroken run.
 
-    A law that was given in Python must be given again, unless it is in a file to load it from.
+    `result`: a result, or the file of one, in which the run then goes on. A law that was given in
+    Python must be given again, unless it is in a file to load it from.
     """
-    run = prepare(scenario_of(result), law, wheel_law)
+    if isinstance(result, str | os.PathLike):
+        return _resume_in_file(Path(result), law, wheel_law, until_s, progress)
+    scenario = scenario_of(result)
+    _check_size(scenario, None)
+    run = prepare(scenario, law, wheel_law)
     restore(run, result)
-    return finish(run, until_s, progress)
+    earlier = result.isel(time=slice(0, run.first_row)).drop_vars(OF_THE_WHOLE)
+    return finish(run, InMemory(earlier), until_s, progress)
 
 
-def finish(run: Run, until_s: float | None = None, progress=None) -> xr.Dataset:
-    """Run on to the end (or to `until_s`) and return the result so far."""
+def _resume_in_file(path: Path, law, wheel_law, until_s, progress) -> xr.Dataset:
+    with lazily(path) as result:
+        scenario = scenario_of(result)
+        _check_size(scenario, path)
+        run = prepare(scenario, law, wheel_law)
+        restore(run, result)
+    return finish(run, InFile(path), until_s, progress)
+
+
+def _check_size(scenario: Scenario, to) -> None:
+    size = size_of(scenario)
+    check_memory(size, to is not None)
+    if to is not None:
+        check_disk(size, Path(to).parent)
+
+
+def finish(run: Run, store, until_s: float | None = None, progress=None) -> xr.Dataset:
+    """Run on to the end (or to `until_s`) and return the result so far, which goes to a store."""
     last = run.steps if until_s is None else _last_step(run, until_s)
+    run.keep = store.keep
     interrupted = False
     try:
         reason = advance_in_pieces(run, last, progress)
     except KeyboardInterrupt:
         reason, interrupted = f"interrupted at t = {run.now_s:g} s", True
+    run.enter()
     record_this_instant(run)
     if reason:
         how = INTERRUPTED if interrupted else FAILED
-        raise RunStopped(reason, dataset_of(run, how, reason), interrupted)
+        raise RunStopped(reason, store.result(run, how, reason), interrupted)
     if run.state.step[0] == run.steps:
-        return dataset_of(run, COMPLETE, COMPLETE)
-    return dataset_of(run, STOPPED, f"stopped at t = {run.now_s:g} s as asked")
+        return store.result(run, COMPLETE, COMPLETE)
+    return store.result(run, STOPPED, f"stopped at t = {run.now_s:g} s as asked")
 
 
 def _last_step(run: Run, until_s: float) -> int:

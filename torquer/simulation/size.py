@@ -14,8 +14,9 @@ from torquer.simulation.spec import Scenario, whole_steps
 _ROW, _ROW_WHEELS, _ROW_WHEEL = 49, 3, 3
 #: Copies of its rows that a result in memory needs while it is made.
 _COPIES = 3
-#: Memory of the package and what it computes with; of a revolution's tables while they are made.
-_BASE_BYTES, _REVOLUTION_BYTES = 3e8, 1e6
+#: Memory [byte] of the package and what it computes with; while tables are made, of those of a
+#: revolution or, exact, of a step.
+_BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
 #: Computing time [s]: of a step by its integrator, with wheels or air; of a reading and its laws,
 #: with wheels, in plain Python; of tables by the revolution or, exact, by the step; of a row.
 _STEP_S = {"rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
@@ -23,12 +24,34 @@ _WHEELS_S, _READING_S, _WHEELS_READING_S, _PYTHON_S = 2e-7, 1.5e-7, 1.3e-6, 6e-5
 _REVOLUTION_S, _EXACT_S, _ROW_S = 3e-3, 2e-6, 6e-6
 
 
+#: A run is computed in pieces: at most so many rows of the record, so many segments of the orbit's
+#: first table, so many steps of an exact one. Each has tables of its own.
+_PIECE_ROWS, _PIECE_SEGMENTS, _PIECE_EXACT_STEPS = 65536, 8192, 131072
+
+
+def piece_steps(scenario: Scenario) -> int:
+    """Steps of a piece of a run: a whole number of records.
+
+    It does not depend on the duration, nor on where the result is kept: that would change bits.
+    """
+    simulation, step_s = scenario.simulation, scenario.simulation.step_s
+    record = whole_steps("record_s", simulation.record_s, step_s)
+    tabulated = _PIECE_EXACT_STEPS
+    if scenario.environment.table_tolerance > 0.0:
+        tabulated = int(_PIECE_SEGMENTS * scenario.surroundings().segment_s / step_s)
+    return max(1, min(tabulated // record, _PIECE_ROWS)) * record
+
+
 class Size(NamedTuple):
-    """What a run takes: counts, bytes, seconds of computing."""
+    """What a run takes: counts, bytes, seconds of computing.
+
+    `memory_bytes` if the result goes to a file, `whole_in_memory_bytes` if it does not.
+    """
 
     steps: int
     rows: int
     memory_bytes: float
+    whole_in_memory_bytes: float
     disk_bytes: float
     computing_s: float
 
@@ -37,10 +60,15 @@ def size_of(scenario: Scenario, compiled: bool = True) -> Size:
     """Estimate for a run; `compiled`: whether its laws are."""
     steps, simulation = scenario.steps(), scenario.simulation
     rows = steps // whole_steps("record_s", simulation.record_s, simulation.step_s) + 1
-    disk = 8.0 * rows * row_numbers(scenario)
-    revolutions = steps * simulation.step_s / scenario.orbit.period_s
-    memory = _BASE_BYTES + _COPIES * disk + _REVOLUTION_BYTES * revolutions
-    return Size(steps, rows, memory, disk, _computing_s(scenario, steps, rows, compiled))
+    row_bytes, piece = 8.0 * row_numbers(scenario), min(steps, piece_steps(scenario))
+    revolutions = piece * simulation.step_s / scenario.orbit.period_s
+    tables = _REVOLUTION_BYTES * revolutions
+    if scenario.environment.table_tolerance == 0.0:
+        tables = _EXACT_BYTES * piece
+    of_a_piece = _BASE_BYTES + tables + _COPIES * row_bytes * min(rows, piece * rows / steps)
+    in_memory = of_a_piece + (2.0 * row_bytes * rows if steps > piece else 0.0)
+    seconds = _computing_s(scenario, steps, rows, compiled)
+    return Size(steps, rows, of_a_piece, in_memory, row_bytes * rows, seconds)
 
 
 def row_numbers(scenario: Scenario) -> int:
@@ -77,13 +105,15 @@ def free_disk(folder: Path) -> float:
     return float(shutil.disk_usage(next(p for p in (folder, *folder.parents) if p.exists())).free)
 
 
-def check_memory(size: Size) -> None:
+def check_memory(size: Size, to_file: bool) -> None:
     """ValueError for a run that does not fit in the memory of this machine."""
-    if size.memory_bytes > (there := memory_of_machine()):
+    needed = size.memory_bytes if to_file else size.whole_in_memory_bytes
+    if needed > (there := memory_of_machine()):
+        way_out = "" if to_file else " (simulate with to='result.nc' keeps it in a file)"
         raise ValueError(
             f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
             f"the {told_bytes(there)} of memory of this machine; received a run that needs "
-            f"about {told_bytes(size.memory_bytes)}"
+            f"about {told_bytes(needed)}{way_out}"
         )
 
 

@@ -351,7 +351,8 @@ def run_steps(law, wheel_law, plan, tables, state, record, last, principal, work
             wanted, interval_s = get3(cells, TORQUE), to_sample * plan.step_s
             drive_wheels(plan.wheels, state.wheels, wanted, interval_s, step)
         if to_record == 0:
-            record_row(plan, state, coils, step, record, step // plan.record_steps)
+            row = step // plan.record_steps % record.shape[0]  # the record of a piece of the run
+            record_row(plan, state, coils, step, record, row)
             to_record = plan.record_steps
             fixed = principal is None and work is None
             if fixed and not resolves(plan, state, x, here):

@@ -84,8 +84,8 @@ def check_span(model, start: datetime, *times_s: float) -> None:
         check_date(source, year, model.extrapolate, f" at t = {t_s:g} s" if t_s else "")
 
 
-def bends_s(model, start: datetime, last_s: float) -> np.ndarray:
-    """Times [s] between 0 and `last_s` at which the change per second itself changes.
+def bends_s(model, start: datetime, first_s: float, last_s: float) -> np.ndarray:
+    """Times [s] between `first_s` and `last_s` at which the change per second itself changes.
 
     Each 1 January: at an epoch of the coefficients, which come first, by another rate per year;
     else because one of the two years has 366 days.
@@ -93,7 +93,7 @@ def bends_s(model, start: datetime, last_s: float) -> np.ndarray:
     source = coefficients_of(model)
     if source is None:
         return np.empty(0)
-    at_s, years = new_years(start, 0.0, last_s)
-    within = (at_s > 0.0) & (at_s < last_s)
+    at_s, years = new_years(start, first_s, last_s)
+    within = (at_s > first_s) & (at_s < last_s)
     at_s, common = at_s[within], ~np.isin(years[within], published(source).years)
     return at_s[np.argsort(common, kind="stable")]

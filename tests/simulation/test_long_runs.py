@@ -1,0 +1,176 @@
+"""Long runs are computed in pieces: the same bits wherever the result goes and a run stops."""
+
+import numpy as np
+import pytest
+
+from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer.environment.table import build, lookup3
+from torquer.simulation import run as runner
+from torquer.simulation import size as sizes
+from torquer.simulation.size import piece_steps, size_of
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+#: All that a record may hold and a run may remember; records off the cycle, and now and then.
+FULL = {
+    "environment.field": {"kind": "igrf14"},
+    "environment.earth_rotation": "precise",
+    "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0},
+    "spacecraft.gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
+    "spacecraft.sun_sensors": {"axes": [[1, 0, 0], [-1, 2, 0]], "half_field_deg": 80.0},
+    "spacecraft.coils": {"limit_a_m2": 3.0, "lag_s": 0.7},
+    "spacecraft.wheels": {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 1.0,
+                          "torque_limit_n_m": 0.01, "speed_noise_rpm": 1.0},
+    "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5},
+                "wheel_law": {"kind": "wheel_pd", "bandwidth_rad_s": 0.01, "reference": "inertial",
+                              "inertia_kg_m2": [1.0, 1.3, 1.7]},
+                "sample_s": 3.0, "measure_s": 6.0, "actuate_s": 4.0},
+    "simulation": {"duration_s": 1505.0, "step_s": 0.5, "record_s": 7.0},
+    "seed": 7,
+}  # fmt: skip
+RARELY = {"simulation": {"duration_s": 1750.0, "step_s": 0.5, "record_s": 250.0}}
+WAYS = {
+    "records": (FULL, 30),
+    "few records": (FULL | RARELY, 1),
+    "exact tables": (FULL | {"environment.table_tolerance": 0.0}, 30),
+    "dop853": (FULL | {"simulation.integrator": "dop853"}, 30),
+}
+
+
+@pytest.fixture(params=WAYS)
+def scenario(make, request, monkeypatch):
+    """A scenario of seven pieces or so."""
+    changes, rows = WAYS[request.param]
+    monkeypatch.setattr(sizes, "_PIECE_ROWS", rows)
+    monkeypatch.setattr(sizes, "_PIECE_SEGMENTS", 4)
+    monkeypatch.setattr(sizes, "_PIECE_EXACT_STEPS", 450)
+    made = make(changes)
+    assert 6 <= made.steps() / piece_steps(made) <= 9
+    return made
+
+
+def same(a, b):
+    """Whether two results hold the same bits and tell the same."""
+    assert sorted(a.variables) == sorted(b.variables)
+    for name in a.variables:
+        assert a[name].dtype == b[name].dtype, name
+        kind = a[name].dtype.kind
+        assert np.array_equal(a[name].values, b[name].values, equal_nan=kind == "f"), name
+        assert a[name].attrs == b[name].attrs, name
+    assert a.attrs == b.attrs
+    return True
+
+
+def test_a_result_in_a_file_is_that_in_memory(scenario, tmp_path):
+    whole = simulate(scenario)
+    assert whole.sizes["time"] == scenario.steps() // round(2 * scenario.simulation.record_s) + 1
+    with simulate(scenario, to=tmp_path / "result.nc") as lazy:
+        assert same(lazy, whole)
+    assert same(load(tmp_path / "result.nc"), whole)
+    save(whole, tmp_path / "saved.nc")
+    assert same(load(tmp_path / "saved.nc"), whole)
+
+
+def test_stopped_anywhere_it_goes_on_with_the_same_bits(scenario, tmp_path):
+    """Within a piece, and where one ends; in memory, in the file, and from one to the other."""
+    whole, path = simulate(scenario), tmp_path / "result.nc"
+    border_s = 2.0 * piece_steps(scenario) * 0.5
+    for stop_s in (0.0, border_s, border_s + 40.0, 1300.0):
+        part = simulate(scenario, until_s=stop_s)
+        assert same(resume(part), whole)
+        with simulate(scenario, until_s=stop_s, to=path) as stopped:
+            assert same(stopped, part)
+        assert same(resume(load(path)), whole)
+        with resume(path, until_s=1400.0) as later:
+            assert later.attrs["how_it_ended"] == "stopped"
+        with resume(path) as ended:
+            assert same(ended, whole)
+
+
+def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
+    """By the keyboard, and by the end of the process while a piece is computed."""
+    whole, path, calls = simulate(scenario), tmp_path / "result.nc", []
+
+    def impatient(part):
+        if part > 0.6:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(runner, "_PIECE_S", 1e9)
+    with pytest.raises(RunStopped, match="interrupted at t = ") as stopped:
+        simulate(scenario, to=path, progress=impatient)
+    stopped.value.result.close()
+    with resume(path) as ended:
+        assert same(ended, whole)
+
+    own = runner._piece
+
+    def killed(*arguments):
+        calls.append(arguments)
+        if len(calls) == 4:
+            raise SystemExit
+        return own(*arguments)
+
+    monkeypatch.setattr(runner, "_piece", killed)
+    with pytest.raises(SystemExit):
+        simulate(scenario, to=path)
+    monkeypatch.setattr(runner, "_piece", own)
+    kept = load(path)
+    assert kept.attrs["how_it_ended"] == "interrupted"
+    assert kept.checkpoint.values[0] == 3 * piece_steps(scenario)
+    with resume(path) as ended:
+        assert same(ended, whole)
+
+
+def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_path):
+    whole = simulate(make(FULL), to=tmp_path / "result.nc")
+    assert same(load(tmp_path / "result.nc"), whole)
+    monkeypatch.setattr(sizes, "_PIECE_ROWS", 400)
+    assert same(simulate(make(FULL)), whole)
+
+
+def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypatch):
+    """Elsewhere cut, the tables differ within their promised error of 1e-9, no more."""
+    quiet = {"simulation": FULL["simulation"], "environment.field": {"kind": "igrf14"}}
+    whole = simulate(make(quiet))
+    monkeypatch.setattr(sizes, "_PIECE_SEGMENTS", 4)
+    pieces = simulate(make(quiet))
+    assert piece_steps(make(quiet)) < make(quiet).steps() / 6
+    error = np.abs(pieces.q_body_to_inertial.values - whole.q_body_to_inertial.values).max()
+    assert 0.0 < error < 1e-8
+    assert np.array_equal(pieces.b_inertial.values[:20], whole.b_inertial.values[:20])
+
+
+@law(memory=1)
+def fails_late(measured, parameters, memory):
+    """A law that fails in the fourth piece or later."""
+    return (1.0 / (0.0 if measured.t_s > 1000.0 else 1.0), 0.0, 0.0)
+
+
+def test_a_law_that_fails_leaves_its_result_in_the_file(scenario, tmp_path):
+    with pytest.raises(RunStopped, match="law fails_late: must not raise") as stopped:
+        simulate(scenario, fails_late, to=tmp_path / "result.nc")
+    stopped.value.result.close()
+    kept = load(tmp_path / "result.nc")
+    assert kept.attrs["how_it_ended"] == "failed"
+    assert kept.time.values[-1] > 999.0 - scenario.simulation.record_s
+
+
+def test_a_table_may_begin_anywhere():
+    def sample(t_s):
+        return np.stack([np.sin(t_s / 50.0), np.cos(t_s / 70.0), t_s / 1000.0], axis=1)
+
+    table = build(sample, 100.0, 10.0, 5, start_s=1e6)
+    for t in (1e6, 1e6 + 33.3, 1e6 + 100.0):
+        assert lookup3(table, t) == pytest.approx(sample(np.array([t]))[0], abs=1e-8)
+
+
+def test_memory_is_that_of_a_piece_for_a_file(make, monkeypatch):
+    short, long = (make({"simulation.duration_s": days * 86400.0}) for days in (40.0, 4000.0))
+    assert size_of(long).memory_bytes == pytest.approx(size_of(short).memory_bytes, rel=1e-3)
+    assert size_of(long).whole_in_memory_bytes > 20.0 * size_of(long).memory_bytes
+    monkeypatch.setattr(sizes, "memory_of_machine", lambda: 5e9)
+    with pytest.raises(ValueError, match=r"received a run that .* \(simulate with to='result\.nc'"):
+        simulate(long)
+    monkeypatch.setattr(sizes, "free_disk", lambda folder: 1e9)
+    with pytest.raises(ValueError, match=r"must fit in the 1 GB that are free at "):
+        simulate(long, to="result.nc")
