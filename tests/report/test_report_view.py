@@ -8,6 +8,7 @@ import pytest
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.report import panels as drawn
 from torquer.report.scene import chapters, scene_figure
+from torquer.report.summary import summary_of
 from torquer.report.view import fresh_rows, notes, view_of
 from torquer.simulation.simulate import simulate
 
@@ -216,3 +217,24 @@ def test_frames_show_the_attitude(view):
             arrow = frame["data"][frame["traces"].index(names.index(name))]
             tip = [arrow[k][1] for k in "xyz"]
             np.testing.assert_allclose(tip, body[n][:, axis], atol=6e-4)
+
+
+@pytest.mark.parametrize("fixture", ["detumble", "flown"])
+def test_the_summary_does_not_depend_on_how_many_records_are_looked_at_together(
+    fixture, request, monkeypatch
+):
+    result = request.getfixturevalue(fixture)
+    whole = summary_of(result)
+    monkeypatch.setattr("torquer.report.summary._PART", 97)
+    assert summary_of(result) == whole
+
+
+def test_a_long_run_is_shown_by_some_of_its_records(detumble, monkeypatch):
+    monkeypatch.setattr("torquer.report.view._MOST_RECORDS", 1000)
+    seen = view_of(detumble)
+    assert (seen.every, seen.record_s, len(seen.t_s)) == (4, 8.0, 901)
+    assert (seen.t_s[0], seen.t_s[-1]) == (0.0, 7200.0)
+    assert seen.summary == summary_of(detumble)
+    wanted = "pictures and the notes on the record take one of 4 records, 8 s apart"
+    assert sum(wanted in note for note in notes(seen)) == 1
+    assert len(drawn.dipole_whole(seen).lines) == 3

@@ -77,16 +77,10 @@ class FlownWheels:
         return share
 
     @property
-    def zero_crossings(self) -> int:
-        """How often a speed changes its sign from one record to another, all wheels together.
-
-        (A standing wheel has the speed of a rounding error.)
-        """
-        crossings, turning = 0, 1e-6 * self.spec.speed_limit_rpm
-        for speed in self.speed_rpm.T:
-            sign = np.sign(speed[np.abs(speed) > turning])
-            crossings += int(np.count_nonzero(sign[1:] != sign[:-1]))
-        return crossings
+    def turning(self) -> np.ndarray:
+        """(n, w): sign of each wheel's speed; 0 for a standing one, which has a rounding error."""
+        turns = np.abs(self.speed_rpm) > 1e-6 * self.spec.speed_limit_rpm
+        return np.where(turns, np.sign(self.speed_rpm), 0.0).astype(np.int8)
 
     def events(self, end_s: float) -> list[tuple[float, str]]:
         """(Time [s], what happens) until the end: wheels fail, and the computer notices."""
@@ -98,6 +92,15 @@ class FlownWheels:
                 noticed = happened.setdefault(failure.time_s + failure.noticed_after_s, [])
                 noticed.append(f"wheel {failure.wheel}: noticed")
         return [(t, ", ".join(told)) for t, told in sorted(happened.items()) if t <= end_s]
+
+
+def zero_crossings(turning: np.ndarray) -> int:
+    """How often a speed changes its sign from one record to another, all wheels together.
+
+    `turning` (n, w): as `FlownWheels.turning` has it.
+    """
+    signs = (column[column != 0] for column in turning.T)
+    return sum(int(np.count_nonzero(sign[1:] != sign[:-1])) for sign in signs)
 
 
 def wheels_of(result: xr.Dataset, scenario: Scenario) -> FlownWheels | None:

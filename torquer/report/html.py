@@ -11,7 +11,7 @@ from torquer.report.interactive import panel_figure, track_figure
 from torquer.report.page import CSS, SCRIPT
 from torquer.report.scene import chapters, scene_figure
 from torquer.report.setting import setting
-from torquer.report.summary import rows_of, summary_of
+from torquer.report.summary import rows_of
 from torquer.report.view import View
 
 #: The browser itself is told to load nothing. (plotly.js compiles its shaders' glue by itself.)
@@ -67,7 +67,7 @@ def _head(view: View) -> str:
     scenario = view.scenario
     told = "".join(f"<li>{escape(note)}</li>" for note in seen.notes(view))
     notes = f'<section class="notes"><h2>Notes</h2><ul>{told}</ul></section>' if told else ""
-    summary = _table(rows_of(summary_of(view.result)))
+    summary = _table(rows_of(view.summary))
     return (
         f"<header><h1>{escape(scenario.name)}</h1><p>{escape(scenario.description)}</p></header>"
         f'{notes}<div class="columns"><section><h2>Summary</h2>{summary}</section>'

@@ -216,7 +216,7 @@ def _cycles(view: View, count: int = 6) -> tuple[Panel, ...]:
     """First and last cycles, if the record is fine enough to show them."""
     control, span = view.scenario.control, count * view.scenario.control.cycle_s
     shortest = min(control.measure_s, control.actuate_s) if control.measure_s else control.sample_s
-    if view.scenario.simulation.record_s > shortest * (1.0 + 1e-9) or view.end_s < span:
+    if view.record_s > shortest * (1.0 + 1e-9) or view.end_s < span:
         return ()
     first = _cycle_panel(view, f"The first {count} cycles", 0, span)
     if view.end_s < 4.0 * span:

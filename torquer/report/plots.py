@@ -22,7 +22,6 @@ from torquer.report.series import (
     split_at_dateline,
 )
 from torquer.report.sheet import FAINT, INK, SMALL, foot, legend, place, quiet, sheet
-from torquer.report.summary import summary_of
 from torquer.report.view import Mark, View
 
 #: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
@@ -322,7 +321,7 @@ def draw_overview(view: View) -> Figure:
 
 def _facts(view: View) -> str:
     """One line of the most important numbers."""
-    told, clock = summary_of(view.result), clock_for(view.end_s)
+    told, clock = view.summary, clock_for(view.end_s)
     facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
     if view.held is None:
         below = told["time_to_below_3x_orbital_rate_s"]

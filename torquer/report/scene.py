@@ -68,7 +68,7 @@ def _chapter(view: View, name: str, t_s, remark: str = "each turn is seen") -> C
     """A chapter; at recorded instants only where the record is too coarse to interpolate."""
     rows = np.clip(np.searchsorted(view.t_s, [t_s[0], t_s[-1]]), 0, len(view.t_s) - 1)
     if not view.can_follow(max(int(rows[0]) - 1, 0), int(rows[1]) + 1):
-        nearest = np.searchsorted(view.t_s, t_s - 0.5 * view.scenario.simulation.record_s)
+        nearest = np.searchsorted(view.t_s, t_s - 0.5 * view.record_s)
         t_s = view.t_s[np.unique(np.clip(nearest, 0, len(view.t_s) - 1))]
         remark = "the record is too coarse to follow each turn"
     spacing = (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1)

@@ -5,20 +5,21 @@ import json
 import numpy as np
 import xarray as xr
 
-from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
-from torquer.report.held_attitude import Held, held_in
+from torquer.report.flown_wheels import AT_LIMIT, wheels_of, zero_crossings
+from torquer.report.held_attitude import held_in
 from torquer.simulation.result import scenario_of
 
 _WHEEL_LAW = ("wheel_law", "wheel_law_runs_as")
+#: Records that are looked at together.
+_PART = 1 << 18
 
 
 def summary_of(result: xr.Dataset) -> dict:
     """Summary as plain data: value by key, unit in the key."""
     scenario = scenario_of(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
-    t = result["time"].values
-    rate = np.linalg.norm(result["omega_body"].values, axis=1)
-    momentum = np.linalg.norm(result["momentum_inertial"].values, axis=1)
+    t, found = result["time"].values, _joined(_taken(part) for part in _parts(result))
+    rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
     return {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
@@ -32,8 +33,8 @@ def summary_of(result: xr.Dataset) -> dict:
         **_of_coils(result, scenario.spacecraft.coils),
         "initial_momentum_n_m_s": float(momentum[0]),
         "momentum_left_n_m_s": float(momentum[-1]),
-        **_of_wheels(wheels_of(result, scenario)),
-        **_of_attitude(t, held_in(result), 2.0 * np.pi / omega0),
+        **_of_wheels(t, found),
+        **_of_attitude(t, angle, 2.0 * np.pi / omega0),
         **_of_steps(result),
         "table_relative_error": float(result.attrs["table_relative_error"]),
         "law": result.attrs["law"],
@@ -66,32 +67,63 @@ def _of_coils(result, coils) -> dict:
     }
 
 
-def _of_wheels(wheels: FlownWheels | None) -> dict:
+def _parts(result: xr.Dataset):
+    """The result some records at a time: a long one is not to be in memory at once."""
+    for first in range(0, result.sizes["time"], _PART):
+        yield result.isel(time=slice(first, first + _PART))
+
+
+def _taken(part: xr.Dataset) -> dict[str, np.ndarray]:
+    """What the summary needs of each record."""
+    found = {
+        "rate": np.linalg.norm(part["omega_body"].values, axis=1),
+        "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
+    }
+    held, wheels = held_in(part), wheels_of(part, scenario_of(part))
+    if held is not None:
+        found["angle"] = held.angle_deg
+    if wheels is not None:
+        shares = wheels.momentum_shares
+        found |= {
+            "share": shares.max(axis=1),
+            "fullest": shares.argmax(axis=1).astype(np.int16),
+            "torque": np.abs(wheels.torque).max(axis=1),
+            "torque_share": wheels.torque_shares.max(axis=1),
+            "total": np.linalg.norm(wheels.total_body, axis=1),
+            "turning": wheels.turning,
+        }
+    return found
+
+
+def _joined(parts) -> dict[str, np.ndarray]:
+    parts = list(parts)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
     """How near the wheels came to their limits, in the record, and what they hold at the end."""
-    if wheels is None:
+    if "share" not in found:
         return {}
-    shares, torque_shares = wheels.momentum_shares, wheels.torque_shares
-    row, wheel = np.unravel_index(np.argmax(shares), shares.shape)
-    full = np.flatnonzero(np.any(shares > AT_LIMIT, axis=1))
-    total = np.linalg.norm(wheels.total_body, axis=1)
+    share, total = found["share"], found["total"]
+    row, full = np.argmax(share), np.flatnonzero(share > AT_LIMIT)
     return {
-        "peak_wheel_momentum_share": float(shares[row, wheel]),
-        "peak_wheel_momentum_wheel": int(wheel),
-        "peak_wheel_momentum_at_s": float(wheels.t_s[row]),
-        "wheel_momentum_limit_reached_at_s": float(wheels.t_s[full[0]]) if full.size else None,
-        "peak_wheel_torque_n_m": float(np.abs(wheels.torque).max()),
-        "peak_wheel_torque_share": float(torque_shares.max()),
+        "peak_wheel_momentum_share": float(share[row]),
+        "peak_wheel_momentum_wheel": int(found["fullest"][row]),
+        "peak_wheel_momentum_at_s": float(t[row]),
+        "wheel_momentum_limit_reached_at_s": float(t[full[0]]) if full.size else None,
+        "peak_wheel_torque_n_m": float(found["torque"].max()),
+        "peak_wheel_torque_share": float(found["torque_share"].max()),
         "peak_wheels_momentum_n_m_s": float(total.max()),
         "final_wheels_momentum_n_m_s": float(total[-1]),
-        "wheel_zero_crossings": wheels.zero_crossings,
+        "wheel_zero_crossings": zero_crossings(found["turning"]),
     }
 
 
-def _of_attitude(t, held: Held | None, revolution_s: float) -> dict:
+def _of_attitude(t, angle, revolution_s: float) -> dict:
     """How well the attitude was held, if a law held one."""
-    if held is None:
+    if angle is None:
         return {}
-    angle, whole = held.angle_deg, t[-1] - t[0] >= revolution_s
+    whole = t[-1] - t[0] >= revolution_s
     last = angle[t >= t[-1] - revolution_s]
     return {
         "initial_attitude_error_deg": float(angle[0]),

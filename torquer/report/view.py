@@ -1,7 +1,7 @@
 """A result seen by the report: its scenario, its orbit's rhythm, and what must be said about it."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from torquer.environment.field import at_geodetic
 from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
 from torquer.report.held_attitude import Held, held_in
 from torquer.report.series import angle_deg, bands_where, settled_from
+from torquer.report.summary import summary_of
 from torquer.scenario.notes import notes_of
 from torquer.simulation.resolution import notes_on_steps
 from torquer.simulation.result import COMPLETE, scenario_of
@@ -20,6 +21,8 @@ from torquer.time import decimal_year
 
 #: Turn between two records [deg] up to which the attitude between them can be told.
 _FOLLOWED_DEG = 100.0
+#: Records that pictures are made from; of a longer run every so many-th.
+_MOST_RECORDS = 300_000
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,15 @@ class View:
     omega0_rad_s: float
     t_s: np.ndarray
     eclipses: tuple[tuple[float, float], ...]
+    every: int = 1
+    """How many records there are to each one in `result`."""
+    summary: dict = field(default_factory=dict)
+    """Of all records."""
+
+    @property
+    def record_s(self) -> float:
+        """Time between the records in `result` [s]."""
+        return self.every * self.scenario.simulation.record_s
 
     def values(self, name: str) -> np.ndarray:
         """A variable of the result as an array, in SI units."""
@@ -87,7 +99,7 @@ class View:
 
     def turn_between_records_deg(self, first: int = 0, last: int | None = None) -> float:
         """Greatest turn of the body [deg] between two records among rows first..last."""
-        return math.degrees(float(self.rate[first:last].max())) * self.scenario.simulation.record_s
+        return math.degrees(float(self.rate[first:last].max())) * self.record_s
 
     def can_follow(self, first: int = 0, last: int | None = None) -> bool:
         """Whether records are close enough to tell the attitude between them."""
@@ -124,7 +136,11 @@ def view_of(result: xr.Dataset) -> View:
     """What the report needs of a result; `ValueError` for one without a single record."""
     if result.sizes["time"] == 0:
         raise ValueError("result: must hold at least one record; received none")
-    scenario = scenario_of(result)
+    summary, scenario = summary_of(result), scenario_of(result)
+    every = -(-result.sizes["time"] // _MOST_RECORDS)
+    if every > 1:
+        last = result.sizes["time"] - 1
+        result = result.isel(time=slice(last % every, None, every)).load()
     t = result["time"].values
     return View(
         result=result,
@@ -132,6 +148,8 @@ def view_of(result: xr.Dataset) -> View:
         omega0_rad_s=scenario.orbit.rate_rad_s(scenario.start),
         t_s=t,
         eclipses=tuple(bands_where(t, 1.0 - result["lit"].values)),
+        every=every,
+        summary=summary,
     )
 
 
@@ -188,10 +206,15 @@ def _notes_on_the_laws(view: View) -> list[str]:
 
 def _notes_on_the_record(view: View) -> list[str]:
     told = []
+    if view.every > 1:
+        told.append(
+            f"pictures and the notes on the record take one of {view.every} records, "
+            f"{view.record_s:g} s apart; the summary takes all"
+        )
     if not view.can_follow():
         told.append(
             f"the body turns up to {view.turn_between_records_deg():.0f} deg between two records "
-            f"({view.scenario.simulation.record_s:g} s apart): pictures of vectors in body axes "
+            f"({view.record_s:g} s apart): pictures of vectors in body axes "
             "show the envelope of fast turning, not each turn"
         )
     over = np.abs(view.values("b_body")).max(axis=1) > (
