@@ -149,6 +149,8 @@ class Simulation(Spec):
     interval of the record (a run lasts whole intervals: the duration is rounded up to them, and
     must not be shorter than one). `integrator`: 'rk4', 'splitting' (exact free rotation between
     kicks: large steps for a fast spinner) or 'dop853' (adaptive within a step, `tolerance`).
+    A long run is computed in pieces and its result written piece by piece; `torquer validate`
+    tells its rows, memory, disk and computing time, and refuses what cannot fit.
     """
 
     duration_s: Positive | None = None
