@@ -140,6 +140,27 @@ def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypa
     assert np.array_equal(pieces.b_inertial.values[:20], whole.b_inertial.values[:20])
 
 
+@pytest.mark.parametrize("to_file", [True, False])
+def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, monkeypatch, to_file):
+    own, calls = runner._piece, []
+
+    def impatient(*arguments):
+        calls.append(arguments)
+        if len(calls) == 4:
+            raise KeyboardInterrupt
+        return own(*arguments)
+
+    whole, path = simulate(scenario), tmp_path / "result.nc" if to_file else None
+    with monkeypatch.context() as patch:
+        patch.setattr(runner, "_piece", impatient)
+        with pytest.raises(RunStopped, match="interrupted at t = ") as stopped:
+            simulate(scenario, to=path)
+    if to_file:
+        stopped.value.result.close()
+    with resume(path or stopped.value.result) as ended:
+        assert same(ended, whole)
+
+
 @law(memory=1)
 def fails_late(measured, parameters, memory):
     """A law that fails in the fourth piece or later."""

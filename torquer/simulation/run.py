@@ -71,8 +71,8 @@ class Run:
 
     def rows(self) -> np.ndarray:
         """What is recorded of the piece, in order."""
-        number = np.arange(self.first_row, self.first_row + len(self.record)) % len(self.record)
-        rows = self.record[number]
+        before = self.first_row % len(self.record)
+        rows = np.roll(self.record, -before, axis=0) if before else self.record
         return rows[: int(np.count_nonzero(np.isfinite(rows[:, 0])))]
 
     def enter(self) -> None:
@@ -81,11 +81,11 @@ class Run:
         first = min(int(self.state.step[0]), self.steps - 1) // size * size
         if self.piece is not None and self.piece.first == first:
             return
-        if self.piece is not None:
+        if self.piece is not None and len(self.rows()):  # else interrupted here, and kept already
             self.keep(self)
+            self.record = np.full_like(self.record, np.nan)  # the rows kept are views of the other
         self.piece = _piece(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
-        self.record.fill(np.nan)
 
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
