@@ -139,7 +139,7 @@ def test_resonances_are_found_and_only_those():
         assert numbers > (0, 0, 0)
         rate = numbers[0] * 10.3 * 0.25 + numbers[1] * 5.7 * 0.5 + numbers[2]
         assert abs(rate) < 0.2
-    with pytest.raises(ValueError, match=r"^greatest: must be at least 1; received 0"):
+    with pytest.raises(ValueError, match=r"^greatest: must lie within 1\.\.50; received 0"):
         resonances(spinner_of(), START, greatest=0)
 
 

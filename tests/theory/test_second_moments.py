@@ -11,7 +11,7 @@ from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s, b_y
 from torquer.environment.field.tilted_dipole import b_dipole
 from torquer.geometry.frames import dcm_s_to_y
-from torquer.theory.orbit_field import field_at, field_rate
+from torquer.theory.orbit_field import field_at, field_rate, mean_products
 from torquer.theory.second_moments import (
     averaged_moments,
     direct_dipole_moments,
@@ -41,9 +41,13 @@ def test_closed_forms_are_the_quadrature(model, inclination, tilt):
 
 def test_four_nodes_are_too_few():
     field = Spinner(inclination_deg=60.0, field="direct_dipole").orbit_field()
-    assert moments_by_quadrature(field, 4) != pytest.approx(
-        moments_by_quadrature(field, 5), abs=0.1
-    )
+    four, five = (np.array(mean_products(field, count, 1)) for count in (4, 5))
+    assert np.abs(four - five).max() > 0.1
+    with pytest.raises(ValueError, match=r"^nodes_u: must be at least 5 .*; received 4$"):
+        moments_by_quadrature(field, 4)
+    tilted = Spinner(inclination_deg=60.0, field="tilted_dipole").orbit_field()
+    with pytest.raises(ValueError, match=r"^nodes_day: must be at least 3 .*; received 2$"):
+        moments_by_quadrature(tilted, 5, 2)
 
 
 @pytest.mark.parametrize("inclination_deg", [10.0, 51.7, 82.5, 98.0])

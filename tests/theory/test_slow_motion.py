@@ -1,6 +1,7 @@
 """Integration of the slow motion by closed equations and by averaging a law; maps."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -91,15 +92,19 @@ def test_nutation_after_15_revolutions_as_the_book_tells():
     assert left[0].max() > 69.0
 
 
-def test_a_motion_into_a_singular_point_is_marked_in_a_map_and_an_error_alone():
+def test_a_motion_into_a_singular_point_is_marked_in_a_map_and_stops_alone():
     """Spin-up against a slow opposite spin brakes to l = 0 (theta = 180 deg)."""
     evolution, spinner = EVOLUTIONS["spin_up"], Spinner(inclination_deg=90.0)
     fixed = {"inclination_deg": 90.0, "sigma_deg": 0.0, "rho_deg": 0.0, "theta_deg": 180.0}
     found = map_of_evolution(evolution, {"eps": [0.01, 0.1]}, fixed, 15.0)
     assert found.l[0] == pytest.approx(1.0 - 0.01 * 15.0, rel=1e-6)
     assert np.isnan(found.l[1])
-    with pytest.raises(RuntimeError, match=r"^slow motion: the angular momentum must not van"):
-        evolve(evolution, evolution.case(0.1, spinner), Slow(1.0, 0.0, 0.0, math.pi), [0.0, 15.0])
+    case, start = evolution.case(0.1, spinner), Slow(1.0, 0.0, 0.0, math.pi)
+    path = evolve(evolution, case, start, [0.0, 5.0, 15.0])
+    assert path.ended == pytest.approx(10.0, abs=1e-6)
+    assert path.l[:2] == pytest.approx([1.0, 0.5], rel=1e-9)
+    assert np.isnan(np.array(path)[:, 2]).all()
+    assert re.match(r"stops at u = 10: the motion leaves the domain .* l = 0.5, ", path.notes[0])
 
 
 @pytest.mark.parametrize(

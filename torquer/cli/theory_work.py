@@ -25,16 +25,17 @@ from torquer.theory.design import (
 from torquer.theory.equilibria import equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import evolve, map_of_evolution
+from torquer.theory.validity import PRECESSION, SLOW_CHANGE
 
 _TURN = 2.0 * math.pi
-#: Above this the averages, which err by the order of eps, are rough.
-_SMALL = 0.2
 #: Harmonics of the laws here: 2 in the precession angle, 4 in u; none turns on phi.
-_HARMONICS = 4
+_HARMONICS = int(PRECESSION.least)
 #: Parts of the gain in a design table, and small parameters of one without a gain.
 _PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _EPS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _GRID = 61
+#: Laws with a target.
+_POINTED = ("reorientation", "preliminary_1", "preliminary_2")
 
 
 def show(asked: Question, part, revolutions, latex: bool, out: Path | None, as_json: bool) -> int:
@@ -42,11 +43,11 @@ def show(asked: Question, part, revolutions, latex: bool, out: Path | None, as_j
     if revolutions is not None and not 0.0 < revolutions < math.inf:
         raise ValueError(f"--revolutions: must be a positive number; received {revolutions:g}")
     formulas = _latex(asked.law) if latex else None
-    told = _told(asked, part)
+    told, courses = _told(asked, part, revolutions)
     if formulas:
         told["latex"] = formulas
     if out is not None:
-        told["pictures"] = _draw(asked, revolutions or _length(told), out)
+        told["pictures"] = _draw(asked, told["course_revolutions"], courses, out)
     if as_json:
         print(json_.dumps(told, indent=2))
         return 0
@@ -62,13 +63,16 @@ def _times(asked: Question, part: float) -> Times:
     return Times(*3 * (slow_time(asked.evolution, asked.case, start, part),))
 
 
-def _told(asked: Question, part: float) -> dict:
-    """The answer as plain data."""
+def _told(asked: Question, part: float, revolutions: float | None) -> tuple[dict, dict]:
+    """The answer as plain data, and the courses that show it."""
     case, spinner = asked.case, asked.spinner
     times = _times(asked, part)
     points = tends_to(equilibria(rates_of_evolution(asked.evolution, case)))
     start = None if asked.rho is None else Slow(1.0, asked.rho, asked.sigma, asked.theta)
-    return {
+    turns = _turns(times, case.eps)
+    length = revolutions or _length(turns)
+    courses = _courses(asked, length)
+    told = {
         "law": asked.law,
         "gain": asked.gain,
         "orbit": {
@@ -89,20 +93,49 @@ def _told(asked: Question, part: float) -> dict:
         "eps": case.eps,
         "quantity": GOALS[asked.law].name,
         "part": part,
-        "revolutions": _turns(times, case.eps),
-        "seconds": {k: v and v * asked.period_s for k, v in _turns(times, case.eps).items()},
+        "revolutions": turns,
+        "seconds": {k: v and v * asked.period_s for k, v in turns.items()},
+        "course_revolutions": length,
         "tends_to": [
             {"told": each.told.replace("third axis", "cone axis"), "length_rate": each.length_rate}
             for each in points
         ],
         "equations": list(text.EQUATIONS[asked.law]),
         "first_integrals": [
-            {"name": name, "formula": formula, "at_start": _value(asked, name, start)}
+            {"name": name, "formula": formula, "at_start": _value(asked, name, start),
+             "drift": _drift(courses, name)}
             for name, formula in text.INTEGRALS[asked.law].items()
         ],
         "sampling": sampling_told(asked),
-        "notes": [*asked.notes, *sampling_notes(asked), *_warnings(asked)],
+        "notes": [*asked.notes, *sampling_notes(asked), *_doubts(courses), *_warnings(asked)],
+    }  # fmt: skip
+    return told, courses
+
+
+def _courses(asked: Question, revolutions: float) -> dict:
+    """Slow motions from the direction given, or from some, by name."""
+    u = np.linspace(0.0, _TURN * revolutions, 400)
+    some = (20.0, 60.0, 90.0, 120.0, 150.0) if asked.law in _POINTED else (10.0, 30.0, 50.0, 70.0,
+                                                                           85.0)  # fmt: skip
+    starts = np.radians(some) if asked.rho is None else [asked.rho]
+    return {
+        f"rho₀ {math.degrees(rho):.3g}°": evolve(
+            asked.evolution, asked.case, Slow(1.0, float(rho), asked.sigma, asked.theta), u
+        )
+        for rho in starts
     }
+
+
+def _drift(courses: dict, name: str) -> float | None:
+    """Greatest drift of a first integral; None where it does not hold, or is infinite."""
+    known = [course.drift.get(name, math.nan) for course in courses.values()]
+    known = [x for x in known if math.isfinite(x)]
+    return max(known, default=None)
+
+
+def _doubts(courses: dict) -> list[str]:
+    """What is doubtful on the courses, each once."""
+    return list(dict.fromkeys(note for course in courses.values() for note in course.notes))
 
 
 def _turns(times: Times, eps: float) -> dict:
@@ -125,8 +158,6 @@ def _value(asked, name, start) -> float | None:
 def _warnings(asked: Question) -> list[str]:
     """Where the averages are not to be relied upon."""
     notes, eps, spinner = [], asked.case.eps, asked.spinner
-    if eps > _SMALL:
-        notes.append(f"eps = {eps:.3g} is not small: the averages err by its order")
     precession = spinner.eta[1]
     slow = Slow(1.0, asked.rho or 1.0, asked.sigma, asked.theta)
     near = [n for n in resonances(spinner, slow, greatest=_HARMONICS, width=max(0.05, eps))
@@ -165,11 +196,13 @@ def _lines(asked: Question, told: dict) -> list[str]:
         "",
         f"equations, {text.SHARED}:",
         *(told.get("latex") or "\n".join(f"  {line}" for line in told["equations"])).splitlines(),
-        "constant:",
+        f"constant (drifts in terms of l and radians, over {told['course_revolutions']:.3g} "
+        "revolutions):",
     ]
     for each in told["first_integrals"]:
         value = "" if each["at_start"] is None else f" = {each['at_start']:.5g}"
-        lines.append(f"  {each['formula']}{value}")
+        drift = "" if each["drift"] is None else f"; drifts by {each['drift']:.1g}"
+        lines.append(f"  {each['formula']}{value}{drift}")
     lines += [f"note: {note}" for note in told["notes"]]
     return lines + [f"{path}" for path in told.get("pictures", ())]
 
@@ -256,8 +289,8 @@ def design(asked: Question, part: float, revolutions: float | None, as_json: boo
     print(*sampling_lines(asked), sep="\n", end="\n" if asked.sampling else "")
     for note in (*asked.notes, *sampling_notes(asked)):
         print(f"note: {note}")
-    if any(row.eps > _SMALL for row in rows):
-        print(f"note: where eps is above {_SMALL:g}, times are rough")
+    if any(row.eps > SLOW_CHANGE for row in rows):
+        print(f"note: where eps is above {SLOW_CHANGE:g}, times are rough")
     return 0
 
 
@@ -288,27 +321,21 @@ def _design_data(asked, part, rows, revolutions, wanted) -> dict:
     }
 
 
-def _length(told: dict) -> float:
-    """Revolutions that the pictures show: somewhat more than the median time, or ten."""
-    median = told["revolutions"]["median"]
+def _length(turns: dict) -> float:
+    """Revolutions that the courses show: somewhat more than the median time, or ten."""
+    median = turns["median"]
     return 10.0 if median is None else 1.3 * median
 
 
-def _draw(asked: Question, revolutions: float, out: Path) -> list[str]:
+def _draw(asked: Question, revolutions: float, courses: dict, out: Path) -> list[str]:
     """evolution.png and map.png."""
     from torquer.report.theory_pictures import draw_evolution, draw_map
 
     out.mkdir(parents=True, exist_ok=True)
-    case, end = asked.case, _TURN * revolutions
-    pointed = asked.law in ("reorientation", "preliminary_1", "preliminary_2")
-    u, paths = np.linspace(0.0, end, 400), {}
-    for rho in [asked.rho] if asked.rho is not None else np.radians(
-        (20.0, 60.0, 90.0, 120.0, 150.0) if pointed else (10.0, 30.0, 50.0, 70.0, 85.0)
-    ):  # fmt: skip
-        start = Slow(1.0, float(rho), asked.sigma, asked.theta)
-        paths[f"rho₀ {math.degrees(rho):.3g}°"] = evolve(asked.evolution, case, start, u)
+    case, end, pointed = asked.case, _TURN * revolutions, asked.law in _POINTED
+    u = next(iter(courses.values())).u
     title = f"{asked.law}, {asked.name}, eps = {case.eps:.3g}"
-    first = draw_evolution(u, paths, title, out / "evolution.png")
+    first = draw_evolution(u, courses, title, out / "evolution.png")
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, 179.0 if pointed else 90.0, _GRID)
     found = _map(asked, incl, rho, end)
     values, name, unit = {

@@ -39,7 +39,10 @@ def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
 
 
 def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:
-    """l, rho and theta over revolutions, one line for each named path, as a PNG file."""
+    """l, rho and theta over revolutions, one line for each named path, as a PNG file.
+
+    A cross where a motion stops (see `SlowMotion.ended`).
+    """
     figure, axes = stacked(title, 3, 6.6, sharex=True)
     shown = (
         ("l = L / L₀", lambda slow: slow.l),
@@ -48,7 +51,11 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path
     )
     for each, (name, of) in zip(axes, shown, strict=True):
         for colour, (label, slow) in zip(_colours(len(paths)), paths.items(), strict=True):
-            each.plot(np.asarray(u) / _TURN, of(slow), color=colour, lw=1.4, label=label)
+            turns, values = np.asarray(u) / _TURN, of(slow)
+            each.plot(turns, values, color=colour, lw=1.4, label=label)
+            if getattr(slow, "ended", None) is not None:
+                last = np.flatnonzero(np.isfinite(values))[-1]
+                each.plot(turns[last], values[last], "x", color=colour, ms=8, mew=2)
         each.set_ylabel(name, fontsize=10)
         each.yaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 2.5, 5, 10)))
         _room(each)

@@ -19,11 +19,12 @@ from torquer.control.law import Law, compile_law
 from torquer.conventions import Measured
 from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, scale
+from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale
 from torquer.integrate.dop853 import rates_of
 from torquer.theory.evolution.model import Slow
 from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
 from torquer.theory.spinner import Spinner
+from torquer.theory.validity import OFF_POLES, Limit, check_slow, within
 
 NONE = (0.0, 0.0, 0.0)
 
@@ -45,6 +46,15 @@ class AveragedMotion(NamedTuple):
     memory: np.ndarray
     setting: NamedTuple
     nodes: Nodes
+
+
+@inlined
+def inside(y):
+    """Whether l, rho, sigma, theta are where averaged equations hold: l > 0, theta in 0..pi.
+
+    Theta may be beyond by a thousandth: near its ends an integrator's stages are.
+    """
+    return y[0] > 0.0 and -1e-3 <= y[3] <= math.pi + 1e-3
 
 
 @inlined
@@ -136,13 +146,37 @@ def mean_rates(problem, slow):
 
 @rates_of(AveragedMotion)
 def _averaged_rates(problem, t, y, dy):
-    dy[0], dy[1], dy[2], dy[3] = mean_rates(problem, Slow(y[0], y[1], y[2], y[3]))
+    if inside(y):
+        dy[0], dy[1], dy[2], dy[3] = mean_rates(problem, Slow(y[0], y[1], y[2], y[3]))
+    else:
+        dy[0] = dy[1] = dy[2] = dy[3] = math.nan
+
+
+@kernel
+def swiftest(problem, slow):
+    """Greatest |torque|/(L omega0) over the nodes: change of the momentum, over itself, by u."""
+    law, parameters, memory, setting, at = problem
+    q_l = l_to_reference(slow.rho, slow.sigma)
+    half_theta = (math.cos(0.5 * slow.theta), math.sin(0.5 * slow.theta))
+    momentum, most = (0.0, 0.0, setting.momentum * slow.l), 0.0
+    for k in range(at.u.size * at.day.size):
+        u, day = at.u[k // at.day.size], at.day[k % at.day.size]
+        b_reference, b_rate = field_and_rate(setting, u, day)
+        for j in range(at.half_psi.shape[0]):
+            for i in range(at.half_phi.shape[0]):
+                half_psi = (at.half_psi[j, 0], at.half_psi[j, 1])
+                q_body = body_to_l(half_psi, half_theta, (at.half_phi[i, 0], at.half_phi[i, 1]))
+                omega = spin_rate(setting, rotate_inverse(q_body, momentum))
+                t_s, q = u / setting.orbital_rate, multiply(q_l, q_body)
+                b, m = dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+                most = max(most, norm(cross(m, b)))
+    return most / (momentum[2] * setting.orbital_rate)
 
 
 def nodes(psi: int = 8, phi: int = 8, u: int = 8, day: int = 1) -> Nodes:
     """Evenly spaced nodes; `day` counts for the tilted dipole alone."""
     for name, count in (("psi", psi), ("phi", phi), ("u", u), ("day", day)):
-        if count < 1:
+        if not (isinstance(count, int | np.integer) and count >= 1):
             raise ValueError(f"nodes: {name} must be at least 1; received {count}")
 
     def halves(count):
@@ -169,8 +203,26 @@ def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> Aver
 
 
 def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = None) -> Slow:
-    """Averaged derivatives of the slow variables by u, at one point."""
+    """Averaged derivatives of the slow variables by u, at one point off the third axis.
+
+    At rho = 0 and pi, where the rate of sigma is not defined, ValueError (`OFF_POLES`).
+    """
+    check_slow(slow)
+    within(OFF_POLES, slow.rho)
     return Slow(*mean_rates(averaged_motion(law, spinner, at), Slow(*map(float, slow))))
+
+
+def unsettled(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
+    """A line if twice the nodes (once and a half, where there are many) change the averages."""
+    rho = min(max(slow.rho, 0.1), math.pi - 0.1)
+    here = Slow(float(slow.l), float(rho), float(slow.sigma), float(slow.theta))
+    days = len(at.day) * (2 if spinner.field == "tilted_dipole" else 1)
+    finer = nodes(*(n + max(1, n // 2) for n in map(len, at[:3])), days)
+    one, other = (np.array(averaged_rates(law, spinner, here, each)) for each in (at, finer))
+    change, size = np.abs(one - other).max(), np.abs(other).max()
+    if change <= 1e-3 * size:
+        return ()
+    return (f"the averages are not settled: more nodes change them by {change / size:.2g}",)
 
 
 #: Points at which the quadrature is tried, and an inclination where nothing vanishes by chance.
@@ -186,6 +238,7 @@ def settled_nodes(law: Law, spinner: Spinner, tolerance: float = 1e-9, most: int
     direction across the axis needs one in phi). ValueError if `most` nodes per angle do not
     suffice: a law with switching needs a coarser tolerance.
     """
+    within(Limit("tolerance", 0.0, 1.0, open=True), tolerance)
     spinner = spinner.model_copy(update={"inclination_deg": TRIED_INCLINATION_DEG})
     tilted = spinner.field == "tilted_dipole"
 

@@ -13,6 +13,7 @@ from torquer.theory.evolution.model import Slow
 from torquer.theory.full_motion import Fast, by_euler, slow_of
 from torquer.theory.slow_motion import evolve_law
 from torquer.theory.spinner import Spinner
+from torquer.theory.validity import Limit, check_slow, within
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,8 @@ def compare(
     at: Nodes | None = None,
     rtol: float = 1e-10,
 ) -> Comparison:
-    """Both motions from the same start over u = 0..u_end."""
+    """Both motions from the same start over u = 0..u_end; doubts are `averaged.notes`."""
+    within(Limit("points", 2), points)
     u = np.linspace(0.0, u_end, points)
     full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
     return Comparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
@@ -68,6 +70,13 @@ def fitted_order(
     compared over u = 0..slow_time/scale. First-order averaging has order 1.
     """
     scales, errors = np.array(list(scales), dtype=np.float64), []
+    within(Limit("scales", 0.0, open=True), scales)
+    within(Limit("slow_time", 0.0, open=True), slow_time)
+    if len(set(scales.tolist())) < 2:
+        raise ValueError(f"scales: must be two or more different ones; received {scales.tolist()}")
+    if gain not in law.parameters:
+        known = ", ".join(law.parameters) or "none"
+        raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
     for scale in scales:
         scaled = law.with_parameters(**{gain: law.parameters[gain] * float(scale)})
         found = compare(scaled, spinner, start, fast, slow_time / float(scale), points=points)
@@ -85,8 +94,9 @@ def resonances(
     zero the averages over independent angles may fail; a law of degree n in the angles has
     harmonics up to n only (B-dot: 2 in phi and psi, 4 in u).
     """
-    if greatest < 1:
-        raise ValueError(f"greatest: must be at least 1; received {greatest}")
+    within(Limit("greatest", 1, 50), greatest)
+    within(Limit("width", 0.0, open=True), width)
+    check_slow(slow)
     own, precession = spinner.eta
     own, precession = own * slow.l * math.cos(slow.theta), precession * slow.l
     span = range(-greatest, greatest + 1)

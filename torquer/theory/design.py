@@ -65,12 +65,11 @@ def slow_time(evolution: Evolution, case: Case, start: Slow, part: float) -> flo
         return math.inf
     wanted = part * abs(first)
     while passed < LONGEST:
-        try:
-            found = _crossing(evolution, case, here, span, goal, wanted, part < 1.0)
-        except RuntimeError:  # the momentum vanishes
-            return math.inf
+        found = _crossing(evolution, case, here, span, goal, wanted, part < 1.0)
         if isinstance(found, float):
             return float(passed + found)
+        if math.isnan(found.l):  # the momentum vanishes
+            return math.inf
         here, passed, span = found, passed + span, 2.0 * span
     return math.inf
 

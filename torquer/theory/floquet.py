@@ -23,6 +23,7 @@ import xarray as xr
 from torquer import engine, validate
 from torquer.theory.collocation import settle_many, workspace
 from torquer.theory.periodic_system import PeriodicSystem, compile_matrix, periodic_system
+from torquer.theory.validity import Limit, within
 
 __all__ = [
     "PeriodicSystem",
@@ -39,6 +40,7 @@ __all__ = [
 #: A thread takes this over order^2 points at a time: about 10 ms, to hide the hand-over.
 CHUNK = 2000
 Progress = Callable[[int, int], None]
+PERIOD = Limit("period", 0.0, open=True)
 
 
 class Transitions(NamedTuple):
@@ -185,11 +187,13 @@ def multipliers(matrices: np.ndarray) -> np.ndarray:
 
 def exponents(multipliers: np.ndarray, period: float) -> np.ndarray:
     """Characteristic exponents ln(multiplier) / period; imaginary parts within +-pi / period."""
+    within(PERIOD, period)
     return np.log(np.asarray(multipliers, dtype=complex)) / period
 
 
 def degree_of_stability(multipliers: np.ndarray, period: float) -> np.ndarray:
     """-max Re(characteristic exponent): the slowest motion's decay; negative if one grows."""
+    within(PERIOD, period)
     with np.errstate(divide="ignore"):
         return -np.log(np.abs(multipliers)).max(axis=-1) / period
 

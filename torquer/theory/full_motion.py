@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from torquer import validate
 from torquer.control.law import Law
 from torquer.engine import kernel
 from torquer.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
@@ -27,6 +28,7 @@ from torquer.theory.averaging import (
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import path_of
 from torquer.theory.spinner import Spinner
+from torquer.theory.validity import OFF_POLES, check_slow, within
 
 
 class OsculatingMotion(NamedTuple):
@@ -111,8 +113,13 @@ def scale4(factor, q):
 def osculating(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):
     """Full motion along the points `u`: (Slow, Fast) of arrays, in Beletsky-Chernousko variables.
 
-    RuntimeError if it comes too near a singular point (rho or theta 0 or pi, l = 0).
+    ValueError if it starts at a singular point (rho or theta 0 or pi, l = 0), RuntimeError if it
+    comes too near one.
     """
+    check_slow(start)
+    within(OFF_POLES, start.rho)
+    within(OFF_POLES._replace(name="theta", why="on the axis phi and psi are one"), start.theta)
+    validate.finite("fast", fast, (2,))
     problem = OsculatingMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
     states = path_of(problem, (*start, *fast), u, rtol).T
     return Slow(*states[:4]), Fast(*states[4:])
@@ -120,6 +127,8 @@ def osculating(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.
 
 def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
     """Quaternion (body to the field's frame) and rate [rad/s] of slow and fast variables."""
+    check_slow(slow)
+    validate.finite("fast", fast, (2,))
     q_l = Rotation.from_euler("ZY", [slow.sigma, slow.rho])
     q_body = Rotation.from_euler("ZXZ", [fast.psi, slow.theta, fast.phi])
     momentum = q_body.inv().apply([0.0, 0.0, spinner.momentum_n_m_s * slow.l])
@@ -128,15 +137,19 @@ def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
 
 
 def slow_of(spinner: Spinner, states) -> Slow:
-    """Slow variables (sigma within -pi..pi) of quaternions and rates [n, 7]."""
+    """Slow variables (sigma within -pi..pi) of quaternions and rates [n, 7].
+
+    Without momentum there are no angles: not numbers.
+    """
     states = np.atleast_2d(states)
     a, c = spinner.transverse_kg_m2, spinner.axial_kg_m2
     body = states[:, 4:] * np.array([a, a, c])
     x, y, z = Rotation.from_quat(states[:, :4]).apply(body).T
     length, across = np.linalg.norm(body, axis=1), np.hypot(body[:, 0], body[:, 1])
     theta = np.arctan2(across, body[:, 2])
-    unit = length / spinner.momentum_n_m_s
-    return Slow(unit, np.arctan2(np.hypot(x, y), z), np.arctan2(y, x), theta)
+    known = np.where(length > 0.0, 0.0, np.nan)
+    rho, sigma = np.arctan2(np.hypot(x, y), z), np.arctan2(y, x)
+    return Slow(length / spinner.momentum_n_m_s, rho + known, sigma + known, theta + known)
 
 
 def by_euler(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.0, rtol=1e-10):

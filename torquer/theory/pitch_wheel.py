@@ -14,6 +14,7 @@ normal at twice the orbital rate and more, and pitch settles where the gravity g
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from pydantic import Field
@@ -24,6 +25,7 @@ from torquer.orbit.circular import Circular
 from torquer.orbit.kepler import FARTHEST_KM
 from torquer.spec import Moments, Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
+from torquer.theory.validity import INCLINATION, LEAN, passed, within
 
 MODELS = ("direct_dipole", "averaged")
 EQUILIBRIUM = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -111,6 +113,7 @@ def orbital_field(model: str, inclination: float) -> np.ndarray:
     """
     if model not in MODELS:
         raise ValueError(f"model: must be one of {', '.join(MODELS)}; received {model!r}")
+    within(INCLINATION, inclination)
     u = samples_of(2.0 * math.pi, 16)
     if model == "direct_dipole":
         rows = [direct_dipole.b_orbital(1.0, v, inclination) for v in u]
@@ -150,38 +153,47 @@ def equations(satellite: PitchWheel, model: str = "direct_dipole") -> tuple[Call
 
 
 def steady_response(satellite: PitchWheel, model: str = "direct_dipole") -> Response:
-    """Forced periodic motion per unit of eps, all axes, any inclination (resonances listed)."""
+    """Forced periodic motion per unit of eps, all axes, any inclination (resonances listed).
+
+    Noted, too: angles that the gain makes greater than gravity's linear law allows, and an
+    equilibrium that gravity does not hold.
+    """
     f, g = equations(satellite, model)
-    return small_parameter(f, g, EQUILIBRIUM)
+    found = small_parameter(f, g, EQUILIBRIUM)
+    angles = satellite.epsilon * found.amplitudes[:, 3:].sum(axis=0)
+    return replace(found, notes=(*found.notes, *passed(*((LEAN, x) for x in angles))))
 
 
 def pitch_offset_direct_dipole(satellite: PitchWheel) -> float:
     """Steady pitch [rad] in the direct dipole: 2 eps sin^2 i / (3 theta_C), constant.
 
-    Forward, in the sense of the orbital motion, for a damping k > 0. Source: FIELD (2.16).
+    Forward, in the sense of the orbital motion, for a damping k > 0. ValueError above 0.34 rad,
+    where the linear law of gravity is off by a tenth. Source: FIELD (2.16).
     """
-    _check_hold(satellite)
     pull = 2.0 * satellite.epsilon * math.sin(satellite.inclination) ** 2
-    return pull / (3.0 * satellite.theta_c)
+    return _leaning(satellite, pull)
 
 
 def pitch_offset_averaged_polar(satellite: PitchWheel) -> float:
     """Steady pitch [rad] in the averaged field on a polar orbit, B0 = 1.5 mu_e/r^3: constant.
 
-    9/8 of the direct dipole's: 1 * (9/4) over 2 (FIELD, after (2.16)).
+    9/8 of the direct dipole's: 1 * (9/4) over 2 (FIELD, after (2.16)). ValueError above 0.34 rad.
     """
-    _check_hold(satellite)
     if abs(satellite.inclination_deg - 90.0) > 1e-9:
         raise ValueError(
             f"inclination_deg: must be 90 for this formula; received {satellite.inclination_deg}"
         )
     pull = satellite.epsilon * averaged.mean_of_extremes(1.0, satellite.inclination) ** 2
-    return pull / (3.0 * satellite.theta_c)
+    return _leaning(satellite, pull)
 
 
-def _check_hold(satellite: PitchWheel) -> None:
+def _leaning(satellite: PitchWheel, pull: float) -> float:
+    """Pitch [rad] at which gravity balances a pull [C omega0^2]."""
     if satellite.theta_c <= 0.0:
         raise ValueError(
             f"inertia_kg_m2: B must exceed A for gravity to hold pitch; received "
             f"{satellite.inertia_kg_m2}"
         )
+    pitch = pull / (3.0 * satellite.theta_c)
+    within(LEAN, pitch)
+    return pitch

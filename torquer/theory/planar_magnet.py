@@ -31,6 +31,7 @@ from torquer.spec import Moments, Spec
 from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
 from torquer.theory.mathieu import edges, half_trace, hill
 from torquer.theory.poincare import periodic_motion, samples_of
+from torquer.theory.validity import Limit, within
 
 #: Strength over the equator as a part of the averaged B0, for mu = 0 and mu = 1.
 STRENGTH = (1.0, 2.0 / 3.0)
@@ -59,11 +60,22 @@ class PlanarMagnet(Spec):
         return self.dipole_a_m2 * b0_t / (self.inertia_kg_m2[2] * orbit.rate_rad_s() ** 2)
 
 
+#: What a body and a magnet can have.
+ETA = Limit("eta", -3.0, 3.0, "3 (A - B)/C of a body")
+LAMBDA2 = Limit("lambda2", 0.0, why="m B0/(C omega0^2)", open=True)
+
+
+def _strength(mu) -> float:
+    if mu not in (0, 1):
+        raise ValueError(f"mu: must be 0 (averaged field) or 1 (direct dipole); received {mu!r}")
+    return STRENGTH[int(mu)]
+
+
 def pitch_acceleration(u, alpha, eta, lambda2, mu):
     """alpha'' (d/du): gravity gradient and magnet, polar orbit. Source: FIELD (2.6)."""
     gravity = eta * np.sin(alpha) * np.cos(alpha)
     across = np.cos(u) * np.cos(alpha) + (1.0 + mu) * np.sin(u) * np.sin(alpha)
-    return gravity + lambda2 * STRENGTH[mu] * across
+    return gravity + lambda2 * _strength(mu) * across
 
 
 def even_turn_stiffness(eta, lambda2, mu) -> tuple:
@@ -71,6 +83,7 @@ def even_turn_stiffness(eta, lambda2, mu) -> tuple:
 
     The direct dipole lessens c1 by lambda2 / 3: chi = c1/c0 = eta/lambda2 - mu/3.
     """
+    _strength(mu)
     return lambda2, eta - mu * lambda2 / 3.0
 
 
@@ -80,7 +93,7 @@ def even_turn_forcing(u, eta, lambda2, mu):
     With `even_turn_stiffness` and mu = 0: y'' + (lambda^2 + eta cos 2u) y = -eta/2 sin 2u.
     Source: FIELD (2.7).
     """
-    return -0.5 * (eta - mu * STRENGTH[1] * lambda2) * np.sin(2.0 * u)
+    return -0.5 * (eta - mu * _strength(mu) * lambda2) * np.sin(2.0 * u)
 
 
 @kernel
@@ -127,14 +140,17 @@ def tracking_motion(eta: float, lambda2: float, mu: int, samples: int = 63) -> n
 
     y = alpha - pi/2 - u. Newton's method, for lambda2 below 4 from the even turn's forced
     oscillation, above from the field's direction. Where sqrt(lambda2) is near an even number free
-    and forced swing resonate: the motion found is large, or none is (ArithmeticError).
+    and forced swing resonate: the motion found is large, or none is (ArithmeticError; also if it
+    swings more than 90 deg off the field: that is not following it).
     """
+    within(ETA, eta)
+    within(LAMBDA2, lambda2)
     u = samples_of(math.pi, samples)
     swing = even_turn_forcing(0.25 * math.pi, eta, lambda2, mu) / (lambda2 - 4.0 - 1e-9)
+    ahead = mu * (dipole_direction(u) - 0.5 * math.pi - u)
     if lambda2 < 4.0:
         guess = np.stack([swing * np.sin(2.0 * u), 2.0 * swing * np.cos(2.0 * u)], axis=1)
     else:
-        ahead = mu * (dipole_direction(u) - 0.5 * math.pi - u)
         rate = mu * (2.0 / (1.0 + 3.0 * np.sin(u) ** 2) - 1.0)
         guess = np.stack([ahead, rate], axis=1)
 
@@ -142,7 +158,14 @@ def tracking_motion(eta: float, lambda2: float, mu: int, samples: int = 63) -> n
         alpha = 0.5 * math.pi + u + x[..., 0]
         return np.stack([x[..., 1], pitch_acceleration(u, alpha, eta, lambda2, mu)], axis=-1)
 
-    return periodic_motion(rates, guess, math.pi)
+    found = periodic_motion(rates, guess, math.pi)
+    off = np.abs(found[:, 0] - ahead).max()
+    if off > 0.5 * math.pi:
+        raise ArithmeticError(
+            f"tracking_motion: must stay within 90 deg of the field; the motion found at eta = "
+            f"{eta:g}, lambda2 = {lambda2:g} swings {math.degrees(off):.0f} deg off it"
+        )
+    return found
 
 
 def tracking_half_trace(eta: float, lambda2: float, mu: int) -> float:
@@ -185,6 +208,7 @@ def tongue_edges(
     system: PeriodicSystem, eta: float, lambda2=(-4.0, 6.0), knots: int = 101
 ) -> tuple[float, float]:
     """Edges (cosine's, sine's) in lambda2 of the first tongue of `even_turn` or `along_field`."""
+    within(ETA, eta)
     grid = np.linspace(*lambda2, knots) + 1e-3 * math.sqrt(2.0)
     found = edges(system.with_parameters(eta=float(eta)), "lambda2", grid)
     if not (found.even_2pi.size and found.odd_2pi.size):

@@ -18,9 +18,16 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from torquer import validate
+from torquer.theory.validity import Limit, passed, within
 
 #: Harmonics of the forcing below this part of the greatest are taken for rounding.
 _SILENT = 1e-13
+
+
+PERIOD = Limit("period", 0.0, open=True)
+#: Harmonics beyond this part of the greatest are not small.
+TAIL = Limit("tail", 0.0, 1e-3, "the forcing has harmonics beyond those sampled")
+GROWTH = Limit("growth of a free motion", most=1e-6, why="it leaves the periodic one")
 
 
 class Resonance(NamedTuple):
@@ -37,6 +44,7 @@ class Response:
 
     `coefficients` `[harmonics, n]`: x1 = Re sum of coefficients_k exp(i k w u). `tail` is the
     forcing's highest sampled quarter of harmonics over its greatest: not small, sample denser.
+    `notes`: one line for each doubt: a resonance, a forcing not resolved, a free motion that grows.
     """
 
     x0: np.ndarray
@@ -45,6 +53,7 @@ class Response:
     eigenvalues: np.ndarray
     resonances: tuple[Resonance, ...]
     tail: float
+    notes: tuple[str, ...] = ()
 
     @property
     def offset(self) -> np.ndarray:
@@ -65,6 +74,8 @@ class Response:
 
 def samples_of(period: float, count: int) -> np.ndarray:
     """`count` equidistant points of a period, from 0, the end left out."""
+    within(PERIOD, period)
+    within(Limit("samples", 1), count)
     return np.arange(count) * (period / count)
 
 
@@ -106,6 +117,8 @@ def forced_response(
     eigenvalue is listed as a resonance; at an exact one no periodic solution exists:
     ArithmeticError.
     """
+    within(PERIOD, period)
+    within(Limit("near", 0.0), near)
     jacobian = validate.finite("jacobian", jacobian)
     n = len(jacobian)
     jacobian = validate.finite("jacobian", jacobian, (n, n))
@@ -136,7 +149,16 @@ def forced_response(
         found[k] = _solve(lhs[k], given[k], k)
     origin = np.zeros(n) if x0 is None else validate.finite("x0", x0, (n,))
     tail = size[-max(1, len(size) // 4) :].max() / size.max() if size.max() > 0.0 else 0.0
-    return Response(origin, float(period), found, eigenvalues, resonances, float(tail))
+    growth = float(np.max(eigenvalues.real, initial=0.0))
+    notes = (*map(_told, resonances), *passed((TAIL, tail), (GROWTH, growth)))
+    return Response(origin, float(period), found, eigenvalues, resonances, float(tail), notes)
+
+
+def _told(resonance: Resonance) -> str:
+    return (
+        f"harmonic {resonance.harmonic} is {resonance.distance:.2g} from an eigenvalue "
+        f"{resonance.eigenvalue:.3g}: a resonance, near which the first order may not do"
+    )
 
 
 def _solve(lhs, rhs, k):
@@ -160,6 +182,7 @@ def small_parameter(
     left = np.abs(f(x0)).max()
     if not left <= 1e-9 * max(1.0, np.abs(jacobian).max()):
         raise ValueError(f"x0: must be an equilibrium of f; received one with |f| = {left:.3g}")
+    within(Limit("samples", 3), samples)
     u = samples_of(period, samples)
     forcing = g(u, np.broadcast_to(x0, (samples, x0.size)))
     return forced_response(jacobian, forcing, period, x0, near)
@@ -187,7 +210,7 @@ def periodic_motion(
         now = rates(u, x)
         residual = slope @ x - now
         if np.abs(residual).max() <= 1e-2 * tolerance * max(1.0, np.abs(now).max()):
-            return x
+            return _resolved(x)
         lhs = spread.copy()
         lhs[places, :, places, :] -= derivatives(lambda y: rates(u, y), x, by)
         try:
@@ -198,11 +221,22 @@ def periodic_motion(
         if not np.abs(x).max() < 1e12:
             break
         if np.abs(change).max() <= tolerance * max(1.0, np.abs(x).max()):
-            return x
+            return _resolved(x)
     raise ArithmeticError(
         f"periodic_motion: Newton's steps must fall below {tolerance:g}; they did not, from this "
         f"guess"
     )
+
+
+def _resolved(x) -> np.ndarray:
+    """The samples; ArithmeticError if their highest harmonics show that they are too few."""
+    size = np.abs(np.fft.rfft(x, axis=0)).max(axis=1)
+    if len(size) > 4 and size[-(len(size) // 4) :].max() > 1e-4 * size.max():
+        raise ArithmeticError(
+            f"periodic_motion: the samples must resolve the motion; {len(x)} leave "
+            f"{size[-1] / size.max():.2g} of it in the highest harmonic"
+        )
+    return x
 
 
 def _differentiation(count: int, period: float) -> np.ndarray:
@@ -231,4 +265,9 @@ def departure(f: Callable, g: Callable, response: Response, epsilon: float, peri
         lambda u, x: f(x) + epsilon * g(u, x),
         (0.0, end), predicted[0], method="DOP853", rtol=1e-11, atol=1e-14, t_eval=u,
     )  # fmt: skip
+    if not found.success:
+        raise ArithmeticError(
+            f"departure: the motion must stay finite over {periods:g} periods; it met a singular "
+            f"point at u = {found.t[-1] if len(found.t) else 0.0:.6g}"
+        )
     return np.abs(found.y.T - predicted).max(axis=0)

@@ -12,9 +12,11 @@ from torquer.geometry.vec3 import dot, sym_vec
 from torquer.theory.orbit_field import (
     AVERAGED,
     DIRECT_DIPOLE,
+    TILTED_DIPOLE,
     OrbitField,
     mean_products,
 )
+from torquer.theory.validity import INCLINATION, Limit, within
 
 
 @kernel
@@ -58,8 +60,15 @@ def tilted_dipole_moments(inclination, tilt):
     )
 
 
+def _check(field: OrbitField) -> None:
+    within(Limit("model", AVERAGED, TILTED_DIPOLE), field.model)
+    within(Limit("strength_t", 0.0, open=True), field.strength_t)
+
+
 def closed_moments(field: OrbitField, inclination: float) -> tuple:
     """Closed form for a field's model, in its own frame."""
+    _check(field)
+    within(INCLINATION, inclination)
     if field.model == AVERAGED:
         return averaged_moments(inclination)
     if field.model == DIRECT_DIPOLE:
@@ -68,6 +77,13 @@ def closed_moments(field: OrbitField, inclination: float) -> tuple:
 
 
 def moments_by_quadrature(field: OrbitField, nodes_u: int = 8, nodes_day: int = 4) -> tuple:
-    """The same by the trapezoid rule over the field itself. Source: MAG (2.1.7), FIELD (2.4)."""
+    """The same by the trapezoid rule over the field itself, exact from 5 and 3 nodes on.
+
+    ValueError for fewer. Source: MAG (2.1.7), FIELD (2.4).
+    """
+    _check(field)
+    within(Limit("nodes_u", 5, why="the rule is exact from there on"), nodes_u)
+    if field.model == TILTED_DIPOLE:
+        within(Limit("nodes_day", 3, why="the rule is exact from there on"), nodes_day)
     products = mean_products(field, nodes_u, nodes_day)
     return tuple(product / field.strength_t**2 for product in products)

@@ -11,11 +11,30 @@ import numpy as np
 from torquer import validate
 from torquer.control.law import Law
 from torquer.engine import kernel, released
-from torquer.integrate.dop853 import DONE, dop853, rates_of, workspace
-from torquer.theory.averaging import AveragedMotion, Nodes, averaged_motion, settled_nodes
+from torquer.integrate.dop853 import DONE, dop853, rates, rates_of, workspace
+from torquer.theory.averaging import (
+    AveragedMotion,
+    Nodes,
+    averaged_motion,
+    inside,
+    settled_nodes,
+    swiftest,
+    unsettled,
+)
 from torquer.theory.evolution.model import Case, Evolution, Slow, compile_rates
+from torquer.theory.first_integrals import drifts
 from torquer.theory.orbit_field import OrbitField
+from torquer.theory.slow_result import SlowMotion, doubts, drifted, in_range, left
 from torquer.theory.spinner import Setting, Spinner
+from torquer.theory.validity import (
+    POLE,
+    PRECESSION,
+    TOLERANCE,
+    Limit,
+    check_slow,
+    passed,
+    within,
+)
 
 
 class ClosedMotion(NamedTuple):
@@ -27,23 +46,34 @@ class ClosedMotion(NamedTuple):
 
 @rates_of(ClosedMotion)
 def _closed_rates(problem, t, y, dy):
-    dy[0], dy[1], dy[2], dy[3] = problem.rates(Slow(y[0], y[1], y[2], y[3]), problem.case)
+    if inside(y):
+        dy[0], dy[1], dy[2], dy[3] = problem.rates(Slow(y[0], y[1], y[2], y[3]), problem.case)
+    else:
+        dy[0] = dy[1] = dy[2] = dy[3] = math.nan
 
 
 @kernel
 def sampled(problem, u, y, rtol, work, out):
-    """States at the points `u` from y at u[0], into the rows of `out`; the status of DOP853.
+    """States at the points `u` from y at u[0], into the rows of `out`; how many were reached.
 
-    The absolute tolerance is that for angles: a hundredth of the relative one.
+    The absolute tolerance is that for angles: a hundredth of the relative one. If not all are
+    reached, y is the last state on the way to the next.
     """
     h = 0.0
     out[0] = y
     for i in range(1, u.size):
         status, h, _ = dop853(problem, u[i - 1], u[i], y, rtol, 0.01 * rtol, h, work)
-        out[i] = y
         if status != DONE:
-            return status
-    return DONE
+            return i
+        out[i] = y
+    return u.size
+
+
+def _row(u) -> np.ndarray:
+    u = validate.finite("u", u)
+    if u.ndim != 1 or u.size < 1:
+        raise ValueError(f"u: must be a row of numbers; received shape {u.shape}")
+    return np.ascontiguousarray(u)
 
 
 def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
@@ -51,48 +81,115 @@ def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
 
     RuntimeError if the integration fails (a singular point of the variables is reached).
     """
-    u, y = validate.finite("u", u), np.array(start, dtype=np.float64)
-    if u.ndim != 1 or u.size < 1:
-        raise ValueError(f"u: must be a row of numbers; received shape {u.shape}")
-    u, out = np.ascontiguousarray(u), np.empty((u.size, y.size))
-    status = sampled(problem, u, y, rtol, workspace(y.size), out)
-    if status != DONE:
-        raise RuntimeError(f"slow motion: the integration ended with status {status}")
+    u, y = _row(u), np.array(start, dtype=np.float64)
+    within(TOLERANCE, rtol)
+    out = np.empty((u.size, y.size))
+    reached = sampled(problem, u, y, rtol, workspace(y.size), out)
+    if reached < u.size:
+        raise RuntimeError(
+            f"motion: must stay off the singular points of its variables; it met one, or went out "
+            f"of numbers, between u = {u[reached - 1]:.6g} and {u[reached]:.6g}"
+        )
     return out
 
 
-def evolve(evolution: Evolution, case: Case, start: Slow, u, rtol: float = 1e-10) -> Slow:
-    """Slow variables along the points `u` (arrays) by a law's closed equations."""
-    return _slow_path(ClosedMotion(compile_rates(evolution.rates), case), start, u, rtol)
+def evolve(evolution: Evolution, case: Case, start: Slow, u, rtol: float = 1e-10) -> SlowMotion:
+    """Slow variables along the points `u` (arrays) by a law's closed equations.
+
+    The equations are those of first-order averaging: good to about 0.4 of `Evolution.change`
+    over u = 1/eps, which is noted where it passes a tenth. ValueError where the
+    equations are not those of the case (`Evolution.checked`).
+    """
+    check_slow(start)
+    case = evolution.checked(start, case)
+    path, ended = _slow_path(ClosedMotion(compile_rates(evolution.rates), case), start, u, rtol)
+    drift = drifts(evolution, case, path, rtol)
+    change = evolution.change(path, case)
+    notes = (*left(ended, path), *doubts(change, case.eps), *drifted(drift, case.eps))
+    return SlowMotion(*path, u=_row(u), ended=ended, drift=drift, notes=notes)
 
 
 def evolve_law(
     law: Law, spinner: Spinner, start: Slow, u, rtol: float = 1e-10, at: Nodes | None = None
-) -> Slow:
-    """Slow variables along the points `u` (arrays) by averaging a law as the integration goes."""
-    return _slow_path(averaged_motion(law, spinner, at), start, u, rtol)
+) -> SlowMotion:
+    """Slow variables along the points `u` (arrays) by averaging a law as the integration goes.
+
+    Noted: momentum that turns fast at some phase, precession that is not fast, nodes too few.
+    """
+    check_slow(start)
+    problem = averaged_motion(law, spinner, at)
+    path, ended = _slow_path(problem, start, u, rtol)
+    slowest = Slow(*(float(x[np.nanargmin(path.l)]) for x in path))
+    change = max(swiftest(problem, _floats(start)), swiftest(problem, slowest))
+    precession = (PRECESSION, abs(spinner.eta[1]) * slowest.l)
+    said = (*doubts(change), *passed(precession), *unsettled(law, spinner, start, problem.nodes))
+    return SlowMotion(*path, u=_row(u), ended=ended, notes=(*left(ended, path), *said))
 
 
-def _slow_path(problem, start, u, rtol) -> Slow:
-    path = Slow(*path_of(problem, start, u, rtol).T)
-    if not np.all(path.l > -rtol):  # a step may lead through the singular point l = 0
-        raise RuntimeError("slow motion: the angular momentum must not vanish; it did")
-    return path
+def _floats(slow) -> Slow:
+    return Slow(*map(float, slow))
+
+
+def _slow_path(problem, start, u, rtol) -> tuple[Slow, float | None]:
+    """The path within its domain, and where it left it."""
+    u, y, work = _row(u), _off_pole(problem, start), workspace(4)
+    within(TOLERANCE, rtol)
+    out, first = np.full((u.size, 4), np.nan), y.copy()
+    reached = sampled(problem, u, first, rtol, work, out)
+    out[reached:] = np.nan
+    if reached == u.size:
+        return in_range(out.T, rtol), None
+    ended = _end(problem, out[reached - 1], u[reached - 1 : reached + 1], rtol, work)
+    return in_range(out.T, rtol), ended
+
+
+@kernel
+def rates_at(problem, y, dy):
+    """Derivatives at a state, into `dy`."""
+    rates(problem, 0.0, y, dy)
+
+
+def _off_pole(problem, start) -> np.ndarray:
+    """The start; by POLE off the third axis if the motion leads away from it.
+
+    There sigma is any, and its rate infinite; at rest on the axis it is nothing.
+    """
+    y, dy = np.array(start, dtype=np.float64), np.empty(4)
+    if math.sin(y[1]) < POLE:
+        y[1] = max(y[1], 1e-300)
+        rates_at(problem, y, dy)
+        if not abs(dy[2]) <= 1.0:
+            y[1] = min(max(y[1], POLE), math.pi - POLE)
+    return y
+
+
+def _end(problem, y, span, rtol, work) -> float:
+    """Where within a span the motion from y leaves its domain, by bisection."""
+    low, high = span
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        ended = dop853(problem, span[0], middle, y.copy(), rtol, 0.01 * rtol, 0.0, work)
+        low, high = (middle, high) if ended[0] == DONE else (low, middle)
+    return float(low)
+
+
+@kernel
+def _case(c):
+    """Constants of equations from a row: eps, C/A, six moments, target."""
+    return Case(c[0], c[1], (c[2], c[3], c[4], c[5], c[6], c[7]), (c[8], c[9], c[10]))
 
 
 @released
 def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
     """Move the rows first..last-1 of `states` from u = 0 to u_end; not a number where it fails.
 
-    Rows of `constants`: eps, C/A, six moments, target.
+    Rows of `constants`: those of `_case`.
     """
     for row in range(first, last):
-        c, y = constants[row], states[row]
-        moments = (c[2], c[3], c[4], c[5], c[6], c[7])
-        case = Case(c[0], c[1], moments, (c[8], c[9], c[10]))
-        problem = ClosedMotion(rates, case)
+        y = states[row]
+        problem = ClosedMotion(rates, _case(constants[row]))
         ended = dop853(problem, 0.0, u_end, y, rtol, 0.01 * rtol, 0.0, work)
-        if ended[0] != DONE or not y[0] > -rtol:
+        if ended[0] != DONE:
             y[:] = np.nan
 
 
@@ -108,7 +205,7 @@ def averaged_ends(law, parameters, settings, memory, at, states, u_end, rtol, wo
         setting = Setting(field, c[4], c[5], c[6], c[7], c[8], c[9])
         problem = AveragedMotion(law, parameters[row], memory, setting, at)
         ended = dop853(problem, 0.0, u_end, y, rtol, 0.01 * rtol, 0.0, work)
-        if ended[0] != DONE or not y[0] > -rtol:
+        if ended[0] != DONE:
             y[:] = np.nan
 
 
@@ -138,6 +235,9 @@ def _grid(axes: Mapping, fixed: Mapping) -> tuple[dict, tuple]:
 
 
 def _starts(columns) -> np.ndarray:
+    """States at the start, l = 1."""
+    for name in ("rho_deg", "theta_deg"):
+        within(Limit(name, 0.0, 180.0), columns[name])
     angles = [np.radians(columns[name]) for name in ("rho_deg", "sigma_deg", "theta_deg")]
     return np.column_stack([np.ones_like(angles[0]), *angles])
 
@@ -167,6 +267,19 @@ def _workers(workers: int | None) -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
 
 
+def _check_span(u_end, rtol) -> None:
+    validate.finite("u_end", u_end, ())
+    within(TOLERANCE, rtol)
+
+
+def _at_poles(states) -> np.ndarray:
+    return np.flatnonzero(np.sin(states[:, 1]) < POLE)
+
+
+def _ends(states, shape, rtol) -> Slow:
+    return Slow(*(x.reshape(shape) for x in in_range(states.T, rtol)))
+
+
 def map_of_evolution(
     evolution: Evolution,
     axes: Mapping,
@@ -191,12 +304,16 @@ def map_of_evolution(
     constants[:, 0], constants[:, 1], constants[:, 8:] = columns["eps"], spinner.ratio, target
     constants[:, 2:8] = _per_inclination(spinner, columns, lambda there: there.moments())
     states, rates = _starts(columns), compile_rates(evolution.rates)
+    _check_span(u_end, rtol)
+    evolution.checked(Slow(*states.max(axis=0)), _case(constants[0]))
+    for row in _at_poles(states):
+        states[row] = _off_pole(ClosedMotion(rates, _case(constants[row])), states[row])
 
     def part(first, last):
         closed_ends(rates, constants, states, u_end, rtol, workspace(4), first, last)
 
     _all_cores(part, _parts(count, workers), workers)
-    return Slow(*(states[:, k].reshape(shape) for k in range(4)))
+    return _ends(states, shape, rtol)
 
 
 def map_of_law(
@@ -225,6 +342,9 @@ def map_of_law(
 
     at = settled_nodes(law, spinner) if at is None else at
     problem = averaged_motion(law, spinner, at)
+    _check_span(u_end, rtol)
+    for row in _at_poles(states):
+        states[row] = _off_pole(problem, states[row])
     parameters = np.tile(problem.parameters, (len(states), 1))
     parameters[:, list(unit).index(gain)] *= columns["eps"]
     settings = _per_inclination(spinner, columns, lambda there: _flat(there.pack()))
@@ -245,7 +365,7 @@ def map_of_law(
         )
 
     _all_cores(part, _parts(len(states), workers), workers)
-    return Slow(*(states[:, k].reshape(shape) for k in range(4)))
+    return _ends(states, shape, rtol)
 
 
 def _flat(setting) -> tuple:

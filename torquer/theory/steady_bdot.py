@@ -12,16 +12,21 @@ the axis forward, its swing leans it aside.
 
 import functools
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from pydantic import Field
 from scipy.integrate import solve_ivp
 
+from torquer import validate
 from torquer.environment.field.averaged import b_orbital, cone_angle
 from torquer.spec import Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
+from torquer.theory.validity import HELD, LEAN, Limit, passed, within
 
+#: Change of a mean lean over itself.
+SETTLED = Limit("change", 0.0, 0.1, "the swing from the start has not died away")
 #: Places in the state: absolute rates along R, then pitch, roll, turn about the axis.
 OMEGA, PITCH, ROLL, TURN = slice(0, 3), 3, 4, 5
 REST = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
@@ -51,10 +56,23 @@ class SteadyBdot(Spec):
 
 
 class Offset(NamedTuple):
-    """Constant lean [rad] of the axis: forward in the orbit plane, and aside."""
+    """Constant lean [rad] of the axis: forward in the orbit plane, and aside; what is doubtful."""
 
     pitch: float
     roll: float
+    notes: tuple[str, ...] = ()
+
+
+class Swing(NamedTuple):
+    """Leans [rad] at points of u, and what is doubtful."""
+
+    pitch: np.ndarray
+    roll: np.ndarray
+    notes: tuple[str, ...] = ()
+
+
+#: The swing has no damping in the first order: it is off by a tenth of itself from here on.
+UNDAMPED = Limit("eps u", 0.0, 0.1, "the swing dies away, which the first order leaves out")
 
 
 def published_offset(case: SteadyBdot) -> Offset:
@@ -63,17 +81,28 @@ def published_offset(case: SteadyBdot) -> Offset:
     Pitch eps sin^2 i/(3 - 3 lambda), roll -eps sin i cos i/(4 - 3 lambda). The text counts both
     with the other sign of X2, and has the digits 3 and 2 in the roll's divisor, which gravity and
     the orbit's turn make 4 - 3 lambda.
+
+    Both are linear in the lean: noted above 0.34 rad, where that is off by a tenth; ValueError
+    above 0.5, where no lean gives the torque.
     """
     s, c = math.sin(case.angles[0]), math.cos(case.angles[0])
     free = 3.0 - 3.0 * case.ratio
-    return Offset(case.eps * s * s / free, -case.eps * s * c / (1.0 + free))
+    pitch, roll = case.eps * s * s / free, -case.eps * s * c / (1.0 + free)
+    within(HELD, (pitch, roll))
+    return Offset(pitch, roll, passed((LEAN, pitch), (LEAN, roll)))
 
 
-def published_swing(case: SteadyBdot, u) -> tuple[np.ndarray, np.ndarray]:
-    """Pitch and roll [rad] at u from rest at the vertical, to the first power of eps (MAG 2.2)."""
-    u, lean, free = np.asarray(u), published_offset(case), 3.0 - 3.0 * case.ratio
+def published_swing(case: SteadyBdot, u) -> Swing:
+    """Pitch and roll [rad] at u from rest at the vertical, to the first power of eps (MAG 2.2).
+
+    The swing goes to twice the offset, which must be small as such, and does not die away.
+    """
+    u, lean = validate.finite("u", u), published_offset(case)
+    free, longest = 3.0 - 3.0 * case.ratio, case.eps * float(np.max(np.abs(u), initial=0.0))
     pitch = lean.pitch * (1.0 - np.cos(math.sqrt(free) * u))
-    return pitch, lean.roll * (1.0 - np.cos(math.sqrt(1.0 + free) * u))
+    roll = lean.roll * (1.0 - np.cos(math.sqrt(1.0 + free) * u))
+    notes = passed((LEAN, 2.0 * lean.pitch), (LEAN, 2.0 * lean.roll), (UNDAMPED, longest))
+    return Swing(pitch, roll, notes)
 
 
 def gravity_rates(ratio: float, x) -> np.ndarray:
@@ -137,28 +166,59 @@ def magnetic_rates(case: SteadyBdot, u, x) -> np.ndarray:
 
 
 def steady_response(case: SteadyBdot) -> Response:
-    """Forced motion per unit of eps around the vertical, by Poincare's method."""
-    return small_parameter(
+    """Forced motion per unit of eps around the vertical, by Poincare's method.
+
+    Noted beside resonances: angles that eps makes greater than gravity's linear law allows.
+    """
+    found = small_parameter(
         lambda x: gravity_rates(case.ratio, x),
         lambda u, x: magnetic_rates(case, u, x),
         REST,
         samples=63,
     )
+    angles = case.eps * found.amplitudes[:, [PITCH, ROLL]].sum(axis=0)
+    return replace(found, notes=(*found.notes, *passed(*((LEAN, x) for x in angles))))
 
 
 def full_motion(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
-    """u, and states `[n, 6]` of the whole equations from rest at the vertical."""
+    """u, and states `[n, 6]` of the whole equations from rest at the vertical.
+
+    ValueError if the axis comes to the horizontal, where gravity has let it go.
+    """
+    within(Limit("revolutions", 0.0, 1e4, open=True), revolutions)
+    within(Limit("per_revolution", 1), per_revolution)
+    within(Limit("eps", 0.0, 100.0, "beyond, the equations are stiff"), case.eps)
     end = 2.0 * math.pi * revolutions
     u = np.linspace(0.0, end, round(per_revolution * revolutions) + 1)
     run = solve_ivp(
         lambda u, x: gravity_rates(case.ratio, x) + case.eps * magnetic_rates(case, u, x),
         (0.0, end), REST, method="DOP853", rtol=1e-10, atol=1e-12, t_eval=u,
+        events=_horizontal,
     )  # fmt: skip
+    if run.status != 0:
+        raise ValueError(
+            f"eps: must leave the axis above the horizontal, where gravity holds it; received "
+            f"{case.eps:g}, with which it falls over by u = {run.t_events[0][-1]:.4g}"
+        )
     return u, run.y.T
 
 
+def _horizontal(u, x) -> float:
+    """Upward part of the axis."""
+    return math.cos(x[PITCH]) * math.cos(x[ROLL])
+
+
+_horizontal.terminal = True
+
+
 def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offset:
-    """Mean lean [rad] of the whole equations over the last revolutions."""
+    """Mean lean [rad] of the whole equations over the last revolutions.
+
+    Noted if over as many before it was another by a tenth: the swing from the start is not over.
+    """
+    within(Limit("last", 1, revolutions // 2, "of at most half of the revolutions"), last)
     _, x = full_motion(case, revolutions)
-    tail = x[-60 * last - 1 : -1]
-    return Offset(float(tail[:, PITCH].mean()), float(tail[:, ROLL].mean()))
+    before, tail = (x[-60 * k * last - 1 : -60 * (k - 1) * last - 1] for k in (2, 1))
+    (pitch, roll), was = (part[:, [PITCH, ROLL]].mean(axis=0) for part in (tail, before))
+    changed = abs(pitch - was[0]) / max(abs(pitch), 1e-300)
+    return Offset(float(pitch), float(roll), passed((SETTLED, changed)))

@@ -11,14 +11,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer import validate
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.geometry.vec3 import as_symmetric, as_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque, flow
+from torquer.theory.validity import Limit, within
 
 #: Instants of a revolution at which the torque is taken.
 PHASES = 720
+
+
+RATE = Limit("rate_rad_s", 0.0, open=True)
+LENGTH = Limit("length of the normal", 1.0 - 1e-9, 1.0 + 1e-9)
+#: Fewest instants of a revolution at which the torque tells its first harmonics.
+FEWEST = Limit("instants of a revolution", 12)
 
 
 class Held(NamedTuple):
@@ -42,6 +50,7 @@ def orbital_axes(offset_rad) -> np.ndarray:
 
     `offset_rad`: rotation vector (3,) from the nominal attitude to the body's. Source: WHEEL (6.6).
     """
+    validate.finite("offset_rad", offset_rad, (3,))
     turn = np.array(to_dcm(from_rotation_vector(as_vector(offset_rad))))
     nominal = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     return nominal @ turn
@@ -99,8 +108,14 @@ def cyclic_bounds(torque_n_m, normal, rate_rad_s: float) -> np.ndarray:
     return np.abs(cosine) + np.hypot(sine, cosine)
 
 
+def _check(normal, rate) -> None:
+    within(RATE, rate)
+    within(LENGTH, np.linalg.norm(validate.finite("normal", normal, (3,))))
+
+
 def _round_trip(torque, normal, rate):
     """Factors of sin wt and of 1 - cos wt."""
+    _check(normal, rate)
     across = np.asarray(torque) - np.dot(torque, normal) * np.asarray(normal)
     return across / rate, -np.cross(normal, across) / rate
 
@@ -137,6 +152,8 @@ class Growth(NamedTuple):
 
 def growth_of(held: Held) -> Growth:
     """Momentum that the wheels take up, revolution by revolution."""
+    _check(held.normal, held.rate_rad_s)
+    within(FEWEST, len(validate.finite("torque_n_m", held.torque_n_m)))
     steps = len(held.torque_n_m)
     turns = _turns(held.normal, 2.0 * np.pi * np.arange(steps + 1) / steps)
     torque = np.vstack([held.torque_n_m, held.torque_n_m[:1]])
@@ -159,7 +176,7 @@ def saturation_time(growth: Growth, half_spaces, most_revolutions: int = 100_000
     Also infinite if it takes more revolutions than the limit. Accurate to the first order within
     a step of the revolution, and good to a second or so.
     """
-    rows = np.asarray(half_spaces)
+    rows = validate.finite("half_spaces", half_spaces)
     number, chunk = 0, 64
     while number < most_revolutions:
         share = np.abs(growth.over(np.arange(number, number + chunk)) @ rows.T).max(axis=-1)

@@ -29,7 +29,7 @@ def swing_error(eps: float = 1e-3) -> float:
     """Greatest difference of (2.1.17)'s first-order motion from the full equations, over eps."""
     case = CASE.as_published().model_copy(update={"eps": eps})
     u, x = full_motion(case, 2.0)
-    pitch, roll = published_swing(case, u)
+    pitch, roll, _ = published_swing(case, u)
     return float(max(np.abs(x[:, PITCH] - pitch).max(), np.abs(x[:, ROLL] - roll).max()) / eps)
 
 
@@ -64,9 +64,9 @@ def picture(case, formula):
     figure, panels = new_figure("Steady motion under B-dot and gravity (MAG 2.2)", 2, 5.4)
     u, x = full_motion(case, 12.0)
     turns = u / (2.0 * math.pi)
-    first = published_swing(case, u)
+    first = published_swing(case, u)[:2]
     for axes, place, swing, offset, name in zip(
-        panels, (PITCH, ROLL), first, formula, ("in the orbit plane", "aside"), strict=True
+        panels, (PITCH, ROLL), first, formula[:2], ("in the orbit plane", "aside"), strict=True
     ):
         early = turns <= 3.0
         axes.plot(turns, np.degrees(x[:, place]), color=BLUE, lw=1.2, label="whole equations")

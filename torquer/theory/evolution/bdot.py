@@ -7,6 +7,7 @@ import numpy as np
 from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import dot, sym_vec
 from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.validity import RHO, THETA, Limit, within
 
 
 def small_parameter(gain, spinner):
@@ -83,22 +84,33 @@ def nutation_integral(slow, case):
     return lam * path - (3.0 * p - 1.0) * (sine - case.ratio * cosine)
 
 
+#: The closed solutions below are of one C/A, and of one inclination.
+_SPHERE = Limit("ratio", 1.0 - 1e-9, 1.0 + 1e-9, "the solution is that of a sphere")
+_EVEN = Limit("3p", 1.0 - 1e-9, 1.0 + 1e-9, "the solution is that of an inclination of 45.577 deg")
+
+
+def _turned(turn, angle):
+    """Angle whose tangent has grown by exp(turn), however large."""
+    across, along = np.exp(np.minimum(turn, 0.0)), np.exp(-np.maximum(turn, 0.0))
+    return np.arctan2(across * np.sin(angle), along * np.cos(angle))
+
+
 def sphere(u, case, rho0):
     """(l, rho) of a sphere (A = C) in the averaged field from l = 1. Source: MAG (2.1.11)."""
-    p, turn = case.moments[0], case.eps * (3.0 * case.moments[0] - 1.0) * np.asarray(u)
-    tan2 = np.tan(rho0) ** 2
-    grown = (1.0 + np.exp(2.0 * turn) * tan2) / (1.0 + tan2)
-    rho = np.arctan2(np.exp(turn) * np.sin(rho0), np.cos(rho0))
-    return np.exp(-2.0 * p * case.eps * np.asarray(u)) * np.sqrt(grown), rho
+    within(_SPHERE, case.ratio)
+    within(RHO, rho0)
+    p, s = case.moments[0], case.eps * np.asarray(u)
+    along, across = np.exp(-2.0 * p * s) * np.cos(rho0), np.exp((p - 1.0) * s) * np.sin(rho0)
+    return np.hypot(along, across), _turned((3.0 * p - 1.0) * s, rho0)
 
 
 def even_field(u, case, theta0):
     """(l, theta) from l = 1 where 3p = 1 (i = 45.577 deg). Source: MAG (2.1.12), MAG (2.1.13)."""
-    turn = 2.0 / 3.0 * case.eps * (1.0 - case.ratio) * np.asarray(u)
-    theta = np.arctan2(np.exp(turn) * np.sin(theta0), np.cos(theta0))
-    tan2 = np.tan(theta0) ** 2
-    grown = (1.0 + np.exp(2.0 * turn) * tan2) / (1.0 + tan2)
-    return np.exp(-2.0 / 3.0 * case.eps * np.asarray(u)) * np.sqrt(grown), theta
+    within(_EVEN, 3.0 * case.moments[0])
+    within(THETA, theta0)
+    s = 2.0 / 3.0 * case.eps * np.asarray(u)
+    along, across = np.exp(-s) * np.cos(theta0), np.exp(-case.ratio * s) * np.sin(theta0)
+    return np.hypot(along, across), _turned((1.0 - case.ratio) * s, theta0)
 
 
 BDOT = Evolution(
@@ -106,5 +118,8 @@ BDOT = Evolution(
     bdot_averaged_field,
     small_parameter,
     {"length": length_integral, "nutation": nutation_integral},
+    by_length=True,
 )
-BDOT_ANY_FIELD = Evolution("bdot_any_field", bdot_any_field, small_parameter, any_field=True)
+BDOT_ANY_FIELD = Evolution(
+    "bdot_any_field", bdot_any_field, small_parameter, any_field=True, by_length=True
+)

@@ -1,15 +1,18 @@
 """What the averaged equations of all laws share: slow variables, constants, one signature."""
 
 import functools
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import numpy as np
 from numba import types
 
-from torquer import plugin
+from torquer import plugin, validate
 from torquer.geometry.vec3 import as_vector
 from torquer.theory.spinner import Spinner
+from torquer.theory.validity import Limit, within
 
 
 class Slow(NamedTuple):
@@ -51,13 +54,27 @@ CASE = types.NamedTuple(
 SIGNATURE = SLOW(SLOW, CASE)
 
 
+def always(case: Case) -> bool:
+    """First integrals that hold in every case."""
+    return True
+
+
+#: C/A of a body (triangle inequality); eps and the target are finite.
+RATIO = Limit("ratio", 0.0, 2.0 * (1.0 + 1e-12), "C/A of a body")
+#: Nutation [rad] at which the rate of the direction is off by a tenth of that of a pure spin (at
+#: worst over inclinations, directions and targets; the averages of the law itself against it).
+SPIN = Limit("theta", 0.0, 0.15, "the equations are those of a spin along the axis")
+
+
 @dataclass(frozen=True)
 class Evolution:
     """Averaged motion under one law: its closed equations and what stays constant along them.
 
     `rates(slow, case)`: derivatives by u. `small_parameter(gain, spinner)`. `integrals`: functions
-    of (slow, case), arrays allowed. `any_field`: the equations hold for any field moments, not
-    only for those of the averaged field.
+    of (slow, case), arrays allowed, of cases for which `integrals_hold`. `any_field`: the equations
+    hold for any field moments, not only for those of the averaged field. `cone_target`: for a
+    target along the cone axis alone. `pure_spin`: for a spin along the axis alone (theta = 0).
+    `by_length`: the torque is in proportion to the momentum (or else does not depend on it).
     """
 
     name: str
@@ -65,6 +82,10 @@ class Evolution:
     small_parameter: Callable[[float, Spinner], float]
     integrals: Mapping[str, Callable] = field(default_factory=dict)
     any_field: bool = False
+    integrals_hold: Callable[[Case], bool] = always
+    cone_target: bool = False
+    pure_spin: bool = False
+    by_length: bool = False
 
     def case(self, gain: float, spinner: Spinner, target=(0.0, 0.0, 1.0)) -> Case:
         """Constants for a law's gain on a satellite; ValueError if the field does not fit."""
@@ -73,8 +94,44 @@ class Evolution:
                 f"evolution {self.name}: field must be averaged (others have no closed equations "
                 f"here; average the law itself); received {spinner.field}"
             )
+        validate.finite("gain", gain, ())
         eps = self.small_parameter(gain, spinner)
+        validate.finite("eps", eps, ())
         return Case(eps, spinner.ratio, spinner.moments(), as_vector(target))
+
+    def checked(self, start: Slow, case: Case) -> Case:
+        """The case in floats; ValueError where the equations are not for it, or for the start."""
+        validate.finite("eps", case.eps, ())
+        within(RATIO, case.ratio)
+        p, second, q, *mixed = validate.finite("moments", case.moments, (6,))
+        off = max(abs(p - second), abs(q - 1.0 + 2.0 * p), *map(abs, mixed))
+        if not self.any_field and off > 1e-9:
+            raise ValueError(
+                f"moments: must be those of the averaged field for {self.name}, (p, p, 1 - 2p, 0, "
+                f"0, 0); received {case.moments}"
+            )
+        x, y, z = validate.finite("target", case.target, (3,))
+        if self.cone_target and not (z > 0.0 and math.hypot(x, y) <= 1e-9 * z):
+            raise ValueError(
+                f"target: must lie along the cone axis, (0, 0, 1), for {self.name}; received "
+                f"{case.target}"
+            )
+        if self.pure_spin:
+            within(SPIN, start.theta)
+        moments = (p, second, q, *mixed)
+        return Case(
+            float(case.eps), float(case.ratio), tuple(map(float, moments)), as_vector((x, y, z))
+        )
+
+    def change(self, path: Slow, case: Case) -> float:
+        """Bound on the change of the momentum over itself by u, at any phase.
+
+        eps max(1, C/A), or where the torque does not fall with the momentum eps/l (times the
+        target's length above one).
+        """
+        if self.by_length:
+            return abs(case.eps) * max(1.0, case.ratio)
+        return abs(case.eps) * max(1.0, float(np.linalg.norm(case.target))) / np.nanmin(path.l)
 
 
 @functools.cache

@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.engine import kernel
 from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.validity import THETA, within
 
 
 def small_parameter(gain, spinner):
@@ -50,8 +51,9 @@ def special_case(u, case, theta0, across=False):
     """
     p = case.moments[0]
     rate = 0.5 * (1.0 - p) if across else p
-    theta = np.arctan(np.tan(theta0) * np.exp(-case.eps * rate * np.asarray(u)))
-    return np.cos(theta0) / np.cos(theta), theta
+    within(THETA, theta0)
+    left = np.exp(-case.eps * rate * np.asarray(u)) * np.sin(theta0)
+    return np.hypot(np.cos(theta0), left), np.arctan2(left, np.cos(theta0))
 
 
 NUTATION_DAMPING = Evolution(
@@ -59,4 +61,5 @@ NUTATION_DAMPING = Evolution(
     nutation_damping_rates,
     small_parameter,
     {"spin": spin_integral, "path": path_integral},
+    by_length=True,
 )

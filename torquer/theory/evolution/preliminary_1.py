@@ -35,4 +35,5 @@ PRELIMINARY_1 = Evolution(
     preliminary_1_rates,
     small_parameter,
     {"spin": spin_integral, "path": path_integral},
+    cone_target=True,
 )

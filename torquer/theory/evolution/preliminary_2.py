@@ -22,5 +22,9 @@ def preliminary_2_rates(slow, case):
 
 
 PRELIMINARY_2 = Evolution(
-    "preliminary_2", preliminary_2_rates, small_parameter, {"spin": spin_integral}
+    "preliminary_2",
+    preliminary_2_rates,
+    small_parameter,
+    {"spin": spin_integral},
+    cone_target=True,
 )

@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.engine import inlined, kernel
 from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.validity import RHO, Limit, within
 
 
 def small_parameter(gain, spinner):
@@ -58,19 +59,36 @@ def node_integral_as_printed(slow, case):
     return np.tan(slow.rho) * np.sin(slow.sigma)
 
 
+_ACROSS = Limit("target across the cone axis", 0.0, 1e-9, "the solution is for one along it")
+
+
 def to_cone_axis(u, case, rho0):
     """rho for a target along the cone axis, from l = 1: tan(rho/2) falls with exp(-eps p L3 u)."""
-    rate = case.eps * case.moments[0] * case.target[2]
-    return 2.0 * np.arctan(np.tan(0.5 * rho0) * np.exp(-rate * np.asarray(u)))
+    within(RHO, rho0)
+    within(_ACROSS, np.hypot(case.target[0], case.target[1]))
+    turn = case.eps * case.moments[0] * case.target[2] * np.asarray(u)
+    across, along = np.exp(-np.maximum(turn, 0.0)), np.exp(np.minimum(turn, 0.0))
+    return 2.0 * np.arctan2(across * np.sin(0.5 * rho0), along * np.cos(0.5 * rho0))
 
 
-#: `integrals`: for a target along Z1.
+def _to_node(case):
+    """Whether the target lies along Z1, for which the integrals are."""
+    return case.target[1] == case.target[2] == 0.0
+
+
 REORIENTATION = Evolution(
-    "reorientation", reorientation_rates, small_parameter, {"node": node_integral}
+    "reorientation",
+    reorientation_rates,
+    small_parameter,
+    {"node": node_integral},
+    integrals_hold=_to_node,
+    pure_spin=True,
 )
 REORIENTATION_AS_PRINTED = Evolution(
     "reorientation_as_printed",
     reorientation_rates_as_printed,
     small_parameter,
     {"node": node_integral_as_printed},
+    integrals_hold=_to_node,
+    pure_spin=True,
 )

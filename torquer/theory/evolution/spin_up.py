@@ -7,6 +7,7 @@ import numpy as np
 from torquer.engine import kernel
 from torquer.theory.evolution.bdot import length_integral
 from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.validity import LENGTH, within
 
 
 def small_parameter(gain, spinner):
@@ -55,7 +56,9 @@ def nutation_integral(slow, case):
 def special_case(u, case, across=False):
     """l from 1 of a pure spin (theta = 0) along the cone axis, or across it (MAG 3.2, 1 and 2)."""
     p = case.moments[0]
-    return 1.0 + case.eps * (1.0 - p if across else 2.0 * p) * np.asarray(u)
+    length = 1.0 + case.eps * (1.0 - p if across else 2.0 * p) * np.asarray(u)
+    within(LENGTH, length)
+    return length
 
 
 SPIN_UP = Evolution(

@@ -1,0 +1,39 @@
+"""First integrals along a slow motion: how far they drift, which they should not."""
+
+import math
+
+import numpy as np
+
+from torquer.theory.evolution.model import Case, Evolution, Slow
+
+
+def drifts(evolution: Evolution, case: Case, path: Slow, rtol: float) -> dict[str, float]:
+    """Drift of each first integral that holds in a case, along a path: see `drift`."""
+    if not evolution.integrals_hold(case):
+        return {}
+    scale = max(10.0 * rtol, 1e-9)
+    return {name: drift(of, case, path, scale) for name, of in evolution.integrals.items()}
+
+
+def drift(integral, case: Case, path: Slow, scale: float) -> float:
+    """Greatest change of an integral, in terms of the variables: l, or radians.
+
+    It is the change from the start over what shifts of each variable by `scale` change the
+    integral, times the scale: the distance of the path from the surface on which it should lie.
+    (Over the integral itself it would tell nothing: most are sums of logarithms, which pass zero.)
+    Not a number where the integral is infinite.
+    """
+    known = Slow(*(np.asarray(x)[np.isfinite(path.l)] for x in path))
+    with np.errstate(all="ignore"):
+        value = integral(known, case)
+        moved = sum(np.abs(integral(_shifted(known, k, scale), case) - value) for k in range(4))
+        change = np.abs(value - value[0])
+        return float(np.max(np.where(change == 0.0, 0.0, scale * change / moved), initial=0.0)
+                     if np.all(np.isfinite(value)) else math.nan)  # fmt: skip
+
+
+def _shifted(path: Slow, k: int, by: float) -> Slow:
+    """A variable shifted; l in parts of itself, lest it pass zero."""
+    values = list(path)
+    values[k] = values[k] * (1.0 + by) if k == 0 else values[k] + by
+    return Slow(*values)
