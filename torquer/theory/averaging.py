@@ -140,6 +140,9 @@ def mean_rates(problem, slow):
     count = at.half_phi.shape[0] * at.half_psi.shape[0] * at.u.size * at.day.size
     unit = 1.0 / (count * setting.momentum * setting.orbital_rate)
     m1, m2, m3 = scale(unit, torque)
+    # near the third axis the rounding of m2, over sin(rho), would look like a turn
+    if abs(m2) < 1e-14 * (abs(m1) + abs(m3)):
+        m2 = 0.0
     turn = 1.0 / slow.l
     return Slow(m3, turn * m1, turn * m2 / math.sin(slow.rho), turn * unit * nutation)
 
@@ -213,11 +216,11 @@ def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = No
 
 
 def unsettled(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
-    """A line if twice the nodes (once and a half, where there are many) change the averages."""
+    """A line if more nodes change the averages: half as many again, odd lest they alias alike."""
     rho = min(max(slow.rho, 0.1), math.pi - 0.1)
     here = Slow(float(slow.l), float(rho), float(slow.sigma), float(slow.theta))
-    days = len(at.day) * (2 if spinner.field == "tilted_dipole" else 1)
-    finer = nodes(*(n + max(1, n // 2) for n in map(len, at[:3])), days)
+    more = [(n + n // 2 + 1) | 1 for n in map(len, at)]
+    finer = nodes(*more[:3], more[3] if spinner.field == "tilted_dipole" else 1)
     one, other = (np.array(averaged_rates(law, spinner, here, each)) for each in (at, finer))
     change, size = np.abs(one - other).max(), np.abs(other).max()
     if change <= 1e-3 * size:

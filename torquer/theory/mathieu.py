@@ -58,7 +58,7 @@ def half_trace_series(lambda2, chi):
     Right to 0.1 while the term turns the cosine by no more than 0.3 rad, pi lambda chi^2/16;
     ValueError beyond. Source: FIELD (2.12).
     """
-    within(Limit("lambda2", 0.0), lambda2)
+    within(Limit("lambda2", 0.0, 1e12, "of the phase pi lambda too little is left"), lambda2)
     root = np.sqrt(lambda2)
     within(SERIES_TURN, math.pi * root * np.square(chi) / 16.0)
     slope = -math.pi * np.sinc(root - 1.0)  # sin(pi lambda) / (lambda - 1)

@@ -72,6 +72,7 @@ class Swing(NamedTuple):
 
 
 #: The swing has no damping in the first order: it is off by a tenth of itself from here on.
+OVER = Limit("eps u", 0.0, 10.0, "by then no swing is left")
 UNDAMPED = Limit("eps u", 0.0, 0.1, "the swing dies away, which the first order leaves out")
 
 
@@ -95,10 +96,12 @@ def published_offset(case: SteadyBdot) -> Offset:
 def published_swing(case: SteadyBdot, u) -> Swing:
     """Pitch and roll [rad] at u from rest at the vertical, to the first power of eps (MAG 2.2).
 
-    The swing goes to twice the offset, which must be small as such, and does not die away.
+    The swing goes to twice the offset, which must be small as such, and does not die away
+    (noted from eps u = 0.1 on; ValueError above 10).
     """
     u, lean = validate.finite("u", u), published_offset(case)
     free, longest = 3.0 - 3.0 * case.ratio, case.eps * float(np.max(np.abs(u), initial=0.0))
+    within(OVER, longest)
     pitch = lean.pitch * (1.0 - np.cos(math.sqrt(free) * u))
     roll = lean.roll * (1.0 - np.cos(math.sqrt(1.0 + free) * u))
     notes = passed((LEAN, 2.0 * lean.pitch), (LEAN, 2.0 * lean.roll), (UNDAMPED, longest))

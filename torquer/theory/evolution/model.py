@@ -95,7 +95,10 @@ class Evolution:
                 f"here; average the law itself); received {spinner.field}"
             )
         validate.finite("gain", gain, ())
-        eps = self.small_parameter(gain, spinner)
+        try:
+            eps = self.small_parameter(gain, spinner)
+        except OverflowError:
+            eps = math.inf
         validate.finite("eps", eps, ())
         return Case(eps, spinner.ratio, spinner.moments(), as_vector(target))
 
