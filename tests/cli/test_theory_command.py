@@ -138,6 +138,8 @@ def test_b_dot_as_json(theory, strict_json):
     assert end["told"] == "momentum across the cone axis, nutation 90 deg"
     assert end["length_rate"] < 0.0
     assert all(integral["at_start"] is not None for integral in told["first_integrals"])
+    assert all(0.0 <= integral["drift"] < 1e-9 for integral in told["first_integrals"])
+    assert told["course_revolutions"] == pytest.approx(1.3 * told["revolutions"]["median"])
 
 
 def test_b_dot_in_text(theory):
@@ -177,6 +179,28 @@ def test_warnings(theory, law, more, note):
     code, out, _ = theory(law, *SATELLITE, *more)
     assert code == 0
     assert re.search(f"note: .*{note}", out), out
+
+
+def test_a_course_that_stops_says_so(theory, strict_json):
+    """Spin-up against an opposite spin about the cone axis brakes it to nothing."""
+    given = ("spin_up", *SATELLITE, "--gain", "1e4", "--rate-deg-s", "0", "0", "-5")
+    told = strict_json(theory(*given, "--rho-deg", "0", "--revolutions", "4", "--json")[1])
+    eps, p = told["eps"], told["orbit"]["p"]
+    stops = re.search(r"^stops at u = (\S+): the motion leaves the domain", told["notes"][0])
+    assert float(stops[1]) == pytest.approx(1.0 / (2.0 * p * eps), rel=1e-5)
+    assert all(integral["drift"] is None for integral in told["first_integrals"])  # infinite
+
+
+def test_the_drift_is_told_in_text(theory):
+    out = theory(*BDOT, "--rho-deg", "30")[1]
+    assert "constant (drifts in terms of l and radians, over " in out
+    assert re.search(r"2p ln tan rho = \S+; drifts by \de-1\d", out)
+
+
+def test_reorientation_from_the_axis_to_a_target_on_it_is_at_rest(theory, strict_json):
+    given = ("reorientation", *SATELLITE, "--gain", "1e4", "--rate-deg-s", "0", "0", "5")
+    told = strict_json(theory(*given, "--rho-deg", "0", "--json")[1])
+    assert told["notes"] == [] and told["revolutions"]["median"] is None
 
 
 def test_pictures(theory, tmp_path):

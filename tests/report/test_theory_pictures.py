@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from torquer.report.theory_pictures import _levels, draw_evolution, draw_map, isolines
 from torquer.theory.evolution.model import Slow
+from torquer.theory.slow_result import SlowMotion
 
 U = np.linspace(0.0, 60.0, 50)
 FLAT = Slow(np.ones(50), np.full(50, 0.5), np.zeros(50), np.full(50, 1.0))
@@ -19,6 +20,16 @@ def test_courses_are_drawn_even_if_nothing_moves(tmp_path):
     still = draw_evolution(U, {"one": FLAT}, "a title", tmp_path / "y.png")
     images = [matplotlib.image.imread(each)[..., :3] for each in (path, still)]
     assert images[0].shape == images[1].shape
+    assert np.abs(images[0] - images[1]).max() > 0.5
+
+
+def test_a_motion_that_stops_ends_with_a_cross(tmp_path):
+    half = FLAT._replace(l=np.where(U < 30.0, 1.0 - 0.03 * U, np.nan))
+    stopped = SlowMotion(*half, ended=30.0)
+    images = [
+        matplotlib.image.imread(draw_evolution(U, {"one": slow}, "a title", tmp_path / name))
+        for name, slow in (("x.png", half), ("y.png", stopped))
+    ]
     assert np.abs(images[0] - images[1]).max() > 0.5
 
 

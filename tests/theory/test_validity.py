@@ -198,6 +198,7 @@ def test_one_line(action, message):
     assert one_line(caught.value)
 
 
+@pytest.mark.skipif(not engine.COMPILED, reason="takes half a minute in plain Python")
 def test_what_does_not_settle_is_an_arithmetic_error():
     with pytest.raises(ArithmeticError, match="edges: the transition matrix must settle at all"):
         edges(mathieu.with_parameters(q=1e12), "a", [-2e6, -1e6, 0.0])

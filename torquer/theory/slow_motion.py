@@ -150,9 +150,10 @@ def rates_at(problem, y, dy):
 
 
 def _off_pole(problem, start) -> np.ndarray:
-    """The start; by POLE off the third axis if the motion leads away from it.
+    """The start; if the motion leads off the third axis, by POLE along the meridian that it takes.
 
-    There sigma is any, and its rate infinite; at rest on the axis it is nothing.
+    On the axis sigma is any, so that it may be that of the meridian; off it by POLE any other
+    would turn by pi/2 or so within a step of that size.
     """
     y, dy = np.array(start, dtype=np.float64), np.empty(4)
     if math.sin(y[1]) < POLE:
@@ -160,6 +161,9 @@ def _off_pole(problem, start) -> np.ndarray:
         rates_at(problem, y, dy)
         if not abs(dy[2]) <= 1.0:
             y[1] = min(max(y[1], POLE), math.pi - POLE)
+            rates_at(problem, y, dy)
+            outwards = dy[1] if y[1] < 1.0 else -dy[1]
+            y[2] += math.atan2(math.sin(y[1]) * dy[2], outwards)
     return y
 
 

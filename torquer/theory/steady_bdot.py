@@ -223,5 +223,5 @@ def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offse
     _, x = full_motion(case, revolutions)
     before, tail = (x[-60 * k * last - 1 : -60 * (k - 1) * last - 1] for k in (2, 1))
     (pitch, roll), was = (part[:, [PITCH, ROLL]].mean(axis=0) for part in (tail, before))
-    changed = abs(pitch - was[0]) / max(abs(pitch), 1e-300)
+    changed = abs(pitch - was[0]) / max(abs(pitch), 1e-6 * case.eps)
     return Offset(float(pitch), float(roll), passed((SETTLED, changed)))
