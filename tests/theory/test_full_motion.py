@@ -8,9 +8,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from torquer import engine
 from torquer.control.bdot import BdotDerivative, BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.spin_up import SpinUp
+from torquer.theory.averaging import nodes
 from torquer.theory.comparison import compare, fitted_order, resonances
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Slow
@@ -20,6 +22,8 @@ from torquer.theory.slow_motion import evolve
 from torquer.theory.spinner import Spinner
 
 START, FAST = Slow(1.0, 1.0, 0.3, 1.0), Fast(0.2, 0.7)
+#: Enough for laws of the second degree (`evolve_law` would note it); plain Python is slow.
+FEW = {"at": nodes(3, 3, 5), "points": 400 if engine.COMPILED else 40}
 
 
 def spinner_of(eta1=10.3, eta2=5.7, **keys):
@@ -96,7 +100,7 @@ def test_the_error_is_of_first_order_in_the_small_parameter(make):
     """Away from resonances: psi' = 23.7 l stays above the highest harmonic of the field."""
     spinner = spinner_of(17.3, 23.7)
     order, errors = fitted_order(
-        make(spinner), spinner, START, FAST, 1.0, [0.16, 0.08, 0.04, 0.02, 0.01]
+        make(spinner), spinner, START, FAST, 1.0, [0.16, 0.08, 0.04, 0.02, 0.01], **FEW
     )
     assert order == pytest.approx(1.0, abs=0.1)
     assert errors[-1] < 0.02
@@ -105,7 +109,7 @@ def test_the_error_is_of_first_order_in_the_small_parameter(make):
 def test_figure_2_1_4_full_and_averaged_b_dot_agree_to_the_order_of_eps():
     """MAG, Fig. 2.1.4: eps = 0.1, eta1 = 10, eta2 = 5, rho0 = theta0 = 1, i = 80 deg."""
     spinner = spinner_of(10.0, 5.0)
-    found = compare(b_dot(spinner), spinner, Slow(1.0, 1.0, 0.0, 1.0), FAST, 6.0 * math.pi)
+    found = compare(b_dot(spinner), spinner, Slow(1.0, 1.0, 0.0, 1.0), FAST, 6.0 * math.pi, **FEW)
     assert found.full.l[-1] < 0.65
     assert found.error < 0.1
 
@@ -147,7 +151,7 @@ def test_through_a_resonance_the_order_falls_below_one():
     """psi' = 5.7 l meets 4 u' as l falls: the error of a passage is of order one half."""
     spinner = spinner_of(10.3, 5.7)
     scales = [0.16, 0.08, 0.04, 0.02, 0.01]
-    order, _ = fitted_order(b_dot(spinner, 1.0), spinner, START, FAST, 1.0, scales)
+    order, _ = fitted_order(b_dot(spinner, 1.0), spinner, START, FAST, 1.0, scales, **FEW)
     assert 0.5 < order < 0.9
 
 
@@ -156,6 +160,6 @@ def test_at_a_resonance_the_averages_may_fail():
     law = SpinUp(gain_a_m2_per_t=0.02).law()
     start = Slow(1.0, 1.0, 0.3, 1.0)
     clear, locked = spinner_of(10.3, 5.7), spinner_of(2.0 / math.cos(1.0) - 2.0, 2.0)
-    usual = compare(law, clear, start, FAST, 20.0).error
+    usual = compare(law, clear, start, FAST, 20.0, **FEW).error
     assert resonances(locked, start, width=0.5)
-    assert compare(law, locked, start, FAST, 20.0).error > 2.0 * usual
+    assert compare(law, locked, start, FAST, 20.0, **FEW).error > 2.0 * usual

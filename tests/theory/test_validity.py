@@ -262,7 +262,9 @@ def test_slow_motion_is_valid_or_refused(name, start, eps, ratio, inclination, t
         assert np.all((angle >= 0.0) & (angle <= math.pi))
     if path.ended is not None:
         assert path.notes[0].startswith("stops at u = ")
-    if abs(eps) > 1.0 and not evolution.by_length:
+    if abs(eps) > 1.0:  # the reach is one or more, or l has grown
+        assert evolution.change(path, case) > 0.25 or np.nanmin(l) > 1.0
+    if evolution.change(path, case) > 0.25:
         assert any("the averages" in note for note in path.notes)
 
 

@@ -347,6 +347,8 @@ def _draw(asked: Question, revolutions: float, courses: dict, out: Path) -> list
         f"{asked.law}: {name} after {revolutions:.3g} rev, eps = {case.eps:.3g}, "
         f"theta₀ = {math.degrees(asked.theta):.0f}°"
     )
+    if np.isnan(values).any():
+        title += ", blank where it stops before"
     inclination = asked.spinner.inclination_deg
     here = (min(inclination, 180.0 - inclination),
             None if asked.rho is None else math.degrees(asked.rho))  # fmt: skip

@@ -63,6 +63,7 @@ def fitted_order(
     *,
     gain: str = "gain",
     points: int = 400,
+    at: Nodes | None = None,
 ) -> tuple[float, np.ndarray]:
     """Order of the error in the small parameter, and the errors, at a fixed product scale * u.
 
@@ -79,7 +80,8 @@ def fitted_order(
         raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
     for scale in scales:
         scaled = law.with_parameters(**{gain: law.parameters[gain] * float(scale)})
-        found = compare(scaled, spinner, start, fast, slow_time / float(scale), points=points)
+        end = slow_time / float(scale)
+        found = compare(scaled, spinner, start, fast, end, points=points, at=at)
         errors.append(found.error)
     slope = np.polyfit(np.log(scales), np.log(errors), 1)[0]
     return float(slope), np.array(errors)

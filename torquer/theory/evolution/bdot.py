@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import dot, sym_vec
-from torquer.theory.evolution.model import Evolution, Slow
+from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import RHO, THETA, Limit, within
 
 
@@ -118,8 +118,8 @@ BDOT = Evolution(
     bdot_averaged_field,
     small_parameter,
     {"length": length_integral, "nutation": nutation_integral},
-    by_length=True,
+    reach=of_the_rate,
 )
 BDOT_ANY_FIELD = Evolution(
-    "bdot_any_field", bdot_any_field, small_parameter, any_field=True, by_length=True
+    "bdot_any_field", bdot_any_field, small_parameter, any_field=True, reach=of_the_rate
 )

@@ -59,6 +59,16 @@ def always(case: Case) -> bool:
     return True
 
 
+def of_a_dipole(length, case: Case) -> float:
+    """Reach of a law whose dipole does not depend on the momentum."""
+    return 1.0 / length
+
+
+def of_the_rate(length, case: Case) -> float:
+    """Reach of a law that brakes the rate: its torque is in proportion to the momentum."""
+    return max(1.0, case.ratio)
+
+
 #: C/A of a body (triangle inequality); eps and the target are finite.
 RATIO = Limit("ratio", 0.0, 2.0 * (1.0 + 1e-12), "C/A of a body")
 #: Nutation [rad] at which the rate of the direction is off by a tenth of that of a pure spin (at
@@ -74,7 +84,7 @@ class Evolution:
     of (slow, case), arrays allowed, of cases for which `integrals_hold`. `any_field`: the equations
     hold for any field moments, not only for those of the averaged field. `cone_target`: for a
     target along the cone axis alone. `pure_spin`: for a spin along the axis alone (theta = 0).
-    `by_length`: the torque is in proportion to the momentum (or else does not depend on it).
+    `reach(length, case)`: bound on |torque|/(L omega0) at any phase, over eps.
     """
 
     name: str
@@ -85,7 +95,7 @@ class Evolution:
     integrals_hold: Callable[[Case], bool] = always
     cone_target: bool = False
     pure_spin: bool = False
-    by_length: bool = False
+    reach: Callable[[float, Case], float] = of_a_dipole
 
     def case(self, gain: float, spinner: Spinner, target=(0.0, 0.0, 1.0)) -> Case:
         """Constants for a law's gain on a satellite; ValueError if the field does not fit."""
@@ -127,14 +137,8 @@ class Evolution:
         )
 
     def change(self, path: Slow, case: Case) -> float:
-        """Bound on the change of the momentum over itself by u, at any phase.
-
-        eps max(1, C/A), or where the torque does not fall with the momentum eps/l (times the
-        target's length above one).
-        """
-        if self.by_length:
-            return abs(case.eps) * max(1.0, case.ratio)
-        return abs(case.eps) * max(1.0, float(np.linalg.norm(case.target))) / np.nanmin(path.l)
+        """Bound on the change of the momentum over itself by u, at any phase."""
+        return abs(case.eps) * self.reach(float(np.nanmin(path.l)), case)
 
 
 @functools.cache

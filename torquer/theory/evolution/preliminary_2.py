@@ -21,10 +21,16 @@ def preliminary_2_rates(slow, case):
     )
 
 
+def _reach(length, case):
+    """Of a torque in proportion to the difference of two unit vectors."""
+    return 2.0 / length
+
+
 PRELIMINARY_2 = Evolution(
     "preliminary_2",
     preliminary_2_rates,
     small_parameter,
     {"spin": spin_integral},
     cone_target=True,
+    reach=_reach,
 )

@@ -76,6 +76,11 @@ def _to_node(case):
     return case.target[1] == case.target[2] == 0.0
 
 
+def _reach(length, case):
+    """Of a torque in proportion to target less momentum."""
+    return (float(np.linalg.norm(case.target)) + length) / length
+
+
 REORIENTATION = Evolution(
     "reorientation",
     reorientation_rates,
@@ -83,6 +88,7 @@ REORIENTATION = Evolution(
     {"node": node_integral},
     integrals_hold=_to_node,
     pure_spin=True,
+    reach=_reach,
 )
 REORIENTATION_AS_PRINTED = Evolution(
     "reorientation_as_printed",
@@ -91,4 +97,5 @@ REORIENTATION_AS_PRINTED = Evolution(
     {"node": node_integral_as_printed},
     integrals_hold=_to_node,
     pure_spin=True,
+    reach=_reach,
 )
