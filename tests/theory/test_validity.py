@@ -28,6 +28,7 @@ from torquer.theory.mathieu import (
 )
 from torquer.theory.orbit_field import OrbitField
 from torquer.theory.pitch_wheel import (
+    free_rates,
     orbital_field,
 )
 from torquer.theory.planar_magnet import (
@@ -53,6 +54,7 @@ from torquer.theory.steady_bdot import (
     ROLL,
     SteadyBdot,
     full_motion,
+    gravity_rates,
     published_offset,
     published_swing,
     steady_response,
@@ -60,8 +62,10 @@ from torquer.theory.steady_bdot import (
 from torquer.theory.validity import Limit, passed, within
 from torquer.theory.wheel_accumulation import (
     Held,
+    air_torque,
     cyclic_bounds,
     growth_of,
+    held_torque,
     momentum_under,
     orbital_axes,
     saturation_time,
@@ -185,6 +189,13 @@ WRONG = [
     (lambda: momentum_under((1.0, 0.0, 0.0), NORMAL, 0.0, [1.0]), "rate_rad_s: must be above 0"),
     (lambda: cyclic_bounds((1.0, 0.0, 0.0), 2.0 * NORMAL, 1.0), "length of the normal: must lie"),
     (lambda: orbital_axes([math.nan, 0.0, 0.0]), "offset_rad: must be finite"),
+    (lambda: held_torque(np.eye(3), -1.0, np.eye(3)), "rate_rad_s: must be above 0; received -1"),
+    (lambda: air_torque(None, -1.0, 7e6, 1e-3, np.eye(3)), "density_kg_m3: must be at least 0"),
+    (
+        lambda: free_rates([0, 0, 1, 0, math.pi / 2, 0], (1, 1, 1), 0.0),
+        "beta: must stay off 90 deg",
+    ),
+    (lambda: gravity_rates(0.5, np.array([0, 1, 0, 0, math.pi / 2, 0])), "roll: must stay off 90"),
     (lambda: saturation_time(GROWTH, [[math.nan, 0.0, 0.0]]), "half_spaces: must be finite"),
     (lambda: growth_of(Held(1e-3, NORMAL, np.ones((2, 3)))), "instants of a revolution: must be"),
     (lambda: full_motion(SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=1.0), 0), "revolutions: "),

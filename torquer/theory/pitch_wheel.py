@@ -25,7 +25,7 @@ from torquer.orbit.circular import Circular
 from torquer.orbit.kepler import FARTHEST_KM
 from torquer.spec import Moments, Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
-from torquer.theory.validity import INCLINATION, LEAN, passed, within
+from torquer.theory.validity import INCLINATION, LEAN, check_regular, passed, within
 
 MODELS = ("direct_dipole", "averaged")
 EQUILIBRIUM = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -100,6 +100,7 @@ def free_rates(x, inertia, wheel: float) -> np.ndarray:
     up = dcm[..., :, 0]
     turning = (3.0 * np.cross(up, inertia * up) - np.cross(w, momentum)) / inertia
     sb, cb, sg, cg = np.sin(x[..., 4]), np.cos(x[..., 4]), np.sin(x[..., 5]), np.cos(x[..., 5])
+    check_regular("beta", cb)
     across = relative[..., 1] * cg - relative[..., 2] * sg
     pitch = relative[..., 1] * sg + relative[..., 2] * cg
     angles = (across / cb, pitch, relative[..., 0] - across * sb / cb)

@@ -23,7 +23,7 @@ from torquer import validate
 from torquer.environment.field.averaged import b_orbital, cone_angle
 from torquer.spec import Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
-from torquer.theory.validity import HELD, LEAN, Limit, passed, within
+from torquer.theory.validity import HELD, LEAN, Limit, check_regular, passed, within
 
 #: Change of a mean lean over itself.
 SETTLED = Limit("change", 0.0, 0.1, "the swing from the start has not died away")
@@ -113,6 +113,7 @@ def gravity_rates(ratio: float, x) -> np.ndarray:
     w1, w2, w3 = (x[..., k] for k in range(3))
     alpha, beta = x[..., PITCH], x[..., ROLL]
     sb, cb = np.sin(beta), np.cos(beta)
+    check_regular("roll", cb)
     spin = -w2 * sb / cb  # of R about its third axis
     up1, up2, up3 = -np.sin(alpha), np.cos(alpha) * sb, np.cos(alpha) * cb
     pull = 3.0 * (1.0 - ratio)

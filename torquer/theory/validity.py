@@ -82,6 +82,14 @@ SLOW_CHANGE, AVERAGES_ERR = 0.25, 0.4
 PRECESSION = Limit("precession/orbital rate", 4.0, why="the averages pass resonances with 4u")
 
 
+def check_regular(name: str, cosine) -> None:
+    """ValueError where the cosine of an angle, by which rates are divided, is nothing."""
+    if np.min(np.abs(cosine), initial=1.0) < 1e-9:
+        raise ValueError(
+            f"{name}: must stay off 90 deg, where the angles are singular; received it"
+        )
+
+
 def check_slow(slow) -> None:
     """ValueError unless slow variables are within their ranges."""
     within(LENGTH, slow.l)

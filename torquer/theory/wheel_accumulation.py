@@ -24,6 +24,7 @@ PHASES = 720
 
 
 RATE = Limit("rate_rad_s", 0.0, open=True)
+DENSITY, RADIUS = Limit("density_kg_m3", 0.0), Limit("radius_m", 0.0, open=True)
 LENGTH = Limit("length of the normal", 1.0 - 1e-9, 1.0 + 1e-9)
 #: Fewest instants of a revolution at which the torque tells its first harmonics.
 FEWEST = Limit("instants of a revolution", 12)
@@ -62,6 +63,7 @@ def held_torque(inertia_kg_m2, rate_rad_s: float, axes, push_n_m=(0.0, 0.0, 0.0)
     For small angles (a, b, c) of the offset it is w^2 (-4 (I3 - I2) a, (I1 - I3) b,
     3 (I2 - I1) c) and the push; here for any. Source: WHEEL (6.7).
     """
+    within(RATE, rate_rad_s)
     inertia, (up, _, normal) = np.asarray(inertia_kg_m2), np.asarray(axes)
     tide = as_vector(np.sqrt(3.0) * rate_rad_s * up)
     gravity = np.array(gravity_gradient_torque(as_symmetric(inertia), tide))
@@ -75,6 +77,9 @@ def air_torque(
 
     The air turns with the Earth; without an inclination it rests, as WHEEL has it.
     """
+    within(RATE, rate_rad_s)
+    within(DENSITY, density_kg_m3)
+    within(RADIUS, radius_m)
     if inclination_rad is None:
         wind = np.zeros((PHASES, 2))
     else:
