@@ -12,7 +12,6 @@ from torquer.control.bdot import BdotRate
 from torquer.theory.averaging import averaged_rates, nodes, settled_nodes
 from torquer.theory.comparison import compare, fitted_order, resonances
 from torquer.theory.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
-from torquer.theory.evolution.first_stage import FIRST_STAGES
 from torquer.theory.evolution.model import Case, Slow, compile_rates
 from torquer.theory.floquet import degree_of_stability, exponents
 from torquer.theory.full_motion import Fast, by_euler, osculating, slow_of
@@ -250,7 +249,7 @@ def answered(action):
 
 @MANY
 @given(
-    name=st.sampled_from([*EVOLUTIONS, *FIRST_STAGES]),
+    name=st.sampled_from(list(EVOLUTIONS)),
     start=st.tuples(st.one_of(st.floats(1e-3, 10.0), numbers), angles, numbers, angles),
     eps=st.floats(-200.0, 200.0),
     ratio=st.one_of(st.floats(0.0, 2.0), numbers),
@@ -259,7 +258,7 @@ def answered(action):
     end=st.floats(-20.0, 20.0),
 )
 def test_slow_motion_is_valid_or_refused(name, start, eps, ratio, inclination, target, end):
-    evolution = (EVOLUTIONS | FIRST_STAGES)[name]
+    evolution = EVOLUTIONS[name]
     u, case = np.linspace(0.0, end, 5), case_of(inclination, ratio, eps, target)
     path = answered(lambda: evolve(evolution, case, Slow(*start), u, rtol=1e-8))
     if path is None:
