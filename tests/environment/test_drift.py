@@ -203,20 +203,22 @@ def bent(places):
 def test_a_bend_at_a_knot_does_no_harm_and_any_other_is_seen():
     groups, t = (slice(3, 6),), np.linspace(0.0, 6000.0, 60_001)
     one, two = bent((1234.5,)), bent((1234.5, 4321.0))
-    table = build(one, 6000.0, 60.0, DEGREE, 1234.5)
+    table = build(one, 6000.0, 60.0, DEGREE, knot_s=1234.5)
     smooth = build(bent(()), 6000.0, 60.0, DEGREE)
     assert read_error(table, one, t) < 1.01 * read_error(smooth, bent(()), t)
     assert read_error(build(one, 6000.0, 60.0, DEGREE), one, t) > 5e-9
-    proven = build_proven(two, 6000.0, 60.0, 1e-9, groups, (1234.5, 4321.0))
+    proven = build_proven(two, 6000.0, 60.0, 1e-9, groups, bends_s=(1234.5, 4321.0))
     assert read_error(proven.table, two, t) <= proven.relative_error <= 1e-9
     # where the error of a smooth function peaks, that of a bend does not: the check would miss it
     worst = max(
         read_error(table, two, t) / (1.5 * measured_error(table, two, groups))
-        for table in (build(two, 6000.0, h, DEGREE, 1234.5) for h in (60.0, 57.0, 55.0, 50.0))
+        for table in (
+            build(two, 6000.0, h, DEGREE, knot_s=1234.5) for h in (60.0, 57.0, 55.0, 50.0)
+        )
     )
     assert worst > 1.0
     for h in (60.0, 57.0, 55.0, 50.0):
-        table = build(two, 6000.0, h, DEGREE, 1234.5)
+        table = build(two, 6000.0, h, DEGREE, knot_s=1234.5)
         assert read_error(table, two, t) <= 1.5 * measured_error(table, two, groups, (4321.0,))
 
 

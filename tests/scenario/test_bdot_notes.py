@@ -27,7 +27,7 @@ def told(make):
     return lambda *changes: [
         note
         for note in notes_of(make({k: v for each in changes for k, v in each.items()}))
-        if "within one step" not in note
+        if "within one step" not in note and "RK4 with a step of" not in note
     ]
 
 
@@ -78,7 +78,7 @@ def test_every_form_of_b_dot_has_its_limit(told, kind, words):
 @pytest.mark.parametrize("kind", ["nutation_damping", "nutation_damping_rate",
                                   "nutation_damping_derivative"])  # fmt: skip
 def test_nutation_damping_is_told_of_the_precession(told, kind):
-    round_body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0]}
+    round_body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0], "simulation.step_s": 0.5}
     limit = sampling_limit_rad_s(2.0 if kind == "nutation_damping" else 0.0, 2.0, 0.5)
     spin = {"initial.rate_deg_s": [0.0, 0.0, 2.0 * 1.02 * math.degrees(limit)]}  # L/A: half of it
     (note,) = told(law(kind), HELD, round_body, spin)

@@ -25,8 +25,6 @@ if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
 
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
-#: Variables that are known of the whole run, not of each record.
-OF_THE_WHOLE = ("coil_energy", "peak_coil_dipole", "checkpoint")
 _XYZ = ("time", "axis")
 #: Recorded columns: name, first and last column, unit, frame, meaning.
 _RECORDED = (
@@ -69,6 +67,11 @@ def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
     """
     data = part.assign(_totals(run)).assign(_checkpoint(run))
     return data.assign_attrs(_attributes(run, how, ended))
+
+
+def of_the_whole(result: xr.Dataset) -> list[str]:
+    """Names of the variables that are known of the whole run, not of each record."""
+    return [name for name, values in result.data_vars.items() if "time" not in values.dims]
 
 
 def _coordinates(scenario: Scenario, t_s):
@@ -147,7 +150,7 @@ def _surroundings(run: Run, t_s, rows) -> dict:
 
 
 def _totals(run: Run) -> dict:
-    """What the coils have done since the start."""
+    """What the coils, and the integrator by itself, have done since the start."""
     coils = run.scenario.spacecraft.coils
     power = coils.power_at_limit_w if coils else None
     note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")

@@ -13,8 +13,8 @@ from torquer.simulation.result import (
     COMPLETE,
     FAILED,
     INTERRUPTED,
-    OF_THE_WHOLE,
     STOPPED,
+    of_the_whole,
     restore,
     scenario_of,
 )
@@ -88,7 +88,7 @@ def resume(
     _check_size(scenario, None)
     run = prepare(scenario, law, wheel_law)
     restore(run, result)
-    earlier = result.isel(time=slice(0, run.first_row)).drop_vars(OF_THE_WHOLE)
+    earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
     return finish(run, InMemory(earlier), until_s, progress)
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.simulation.result import INTERRUPTED, OF_THE_WHOLE, part_of, save, with_state
+from torquer.simulation.result import INTERRUPTED, of_the_whole, part_of, save, with_state
 from torquer.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def _append(part: xr.Dataset, path: Path, first_row: int) -> None:
         for name, values in part.variables.items():
             if "time" in values.dims:
                 file.variables[name][first_row:end] = _stored(values)
-        for name in OF_THE_WHOLE:
+        for name in of_the_whole(part):
             file.variables[name][...] = part[name].values
         for name, value in part.attrs.items():
             file.attrs[name] = value

@@ -223,8 +223,8 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "in 106 and 85 deg. With the target 19.6 deg from the end that is spun up, as one reads "
-        "the text, the standard scheme leaves up to 73 deg to the last stage (81 in fifty more "
-        "attitudes); the momentum starts 35 to 74 deg from such a target. With 160.4 deg, or with "
+        "the text, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes; "
+        "the momentum starts 35 to 74 deg from such a target. With 160.4 deg, or with "
         "19.6 deg and a spin against the initial one, both numbers lie in the range of the "
         "attitudes that were run; the text gives none. The proposed scheme leaves less and takes "
         "less time, as in the text. The end is some degrees off for the diagonal part of the "
