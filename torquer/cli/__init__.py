@@ -6,11 +6,15 @@ import signal
 import sys
 import threading
 
-INTERRUPTED_CODE = 130
+from torquer.cli.output import let_streams_take_any_text
+
+FAILED_CODE, INTERRUPTED_CODE = 1, 130
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point: exit 0 when all went well, 2 on a user's mistake, 130 on an interrupt."""
+    """Entry point: exit 0 when all went well, 1 if a run failed or a verdict is not the declared
+    one, 2 on a user's mistake, 130 on an interrupt."""
+    let_streams_take_any_text()
     try:
         with _interrupts_of_imports():
             from torquer.cli.app import answer

@@ -1,7 +1,5 @@
 """The commands: thin ones over the package; every mistake is one clear line, exit 2."""
 
-import os
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -9,6 +7,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
+from torquer.cli.output import drop_output, finish_output, tell_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
 
@@ -71,12 +70,14 @@ def version(*, json: Json = False) -> int:
 
 def answer(arguments: list[str] | None = None) -> int | None:
     """Carry out a command; its exit code: 2 on a user's mistake, none or 0 when all went well."""
+    code = 0
     try:
-        return app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        finish_output()
     except BrokenPipeError:  # the reader, `head` say, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
+        drop_output()
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
-        for line in str(error).splitlines() or [repr(error)]:
-            print(f"error: {line}", file=sys.stderr)
-        return 2
+        tell_error(str(error) or repr(error))
+        drop_output()
+        code = 2
+    return code

@@ -181,11 +181,9 @@ def _option(key: re.Match) -> str:
 
 
 def _orbit_of_tle(path: Path) -> Sgp4:
-    try:
-        text = Path(path).read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise ValueError(f"--tle: must be a readable file; received {path} ({reason})") from None
+    from torquer.scenario.load import text_of
+
+    text = text_of(Path(path), "--tle")
     try:
         return Sgp4(tle=text)
     except ValidationError as error:

@@ -14,6 +14,7 @@ from torquer.cli.field_options import (
     label,
     moment,
 )
+from torquer.cli.output import make_writable, writing_to
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
 from torquer.environment.field.at_point import point_field
 from torquer.time import decimal_year
@@ -75,13 +76,14 @@ def _point_lines(told: dict) -> list[str]:
 def orbit(way: Way, models: tuple, t_s, out: Path | None, as_json: bool) -> int:
     """Print the field along an orbit; draw it if a folder is given."""
     if out is not None:
-        _folder(out)
+        make_writable(out)
     along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
     labels = [label(model) for model in models]
     if out is not None:
         from torquer.report.field_pictures import draw_along
 
-        draw_along(along, labels, f"{way.name}, from {_stamp(way.start)}", out)
+        with writing_to(out):
+            draw_along(along, labels, f"{way.name}, from {_stamp(way.start)}", out)
     if as_json:
         print(json_.dumps(_told_along(way, along, labels)))
         return 0
@@ -154,13 +156,13 @@ def globe(element: str, when: str, alt_km: float, model, out: Path, as_json: boo
     check_place(0.0, 0.0, alt_km)
     check_earth_fixed(model)
     utc = moment(when)
-    _folder(out)
+    make_writable(out)
     from torquer.report.field_map import draw_map, field_map
 
     grid = field_map(model, decimal_year(utc), alt_km)
-    path = draw_map(
-        grid, element, f"{label(model)}, {utc:%Y-%m-%d}, {alt_km:g} km", out / f"map_{element}.png"
-    )
+    title = f"{label(model)}, {utc:%Y-%m-%d}, {alt_km:g} km"
+    with writing_to(out):
+        path = draw_map(grid, element, title, out / f"map_{element}.png")
     told = {
         "model": label(model), "date": utc.isoformat(), "altitude_km": alt_km, "element": element,
         "unit": grid.unit_of(element), **grid.extremes(element), "picture": str(path),
@@ -182,12 +184,13 @@ def cone(way: Way, models: tuple, t_s, out: Path, as_json: bool) -> int:
     """Draw the cone and the hodographs; print how far from it they go."""
     from torquer.report.field_cone import cone_of, draw_cone, write_cone_page
 
-    _folder(out)
+    make_writable(out)
     along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
     labels, title = [label(m) for m in models], f"{way.name}, from {_stamp(way.start)}"
     shape = cone_of(way.orbit)
-    draw_cone(along, labels, shape, title, out / "cone.png")
-    write_cone_page(along, labels, shape, title, out / "cone.html")
+    with writing_to(out):
+        draw_cone(along, labels, shape, title, out / "cone.png")
+        write_cone_page(along, labels, shape, title, out / "cone.html")
     told = _told_cone(way, along, labels, shape)
     if as_json:
         print(json_.dumps(told, indent=2))
@@ -223,13 +226,6 @@ def _told_cone(way: Way, along: FieldsAlong, labels: list[str], shape) -> dict:
         "b0_nt": 1e9 * shape.b0_t,
         "models": models,
     }
-
-
-def _folder(out: Path) -> None:
-    """Make sure of the folder before anything is computed."""
-    from torquer.cli.simulate import make_writable
-
-    make_writable(out)
 
 
 def _number(value) -> float | None:

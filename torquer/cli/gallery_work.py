@@ -5,8 +5,7 @@ import json as json_
 import sys
 from pathlib import Path
 
-from rich.console import Console
-
+from torquer.cli.output import console, make_writable, tell_error, writing_to
 from torquer.gallery.catalogue import ROW_OF
 from torquer.gallery.entry import Entry, Outcome, Verdict
 from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
@@ -25,7 +24,7 @@ def show_list(as_json: bool) -> int:
             {"id": id_, "verdict": states[id_], "content": row.content, "expected": row.expected}
             for id_, row in ROW_OF.items()
         ]
-        print(json_.dumps(told, indent=2, ensure_ascii=False))
+        print(json_.dumps(told, indent=2))
         return 0
     for id_, row in ROW_OF.items():
         print(f"{id_:<15} {states[id_]:<15} {row.content}")
@@ -52,20 +51,9 @@ def run_all(as_json: bool, out: Path, docs: Path | None) -> int:
 def _computed(entries: list[Entry], out: Path, small: Path | None) -> list[Outcome]:
     for option, folder in (("--out", out), ("--docs", small)):
         if folder:
-            _make(option, folder)
-    with _progress(len(entries)) as progress:
+            make_writable(folder, option)
+    with _progress(len(entries)) as progress, writing_to(out):
         return compute_all(entries, out, small, progress)
-
-
-def _make(option: str, folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / ".writable").touch()
-        (folder / ".writable").unlink()
-    except OSError as error:
-        raise ValueError(
-            f"{option}: must be a folder that can be written; received {folder} ({error.strerror})"
-        ) from None
 
 
 @contextlib.contextmanager
@@ -76,7 +64,7 @@ def _progress(total: int):
         return
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with Progress(console=console(stderr=True), transient=True) as bar:
         task = bar.add_task("gallery", total=total)
         yield lambda name, count: bar.update(task, completed=count, description=name)
 
@@ -85,17 +73,16 @@ def _told(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
     """Print what came out; the exit code."""
     if as_json:
         told = [outcome.as_data() for outcome in outcomes]
-        print(json_.dumps(told, indent=2, ensure_ascii=False))
+        print(json_.dumps(told, indent=2))
     else:
         for outcome in outcomes:
             _print(outcome)
         print(f"{out}: results.json, {sum(len(o.pictures) for o in outcomes)} pictures")
     wrong = [outcome for outcome in outcomes if not outcome.as_declared]
     for outcome in wrong:
-        print(
-            f"error: gallery {outcome.entry.id}: must come out as declared, "
-            f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'",
-            file=sys.stderr,
+        tell_error(
+            f"gallery {outcome.entry.id}: must come out as declared, "
+            f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'"
         )
     return NOT_AS_DECLARED if wrong else 0
 

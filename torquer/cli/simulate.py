@@ -6,10 +6,11 @@ import os
 import sys
 from pathlib import Path
 
-from rich.console import Console
+import numpy as np
 
 import torquer
-from torquer.cli import INTERRUPTED_CODE
+from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
+from torquer.cli.output import console, make_writable, tell_error, writing_to
 from torquer.scenario.load import load_scenario
 from torquer.scenario.notes import notes_of
 from torquer.simulation.resolution import notes_on_steps
@@ -24,20 +25,19 @@ from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
 from torquer.simulation.store import lazily
 
-_console = Console(stderr=True)
-
 
 def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
+    check_surroundings(scenario)
     make_writable(out)
     path = out / "result.nc"
     if not go_on:
         _keep_interrupted(out)
     _print_notes(notes_of(scenario))
     code, stopped = 0, None
-    with _progress(scenario.name) as progress:
+    with writing_to(out), _progress(scenario.name) as progress:
         try:
             if go_on:
                 _check_earlier(path, scenario)
@@ -46,18 +46,18 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
                 result = simulate(scenario, progress=progress, to=path)
         except RunStopped as error:
             result, stopped = error.result, str(error)
-            code = INTERRUPTED_CODE if error.interrupted else 2
-    summary = _write(result, out)
+            code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
+        summary = _write(result, out)
     _show(summary, out, as_json)
     _print_notes(notes_on_steps(result))
     if stopped:
-        print(f"error: {stopped}; what was computed is in {out}", file=sys.stderr)
+        tell_error(f"{stopped}; what was computed is in {out}")
     return code
 
 
 def _print_notes(notes: list[str]) -> None:
     for note in notes:
-        _console.print(f"note: {note}", style="yellow", highlight=False, soft_wrap=True)
+        console(stderr=True).print(f"note: {note}", style="yellow", soft_wrap=True)
 
 
 def validate(scenario_path: Path, as_json: bool) -> int:
@@ -86,21 +86,36 @@ def validate(scenario_path: Path, as_json: bool) -> int:
 
 def _checked(scenario_path: Path):
     """The scenario and its size, if its law, field, date and orbit can be used and it can fit."""
-    scenario, compiled = load_scenario(scenario_path), True
-    for law in (scenario.control.law, scenario.control.wheel_law):
-        if law is not None:
-            own = law.law()
-            own.pack()
-            compiled = compiled and own.compiled
-    size = size_of(scenario, compiled)
+    scenario = load_scenario(scenario_path)
+    size = size_of(scenario, check_usable(scenario))
     check_memory(size, to_file=True)
     check_disk(size, Path())
+    return scenario, size
+
+
+def check_usable(scenario) -> bool:
+    """Raise `ValueError` if a law or the surroundings of a scenario cannot be used.
+
+    Whether all of its laws are compiled.
+    """
+    specs = [law for law in (scenario.control.law, scenario.control.wheel_law) if law is not None]
+    laws = [spec.law() for spec in specs]
+    for law in laws:
+        law.pack()
+    check_surroundings(scenario)
+    return all(law.compiled for law in laws)
+
+
+def check_surroundings(scenario) -> None:
+    """Raise `ValueError` if field, date, orbit or air of a scenario cannot be used."""
     around, t_s = scenario.surroundings(), _looks(scenario)
     around.check_dates(*t_s[[0, -1]])
     around.sample(t_s)
-    if scenario.spacecraft.aerodynamics:
-        around.flow(t_s)
-    return scenario, size
+    if scenario.spacecraft.aerodynamics and not np.isfinite(around.flow(t_s)).all():
+        raise ValueError(
+            "environment.atmosphere: must have a finite density along the orbit; received one "
+            "beyond the range of floats"
+        )
 
 
 def version(as_json: bool) -> int:
@@ -119,23 +134,8 @@ def version(as_json: bool) -> int:
 
 def _looks(scenario):
     """Times at which models are tried: both ends of the run, and all around the first orbit."""
-    import numpy as np
-
     end = scenario.steps() * scenario.simulation.step_s
     return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
-
-
-def make_writable(out: Path) -> None:
-    """Find out before the run, not after it, that the results can be written."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        probe = out / ".writable"
-        probe.write_text("")
-        probe.unlink()
-    except OSError as error:
-        raise ValueError(
-            f"--out: must be a folder that can be written; received {out} ({error.strerror})"
-        ) from None
 
 
 def _keep_interrupted(out: Path) -> None:
@@ -181,7 +181,7 @@ def _progress(name: str):
         return
     from rich.progress import Progress
 
-    with Progress(console=_console, transient=True) as bar:
+    with Progress(console=console(stderr=True), transient=True) as bar:
         task = bar.add_task(name, total=1.0)
         yield lambda part: bar.update(task, completed=part)
 
@@ -208,5 +208,5 @@ def _show(summary: dict, out: Path, as_json: bool) -> None:
     table = Table(title=summary["scenario"], show_header=False, title_justify="left")
     for row in rows_of(summary):
         table.add_row(*row)
-    Console().print(table)
+    console().print(table)
     print(f"{os.fspath(out)}: result.nc, summary.json, report.html, plots/")

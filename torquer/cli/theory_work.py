@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from torquer.cli import theory_text as text
-from torquer.cli.theory_options import Question
+from torquer.cli.output import make_writable, writing_to
+from torquer.cli.theory_options import Question, in_range
 from torquer.cli.theory_sampling import sampling_lines, sampling_notes, sampling_told
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.comparison import resonances
@@ -38,16 +39,24 @@ _GRID = 61
 _POINTED = ("reorientation", "preliminary_1", "preliminary_2")
 
 
-def show(asked: Question, part, revolutions, latex: bool, out: Path | None, as_json: bool) -> int:
-    """Print what the averaged motion says; draw it if a folder is given."""
+def _check(revolutions: float | None) -> None:
     if revolutions is not None and not 0.0 < revolutions < math.inf:
         raise ValueError(f"--revolutions: must be a positive number; received {revolutions:g}")
+    in_range("--revolutions", "revolutions", revolutions, 0.0)
+
+
+def show(asked: Question, part, revolutions, latex: bool, out: Path | None, as_json: bool) -> int:
+    """Print what the averaged motion says; draw it if a folder is given."""
+    _check(revolutions)
+    if out is not None:
+        make_writable(out)
     formulas = _latex(asked.law) if latex else None
     told, courses = _told(asked, part, revolutions)
     if formulas:
         told["latex"] = formulas
     if out is not None:
-        told["pictures"] = _draw(asked, told["course_revolutions"], courses, out)
+        with writing_to(out):
+            told["pictures"] = _draw(asked, told["course_revolutions"], courses, out)
     if as_json:
         print(json_.dumps(told, indent=2))
         return 0
@@ -261,6 +270,7 @@ def _symbolic_law(law: str):
 
 def design(asked: Question, part: float, revolutions: float | None, as_json: bool) -> int:
     """Print how long each gain takes, and the gain for a time."""
+    _check(revolutions)
     times = _times(asked, part)
     evolution, spinner = asked.evolution, asked.spinner
     gains = [asked.gain * x for x in _PARTS] if asked.gain else [
@@ -331,7 +341,6 @@ def _draw(asked: Question, revolutions: float, courses: dict, out: Path) -> list
     """evolution.png and map.png."""
     from torquer.report.theory_pictures import draw_evolution, draw_map
 
-    out.mkdir(parents=True, exist_ok=True)
     case, end, pointed = asked.case, _TURN * revolutions, asked.law in _POINTED
     u = next(iter(courses.values())).u
     title = f"{asked.law}, {asked.name}, eps = {case.eps:.3g}"

@@ -4,9 +4,9 @@ import json as json_
 from pathlib import Path
 
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
+from torquer.cli.output import console, make_writable, writing_to
 from torquer.report.wheel_report import report_of
 from torquer.report.wheel_tables import failure_rows, layout_rows, summary_rows
 from torquer.scenario.wheels import load_wheels
@@ -19,19 +19,17 @@ def show(path: Path, out: Path | None, as_json: bool) -> int:
     """Print the report on a design; draw it if a folder is given."""
     design = load_wheels(path)
     if out is not None:
-        from torquer.cli.simulate import make_writable
-
         make_writable(out)
     report = report_of(design)
     made = [] if out is None else _draw(design, report, out)
     if as_json:
         print(json_.dumps(report, indent=2))
         return 0
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=_WIDTH)
+    screen = console()
+    if not screen.is_terminal:
+        screen = console(width=_WIDTH)
     for table in tables(report):
-        console.print(table)
+        screen.print(table)
     if made:
         print(f"{out}: {', '.join(made)}")
     return 0
@@ -41,8 +39,9 @@ def _draw(design, report: dict, out: Path) -> list[str]:
     from torquer.report.wheel_page import write_page
     from torquer.report.wheel_pictures import draw_all
 
-    made = draw_all(design, report, out)
-    return [path.name for path in (*made, write_page(design, report, out / "wheels.html"))]
+    with writing_to(out):
+        made = draw_all(design, report, out)
+        return [path.name for path in (*made, write_page(design, report, out / "wheels.html"))]
 
 
 def tables(report: dict) -> list[Table]:

@@ -155,5 +155,8 @@ def _own_line(keys: tuple, text: str) -> str:
 
 
 def _shown(value) -> str:
-    shown = repr(value)
+    try:
+        shown = repr(value)
+    except ValueError:  # Python does not write out the longest integers
+        return "a number of thousands of digits"
     return shown if len(shown) <= _LONGEST else shown[:_LONGEST] + "..."

@@ -1,6 +1,7 @@
 """From a TOML file to a `Scenario`; every mistake becomes one clear line."""
 
 import re
+import sys
 import tomllib
 from pathlib import Path
 
@@ -9,34 +10,66 @@ from pydantic import ValidationError
 from torquer.scenario.explain import explain, name_of
 from torquer.simulation.spec import Scenario
 
+#: More levels of tables and lists than any scenario needs.
+_LEVELS = 32
 _PRESETS = Path(__file__).with_name("presets")
 
 
 class ScenarioError(ValueError):
-    """What is wrong with a scenario: one line per mistake."""
+    """What is wrong with a file: one line per mistake."""
 
 
 def load_scenario(path) -> Scenario:
     """The scenario of a TOML file; files it names are looked up beside it."""
     path = Path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise ScenarioError(
-            f"scenario: must be a readable file; received {path} ({reason})"
-        ) from None
-    return scenario_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem), path.parent)
+    text = text_of(path, "scenario")
+    return scenario_from_text(text, name_after(path), path.parent)
 
 
 def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> Scenario:
     """The scenario of a TOML text. `name` is used where the text gives none."""
+    return scenario_from_data({"name": name, **data_of(text, "scenario")}, folder)
+
+
+def text_of(path: Path, what: str) -> str:
+    """The text of a file; `what` it must be, in the message."""
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        raise ScenarioError(
+            f"{what}: must be a readable file; received {path} ({reason})"
+        ) from None
+
+
+def name_after(path: Path) -> str:
+    """The name of what is in a file that gives none."""
+    return re.sub(r"^[.-]|[^\w.-]", "_", path.stem)
+
+
+def data_of(text: str, what: str) -> dict:
+    """What a TOML text holds; `what` it must be, in the message."""
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise ScenarioError(f"scenario: must be TOML; received: {error}") from None
-    data.setdefault("name", name)
-    return scenario_from_data(data, folder)
+        deep = not _within_levels(data)
+    except RecursionError:
+        deep = True
+    except ValueError as error:  # of TOML, or a number with too many digits
+        raise ScenarioError(f"{what}: must be TOML; received: {error}") from None
+    if deep:
+        raise ScenarioError(
+            f"{what}: must have at most {_LEVELS} levels of tables and lists; received more"
+        )
+    return data
+
+
+def _within_levels(data: dict) -> bool:
+    """Whether tables and lists are in each other no deeper than that."""
+    level = [data]
+    for _ in range(_LEVELS):
+        inner = (part.values() if isinstance(part, dict) else part for part in level)
+        level = [x for part in inner for x in part if isinstance(x, dict | list)]
+    return not level
 
 
 def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
@@ -76,10 +109,25 @@ def _with_presets(table: dict, place: tuple) -> dict:
 
 
 def _find_law_files(data: dict, folder: Path) -> None:
+    """Whole paths in place of those relative to the folder."""
     control = data.get("control") if isinstance(data.get("control"), dict) else {}
-    for law in (control.get("law"), control.get("wheel_law")):
+    for key in ("law", "wheel_law"):
+        law = control.get(key)
         if isinstance(law, dict) and isinstance(law.get("file"), str):
-            law["file"] = str((folder / law["file"]).resolve())
+            law["file"] = _whole_path(f"control.{key}.file", folder / law["file"])
+
+
+def _whole_path(key: str, path: Path) -> str:
+    """The path from the root, as text that can be stored."""
+    try:
+        whole = str(path.resolve())
+        whole.encode()
+    except (OSError, ValueError, RuntimeError) as error:
+        raise ScenarioError(
+            f"{key}: must be a path in the encoding of the file system "
+            f"({sys.getfilesystemencoding()}) and in UTF-8; received {str(path)!r} ({error})"
+        ) from None
+    return whole
 
 
 def scenario_schema() -> dict:

@@ -4,8 +4,6 @@ A scenario with wheels is taken for a design, too: of its wheels and its body.
 """
 
 import math
-import re
-import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,13 @@ from pydantic import Field, ValidationError, model_validator
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.orbit.kepler import FARTHEST_KM, mean_motion
 from torquer.scenario.explain import explain
-from torquer.scenario.load import ScenarioError, scenario_from_data
+from torquer.scenario.load import (
+    ScenarioError,
+    data_of,
+    name_after,
+    scenario_from_data,
+    text_of,
+)
 from torquer.spacecraft.aerodynamics import AnyPart, Surface
 from torquer.spacecraft.body import Body
 from torquer.spec import Spec, Vector
@@ -101,11 +105,10 @@ def load_wheels(path) -> WheelDesign:
     """The design, or the scenario, of a TOML file; `WheelsError` with one line per mistake."""
     path = Path(path)
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise WheelsError(f"design: must be a readable file; received {path} ({reason})") from None
-    return wheels_from_text(text, re.sub(r"^[.-]|[^\w.-]", "_", path.stem), path.parent)
+        text = text_of(path, "design")
+    except ScenarioError as error:
+        raise WheelsError(str(error)) from None
+    return wheels_from_text(text, name_after(path), path.parent)
 
 
 def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> WheelDesign:
@@ -114,24 +117,19 @@ def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> 
     `name` is used where the text gives none; files that a scenario names are in `folder`.
     """
     try:
-        data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise WheelsError(f"design: must be TOML; received: {error}") from None
-    data.setdefault("name", name)
-    if "spacecraft" in data:
-        return _of_scenario(data, folder)
-    try:
+        data = {"name": name, **data_of(text, "design")}
+        if "spacecraft" in data:
+            return _of_scenario(data, folder)
         return WheelDesign.model_validate(data)
     except ValidationError as error:
         raise WheelsError("\n".join(explain(error, data))) from None
+    except ScenarioError as error:
+        raise WheelsError(str(error)) from None
 
 
 def _of_scenario(data: dict, folder: Path) -> WheelDesign:
     """The wheels and the body of a scenario."""
-    try:
-        scenario = scenario_from_data(data, folder)
-    except ScenarioError as error:
-        raise WheelsError(str(error)) from None
+    scenario = scenario_from_data(data, folder)
     craft = scenario.spacecraft
     if craft.wheels is None:
         raise WheelsError("spacecraft.wheels: must be given for a design of wheels; received none")

@@ -23,6 +23,8 @@ from torquer.wheel_array.layout import total_momentum
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
     import xarray as xr
 
+#: What a stored result takes beside its numbers, and some more [bytes].
+_OVERHEAD = 2**18
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
 _XYZ = ("time", "axis")
@@ -303,8 +305,21 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """
     path = Path(path)
     unfinished = path.with_name(path.name + ".part")
+    _reserve(unfinished, result.nbytes + _OVERHEAD)
     result.to_netcdf(unfinished, engine="h5netcdf", **(how or {}))
     os.replace(unfinished, path)
+
+
+def _reserve(path: Path, size: int) -> None:
+    """OSError if a file cannot have that size: HDF5 itself crashes on a full disk."""
+    if not hasattr(os, "posix_fallocate"):  # not on Windows
+        return
+    try:
+        with path.open("wb") as file:
+            os.posix_fallocate(file.fileno(), 0, size)
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def load(path) -> xr.Dataset:
