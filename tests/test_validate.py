@@ -101,6 +101,98 @@ def test_what_is_no_rotation_is_told(value, told):
         validate.rotation_matrix("R", value)
 
 
+def test_directions_of_any_size_become_unit_vectors():
+    for size in (1e-320, 1e-300, 1e-150, 1e150, 1e200, 1.7e308):
+        with np.errstate(all="raise", under="ignore"):
+            rows = validate.unit_rows("axes", [[size, 0.0, -size], [0.0, size, 0.0]])
+        assert rows == pytest.approx(np.array([[0.5**0.5, 0.0, -(0.5**0.5)], [0.0, 1.0, 0.0]]))
+
+
+def test_numbers_beyond_floats_and_inertia_beyond_bodies():
+    with pytest.raises(ValueError, match=r"^x: must be numbers that a float can hold$"):
+        validate.finite("x", [10**400])
+    for moments, told in (
+        ((1e13, 1e13, 1e13), r"J: must be at most 1e\+12 kg m\^2; received 1e\+13"),
+        ((1e-13, 1e-13, 1e-13), "J: principal moments must be at least 1e-12 kg m\\^2; received 1"),
+    ):
+        with pytest.raises(ValueError, match=f"^{told}"):
+            validate.inertia_tensor("J", moments)
+
+
+@pytest.mark.parametrize(
+    ("key", "unit"),
+    [
+        ("limit_a_m2", "a_m2"),
+        ("a_m2", "a_m2"),
+        ("inertia_kg_m2", "kg_m2"),
+        ("area_m2", "m2"),
+        ("rate_deg_s", "deg_s"),
+        ("sample_s", "s"),
+        ("gain_per_s", "per_s"),
+        ("viscous_friction_n_m_s", "n_m_s"),
+        ("rate_gain_n_m_s_per_t2", "n_m_s_per_t2"),
+        ("altitude_km", "km"),
+        ("scale_height_km", "height_km"),
+        ("damping", ""),
+        ("atoms", ""),
+    ],
+)
+def test_a_key_has_the_range_of_its_unit(key, unit):
+    assert validate.range_of(key) is validate.RANGES[unit]
+
+
+def test_ranges_are_ranges():
+    for least, greatest in validate.RANGES.values():
+        assert 0.0 <= least < greatest < np.inf
+
+
+class Ranged(Spec):
+    """Numbers of every sign."""
+
+    limit_a_m2: float = Field(default=1.0, gt=0.0)
+    noise_nt: float = Field(default=0.0, ge=0.0)
+    bias_nt: Vector = (0.0, 0.0, 0.0)
+    angle_deg: float = Field(default=1.0, gt=0.0, le=180.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    either_s: float | tuple[float, ...] = 1.0
+    number: int = 1
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ({"limit_a_m2": 2e-301}, "at least 1e-12"),
+        ({"limit_a_m2": 1e200}, r"at most 1e\+09"),
+        ({"limit_a_m2": 10**400}, r"at most 1e\+09"),
+        ({"limit_a_m2": 0.0}, "greater than 0"),
+        ({"limit_a_m2": -1.0}, "greater than 0"),
+        ({"noise_nt": 1e-10}, "at least 1e-09"),
+        ({"bias_nt": (0.0, -1e13, 0.0)}, r"within -1e\+12..1e\+12"),
+        ({"bias_nt": (0.0, 0.0, -(10**400))}, r"within -1e\+12..1e\+12"),
+        ({"angle_deg": 1e200}, "less than or equal to 180"),
+        ({"either_s": 1e20}, r"within -1e\+10..1e\+10"),
+        ({"either_s": (1.0, 1e20)}, r"within -1e\+10..1e\+10"),
+        ({"number": 10**400}, "an integer of 64 bits"),
+    ],
+)
+def test_what_is_out_of_range_is_told(keys, told):
+    for spec, data in ((Ranged, keys), (Within, {"ranged": keys}), (Within, {"all": [keys]})):
+        with pytest.raises(ValidationError, match=told):
+            spec.model_validate(data)
+
+
+class Within(Spec):
+    """Specs within a spec, whose checks are done once."""
+
+    ranged: Ranged = Ranged()
+    all: tuple[Ranged, ...] = ()
+
+
+def test_zero_is_no_small_number_and_what_rounding_leaves_is_let_in():
+    made = Ranged(noise_nt=0, bias_nt=(1e-300, -5e-324, 1e12), axis=(1e300, -1e-300, 0))
+    assert made.bias_nt == (1e-300, -5e-324, 1e12) and made.noise_nt == 0.0
+
+
 class Thing(Spec):
     """A spec as the rooms have them."""
 

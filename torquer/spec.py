@@ -5,8 +5,9 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 """
 
 import copy
+import math
 from collections.abc import Mapping
-from typing import Annotated, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler
@@ -14,6 +15,7 @@ from pydantic_core import CoreSchema, PydanticCustomError
 from pydantic_core.core_schema import no_info_before_validator_function
 
 from torquer import validate
+from torquer.validate import out_of_range
 
 
 def _tensor(value):
@@ -35,15 +37,42 @@ Moments = Annotated[Vector, AfterValidator(_moments)]
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
 
 
-def _number(value):
-    if isinstance(value, _NO_NUMBERS):
-        raise PydanticCustomError("float_parsing", "Input should be a valid number")
-    return value
+class _Number(NamedTuple):
+    """Check of a number before pydantic's own: a number, and in the range of its key.
+
+    `low`: 0 for a quantity that is not negative, None for any other. `own`: it has a greatest
+    value of its own.
+    """
+
+    key: str
+    low: float | None
+    own: bool
+
+    def __call__(self, value):
+        """The value as it is, for pydantic to go on with."""
+        if isinstance(value, _NO_NUMBERS):
+            raise PydanticCustomError("float_parsing", "Input should be a valid number")
+        must = out_of_range(self.key, _as_float(value), self.low)
+        if must and (not self.own or must.startswith("at least")):
+            raise PydanticCustomError("out_of_range", "Input should be {must}", {"must": must})
+        return value
+
+
+def _as_float(value) -> float:
+    """The number, infinite for a longer integer; 0 for what pydantic is to refuse."""
+    if not isinstance(value, int | float | np.number):
+        return 0.0
+    try:
+        return float(value) if math.isfinite(value) else 0.0
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
 
 
 def _whole_number(value):
     if isinstance(value, _NO_NUMBERS):
         raise PydanticCustomError("int_parsing", "Input should be a valid integer")
+    if isinstance(value, int) and abs(value) >= 2**64:
+        raise PydanticCustomError("int_parsing_size", "Input should be an integer of 64 bits")
     return value
 
 
@@ -53,28 +82,48 @@ def _truth(value):
     return value
 
 
-_CHECKS = {"float": _number, "int": _whole_number, "bool": _truth}
+def _check_of(schema: dict, key: str):
+    """The check that goes before pydantic's own."""
+    if schema["type"] != "float":
+        return _whole_number if schema["type"] == "int" else _truth
+    low = 0.0 if max(schema.get("gt", -1.0), schema.get("ge", -1.0)) >= 0.0 else None
+    return _Number(key, low, "le" in schema or "lt" in schema)
+
+
+def _is_checked(schema: dict) -> bool:
+    check = schema["function"]["function"]
+    return isinstance(check, _Number) or check in (_whole_number, _truth)
+
+
 #: Parts of pydantic's schema that hold no schema of a value.
 _NO_SCHEMA = ("default", "metadata", "serialization")
 
 
-def _with_checks(schema):
-    """A copy of pydantic's schema with our checks before its own; done twice it is done once."""
+def _with_checks(schema, key: str = ""):
+    """A copy of pydantic's schema with our checks before its own; done twice it is done once.
+
+    `key`: that of the field which the schema is about.
+    """
     if isinstance(schema, list | tuple):
-        return type(schema)(_with_checks(part) for part in schema)
+        return type(schema)(_with_checks(part, key) for part in schema)
     if not isinstance(schema, dict):
         return schema
     kind = schema.get("type")
-    if kind == "function-before" and schema["function"]["function"] in _CHECKS.values():
+    if kind == "model-fields":
+        fields = {name: _with_checks(part, name) for name, part in schema["fields"].items()}
+        return {**schema, "fields": fields}
+    if kind == "function-before" and _is_checked(schema):
         return schema
-    if isinstance(kind, str) and kind in _CHECKS:
-        return no_info_before_validator_function(_CHECKS[kind], schema)
-    return {k: part if k in _NO_SCHEMA else _with_checks(part) for k, part in schema.items()}
+    if isinstance(kind, str) and kind in ("float", "int", "bool"):
+        return no_info_before_validator_function(_check_of(schema, key), schema)
+    return {k: part if k in _NO_SCHEMA else _with_checks(part, key) for k, part in schema.items()}
 
 
 class Spec(BaseModel):
     """Base of all specs: frozen, unknown keys are errors, numbers must be finite.
 
+    A number must lie in the range of its quantity, which the key's unit names
+    (`torquer.validate.RANGES`): beyond it no satellite is, and floats would soon be at their end.
     Texts and truth values are no numbers, and only true and false are truth values; a whole
     number may stand for any number, and 5.0 for 5.
     """

@@ -4,7 +4,82 @@ Every function returns the checked value or raises `ValueError` with one clear l
 Kernels check nothing; objects call these once, on creation.
 """
 
+import sys
+from typing import NamedTuple
+
 import numpy as np
+
+
+class Range(NamedTuple):
+    """What a quantity can be in size, generously: the least (0 apart) and the greatest."""
+
+    least: float
+    greatest: float
+
+
+_ANY = Range(0.0, sys.float_info.max)
+#: Ranges by how a key ends, which is its unit; the longest ending counts. They are far wider than
+#: hardware, and narrow enough for products and quotients of the numbers to stay within floats.
+RANGES = {
+    "": Range(1e-15, 1e9),  # pure numbers
+    "b0": Range(1e-15, 1e3),  # T
+    "deg": Range(0.0, 1e6),  # beyond, rounding takes from an angle what turns leave of it
+    "deg_s": Range(1e-15, 1e6),  # 170 000 rpm tears any satellite apart
+    "deg_s2": Range(1e-15, 1e9),
+    "deg_s_sqrt_s": Range(1e-15, 1e6),
+    "rad_s": Range(1e-15, 1e6),
+    "rpm": Range(1e-9, 1e9),  # rotors of centimetres have been driven to 1e6
+    "s": Range(1e-9, 1e10),  # 300 years
+    "per_s": Range(1e-15, 1e9),
+    "kg_m2": Range(1e-12, 1e12),  # a gram of 0.03 mm; 10 000 space stations
+    "kg": Range(1e-9, 1e12),
+    "kg_m3": Range(1e-30, 1e3),  # less than an atom per cubic metre; water
+    "m": Range(1e-9, 1e6),
+    "m2": Range(1e-15, 1e12),
+    "height_km": Range(1e-6, 1.5e6),  # the Earth's Hill sphere
+    "km": Range(0.0, 1e300),  # orbits are checked as a whole: from the ground to the Hill sphere,
+    "km_s": Range(0.0, 1e300),  # up to escape; these numbers can be turned into metres
+    "n_m": Range(1e-15, 1e9),  # a micrometre's weight of dust; 100 000 t at a metre
+    "n_m_s": Range(1e-15, 1e12),
+    "a_m2": Range(1e-12, 1e9),  # a loop of 1 uA and 1 mm^2; an MRI magnet has 1e7
+    "t": Range(1e-15, 1e3),
+    "nt": Range(1e-9, 1e12),  # 1e-18 T is below any magnetometer; 1000 T is above any field
+    "nt_per_a_m2": Range(1e-9, 1e12),
+    "t_km3": Range(1e-9, 1e15),  # the Sun has 1e14
+    "w": Range(1e-12, 1e12),
+    "gain_a_m2_s_per_t": Range(1e-15, 1e20),
+    "gain_a_m2_per_t": Range(1e-15, 1e20),
+    "gain_a_m2_per_n_m_s_t": Range(1e-15, 1e20),
+    "gain_a_m2_s_t": Range(1e-30, 1e20),
+    "n_m_s_per_t2": Range(1e-15, 1e20),
+    "n_m_per_t2": Range(1e-15, 1e20),
+    "table_tolerance": Range(1e-12, 1.0),  # next to rounding
+    "axis": _ANY,  # directions of any length
+    "axes": _ANY,
+    "target": _ANY,
+    "first_coil": _ANY,
+    "parameters": _ANY,  # of a user's law: who knows
+}
+
+
+def range_of(key: str) -> Range:
+    """The range of the quantity that a key holds."""
+    endings = (ending for ending in RANGES if f"_{key}".endswith(f"_{ending}") or not ending)
+    return RANGES[max(endings, key=len)]
+
+
+def out_of_range(key: str, value: float, low: float | None = None) -> str:
+    """What must hold of a number of the key, "" if it does.
+
+    `low`: 0 for a quantity that is not negative; only of such the least size is asked, as of
+    others a rounding error may be left where 0 is meant.
+    """
+    least, greatest = range_of(key)
+    if abs(value) > greatest:
+        return f"at most {greatest:g}" if low == 0.0 else f"within -{greatest:g}..{greatest:g}"
+    if low == 0.0 and 0.0 < value < least:
+        return f"at least {least:g}"
+    return ""
 
 
 def finite(name: str, value, shape: tuple | None = None) -> np.ndarray:
@@ -14,6 +89,8 @@ def finite(name: str, value, shape: tuple | None = None) -> np.ndarray:
         _no_text_no_truth(value)
     except (TypeError, ValueError):
         raise ValueError(f"{name}: must be numbers; received {value!r}") from None
+    except OverflowError:
+        raise ValueError(f"{name}: must be numbers that a float can hold") from None
     if shape is not None and array.shape != shape:
         raise ValueError(f"{name}: must have shape {shape}; received shape {array.shape}")
     if not np.all(np.isfinite(array)):
@@ -43,6 +120,11 @@ def inertia_tensor(name: str, value) -> np.ndarray:
         raise ValueError(
             f"{name}: must be 3 moments or a 3x3 tensor; received shape {tensor.shape}"
         )
+    least, greatest = RANGES["kg_m2"]
+    if np.abs(tensor).max() > greatest:
+        raise ValueError(
+            f"{name}: must be at most {greatest:g} kg m^2; received {np.abs(tensor).max():g}"
+        )
     if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * np.abs(tensor).max()):
         raise ValueError(f"{name}: must be symmetric; received {tensor.tolist()}")
     tensor = 0.5 * (tensor + tensor.T)
@@ -51,6 +133,10 @@ def inertia_tensor(name: str, value) -> np.ndarray:
     if moments[0] <= 0.0:
         raise ValueError(
             f"{name}: must be positive definite; received principal moments {shown} kg m^2"
+        )
+    if moments[0] < least:
+        raise ValueError(
+            f"{name}: principal moments must be at least {least:g} kg m^2; received {shown}"
         )
     if moments[0] + moments[1] < moments[2] * (1.0 - 1e-12):
         raise ValueError(
@@ -63,9 +149,13 @@ def inertia_tensor(name: str, value) -> np.ndarray:
 def unit_rows(name: str, value) -> np.ndarray:
     """Rows scaled to length one (rows that have it stay, to the bit); a zero row is an error."""
     rows = np.atleast_2d(finite(name, value))
-    lengths = np.linalg.norm(rows, axis=1)
-    if rows.ndim != 2 or rows.shape[1] != 3 or np.any(lengths == 0.0):
+    if rows.ndim != 2 or rows.shape[1] != 3 or not np.all(np.any(rows, axis=1)):
         raise ValueError(f"{name}: must be non-zero vectors of 3 numbers; received {rows.tolist()}")
+    # squares of numbers like 1e200 are beyond floats
+    size = np.abs(rows).max(axis=1)
+    power = np.where((size < 1e-100) | (size > 1e100), -np.frexp(size)[1], 0)
+    rows = np.ldexp(rows, power[:, None])
+    lengths = np.linalg.norm(rows, axis=1)
     # what has length one already stays bit for bit: axes are stored and read back
     lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0
     return rows / lengths[:, None]

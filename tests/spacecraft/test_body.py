@@ -61,6 +61,11 @@ def test_unphysical_inertia_is_told_in_words(inertia, told):
         ("mass_kg", -3.0, "greater than 0"),
         ("wheel_momentum_n_m_s", (0.0, 1.0), "wheel_momentum_n_m_s"),
         ("wheel_momentum_n_m_s", (0.0, 1.0, float("inf")), "finite number"),
+        (
+            "wheel_momentum_n_m_s",
+            (0.0, 2e4, 0.0),
+            r"wheel_momentum_n_m_s: must be at most 1.75e\+04 N m s for this inertia",
+        ),
         ("colour", "red", "Extra inputs are not permitted"),
     ],
 )

@@ -158,6 +158,13 @@ def test_noise_of_the_gyro_is_of_the_size_asked_for():
     assert stats.kstest(error[:, 1] / 0.03, "norm").pvalue > 1e-3
 
 
+def test_the_finest_resolution_leaves_a_reading_as_it_is():
+    """Steps of 1e-15 deg/s: those of a fast rate are more than 64 bits can count."""
+    fine = {"range_deg_s": 1e6, "resolution_deg_s": 1e-15}
+    assert rate((0.1, -0.05, 0.02), **fine) == pytest.approx((0.1, -0.05, 0.02), rel=1e-14)
+    assert rate((1e4, -2e3, 5e2), **fine) == pytest.approx((1e4, -2e3, 5e2), rel=1e-14)
+
+
 @pytest.mark.parametrize("interval", [0.25, 4.0])
 def test_drift_of_the_gyro_is_a_random_walk_of_the_size_asked_for(interval):
     """Standard deviation after t seconds: drift sqrt(t), whatever the sampling interval."""

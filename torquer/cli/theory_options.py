@@ -76,6 +76,7 @@ def part_of(question: Question, to_percent: float | None) -> float:
     """What part of the first value is asked for."""
     grows = question.law == "spin_up"
     part = (200.0 if grows else 10.0) if to_percent is None else to_percent
+    in_range("--to", "to", part, 0.0)
     if grows and not 100.0 < part < math.inf:
         raise ValueError(f"--to: must be above 100 for spin_up, which grows; received {part:g}")
     if not grows and not 0.0 < part < 100.0:
@@ -120,6 +121,12 @@ def _positive(**values) -> None:
             raise ValueError(f"{option}: must be a positive number; received {value:g}")
 
 
+def in_range(option: str, key: str, value: float | None, low: float | None = None) -> None:
+    """Raise `ValueError` for a number beyond the range of the quantity that the key names."""
+    if value is not None and (must := validate.out_of_range(key, value, low)):
+        raise ValueError(f"{option}: must be {must}; received {value:g}")
+
+
 def _within(option: str, value: float | None, high: float) -> None:
     if value is not None and not 0.0 <= value <= high:
         raise ValueError(f"{option}: must lie within 0..{high:g} deg; received {value:g}")
@@ -127,11 +134,14 @@ def _within(option: str, value: float | None, high: float) -> None:
 
 def _of_options(law: str, given: dict) -> Question:
     _positive(**{k: given[k] for k in ("altitude_km", "strength_nt", "gain", "sample_s")})
+    in_range("--strength-nt", "strength_nt", given["strength_nt"], 0.0)
+    in_range("--gain", "gain_a_m2_per_t", given["gain"], 0.0)
+    for rate in given["rate_deg_s"] or ():
+        in_range("--rate-deg-s", "rate_deg_s", rate)
     _within("--inclination-deg", given["inclination_deg"], 180.0)
     _within("--rho-deg", given["rho_deg"], 180.0)
     inclination = math.radians(given["inclination_deg"])
     radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
-    check_farthest(radius_m)
     moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
     rate = given["rate_deg_s"] or _RATE_DEG_S
     notes = () if given["rate_deg_s"] else ("the rate is assumed: give --rate-deg-s",)
@@ -165,6 +175,7 @@ def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, 
     equatorial = Averaged().mu_e_t_km3 * 1e9
     if altitude_km is not None:
         radius_m = EARTH_RADIUS_M + 1e3 * altitude_km
+        check_farthest(radius_m)
         b0_t = mean_of_extremes(equatorial / radius_m**3, inclination)
         return radius_m, b0_t if strength_nt is None else 1e-9 * strength_nt
     if strength_nt is None:
@@ -176,6 +187,7 @@ def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, 
             f"--strength-nt: must be below {most:.0f} nT, that of the ground, without "
             f"--altitude-km; received {strength_nt:g}"
         )
+    check_farthest(radius_m)
     return radius_m, 1e-9 * strength_nt
 
 
@@ -209,7 +221,11 @@ def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, t
             orbital_rate_rad_s=math.sqrt(MU_EARTH_M3_S2 / radius_m**3),
         )
     except ValidationError as error:
-        raise ValueError(f"satellite: {error.errors()[0]['msg']}") from None
+        first = error.errors()[0]
+        must = first["msg"].removeprefix("Input should be ")
+        raise ValueError(
+            f"{first['loc'][0]}: must be {must}; received {first['input']:g}"
+        ) from None
     return spinner, theta, notes
 
 

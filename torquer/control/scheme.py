@@ -273,7 +273,7 @@ class Scheme(Spec):
         memory_at, first = STARTS + len(laws), 0
         stages, rows, own = {}, {}, {}
         for i, (stage, parts) in enumerate(zip(self.stages, laws, strict=True), start=1):
-            until = stage.until or Until(at_most_s=_NEVER_S)
+            until = stage.until or Until.model_construct(at_most_s=_NEVER_S)
             row = {"first_law": first, "after_law": first + len(parts), **until.row()}
             first += len(parts)
             stages |= _prefixed(f"stage{i}_", row)

@@ -204,12 +204,13 @@ def build_proven(
     """Table whose relative error in every group of channels is below the tolerance.
 
     Starts from segments of `segment_s` and halves them until the check passes; raises
-    ValueError when eight halvings do not do (a function that is not smooth). `bends_s`: times at
-    which the slope jumps a little, the worst one first; there two segments meet.
+    ValueError when thirteen halvings do not do (a function that is not smooth): so many take an
+    orbit from the ground to the Hill sphere. `bends_s`: times at which the slope jumps a little,
+    the worst one first; there two segments meet.
     """
     evaluations, checks = 0, len(_error_peaks(DEGREE))
     knot_s = float(bends_s[0]) if len(bends_s) else None
-    for _ in range(8):
+    for _ in range(13):
         table = build(sample, duration_s, segment_s, DEGREE, start_s, knot_s)
         error = SAFETY * measured_error(table, sample, groups, bends_s)
         evaluations += table.coefficients.shape[0] * (DEGREE + checks)

@@ -1,7 +1,7 @@
 """What a run needs, as specs in edge units; `Scenario` is the whole of it."""
 
 import math
-from datetime import datetime
+from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 import numpy as np
@@ -29,6 +29,8 @@ from torquer.spec import Spec, Vector
 from torquer.time import parse_utc
 
 Positive = Annotated[float, Field(gt=0.0)]
+#: A run that starts in the last year may go on into the next.
+_LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 #: More steps than any run can take: years of computing.
 _MOST_STEPS = 10**13
 
@@ -214,9 +216,18 @@ class Scenario(Spec):
             raise ValueError(
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
-        self.steps()
+        self._check_end()
         self.push()
         return self
+
+    def _check_end(self) -> None:
+        """Models of the surroundings hold for the years in which a run may start."""
+        length_s = self.steps() * self.simulation.step_s
+        if length_s > (_LATEST_END - self.start).total_seconds():
+            raise ValueError(
+                f"simulation: the run must end before {_LATEST_END.year}; received a length of "
+                f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
+            )
 
     def _check_actuators(self) -> None:
         """Laws need what they are to drive; wheels need an integrator that knows them."""

@@ -1,9 +1,10 @@
 """The body: a rigid satellite, or a gyrostat whose wheels keep a fixed momentum."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from torquer.engine import inlined
 from torquer.environment.gravity import gravity_gradient_torque
@@ -22,6 +23,7 @@ from torquer.geometry.vec3 import (
 from torquer.integrate.rk4 import Motion
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
 from torquer.spec import Inertia, Spec, Vector
+from torquer.validate import range_of
 
 
 class Rigid(NamedTuple):
@@ -115,6 +117,17 @@ class Body(Spec):
     inertia_kg_m2: Inertia
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
     mass_kg: float | None = Field(default=None, gt=0.0)
+
+    @model_validator(mode="after")
+    def _nutation_can_be_followed(self):
+        greatest = math.radians(range_of("rate_deg_s").greatest) * float(self.principal()[0][0])
+        if math.dist(self.wheel_momentum_n_m_s, (0.0, 0.0, 0.0)) > greatest:
+            raise ValueError(
+                f"wheel_momentum_n_m_s: must be at most {greatest:.3g} N m s for this inertia, or "
+                "the body nutates faster than any satellite; received "
+                f"{list(self.wheel_momentum_n_m_s)}"
+            )
+        return self
 
     def principal(self) -> tuple[np.ndarray, np.ndarray]:
         """Principal moments [kg m^2], ascending, and their axes: the columns of a rotation."""

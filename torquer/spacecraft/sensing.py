@@ -1,7 +1,5 @@
 """What three-axis sensors share: mounting errors, range and resolution."""
 
-import math
-
 import numpy as np
 
 from torquer.engine import kernel
@@ -12,7 +10,7 @@ from torquer.geometry.vec3 import as_matrix
 @kernel
 def _channel(value, limit, resolution):
     if resolution > 0.0:
-        value = resolution * math.floor(value / resolution + 0.5)
+        value = resolution * np.floor(value / resolution + 0.5)  # math.floor is of 64 bits only
     return min(max(value, -limit), limit)
 
 

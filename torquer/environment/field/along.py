@@ -113,7 +113,9 @@ def _units(vectors) -> np.ndarray:
 
 def _nodes(normals) -> np.ndarray:
     """Unit vectors to the ascending nodes of orbits with these normals `[n, 3]`."""
-    x, y, _ = normals.T
-    equatorial = (x == 0.0) & (y == 0.0)
-    across = np.stack([np.where(equatorial, 1.0, -y), x, np.zeros_like(x)], axis=-1)
+    x, y, z = normals.T
+    equatorial = np.hypot(x, y) <= 1e-100 * np.abs(z)  # the squares of less would be zero
+    across = np.stack(
+        [np.where(equatorial, 1.0, -y), np.where(equatorial, 0.0, x), np.zeros_like(x)], axis=-1
+    )
     return _units(across)

@@ -131,7 +131,7 @@ def mean_strength(field, radius_m, inclination):
 @kernel
 def ascending_node(h):
     """Unit vector to the ascending node of an orbit with normal h; axis 1 if it is equatorial."""
-    if h[0] == 0.0 and h[1] == 0.0:
+    if abs(h[0]) + abs(h[1]) <= 1e-100 * abs(h[2]):  # the squares of less would be zero
         return (1.0, 0.0, 0.0)
     return unit((-h[1], h[0], 0.0))
 
