@@ -21,7 +21,7 @@ _ANY = Range(0.0, sys.float_info.max)
 #: Ranges by how a key ends, which is its unit; the longest ending counts. They are far wider than
 #: hardware, and narrow enough for products and quotients of the numbers to stay within floats.
 RANGES = {
-    "": Range(1e-15, 1e9),  # pure numbers
+    "": Range(0.0, 1e9),  # pure numbers
     "b0": Range(1e-15, 1e3),  # T
     "deg": Range(0.0, 1e6),  # beyond, rounding takes from an angle what turns leave of it
     "deg_s": Range(1e-15, 1e6),  # 170 000 rpm tears any satellite apart
