@@ -151,3 +151,12 @@ def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(tmp_path):
     os.close(theirs)
     assert b"MAG-1.2.4" in os.read(ours, 65536)
     os.close(ours)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="names of files are of another kind")
+def test_a_folder_whose_name_is_no_text(call, shelf, tmp_path, strict_json):
+    shelf(make(2.72))
+    out = tmp_path / "caf\udce9"
+    code, told, err = call("gallery", "run", "FIELD-10", "--json", "--out", out)
+    assert (code, err) == (0, "") and told.isascii()
+    assert strict_json(told) == strict_json((out / "results.json").read_text(encoding="utf-8"))

@@ -43,6 +43,6 @@ def compute_all(
         if progress:
             progress(entry.id, count)
         outcomes.append(compute(entry, out, small))
-    told = json.dumps([outcome.as_data() for outcome in outcomes], indent=2, ensure_ascii=False)
+    told = json.dumps([outcome.as_data() for outcome in outcomes], indent=2)
     (out / "results.json").write_text(told + "\n", encoding="utf-8")
     return outcomes
