@@ -112,7 +112,7 @@ def test_a_run_writes_its_notes_and_table(through, odd_scenario, no_report, tmp_
     out = tmp_path / "вышло\udcff"
     code, stdout, err = through(stream, "run", odd_scenario, "--out", out)
     assert code == 0
-    assert err.count("note: ") == 2 and "codec" not in err
+    assert err.count("note: ") == 3 and "codec" not in err
     assert "Final rate" in stdout and "result.nc" in stdout
     shown = "Спутник".encode(stream[0], "backslashreplace").decode(stream[0])
     assert shown in stdout

@@ -91,7 +91,10 @@ def run(scenario) -> None:
         result = simulate(scenario)
     except RunStopped as error:
         result = error.result
-        assert re.match("the state stopped being finite after t = .* s; last quat", str(error))
+        ended = (
+            "the state stopped being finite after t = .* s; last|simulation.step_s: .*; received"
+        )
+        assert re.match(ended, str(error))
     for name, values in result.data_vars.items():
         assert name == "checkpoint" or np.isfinite(values.values).all(), name
     json.dumps(summary_of(result), allow_nan=False)
@@ -145,7 +148,7 @@ def test_extremes_in_the_examples_run(name):
     "change",
     [
         {"initial.rate_deg_s": [0.0, 0.0, 0.0]},
-        {"initial.rate_deg_s": [1e6, 1e6, -1e6]},
+        {"initial.rate_deg_s": [1e6, 1e6, -1e6], "simulation.integrator": "splitting"},
         {"initial.rate_deg_s": [1e-300, 0.0, 0.0]},
         {"spacecraft.body.inertia_kg_m2": [1e12, 1e12, 1e12]},
         {"spacecraft.body.inertia_kg_m2": [1e-12, 1e-12, 1e-12]},

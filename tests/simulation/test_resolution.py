@@ -142,6 +142,22 @@ def test_a_motion_that_outgrows_the_step_ends_the_run_and_keeps_the_record(make)
 
 
 @needs_jit
+def test_a_motion_that_outgrows_the_step_after_the_last_record_ends_the_run_too(make):
+    changes = {
+        "disturbance.constant_torque_n_m": [0.0, 0.0, 0.01],
+        "spacecraft.body.inertia_kg_m2": [1.0, 1.0, 1.0],
+        "initial": {"rate_deg_s": [0.0, 0.0, 1.0]},
+        "simulation": {"duration_s": 600.0, "step_s": 1.0, "record_s": 600.0},
+    }
+    with pytest.raises(RunStopped, match=r"^simulation\.step_s: .* from t = 600 s on") as error:
+        simulate(make(changes))
+    result = error.value.result
+    assert result.sizes["time"] == 2 and result.attrs["how_it_ended"] == "failed"
+    with pytest.raises(RunStopped, match="from t = 600 s on"):
+        torquer.resume(simulate(make(changes), until_s=100.0))
+
+
+@needs_jit
 def test_report_and_summary_tell_what_the_steps_did(make):
     from torquer.report.view import notes, view_of
 
