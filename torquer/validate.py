@@ -149,12 +149,11 @@ def inertia_tensor(name: str, value) -> np.ndarray:
 def unit_rows(name: str, value) -> np.ndarray:
     """Rows scaled to length one (rows that have it stay, to the bit); a zero row is an error."""
     rows = np.atleast_2d(finite(name, value))
-    if rows.ndim != 2 or rows.shape[1] != 3 or not np.all(np.any(rows, axis=1)):
+    if rows.ndim != 2 or rows.shape[1] != 3 or not np.all(np.any(rows != 0.0, axis=1)):
         raise ValueError(f"{name}: must be non-zero vectors of 3 numbers; received {rows.tolist()}")
-    # squares of numbers like 1e200 are beyond floats
-    size = np.abs(rows).max(axis=1)
-    power = np.where((size < 1e-100) | (size > 1e100), -np.frexp(size)[1], 0)
-    rows = np.ldexp(rows, power[:, None])
+    greatest = np.abs(rows).max(axis=1, keepdims=True)
+    extreme = (greatest < 1e-100) | (greatest > 1e100)  # whose squares are out of range
+    rows = rows / np.where(extreme, greatest, 1.0)
     lengths = np.linalg.norm(rows, axis=1)
     # what has length one already stays bit for bit: axes are stored and read back
     lengths[np.abs(lengths - 1.0) < 1e-15] = 1.0

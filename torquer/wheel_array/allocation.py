@@ -16,108 +16,62 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer import validate
 from torquer.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, cross, dot, scale, solve
+from torquer.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
 from torquer.wheel_array.envelope import THIN
-from torquer.wheel_array.planes import planes_of
+from torquer.wheel_array.planes import SAME, face_rows, hold, spanned
 
-#: Determinant over the cube of the trace, below which axes are taken to span only a plane.
-SINGULAR = 1e-14
+#: Part of the sum of all loads that may be missing for rounding.
+CLOSE = 1e-13
 
 
 class WheelSet(NamedTuple):
-    """Geometry of an array for kernels: n axes, F faces, and the edges of each face in a row."""
+    """Geometry of an array for kernels: n axes, F planes of pairs of them."""
 
     axes: np.ndarray
     """(n, 3) unit axes in the body frame."""
     faces: np.ndarray
     """(F, 3 + n): unit normal of a face, and normal . axis of each wheel, 0 in the plane."""
-    edges: np.ndarray
-    """(E, 3 + n): the same in the plane of a face: normal of an edge, and normal . axis."""
-    lines: np.ndarray
-    """(E, 3 + n): direction of the edge, and +-1 for each wheel along it, 0 for others."""
-    first_edge: np.ndarray
-    """(F + 1,): number of each face's first edge."""
 
 
 def wheel_set(array) -> WheelSet:
     """The geometry of a `WheelArray`, once for all its failures."""
     axes = np.array(array.axes)
-    faces, edges, lines, first_edge = [], [], [], [0]
-    for plane in planes_of(axes):
-        inside = np.isin(np.arange(len(axes)), plane.members)
-        faces.append(np.concatenate([plane.normal, np.where(inside, 0.0, axes @ plane.normal)]))
-        for k in plane.members:
-            parallel = inside & (np.abs(axes @ np.cross(plane.normal, axes[k])) < 1e-9)
-            if np.argmax(parallel) == k:
-                normal = np.cross(plane.normal, axes[k])
-                along = np.where(parallel, np.sign(axes @ axes[k]), 0.0)
-                across = np.where(inside & ~parallel, axes @ normal, 0.0)
-                edges.append(np.concatenate([normal, across]))
-                lines.append(np.concatenate([axes[k], along]))
-        first_edge.append(len(edges))
-    return WheelSet(
-        axes, np.array(faces), np.array(edges), np.array(lines), np.array(first_edge, dtype=int)
-    )
-
-
-@kernel
-def spanned(axes, limit, demand):
-    """The demand as far as the working axes span it, and a regular S = sum g g^T + (normal parts).
-
-    With y the solution of S y = demand, g . y are the least-squares momenta.
-    """
-    xx = yy = zz = xy = xz = yz = 0.0
-    for k in range(axes.shape[0]):
-        if limit[k] > 0.0:
-            x, y, z = axes[k, 0], axes[k, 1], axes[k, 2]
-            xx, yy, zz = xx + x * x, yy + y * y, zz + z * z
-            xy, xz, yz = xy + x * y, xz + x * z, yz + y * z
-    s = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    trace = xx + yy + zz
-    adjugate = (cross(s[1], s[2]), cross(s[2], s[0]), cross(s[0], s[1]))
-    if dot(s[0], adjugate[0]) > SINGULAR * trace * trace * trace:
-        return demand, s
-    if trace == 0.0:
-        return (0.0, 0.0, 0.0), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    minors = adjugate[0][0] + adjugate[1][1] + adjugate[2][2]
-    if minors > SINGULAR * trace * trace:  # a plane: adjugate = minors n n^T
-        outside = _times(1.0 / minors, adjugate)
-    else:  # a line: s = trace g g^T
-        outside = _plus(_times(-1.0 / trace, s), 1.0)
-    rest = (dot(outside[0], demand), dot(outside[1], demand), dot(outside[2], demand))
-    regular = (
-        add_scaled(s[0], trace, outside[0]),
-        add_scaled(s[1], trace, outside[1]),
-        add_scaled(s[2], trace, outside[2]),
-    )
-    return add_scaled(demand, -1.0, rest), regular
+    return WheelSet(axes, face_rows(axes))
 
 
 @inlined
-def _times(factor, m):
-    return (scale(factor, m[0]), scale(factor, m[1]), scale(factor, m[2]))
-
-
-@inlined
-def _plus(m, number):
-    (a, b, c), (d, e, f), (g, h, i) = m
-    return ((a + number, b, c), (d, e + number, f), (g, h, i + number))
+def _axis(axes, k):
+    return (axes[k, 0], axes[k, 1], axes[k, 2])
 
 
 @kernel
 def least_squares(axes, limit, demand, out):
     """Write the wheels' momenta of least sum of squares into out (n,); return the greatest share.
 
-    Above 1 some wheel is beyond its limit. Equals the pseudo-inverse of the working axes.
-    Source: WHEEL (5.2).
+    Above 1 some wheel is beyond its limit. Equals the pseudo-inverse of the working axes. The
+    normal equations are those of components along `hold`, each over its greatest: regular, also
+    where the axes nearly lie in a plane or on a line. Source: WHEEL (5.2).
     """
-    demand, square = spanned(axes, limit, demand)
-    y, greatest = solve(square, demand), 0.0
+    (first, second, third), (_, two, three) = hold(axes, limit)
+    second = scale(1.0 / two, second) if two > 0.0 else second
+    third = scale(1.0 / three, third) if three > 0.0 else third
+    turn = (first, second, third)
+    xx = xy = xz = yz = 0.0
+    yy, zz = 1.0 if two == 0.0 else 0.0, 1.0 if three == 0.0 else 0.0
+    for k in range(axes.shape[0]):
+        if limit[k] > 0.0:
+            x, y, z = mat_vec(turn, _axis(axes, k))
+            xx, yy, zz = xx + x * x, yy + y * y, zz + z * z
+            xy, xz, yz = xy + x * y, xz + x * z, yz + y * z
+    xx = xx if xx > 0.0 else 1.0
+    y = solve(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), mat_vec(turn, demand))
+    greatest = 0.0
     for k in range(axes.shape[0]):
         out[k] = 0.0
         if limit[k] > 0.0:
-            out[k] = axes[k, 0] * y[0] + axes[k, 1] * y[1] + axes[k, 2] * y[2]
+            out[k] = dot(mat_vec(turn, _axis(axes, k)), y)
             greatest = max(greatest, abs(out[k]) / limit[k])
     return greatest
 
@@ -132,26 +86,104 @@ def bound_of(rows, row, limit):
 
 
 @kernel
-def _fullest(rows, first, last, limit, demand, least):
-    """Row with the greatest share of its bound, and that share with the sign of normal . demand."""
-    best, share = first, 0.0
-    for row in range(first, last):
-        along = rows[row, 0] * demand[0] + rows[row, 1] * demand[1] + rows[row, 2] * demand[2]
-        bound = bound_of(rows, row, limit)
-        if abs(along) > abs(share) * bound and bound > least:
-            best, share = row, along / bound
-    return best, share
+def _full(faces, row, limit, demand):
+    """How far a demand goes along the normal of a face, with its sign, and the face's bound."""
+    return dot(_axis(faces, row), demand), bound_of(faces, row, limit)
+
+
+@inlined
+def _lies_in(faces, row, k):
+    """Whether wheel k lies in the plane of a face; row -1 is the plane of all wheels."""
+    return row < 0 or faces[row, 3 + k] == 0.0
 
 
 @kernel
-def _load(axes, rows, row, limit, share, demand, out):
-    """Give the wheels of a row that share of their limits; return what is left of the demand."""
+def _full_edge(wheels, limit, row, normal, edge, demand):
+    """The same in the plane of a face, for the edge along the axis of a wheel in it."""
+    across, bound = cross(normal, _axis(wheels.axes, edge)), 0.0
     for k in range(limit.shape[0]):
-        side = rows[row, 3 + k]
+        side = abs(dot(across, _axis(wheels.axes, k)))
+        if side > SAME and _lies_in(wheels.faces, row, k):
+            bound += limit[k] * side
+    return dot(across, demand), bound
+
+
+@kernel
+def _load_edge(wheels, limit, row, normal, edge, share, most, demand, out):
+    """Give the wheels of a face their shares, those along an edge by what is left for them.
+
+    No share is above `most`, what rounding makes of one. Returns how much of the demand is
+    missing then.
+    """
+    axes = wheels.axes
+    share, line, total = min(max(share, -most), most), _axis(axes, edge), 0.0
+    across = cross(normal, line)
+    for k in range(limit.shape[0]):
+        if _lies_in(wheels.faces, row, k):
+            side = dot(across, _axis(axes, k))
+            if abs(side) > SAME:
+                out[k] = share * limit[k] if side > 0.0 else -share * limit[k]
+                demand = add_scaled(demand, -out[k], _axis(axes, k))
+            else:
+                total += limit[k]
+    last = dot(line, demand) / total if total > 0.0 else 0.0
+    last = min(max(last, -most), most)
+    for k in range(limit.shape[0]):
+        if _lies_in(wheels.faces, row, k) and abs(dot(across, _axis(axes, k))) <= SAME:
+            out[k] = last * limit[k] if dot(line, _axis(axes, k)) > 0.0 else -last * limit[k]
+            demand = add_scaled(demand, -out[k], _axis(axes, k))
+    return norm(demand)
+
+
+@kernel
+def _load_plane(wheels, limit, row, normal, most, demand, total, out):
+    """Share a demand in the plane of a face among its wheels.
+
+    Returns the greatest share, and how much of the demand is missing. Of edges that are as full
+    but for rounding it is the one that leaves least missing.
+    """
+    best, greatest = -1, 0.0
+    for edge in range(limit.shape[0]):
+        if limit[edge] > 0.0 and _lies_in(wheels.faces, row, edge):
+            along, bound = _full_edge(wheels, limit, row, normal, edge, demand)
+            if best < 0:
+                best = edge
+            if bound > THIN * total and abs(along) > abs(greatest) * bound:
+                best, greatest = edge, along / bound
+    if best < 0:
+        return 0.0, norm(demand)
+    missing = _load_edge(wheels, limit, row, normal, best, greatest, most, demand, out)
+    close = CLOSE * total * abs(greatest)
+    if missing <= close:
+        return abs(greatest), missing
+    chosen = best
+    for edge in range(limit.shape[0]):
+        if limit[edge] > 0.0 and edge != best and _lies_in(wheels.faces, row, edge):
+            along, bound = _full_edge(wheels, limit, row, normal, edge, demand)
+            if bound > THIN * total and abs(along) >= abs(greatest) * bound - close:
+                share = along / bound
+                other = _load_edge(wheels, limit, row, normal, edge, share, most, demand, out)
+                if other < missing:
+                    missing, chosen = other, edge
+    along, bound = _full_edge(wheels, limit, row, normal, chosen, demand)
+    share = along / bound if bound > THIN * total else 0.0
+    _load_edge(wheels, limit, row, normal, chosen, share, most, demand, out)
+    return abs(greatest), missing
+
+
+@kernel
+def _load_face(wheels, limit, row, share, demand, total, out):
+    """Give the wheels outside the plane of a face that share, share the rest in it.
+
+    Returns how much of the demand is missing then.
+    """
+    for k in range(limit.shape[0]):
+        side = wheels.faces[row, 3 + k]
         if side != 0.0:
             out[k] = share * limit[k] if side > 0.0 else -share * limit[k]
-            demand = add_scaled(demand, -out[k], (axes[k, 0], axes[k, 1], axes[k, 2]))
-    return demand
+            demand = add_scaled(demand, -out[k], _axis(wheels.axes, k))
+    normal = _axis(wheels.faces, row)
+    return _load_plane(wheels, limit, row, normal, abs(share), demand, total, out)[1]
 
 
 @kernel
@@ -159,20 +191,45 @@ def minimax(wheels, limit, demand, out):
     """Write the momenta with the least greatest share into out (n,); return that share.
 
     Up to 1 the demand is within reach; above, some wheels are beyond their limits by that factor.
+    Of faces that are as full but for rounding it is the one that leaves least missing.
     """
-    demand, _ = spanned(wheels.axes, limit, demand)
-    least = 0.0
+    faces, total, held = wheels.faces, 0.0, hold(wheels.axes, limit)
+    demand = spanned(held, demand)
     for k in range(limit.shape[0]):
         out[k] = 0.0
-        least += THIN * limit[k]
-    first = wheels.first_edge
-    face, greatest = _fullest(wheels.faces, 0, wheels.faces.shape[0], limit, demand, least)
-    demand = _load(wheels.axes, wheels.faces, face, limit, greatest, demand, out)
-    edge, share = _fullest(wheels.edges, first[face], first[face + 1], limit, demand, least)
-    demand = _load(wheels.axes, wheels.edges, edge, limit, share, demand, out)
-    edge, share = _fullest(wheels.lines, edge, edge + 1, limit, demand, least)
-    _load(wheels.axes, wheels.lines, edge, limit, share, demand, out)
+        total += limit[k]
+    if held[1][2] == 0.0:
+        normal = cross(held[0][0], held[0][1])
+        greatest, _ = _load_plane(wheels, limit, -1, normal, np.inf, demand, total, out)
+        return max(greatest, _greatest_share(limit, out))
+    best, greatest = 0, 0.0
+    for row in range(faces.shape[0]):
+        along, bound = _full(faces, row, limit, demand)
+        if bound > THIN * total and abs(along) > abs(greatest) * bound:
+            best, greatest = row, along / bound
+    missing = _load_face(wheels, limit, best, greatest, demand, total, out)
+    close, chosen, share = CLOSE * total * abs(greatest), best, greatest
+    if missing <= close:
+        return abs(greatest)
+    for row in range(faces.shape[0]):
+        along, bound = _full(faces, row, limit, demand)
+        tied = abs(along) >= abs(greatest) * bound - close
+        if missing > close and tied and bound > THIN * total and row != best:
+            now = abs(greatest) if along > 0.0 else -abs(greatest)
+            other = _load_face(wheels, limit, row, now, demand, total, out)
+            if other < missing:
+                missing, chosen, share = other, row, now
+    _load_face(wheels, limit, chosen, share, demand, total, out)
     return abs(greatest)
+
+
+@kernel
+def _greatest_share(limit, out):
+    greatest = 0.0
+    for k in range(limit.shape[0]):
+        if limit[k] > 0.0:
+            greatest = max(greatest, abs(out[k]) / limit[k])
+    return greatest
 
 
 @kernel
@@ -200,7 +257,9 @@ def allocate(array, demands, method: str = "minimax") -> tuple[np.ndarray, np.nd
     """
     if method not in ("minimax", "least_squares"):
         raise ValueError(f"method: must be 'minimax' or 'least_squares'; received {method!r}")
-    demands = np.asarray(demands, dtype=np.float64)
+    demands = validate.finite("demands", demands)
+    if demands.shape[-1:] != (3,):
+        raise ValueError(f"demands: must have shape (..., 3); received {demands.shape}")
     rows = np.ascontiguousarray(demands.reshape(-1, 3))
     out, greatest = np.empty((len(rows), array.count)), np.empty(len(rows))
     _share_all(wheel_set(array), array.momentum_limits(), rows, method == "minimax", out, greatest)

@@ -1,15 +1,18 @@
 """What is demanded of an array: a set of momentum (or torque) vectors, in the body frame.
 
 A demand knows two things: how far it goes along a direction, and the greatest value that a
-quadratic form takes on it. All measures of a layout follow from these, exactly.
+quadratic form takes on it. All measures of a layout follow from these, exactly. Either is the
+greatest of smooth pieces, which a search for layouts needs one by one.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from torquer import validate
 from torquer.wheel_array.envelope import support
+from torquer.wheel_array.planes import FLAT, pair_normals, rank_of
 
 
 @dataclass(frozen=True)
@@ -28,10 +31,17 @@ class Box:
         """Greatest u . x of the demand, for directions u (..., 3)."""
         return np.abs(directions) @ self.half
 
-    def greatest_form(self, form) -> float:
-        """Greatest x . form x of the demand: at one of the corners."""
-        signs = np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1)])
-        return _greatest_of(signs * self.half, form)
+    def supports(self, directions) -> np.ndarray:
+        """Smooth pieces (..., 4) of the support: one for each corner and its opposite."""
+        return np.abs(np.asarray(directions) @ self._corners.T)
+
+    def forms(self, form, near=None) -> np.ndarray:
+        """Smooth pieces (4,) of the greatest x . form x: one for each corner."""
+        return _forms(self._corners, form)
+
+    @property
+    def _corners(self) -> np.ndarray:
+        return self.half * np.array([(1, 1, 1), (1, 1, -1), (1, -1, 1), (1, -1, -1)])
 
 
 @dataclass(frozen=True)
@@ -49,9 +59,17 @@ class Ellipsoid:
         """Greatest u . x of the demand, for directions u (..., 3)."""
         return np.linalg.norm(np.asarray(directions) @ self.matrix, axis=-1)
 
-    def greatest_form(self, form) -> float:
-        """Greatest x . form x of the demand: an eigenvalue."""
-        return float(np.linalg.eigvalsh(self.matrix.T @ form @ self.matrix)[-1])
+    def supports(self, directions) -> np.ndarray:
+        """The support as its only smooth piece (..., 1)."""
+        return self.support(directions)[..., None]
+
+    def forms(self, form, near=None) -> np.ndarray:
+        """Smooth pieces (3,) of the greatest x . form x, an eigenvalue: at three points.
+
+        They are where another form `near` is greatest and stationary; by default, this one.
+        """
+        near = form if near is None else near
+        return _forms(np.linalg.eigh(self.matrix.T @ near @ self.matrix)[1].T @ self.matrix.T, form)
 
     def mesh(self, rows: int = 24, columns: int = 48) -> tuple[np.ndarray, np.ndarray]:
         """Points (p, 3) of the surface and triangles (t, 3) of point numbers, for drawing.
@@ -83,15 +101,31 @@ class Series:
 
     def support(self, directions) -> np.ndarray:
         """Greatest u . x of the demand, for directions u (..., 3)."""
-        return np.abs(np.asarray(directions) @ self.samples.T).max(axis=-1)
+        return np.abs(np.asarray(directions) @ self._corners.T).max(axis=-1)
 
-    def greatest_form(self, form) -> float:
-        """Greatest x . form x of the demand."""
-        return _greatest_of(self.samples, form)
+    def supports(self, directions) -> np.ndarray:
+        """Smooth pieces (..., c) of the support: one for each corner of the samples' hull."""
+        return np.abs(np.asarray(directions) @ self._corners.T)
+
+    def forms(self, form, near=None) -> np.ndarray:
+        """Smooth pieces (c,) of the greatest x . form x: one for each corner of the hull."""
+        return _forms(self._corners, form)
+
+    @cached_property
+    def _corners(self) -> np.ndarray:
+        """Samples on the hull of them and their opposites; all of them where it is flat."""
+        from scipy.spatial import ConvexHull, QhullError  # a tenth of a second of importing
+
+        both = np.vstack([self.samples, -self.samples])
+        try:
+            corners = ConvexHull(both).vertices
+        except QhullError:
+            return self.samples
+        return self.samples[corners[corners < len(self.samples)]]
 
 
-def _greatest_of(vectors, form) -> float:
-    return float(np.einsum("pi,ij,pj->p", vectors, form, vectors).max())
+def _forms(vectors, form) -> np.ndarray:
+    return np.einsum("pi,ij,pj->p", vectors, form, vectors)
 
 
 def _sphere_triangles(rows, columns) -> np.ndarray:
@@ -119,27 +153,58 @@ def greatest_share(envelope, demand) -> float:
 
 def greatest_share_of(generators, demand) -> float:
     """The same for the envelope of vectors (n, 3) that span space, without building it: quick."""
-    i, j = np.triu_indices(len(generators), 1)
-    normals = np.cross(generators[i], generators[j])
-    normals = normals[np.linalg.norm(normals, axis=1) > 1e-9 * np.abs(normals).max()]
-    return _greatest_quotient(demand.support(normals), support(generators, normals))
+    return float(share_pieces(generators, demand).max())
+
+
+def share_pieces(generators, demand) -> np.ndarray:
+    """Its smooth pieces (p,): those of the demand over the bound, for all pairs of vectors."""
+    generators = np.asarray(generators, dtype=np.float64)
+    lengths = np.linalg.norm(generators, axis=1)
+    used = generators[lengths > 0.0]
+    normals = pair_normals(used / lengths[lengths > 0.0, None])
+    return _quotients(demand.supports(normals), support(used, normals)[:, None]).ravel()
 
 
 def _greatest_quotient(wanted, bounds) -> float:
-    wanted[wanted < 1e-12 * wanted.max(initial=0.0)] = 0.0
+    return float(_quotients(wanted, bounds).max())
+
+
+def _quotients(wanted, bounds) -> np.ndarray:
+    """What is wanted over what there is; nothing over nothing is nothing."""
+    nothing = (bounds == 0.0) & (wanted <= FLAT * wanted.max(initial=0.0))
+    wanted = np.where(nothing, 0.0, wanted)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return float(np.nan_to_num(wanted / bounds, nan=0.0, posinf=np.inf).max())
+        return np.nan_to_num(wanted / bounds, nan=0.0, posinf=np.inf)
 
 
 def greatest_norm(axes, demand) -> float:
     """Greatest root of the sum of squares of the wheels' momenta, shared by least squares.
 
-    Source: WHEEL (6.9).
+    Infinite for axes that do not span space. Source: WHEEL (6.9).
     """
-    axes = np.asarray(axes)
-    return demand.greatest_form(np.linalg.inv(axes.T @ axes)) ** 0.5
+    return float(norm_pieces(axes, demand).max())
+
+
+def norm_pieces(axes, demand, near=None) -> np.ndarray:
+    """Its smooth pieces; those of an ellipsoid at its worst points for other axes, `near`."""
+    forms = [_sharing(a).T @ _sharing(a) for a in (axes, axes if near is None else near)]
+    return _if_spanned(axes, np.sqrt(np.maximum(demand.forms(*forms), 0.0)))
 
 
 def greatest_momentum(axes, demand) -> float:
-    """Greatest momentum of a wheel, shared by least squares."""
-    return float(demand.support(np.linalg.pinv(np.asarray(axes).T)).max())
+    """Greatest momentum of a wheel, shared by least squares; infinite as above."""
+    return float(momentum_pieces(axes, demand).max())
+
+
+def momentum_pieces(axes, demand) -> np.ndarray:
+    """Its smooth pieces (p,): those of the demand for every wheel."""
+    return _if_spanned(axes, demand.supports(_sharing(axes)).ravel())
+
+
+def _if_spanned(axes, values) -> np.ndarray:
+    return values if rank_of(axes) == 3 else np.full(values.shape, np.inf)
+
+
+def _sharing(axes) -> np.ndarray:
+    """Rows (n, 3) whose product with a vector is a wheel's momentum, shared by least squares."""
+    return np.linalg.pinv(np.asarray(axes, dtype=np.float64).T)

@@ -12,7 +12,8 @@ from itertools import combinations
 import numpy as np
 
 from torquer import validate
-from torquer.wheel_array.planes import Plane, parallel_classes, planes_of
+from torquer.wheel_array.faces import flat, solid
+from torquer.wheel_array.planes import FLAT, face_rows, span
 
 #: A bound below this part of the sum of all lengths is zero: the envelope is flat there.
 THIN = 1e-12
@@ -43,59 +44,50 @@ class Envelope:
         object.__setattr__(self, "generators", checked)
 
     @cached_property
-    def merged(self) -> np.ndarray:
-        """Vectors (m, 3) with the same envelope, none of them zero and no two parallel."""
+    def _used(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Unit axes (m, 3) and lengths of the vectors that count, and their `span`.
+
+        Axes of a flat envelope are without the little by which they leave its span.
+        """
         lengths = np.linalg.norm(self.generators, axis=1)
         works = lengths > THIN * lengths.max(initial=0.0)
-        used = self.generators[works]
-        axes = used / lengths[works, None]
-        groups = parallel_classes(axes)
-        return np.array(
-            [axes[g[0]] * sum(abs(used[k] @ axes[g[0]]) for k in g) for g in groups]
-        ).reshape(-1, 3)
+        axes = self.generators[works] / lengths[works, None]
+        held, rest = span(axes, lengths[works])
+        return axes if len(held) == 3 else axes @ held.T @ held, lengths[works], held, rest
 
-    @cached_property
-    def planes(self) -> list[Plane]:
-        """Planes of the faces, each one for two opposite faces; members are of `merged`."""
-        return planes_of(self._axes)
-
-    @cached_property
-    def _axes(self) -> np.ndarray:
-        return self.merged / np.linalg.norm(self.merged, axis=1, keepdims=True)
-
-    @cached_property
+    @property
     def rank(self) -> int:
         """Dimension of the envelope: 3, or 2, 1, 0 for a flat one."""
-        if not self.planes:
-            return len(self.merged)
-        return 2 if len(self.planes[0].members) == len(self.merged) else 3
+        return len(self._used[2])
 
     @cached_property
     def half_spaces(self) -> tuple[np.ndarray, np.ndarray]:
-        """Unit normals (f, 3) and bounds (f,): the envelope is where all |n . x| <= bound."""
-        normals = [plane.normal for plane in self.planes]
+        """Unit normals (f, 3) and bounds (f,): the envelope is where all |n . x| <= bound.
+
+        First the normals of a flat one; some others may be those of an edge or a vertex.
+        """
+        axes, lengths, held, rest = self._used
+        walls = face_rows(axes)[:, :3] if self.rank == 3 else held[:1]
         if self.rank == 2:
-            normals += [np.cross(normals[0], axis) for axis in self._axes]
-        elif self.rank < 2:
-            normals = list(np.linalg.svd(np.vstack([self.merged, np.zeros((3, 3))]))[2])
-        normals = np.array(normals)
-        bounds = support(self.merged, normals)
-        bounds[bounds < THIN * np.linalg.norm(self.merged, axis=1).sum()] = 0.0
+            walls = np.cross(rest[0], axes)
+            walls /= np.linalg.norm(walls, axis=1, keepdims=True)
+        normals = np.vstack([rest, walls])
+        bounds = support(lengths[:, None] * axes, normals)
+        bounds[: len(rest)] = 0.0
+        bounds[bounds < THIN * lengths.sum()] = 0.0
         return normals, bounds
 
     @cached_property
     def _shape(self) -> tuple[np.ndarray, tuple[tuple[int, ...], ...]]:
-        """Vertices (v, 3) and faces; a vertex is known by the signs of its vectors."""
-        numbers: dict[tuple[int, ...], int] = {}
-        faces = [
-            tuple(numbers.setdefault(signs, len(numbers)) for signs in _loop(self.merged, p, side))
-            for p in self.planes
-            for side in (1, -1)
-        ]
-        if self.rank < 2:
-            numbers = {(1,) * self.rank: 0} | {(-1,) * self.rank: self.rank}
-        signs = np.array(list(numbers), dtype=np.float64).reshape(len(numbers), -1)
-        return signs @ self.merged, tuple(faces)
+        """Vertices (v, 3) and faces."""
+        axes, lengths, held, rest = self._used
+        vectors = lengths[:, None] * axes
+        if self.rank == 3:
+            return solid(vectors)
+        if self.rank == 2:
+            return flat(vectors, rest[0])
+        end = lengths.sum() * held.sum(axis=0)
+        return np.array([end, -end][: 1 + self.rank]), ()
 
     @property
     def vertices(self) -> np.ndarray:
@@ -121,26 +113,33 @@ class Envelope:
     @property
     def volume(self) -> float:
         """Volume, 0 for a flat envelope."""
-        return volume(self.merged) if self.rank == 3 else 0.0
+        return volume(self.generators) if self.rank == 3 else 0.0
 
     def support(self, directions) -> np.ndarray:
         """Greatest u . x inside, for directions u (..., 3)."""
-        return support(self.merged, directions)
+        return support(self.generators, directions)
 
     def share(self, points) -> np.ndarray:
         """By how much the envelope must be scaled to have the points (..., 3) on its surface.
 
-        Up to 1 they are inside; infinite where a flat envelope does not reach at any scale.
+        Up to 1 they are inside; infinite where a flat envelope does not reach at any scale, and
+        not a number for points that are none.
         """
         points = np.asarray(points, dtype=np.float64)
+        known = np.all(np.isfinite(points), axis=-1)
         normals, bounds = self.half_spaces
-        along = np.abs(points @ normals.T)
-        along[along < 1e-9 * np.linalg.norm(points, axis=-1, keepdims=True)] = 0.0
+        along = np.abs(np.where(known[..., None], points, 0.0) @ normals.T)
+        in_span = along <= FLAT * np.linalg.norm(points, axis=-1, keepdims=True)
+        along[in_span & (bounds == 0.0)] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.nan_to_num(along / bounds, nan=0.0, posinf=np.inf).max(axis=-1)
+            shares = np.nan_to_num(along / bounds, nan=0.0, posinf=np.inf).max(axis=-1)
+        return np.where(known, shares, np.nan)[()]
 
     def extent(self, directions) -> np.ndarray:
         """Distance from the centre to the surface along directions (..., 3), of any length."""
+        directions = validate.finite("directions", directions)
+        if not np.all(np.any(directions != 0.0, axis=-1)):
+            raise ValueError(f"directions: must not be zero; received {directions.tolist()}")
         with np.errstate(divide="ignore"):
             return np.linalg.norm(directions, axis=-1) / self.share(directions)
 
@@ -157,23 +156,6 @@ class Envelope:
         """The faces cut into triangles (t, 3) of vertex numbers, for drawing."""
         cut = [(f[0], f[k], f[k + 1]) for f in self.faces for k in range(1, len(f) - 1)]
         return np.array(cut, dtype=np.int64).reshape(-1, 3)
-
-
-def _loop(vectors, plane: Plane, side: int):
-    """Signs of the vectors at the vertices of one face, counter-clockwise seen from outside."""
-    normal = side * plane.normal
-    signs = np.sign(vectors @ normal).astype(int)
-    members = np.array(plane.members)
-    first = vectors[members[0]]
-    x, y = vectors[members] @ first, vectors[members] @ np.cross(normal, first)
-    y[0] = 0.0
-    turned = np.where(y < 0.0, -1, 1)
-    order = np.argsort(np.arctan2(np.abs(y), turned * x))
-    signs[members] = -turned
-    for direction in (1, -1):
-        for k in order:
-            signs[members[k]] = direction * turned[k]
-            yield tuple(int(s) for s in signs)
 
 
 def momentum_envelope(array) -> Envelope:

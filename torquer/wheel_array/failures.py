@@ -8,6 +8,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
 from torquer.wheel_array.layout import WheelArray
+from torquer.wheel_array.planes import span
 from torquer.wheel_array.rates import rate_about, worst_case
 
 
@@ -63,11 +64,15 @@ def _rates(envelope, inertia):
 def least_squares_half_spaces(array: WheelArray) -> np.ndarray:
     """Rows (m, 3) of the set that least squares reaches with no wheel beyond its limit.
 
-    The set is where all |row . H| <= 1: for n wheels up to 2 n faces, inside the envelope.
+    The set is where all |row . H| <= 1: for n wheels up to 2 n faces, inside the envelope. Where
+    the working axes have no hold, rows are too long for any H but zero.
     """
     limits = array.momentum_limits()
     works = limits > 0.0
-    return np.linalg.pinv(np.array(array.axes)[works].T) / limits[works, None]
+    axes = np.array(array.axes)[works].reshape(-1, 3)
+    held, rest = span(axes, limits[works])
+    rows = np.linalg.pinv(held @ axes.T) @ held / limits[works, None]
+    return np.vstack([rows, 1e300 * rest])
 
 
 class Comparison(NamedTuple):

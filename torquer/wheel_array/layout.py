@@ -9,16 +9,18 @@ from pydantic import AfterValidator, Field, model_validator
 from torquer import validate
 from torquer.geometry.vec3 import as_vector
 from torquer.spec import Spec, Vector
+from torquer.wheel_array.planes import rank_of
 
 Limit = Annotated[float, Field(gt=0.0)]
-#: Three axes whose determinant is below this lie in a plane, for all uses.
-FLAT = 1e-9
+#: Limits of an array: from, to, and by which factor they may differ. Beyond, cubes of them leave
+#: the range of numbers, and weak wheels drown in the rounding of strong ones.
+LEAST, MOST, MOST_UNEQUAL = 1e-12, 1e12, 1e6
 
 
 def checked_axes(value):
     """Unit axes as tuples; ValueError for fewer than three or all in one plane."""
     rows = validate.unit_rows("axes", value)
-    if len(rows) < 3 or np.linalg.svd(rows, compute_uv=False)[2] < FLAT:
+    if rank_of(rows) < 3:
         raise ValueError(
             f"axes: must hold three that do not lie in one plane; received {rows.tolist()}"
         )
@@ -48,6 +50,8 @@ class WheelArray(Spec):
                     f"{key}: must be one number or one per wheel ({self.count}); "
                     f"received {len(value)}"
                 )
+            if value is not None:
+                _check_sizes(key, np.atleast_1d(value))
         if len(set(self.lost)) < len(self.lost) or not set(self.lost) <= set(range(self.count)):
             raise ValueError(
                 f"lost: must be different wheel numbers from 0 to {self.count - 1}; "
@@ -86,6 +90,15 @@ class WheelArray(Spec):
 
     def _changed(self, **changes) -> "WheelArray":
         return type(self).model_validate({**self.model_dump(), **changes})
+
+
+def _check_sizes(key: str, limits) -> None:
+    equal = limits.max() <= MOST_UNEQUAL * limits.min()
+    if not equal or limits.min() < LEAST or limits.max() > MOST:
+        raise ValueError(
+            f"{key}: must be from {LEAST:g} to {MOST:g} and within a factor of {MOST_UNEQUAL:g} "
+            f"of one another; received {limits.tolist()}"
+        )
 
 
 def total_momentum(axes, wheel_momenta) -> np.ndarray:

@@ -41,8 +41,7 @@ def rate_about(envelope: Envelope, inertia_kg_m2, axes) -> np.ndarray:
 
     Source: WHEEL (3.1), for any axis.
     """
-    axes = np.asarray(axes, dtype=np.float64)
-    unit = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
+    unit = validate.unit_rows("axes", np.reshape(axes, (-1, 3))).reshape(np.shape(axes))
     momenta = unit @ validate.inertia_tensor("inertia_kg_m2", inertia_kg_m2)
     return envelope.extent(momenta) / np.linalg.norm(momenta, axis=-1)
 

@@ -12,16 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, dot, norm, scale, sub
+from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale, sub
 from torquer.wheel_array.allocation import (
     WheelSet,
     bound_of,
     least_squares,
     minimax,
-    spanned,
     wheel_set,
 )
 from torquer.wheel_array.envelope import THIN
+from torquer.wheel_array.planes import hold, spanned
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted; 1 for
 #: wheels that are within.
@@ -167,17 +167,38 @@ def biased(wheels, limit, bias, demand, out):
     return greatest
 
 
+@inlined
+def _room(reach, normal, bound, middle, demand):
+    """That reach, or less where a half-space about the middle ends before."""
+    along = dot(normal, demand)
+    room = bound + dot(normal, middle) if along > 0.0 else bound - dot(normal, middle)
+    room = max(room, 0.0)
+    return room / abs(along) if room < abs(along) * reach else reach
+
+
 @kernel
-def _reach(wheels, half, middle, demand, least):
-    """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels."""
-    reach = 1.0
-    for f in range(wheels.faces.shape[0]):
-        normal = _axis(wheels.faces, f)
-        along, bound = dot(normal, demand), bound_of(wheels.faces, f, half)
-        if bound > least:
-            room = bound + dot(normal, middle) if along > 0.0 else bound - dot(normal, middle)
-            if max(room, 0.0) < abs(along) * reach:
-                reach = max(room, 0.0) / abs(along)
+def _reach(wheels, half, middle, demand, held):
+    """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels.
+
+    `held`: the `hold` of the working wheels, which spans the demand.
+    """
+    (first, second, _), sizes = held
+    reach, least = 1.0, 0.0
+    for k in range(half.shape[0]):
+        least += THIN * half[k]
+    if sizes[2] > 0.0:
+        for f in range(wheels.faces.shape[0]):
+            bound = bound_of(wheels.faces, f, half)
+            if bound > least:
+                reach = _room(reach, _axis(wheels.faces, f), bound, middle, demand)
+        return reach
+    for edge in range(half.shape[0]):  # in a plane: its edges; on a line, all of it
+        line = _axis(wheels.axes, edge)
+        wall, bound = cross(cross(first, second), line) if sizes[1] > 0.0 else line, 0.0
+        for k in range(half.shape[0]):
+            bound += half[k] * abs(dot(wall, _axis(wheels.axes, k)))
+        if half[edge] > 0.0 and bound > least:
+            reach = _room(reach, wall, bound, middle, demand)
     return reach
 
 
@@ -203,11 +224,9 @@ def steer(steering, step_s, momenta, torque, out):
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
-    middle, least = _total(wheels.axes, limit, work[CENTRE]), 0.0
-    for k in range(limit.shape[0]):
-        least += THIN * work[HALF, k]
-    torque, _ = spanned(wheels.axes, limit, torque)
-    part = _reach(wheels, work[HALF], middle, torque, least)
+    held, middle = hold(wheels.axes, limit), _total(wheels.axes, limit, work[CENTRE])
+    torque = spanned(held, torque)
+    part = _reach(wheels, work[HALF], middle, torque, held)
     minimax(wheels, work[HALF], sub(scale(part, torque), middle), out)
     for k in range(limit.shape[0]):
         out[k] = _bounded(work, k, out[k])
@@ -225,11 +244,9 @@ def steer_nearest(steering, step_s, momenta, torque, out):
     at once, round and round.
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
-    axes, least = wheels.axes, 0.0
-    for k in range(limit.shape[0]):
-        least += THIN * limit[k]
-    torque, _ = spanned(axes, limit, torque)
-    torque = scale(_reach(wheels, limit, (0.0, 0.0, 0.0), torque, least), torque)
+    axes, held = wheels.axes, hold(wheels.axes, limit)
+    torque = spanned(held, torque)
+    torque = scale(_reach(wheels, limit, (0.0, 0.0, 0.0), torque, held), torque)
     minimax(wheels, limit, torque, out)
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
     for k in range(limit.shape[0]):
