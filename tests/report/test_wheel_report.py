@@ -84,11 +84,46 @@ def test_a_design_without_extras_is_told_without_them():
     report = report_of(wheels_from_text(SHORT))
     assert report["torque"] is None and report["accumulation"] is None
     assert report["demand"] == {}
-    assert [row["name"] for row in report["layouts"]] == ["given"]  # no principal axes
+    assert len(report["layouts"]) == 4 and report["only_given_layout"] is None
     assert "demand" not in failure_rows(report)[1]
     assert len(failure_rows(report)[2]) == 1 + 6 + 15
     assert len(summary_rows(report)) == 6
     json.dumps(report, allow_nan=False)
+
+
+def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
+    """The same body in axes that are turned against it: the same rates, the axes turned back."""
+    text, turn = EXAMPLE.read_text(), np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0, 0, 1.0]])
+    c, s = np.cos(0.2), np.sin(0.2)
+    turn = turn @ np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    tensor = turn @ np.diag([2600.0, 11100.0, 10900.0]) @ turn.T
+    given = "inertia_kg_m2 = [2600.0, 11100.0, 10900.0]"
+    assert given in text
+    turned = report_of(wheels_from_text(
+        text.replace(given, f"inertia_kg_m2 = {(0.5 * (tensor + tensor.T)).tolist()}")
+    ))  # fmt: skip
+    here, there = ({row["name"]: row for row in each["layouts"]} for each in (report, turned))
+    assert list(there) == list(here)
+    for name in ("balanced rates", "best worst rate"):
+        assert there[name]["worst_rate_deg_s"] == pytest.approx(here[name]["worst_rate_deg_s"])
+        assert there[name]["angles"] == here[name]["angles"] + " *"
+        lines = np.abs(np.array(there[name]["axes"]) @ turn @ np.array(here[name]["axes"]).T)
+        assert lines.max(axis=0) == pytest.approx(1.0) and lines.max(axis=1) == pytest.approx(1.0)
+    assert "* on principal axes" in layout_rows(turned)[0]
+    assert "*" not in layout_rows(report)[0]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ("momentum_limit_n_m_s = [2.0, 2.0, 2.0, 2.0, 2.0, 1.9]", "the limits are not equal"),
+        ("lost = [2]\nmomentum_limit_n_m_s = 2.0", "wheels are lost"),
+    ],
+)
+def test_where_no_layouts_are_compared_it_says_why(change, reason):
+    report = report_of(wheels_from_text(SHORT.replace("momentum_limit_n_m_s = 2.0", change)))
+    assert [row["name"] for row in report["layouts"]] == ["given"]
+    assert ("Other layouts", f"not compared: {reason}") in summary_rows(report)
 
 
 def test_six_wheels_get_the_icosahedron_and_seven_a_search():

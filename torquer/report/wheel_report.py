@@ -2,6 +2,7 @@
 
 import math
 import time
+from itertools import permutations
 
 import numpy as np
 
@@ -42,6 +43,7 @@ def report_of(design: WheelDesign) -> dict:
         "allocation": _cost(array),
         "failures": _failures(design, array, inertia, growth),
         "layouts": _layouts(design, array, inertia, growth),
+        "only_given_layout": _only_given(array),
         "accumulation": growth and _accumulation(array, growth),
     }
 
@@ -184,26 +186,44 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
 def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
     """The given layout and others of as many wheels: name, angles, axes (n, 3).
 
-    Angles are worked out for principal axes along the body's and equal limits: else there are
-    none but the given one.
+    Pyramids for rates stand on the principal axes, which `*` marks where they are not the body's.
     """
-    array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
-    limits, count = array.momentum_limits(), array.count
-    found = [("given", "", np.array(array.axes))]
-    equal = np.ptp(limits) == 0.0 and not array.lost
-    if not equal or np.any(inertia != np.diag(np.diag(inertia))):
+    array = design.wheels.array()
+    found, count = [("given", "", np.array(array.axes))], array.count
+    if _only_given(array):
         return found
-    moments = np.diag(inertia)
-    found.append(("balanced rates", *_pyramid(count, _balanced(count, moments))))
+    moments, turn = _principal(np.array(design.body.inertia_kg_m2))
+    found.append(("balanced rates", *_turned(_pyramid(count, _balanced(count, moments)), turn)))
     best = search.search(
         lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),
         *(([1.0] * _free(count)), [89.0] * _free(count)), starts=6,
     )  # fmt: skip
-    found.append(("best worst rate", *_pyramid(count, best.parameters)))
+    name = "best worst rate" if best.is_optimal else "good worst rate"
+    found.append((name, *_turned(_pyramid(count, best.parameters), turn)))
     if design.demand.momentum_n_m_s is not None:
         least = angles.least_four_sided if count == 4 else angles.least_regular
         found.append(("least momenta", *_pyramid(count, least(design.demand.momentum_n_m_s))))
     return [*found, ("greatest volume", *_greatest_volume(count))]
+
+
+def _only_given(array: WheelArray) -> str | None:
+    """Why no other layouts are compared; None where they are."""
+    if array.lost:
+        return "wheels are lost"
+    return None if np.ptp(array.momentum_limits()) == 0.0 else "the limits are not equal"
+
+
+def _principal(inertia) -> tuple[np.ndarray, np.ndarray]:
+    """Principal moments (3,) and axes, columns (3, 3), in the order nearest to the body's."""
+    moments, axes = np.linalg.eigh(inertia)
+    order = max(permutations(range(3)), key=lambda p: np.abs(np.diag(axes[:, p])).sum())
+    return moments[list(order)], axes[:, order] * np.sign(np.diag(axes[:, order]))
+
+
+def _turned(pyramid: tuple[str, np.ndarray], turn) -> tuple[str, np.ndarray]:
+    """A pyramid on the principal axes, in the body frame."""
+    told, axes = pyramid
+    return (told, axes) if np.all(turn == np.eye(3)) else (f"{told} *", axes @ turn.T)
 
 
 def _free(count: int) -> int:
@@ -231,7 +251,7 @@ def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
         return f"{angles.GREATEST_VOLUME_DEG:.1f}", regular
     if count == 6:
         return "icosahedral", layout.icosahedral()
-    return "by search", search.greatest_volume(count, starts=30).axes
+    return "by search", search.greatest_volume(count).axes
 
 
 def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[dict]:

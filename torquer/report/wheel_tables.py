@@ -26,6 +26,8 @@ def summary_rows(report: dict) -> list[tuple[str, str]]:
             ),
         ]
     rows += [(f"Demand: {k}", _met(v)) for k, v in report["demand"].items()]
+    if report["only_given_layout"]:
+        rows.append(("Other layouts", f"not compared: {report['only_given_layout']}"))
     return rows + _method_rows(report) + _accumulation_rows(report["accumulation"])
 
 
@@ -128,6 +130,8 @@ def layout_rows(report: dict) -> tuple[str, tuple, list]:
     title = "Layouts: deg, deg/s"
     title += "; what the demand needs, N m s" if wanted else ""
     title += "; saturated after" if grows else ""
+    turned = any(each["angles"].endswith("*") for each in report["layouts"])
+    title += "; * on principal axes, not the body's" if turned else ""
     return title, tuple(head), rows
 
 

@@ -6,6 +6,7 @@ from torquer.gallery.drawing import BLUE, RED, label, new_figure
 from torquer.gallery.entry import Answer, Entry, Verdict, near, within
 from torquer.wheel_array import angles, layout
 from torquer.wheel_array.demand import Box, greatest_norm
+from torquer.wheel_array.minimise import TOLERANCE
 from torquer.wheel_array.search import least_norm, search
 
 
@@ -24,7 +25,9 @@ def compute() -> Answer:
         near("alpha at H3/H2 = 6.4", "70.0", at[0], "deg"),
         near("beta at H3/H2 = 6.4", "21.5", at[1], "deg"),
         within("closed form off the search", "(6.10)",
-               np.abs(found.parameters - at).max(), high=1e-4, unit="deg"),
+               np.abs(found.parameters - at).max(), high=1e-6, unit="deg"),
+        within("what the search leaves of the conditions of an optimum", "our own: 0",
+               found.residual, high=TOLERANCE),
         within("norm at the printed angles over the least", "least",
                norms[1] / norms[0], high=1.0001),
     )  # fmt: skip
