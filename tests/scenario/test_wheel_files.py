@@ -60,6 +60,11 @@ KINDS = ", ".join(LAYOUTS)
          "wheels.momentum_limit_n_m_s: must be one number or one per wheel (4); received 2"),
         ("momentum_limit_n_m_s = 18.0", "momentum_limit_n_m_s = 1\nlost = [4]",
          "wheels.lost: must be different wheel numbers from 0 to 3; received (4,)"),
+        ("momentum_limit_n_m_s = 18.0", "momentum_limit_n_m_s = 1\nlost = [0, 1, 2, 3]",
+         "wheels.lost: must leave a wheel; received (0, 1, 2, 3)"),
+        ("momentum_limit_n_m_s = 18.0", "momentum_limit_n_m_s = [1, 1, 1, 1e-9]",
+         "wheels.momentum_limit_n_m_s: must be from 1e-12 to 1e+12 and within a factor of 1e+06 "
+         "of one another; received [1.0, 1.0, 1.0, 1e-09]"),
         ("density_kg_m3 = 3.0e-12", "", "accumulation.density_kg_m3: must be above 0 with parts, "
          "and 0 without; received 0 with 2 parts"),
         ('kind = "cylinder"', 'kind = "cone"', "accumulation.parts[0].kind: must be one of "

@@ -221,6 +221,10 @@ def test_demands_keep_their_shape_and_methods_their_names():
     assert (momenta.shape, greatest.shape) == ((6,), ())
     with pytest.raises(ValueError, match="method: must be 'minimax' or 'least_squares'; received"):
         allocate(array("six"), [1.0, 2.0, 3.0], "euclid")
+    with pytest.raises(ValueError, match="demands: must be finite"):
+        allocate(array("six"), [1.0, np.nan, 3.0])
+    with pytest.raises(ValueError, match=r"demands: must have shape .*; received \(2,\)"):
+        allocate(array("six"), [1.0, 2.0])
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="times compiled code")

@@ -193,3 +193,22 @@ def test_what_is_refused():
         Envelope([1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match="generators: must be finite"):
         Envelope([[1.0, np.nan, 3.0]])
+    with pytest.raises(ValueError, match=r"directions: must not be zero; received \[0\.0, 0\.0"):
+        Envelope(np.eye(3)).extent([0.0, 0.0, 0.0])
+
+
+def test_points_that_are_no_numbers_are_not_inside():
+    found = Envelope(np.eye(3))
+    points = [[np.nan, 0.0, 0.0], [0.5, 0.0, 0.0], [np.inf, 0.0, 0.0]]
+    assert found.contains(points).tolist() == [False, True, False]
+    assert np.isnan(found.share(points)).tolist() == [True, False, True]
+
+
+@pytest.mark.parametrize("scale", [1e-12, 1e12])
+def test_shares_do_not_depend_on_the_unit(scale):
+    points = np.random.default_rng(6).normal(size=(20, 3))
+    shares = Envelope(scale * SIX).share(scale * points)
+    assert shares == pytest.approx(Envelope(SIX).share(points), rel=1e-13)
+    weak = np.vstack([SIX[:2], 1e-6 * SIX[2]])
+    point = weak.T @ [0.3, -0.2, 1.0]  # what the weak one holds decides
+    assert Envelope(weak).share(point) == pytest.approx(1.0, rel=1e-9)

@@ -94,6 +94,15 @@ def test_the_comparison_is_that_of_samples(wheels):
     assert hull.volume == pytest.approx(found.volume * envelope.volume, rel=0.02)
 
 
+def test_least_squares_holds_nothing_across_the_plane_of_two_wheels():
+    left = FOUR.without(0, 1)
+    rows, found = least_squares_half_spaces(left), momentum_envelope(left)
+    corner = found.vertices[0]
+    assert np.abs(rows[:2] @ corner).max() == pytest.approx(1.0)
+    across = np.cross(*np.array(left.axes)[2:])
+    assert np.abs(rows @ (corner + 1e-6 * across)).max() > 1e200
+
+
 def test_a_flat_envelope_is_refused():
     with pytest.raises(ValueError, match="array: must span three dimensions; received rank 2"):
         least_squares_against_minimax(FOUR.without(0, 1))

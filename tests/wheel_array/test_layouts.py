@@ -96,6 +96,8 @@ FLAT = [[1, 0, 0], [0, 1, 0], [1, 1, 0], [1, -1, 0]]
             {"torque_limit_n_m": (1.0, 2.0, 1.0, 1.0)},
             r"torque_limit_n_m: must be one number or one per wheel \(3\); received 4",
         ),
+        ({"momentum_limit_n_m_s": 1e-150}, "momentum_limit_n_m_s: must be from 1e-12 to 1e"),
+        ({"torque_limit_n_m": (1.0, 1.0, 1e7)}, r"within a factor of 1e\+06 of one another"),
         ({"lost": (3,)}, r"lost: must be different wheel numbers from 0 to 2; received \(3,\)"),
         ({"lost": (1, 1)}, r"lost: must be different wheel numbers from 0 to 2; received \(1, 1\)"),
     ],
@@ -103,6 +105,13 @@ FLAT = [[1, 0, 0], [0, 1, 0], [1, 1, 0], [1, -1, 0]]
 def test_what_is_refused(changes, message):
     with pytest.raises(ValidationError, match=message):
         WheelArray(**{"axes": np.eye(3).tolist(), "momentum_limit_n_m_s": 1.0, **changes})
+
+
+def test_axes_of_any_length_are_made_unit_vectors():
+    wheels = array([[1e200, 0.0, 0.0], [0.0, 3e-200, 4e-200], [0.0, 0.0, 2.0]])
+    assert np.array(wheels.axes) == pytest.approx(
+        np.array([[1.0, 0.0, 0.0], [0.0, 0.6, 0.8], [0.0, 0.0, 1.0]])
+    )
 
 
 def test_torques_need_a_torque_limit_and_a_mounting_a_rotation():

@@ -215,6 +215,20 @@ def test_the_pyramid_of_greatest_volume_has_its_angle_for_any_count():
             assert volume(layout.regular_pyramid(count, gamma)) < best
 
 
+def test_layouts_in_a_plane_are_refused_and_no_demand_needs_nothing():
+    def flat(parameters):
+        turn = np.radians(parameters[0])
+        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
+
+    for measure in (search.least_norm, search.least_peak, search.least_squares_peak):
+        with pytest.raises(ValueError, match="layout: must span space at some of the points"):
+            search.search(flat, measure(Box(HALF)), (1,), (89,), starts=2)
+        none = search.search(four, measure(Box(np.zeros(3))), (1, 1), (89, 89), starts=2)
+        assert (none.measure, none.residual) == (0.0, 0.0)
+    assert greatest_norm(flat([30.0]), Box(HALF)) == np.inf
+    assert greatest_momentum(flat([30.0]), Box(HALF)) == np.inf
+
+
 def test_search_is_deterministic_and_refuses_bad_bounds():
     measure = search.least_norm(Box(HALF))
     first, second = (search.search(six, measure, (1,), (89,), starts=2) for _ in range(2))

@@ -100,6 +100,12 @@ class WheelDesign(Spec):
     demand: Demand = Demand()
     accumulation: Accumulation | None = None
 
+    @model_validator(mode="after")
+    def _some_wheel_works(self):
+        if len(self.wheels.lost) == self.wheels.array().count:
+            raise ValueError(f"wheels.lost: must leave a wheel; received {self.wheels.lost}")
+        return self
+
 
 def load_wheels(path) -> WheelDesign:
     """The design, or the scenario, of a TOML file; `WheelsError` with one line per mistake."""

@@ -74,6 +74,8 @@ def _descended(pieces, x, close: float, refine: bool) -> Least:
     level, moving = 0.0, refine
     for _ in range(ROUNDS):
         values = _finite(pieces(x, x))
+        if values.max() == 0.0:  # nothing is wanted
+            return Least(x, 0.0, 0.0)
         left_out = values.max() > level * (1.0 + close)
         if not left_out and not moving:
             break
@@ -82,9 +84,9 @@ def _descended(pieces, x, close: float, refine: bool) -> Least:
         before, x = x, _sequential(some, x) if left_out else _refined(some, x)
         moving = refine and (left_out or np.abs(x - before).max() > MOVED)
         level = some(x).max()
-    balance = _balance(some, x)
-    residual = balance.residual + _kinks(some, x, balance.weights)
-    return Least(x, float(values.max()), residual)
+    value, balance = float(_finite(pieces(x, x)).max()), _balance(some, x)
+    above = max(value / level - 1.0, 0.0) if left_out else 0.0
+    return Least(x, value, balance.residual + above + _kinks(some, x, balance.weights))
 
 
 def _finite(values) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 from torquer import validate
 from torquer.wheel_array.demand import Ellipsoid, momentum_pieces, norm_pieces, share_pieces
 from torquer.wheel_array.envelope import volume
-from torquer.wheel_array.minimise import TOLERANCE, least_greatest
+from torquer.wheel_array.minimise import HUGE, TOLERANCE, least_greatest
 
 
 class Found(NamedTuple):
@@ -90,6 +90,8 @@ def search(
 
     points = np.random.default_rng(seed).uniform(size=(starts, len(lower)))
     best = least_greatest(pieces, points)
+    if best.value >= HUGE:
+        raise ValueError("layout: must span space at some of the points; received planes or lines")
     parameters = lower + best.parts * (upper - lower)
     return Found(parameters, np.asarray(layout(parameters)), best.value, best.residual)
 
