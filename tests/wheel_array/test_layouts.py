@@ -96,7 +96,7 @@ FLAT = [[1, 0, 0], [0, 1, 0], [1, 1, 0], [1, -1, 0]]
             {"torque_limit_n_m": (1.0, 2.0, 1.0, 1.0)},
             r"torque_limit_n_m: must be one number or one per wheel \(3\); received 4",
         ),
-        ({"momentum_limit_n_m_s": 1e-150}, "momentum_limit_n_m_s: must be from 1e-12 to 1e"),
+        ({"momentum_limit_n_m_s": 1e-13}, "momentum_limit_n_m_s: must be from 1e-12 to 1e"),
         ({"torque_limit_n_m": (1.0, 1.0, 1e7)}, r"within a factor of 1e\+06 of one another"),
         ({"lost": (3,)}, r"lost: must be different wheel numbers from 0 to 2; received \(3,\)"),
         ({"lost": (1, 1)}, r"lost: must be different wheel numbers from 0 to 2; received \(1, 1\)"),

@@ -119,8 +119,21 @@ def _refined(some, x) -> np.ndarray:
         if not balance.residual < least:
             break
         best, least = x, balance.residual
-        x = np.clip(x + _newton_step(some, x, balance), 0.0, 1.0)
+        ends = [np.clip(x + _newton_step(some, x, part), 0.0, 1.0)
+                for part in _with_fewer(balance, some(x))]  # fmt: skip
+        x = min(ends, key=lambda end: _balance(some, end).residual, default=x)
     return best
+
+
+def _with_fewer(balance, values):
+    """The balance, and again without one more of its pieces, the lowest first.
+
+    Where a measure is smooth in some direction, many pieces touch it, and no step makes all equal.
+    """
+    weights = balance.weights.copy()
+    for k in sorted(np.flatnonzero(weights), key=lambda k: values[k]):
+        yield balance._replace(weights=weights.copy())
+        weights[k] = 0.0
 
 
 class _Balance(NamedTuple):
