@@ -106,7 +106,8 @@ def total_momentum(axes, wheel_momenta) -> np.ndarray:
 
     Source: WHEEL (1.1), WHEEL (5.1).
     """
-    return np.asarray(wheel_momenta) @ np.asarray(axes)
+    # (not by BLAS, which rounds a row by how many there are)
+    return np.einsum("...n,nk->...k", np.asarray(wheel_momenta), np.asarray(axes))
 
 
 def four_sided_pyramid(alpha_deg: float, beta_deg: float) -> np.ndarray:
