@@ -22,6 +22,12 @@ GYROSTAT = {
     "environment.gravity_gradient": False,
     "initial": {"rate_deg_s": [1.0, 0.0, 0.5]},
 }
+#: A sphere that a torque spins up by 0.57 deg/s a second.
+SPUN_UP = {
+    "disturbance.constant_torque_n_m": [0.0, 0.0, 0.01],
+    "spacecraft.body.inertia_kg_m2": [1.0, 1.0, 1.0],
+    "initial": {"rate_deg_s": [0.0, 0.0, 1.0]},
+}
 NUTATION = 0.02 / np.sqrt(0.03 * 0.01)
 
 
@@ -123,10 +129,7 @@ def test_the_lag_that_is_told_is_the_lag_that_happened(make, rate_deg_s):
 
 @needs_jit
 def test_a_motion_that_outgrows_the_step_ends_the_run_and_keeps_the_record(make):
-    changes = {
-        "disturbance.constant_torque_n_m": [0.0, 0.0, 0.01],
-        "spacecraft.body.inertia_kg_m2": [1.0, 1.0, 1.0],
-        "initial": {"rate_deg_s": [0.0, 0.0, 1.0]},
+    changes = SPUN_UP | {
         "simulation.step_s": 2.0,
         "control.sample_s": 2.0,
     }
@@ -143,10 +146,7 @@ def test_a_motion_that_outgrows_the_step_ends_the_run_and_keeps_the_record(make)
 
 @needs_jit
 def test_a_motion_that_outgrows_the_step_after_the_last_record_ends_the_run_too(make):
-    changes = {
-        "disturbance.constant_torque_n_m": [0.0, 0.0, 0.01],
-        "spacecraft.body.inertia_kg_m2": [1.0, 1.0, 1.0],
-        "initial": {"rate_deg_s": [0.0, 0.0, 1.0]},
+    changes = SPUN_UP | {
         "simulation": {"duration_s": 600.0, "step_s": 1.0, "record_s": 600.0},
     }
     with pytest.raises(RunStopped, match=r"^simulation\.step_s: .* from t = 600 s on") as error:
