@@ -211,10 +211,12 @@ def test_a_wheel_near_its_speed_limit_is_not_asked_beyond(interval_s):
 def test_an_idle_share_spins_the_wheels_up_without_a_torque_on_the_body():
     spec = wheels(idle_share=0.1, momentum_limit_n_m_s=2.0)
     driver, state = ready(spec, (0.0, 0.0, 0.0))
+    # a motor's torque is a difference of momenta, over a second, each of which is rounded
+    rounding = 2.0 * len(state[BIAS]) * np.spacing(np.abs(state[BIAS]).max())
     for step in range(60):
         read_wheels(driver, state, (0.0, 0.0, 0.0), 1, step)
         drive_wheels(driver, state, (0.0, 0.0, 0.0), 1.0, step)
-        assert state[MOTOR] @ axes_of(spec) == pytest.approx(0.0, abs=1e-16)
+        assert np.abs(state[MOTOR] @ axes_of(spec)).max() <= rounding
         state[MOMENTUM] += state[MOTOR]
     assert np.abs(state[MOMENTUM]).min() >= 0.1 * 2.0
     assert state[MOMENTUM] == pytest.approx(state[BIAS], abs=1e-14)
