@@ -169,3 +169,19 @@ def test_what_is_told_as_safe_is_braked_in_nutation_too():
                 power = sum(p * f**2 * damping_efficiency(f, *times) for p, f in parts)
                 least = min(least, power / sum(p * f**2 for p, f in parts))
     assert 0.0 < least < 0.05  # so the margin is not a wasteful one
+
+
+def test_coils_that_follow_no_command_have_no_limit_of_the_gain(told):
+    """Beyond 1e9 holds the map of a cycle is rounding: no note, and no error either."""
+    slow = {"spacecraft.coils.lag_s": 1e10, "initial.rate_deg_s": [0.0, 0.0, 0.0]}
+    assert told(law(), slow) == []
+
+
+def test_the_precession_of_nutation_damping_has_the_momentum_of_the_wheels(told):
+    wheels = {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 20.0,
+              "torque_limit_n_m": 0.1, "speed_limit_rpm": 6000.0,
+              "initial_speed_rpm": [0.0, 0.0, 360.0]}  # fmt: skip
+    body = {"spacecraft.body.inertia_kg_m2": [2.0, 2.0, 1.0], "simulation.step_s": 0.1}
+    rest = {"initial.rate_deg_s": [0.0, 0.0, 0.0], "spacecraft.wheels": wheels}
+    (note,) = [n for n in told(law("nutation_damping"), HELD, body, rest) if "precession" in n]
+    assert note.startswith(f"the initial precession of {math.degrees(1.2 / 2.0):.3g} deg/s is near")

@@ -12,8 +12,10 @@ from torquer.control.nutation_damping import (
     NutationDampingRate,
 )
 from torquer.control.scheme import Scheme
+from torquer.simulation.resolution import momentum_at_start
 from torquer.simulation.spec import Scenario
 from torquer.theory.gains import (
+    MOST_LAG,
     Sampling,
     bdot_greatest_gain,
     damping_efficiency,
@@ -72,9 +74,8 @@ def _turn(scenario: Scenario, law) -> _Turn:
     if isinstance(law, _BDOT):
         rate = float(np.linalg.norm(omega))
         return _Turn(rate, "the initial rate", "B-dot", "rotation")
-    body, axis = scenario.spacecraft.body, np.array(law.axis)
-    inertia = np.array(body.inertia_kg_m2)
-    momentum = inertia @ omega + np.array(body.wheel_momentum_n_m_s)
+    inertia, axis = np.array(scenario.spacecraft.body.inertia_kg_m2), np.array(law.axis)
+    momentum = momentum_at_start(scenario.spacecraft, omega)
     transverse = 0.5 * (np.trace(inertia) - axis @ inertia @ axis)
     rate = float(np.linalg.norm(momentum) / transverse)
     return _Turn(rate, "the initial precession", "nutation damping", "nutation")
@@ -118,6 +119,8 @@ def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
 
 def _gain_notes(scenario: Scenario, law) -> list[str]:
     sampling = sampling_of(scenario, law)
+    if sampling.lag_s > MOST_LAG * sampling.hold_s:
+        return []  # such coils follow no command
     moments, _ = scenario.spacecraft.body.principal()
     greatest = bdot_greatest_gain(
         float(moments[0]), _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,

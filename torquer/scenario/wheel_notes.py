@@ -11,10 +11,10 @@ from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.geometry.vec3 import as_matrix
+from torquer.simulation.resolution import momentum_at_start
 from torquer.simulation.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
-from torquer.wheel_array.layout import total_momentum
 from torquer.wheel_array.steering import bias_of
 
 #: Part of a law's own time for which a torque may be held before the motion is another one.
@@ -155,12 +155,9 @@ def _torque_share(wheels: ReactionWheels, torque) -> float:
 def _excess_momentum(scenario: Scenario, omega, r, v) -> tuple[float, float]:
     """(Least momentum that is left for the wheels in the wanted attitude, most that they hold)."""
     wheels, body = scenario.spacecraft.wheels, scenario.spacecraft.body
-    array, inertia = wheels.array(), np.array(body.inertia_kg_m2)
-    momenta = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
-    held = total_momentum(array.axes, momenta)
-    fixed = np.array(body.wheel_momentum_n_m_s)
-    size = float(np.linalg.norm(inertia @ omega + fixed + held) - np.linalg.norm(fixed))
+    momentum = momentum_at_start(scenario.spacecraft, omega)
+    size = float(np.linalg.norm(momentum) - np.linalg.norm(body.wheel_momentum_n_m_s))
     if scenario.control.wheel_law.orbital:
         turning = float(np.linalg.norm(np.cross(r, v)) / (r @ r))
         size -= turning * float(body.principal()[0][-1])
-    return size, float(np.linalg.norm(momentum_envelope(array).vertices, axis=1).max())
+    return size, float(np.linalg.norm(momentum_envelope(wheels.array()).vertices, axis=1).max())

@@ -124,14 +124,18 @@ def advance_in_python(run: Run, last: int) -> int:
     return loop.RUNNING
 
 
+def standing(run: Run) -> tuple:
+    """(Motion, environment) where a run stands."""
+    around = Around(run.tables.orbit, run.tables.air, run.plan.gravity)
+    return loop.motion_of(run.state.cells), environment_at(around, run.now_s)
+
+
 def _measured(run: Run, step: int, phase: int) -> Measured:
     """What the sensors read at a sampling instant; coils are off where a window begins."""
     plan, state = run.plan, run.state
     if phase == 0 and plan.measure_steps > 0:
         loop.switch_off(plan.coils, state.coils)
-    x = loop.motion_of(state.cells)
-    around = Around(run.tables.orbit, run.tables.air, plan.gravity)
-    here = environment_at(around, step * plan.step_s)
+    x, here = standing(run)
     measured, _ = loop.sense(plan, run.tables, state, x, here, step)
     return Measured(*measured)
 

@@ -25,15 +25,22 @@ class Speeds(NamedTuple):
     nutation: float
 
 
+def momentum_at_start(spacecraft, omega) -> np.ndarray:
+    """Momentum [N m s, body] of a `Spacecraft` and its wheels that starts at a rate [rad/s]."""
+    body, wheels = spacecraft.body, spacecraft.wheels
+    momentum = np.array(body.inertia_kg_m2) @ omega + body.wheel_momentum_n_m_s
+    if wheels is None:
+        return momentum
+    own = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
+    return momentum + total_momentum(wheels.array().axes, own)
+
+
 def speeds_at_start(spacecraft, initial) -> Speeds:
     """Speeds of a `Spacecraft` with an `InitialMotion`; the orbital rate is left out."""
-    body, wheels = spacecraft.body, spacecraft.wheels
-    omega, inertia = np.radians(initial.rate_deg_s), np.array(body.inertia_kg_m2)
-    momentum, turning = inertia @ omega + body.wheel_momentum_n_m_s, inertia
-    if wheels is not None:
-        turning = inertia - wheels.rotor_tensor_kg_m2()
-        own = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
-        momentum = momentum + total_momentum(wheels.array().axes, own)
+    omega, turning = np.radians(initial.rate_deg_s), np.array(spacecraft.body.inertia_kg_m2)
+    momentum = momentum_at_start(spacecraft, omega)
+    if spacecraft.wheels is not None:
+        turning = turning - spacecraft.wheels.rotor_tensor_kg_m2()
     inverse = as_symmetric(np.linalg.inv(turning))
     square = nutation_square(inverse, as_vector(momentum), as_vector(omega))
     return Speeds(float(np.linalg.norm(omega)), math.sqrt(abs(square)))

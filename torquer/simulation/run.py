@@ -13,8 +13,7 @@ from torquer.control.off import Off, no_answer
 from torquer.control.user import spec_of
 from torquer.integrate.dop853 import workspace
 from torquer.simulation import step as loop
-from torquer.simulation.advance import Around, environment_at
-from torquer.simulation.asking import LawFailed, advance_in_python, next_event, reason
+from torquer.simulation.asking import LawFailed, advance_in_python, next_event, reason, standing
 from torquer.simulation.size import piece_steps
 from torquer.simulation.spec import Scenario, whole_steps
 from torquer.spacecraft.coils import NO_COILS
@@ -263,9 +262,7 @@ def _resolved_at_the_end(run: Run) -> bool:
     if run.state.step[0] < run.steps or run.scenario.simulation.integrator != "rk4":
         return True
     state = run.state._replace(cells=run.state.cells.copy())  # this adds nothing up
-    around = Around(run.tables.orbit, run.tables.air, run.plan.gravity)
-    here = environment_at(around, run.now_s)
-    return loop.resolves(run.plan, state, loop.motion_of(state.cells), here)
+    return loop.resolves(run.plan, state, *standing(run))
 
 
 def record_this_instant(run: Run) -> None:

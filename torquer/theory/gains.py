@@ -21,6 +21,9 @@ import numpy as np
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.slow_loop import greatest_step
 
+#: Lag over hold up to which the map of a cycle is more than rounding.
+MOST_LAG = 1e9
+
 
 class Sampling(NamedTuple):
     """Times [s] of a sampled law: of its difference (0: none), hold, coils' lag, coils off."""
@@ -148,6 +151,8 @@ def bdot_greatest_gain(
         raise ValueError(f"difference_s: must not exceed measure_s; received {difference_s}")
     if measure_s == 0.0 and difference_s not in (0.0, hold_s):
         raise ValueError(f"difference_s: must be 0 or hold_s here; received {difference_s}")
+    if lag_s > MOST_LAG * hold_s:
+        raise ValueError(f"lag_s: must be at most {MOST_LAG:g} times hold_s; received {lag_s}")
     part = greatest_step(difference_s, hold_s, lag_s, measure_s)
     return part * least_inertia_kg_m2 / (greatest_field_t**2 * hold_s)
 
