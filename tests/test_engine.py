@@ -12,7 +12,15 @@ import pytest
 
 import torquer
 from torquer import engine
-from torquer.engine import borrowed, cache_of, cache_root, is_own, keep_off_disk, kernel, source_key
+from torquer.engine import (
+    cache_of,
+    cache_root,
+    is_own,
+    keep_off_disk,
+    kernel,
+    source_key,
+    without_reference_counts,
+)
 
 
 @pytest.fixture
@@ -187,19 +195,19 @@ class Nested(NamedTuple):
 
 
 @kernel
-def twice_through_borrowed(nested):
-    nested = borrowed(nested)
+def twice_without_reference_counts(nested):
+    nested = without_reference_counts(nested)
     for array in nested.arrays:
         array[0] *= 2.0
     return nested.number + nested.arrays[1][0]
 
 
-def test_borrowed_arrays_are_the_same_memory_and_their_owners_are_left_alone():
+def test_arrays_without_reference_counts_are_the_same_memory_and_their_owners_are_left_alone():
     first, second = np.ones(3), np.full(2, 5.0)
     counts = sys.getrefcount(first), sys.getrefcount(second)
     for _ in range(100):
-        twice_through_borrowed(Nested(0.5, (first, second)))
+        twice_without_reference_counts(Nested(0.5, (first, second)))
         first[0], second[0] = 1.0, 5.0
-    assert twice_through_borrowed(Nested(0.5, (first, second))) == 10.5
+    assert twice_without_reference_counts(Nested(0.5, (first, second))) == 10.5
     assert (first[0], second[0]) == (2.0, 10.0)
     assert (sys.getrefcount(first), sys.getrefcount(second)) == counts

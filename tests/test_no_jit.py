@@ -17,7 +17,7 @@ PROBE = """
 import numpy as np
 import torquer
 from torquer.integrate.free_body import free_rotation
-from torquer.integrate.rk4 import Motion
+from torquer.geometry.motion import Motion
 from torquer.integrate.splitting import drift, kick
 from torquer.noise import normal3
 from torquer.spacecraft.body import Body

@@ -5,9 +5,11 @@ import pytest
 from pydantic import ValidationError
 
 from torquer.control import Bdot
+from torquer.environment.along_orbit import Environment
 from torquer.simulation.simulate import simulate
 from torquer.simulation.spec import Control, Simulation
 from torquer.spacecraft.body import Body
+from torquer.spacecraft.wheels import ReactionWheels
 from torquer.spec import checked
 
 
@@ -94,3 +96,16 @@ def test_simulate_flies_checked_scenarios_only(make):
     scenario.orbit.__dict__["altitude_km"] = float("nan")
     with pytest.raises(ValidationError, match="finite number"):
         simulate(scenario)
+
+
+@pytest.mark.parametrize(
+    ("spec", "key", "present"),
+    [
+        (Environment, "air_turns", "co_rotating_atmosphere"),
+        (ReactionWheels, "idle_share", "minimum_speed_fraction"),
+    ],
+)
+def test_a_key_of_an_earlier_version_is_told_its_present_name(spec, key, present):
+    with pytest.raises(ValidationError) as caught:
+        spec.model_validate({key: True})
+    assert f"{key}: is called {present} since version 0.2; received {key}" in str(caught.value)

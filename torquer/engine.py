@@ -96,7 +96,7 @@ def _cut(typing_context, value):
     return value(value), build
 
 
-def borrowed(value):
+def without_reference_counts(value):
     """The same arrays (also within tuples) without their reference counts.
 
     For a kernel's own arguments, which its caller keeps alive: each call that an array crosses
@@ -105,8 +105,8 @@ def borrowed(value):
     return value
 
 
-@overload(borrowed)
-def _borrowed(value):
+@overload(without_reference_counts)
+def _without_reference_counts(value):
     return lambda value: _cut(value)
 
 

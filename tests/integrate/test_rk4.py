@@ -6,8 +6,10 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from torquer.engine import kernel
-from torquer.integrate.rk4 import Motion, moved, rk4_sum
-from torquer.spacecraft.body import Body, World, motion_rates
+from torquer.environment.local import LocalEnvironment
+from torquer.geometry.motion import Motion
+from torquer.integrate.rk4 import moved, rk4_sum
+from torquer.spacecraft.body import Body, motion_rates
 
 INERTIA = np.array([[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]])
 WHEELS = np.array([0.02, -0.05, 0.03])
@@ -21,8 +23,8 @@ def world_at(t, strength):
     """A field and a vertical that turn; strong, so that the torque matters."""
     c, s = np.cos(SPIN * t), np.sin(SPIN * t)
     b = (3e-5 * c * strength, 3e-5 * s * strength, -2e-5 * strength)
-    tide = np.sqrt(0.3 * strength)
-    return World(b, (tide * s, 0.0, tide * c), ())
+    gravity_gradient = np.sqrt(0.3 * strength)
+    return LocalEnvironment(b, (gravity_gradient * s, 0.0, gravity_gradient * c), ())
 
 
 @kernel

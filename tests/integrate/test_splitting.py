@@ -8,11 +8,13 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from torquer.engine import kernel
+from torquer.environment.local import LocalEnvironment
+from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import as_symmetric, cross
-from torquer.integrate.rk4 import Motion, moved, rk4_sum
+from torquer.integrate.rk4 import moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
-from torquer.spacecraft.body import Body, World, motion_rates
+from torquer.spacecraft.body import Body, motion_rates
 
 INERTIA = np.array([[1.0, 0.05, -0.08], [0.05, 1.3, 0.04], [-0.08, 0.04, 1.7]])
 NO_WHEELS = (0.0, 0.0, 0.0)
@@ -46,11 +48,11 @@ def by_splitting(inertia, principal, wheels, strength, x, h, steps):
 
 @kernel
 def by_rk4(rigid, strength, x, h, steps):
-    tide = (0.0, 0.0, 0.0)
+    gravity_gradient = (0.0, 0.0, 0.0)
     for i in range(steps):
-        here = World(field_at(i * h, strength), tide, ())
-        middle = World(field_at((i + 0.5) * h, strength), tide, ())
-        end = World(field_at((i + 1) * h, strength), tide, ())
+        here = LocalEnvironment(field_at(i * h, strength), gravity_gradient, ())
+        middle = LocalEnvironment(field_at((i + 0.5) * h, strength), gravity_gradient, ())
+        end = LocalEnvironment(field_at((i + 1) * h, strength), gravity_gradient, ())
         k1 = motion_rates(rigid, here, DIPOLE, x, ())
         k2 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k1), ())
         k3 = motion_rates(rigid, middle, DIPOLE, moved(x, 0.5 * h, k2), ())

@@ -54,7 +54,7 @@ PYRAMID = {
     "momentum_limit_n_m_s": 0.4,
     "torque_limit_n_m": 0.05,
     "coulomb_friction_n_m": 2e-4,
-    "idle_share": 0.1,
+    "minimum_speed_fraction": 0.1,
     "failures": [{"wheel": 2, "time_s": 900.0, "noticed_after_s": 30.0}],
 }
 HOLD = {

@@ -127,10 +127,10 @@ KEYS = [
     # how a torque is shared
     ({"allocation": '"best"'},
      "allocation: must be 'minimax' or 'least_squares'; received 'best'"),
-    ({"idle_share": "0"}, "idle_share: must be greater than 0; received 0"),
-    ({"idle_share": "1"}, "idle_share: must be less than 1; received 1"),
-    ({"idle_share": "0.1", "allocation": '"least_squares"'},
-     "allocation: must be 'minimax' with idle_share; received 'least_squares'"),
+    ({"minimum_speed_fraction": "0"}, "minimum_speed_fraction: must be greater than 0; received 0"),
+    ({"minimum_speed_fraction": "1"}, "minimum_speed_fraction: must be less than 1; received 1"),
+    ({"minimum_speed_fraction": "0.1", "allocation": '"least_squares"'},
+     "allocation: must be 'minimax' with minimum_speed_fraction; received 'least_squares'"),
 ]  # fmt: skip
 
 
@@ -219,9 +219,9 @@ def test_a_missing_key_with_the_name_of_the_kind():
 
 def test_every_mistake_has_its_line():
     with pytest.raises(ScenarioError) as mistake:
-        scenario({"speed_noise_rpm": "-1", "idle_share": "2", "lost": '["a"]'})
+        scenario({"speed_noise_rpm": "-1", "minimum_speed_fraction": "2", "lost": '["a"]'})
     assert sorted(line.split(":")[0] for line in str(mistake.value).splitlines()) == [
-        "spacecraft.wheels.idle_share",
         "spacecraft.wheels.lost[0]",
+        "spacecraft.wheels.minimum_speed_fraction",
         "spacecraft.wheels.speed_noise_rpm",
     ]

@@ -78,11 +78,11 @@ def test_friction_beyond_the_motors(told, keys, text):
 
 
 def test_idle_share_needs_a_null_space(told):
-    assert told({"spacecraft.wheels": WHEELS | {"idle_share": 0.1}}) == []
-    three = WHEELS | {"idle_share": 0.1, "layout": {"kind": "orthogonal"}}
+    assert told({"spacecraft.wheels": WHEELS | {"minimum_speed_fraction": 0.1}}) == []
+    three = WHEELS | {"minimum_speed_fraction": 0.1, "layout": {"kind": "orthogonal"}}
     (note,) = told({"spacecraft.wheels": three})
     assert note.startswith(
-        "idle_share has no effect: these wheels cannot all turn at more than 10%"
+        "minimum_speed_fraction has no effect: these wheels cannot all turn at more than 10%"
     )
 
 

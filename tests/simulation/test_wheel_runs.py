@@ -24,7 +24,7 @@ WHEELS = {
     "stiction_n_m": 1e-3,
     "initial_speed_rpm": [1500.0, -800.0, 300.0, 0.0],
     "speed_noise_rpm": 2.0,
-    "idle_share": 0.1,
+    "minimum_speed_fraction": 0.1,
     "failures": [
         {"wheel": 1, "time_s": 30.2, "noticed_after_s": 25.0},
         {"wheel": 3, "time_s": 90.0},

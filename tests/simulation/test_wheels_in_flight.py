@@ -306,7 +306,7 @@ def test_an_idle_share_keeps_wheels_turning_and_the_attitude_held(craft):
     friction = FRICTION | {"initial_speed_rpm": 0.0}
     changes = {"environment.gravity_gradient": True}
     without = held(craft, friction, changes)
-    biased = held(craft, friction | {"idle_share": 0.05}, changes)
+    biased = held(craft, friction | {"minimum_speed_fraction": 0.05}, changes)
     momentum = np.abs(biased.wheel_momentum.values)
     assert momentum[25:].min() > 0.05
     assert np.abs(without.wheel_momentum.values).max() < 0.01

@@ -9,11 +9,11 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from torquer.environment.gravity import gravity_gradient_torque
-from torquer.integrate.rk4 import Motion
+from torquer.environment.local import LocalEnvironment
+from torquer.geometry.motion import Motion
 from torquer.spacecraft.body import (
     Body,
     Rigid,
-    World,
     jacobi_integral,
     momentum_body,
     motion_rates,
@@ -144,7 +144,7 @@ def test_motion_satisfies_eulers_equations_and_kinematics(q, omega, wheels, dipo
     """Residual of d/dt (J w + h) in inertial axes = m x B + 3 mu/r^3 e x J e."""
     rigid = Body(inertia_kg_m2=FULL, wheel_momentum_n_m_s=wheels).pack()
     up = (0.6, 0.0, -0.8)
-    world = World(b, tuple(np.sqrt(0.7) * np.array(up)), ())
+    world = LocalEnvironment(b, tuple(np.sqrt(0.7) * np.array(up)), ())
     rate = motion_rates(rigid, world, dipole, Motion(q, omega), ())
     to_body = Rotation.from_quat(q).as_matrix().T
     e, field = to_body @ up, to_body @ b
@@ -202,8 +202,8 @@ def test_gravity_gradient_turns_a_dumbbell_towards_the_vertical():
     """Two masses on x, the vertical a little towards y: the torque turns x towards y."""
     rigid = Body(inertia_kg_m2=(0.01, 1.0, 1.0)).pack()
     angle = 0.1
-    tide = (np.sqrt(3.0) * np.cos(angle), np.sqrt(3.0) * np.sin(angle), 0.0)
-    torque = gravity_gradient_torque(rigid.inertia, tide)
+    gravity_gradient = (np.sqrt(3.0) * np.cos(angle), np.sqrt(3.0) * np.sin(angle), 0.0)
+    torque = gravity_gradient_torque(rigid.inertia, gravity_gradient)
     assert torque[2] == pytest.approx(1.5 * (1.0 - 0.01) * np.sin(2.0 * angle))
     assert torque[:2] == (0.0, 0.0)
 
@@ -214,7 +214,7 @@ def on_circular_orbit(rigid, q, omega, seconds):
     def rates(t, y):
         u = OMEGA0 * t
         pull = np.sqrt(3.0) * OMEGA0
-        world = World((0.0, 0.0, 0.0), (pull * np.cos(u), pull * np.sin(u), 0.0), ())
+        world = LocalEnvironment((0.0, 0.0, 0.0), (pull * np.cos(u), pull * np.sin(u), 0.0), ())
         rate = motion_rates(rigid, world, (0.0, 0.0, 0.0), Motion(tuple(y[:4]), tuple(y[4:])), ())
         return np.r_[rate.q, rate.omega]
 
@@ -254,7 +254,7 @@ def test_a_diagonal_tensor_is_packed_short_and_means_the_same():
     rigid = Body(inertia_kg_m2=(1.0, 1.3, 1.7)).pack()
     assert rigid.inertia == (1.0, 1.3, 1.7)
     whole = Rigid((*rigid.inertia, 0.0, 0.0, 0.0), (*rigid.inverse_inertia, 0.0, 0.0, 0.0), ZERO)
-    world = World((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4), ())
+    world = LocalEnvironment((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4), ())
     x = Motion((0.1, -0.5, 0.5, 0.7), (0.01, -0.02, 0.03))
     assert motion_rates(rigid, world, (1.0, 2.0, 3.0), x, ()) == motion_rates(
         whole, world, (1.0, 2.0, 3.0), x, ()

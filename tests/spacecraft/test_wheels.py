@@ -209,7 +209,7 @@ def test_a_wheel_near_its_speed_limit_is_not_asked_beyond(interval_s):
 
 
 def test_an_idle_share_spins_the_wheels_up_without_a_torque_on_the_body():
-    spec = wheels(idle_share=0.1, momentum_limit_n_m_s=2.0)
+    spec = wheels(minimum_speed_fraction=0.1, momentum_limit_n_m_s=2.0)
     driver, state = ready(spec, (0.0, 0.0, 0.0))
     # a motor's torque is a difference of momenta, over a second, each of which is rounded
     rounding = 2.0 * len(state[BIAS]) * np.spacing(np.abs(state[BIAS]).max())
@@ -272,7 +272,9 @@ def test_two_wheels_give_what_lies_in_their_plane_and_none_gives_nothing(allocat
 def test_after_a_loss_with_a_bias_the_rest_still_adds_up_to_nothing():
     layout = {"kind": "regular_pyramid", "count": 6, "gamma_deg": 54.7}
     failures = ({"wheel": 2, "time_s": 0.0}, {"wheel": 4, "time_s": 5.0})
-    spec = wheels(layout=layout, momentum_limit_n_m_s=2.0, idle_share=0.05, failures=failures)
+    spec = wheels(
+        layout=layout, momentum_limit_n_m_s=2.0, minimum_speed_fraction=0.05, failures=failures
+    )
     driver, state = ready(spec)
     for step, lost in ((0, [2]), (10, [2, 4])):
         read_wheels(driver, state, OMEGA, 1, step)

@@ -94,7 +94,9 @@ def test_three_wheels_and_wheels_that_cannot_balance_have_no_bias():
     wheels = WheelArray(axes=axes, momentum_limit_n_m_s=1.0)
     bias, part = bias_of(wheels)
     assert bias.tolist() == [0.0] * 4 and part == 0.0
-    with pytest.raises(ValueError, match=r"idle_share: must be from 0 to below 1; received 1\.0"):
+    with pytest.raises(
+        ValueError, match=r"minimum_speed_fraction: must be from 0 to below 1; received 1\.0"
+    ):
         bias_of(wheels, 1.0)
 
 

@@ -23,7 +23,7 @@ from torquer.control.spin_axis import (
     target_body,
     unit_vector,
 )
-from torquer.engine import borrowed, inlined, kernel
+from torquer.engine import inlined, kernel, without_reference_counts
 from torquer.geometry.vec3 import add, dot, norm, sym_vec
 from torquer.spec import Inertia, Spec
 
@@ -94,7 +94,7 @@ def scheme(measured, parameters, memory):
 
     A stage's conditions are looked at from the reading after its first one on.
     """
-    p, memory = borrowed(parameters), borrowed(memory)
+    p, memory = without_reference_counts(parameters), without_reference_counts(memory)
     row = STAGE_ROWS + (int(memory[STAGE]) - 1) * STAGE_ROW
     begun, done = memory[STAGE] > 0.0, memory[STAGE] > p[STAGES]
     if not begun or (not done and stage_is_over(measured, p, memory, row)):

@@ -35,8 +35,8 @@ def known_gravity_torque(measured, inertia):
     r = measured.r_inertial_m
     square = dot(r, r)
     size = math.sqrt(3.0 * MU_EARTH_M3_S2 / (square * math.sqrt(square)) / square)
-    tide = rotate_inverse(measured.q_body_to_inertial, scale(size, r))
-    return gravity_gradient_torque(inertia, tide)
+    gravity_gradient = rotate_inverse(measured.q_body_to_inertial, scale(size, r))
+    return gravity_gradient_torque(inertia, gravity_gradient)
 
 
 @kernel

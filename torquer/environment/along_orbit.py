@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cached_property
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -12,14 +12,14 @@ from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
-from torquer.environment.gravity import tide
+from torquer.environment.gravity import gravity_gradient_vector
 from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
 from torquer.forces.atmosphere import AnyAtmosphere
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec
 
-_POSITION, _FIELD, _TIDE = slice(0, 3), slice(3, 6), slice(6, 9)
+_POSITION, _FIELD, _GRAVITY_GRADIENT = slice(0, 3), slice(3, 6), slice(6, 9)
 
 
 class Environment(Spec):
@@ -35,10 +35,12 @@ class Environment(Spec):
     contacts are 5 s off in the mean, 30 s where the orbit grazes the shadow; the ellipsoid's are
     right to 0.1 s, the atmosphere left out.
     `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
-    unless `air_turns` is false: publications often have it at rest.
+    unless `co_rotating_atmosphere` is false: publications often have it at rest.
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
     the models at every instant that RK4 asks for (exact, about ten times slower).
     """
+
+    renamed: ClassVar = {"air_turns": "co_rotating_atmosphere"}
 
     field: AnyField = FIELDS["igrf14"]()
     earth_rotation: Literal["precise", "sidereal"] = "precise"
@@ -46,7 +48,7 @@ class Environment(Spec):
     eclipse: Literal["conical", "oblate", "cylindrical"] = "conical"
     gravity_gradient: bool = True
     atmosphere: AnyAtmosphere | None = None
-    air_turns: bool = True
+    co_rotating_atmosphere: bool = True
     table_tolerance: Annotated[float, Field(ge=0.0, le=1e-3)] = 1e-9
 
 
@@ -105,10 +107,12 @@ class OrbitEnvironment:
         return shadow_of(model, self.dcm_to_ecef(np.zeros(1))[0, 2])
 
     def sample(self, t_s: np.ndarray) -> np.ndarray:
-        """Position, field and tide [n, 9] as the table holds them; its last segment may end late,
-        and so dates are not checked."""
+        """Position, field and gravity-gradient vector [n, 9], as the table holds them.
+
+        Its last segment may end late: dates are not checked.
+        """
         r, v = self.state(t_s)
-        return np.hstack([r, self._field(t_s, r, v), tide(r)])
+        return np.hstack([r, self._field(t_s, r, v), gravity_gradient_vector(r)])
 
     def flow(self, t_s: np.ndarray) -> np.ndarray:
         """Velocity relative to the air times the root of its density [n, 3] sqrt(Pa)."""
@@ -117,7 +121,11 @@ class OrbitEnvironment:
         r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
         around = self.environment
         density = around.atmosphere.density(t_s, self.start, r_ecef, around.ut1_minus_utc_s)
-        wind = EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r) if around.air_turns else 0.0
+        wind = (
+            EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r)
+            if around.co_rotating_atmosphere
+            else 0.0
+        )
         return np.sqrt(density)[:, None] * (v - wind)
 
     @property
@@ -139,7 +147,7 @@ class OrbitEnvironment:
         if self.environment.table_tolerance == 0.0:
             return build_exact(self.sample, duration_s, step_s, start_s)
         tolerance = self.environment.table_tolerance
-        groups = (_POSITION, _FIELD, _TIDE)
+        groups = (_POSITION, _FIELD, _GRAVITY_GRADIENT)
         bends = bends_s(self.environment.field, self.start, start_s, end_s)
         return build_proven(
             self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends

@@ -87,7 +87,7 @@ def scenario(case: Case, days: float, sample_s: float):
         "start": "2007-09-21T09:10:34Z",
         "orbit": {"kind": "numerical", "start": {**kinds, **angles}, "start_frame": "TEME",
                   "degree": 16, "drag": drag},
-        "environment": {"atmosphere": AIR, "air_turns": case.air == TURNS},
+        "environment": {"atmosphere": AIR, "co_rotating_atmosphere": case.air == TURNS},
         "spacecraft": spacecraft,
         "initial": {"reference": "orbital", **case.attitude, "rate_deg_s": [0.0, 0.0, 0.0],
                     "rate_relative_to": "orbital"},

@@ -9,19 +9,11 @@ nothing damps it. An attitude that turns at the rate w lags by 2 (w h/2)^5/120 a
 """
 
 import math
-from typing import NamedTuple
 
 from torquer.engine import inlined
+from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled
-
-
-class Motion(NamedTuple):
-    """Attitude quaternion (body to inertial) and absolute angular velocity [rad/s] in the body."""
-
-    q: tuple
-    omega: tuple
-
 
 #: Turns within one step [rad] beyond which RK4 does not follow: of a nutation (it loses half a
 #: per cent of its amplitude in every step), and of the body (it lags by a degree in every step).

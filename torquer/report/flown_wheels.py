@@ -132,8 +132,10 @@ def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:
         friction = spec.coulomb_friction_n_m
         told.append(f"friction {friction:.3g} N m, at the highest speed {friction + top:.3g} N m")
     sharing = {"minimax": "minimax", "least_squares": "least squares"}[spec.allocation]
-    if spec.idle_share:
-        sharing += f", kept above {spec.idle_share:.0%} of the limits where there is room"
+    if spec.minimum_speed_fraction:
+        sharing += (
+            f", kept above {spec.minimum_speed_fraction:.0%} of the limits where there is room"
+        )
     lines = [("Wheels", ", ".join(told)), ("Torque is shared by", sharing)]
     deaths = [f"wheel {k} from the start" for k in spec.lost]
     deaths += [

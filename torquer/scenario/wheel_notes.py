@@ -64,13 +64,13 @@ def _friction_notes(wheels: ReactionWheels) -> list[str]:
 
 
 def _idle_notes(wheels: ReactionWheels) -> list[str]:
-    if wheels.idle_share is None:
+    if wheels.minimum_speed_fraction is None:
         return []
-    if bias_of(wheels.array(), wheels.idle_share).keeps_off_zero_up_to > 0.0:
+    if bias_of(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to > 0.0:
         return []
     return [
-        f"idle_share has no effect: these wheels cannot all turn at more than "
-        f"{wheels.idle_share:.0%} of their limits without a momentum of their sum"
+        f"minimum_speed_fraction has no effect: these wheels cannot all turn at more than "
+        f"{wheels.minimum_speed_fraction:.0%} of their limits without a momentum of their sum"
     ]
 
 

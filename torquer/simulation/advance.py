@@ -9,15 +9,17 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import inlined, kernel
+from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
+from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of
-from torquer.integrate.rk4 import Motion, moved, rk4_sum
+from torquer.integrate.rk4 import moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
-from torquer.spacecraft.body import Rigid, World, motion_rates, torque_body
+from torquer.spacecraft.body import Rigid, motion_rates, torque_body
 from torquer.spacecraft.coils import remaining
-from torquer.spacecraft.disturbance import push_at
+from torquer.spacecraft.disturbance import disturbance_torque_at
 from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, turn_rotors
 
 
@@ -36,7 +38,8 @@ def dipole_after(path, t):
 
 
 class Around(NamedTuple):
-    """What the orbit brings: table of position, field and tide; of the air's flow, () for none.
+    """What the orbit brings: table of position, field and gravity-gradient vector; of the air's
+    flow, () for none.
 
     `gravity`: 1, or 0 for a run without gravity gradient.
     """
@@ -71,13 +74,13 @@ def bearing(rigid, spin, omega, since):
 
 
 @inlined
-def pushed(push, spin):
-    """The push and what the wheels' motors give to the body; () for none of both."""
+def pushed(disturbance, spin):
+    """The disturbance and what the wheels' motors give to the body; () for none of both."""
     if len(spin) == 0:
-        return push
-    if len(push) == 0:
+        return disturbance
+    if len(disturbance) == 0:
         return reaction(spin)
-    return add(push, reaction(spin))
+    return add(disturbance, reaction(spin))
 
 
 @inlined
@@ -89,21 +92,21 @@ def _flow_at(air, t):
 
 @inlined
 def environment_at(around, t):
-    """The world at time t [s]."""
-    b, tide = lookup6(around.orbit, t, 3)
-    return World(b, scale(around.gravity, tide), _flow_at(around.air, t))
+    """The environment at time t [s]."""
+    b, gravity_gradient = lookup6(around.orbit, t, 3)
+    return LocalEnvironment(b, scale(around.gravity, gravity_gradient), _flow_at(around.air, t))
 
 
 @inlined
-def _rates(rigid, spin, world, path, since, x, push):
+def _rates(rigid, spin, local, path, since, x, disturbance):
     """Rates of a motion; `since`: seconds after the last event, and into the step."""
     after, into = since
     body = bearing(rigid, spin, x.omega, into)
-    return motion_rates(body, world, dipole_after(path, after), x, push)
+    return motion_rates(body, local, dipole_after(path, after), x, disturbance)
 
 
 @kernel
-def by_rk4(rigid, around, path, push, wheels, x, here, first, last, h):
+def by_rk4(rigid, around, path, disturbance, wheels, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
@@ -114,7 +117,7 @@ def by_rk4(rigid, around, path, push, wheels, x, here, first, last, h):
         end = environment_at(around, (step + 1) * h)
         since = (step - first) * h
         spin = turned(wheels, x.omega, step, h)
-        extra = pushed(push_at(push, step), spin)
+        extra = pushed(disturbance_torque_at(disturbance, step), spin)
         k1 = _rates(rigid, spin, here, path, (since, 0.0), x, extra)
         k2 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k1), extra)
         k3 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k2), extra)
@@ -125,18 +128,18 @@ def by_rk4(rigid, around, path, push, wheels, x, here, first, last, h):
 
 @kernel
 def _kicked(rigid, around, path, extra, x, t, since, h):
-    world = environment_at(around, t)
-    torque = torque_body(rigid, world, dipole_after(path, since), x.q, extra)
+    local = environment_at(around, t)
+    torque = torque_body(rigid, local, dipole_after(path, since), x.q, extra)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
 @kernel
-def by_splitting(rigid, principal, around, path, push, x, first, last, h):
+def by_splitting(rigid, principal, around, path, disturbance, x, first, last, h):
     """Motion after steps first..last-1: exact free rotation between two kicks a step."""
     moments, axes = principal
     early, late = NODES
     for step in range(first, last):
-        t, since, extra = step * h, (step - first) * h, push_at(push, step)
+        t, since, extra = step * h, (step - first) * h, disturbance_torque_at(disturbance, step)
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
         x = _kicked(rigid, around, path, extra, x, t + sooner, since + sooner, half)
@@ -150,14 +153,14 @@ def by_splitting(rigid, principal, around, path, push, x, first, last, h):
 class SmoothMotion(NamedTuple):
     """The motion during a step or more for DOP853; t counts from `start_s`.
 
-    `push`: torque held for all of it, or (); `spin`: the wheels, or (); `since_s`: age of the
-    dipole's path at the start.
+    `disturbance`: torque held for all of it, or (); `spin`: the wheels, or (); `since_s`: age of
+    the dipole's path at the start.
     """
 
     rigid: Rigid
     around: Around
     path: DipolePath
-    push: tuple
+    disturbance: tuple
     spin: tuple
     start_s: float
     since_s: float
@@ -165,26 +168,26 @@ class SmoothMotion(NamedTuple):
 
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
-    rigid, around, path, push, spin, start_s, since_s = problem
-    world = environment_at(around, start_s + t)
+    rigid, around, path, disturbance, spin, start_s, since_s = problem
+    local = environment_at(around, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = _rates(rigid, spin, world, path, (since_s + t, t), x, push)
+    rate = _rates(rigid, spin, local, path, (since_s + t, t), x, disturbance)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 
 
 @kernel
-def by_dop853(rigid, around, path, push, wheels, x, first, last, h, tolerance, work):
+def by_dop853(rigid, around, path, disturbance, wheels, x, first, last, h, tolerance, work):
     """Motion after steps first..last-1, in steps of its own; not a number if it fails.
 
     A torque that jumps, as that of the wheels' bearings, is smooth within a step only.
     """
     y = np.array(x.q + x.omega)
-    stride = last - first if len(push) + len(wheels) == 0 else 1
+    stride = last - first if len(disturbance) + len(wheels) == 0 else 1
     for step in range(first, last, stride):
         since = (step - first) * h
         spin = turned(wheels, (y[4], y[5], y[6]), step, h)
-        extra = pushed(push_at(push, step), spin)
+        extra = pushed(disturbance_torque_at(disturbance, step), spin)
         problem = SmoothMotion(rigid, around, path, extra, spin, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
         if ended[0] != DONE:

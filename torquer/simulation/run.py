@@ -143,7 +143,7 @@ def plan_of(scenario: Scenario, law: Law, wheel_law: Law | None) -> loop.Plan:
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         tolerance=simulation.tolerance,
         gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
-        push=scenario.push(),
+        disturbance=scenario.disturbance_torque(),
         seed=scenario.seed,
     )
 

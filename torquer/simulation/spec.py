@@ -20,7 +20,7 @@ from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
-from torquer.spacecraft.disturbance import Disturbance, Push
+from torquer.spacecraft.disturbance import Disturbance, DisturbanceTorque
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sun_sensor import SunSensors
@@ -217,7 +217,7 @@ class Scenario(Spec):
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self._check_end()
-        self.push()
+        self.disturbance_torque()
         return self
 
     def _check_end(self) -> None:
@@ -246,7 +246,7 @@ class Scenario(Spec):
                 "received 'splitting'"
             )
 
-    def push(self) -> Push | tuple:
+    def disturbance_torque(self) -> DisturbanceTorque | tuple:
         """The disturbing torque for kernels, () for none."""
         if self.disturbance is None:
             return ()

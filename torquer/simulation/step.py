@@ -12,15 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.conventions import Measured
-from torquer.engine import borrowed, inlined, kernel
+from torquer.engine import inlined, kernel, without_reference_counts
 from torquer.environment.sun import Shadow, lit_fraction_at
 from torquer.environment.table import Table, lookup3, lookup6, rate_from
+from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add_scaled, cross, dot, sub, sym_vec, unit
 from torquer.integrate.rk4 import (
     MOST_NUTATION,
     MOST_TURN,
-    Motion,
     damping_of_steps,
     lag_of_steps,
 )
@@ -36,7 +36,7 @@ from torquer.simulation.advance import (
 from torquer.spacecraft.attitude_sensor import AttitudeSensorSet, read_attitude
 from torquer.spacecraft.body import Rigid, momentum_body
 from torquer.spacecraft.coils import NOW, TARGET, CoilSet, dipole_of, drive, follow
-from torquer.spacecraft.disturbance import Push
+from torquer.spacecraft.disturbance import DisturbanceTorque
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 from torquer.spacecraft.gyro import GyroSet, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import MagnetometerSet, read_field
@@ -52,7 +52,8 @@ COLUMNS = 1 + 4 + 3 + 3 + 3 + 3 + 3 + 3
 
 
 class Tables(NamedTuple):
-    """The tabulated environment: `orbit` has position [m], B [T] and tide [1/s], `sun` the Sun.
+    """The tabulated environment: `orbit` has position [m], B [T], gravity-gradient vector [1/s],
+    `sun` the Sun.
 
     `air`: the flow [sqrt(Pa)], () where the air does not count.
     """
@@ -82,7 +83,7 @@ class Plan(NamedTuple):
     record_steps: int
     tolerance: float
     gravity: float
-    push: Push | tuple
+    disturbance: DisturbanceTorque | tuple
     seed: int
 
 
@@ -303,7 +304,7 @@ def coast(plan, around, state, x, here, first, last, principal, work):
     What an integrator needs says which one it is: `principal` axes for the splitting, `work`
     for DOP853, neither for RK4. None is a type of its own, so that only one is compiled.
     """
-    rigid, push, coils, h = plan.rigid, plan.push, state.coils, plan.step_s
+    rigid, disturbance, coils, h = plan.rigid, plan.disturbance, state.coils, plan.step_s
     wheels = wheels_of(plan.wheels, state.wheels)
     target = dipole_of(plan.coils, coils, TARGET)
     way = (0.0, 0.0, 0.0)
@@ -311,12 +312,14 @@ def coast(plan, around, state, x, here, first, last, principal, work):
         way = sub(dipole_of(plan.coils, coils, NOW), target)
     path = DipolePath(target, way, plan.coils.lag_s)
     if principal is not None:
-        x = by_splitting(rigid, principal, around, path, push, x, first, last, h)
+        x = by_splitting(rigid, principal, around, path, disturbance, x, first, last, h)
         return x, environment_at(around, last * h)
     if work is not None:
-        x = by_dop853(rigid, around, path, push, wheels, x, first, last, h, plan.tolerance, work)
+        x = by_dop853(
+            rigid, around, path, disturbance, wheels, x, first, last, h, plan.tolerance, work
+        )
         return x, environment_at(around, last * h)
-    return by_rk4(rigid, around, path, push, wheels, x, here, first, last, h)
+    return by_rk4(rigid, around, path, disturbance, wheels, x, here, first, last, h)
 
 
 @kernel
@@ -326,7 +329,7 @@ def run_steps(law, wheel_law, plan, tables, state, record, last, principal, work
     `law` of the coils, `wheel_law` of the wheels, None for a satellite without; `principal`,
     `work`: see `coast`.
     """
-    plan, tables, state, record = borrowed((plan, tables, state, record))
+    plan, tables, state, record = without_reference_counts((plan, tables, state, record))
     cells, coils = state.cells, state.coils
     around = Around(tables.orbit, tables.air, plan.gravity)
     step = state.step[0]

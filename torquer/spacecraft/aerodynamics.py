@@ -39,7 +39,7 @@ def projected_area(row, direction):
 def flow(density_kg_m3, air_velocity_m_s):
     """What the kernels below take: velocity relative to the air times sqrt(density) [sqrt(Pa)].
 
-    Like the tide of gravity it is one smooth vector that can be tabulated along an orbit.
+    Like the gravity-gradient vector it is one smooth vector that can be tabulated along an orbit.
     """
     return scale(np.sqrt(density_kg_m3), air_velocity_m_s)
 

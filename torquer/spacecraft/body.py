@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from torquer.engine import inlined
 from torquer.environment.gravity import gravity_gradient_torque
+from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
 from torquer.geometry.vec3 import (
     add,
@@ -20,7 +21,6 @@ from torquer.geometry.vec3 import (
     sub,
     sym_vec,
 )
-from torquer.integrate.rk4 import Motion
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
 from torquer.spec import Inertia, Spec, Vector
 from torquer.validate import range_of
@@ -45,18 +45,6 @@ class Principal(NamedTuple):
     q_principal_to_body: tuple
 
 
-class World(NamedTuple):
-    """The world at one instant, as far as the body feels it; vectors in the inertial frame.
-
-    Field [T]; `tide`: the radius vector with the length sqrt(3 mu/r^3) [1/s]; `flow`: velocity
-    relative to the air times the root of its density [sqrt(Pa)], () where there is no air.
-    """
-
-    b_t: tuple
-    tide: tuple
-    flow: tuple
-
-
 @inlined
 def _with_air(torque, surface, flow, q):
     if len(flow) == 0:
@@ -66,15 +54,15 @@ def _with_air(torque, surface, flow, q):
 
 
 @inlined
-def torque_body(rigid, world, dipole_body_a_m2, q, push):
-    """Torque [N m] in the body: dipole times field, gravity gradient, air, push (() for none)."""
-    control = cross(dipole_body_a_m2, rotate_inverse(q, world.b_t))
-    tide_body = rotate_inverse(q, world.tide)
-    torque = add(control, gravity_gradient_torque(rigid.inertia, tide_body))
-    torque = _with_air(torque, rigid.surface, world.flow, q)
-    if len(push) == 0:
+def torque_body(rigid, here, dipole_body_a_m2, q, disturbance):
+    """Torque [N m] in the body: dipole times field, gravity gradient, air, disturbance or ()."""
+    control = cross(dipole_body_a_m2, rotate_inverse(q, here.b_t))
+    gravity_gradient_body = rotate_inverse(q, here.gravity_gradient)
+    torque = add(control, gravity_gradient_torque(rigid.inertia, gravity_gradient_body))
+    torque = _with_air(torque, rigid.surface, here.flow, q)
+    if len(disturbance) == 0:
         return torque
-    return add(torque, push)
+    return add(torque, disturbance)
 
 
 @inlined
@@ -84,10 +72,10 @@ def momentum_body(rigid, omega):
 
 
 @inlined
-def motion_rates(rigid, world, dipole_body_a_m2, motion, push):
+def motion_rates(rigid, here, dipole_body_a_m2, motion, disturbance):
     """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M."""
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
-    torque = sub(torque_body(rigid, world, dipole_body_a_m2, motion.q, push), gyroscopic)
+    torque = sub(torque_body(rigid, here, dipole_body_a_m2, motion.q, disturbance), gyroscopic)
     return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
 
 

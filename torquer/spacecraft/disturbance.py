@@ -12,7 +12,7 @@ from torquer.spec import Spec, Vector
 STREAM = 6
 
 
-class Push(NamedTuple):
+class DisturbanceTorque(NamedTuple):
     """Constants of the disturbing torque for kernels; the random part is held for `hold_steps`."""
 
     constant_n_m: tuple
@@ -22,7 +22,7 @@ class Push(NamedTuple):
 
 
 @inlined
-def push_at(push, step):
+def disturbance_torque_at(push, step):
     """Torque [N m, body] during a step; () for a satellite that nothing disturbs.
 
     An empty tuple is a type of its own: the code compiled for it holds nothing of this.
@@ -45,7 +45,7 @@ class Disturbance(Spec):
     random_torque_n_m: float = Field(default=0.0, ge=0.0)
     random_hold_s: float | None = Field(default=None, gt=0.0)
 
-    def pack(self, hold_steps: int, seed: int) -> Push:
+    def pack(self, hold_steps: int, seed: int) -> DisturbanceTorque:
         """Constants for kernels."""
         constant = as_vector(self.constant_torque_n_m)
-        return Push(constant, self.random_torque_n_m, hold_steps, seed)
+        return DisturbanceTorque(constant, self.random_torque_n_m, hold_steps, seed)

@@ -7,7 +7,7 @@ that have died until their failure is noticed.
 """
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -126,12 +126,14 @@ class ReactionWheels(Wheels):
     out: the Coulomb friction) to turn. `speed_noise_rpm`: standard deviation of a tachometer's
     reading. `initial_speed_rpm`: one number or one per wheel. `lost`: wheels dead from the start;
     `failures` in flight. `allocation`: 'minimax' or 'least_squares' (the pseudo-inverse).
-    `idle_share`: keep the wheels above this part of their limits by a bias in the null space
-    (left out: no bias). Without a law of the wheels their motors are off.
+    `minimum_speed_fraction`: keep the wheels above this part of their limits by a bias in the null
+    space (left out: no bias). Without a law of the wheels their motors are off.
 
     By minimax what torque is left over evens the wheels out in their null space; while a dead
     wheel is not noticed, this and the bias disturb the body.
     """
+
+    renamed: ClassVar = {"idle_share": "minimum_speed_fraction"}
 
     torque_limit_n_m: Limit | tuple[Limit, ...]
     speed_limit_rpm: float = Field(default=6000.0, gt=0.0)
@@ -142,7 +144,7 @@ class ReactionWheels(Wheels):
     initial_speed_rpm: _PerWheel = 0.0
     failures: tuple[Failure, ...] = ()
     allocation: Literal["minimax", "least_squares"] = "minimax"
-    idle_share: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    minimum_speed_fraction: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
 
     @model_validator(mode="after")
     def _wheels_make_sense(self):
@@ -162,9 +164,10 @@ class ReactionWheels(Wheels):
                 f"initial_speed_rpm: must not exceed speed_limit_rpm = {self.speed_limit_rpm:g}; "
                 f"received {self.initial_speed_rpm}"
             )
-        if self.idle_share is not None and self.allocation != "minimax":
+        if self.minimum_speed_fraction is not None and self.allocation != "minimax":
             raise ValueError(
-                f"allocation: must be 'minimax' with idle_share; received {self.allocation!r}"
+                "allocation: must be 'minimax' with minimum_speed_fraction; "
+                f"received {self.allocation!r}"
             )
         self._check_failures(count)
         return self
@@ -211,7 +214,7 @@ class ReactionWheels(Wheels):
         rows[:, DEAD_FROM], noticed = self._steps_of_failures(array.count, step_s)
         return Driver(
             rotors=Rotors(rows, as_symmetric(self.rotor_tensor_kg_m2())),
-            steering=steering_of(array, self.idle_share),
+            steering=steering_of(array, self.minimum_speed_fraction),
             noticed_from=noticed,
             driven=driven,
             by_least_squares=self.allocation == "least_squares",

@@ -65,8 +65,8 @@ def held_torque(inertia_kg_m2, rate_rad_s: float, axes, push_n_m=(0.0, 0.0, 0.0)
     """
     within(RATE, rate_rad_s)
     inertia, (up, _, normal) = np.asarray(inertia_kg_m2), np.asarray(axes)
-    tide = as_vector(np.sqrt(3.0) * rate_rad_s * up)
-    gravity = np.array(gravity_gradient_torque(as_symmetric(inertia), tide))
+    gravity_gradient = as_vector(np.sqrt(3.0) * rate_rad_s * up)
+    gravity = np.array(gravity_gradient_torque(as_symmetric(inertia), gravity_gradient))
     return gravity - rate_rad_s**2 * np.cross(normal, inertia @ normal) + push_n_m
 
 

@@ -39,24 +39,26 @@ class Bias(NamedTuple):
     """Part of the envelope within which every wheel stays above its idle share; 0: none."""
 
 
-def bias_of(array, idle_share: float = 0.05) -> Bias:
+def bias_of(array, minimum_speed_fraction: float = 0.05) -> Bias:
     """The bias that holds the wheels of a `WheelArray` off zero for the most demands.
 
-    `idle_share`: part of its limit below which a wheel should not be. Of all null vectors with
-    shares up to 1 the one is taken whose least share is greatest (a mixed-integer program: the
-    directions of rotation are its whole numbers).
+    `minimum_speed_fraction`: part of its limit below which a wheel should not be. Of all null
+    vectors with shares up to 1 the one is taken whose least share is greatest (a mixed-integer
+    program: the directions of rotation are its whole numbers).
     """
-    if not 0.0 <= idle_share < 1.0:
-        raise ValueError(f"idle_share: must be from 0 to below 1; received {idle_share}")
+    if not 0.0 <= minimum_speed_fraction < 1.0:
+        raise ValueError(
+            f"minimum_speed_fraction: must be from 0 to below 1; received {minimum_speed_fraction}"
+        )
     limits = array.momentum_limits()
     works = limits > 0.0
     shares, least = _most_even_null_shares(np.array(array.axes)[works] * limits[works, None])
     momenta = np.zeros(array.count)
-    if least <= idle_share:
+    if least <= minimum_speed_fraction:
         return Bias(momenta, 0.0)
-    size = (1.0 + idle_share) / (1.0 + least)
+    size = (1.0 + minimum_speed_fraction) / (1.0 + least)
     momenta[works] = size * shares * limits[works]
-    return Bias(momenta, (least - idle_share) / (1.0 + least))
+    return Bias(momenta, (least - minimum_speed_fraction) / (1.0 + least))
 
 
 def _most_even_null_shares(vectors):
@@ -103,13 +105,18 @@ class Steering(NamedTuple):
     """(ROWS, n): space to write to."""
 
 
-def steering_of(array, idle_share: float | None = 0.05) -> Steering:
-    """A `WheelArray` with torque limits, ready; `idle_share` as in `bias_of`, None for no bias."""
+def steering_of(array, minimum_speed_fraction: float | None = 0.05) -> Steering:
+    """A `WheelArray` with torque limits, ready.
+
+    `minimum_speed_fraction`: as in `bias_of`, None for no bias.
+    """
     count = array.count
     bias, after = np.zeros(count), np.zeros((count, count))
-    if idle_share is not None:
-        bias = bias_of(array, idle_share).momenta_n_m_s
-        after[:] = [bias_of(array.without(k), idle_share).momenta_n_m_s for k in range(count)]
+    if minimum_speed_fraction is not None:
+        bias = bias_of(array, minimum_speed_fraction).momenta_n_m_s
+        after[:] = [
+            bias_of(array.without(k), minimum_speed_fraction).momenta_n_m_s for k in range(count)
+        ]
     return Steering(
         wheel_set(array),
         array.momentum_limits(),
