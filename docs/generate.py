@@ -14,7 +14,7 @@ from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS, Drag
 from torquer.scenario.load import presets
-from torquer.simulation.spec import Control, InitialMotion, Scenario, Simulation, Spacecraft
+from torquer.scenario.spec import Control, InitialMotion, Scenario, Simulation, Spacecraft
 from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate, Sphere
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body

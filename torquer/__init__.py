@@ -12,8 +12,10 @@ __version__ = "0.1.0"
 
 #: Public names and the modules that define them.
 _HOMES = {
-    "Measured": "torquer.conventions",
-    "Scenario": "torquer.simulation.spec",
+    "Inputs": "torquer.interface",
+    "Command": "torquer.interface",
+    "Estimate": "torquer.interface",
+    "Scenario": "torquer.scenario.spec",
     "ScenarioError": "torquer.scenario.load",
     "load_scenario": "torquer.scenario.load",
     "scenario_from_text": "torquer.scenario.load",

@@ -7,6 +7,10 @@ sensors' readings have errors, times and delays, the ephemeris is the computer's
 import math
 from typing import NamedTuple
 
+import numpy as np
+
+from torquer.engine import inlined
+
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
@@ -91,3 +95,97 @@ class Command(NamedTuple):
 NO_COMMAND = Command()
 UNKNOWN_ESTIMATE = Estimate()
 UNKNOWN_EPHEMERIS = Ephemeris()
+
+
+def _xyz(*names: str) -> list[str]:
+    return [f"{name}_{c}" for name in names for c in "xyz"]
+
+
+#: The inputs as a record that the loop holds: what has not changed is not written again.
+KNOWN = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            "t_s",
+            *_xyz("b", "b_rate", "omega", "sun"),
+            *("q_x", "q_y", "q_z", "q_w"),
+            *_xyz("wheels"),
+            *("b_s", "b_rate_s", "omega_s", "sun_s", "q_s", "wheels_s"),
+            *("estimate_s", "estimate_q_x", "estimate_q_y", "estimate_q_z", "estimate_q_w"),
+            *_xyz("estimate_omega", "estimate_bias"),
+            *("sigma_rad", "sigma_rad_s"),
+            *_xyz("position", "velocity", "model_b", "model_b_rate", "to_sun"),
+            "lit",
+        )
+    ]
+)
+
+
+def nothing_known() -> np.ndarray:
+    """The record before the first reading: zeros, read infinitely long ago; nothing estimated."""
+    known = np.zeros(1, KNOWN)
+    for name in KNOWN.names:
+        if name.endswith("_s") and name not in ("t_s", "sigma_rad_s"):
+            known[name] = -np.inf
+        elif KNOWN.names.index(name) > KNOWN.names.index("estimate_s"):
+            known[name] = np.nan
+    for c in "xyz":
+        known[f"estimate_bias_{c}"] = 0.0
+    return known
+
+
+@inlined
+def estimate_of(k):
+    """The estimate in the record."""
+    return Estimate(
+        k.estimate_s,
+        (k.estimate_q_x, k.estimate_q_y, k.estimate_q_z, k.estimate_q_w),
+        (k.estimate_omega_x, k.estimate_omega_y, k.estimate_omega_z),
+        (k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z),
+        k.sigma_rad,
+        k.sigma_rad_s,
+    )
+
+
+@inlined
+def put_estimate(k, e):
+    """Write an estimate into the record."""
+    k.estimate_s, k.sigma_rad, k.sigma_rad_s = e.t_s, e.sigma_rad, e.sigma_rad_s
+    k.estimate_q_x, k.estimate_q_y, k.estimate_q_z, k.estimate_q_w = e.q_body_to_inertial
+    k.estimate_omega_x, k.estimate_omega_y, k.estimate_omega_z = e.omega_body_rad_s
+    k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z = e.gyro_bias_rad_s
+
+
+@inlined
+def put_ephemeris(k, e):
+    """Write an ephemeris into the record."""
+    k.position_x, k.position_y, k.position_z = e.r_inertial_m
+    k.velocity_x, k.velocity_y, k.velocity_z = e.v_inertial_m_s
+    k.model_b_x, k.model_b_y, k.model_b_z = e.b_inertial_t
+    k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z = e.b_rate_inertial_t_s
+    k.to_sun_x, k.to_sun_y, k.to_sun_z = e.sun_inertial
+    k.lit = e.lit
+
+
+@inlined
+def inputs_of(k):
+    """The record as inputs; what a function does not use is not read."""
+    return Inputs(
+        k.t_s,
+        (k.b_x, k.b_y, k.b_z),
+        (k.b_rate_x, k.b_rate_y, k.b_rate_z),
+        (k.omega_x, k.omega_y, k.omega_z),
+        (k.sun_x, k.sun_y, k.sun_z),
+        (k.q_x, k.q_y, k.q_z, k.q_w),
+        (k.wheels_x, k.wheels_y, k.wheels_z),
+        ReadingTimes(k.b_s, k.b_rate_s, k.omega_s, k.sun_s, k.q_s, k.wheels_s),
+        estimate_of(k),
+        Ephemeris(
+            (k.position_x, k.position_y, k.position_z),
+            (k.velocity_x, k.velocity_y, k.velocity_z),
+            (k.model_b_x, k.model_b_y, k.model_b_z),
+            (k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z),
+            (k.to_sun_x, k.to_sun_y, k.to_sun_z),
+            k.lit,
+        ),
+    )

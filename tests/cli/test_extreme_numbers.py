@@ -17,7 +17,7 @@ from torquer import engine
 from torquer.cli.simulate import check_usable
 from torquer.report.summary import summary_of
 from torquer.scenario.load import load_scenario, scenario_from_data
-from torquer.scenario.notes import notes_of
+from torquer.notes.notes import notes_of
 from torquer.scenario.wheels import WheelsError, load_wheels, wheels_from_text
 from torquer.simulation.simulate import RunStopped, simulate
 

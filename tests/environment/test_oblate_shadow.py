@@ -8,7 +8,7 @@ from torquer.environment import sun
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.orbit import Circular
 from torquer.simulation.simulate import simulate
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 from torquer.time import parse_utc
 
 POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)

@@ -13,7 +13,7 @@ from torquer.environment.table import (
     lobatto,
     measured_error,
 )
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 #: Bugs found in `torquer.environment.table` whose repair is on its way; a repair makes these fail.
 POSITION, FIELD = slice(0, 3), slice(3, 6)

@@ -3,7 +3,7 @@
 import pytest
 
 from torquer.simulation.simulate import simulate
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 NASTY = "<script>alert('x')</script> & <b>\"bold\"</b> costs $5 and $6"
 

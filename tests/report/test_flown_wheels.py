@@ -22,7 +22,7 @@ from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import notes, view_of
 from torquer.report.wheel_panels import speeds
 from torquer.simulation.simulate import simulate
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
 
 RPM = np.pi / 30.0

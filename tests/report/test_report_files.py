@@ -24,7 +24,7 @@ from torquer.report.summary import rows_of, summary_of
 from torquer.report.view import view_of
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.simulate import simulate
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 PICTURES = ("rate", "momentum", "field", "dipoles", "pointing", "ground_track", "overview")
 #: Tags without an end tag.

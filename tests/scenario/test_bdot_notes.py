@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from torquer.scenario.notes import notes_of
+from torquer.notes.notes import notes_of
 from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 
 WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,

@@ -17,7 +17,7 @@ from torquer.scenario.load import (
     scenario_from_data,
     scenario_from_text,
 )
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 TLE = (
     "1 38051U 11062C   12058.91450162  .00007227  00000-0  32146-3 0  1024",

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
-from torquer.scenario.notes import notes_of
-from torquer.simulation.spec import Scenario
+from torquer.notes.notes import notes_of
+from torquer.scenario.spec import Scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))
 CHIBIS = next(path for path in EXAMPLES if path.stem == "chibis_m_detumble")

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from torquer.scenario.notes import notes_of
+from torquer.notes.notes import notes_of
 
 HOLD = {
     "kind": "wheel_pd",

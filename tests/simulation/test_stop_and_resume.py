@@ -15,7 +15,7 @@ from torquer.control import Bdot
 from torquer.control.off import Off
 from torquer.orbit import Circular
 from torquer.simulation import run as runner
-from torquer.simulation.spec import (
+from torquer.scenario.spec import (
     Body,
     Coils,
     Control,

@@ -11,9 +11,9 @@ import numpy as np
 import torquer
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
 from torquer.cli.output import console, make_writable, tell_error, writing_to
+from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario
-from torquer.scenario.notes import notes_of
-from torquer.simulation.resolution import notes_on_steps
+from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.result import (
     COMPLETE,
     INTERRUPTED,

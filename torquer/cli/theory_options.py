@@ -231,7 +231,7 @@ def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, t
 
 def _of_scenario(law: str | None, path: Path) -> Question:
     """Orbit, field, body, motion, law and its duty from a file."""
-    from torquer.scenario.bdot_notes import sampling_of
+    from torquer.notes.bdot_notes import sampling_of
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)

@@ -1,6 +1,6 @@
-"""Control laws, one file each; adding one is one file and its lines in `built_in`.
+"""Control laws, one file each; adding one is one file and its line in `built_in`.
 
-`LAWS` answer with a dipole for the coils, `WHEEL_LAWS` with a torque on the body for the wheels.
+A law answers with a command: a dipole for the coils, a torque on the body for the wheels, or both.
 """
 
 from typing import Annotated, Union
@@ -9,25 +9,9 @@ from pydantic import Field
 
 from torquer.control.bdot import Bdot as Bdot
 from torquer.control.built_in import BUILT_IN
-from torquer.control.off import Off
-from torquer.control.scheme import Scheme
 from torquer.control.user import GivenLaw, UserLaw
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_pd import WheelPd
 
-LAWS = {**BUILT_IN, "scheme": Scheme, "user": UserLaw}
+LAWS = {**BUILT_IN, "user": UserLaw}
 
 #: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
 AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
-
-WHEEL_LAWS = {
-    "off": Off,
-    "wheel_pd": WheelPd,
-    "wheel_lyapunov": WheelLyapunov,
-    "user": UserLaw,
-}
-
-AnyWheelLaw = Annotated[
-    Union[(*WHEEL_LAWS.values(), GivenLaw)],
-    Field(discriminator="kind"),
-]

@@ -5,55 +5,68 @@ normal to the field. In slow motion B-dot brakes the rate relative to the field,
 inertial space: the satellite ends up turning with the field, at about twice the orbital rate.
 """
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.control.law import Law
 from torquer.engine import kernel
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, scale, sub
+from torquer.geometry.vec3 import cross, put_vector, scale, sub, vector_of
 from torquer.spec import Spec
 
+_ZERO = (0.0, 0.0, 0.0)
+#: Memory of laws that take the difference of two readings: whether there was one, its time and
+#: field, and the dipole asked for since.
+PREVIOUS_READING = {"has_reading": 0.0, "t_s": 0.0, "b_body_t": _ZERO, "dipole_a_m2": _ZERO}
+
+
+class Gain(NamedTuple):
+    """`gain`: k [A m^2 s/T]."""
+
+    gain: float
+
 
 @kernel
-def bdot_rate(measured, parameters, memory):
+def bdot_rate(inputs, parameters, memory):
     """m = k (omega x B) from gyro and magnetometer. Source: MAG (2.1.3)."""
-    return scale(parameters[0], cross(measured.omega_body_rad_s, measured.b_body_t))
+    return scale(parameters.gain, cross(inputs.estimate.omega_body_rad_s, inputs.b_body_t))
 
 
 @kernel
-def bdot_derivative(measured, parameters, memory):
+def bdot_derivative(inputs, parameters, memory):
     """m = -k dB/dt, the field's rate in the body read directly. Source: MAG (2.1.1)."""
-    return scale(-parameters[0], measured.b_rate_body_t_s)
+    return scale(-parameters.gain, inputs.b_rate_body_t_s)
 
 
 @kernel
-def bdot_difference(measured, parameters, memory):
+def bdot_difference(inputs, parameters, memory):
     """m = -k (B - B_before) / (t - t_before): dB/dt from two readings; a constant bias cancels.
 
-    Memory: 1 once there is an earlier reading, its time [s], its field [T] (3 cells).
+    Between two readings the last dipole is asked for again. Memory: see `PREVIOUS_READING`.
     """
-    b = measured.b_body_t
-    before = (memory[2], memory[3], memory[4])
-    m = (0.0, 0.0, 0.0)
-    if memory[0] == 1.0:
-        m = scale(-parameters[0] / (measured.t_s - memory[1]), sub(b, before))
-    memory[0], memory[1] = 1.0, measured.t_s
-    memory[2], memory[3], memory[4] = b
+    b, t_s = inputs.b_body_t, inputs.read_at.magnetometer_s
+    m = vector_of(memory.dipole_a_m2)
+    if memory.has_reading == 0.0 or t_s > memory.t_s:
+        if memory.has_reading == 1.0:
+            difference = sub(b, vector_of(memory.b_body_t))
+            m = scale(-parameters.gain / (t_s - memory.t_s), difference)
+        memory.has_reading, memory.t_s = 1.0, t_s
+        put_vector(memory.b_body_t, b)
+        put_vector(memory.dipole_a_m2, m)
     return m
 
 
 @kernel
-def bdot_model(measured, parameters, memory):
+def bdot_model(inputs, parameters, memory):
     """m = -k dB/dt, from the field model on board, the attitude and the gyro; no magnetometer.
 
     dB/dt in the body is that of the model, turned to the body, less omega x B.
     """
-    q = measured.q_body_to_inertial
-    turning = rotate_inverse(q, measured.b_rate_inertial_t_s)
-    b = rotate_inverse(q, measured.b_inertial_t)
-    return scale(-parameters[0], sub(turning, cross(measured.omega_body_rad_s, b)))
+    q, omega = inputs.estimate.q_body_to_inertial, inputs.estimate.omega_body_rad_s
+    turning = rotate_inverse(q, inputs.ephemeris.b_rate_inertial_t_s)
+    b = rotate_inverse(q, inputs.ephemeris.b_inertial_t)
+    return scale(-parameters.gain, sub(turning, cross(omega, b)))
 
 
 class _Bdot(Spec):
@@ -61,14 +74,14 @@ class _Bdot(Spec):
 
     gain_a_m2_s_per_t: float = Field(gt=0.0)
     kernel: ClassVar
-    memory: ClassVar[tuple[float, ...]] = ()
-    navigates: ClassVar[bool] = False
+    memory: ClassVar = ()
+    needs: ClassVar[frozenset[str]] = frozenset()
 
     def law(self) -> Law:
         """The law with this gain."""
         kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        gain = {"gain": self.gain_a_m2_s_per_t}
-        return Law(self.kind, kernel, gain, self.memory, navigates=self.navigates, spec=self)
+        gain = Gain(self.gain_a_m2_s_per_t)
+        return Law(self.kind, kernel, gain, self.memory, needs=self.needs, spec=self)
 
 
 class Bdot(_Bdot):
@@ -76,7 +89,7 @@ class Bdot(_Bdot):
 
     kind: Literal["bdot"] = "bdot"
     kernel: ClassVar = bdot_difference
-    memory: ClassVar = (0.0,) * 5
+    memory: ClassVar = PREVIOUS_READING
 
 
 class BdotRate(_Bdot):
@@ -84,6 +97,7 @@ class BdotRate(_Bdot):
 
     kind: Literal["bdot_rate"] = "bdot_rate"
     kernel: ClassVar = bdot_rate
+    needs: ClassVar = frozenset({"rate"})
 
 
 class BdotDerivative(_Bdot):
@@ -91,6 +105,7 @@ class BdotDerivative(_Bdot):
 
     kind: Literal["bdot_derivative"] = "bdot_derivative"
     kernel: ClassVar = bdot_derivative
+    needs: ClassVar = frozenset({"search_coil"})
 
 
 class BdotModel(_Bdot):
@@ -98,4 +113,4 @@ class BdotModel(_Bdot):
 
     kind: Literal["bdot_model"] = "bdot_model"
     kernel: ClassVar = bdot_model
-    navigates: ClassVar = True
+    needs: ClassVar = frozenset({"attitude", "rate", "ephemeris"})

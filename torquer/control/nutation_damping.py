@@ -8,32 +8,32 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from torquer.control.bdot import bdot_derivative, bdot_difference, bdot_rate
+from torquer.control.bdot import PREVIOUS_READING, bdot_derivative, bdot_difference, bdot_rate
 from torquer.control.law import Law
-from torquer.control.spin_axis import AboutAxis, axis_of, one_coil
+from torquer.control.spin_axis import AboutAxis, one_coil
 from torquer.engine import kernel
 from torquer.geometry.vec3 import dot
 
 
 @kernel
-def nutation_damping_derivative(measured, parameters, memory):
+def nutation_damping_derivative(inputs, parameters, memory):
     """m = -k (dB/dt . e3) e3, the field's rate in the body read directly. Source: MAG (3.1.1)."""
-    wanted = bdot_derivative(measured, parameters, memory)
-    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+    wanted = bdot_derivative(inputs, parameters, memory)
+    return one_coil(parameters, dot(wanted, parameters.axis))
 
 
 @kernel
-def nutation_damping_rate(measured, parameters, memory):
+def nutation_damping_rate(inputs, parameters, memory):
     """m = k ((omega x B) . e3) e3 from gyro and magnetometer: the same in fast rotation."""
-    wanted = bdot_rate(measured, parameters, memory)
-    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+    wanted = bdot_rate(inputs, parameters, memory)
+    return one_coil(parameters, dot(wanted, parameters.axis))
 
 
 @kernel
-def nutation_damping_difference(measured, parameters, memory):
+def nutation_damping_difference(inputs, parameters, memory):
     """m = -k ((B - B_before) . e3) / (t - t_before) e3; memory as that of `bdot_difference`."""
-    wanted = bdot_difference(measured, parameters, memory)
-    return one_coil(parameters, dot(wanted, axis_of(parameters)))
+    wanted = bdot_difference(inputs, parameters, memory)
+    return one_coil(parameters, dot(wanted, parameters.axis))
 
 
 class _NutationDamping(AboutAxis):
@@ -42,12 +42,14 @@ class _NutationDamping(AboutAxis):
     gain_a_m2_s_per_t: float | None = Field(default=None, gt=0.0)
     gain_key: ClassVar = "gain_a_m2_s_per_t"
     kernel: ClassVar
-    memory: ClassVar[tuple[float, ...]] = ()
+    memory: ClassVar = ()
+    needs: ClassVar[frozenset[str]] = frozenset()
 
     def law(self) -> Law:
         """The law with this gain or relay."""
         kernel = type(self).kernel  # of the class: an instance would bind it as a method
-        return Law(self.kind, kernel, self.parameters(), self.memory, spec=self)
+        parameters = self.parameters()
+        return Law(self.kind, kernel, parameters, self.memory, needs=self.needs, spec=self)
 
 
 class NutationDamping(_NutationDamping):
@@ -55,7 +57,7 @@ class NutationDamping(_NutationDamping):
 
     kind: Literal["nutation_damping"] = "nutation_damping"
     kernel: ClassVar = nutation_damping_difference
-    memory: ClassVar = (0.0,) * 5
+    memory: ClassVar = PREVIOUS_READING
 
 
 class NutationDampingRate(_NutationDamping):
@@ -63,6 +65,7 @@ class NutationDampingRate(_NutationDamping):
 
     kind: Literal["nutation_damping_rate"] = "nutation_damping_rate"
     kernel: ClassVar = nutation_damping_rate
+    needs: ClassVar = frozenset({"rate"})
 
 
 class NutationDampingDerivative(_NutationDamping):
@@ -70,3 +73,4 @@ class NutationDampingDerivative(_NutationDamping):
 
     kind: Literal["nutation_damping_derivative"] = "nutation_damping_derivative"
     kernel: ClassVar = nutation_damping_derivative
+    needs: ClassVar = frozenset({"search_coil"})

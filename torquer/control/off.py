@@ -8,8 +8,8 @@ from torquer.spec import Spec
 
 
 @kernel
-def no_answer(measured, parameters, memory):
-    """Nothing: no dipole of the coils, no torque of the wheels."""
+def zero_command(inputs, parameters, memory):
+    """No dipole of the coils, no torque of the wheels."""
     return (0.0, 0.0, 0.0)
 
 
@@ -20,4 +20,4 @@ class Off(Spec):
 
     def law(self) -> Law:
         """The law that asks for nothing."""
-        return Law(self.kind, no_answer, spec=self)
+        return Law(self.kind, zero_command, spec=self)

@@ -1,7 +1,8 @@
 """What laws that hold an attitude share: reference frame, wanted attitude, deviation from it.
 
 The reference frame is the orbital one (X of `torquer.conventions`) or the inertial one; the
-wanted attitude is that of the body to it. The parameters of such a law begin with its two gains.
+wanted attitude is that of the body to it. Among the parameters of such a law are `orbital`, 1 for
+an orbital reference, and `q_wanted`, the wanted attitude to it.
 """
 
 from typing import Annotated, Literal
@@ -9,7 +10,6 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator
 
-from torquer.control.spin_axis import inertia_parameters
 from torquer.engine import inlined
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
@@ -17,14 +17,9 @@ from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_in
 from torquer.geometry.vec3 import cross, dot, scale, sub
 from torquer.spec import Inertia, Spec, Vector
 
-#: Places in the parameters: 1 for an orbital reference, wanted attitude to it (quaternion).
-ORBITAL, WANTED = 2, 3
-#: Of wheels' laws: inertia tensor [kg m^2], and where what only one of them has begins.
-INERTIA, OWN = 7, 13
-
 
 @inlined
-def reference_motion(measured, orbital):
+def reference_motion(inputs, orbital):
     """(Attitude of the reference frame to the inertial one, its rate in the inertial frame).
 
     The orbital frame's rate is that of a two-body orbit, (r x v)/r^2: what other forces add to
@@ -32,33 +27,32 @@ def reference_motion(measured, orbital):
     """
     if orbital == 0.0:
         return (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0)
-    r, v = measured.r_inertial_m, measured.v_inertial_m_s
+    r, v = inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s
     return from_dcm(dcm_orbital_to_inertial(r, v)), scale(1.0 / dot(r, r), cross(r, v))
 
 
 @inlined
-def reference_acceleration(measured, orbital):
+def reference_acceleration(inputs, orbital):
     """Angular acceleration [rad/s^2] of the reference frame, inertial, on a two-body orbit.
 
     As r x v does not change, it is -2 (r.v)/r^2 times the frame's rate.
     """
     if orbital == 0.0:
         return (0.0, 0.0, 0.0)
-    r, v = measured.r_inertial_m, measured.v_inertial_m_s
+    r, v = inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s
     square = dot(r, r)
     return scale(-2.0 * dot(r, v) / (square * square), cross(r, v))
 
 
 @inlined
-def deviation(measured, parameters, q_reference, turning):
+def deviation(inputs, q_wanted, q_reference, turning):
     """(Quaternion from the wanted attitude to the body, rate relative to the reference [rad/s]).
 
     Both in body axes; `q_reference` and `turning` as `reference_motion` gives them.
     """
-    p, q = parameters, measured.q_body_to_inertial
-    wanted = multiply(q_reference, (p[WANTED], p[WANTED + 1], p[WANTED + 2], p[WANTED + 3]))
-    error = multiply(conjugate(wanted), q)
-    return error, sub(measured.omega_body_rad_s, rotate_inverse(q, turning))
+    q = inputs.estimate.q_body_to_inertial
+    error = multiply(conjugate(multiply(q_reference, q_wanted)), q)
+    return error, sub(inputs.estimate.omega_body_rad_s, rotate_inverse(q, turning))
 
 
 @inlined
@@ -69,13 +63,6 @@ def short_way(error):
     """
     sign = -1.0 if error[3] < 0.0 else 1.0
     return scale(sign, (error[0], error[1], error[2]))
-
-
-@inlined
-def inertia_of(parameters):
-    """Inertia tensor [kg m^2] of a wheels' law, as `sym_vec` takes it."""
-    p, i = parameters, INERTIA
-    return (p[i], p[i + 1], p[i + 2], p[i + 3], p[i + 4], p[i + 5])
 
 
 class HeldAttitude(Spec):
@@ -91,14 +78,18 @@ class HeldAttitude(Spec):
 
     @property
     def orbital(self) -> bool:
-        """Whether the reference is the orbital frame: then the law navigates."""
+        """Whether the reference is the orbital frame: then the law needs the ephemeris."""
         return self.reference == "orbital"
 
-    def attitude(self) -> dict[str, float]:
-        """Whether the reference is orbital, wanted attitude: parameters of the law."""
-        q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
-        wanted = {f"q_{c}": float(x) for c, x in zip("xyzw", q, strict=True)}
-        return {"orbital": float(self.orbital), **wanted}
+    @property
+    def needs(self) -> frozenset[str]:
+        """Attitude and rate; for an orbital reference the ephemeris."""
+        return frozenset({"attitude", "rate", *(["ephemeris"] if self.orbital else [])})
+
+    def q_wanted(self) -> tuple[float, float, float, float]:
+        """Wanted attitude of the body to the reference frame."""
+        x, y, z, w = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+        return (float(x), float(y), float(z), float(w))
 
 
 class HeldByWheels(HeldAttitude):
@@ -108,7 +99,3 @@ class HeldByWheels(HeldAttitude):
     """
 
     inertia_kg_m2: Inertia
-
-    def attitude_and_inertia(self) -> dict[str, float]:
-        """Reference, wanted attitude and inertia: parameters of the law."""
-        return {**self.attitude(), **inertia_parameters(self.inertia_kg_m2)}

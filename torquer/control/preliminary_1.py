@@ -9,16 +9,16 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from torquer.control.law import Law
-from torquer.control.spin_axis import Pointed, axis_of, one_coil, target_body
+from torquer.control.spin_axis import Pointed, one_coil, target_body
 from torquer.engine import kernel
 from torquer.geometry.vec3 import cross, dot
 
 
 @kernel
-def preliminary_1(measured, parameters, memory):
+def preliminary_1(inputs, parameters, memory):
     """m = k (l_f . (e3 x B)) e3, l_f the unit vector to the target. Source: MAG (3.4.1)."""
-    e3, direction = axis_of(parameters), target_body(measured, parameters)
-    return one_coil(parameters, parameters[0] * dot(direction, cross(e3, measured.b_body_t)))
+    p, direction = parameters, target_body(inputs, parameters)
+    return one_coil(p, p.gain * dot(direction, cross(p.axis, inputs.b_body_t)))
 
 
 class Preliminary1(Pointed):
@@ -30,4 +30,4 @@ class Preliminary1(Pointed):
 
     def law(self) -> Law:
         """The law with this gain or relay."""
-        return Law(self.kind, preliminary_1, self.parameters(), needs_sun=self.needs_sun, spec=self)
+        return Law(self.kind, preliminary_1, self.parameters(), needs=self.needs, spec=self)

@@ -3,36 +3,38 @@
 MAG 3.3. One coil, about the spin axis, which is taken to lie along the angular momentum.
 """
 
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.control.law import Law
-from torquer.control.spin_axis import (
-    END,
-    Pointed,
-    axis_of,
-    inertia_parameters,
-    one_coil,
-    target_body,
-)
+from torquer.control.spin_axis import Pointed, one_coil, target_body
 from torquer.engine import kernel
-from torquer.geometry.vec3 import cross, dot, scale, sub, sym_vec
+from torquer.geometry.vec3 import as_symmetric, cross, dot, scale, sub, sym_vec
 from torquer.spec import Inertia
 
 
-@kernel
-def reorientation(measured, parameters, memory):
-    """m = k ((L_f - L) . (e3 x B)) e3, L = J omega. Source: MAG (3.3.1).
+class ReorientationParameters(NamedTuple):
+    """Those of the target, |L_f| [N m s], inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
 
-    Parameters after the target: |L_f| [N m s], inertia (xx, yy, zz, xy, xz, yz) [kg m^2].
-    """
-    p, direction = parameters, target_body(measured, parameters)
+    gain: float
+    relay: float
+    axis: tuple
+    sun: float
+    target: tuple
+    momentum: float
+    inertia: tuple
+
+
+@kernel
+def reorientation(inputs, parameters, memory):
+    """m = k ((L_f - L) . (e3 x B)) e3, L = J omega. Source: MAG (3.3.1)."""
+    p, direction = parameters, target_body(inputs, parameters)
     if dot(direction, direction) == 0.0:  # a Sun that is not seen
         return (0.0, 0.0, 0.0)
-    inertia = (p[END + 1], p[END + 2], p[END + 3], p[END + 4], p[END + 5], p[END + 6])
-    missing = sub(scale(p[END], direction), sym_vec(inertia, measured.omega_body_rad_s))
-    return one_coil(p, p[0] * dot(missing, cross(axis_of(p), measured.b_body_t)))
+    momentum = sym_vec(p.inertia, inputs.estimate.omega_body_rad_s)
+    missing = sub(scale(p.momentum, direction), momentum)
+    return one_coil(p, p.gain * dot(missing, cross(p.axis, inputs.b_body_t)))
 
 
 class Reorientation(Pointed):
@@ -50,7 +52,7 @@ class Reorientation(Pointed):
 
     def law(self) -> Law:
         """The law with this gain or relay."""
-        inertia = inertia_parameters(self.inertia_kg_m2)
-        own = {"momentum": self.momentum_n_m_s, **inertia}
-        parameters = {**self.parameters(), **own}
-        return Law(self.kind, reorientation, parameters, needs_sun=self.needs_sun, spec=self)
+        own = self.momentum_n_m_s, as_symmetric(self.inertia_kg_m2)
+        parameters = ReorientationParameters(*self.parameters(), *own)
+        needs = self.needs | {"rate"}
+        return Law(self.kind, reorientation, parameters, needs=needs, spec=self)

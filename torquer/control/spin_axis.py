@@ -6,7 +6,7 @@ other, by the sign of what the law wants. (The relay mode of the coils themselve
 at their limits; a law's own relay lets each stage of a scheme have its own dipole.)
 """
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field, model_validator
@@ -17,51 +17,50 @@ from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import as_vector, scale
 from torquer.spec import Spec, Vector
 
-#: Places in the parameters: gain, relay dipole [A m^2] (0: none), spin axis, where to point.
-GAIN, RELAY, AXIS, TARGET = 0, 1, 2, 5
-#: Where the parameters of `Pointed` end.
-END = 9
+
+class AxisParameters(NamedTuple):
+    """Gain, relay dipole [A m^2] (0: none), spin axis in the body."""
+
+    gain: float
+    relay: float
+    axis: tuple
 
 
-@inlined
-def axis_of(parameters):
-    """The spin axis in the body."""
-    return (parameters[AXIS], parameters[AXIS + 1], parameters[AXIS + 2])
+class PointedParameters(NamedTuple):
+    """Gain, relay, axis; 1 to point to the Sun, or else the target in the inertial frame."""
+
+    gain: float
+    relay: float
+    axis: tuple
+    sun: float
+    target: tuple
 
 
 @inlined
 def switched(parameters, wanted_a_m2):
     """What a coil is to have: what is wanted, or with a relay its dipole with that sign."""
-    if parameters[RELAY] > 0.0:
-        return parameters[RELAY] * np.sign(wanted_a_m2)
+    if parameters.relay > 0.0:
+        return parameters.relay * np.sign(wanted_a_m2)
     return wanted_a_m2
 
 
 @inlined
 def one_coil(parameters, wanted_a_m2):
     """Dipole [A m^2] of the coil about the spin axis alone; nothing wanted, nothing given."""
-    return scale(switched(parameters, wanted_a_m2), axis_of(parameters))
+    return scale(switched(parameters, wanted_a_m2), parameters.axis)
 
 
 @inlined
-def target_body(measured, parameters):
+def target_body(inputs, parameters):
     """Unit vector to the target in the body; zeros while the target is a Sun that is not seen."""
-    if parameters[TARGET] == 1.0:
-        return measured.sun_body
-    target = (parameters[TARGET + 1], parameters[TARGET + 2], parameters[TARGET + 3])
-    return rotate_inverse(measured.q_body_to_inertial, target)
+    if parameters.sun == 1.0:
+        return inputs.sun_body
+    return rotate_inverse(inputs.estimate.q_body_to_inertial, parameters.target)
 
 
 def unit_vector(key: str):
     """Type of a direction: any non-zero vector, kept as one of length one."""
     return Annotated[Vector, AfterValidator(lambda v: as_vector(validate.unit_rows(key, v)[0]))]
-
-
-def inertia_parameters(inertia_kg_m2) -> dict[str, float]:
-    """The tensor as parameters of a law: xx, yy, zz, xy, xz, yz."""
-    places = ("xx", "yy", "zz", "xy", "xz", "yz")
-    index = {letter: i for i, letter in enumerate("xyz")}
-    return {f"j_{a}{b}": inertia_kg_m2[index[a]][index[b]] for a, b in places}
 
 
 class AboutAxis(Spec):
@@ -83,13 +82,11 @@ class AboutAxis(Spec):
             )
         return self
 
-    def parameters(self) -> dict[str, float]:
+    def parameters(self) -> AxisParameters:
         """Gain (1 under a relay, which asks for the sign only), relay, axis."""
-        x, y, z = self.axis
-        gain = getattr(self, self.gain_key)
-        relay = self.relay_dipole_a_m2
-        head = {"gain": 1.0 if gain is None else gain, "relay": 0.0 if relay is None else relay}
-        return {**head, "axis_x": x, "axis_y": y, "axis_z": z}
+        gain, relay = getattr(self, self.gain_key), self.relay_dipole_a_m2
+        given = (1.0 if gain is None else gain, 0.0 if relay is None else relay)
+        return AxisParameters(*given, self.axis)
 
 
 class Pointed(AboutAxis):
@@ -102,12 +99,12 @@ class Pointed(AboutAxis):
     target: Literal["sun"] | unit_vector("target")
 
     @property
-    def needs_sun(self) -> bool:
-        """Whether the law reads the Sun sensors."""
-        return self.target == "sun"
+    def needs(self) -> frozenset[str]:
+        """The Sun sensors, or the attitude to find another target by."""
+        return frozenset({"sun" if self.target == "sun" else "attitude"})
 
-    def parameters(self) -> dict[str, float]:
+    def parameters(self) -> PointedParameters:
         """Gain, relay, axis, whether to point to the Sun, target."""
-        x, y, z = (0.0, 0.0, 0.0) if self.needs_sun else self.target
-        there = {"sun": float(self.needs_sun), "target_x": x, "target_y": y, "target_z": z}
-        return {**super().parameters(), **there}
+        sun = self.target == "sun"
+        target = (0.0, 0.0, 0.0) if sun else self.target
+        return PointedParameters(*super().parameters(), float(sun), target)

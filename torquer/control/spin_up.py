@@ -5,29 +5,40 @@ until the wanted rate is reached. `axis` turned round spins the other way.
 """
 
 import math
-from typing import ClassVar, Literal
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from torquer.control.law import Law
-from torquer.control.spin_axis import AboutAxis, axis_of, switched, unit_vector
+from torquer.control.spin_axis import AboutAxis, switched, unit_vector
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, scale
 
 
+class SpinUpParameters(NamedTuple):
+    """Those of the axis, rate to reach [rad/s] (0: none), direction of the first coil.
+
+    The second coil is e3 x first.
+    """
+
+    gain: float
+    relay: float
+    axis: tuple
+    target_rate: float
+    first_coil: tuple
+
+
 @kernel
-def spin_up(measured, parameters, memory):
+def spin_up(inputs, parameters, memory):
     """m = -k e3 x B = k (B2, -B1, 0) until omega.e3 is reached. Source: MAG (3.2.1).
 
-    Parameters: gain, relay, axis, target rate [rad/s] (0: none), direction of the first coil;
-    the second is e3 x first. Only a relay needs to know them: it switches each coil alone.
+    A relay switches each of the two coils alone.
     """
-    e3 = axis_of(parameters)
-    if 0.0 < parameters[5] <= dot(measured.omega_body_rad_s, e3):
+    e3, first = parameters.axis, parameters.first_coil
+    if 0.0 < parameters.target_rate <= dot(inputs.estimate.omega_body_rad_s, e3):
         return (0.0, 0.0, 0.0)
-    wanted = scale(-parameters[0], cross(e3, measured.b_body_t))
-    first = (parameters[6], parameters[7], parameters[8])
+    wanted = scale(-parameters.gain, cross(e3, inputs.b_body_t))
     second = cross(e3, first)
     m = scale(switched(parameters, dot(wanted, first)), first)
     return add_scaled(m, switched(parameters, dot(wanted, second)), second)
@@ -66,7 +77,7 @@ class SpinUp(AboutAxis):
 
     def law(self) -> Law:
         """The law with this gain or relay."""
-        x, y, z = self.across()
-        rate = {"target_rate": math.radians(self.target_rate_deg_s or 0.0)}
-        coil = {"first_x": x, "first_y": y, "first_z": z}
-        return Law(self.kind, spin_up, {**self.parameters(), **rate, **coil}, spec=self)
+        rate = math.radians(self.target_rate_deg_s or 0.0)
+        parameters = SpinUpParameters(*self.parameters(), rate, self.across())
+        needs = frozenset({"rate"}) if rate else frozenset()
+        return Law(self.kind, spin_up, parameters, needs=needs, spec=self)

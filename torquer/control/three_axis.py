@@ -4,29 +4,37 @@ MAG ch. 4. The torque of m = k (w x B) + k_a (S x B) is that of a damper and a s
 part along the field, which no coil can make: the field must turn for three axes to be held.
 """
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.control.law import Law
-from torquer.control.pointing import ORBITAL, HeldAttitude, deviation, reference_motion
+from torquer.control.pointing import HeldAttitude, deviation, reference_motion
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add, cross, scale
 
 
+class ThreeAxisParameters(NamedTuple):
+    """k, k_a, 1 for an orbital reference, wanted attitude to the reference (quaternion)."""
+
+    rate_gain: float
+    angle_gain: float
+    orbital: float
+    q_wanted: tuple
+
+
 @kernel
-def three_axis(measured, parameters, memory):
+def three_axis(inputs, parameters, memory):
     """m = -k B x w - k_a B x S, w the rate relative to the reference. Source: MAG (4.1.5).
 
     S = (d23 - d32, d31 - d13, d12 - d21), D = direction cosines from the wanted attitude to the
-    body: 2 x the turn vector where it is small. Parameters: k, k_a, 1 for an orbital reference,
-    wanted attitude to the reference (quaternion).
+    body: 2 x the turn vector where it is small.
     """
     p = parameters
-    q_reference, turning = reference_motion(measured, p[ORBITAL])
-    error, omega = deviation(measured, p, q_reference, turning)
+    q_reference, turning = reference_motion(inputs, p.orbital)
+    error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     s = scale(4.0 * error[3], (error[0], error[1], error[2]))
-    return cross(add(scale(p[0], omega), scale(p[1], s)), measured.b_body_t)
+    return cross(add(scale(p.rate_gain, omega), scale(p.angle_gain, s)), inputs.b_body_t)
 
 
 class ThreeAxis(HeldAttitude):
@@ -42,6 +50,6 @@ class ThreeAxis(HeldAttitude):
 
     def law(self) -> Law:
         """The law with these gains and this attitude."""
-        gains = {"rate_gain": self.rate_gain_n_m_s_per_t2, "angle_gain": self.angle_gain_n_m_per_t2}
-        parameters = {**gains, **self.attitude()}
-        return Law(self.kind, three_axis, parameters, navigates=self.orbital, spec=self)
+        gains = self.rate_gain_n_m_s_per_t2, self.angle_gain_n_m_per_t2
+        parameters = ThreeAxisParameters(*gains, float(self.orbital), self.q_wanted())
+        return Law(self.kind, three_axis, parameters, needs=self.needs, spec=self)

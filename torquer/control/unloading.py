@@ -4,7 +4,7 @@ The coils brake the wheels' momentum as B-dot brakes the body: across the field 
 turn for all of it to go. The wheels' own law takes the coils' torque on, and so sheds momentum.
 """
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
@@ -14,19 +14,26 @@ from torquer.geometry.vec3 import cross, dot, norm, scale, sub
 from torquer.spec import Spec, Vector
 
 
+class UnloadingParameters(NamedTuple):
+    """k [1/s], dead band [N m s], h_0 [N m s, body]."""
+
+    gain: float
+    dead_band: float
+    wanted_momentum: tuple
+
+
 @kernel
-def unloading(measured, parameters, memory):
+def unloading(inputs, parameters, memory):
     """m = -(k/B^2) B x (h - h_0) [A m^2]: its torque is -k times what of h - h_0 is across B.
 
     h the wheels' momentum. No field, or h - h_0 below the dead band: no dipole.
-    Parameters: k, dead band, h_0.
     """
-    p, b = parameters, measured.b_body_t
-    excess = sub(measured.wheel_momentum_body_n_m_s, (p[2], p[3], p[4]))
+    p, b = parameters, inputs.b_body_t
+    excess = sub(inputs.wheel_momentum_body_n_m_s, p.wanted_momentum)
     square = dot(b, b)
-    if square == 0.0 or norm(excess) < p[1]:
+    if square == 0.0 or norm(excess) < p.dead_band:
         return (0.0, 0.0, 0.0)
-    return scale(-p[0] / square, cross(b, excess))
+    return scale(-p.gain / square, cross(b, excess))
 
 
 class Unloading(Spec):
@@ -44,7 +51,7 @@ class Unloading(Spec):
 
     def law(self) -> Law:
         """The law with this gain."""
-        x, y, z = self.wanted_momentum_n_m_s
-        gain = {"gain": self.gain_per_s, "dead_band": self.dead_band_n_m_s}
-        wanted = {"momentum_x": x, "momentum_y": y, "momentum_z": z}
-        return Law(self.kind, unloading, {**gain, **wanted}, spec=self)
+        wanted = self.wanted_momentum_n_m_s
+        parameters = UnloadingParameters(self.gain_per_s, self.dead_band_n_m_s, wanted)
+        needs = frozenset({"tachometers"})
+        return Law(self.kind, unloading, parameters, needs=needs, spec=self)

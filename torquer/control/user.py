@@ -1,5 +1,7 @@
 """Laws of the user's own in a scenario: from a Python file beside it, or given in Python."""
 
+import hashlib
+import importlib.util
 import sys
 from collections.abc import Collection
 from dataclasses import replace
@@ -7,11 +9,15 @@ from pathlib import Path
 from types import FunctionType
 from typing import Literal
 
+import numpy as np
 from pydantic import Field
 
 from torquer import plugin
-from torquer.control.law import Law, as_law, load_law
+from torquer.control.law import Law, as_law
 from torquer.spec import Spec
+
+#: A value of a parameter: a number, or a vector.
+Parameter = float | tuple[float, ...]
 
 
 class UserLaw(Spec):
@@ -22,20 +28,13 @@ class UserLaw(Spec):
     kind: Literal["user"]
     file: Path
     function: str | None = None
-    parameters: dict[str, float] = Field(default_factory=dict)
+    parameters: dict[str, Parameter] = Field(default_factory=dict)
     memory: tuple[float, ...] | None = None
 
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""
         law = load_law(self.file, self.function).with_parameters(**self.parameters)
-        if self.memory is None:
-            return law
-        if len(self.memory) != len(law.memory):
-            raise ValueError(
-                f"law {law.name}: memory must have {len(law.memory)} cells, as the law has; "
-                f"received {len(self.memory)}"
-            )
-        return replace(law, memory=self.memory)
+        return law if self.memory is None else law.with_memory(self.memory)
 
 
 class GivenLaw(Spec):
@@ -47,13 +46,13 @@ class GivenLaw(Spec):
 
     kind: Literal["given_in_python"] = "given_in_python"
     name: str
-    parameters: dict[str, float] = Field(default_factory=dict)
+    parameters: dict[str, Parameter] = Field(default_factory=dict)
     memory: tuple[float, ...] = ()
 
     def law(self) -> Law:
         """A `ValueError`: the function is not known."""
         raise ValueError(
-            f"law {self.name}: must be given again (simulate or resume with law= or wheel_law=): "
+            f"law {self.name}: must be given again (simulate or resume with law= or laws=): "
             "it was given in Python, in no file to load it from; received none"
         )
 
@@ -66,13 +65,13 @@ def spec_of(law: Law, kinds: Collection[str]) -> Spec:
     made_by = law.spec
     if made_by is not None and made_by.kind in kinds and made_by.law() == law:
         return made_by
-    parameters = {name: float(value) for name, value in law.parameters.items()}
+    parameters = law.values()
     return _in_a_file(law, parameters) or GivenLaw(
-        name=law.name, parameters=parameters, memory=law.memory
+        name=law.name, parameters=parameters, memory=tuple(law.first_memory().tolist())
     )
 
 
-def _in_a_file(law: Law, parameters: dict[str, float]) -> UserLaw | None:
+def _in_a_file(law: Law, parameters: dict[str, Parameter]) -> UserLaw | None:
     """The law as one of a file that `load_law` can load again; None if there is no such file.
 
     The file must have been imported as a module of its own (a script would run again, a package's
@@ -89,7 +88,8 @@ def _in_a_file(law: Law, parameters: dict[str, float]) -> UserLaw | None:
         if isinstance(value, FunctionType) and not law.compiled:
             known = replace(as_law(value), name=name)
         if known is not None and _differ_in_numbers_only(known, law):
-            memory = None if known.memory == law.memory else law.memory
+            same = np.array_equal(known.first_memory(), law.first_memory(), equal_nan=True)
+            memory = None if same else tuple(law.first_memory().tolist())
             return UserLaw(
                 kind="user",
                 file=file.resolve(),
@@ -102,10 +102,10 @@ def _in_a_file(law: Law, parameters: dict[str, float]) -> UserLaw | None:
 
 def _differ_in_numbers_only(known: Law, law: Law) -> bool:
     """Whether a known law becomes another by values of its parameters and memory."""
-    same_names = list(known.parameters) == list(law.parameters)
-    changed = replace(known, function=law.function, parameters=law.parameters, memory=law.memory)
-    alike = same_names and len(known.memory) == len(law.memory) and changed == law
-    return alike and _same_function(known.function, law.function)
+    if known.structure() != law.structure():
+        return False
+    changed = replace(known, parameters=law.parameters, memory=law.memory, function=law.function)
+    return changed == law and _same_function(known.function, law.function)
 
 
 def _same_function(a, b) -> bool:
@@ -113,3 +113,54 @@ def _same_function(a, b) -> bool:
     a, b = plugin.plain_of(a), plugin.plain_of(b)
     closed = getattr(a, "__closure__", None) or getattr(b, "__closure__", None)
     return a is b or (not closed and getattr(a, "__code__", None) == b.__code__)
+
+
+def load_law(file: Path, name: str | None = None) -> Law:
+    """The law defined in a user's Python file; by its name when there are several.
+
+    A function without the decorator is taken as it is and runs as plain Python (slower: the
+    result says so). Code compiled from the file is cached under a hash of all Python files
+    beside it, so that an edit is always noticed.
+    """
+    if not file.is_file():
+        raise ValueError(f"law file: must exist; received {file}")
+    if file.suffix != ".py":
+        raise ValueError(f"law file: must be a Python file (.py); received {file}")
+    with plugin.cache_beside(file):
+        found = _find(_module_of(file), file, name)
+        if found.compiled:
+            found.compile()
+    return found
+
+
+def _module_of(file: Path):
+    """The file as a module of its own, with the files beside it importable."""
+    mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
+    spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    sys.path.insert(0, str(file.resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        raise ValueError(f"law file {file}: must import; received {error!r}") from None
+    finally:
+        sys.path.pop(0)
+    return module
+
+
+def _find(module, file: Path, name: str | None) -> Law:
+    laws = {k: v for k, v in vars(module).items() if isinstance(v, Law)}
+    if name is None:
+        if len(laws) != 1:
+            names = ", ".join(laws) or "none"
+            raise ValueError(
+                f"law file {file}: must hold one @torquer.law, or name one; received {names}"
+            )
+        return next(iter(laws.values()))
+    chosen = getattr(module, name, None)
+    if isinstance(chosen, Law):
+        return chosen
+    if not callable(chosen):
+        raise ValueError(f"law file {file}: must define {name}; received no such function")
+    return replace(as_law(chosen), name=name)

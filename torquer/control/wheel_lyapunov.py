@@ -7,17 +7,14 @@ in the wanted attitude. (At rest at exactly 180 deg the spring does not pause: i
 """
 
 import math
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field
 
 from torquer.control.law import Law
 from torquer.control.pointing import (
-    ORBITAL,
-    OWN,
     HeldByWheels,
     deviation,
-    inertia_of,
     reference_acceleration,
     reference_motion,
     short_way,
@@ -26,41 +23,52 @@ from torquer.conventions import MU_EARTH_M3_S2
 from torquer.engine import inlined, kernel
 from torquer.environment.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, dot, scale, sub, sym_vec
+from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, dot, scale, sub, sym_vec
 
 
 @inlined
-def known_gravity_torque(measured, inertia):
+def known_gravity_torque(inputs, inertia):
     """Gravity-gradient torque [N m] in the body at the position that the computer knows."""
-    r = measured.r_inertial_m
+    r = inputs.ephemeris.r_inertial_m
     square = dot(r, r)
     size = math.sqrt(3.0 * MU_EARTH_M3_S2 / (square * math.sqrt(square)) / square)
-    gravity_gradient = rotate_inverse(measured.q_body_to_inertial, scale(size, r))
+    gravity_gradient = rotate_inverse(inputs.estimate.q_body_to_inertial, scale(size, r))
     return gravity_gradient_torque(inertia, gravity_gradient)
 
 
+class WheelLyapunovParameters(NamedTuple):
+    """k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, gravity.
+
+    `gravity`: 1 to take on the gravity torque.
+    """
+
+    rate_gain: float
+    angle_gain: float
+    orbital: float
+    q_wanted: tuple
+    inertia: tuple
+    gravity: float
+
+
 @kernel
-def wheel_lyapunov(measured, parameters, memory):
+def wheel_lyapunov(inputs, parameters, memory):
     """Torque on the body M = w' x (J w' + h) + J dW/dt - M_g - k_w w - k_a e sin(a/2) [N m].
 
     w' is the absolute rate, h the wheels' momentum, W the reference's rate in body axes, so that
     dW/dt = (its angular acceleration) - w' x W; M_g the gravity torque, where it is wanted;
     e sin(a/2) the vector part of the turn from the wanted attitude, the short way round.
-
-    Parameters: k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, 1 to
-    take on the gravity torque.
     """
-    p, j = parameters, inertia_of(parameters)
-    q, omega = measured.q_body_to_inertial, measured.omega_body_rad_s
-    q_reference, turning = reference_motion(measured, p[ORBITAL])
-    error, relative = deviation(measured, p, q_reference, turning)
-    momentum = add(sym_vec(j, omega), measured.wheel_momentum_body_n_m_s)
-    speeding = rotate_inverse(q, reference_acceleration(measured, p[ORBITAL]))
+    p, j = parameters, parameters.inertia
+    q, omega = inputs.estimate.q_body_to_inertial, inputs.estimate.omega_body_rad_s
+    q_reference, turning = reference_motion(inputs, p.orbital)
+    error, relative = deviation(inputs, p.q_wanted, q_reference, turning)
+    momentum = add(sym_vec(j, omega), inputs.wheel_momentum_body_n_m_s)
+    speeding = rotate_inverse(q, reference_acceleration(inputs, p.orbital))
     speeding = sub(speeding, cross(omega, rotate_inverse(q, turning)))
     m = add(cross(omega, momentum), sym_vec(j, speeding))
-    if p[OWN] != 0.0:
-        m = sub(m, known_gravity_torque(measured, j))
-    return add_scaled(add_scaled(m, -p[0], relative), -p[1], short_way(error))
+    if p.gravity != 0.0:
+        m = sub(m, known_gravity_torque(inputs, j))
+    return add_scaled(add_scaled(m, -p.rate_gain, relative), -p.angle_gain, short_way(error))
 
 
 class WheelLyapunov(HeldByWheels):
@@ -84,7 +92,13 @@ class WheelLyapunov(HeldByWheels):
         """The law with these gains and this attitude."""
         knows = self.gravity_feedforward
         gravity = self.orbital if knows is None else knows
-        gains = {"rate_gain": self.rate_gain_n_m_s, "angle_gain": self.angle_gain_n_m}
-        parameters = {**gains, **self.attitude_and_inertia(), "gravity": float(gravity)}
-        navigates = self.orbital or gravity
-        return Law(self.kind, wheel_lyapunov, parameters, navigates=navigates, spec=self)
+        parameters = WheelLyapunovParameters(
+            self.rate_gain_n_m_s,
+            self.angle_gain_n_m,
+            float(self.orbital),
+            self.q_wanted(),
+            as_symmetric(self.inertia_kg_m2),
+            float(gravity),
+        )
+        needs = self.needs | ({"ephemeris"} if gravity else set())
+        return Law(self.kind, wheel_lyapunov, parameters, needs=needs, answers="torque", spec=self)

@@ -5,26 +5,38 @@ is left says that it has one positive parameter and that this and the orbital ra
 1/s. The law here is the one of that kind that gives every axis of any body the same roots.
 """
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.control.law import Law
 from torquer.control.pointing import (
-    ORBITAL,
-    OWN,
     HeldByWheels,
     deviation,
-    inertia_of,
     reference_motion,
     short_way,
 )
 from torquer.engine import kernel
-from torquer.geometry.vec3 import add, cross, norm, scale, sym_vec
+from torquer.geometry.vec3 import add, as_symmetric, cross, norm, scale, sym_vec
+
+
+class WheelPdParameters(NamedTuple):
+    """kappa, zeta, 1 for an orbital reference, wanted attitude to it (quaternion), J.
+
+    `orbital_rate`: the reference's rate about the orbit normal [rad/s], 0 for that of the orbit at
+    the instant.
+    """
+
+    bandwidth: float
+    damping: float
+    orbital: float
+    q_wanted: tuple
+    inertia: tuple
+    orbital_rate: float
 
 
 @kernel
-def wheel_pd(measured, parameters, memory):
+def wheel_pd(inputs, parameters, memory):
     """Torque on the body M = -J (2 zeta kappa w + kappa^2 d) + omega x h [N m].
 
     Source: WHEEL (7.2), as read. w the rate relative to the reference, d twice the vector part of
@@ -33,19 +45,16 @@ def wheel_pd(measured, parameters, memory):
     for the body. Of small errors at rest every axis then has s^2 + 2 zeta kappa s + kappa^2. The
     gyroscopic torque of the body and all others are left to the spring: a constant torque T in
     the body leaves the error d = J^-1 T/kappa^2.
-
-    Parameters: kappa, zeta, 1 for an orbital reference, wanted attitude to it (quaternion), J,
-    the reference's rate about the orbit normal [rad/s] (0: that of the orbit at the instant).
     """
     p = parameters
-    q_reference, turning = reference_motion(measured, p[ORBITAL])
-    if p[OWN] > 0.0:
-        turning = scale(p[OWN] / norm(turning), turning)
-    error, omega = deviation(measured, p, q_reference, turning)
-    damper = scale(-2.0 * p[1] * p[0], omega)
-    spring = scale(-2.0 * p[0] * p[0], short_way(error))
-    turned = cross(measured.omega_body_rad_s, measured.wheel_momentum_body_n_m_s)
-    return add(sym_vec(inertia_of(p), add(damper, spring)), turned)
+    q_reference, turning = reference_motion(inputs, p.orbital)
+    if p.orbital_rate > 0.0:
+        turning = scale(p.orbital_rate / norm(turning), turning)
+    error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
+    damper = scale(-2.0 * p.damping * p.bandwidth, omega)
+    spring = scale(-2.0 * p.bandwidth * p.bandwidth, short_way(error))
+    turned = cross(inputs.estimate.omega_body_rad_s, inputs.wheel_momentum_body_n_m_s)
+    return add(sym_vec(p.inertia, add(damper, spring)), turned)
 
 
 class WheelPd(HeldByWheels):
@@ -75,7 +84,12 @@ class WheelPd(HeldByWheels):
 
     def law(self) -> Law:
         """The law with this bandwidth and attitude."""
-        gains = {"bandwidth": self.bandwidth_rad_s, "damping": self.damping}
-        rate = {"orbital_rate": self.orbital_rate_rad_s or 0.0}
-        parameters = {**gains, **self.attitude_and_inertia(), **rate}
-        return Law(self.kind, wheel_pd, parameters, navigates=self.orbital, spec=self)
+        parameters = WheelPdParameters(
+            self.bandwidth_rad_s,
+            self.damping,
+            float(self.orbital),
+            self.q_wanted(),
+            as_symmetric(self.inertia_kg_m2),
+            self.orbital_rate_rad_s or 0.0,
+        )
+        return Law(self.kind, wheel_pd, parameters, needs=self.needs, answers="torque", spec=self)

@@ -6,6 +6,18 @@ from torquer.engine import inlined
 
 
 @inlined
+def vector_of(cells):
+    """The first three cells of an array as a vector."""
+    return (cells[0], cells[1], cells[2])
+
+
+@inlined
+def put_vector(cells, v):
+    """Write a vector into the first three cells of an array."""
+    cells[0], cells[1], cells[2] = v
+
+
+@inlined
 def add(a, b):
     """Sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

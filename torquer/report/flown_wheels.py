@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.envelope import momentum_envelope
 from torquer.wheel_array.layout import total_momentum

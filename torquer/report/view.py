@@ -9,14 +9,14 @@ import xarray as xr
 
 from torquer.control.user import GivenLaw
 from torquer.environment.field import at_geodetic
+from torquer.notes.notes import notes_of
 from torquer.report.flown_wheels import AT_LIMIT, FlownWheels, wheels_of
 from torquer.report.held_attitude import Held, held_in
 from torquer.report.series import angle_deg, bands_where, settled_from
 from torquer.report.summary import summary_of
-from torquer.scenario.notes import notes_of
-from torquer.simulation.resolution import notes_on_steps
+from torquer.scenario.resolution import notes_on_steps
+from torquer.scenario.spec import Scenario
 from torquer.simulation.result import COMPLETE, scenario_of
-from torquer.simulation.spec import Scenario
 from torquer.time import decimal_year
 
 #: Turn between two records [deg] up to which the attitude between them can be told.

@@ -4,8 +4,9 @@ import re
 
 from pydantic import ValidationError
 
-from torquer.control import LAWS, WHEEL_LAWS
+from torquer.control import LAWS
 from torquer.environment.field import FIELDS
+from torquer.estimation import ESTIMATORS
 from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS
@@ -19,7 +20,7 @@ _KINDS = {
     "field": FIELDS,
     "law": LAWS,
     "laws": LAWS,
-    "wheel_law": WHEEL_LAWS,
+    "estimator": ESTIMATORS,
     "layout": LAYOUTS,
     "parts": ("cylinder", "plate", "sphere"),
 }

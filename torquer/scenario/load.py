@@ -8,7 +8,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from torquer.scenario.explain import explain, name_of
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 #: More levels of tables and lists than any scenario needs.
 _LEVELS = 32
@@ -111,8 +111,9 @@ def _with_presets(table: dict, place: tuple) -> dict:
 def _find_law_files(data: dict, folder: Path) -> None:
     """Whole paths in place of those relative to the folder."""
     control = data.get("control") if isinstance(data.get("control"), dict) else {}
-    for key in ("law", "wheel_law"):
-        law = control.get(key)
+    laws = control.get("laws") if isinstance(control.get("laws"), dict) else {}
+    named = {f"laws.{name}": law for name, law in laws.items()}
+    for key, law in {"law": control.get("law"), **named}.items():
         if isinstance(law, dict) and isinstance(law.get("file"), str):
             law["file"] = _whole_path(f"control.{key}.file", folder / law["file"])
 

@@ -1,26 +1,61 @@
-"""The motion between two events of the loop, by the integrator that the plan names.
+"""The motion between two events of the loop, by the integrator that the run has chosen.
 
 The innermost loops. They take just the numbers that they need, not the whole plan: every array
 that crosses a call costs reference counting, and a smaller function compiles to better code.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
 from torquer.engine import inlined, kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add, add_scaled, scale
+from torquer.geometry.vec3 import add, add_scaled, dot, scale, sub, sym_vec
 from torquer.integrate.dop853 import DONE, dop853, rates_of
-from torquer.integrate.rk4 import moved, rk4_sum
+from torquer.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
-from torquer.spacecraft.body import Rigid, motion_rates, torque_body
-from torquer.spacecraft.coils import remaining
-from torquer.spacecraft.disturbance import disturbance_torque_at
-from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, turn_rotors
+from torquer.simulation.state import goal_dipole
+from torquer.spacecraft.body import Rigid, momentum_body, motion_rates, torque_body
+from torquer.spacecraft.coils import present_dipole, remaining
+from torquer.spacecraft.disturbance import DisturbanceTorque, disturbance_torque_at
+from torquer.spacecraft.frequencies import libration_fourth, nutation_square
+from torquer.spacecraft.rotors import (
+    Rotors,
+    axis_of,
+    carried_momentum,
+    reaction,
+    relative_momentum,
+    step_rotors,
+)
+
+
+class Rk4(NamedTuple):
+    """Runge-Kutta of order 4 with fixed steps.
+
+    Greatest turns within a step [rad] that it follows: of a nutation, of the body.
+    """
+
+    most_nutation: float
+    most_turn: float
+
+
+class Splitting(NamedTuple):
+    """Exact free rotation between kicks: principal moments [kg m^2] and their axes' attitude."""
+
+    moments: tuple
+    q_principal_to_body: tuple
+
+
+class Dop853(NamedTuple):
+    """Dormand-Prince of order 8 with steps of its own; `work`: space to write to."""
+
+    tolerance: float
+    work: np.ndarray
 
 
 class DipolePath(NamedTuple):
@@ -37,7 +72,7 @@ def dipole_after(path, t):
     return add_scaled(path.target, remaining(path.lag_s, t), path.way)
 
 
-class Around(NamedTuple):
+class EnvironmentTables(NamedTuple):
     """What the orbit brings: table of position, field and gravity-gradient vector; of the air's
     flow, () for none.
 
@@ -56,16 +91,27 @@ class Wheels(NamedTuple):
     state: np.ndarray
 
 
+class Forces(NamedTuple):
+    """What moves the body between two events; `disturbance`, `wheels`: () for none."""
+
+    rigid: Rigid
+    tables: EnvironmentTables
+    path: DipolePath
+    disturbance: DisturbanceTorque | tuple
+    seed: int
+    wheels: Wheels | tuple
+
+
 @inlined
-def turned(wheels, omega, step, h):
+def spin_of(wheels, omega, step, h):
     """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
     if len(wheels) == 0:
         return ()
-    return turn_rotors(wheels.rotors, wheels.state, omega, step, h)
+    return step_rotors(wheels.rotors, wheels.state, omega, step, h)
 
 
 @inlined
-def bearing(rigid, spin, omega, since):
+def with_wheel_momentum(rigid, spin, omega, since):
     """The body with the momentum that its wheels have `since` seconds into the step."""
     if len(spin) == 0:
         return rigid
@@ -74,8 +120,8 @@ def bearing(rigid, spin, omega, since):
 
 
 @inlined
-def pushed(disturbance, spin):
-    """The disturbance and what the wheels' motors give to the body; () for none of both."""
+def with_reaction(disturbance, spin):
+    """The disturbance torque and that of the wheels' motors on the body; () for none of both."""
     if len(spin) == 0:
         return disturbance
     if len(disturbance) == 0:
@@ -91,60 +137,61 @@ def _flow_at(air, t):
 
 
 @inlined
-def environment_at(around, t):
+def environment_at(tables, t):
     """The environment at time t [s]."""
-    b, gravity_gradient = lookup6(around.orbit, t, 3)
-    return LocalEnvironment(b, scale(around.gravity, gravity_gradient), _flow_at(around.air, t))
+    b, gravity_gradient = lookup6(tables.orbit, t, 3)
+    return LocalEnvironment(b, scale(tables.gravity, gravity_gradient), _flow_at(tables.air, t))
 
 
 @inlined
-def _rates(rigid, spin, local, path, since, x, disturbance):
+def _rates(rigid, spin, here, path, since, x, torque):
     """Rates of a motion; `since`: seconds after the last event, and into the step."""
     after, into = since
-    body = bearing(rigid, spin, x.omega, into)
-    return motion_rates(body, local, dipole_after(path, after), x, disturbance)
+    body = with_wheel_momentum(rigid, spin, x.omega, into)
+    return motion_rates(body, here, dipole_after(path, after), x, torque)
 
 
 @kernel
-def by_rk4(rigid, around, path, disturbance, wheels, x, here, first, last, h):
+def by_rk4(forces, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
     """
+    rigid, tables, path, disturbance, seed, wheels = forces
     half = 0.5 * h
     for step in range(first, last):
-        middle = environment_at(around, (step + 0.5) * h)
-        end = environment_at(around, (step + 1) * h)
+        middle = environment_at(tables, (step + 0.5) * h)
+        end = environment_at(tables, (step + 1) * h)
         since = (step - first) * h
-        spin = turned(wheels, x.omega, step, h)
-        extra = pushed(disturbance_torque_at(disturbance, step), spin)
-        k1 = _rates(rigid, spin, here, path, (since, 0.0), x, extra)
-        k2 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k1), extra)
-        k3 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k2), extra)
-        k4 = _rates(rigid, spin, end, path, (since + h, h), moved(x, h, k3), extra)
+        spin = spin_of(wheels, x.omega, step, h)
+        torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
+        k1 = _rates(rigid, spin, here, path, (since, 0.0), x, torque)
+        k2 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k1), torque)
+        k3 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k2), torque)
+        k4 = _rates(rigid, spin, end, path, (since + h, h), moved(x, h, k3), torque)
         x, here = rk4_sum(x, h, k1, k2, k3, k4), end
     return x, here
 
 
 @kernel
-def _kicked(rigid, around, path, extra, x, t, since, h):
-    local = environment_at(around, t)
-    torque = torque_body(rigid, local, dipole_after(path, since), x.q, extra)
+def _kicked(forces, torque, x, t, since, h):
+    rigid, here = forces.rigid, environment_at(forces.tables, t)
+    torque = torque_body(rigid, here, dipole_after(forces.path, since), x.q, torque)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
 @kernel
-def by_splitting(rigid, principal, around, path, disturbance, x, first, last, h):
+def by_splitting(forces, moments, axes, x, first, last, h):
     """Motion after steps first..last-1: exact free rotation between two kicks a step."""
-    moments, axes = principal
     early, late = NODES
     for step in range(first, last):
-        t, since, extra = step * h, (step - first) * h, disturbance_torque_at(disturbance, step)
+        t, since = step * h, (step - first) * h
+        torque = disturbance_torque_at(forces.disturbance, step, forces.seed)
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
-        x = _kicked(rigid, around, path, extra, x, t + sooner, since + sooner, half)
+        x = _kicked(forces, torque, x, t + sooner, since + sooner, half)
         x = drift(moments, axes, x, later - sooner)
-        x = _kicked(rigid, around, path, extra, x, t + later, since + later, half)
+        x = _kicked(forces, torque, x, t + later, since + later, half)
         x = drift(moments, axes, x, sooner)
         x = Motion(normalised(x.q), x.omega)
     return x
@@ -153,14 +200,14 @@ def by_splitting(rigid, principal, around, path, disturbance, x, first, last, h)
 class SmoothMotion(NamedTuple):
     """The motion during a step or more for DOP853; t counts from `start_s`.
 
-    `disturbance`: torque held for all of it, or (); `spin`: the wheels, or (); `since_s`: age of
-    the dipole's path at the start.
+    `torque`: disturbance and motors, held for all of it; `spin`: the wheels, or (); `since_s`: age
+    of the dipole's path at the start.
     """
 
     rigid: Rigid
-    around: Around
+    tables: EnvironmentTables
     path: DipolePath
-    disturbance: tuple
+    torque: tuple
     spin: tuple
     start_s: float
     since_s: float
@@ -168,28 +215,141 @@ class SmoothMotion(NamedTuple):
 
 @rates_of(SmoothMotion)
 def _smooth_rates(problem, t, y, dy):
-    rigid, around, path, disturbance, spin, start_s, since_s = problem
-    local = environment_at(around, start_s + t)
+    rigid, tables, path, torque, spin, start_s, since_s = problem
+    here = environment_at(tables, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = _rates(rigid, spin, local, path, (since_s + t, t), x, disturbance)
+    rate = _rates(rigid, spin, here, path, (since_s + t, t), x, torque)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 
 
 @kernel
-def by_dop853(rigid, around, path, disturbance, wheels, x, first, last, h, tolerance, work):
+def by_dop853(forces, integrator, x, first, last, h):
     """Motion after steps first..last-1, in steps of its own; not a number if it fails.
 
     A torque that jumps, as that of the wheels' bearings, is smooth within a step only.
     """
-    y = np.array(x.q + x.omega)
-    stride = last - first if len(disturbance) + len(wheels) == 0 else 1
+    rigid, tables, path, disturbance, seed, wheels = forces
+    tolerance, work = integrator
+    y = np.empty(7)
+    y[0], y[1], y[2], y[3] = x.q
+    y[4], y[5], y[6] = x.omega
+    jumps = len(wheels) + len(disturbance) > 0
+    stride = 1 if jumps else last - first
     for step in range(first, last, stride):
         since = (step - first) * h
-        spin = turned(wheels, (y[4], y[5], y[6]), step, h)
-        extra = pushed(disturbance_torque_at(disturbance, step), spin)
-        problem = SmoothMotion(rigid, around, path, extra, spin, step * h, since)
+        spin = spin_of(wheels, (y[4], y[5], y[6]), step, h)
+        torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
+        problem = SmoothMotion(rigid, tables, path, torque, spin, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
         if ended[0] != DONE:
             y[4] = np.nan
     return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6]))
+
+
+def _steps_by_rk4(integrator, forces, x, here, first, last, h):
+    return by_rk4(forces, x, here, first, last, h)
+
+
+def _steps_by_splitting(integrator, forces, x, here, first, last, h):
+    moments, axes = integrator
+    x = by_splitting(forces, moments, axes, x, first, last, h)
+    return x, environment_at(forces.tables, last * h)
+
+
+def _steps_by_dop853(integrator, forces, x, here, first, last, h):
+    x = by_dop853(forces, integrator, x, first, last, h)
+    return x, environment_at(forces.tables, last * h)
+
+
+def _resolved_by_rk4(integrator, plan, state, x, here):
+    return resolves(integrator, plan, state, x, here)
+
+
+def _resolved_always(integrator, plan, state, x, here):
+    return True
+
+
+_STEPS = {Rk4: _steps_by_rk4, Splitting: _steps_by_splitting, Dop853: _steps_by_dop853}
+_RESOLVED = {Rk4: _resolved_by_rk4, Splitting: _resolved_always, Dop853: _resolved_always}
+
+
+def steps_by(integrator, forces, x, here, first, last, h):
+    """(Motion, environment) after steps first..last-1, by the integrator's type."""
+    return _STEPS[type(integrator)](integrator, forces, x, here, first, last, h)
+
+
+def is_resolved(integrator, plan, state, x, here):
+    """Whether the integrator's step follows the motion, by its type."""
+    return _RESOLVED[type(integrator)](integrator, plan, state, x, here)
+
+
+_OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+
+
+@overload(steps_by, jit_options=_OPTIONS)
+def _choose_steps(integrator, forces, x, here, first, last, h):
+    return _STEPS[integrator.instance_class]
+
+
+@overload(is_resolved, jit_options=_OPTIONS)
+def _choose_resolved(integrator, plan, state, x, here):
+    return _RESOLVED[integrator.instance_class]
+
+
+@inlined
+def momentum_now(rigid, wheels, omega):
+    """Angular momentum [N m s, body] of the body and its wheels."""
+    momentum = momentum_body(rigid, omega)
+    if len(wheels) == 0:
+        return momentum
+    rows = wheels.rotors.rows
+    for k in range(rows.shape[0]):
+        held = relative_momentum(rows, wheels.state, omega, k)
+        momentum = add_scaled(momentum, held, axis_of(rows, k))
+    return sub(momentum, sym_vec(wheels.rotors.tensor, omega))
+
+
+@kernel
+def resolves(integrator, plan, state, x, here):
+    """Whether RK4's step resolves the motion; what it does until the next record is added up."""
+    plant, h, cells = plan.plant, plan.step_s, state.cells[0]
+    inverse = plant.rigid.inverse_inertia
+    momentum = momentum_now(plant.rigid, wheels_of(plant.rotors, state.rotors), x.omega)
+    square = nutation_square(inverse, momentum, x.omega)
+    dipole = goal_dipole(state.cells)
+    square = math.sqrt(square * square + libration_fourth(inverse, dipole, here.b_t))
+    turning = dot(x.omega, x.omega)
+    cells.damping += damping_of_steps(square, h, plan.record_steps)
+    cells.lag += lag_of_steps(turning, h, plan.record_steps)
+    followed = turning * h * h <= integrator.most_turn**2
+    return followed and square * h * h <= integrator.most_nutation**2
+
+
+@inlined
+def wheels_of(rotors, state):
+    """The wheels as the integrators take them, () for none."""
+    if len(rotors) == 0:
+        return ()
+    return Wheels(rotors, state)
+
+
+@inlined
+def environment_tables(plan, tables):
+    """The tables that move the body."""
+    return EnvironmentTables(tables.orbit, tables.air, plan.plant.gravity)
+
+
+@inlined
+def propagate(integrator, plan, tables, state, seed, x, here, first, last):
+    """(Motion, environment) after steps first..last-1, in which the coils go to their targets."""
+    plant = plan.plant
+    target = goal_dipole(state.cells)
+    way = (0.0, 0.0, 0.0)
+    if plant.coils.lag_s > 0.0:
+        way = sub(present_dipole(plant.coils, state.coils), target)
+    path = DipolePath(target, way, plant.coils.lag_s)
+    around = environment_tables(plan, tables)
+    wheels = wheels_of(plant.rotors, state.rotors)
+    forces = Forces(plant.rigid, around, path, plant.disturbance, seed, wheels)
+    return steps_by(integrator, forces, x, here, first, last, plan.step_s)

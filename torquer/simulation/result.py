@@ -13,10 +13,10 @@ import numpy as np
 import torquer
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.plugin import source_mark, source_text
-from torquer.simulation import step as loop
+from torquer.scenario.spec import Scenario
+from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run
-from torquer.simulation.spec import Scenario
-from torquer.spacecraft.rotors import INERTIA
+from torquer.simulation.state import ROW, Record, State
 from torquer.time import utc_at
 from torquer.wheel_array.layout import total_momentum
 
@@ -28,38 +28,55 @@ _OVERHEAD = 2**18
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
 _XYZ = ("time", "axis")
-#: Recorded columns: name, first and last column, unit, frame, meaning.
+#: Recorded vectors: name, name in the record, unit, frame, meaning.
 _RECORDED = (
-    ("q_body_to_inertial", 1, 5, "1", "body to J", "attitude quaternion (x, y, z, w)"),
-    ("omega_body", 5, 8, "rad/s", "body", "absolute angular velocity"),
-    ("dipole_body", 8, 11, "A m^2", "body", "dipole of the coils, residual dipole included"),
-    ("b_measured", 11, 14, "T", "body", "last magnetometer reading"),
-    ("omega_measured", 14, 17, "rad/s", "body", "last gyro reading"),
-    ("sun_measured", 17, 20, "1", "body", "last Sun sensor reading (zeros: Sun not seen)"),
-    ("command_body", 20, 23, "A m^2", "body", "dipole that the law asked for last"),
+    ("q_body_to_inertial", "q", "1", "body to J", "attitude quaternion (x, y, z, w)"),
+    ("omega_body", "omega", "rad/s", "body", "absolute angular velocity"),
+    ("dipole_body", "dipole", "A m^2", "body", "dipole of the coils, residual dipole included"),
+    ("b_measured", "b_measured", "T", "body", "last magnetometer reading"),
+    ("omega_measured", "omega_measured", "rad/s", "body", "last gyro reading"),
+    ("sun_measured", "sun_measured", "1", "body", "last Sun sensor reading (zeros: not seen)"),
+    ("command_body", "command", "A m^2", "body", "dipole that the computer asked for last"),
 )
+_TORQUE = (
+    "torque_command_body", "torque", "N m", "body",
+    "torque on the body that the computer asked the wheels for last",
+)  # fmt: skip
+
+
+def _places(name: str) -> list[int]:
+    """Places of a vector in a row of the record."""
+    return [k for k, cell in enumerate(ROW.names) if cell.rpartition("_")[0] == name]
+
+
+def _vectors(rows: np.ndarray, recorded) -> dict:
+    """Variables of the data set from rows of the record."""
+    cells = rows.view(np.float64).reshape(len(rows), len(ROW.names))
+    return {
+        name: (
+            ("time", "component" if len(_places(key)) == 4 else "axis"),
+            cells[:, _places(key)],
+            {"units": unit, "frame": frame, "long_name": meaning},
+        )
+        for name, key, unit, frame, meaning in recorded
+    }
 
 
 def part_of(run: Run) -> xr.Dataset:
     """The record of the run's piece so far and all that follows from it."""
-    rows = run.rows()
-    t_s = rows[:, 0] * run.plan.step_s
-    variables = {
-        name: (
-            ("time", "component" if last - first == 4 else "axis"),
-            rows[:, first:last],
-            {"units": unit, "frame": frame, "long_name": meaning},
-        )
-        for name, first, last, unit, frame, meaning in _RECORDED
-    }
+    record = run.rows()
+    t_s = record.rows["step"] * run.plan.step_s
+    variables = _vectors(record.rows, _RECORDED) | _logged(run, record)
     coordinates = _coordinates(run.scenario, t_s)
-    if run.plan.wheels:
-        variables |= _of_wheels(run, rows)
-        coordinates["wheel"] = np.arange(run.state.wheels.shape[1])
+    if run.plan.plant.rotors:
+        variables |= _of_wheels(run, record)
+        coordinates["wheel"] = np.arange(len(run.state.rotors))
+    if run.plan.computer.estimator >= 0:
+        variables |= _of_estimate(record.estimate)
     import xarray as xr
 
     data = xr.Dataset(variables, coords=coordinates)
-    return data.assign(_surroundings(run, t_s, rows))
+    return data.assign(_surroundings(run, t_s, data))
 
 
 def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
@@ -85,43 +102,80 @@ def _coordinates(scenario: Scenario, t_s):
     }
 
 
-def _of_wheels(run: Run, rows) -> dict:
+def _of_wheels(run: Run, record: Record) -> dict:
     """What is recorded of the wheels, with their speeds."""
-    asked, momentum, motor = _wheel_columns(run, rows)
-    inertia = run.plan.wheels.rotors.rows[:, INERTIA]
-    told = (
+    momentum, motor = np.split(record.wheels, 2, axis=1)
+    inertia = run.plan.plant.rotors.rows["inertia"]
+    kept = (
         ("wheel_momentum", momentum, "N m s", "momentum relative to the body"),
         ("wheel_speed", momentum / inertia, "rad/s", "speed relative to the body"),
         ("wheel_torque", motor, "N m", "torque that the motor is asked for"),
     )
     shown = {
         name: (("time", "wheel"), values, {"units": unit, "frame": "wheel axis", "long_name": text})
-        for name, values, unit, text in told
+        for name, values, unit, text in kept
     }
-    meaning = "torque on the body that the law of the wheels asked for last"
-    attributes = {"units": "N m", "frame": "body", "long_name": meaning}
-    return {**shown, "torque_command_body": (_XYZ, asked, attributes)}
+    return {**shown, **_vectors(record.rows, [_TORQUE])}
 
 
-def _wheel_columns(run: Run, rows) -> list:
-    """Views of the record: torque asked for (n, 3), momentum and motor torque of each wheel."""
-    return np.split(rows[:, loop.COLUMNS :], [3, 3 + run.state.wheels.shape[1]], axis=1)
+def _logged(run: Run, record: Record) -> dict:
+    """What laws and estimators log, named by their keys."""
+    variables, at = {}, 0
+    for name, block, unit, cells in log_of(run.blocks):
+        values, at = record.log[:, at : at + len(cells)], at + len(cells)
+        attributes = {"units": unit, "long_name": f"log of {block.kind.name} {block.name}"}
+        vector = len(cells) == 3
+        dims = ("time", "axis") if vector else ("time",)
+        if len(cells) in (1, 3):
+            variables[name] = (dims, values if vector else values[:, 0], attributes)
+        else:
+            variables |= {
+                f"{name}_{k}": ("time", values[:, k], attributes) for k in range(len(cells))
+            }
+    return variables
 
 
-def _surroundings(run: Run, t_s, rows) -> dict:
+#: What is kept of an estimate: name, names in the record, dimension, unit, meaning.
+_ESTIMATED = (
+    ("q_estimated", "estimate_q", "component", "1", "estimated attitude (x, y, z, w)"),
+    ("omega_estimated", "estimate_omega", "axis", "rad/s", "estimated angular velocity"),
+    ("gyro_bias_estimated", "estimate_bias", "axis", "rad/s", "estimated bias of the gyro"),
+    ("estimate_time", "estimate_s", None, "s", "time of the estimate"),
+    ("attitude_sigma", "sigma_rad", None, "rad", "standard deviation of the attitude, estimated"),
+    ("rate_sigma", "sigma_rad_s", None, "rad/s", "standard deviation of the rate, estimated"),
+)
+
+
+def _names_in(key: str, dimension: str | None) -> list[str]:
+    parts = {"component": "xyzw", "axis": "xyz"}
+    return [f"{key}_{c}" for c in parts[dimension]] if dimension else [key]
+
+
+def _of_estimate(estimate: np.ndarray) -> dict:
+    """What the estimator believes."""
+    variables = {}
+    for name, key, dimension, unit, meaning in _ESTIMATED:
+        values = np.column_stack([estimate[part] for part in _names_in(key, dimension)])
+        attributes = {"units": unit, "frame": "body", "long_name": meaning}
+        dims = ("time", dimension) if dimension else ("time",)
+        variables[name] = (dims, values if dimension else values[:, 0], attributes)
+    return variables
+
+
+def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
     """Orbit, field, Sun and momentum at the recorded instants, from the models themselves."""
     around = run.scenario.surroundings()
     r, v = around.state(t_s)
     b = around.field(t_s, r, v)
     lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", around.dcm_to_ecef(t_s), r))
-    q, omega = rows[:, 1:5], rows[:, 5:8]
+    q, omega = data["q_body_to_inertial"].values, data["omega_body"].values
     to_inertial = _matrices(q)
     to_body = to_inertial.transpose(0, 2, 1)
     body = run.scenario.spacecraft.body
     momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
-    if run.plan.wheels:
-        axes = run.plan.wheels.rotors.rows[:, :3]
-        momentum = momentum + total_momentum(axes, _wheel_columns(run, rows)[1])
+    if run.plan.plant.rotors:
+        axes = np.array(run.scenario.spacecraft.wheels.array().axes)
+        momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
@@ -157,8 +211,12 @@ def _totals(run: Run) -> dict:
     power = coils.power_at_limit_w if coils else None
     note = "electrical energy of the coils" + ("" if power else ", if each took 1 W at its limit")
     return {
-        "coil_energy": ((), float(run.state.cells[loop.ENERGY]), {"units": "J", "long_name": note}),
-        "peak_coil_dipole": ((), float(run.state.cells[loop.PEAK]), {"units": "A m^2"}),
+        "coil_energy": (
+            (),
+            float(run.state.cells["coil_energy_j"][0]),
+            {"units": "J", "long_name": note},
+        ),
+        "peak_coil_dipole": ((), float(run.state.cells["peak_dipole_a_m2"][0]), {"units": "A m^2"}),
         **_of_steps(run),
     }
 
@@ -169,7 +227,8 @@ def _of_steps(run: Run) -> dict:
         return {}
     taken = "part of the amplitude of nutation and libration that RK4's steps took, at most"
     behind = "phase lag of the rotation that RK4's steps made, about"
-    damping, lag = -np.expm1(-run.state.cells[loop.DAMPING]), run.state.cells[loop.LAG]
+    cells = run.state.cells[0]
+    damping, lag = -np.expm1(-cells["damping"]), cells["lag"]
     return {
         "rk4_damping": ((), float(damping), {"units": "1", "long_name": taken}),
         "rk4_lag": ((), float(lag), {"units": "rad", "long_name": behind}),
@@ -208,15 +267,17 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
     }
 
 
-def _stored(run: Run) -> tuple:
-    """The arrays that hold the loop's state between steps."""
-    state = run.state
-    return (state.cells, state.coils, state.wheels, state.memory, state.wheel_memory)
+def _stored(state: State) -> list[np.ndarray]:
+    """The arrays that hold the loop's state between steps, as numbers of eight bytes."""
+    parts = []
+    for part in state[1:]:
+        parts += [part] if isinstance(part, np.ndarray) else list(part)
+    return [part.view(np.float64) for part in parts]
 
 
 def _checkpoint(run: Run) -> dict:
     """The loop's state, bit for bit, as one vector."""
-    values = np.concatenate([run.state.step, *(array.ravel() for array in _stored(run))])
+    values = np.concatenate([run.state.at, *(array.ravel() for array in _stored(run.state))])
     meaning = {"long_name": "state of the loop, to resume"}
     return {"checkpoint": ("checkpoint_cell", values, meaning)}
 
@@ -227,52 +288,59 @@ def scenario_of(result: xr.Dataset) -> Scenario:
 
 
 def _law_attributes(run: Run) -> dict[str, str]:
-    """What a result says of its laws: `law` of the coils, `wheel_law` of the wheels."""
-    said = {}
-    for prefix, law in zip(("law", "wheel_law"), run.laws, strict=False):
-        said |= {
-            prefix: law.name,
-            f"{prefix}_parameters": json.dumps({k: float(v) for k, v in law.parameters.items()}),
-            f"{prefix}_source": source_mark(law.function),
-            f"{prefix}_text": source_text(law.function),
-            f"{prefix}_runs_as": "compiled"
-            if law.compiled
-            else "plain Python (slow: not decorated)",
+    """What a result says of its laws and estimators: by key, as JSON."""
+    said = {
+        key: {
+            **json.loads(block.described()),
+            "source": source_mark(block.function),
+            "text": source_text(block.function),
+            "runs_as": "compiled" if block.compiled else "plain Python (slow: not decorated)",
         }
-    return said
+        for key, block in run.blocks.by_key().items()
+    }
+    return {"laws": json.dumps(said)}
+
+
+def laws_of(result: xr.Dataset) -> dict[str, dict]:
+    """Laws and estimators that were flown, by key: name, parameters, text, how they ran."""
+    return json.loads(result.attrs["laws"])
 
 
 def restore(run: Run, result: xr.Dataset) -> None:
     """Bring a freshly prepared run to where a result of the same scenario and laws stopped."""
-    given, began = _law_attributes(run), result.attrs
-    for prefix, law in zip(("law", "wheel_law"), run.laws, strict=False):
-        keys = (prefix, f"{prefix}_parameters")
-        if any(given[key] != began.get(key) for key in keys):
+    given, began = json.loads(_law_attributes(run)["laws"]), laws_of(result)
+    for key, law in given.items():
+        was = began.get(key, {"name": "none", "parameters": {}, "source": ""})
+        if (law["name"], law["parameters"]) != (was["name"], was["parameters"]):
             raise ValueError(
-                f"{prefix}: must be {' '.join(began.get(key, 'none') for key in keys)}, with which "
-                f"the run began; received {' '.join(given[key] for key in keys)}"
+                f"{key}: must be {_in_words(was)}, with which the run began; "
+                f"received {_in_words(law)}"
             )
-        if given[f"{prefix}_source"] != began.get(f"{prefix}_source", ""):
+        if law["source"] != was["source"]:
             raise ValueError(
-                f"{prefix} {law.name}: must be the one with which the run began; its file, or one "
+                f"{key} {law['name']}: must be the one with which the run began; its file, or one "
                 "beside it, has been edited since"
             )
     _restore_state(run, result["checkpoint"].values)
-    run.piece, run.relative_error = None, float(began["table_relative_error"])
+    run.piece, run.relative_error = None, float(result.attrs["table_relative_error"])
     run.enter()
     _restore_record(run, result)
 
 
+def _in_words(law: dict) -> str:
+    return f"{law['name']} {json.dumps(law['parameters'])}"
+
+
 def _restore_state(run: Run, cells: np.ndarray) -> None:
-    size = 1 + sum(array.size for array in _stored(run))
+    arrays, at = _stored(run.state), len(run.state.at)
+    size = at + sum(array.size for array in arrays)
     if cells.shape != (size,):
         raise ValueError(
             f"result: its checkpoint must have {size} cells, as this scenario and law have; "
             f"received {cells.size}"
         )
-    run.state.step[0] = int(cells[0])
-    at = 1
-    for array in _stored(run):
+    run.state.at[:] = cells[:at].astype(np.int64)
+    for array in arrays:
         array.flat = cells[at : at + array.size]
         at += array.size
 
@@ -280,22 +348,34 @@ def _restore_state(run: Run, cells: np.ndarray) -> None:
 def _restore_record(run: Run, result: xr.Dataset) -> None:
     """The rows of the piece in which the run stands; those before are complete as they are."""
     steps = np.arange(result.sizes["time"]) * run.plan.record_steps
-    due = -(-int(run.state.step[0]) // run.plan.record_steps)
+    due = -(-int(run.state.at[0]) // run.plan.record_steps)
     t_s = result["time"].values
     if len(t_s) < due or not np.array_equal(t_s, steps * run.plan.step_s):
         raise ValueError(
             f"result: must have every row of its record to go on from; received {len(t_s)} rows, "
             f"of {due} or more"
         )
-    here = slice(run.first_row, min(len(t_s), run.first_row + len(run.record)))
-    rows = np.arange(here.start, here.stop) % len(run.record)
+    record, count = run.record, len(run.record.rows)
+    here = slice(run.first_row, min(len(t_s), run.first_row + count))
+    rows = np.arange(here.start, here.stop) % count
     part = result.isel(time=here)
-    run.record[rows, 0] = steps[here]
-    for name, first, last, *_ in _RECORDED:
-        run.record[rows, first:last] = part[name].values
-    if run.plan.wheels:
-        names = ("torque_command_body", "wheel_momentum", "wheel_torque")
-        run.record[rows, loop.COLUMNS :] = np.hstack([part[name].values for name in names])
+    cells = record.rows.view(np.float64).reshape(count, len(ROW.names))
+    cells[rows, 0] = steps[here]
+    wheels = bool(run.plan.plant.rotors)
+    for name, key, *_ in (*_RECORDED, *([_TORQUE] if wheels else ())):
+        cells[np.ix_(rows, _places(key))] = part[name].values
+    if wheels:
+        names = ("wheel_momentum", "wheel_torque")
+        record.wheels[rows] = np.hstack([part[name].values for name in names])
+    for name, key, dimension, *_ in _ESTIMATED if len(record.estimate) else ():
+        values = part[name].values.reshape(len(rows), -1)
+        for k, cell in enumerate(_names_in(key, dimension)):
+            record.estimate[cell][rows] = values[:, k]
+    at = 0
+    for name, (_, values, _) in _logged(run, run.rows()).items():
+        width = values.shape[1] if values.ndim == 2 else 1
+        record.log[rows, at : at + width] = part[name].values.reshape(len(rows), width)
+        at += width
 
 
 def save(result: xr.Dataset, path, how: dict | None = None) -> None:

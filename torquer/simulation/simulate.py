@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torquer.control.law import Law
+from torquer.scenario.spec import Scenario
 from torquer.simulation.result import (
     COMPLETE,
     FAILED,
@@ -20,7 +21,6 @@ from torquer.simulation.result import (
 )
 from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
 from torquer.simulation.size import check_disk, check_memory, size_of
-from torquer.simulation.spec import Scenario
 from torquer.simulation.store import InFile, InMemory, lazily
 from torquer.spec import checked
 
@@ -42,15 +42,16 @@ def simulate(
     scenario: Scenario,
     law: Law | Callable | None = None,
     *,
-    wheel_law: Law | Callable | None = None,
+    laws: Mapping[str, Law | Callable] | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
     to: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
-    `law` and `wheel_law` take the place of the scenario's, parameters and all; a function without
-    the decorator runs as plain Python. The scenario in the result names the laws that were flown.
+    `law` takes the place of the scenario's laws, those in `laws` of the laws of their names,
+    parameters and all; a function without the decorator runs as plain Python. The scenario in the
+    result names the laws that were flown.
     `until_s` stops the run early, at the next instant of a reading, of a control cycle or of the
     record; `resume` goes on from there. `progress` is called with the part done, 0..1.
     `to`: a file (NetCDF) for the result. A long run is written to it piece by piece, in bounded
@@ -66,14 +67,14 @@ def simulate(
     scenario = checked(scenario)
     _check_size(scenario, to)
     store = InMemory() if to is None else InFile(Path(to))
-    return finish(prepare(scenario, law, wheel_law), store, until_s, progress)
+    return finish(prepare(scenario, law, laws), store, until_s, progress)
 
 
 def resume(
     result: xr.Dataset | str | os.PathLike,
     law: Law | Callable | None = None,
     *,
-    wheel_law: Law | Callable | None = None,
+    laws: Mapping[str, Law | Callable] | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
@@ -83,20 +84,20 @@ def resume(
     Python must be given again, unless it is in a file to load it from.
     """
     if isinstance(result, str | os.PathLike):
-        return _resume_in_file(Path(result), law, wheel_law, until_s, progress)
+        return _resume_in_file(Path(result), law, laws, until_s, progress)
     scenario = scenario_of(result)
     _check_size(scenario, None)
-    run = prepare(scenario, law, wheel_law)
+    run = prepare(scenario, law, laws)
     restore(run, result)
     earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
     return finish(run, InMemory(earlier), until_s, progress)
 
 
-def _resume_in_file(path: Path, law, wheel_law, until_s, progress) -> xr.Dataset:
+def _resume_in_file(path: Path, law, laws, until_s, progress) -> xr.Dataset:
     with lazily(path) as result:
         scenario = scenario_of(result)
         _check_size(scenario, path)
-        run = prepare(scenario, law, wheel_law)
+        run = prepare(scenario, law, laws)
         restore(run, result)
     return finish(run, InFile(path), until_s, progress)
 
@@ -122,7 +123,7 @@ def finish(run: Run, store, until_s: float | None = None, progress=None) -> xr.D
     if reason:
         how = INTERRUPTED if interrupted else FAILED
         raise RunStopped(reason, store.result(run, how, reason), interrupted)
-    if run.state.step[0] == run.steps:
+    if run.state.at[0] == run.steps:
         return store.result(run, COMPLETE, COMPLETE)
     return store.result(run, STOPPED, f"stopped at t = {run.now_s:g} s as asked")
 

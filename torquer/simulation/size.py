@@ -8,7 +8,7 @@ import shutil
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.simulation.spec import Scenario, whole_steps
+from torquer.scenario.spec import Scenario, whole_steps
 
 #: Numbers in a row of a result: without wheels, with them, and for each of them.
 _ROW, _ROW_WHEELS, _ROW_WHEEL = 49, 3, 3

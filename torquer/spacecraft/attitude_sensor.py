@@ -9,7 +9,8 @@ from torquer import noise
 from torquer.engine import kernel
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import as_vector, scale
-from torquer.spec import Spec, Vector
+from torquer.spacecraft.sampling import Sampled
+from torquer.spec import Vector
 
 STREAM = 5
 
@@ -36,7 +37,7 @@ def read_attitude(sensor, q_body_to_inertial, seed, sample):
     return _disturbed(sensor, q_body_to_inertial, seed, sample)
 
 
-class AttitudeSensor(Spec):
+class AttitudeSensor(Sampled):
     """Attitude sensor; the default is an ideal one.
 
     `error_deg`: fixed turn about the body axes between true and measured attitude (a mounting

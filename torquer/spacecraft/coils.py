@@ -16,15 +16,18 @@ SCALE, CLIP, RELAY = 0, 1, 2
 MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
-#: Columns of `CoilSet.rows`: axis, share of a commanded vector, limit [A m^2], power per square of
-#: the dipole [W/(A m^2)^2].
-AXIS, SHARE, LIMIT, POWER = 0, 3, 6, 7
-#: Rows of the coils' state: dipole of each coil now, and the one it goes to [A m^2].
-NOW, TARGET = 0, 1
+#: Constants of a coil: axis, share of a commanded vector, limit [A m^2], power per square of the
+#: dipole [W/(A m^2)^2].
+COIL = np.dtype(
+    [(f"{name}_{c}", np.float64) for name in ("axis", "share") for c in "xyz"]
+    + [("limit_a_m2", np.float64), ("power", np.float64)]
+)
+#: State of a coil: its dipole, and the one it goes to [A m^2].
+COIL_STATE = np.dtype([("dipole_a_m2", np.float64), ("target_a_m2", np.float64)])
 
 
 class CoilSet(NamedTuple):
-    """Constants of the coils for kernels; `rows` has one row per coil."""
+    """Constants of the coils for kernels; `rows`: `COIL`, one per coil."""
 
     rows: np.ndarray
     residual_a_m2: tuple
@@ -33,11 +36,20 @@ class CoilSet(NamedTuple):
 
 
 #: A satellite without coils.
-NO_COILS = CoilSet(np.zeros((0, 8)), (0.0, 0.0, 0.0), SCALE, 0.0)
+NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0)
+
+
+class Goal(NamedTuple):
+    """What the coils go to: dipole vector [A m^2] in the body, residual dipole included; power [W]
+    and greatest dipole of a coil [A m^2] there."""
+
+    dipole_a_m2: tuple
+    power_w: float
+    greatest_a_m2: float
 
 
 @inlined
-def drive(coils, command_a_m2, state):
+def command_coils(coils, command_a_m2, state):
     """Set the dipole that each coil is to take for a commanded vector [A m^2] in the body.
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
@@ -49,31 +61,52 @@ def drive(coils, command_a_m2, state):
     x, y, z = command_a_m2
     nothing = 1e-12 * (abs(x) + abs(y) + abs(z))  # rounding must not fire a relay coil
     for i in range(rows.shape[0]):
-        wanted = rows[i, SHARE] * x + rows[i, SHARE + 1] * y + rows[i, SHARE + 2] * z
-        limit = rows[i, LIMIT]
+        coil = rows[i]
+        wanted, limit = coil.share_x * x + coil.share_y * y + coil.share_z * z, coil.limit_a_m2
         if coils.mode == RELAY:
             wanted = limit * np.sign(wanted) if abs(wanted) > nothing else 0.0
         elif coils.mode == CLIP:
             wanted = min(max(wanted, -limit), limit)
         elif abs(wanted) > worst * limit:
             worst = abs(wanted) / limit
-        state[TARGET, i] = wanted
-    for i in range(rows.shape[0]):
-        if worst > 1.0:
-            limit = rows[i, LIMIT]
-            state[TARGET, i] = min(max(state[TARGET, i] / worst, -limit), limit)
-        if coils.lag_s == 0.0:
-            state[NOW, i] = state[TARGET, i]
+        state[i].target_a_m2 = wanted
+    if worst > 1.0:
+        for i in range(rows.shape[0]):
+            limit = rows[i].limit_a_m2
+            state[i].target_a_m2 = min(max(state[i].target_a_m2 / worst, -limit), limit)
+    return goal_of(coils, state)
 
 
 @inlined
-def dipole_of(coils, state, row):
-    """Dipole vector [A m^2] in the body, residual dipole included; row NOW or TARGET."""
+def switch_off_coils(coils, state):
+    """Let all coils go to zero."""
+    for i in range(state.shape[0]):
+        state[i].target_a_m2 = 0.0
+    return goal_of(coils, state)
+
+
+@inlined
+def goal_of(coils, state):
+    """What the coils go to; without lag they are there at once."""
+    x, y, z = coils.residual_a_m2
+    power = greatest = 0.0
+    for i in range(coils.rows.shape[0]):
+        coil, dipole = coils.rows[i], state[i].target_a_m2
+        x, y, z = x + coil.axis_x * dipole, y + coil.axis_y * dipole, z + coil.axis_z * dipole
+        power += coil.power * dipole * dipole
+        greatest = max(greatest, abs(dipole))
+        if coils.lag_s == 0.0:
+            state[i].dipole_a_m2 = dipole
+    return Goal((x, y, z), power, greatest)
+
+
+@inlined
+def present_dipole(coils, state):
+    """Dipole vector [A m^2] in the body, residual dipole included."""
     x, y, z = coils.residual_a_m2
     for i in range(coils.rows.shape[0]):
-        x += coils.rows[i, AXIS] * state[row, i]
-        y += coils.rows[i, AXIS + 1] * state[row, i]
-        z += coils.rows[i, AXIS + 2] * state[row, i]
+        coil, dipole = coils.rows[i], state[i].dipole_a_m2
+        x, y, z = x + coil.axis_x * dipole, y + coil.axis_y * dipole, z + coil.axis_z * dipole
     return (x, y, z)
 
 
@@ -85,34 +118,21 @@ def remaining(lag_s, t_s):
     return math.exp(-t_s / lag_s)
 
 
-@inlined
-def follow(coils, state, t_s):
-    """Let the coils go to their targets for t_s; return (energy [J], greatest dipole of a coil).
-
-    Power goes with the square of the dipole.
-    """
-    if coils.lag_s > 0.0:
-        return _follow_with_lag(coils, state, t_s)
-    energy = greatest = 0.0
-    for i in range(coils.rows.shape[0]):
-        dipole = state[TARGET, i]
-        energy += coils.rows[i, POWER] * dipole * dipole * t_s
-        greatest = max(greatest, abs(dipole))
-    return energy, greatest
-
-
 @kernel
-def _follow_with_lag(coils, state, t_s):
-    """The same with target + way exp(-t/lag): exact integral of the square."""
+def advance_coils(coils, state, t_s):
+    """Let coils with a lag go to their targets for t_s; (energy [J], greatest dipole of a coil).
+
+    Power goes with the square of the dipole, target + way exp(-t/lag); its integral is exact.
+    """
     energy = greatest = 0.0
     gone = -math.expm1(-t_s / coils.lag_s)
     for i in range(coils.rows.shape[0]):
-        target, way = state[TARGET, i], state[NOW, i] - state[TARGET, i]
+        target, way = state[i].target_a_m2, state[i].dipole_a_m2 - state[i].target_a_m2
         mixed = 2.0 * target * way * coils.lag_s * gone
         own = 0.5 * way * way * coils.lag_s * gone * (2.0 - gone)
-        energy += coils.rows[i, POWER] * (target * target * t_s + mixed + own)
-        state[NOW, i] = target + way * (1.0 - gone)
-        greatest = max(greatest, abs(target + way), abs(state[NOW, i]))
+        energy += coils.rows[i].power * (target * target * t_s + mixed + own)
+        state[i].dipole_a_m2 = target + way * (1.0 - gone)
+        greatest = max(greatest, abs(target + way), abs(state[i].dipole_a_m2))
     return energy, greatest
 
 
@@ -152,9 +172,10 @@ class Coils(Spec):
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
-        rows = np.zeros((len(axes), 8))
-        rows[:, AXIS:SHARE], rows[:, SHARE:LIMIT] = axes, np.linalg.pinv(axes.T)
-        rows[:, LIMIT] = self.limit_a_m2
-        rows[:, POWER] = (self.power_at_limit_w or 1.0) / rows[:, LIMIT] / rows[:, LIMIT]
+        rows, shares = np.zeros(len(axes), COIL), np.linalg.pinv(axes.T)
+        for k, c in enumerate("xyz"):
+            rows[f"axis_{c}"], rows[f"share_{c}"] = axes[:, k], shares[:, k]
+        rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
+        rows["power"] = (self.power_at_limit_w or 1.0) / limits / limits
         residual = as_vector(self.residual_dipole_a_m2)
         return CoilSet(rows, residual, MODES[self.saturation], self.lag_s)

@@ -8,8 +8,9 @@ from pydantic import Field
 from torquer import noise
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics
-from torquer.spec import Spec, Vector
+from torquer.spec import Vector
 
 NOISE_STREAM, DRIFT_STREAM = 2, 3
 
@@ -43,7 +44,7 @@ def read_rate(gyro, omega_body, drift, seed, sample):
     return through_electronics(reading, gyro.range_rad_s, gyro.resolution_rad_s)
 
 
-class Gyro(Spec):
+class Gyro(Sampled):
     """Three-axis gyro; the defaults are an ideal one.
 
     `range_deg_s` (each axis is clipped there), `noise_deg_s` (standard deviation per reading),

@@ -7,8 +7,9 @@ from pydantic import Field
 from torquer import noise
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics
-from torquer.spec import Spec, Vector
+from torquer.spec import Vector
 
 STREAM = 1
 
@@ -35,7 +36,7 @@ def read_field(magnetometer, b_body_t, dipole_body_a_m2, seed, sample):
     return through_electronics(reading, m.range_t, m.resolution_t)
 
 
-class Magnetometer(Spec):
+class Magnetometer(Sampled):
     """Three-axis magnetometer; the defaults are an ideal one.
 
     `range_nt` (each axis is clipped there), `noise_nt` (standard deviation per reading),

@@ -17,16 +17,23 @@ import numpy as np
 from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, dot, scale, sub, sym_vec
 
-#: Columns of `Rotors.rows`: axis; inertia [kg m^2]; greatest speed [rad/s]; friction c [N m] and
+#: Constants of a rotor: axis; inertia [kg m^2]; greatest speed [rad/s]; friction c [N m] and
 #: v [N m s]; breakaway torque [N m]; the step from which on the motor is dead.
-AXIS, INERTIA, SPEED_LIMIT, COULOMB, VISCOUS, BREAKAWAY, DEAD_FROM, ROW = 0, 3, 4, 5, 6, 7, 8, 9
-#: Rows of the wheels' state: absolute axial momentum [N m s], motor torque [N m], 1 where a rotor
-#: stands; what the computer has: momenta as read, limits, momenta that keep wheels off zero speed.
-MOMENTUM, MOTOR, STANDS, READ, MOMENTUM_LIMIT, TORQUE_LIMIT, BIAS, CELLS = range(8)
+ROTOR = np.dtype(
+    [
+        (name, np.float64)
+        for name in (
+            "axis_x", "axis_y", "axis_z", "inertia", "speed_limit", "coulomb", "viscous",
+            "breakaway", "dead_from",
+        )
+    ]
+)  # fmt: skip
+#: State of a rotor: absolute axial momentum [N m s], motor torque [N m], 1 where it stands.
+ROTOR_STATE = np.dtype([(name, np.float64) for name in ("momentum", "motor", "stands")])
 
 
 class Rotors(NamedTuple):
-    """Constants of rotors for kernels: one row each, and the tensor sum I g g^T [kg m^2]."""
+    """Constants of rotors for kernels: `ROTOR` of each, and the tensor sum I g g^T [kg m^2]."""
 
     rows: np.ndarray
     tensor: tuple
@@ -46,30 +53,31 @@ class Spin(NamedTuple):
 @inlined
 def axis_of(rows, k):
     """Axis of rotor k."""
-    return (rows[k, AXIS], rows[k, AXIS + 1], rows[k, AXIS + 2])
+    rotor = rows[k]
+    return (rotor.axis_x, rotor.axis_y, rotor.axis_z)
 
 
 @inlined
-def _along(speed, push, viscous, inertia, t):
-    """Speed after t under a constant push [N m] and viscous friction."""
+def _along(speed, torque, viscous, inertia, t):
+    """Speed after t under a constant torque [N m] and viscous friction."""
     if viscous == 0.0:
-        return speed + push * t / inertia
-    return speed + (push / viscous - speed) * -math.expm1(-viscous * t / inertia)
+        return speed + torque * t / inertia
+    return speed + (torque / viscous - speed) * -math.expm1(-viscous * t / inertia)
 
 
 @inlined
-def _time_to_stand(speed, push, viscous, inertia):
-    """Time [s] until a push against the speed has stopped it."""
+def _time_to_stand(speed, torque, viscous, inertia):
+    """Time [s] until a torque against the speed has stopped it."""
     if viscous == 0.0:
-        return -speed * inertia / push
-    return inertia / viscous * math.log1p(-viscous * speed / push)
+        return -speed * inertia / torque
+    return inertia / viscous * math.log1p(-viscous * speed / torque)
 
 
 @kernel
-def speed_after(row, speed, stands, motor, t):
+def speed_after(rotor, speed, stands, motor, t):
     """(Speed [rad/s], whether it stands) of a rotor after t under a constant motor torque."""
-    inertia, coulomb, viscous = row[INERTIA], row[COULOMB], row[VISCOUS]
-    breakaway, limit = row[BREAKAWAY], row[SPEED_LIMIT]
+    inertia, coulomb, viscous = rotor.inertia, rotor.coulomb, rotor.viscous
+    breakaway, limit = rotor.breakaway, rotor.speed_limit
     if stands and abs(motor) <= breakaway:
         return 0.0, True
     side = np.sign(motor) if stands or speed == 0.0 else np.sign(speed)
@@ -83,18 +91,18 @@ def speed_after(row, speed, stands, motor, t):
 
 
 @kernel
-def turn_rotors(rotors, state, omega_body, step, t):
+def step_rotors(rotors, state, omega_body, step, t):
     """Let the motors work for step number `step` of t seconds; `Spin` tells the body of it."""
     rows, held, torque = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
-        axis, inertia, before = axis_of(rows, k), rows[k, INERTIA], state[MOMENTUM, k]
+        axis, inertia, before = axis_of(rows, k), rows[k].inertia, state[k].momentum
         carried = dot(axis, omega_body)
-        motor = state[MOTOR, k] if step < rows[k, DEAD_FROM] else 0.0
-        stands = state[STANDS, k] == 1.0
+        motor = state[k].motor if step < rows[k].dead_from else 0.0
+        stands = state[k].stands == 1.0
         speed = 0.0 if stands else before / inertia - carried
         speed, stands = speed_after(rows[k], speed, stands, motor, t)
         after = inertia * (speed + carried)
-        state[MOMENTUM, k], state[STANDS, k] = after, 1.0 if stands else 0.0
+        state[k].momentum, state[k].stands = after, 1.0 if stands else 0.0
         held = add_scaled(held, before, axis)
         torque = add_scaled(torque, (after - before) / t, axis)
     return Spin(held, torque, rotors.tensor)
@@ -103,7 +111,7 @@ def turn_rotors(rotors, state, omega_body, step, t):
 @inlined
 def relative_momentum(rows, state, omega_body, k):
     """Momentum [N m s] of rotor k relative to the body: what its tachometer tells."""
-    return state[MOMENTUM, k] - rows[k, INERTIA] * dot(axis_of(rows, k), omega_body)
+    return state[k].momentum - rows[k].inertia * dot(axis_of(rows, k), omega_body)
 
 
 @inlined

@@ -9,7 +9,8 @@ from pydantic import AfterValidator, Field
 from torquer import noise, validate
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, as_vector, unit
-from torquer.spec import Spec, Vector
+from torquer.spacecraft.sampling import Sampled
+from torquer.spec import Vector
 
 STREAM = 4
 
@@ -44,7 +45,7 @@ def _checked_axes(value):
     return tuple(as_vector(row) for row in rows)
 
 
-class SunSensors(Spec):
+class SunSensors(Sampled):
     """Sun sensors by their axes in the body, half field of view [deg] and noise [deg]."""
 
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]

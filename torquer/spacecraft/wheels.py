@@ -1,109 +1,38 @@
-"""Reaction wheels on the satellite: their spec, what is read of them, how a torque is shared.
+"""Reaction wheels on the satellite: their spec and their tachometers.
 
-The wheels are driven by torque. At every reading the computer takes the speeds, asks the law of
-the wheels for a torque on the body and shares it: by minimax with the limits of torque and of
-momentum kept and the wheels' null space steered, or by least squares. It goes on asking wheels
-that have died until their failure is noticed.
+The wheels are driven by torque; how the computer shares a torque among them is its own matter
+(`torquer.control.allocation`).
 """
 
 import math
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from torquer import noise
-from torquer.engine import inlined, kernel
-from torquer.geometry.vec3 import add_scaled, as_symmetric, scale
-from torquer.spacecraft.rotors import (
-    AXIS,
-    BIAS,
-    BREAKAWAY,
-    CELLS,
-    COULOMB,
-    DEAD_FROM,
-    INERTIA,
-    MOMENTUM,
-    MOMENTUM_LIMIT,
-    MOTOR,
-    READ,
-    ROW,
-    SPEED_LIMIT,
-    STANDS,
-    TORQUE_LIMIT,
-    VISCOUS,
-    Rotors,
-    axis_of,
-    relative_momentum,
-)
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add_scaled, as_symmetric
+from torquer.spacecraft.rotors import ROTOR, ROTOR_STATE, Rotors, axis_of, relative_momentum
 from torquer.spec import Spec
-from torquer.wheel_array.allocation import least_squares, within_limits
 from torquer.wheel_array.layout import Limit
 from torquer.wheel_array.presets import Wheels
-from torquer.wheel_array.steering import Steering, lose, steer, steer_nearest, steering_of
 
 STREAM = 7
 _RPM = 2.0 * math.pi / 60.0
-#: What stands for a step that never comes.
-_NEVER = 1e18
-
-
-class Driver(NamedTuple):
-    """Constants of wheels and of the computer that drives them, for kernels; n wheels."""
-
-    rotors: Rotors
-    steering: Steering
-    """As it is at the start; limits and bias that hold now are in the state."""
-    noticed_from: np.ndarray
-    """(n,): the step from which on the computer knows that a wheel is dead."""
-    driven: bool
-    """False: nobody drives the wheels, the motors are off."""
-    by_least_squares: bool
-    noise_rad_s: float
-    parameters: np.ndarray
-    """Those of the law of the wheels."""
 
 
 @kernel
-def read_wheels(driver, state, omega_body, seed, step):
-    """Read the speeds into row READ of the state, as momenta; return their vector sum [N m s]."""
-    rows, total, drawn = driver.rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+def read_tachometers(rotors, noise_rad_s, state, omega_body, seed, sample, momenta):
+    """Read the speeds, as momenta (n,) [N m s] relative to the body; return their vector sum."""
+    rows, total, drawn = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
-        if driver.noise_rad_s > 0.0 and k % 3 == 0:
-            drawn = noise.normal3(seed, STREAM, 4 * step + k // 3)
+        if noise_rad_s > 0.0 and k % 3 == 0:
+            drawn = noise.normal3(seed, STREAM, 4 * sample + k // 3)
         read = relative_momentum(rows, state, omega_body, k)
-        state[READ, k] = read + rows[k, INERTIA] * driver.noise_rad_s * drawn[k % 3]
-        total = add_scaled(total, state[READ, k], axis_of(rows, k))
+        momenta[k] = read + rows[k].inertia * noise_rad_s * drawn[k % 3]
+        total = add_scaled(total, momenta[k], axis_of(rows, k))
     return total
-
-
-@inlined
-def _steering_now(first, state):
-    limits = state[MOMENTUM_LIMIT], state[TORQUE_LIMIT]
-    return Steering(first.wheels, *limits, state[BIAS], first.bias_after, first.work)
-
-
-@kernel
-def drive_wheels(driver, state, torque_body, interval_s, step):
-    """Set the motors for an interval, so that the body gets a torque [N m] from the wheels.
-
-    What is beyond the motors is cut with the direction kept; by minimax what would drive full
-    wheels on is left out, too. `driver`: () for no wheels.
-    """
-    if len(driver) == 0 or not driver.driven:
-        return
-    steering, wanted = _steering_now(driver.steering, state), scale(-1.0, torque_body)
-    for k in range(driver.noticed_from.shape[0]):
-        if step >= driver.noticed_from[k] and state[TORQUE_LIMIT, k] > 0.0:
-            lose(steering, k)
-    if driver.by_least_squares:
-        limit = steering.torque_limit
-        greatest = least_squares(steering.wheels.axes, limit, wanted, state[MOTOR])
-        within_limits(greatest, state[MOTOR])
-    else:
-        part = steer(steering, interval_s, state[READ], wanted, state[MOTOR])
-        if part < 1.0:
-            steer_nearest(steering, interval_s, state[READ], wanted, state[MOTOR])
 
 
 class Failure(Spec):
@@ -187,6 +116,11 @@ class ReactionWheels(Wheels):
         """Greatest speed."""
         return self.speed_limit_rpm * _RPM
 
+    @property
+    def speed_noise_rad_s(self) -> float:
+        """Standard deviation of a tachometer's reading."""
+        return self.speed_noise_rpm * _RPM
+
     def initial_speeds_rad_s(self) -> np.ndarray:
         """Speed of each wheel (n,) at the start."""
         return np.full(len(self.layout.rows()), self.initial_speed_rpm) * _RPM
@@ -201,43 +135,40 @@ class ReactionWheels(Wheels):
         axes = np.array(self.array().axes)
         return np.einsum("k,ki,kj->ij", self.rotor_inertia_kg_m2(), axes, axes)
 
-    def pack(self, parameters: np.ndarray, step_s: float, driven: bool = True) -> Driver:
-        """Constants for kernels; `parameters` are those of the law that drives the wheels."""
-        array = self.array()
-        rows = np.zeros((array.count, ROW))
-        rows[:, AXIS:INERTIA] = array.axes
-        rows[:, INERTIA] = self.rotor_inertia_kg_m2()
-        rows[:, SPEED_LIMIT] = self.speed_limit_rad_s
-        rows[:, COULOMB], rows[:, VISCOUS] = self.coulomb_friction_n_m, self.viscous_friction_n_m_s
-        stiction = self.stiction_n_m
-        rows[:, BREAKAWAY] = self.coulomb_friction_n_m if stiction is None else stiction
-        rows[:, DEAD_FROM], noticed = self._steps_of_failures(array.count, step_s)
-        return Driver(
-            rotors=Rotors(rows, as_symmetric(self.rotor_tensor_kg_m2())),
-            steering=steering_of(array, self.minimum_speed_fraction),
-            noticed_from=noticed,
-            driven=driven,
-            by_least_squares=self.allocation == "least_squares",
-            noise_rad_s=self.speed_noise_rpm * _RPM,
-            parameters=parameters,
-        )
+    def pack(self, step_s: float) -> Rotors:
+        """Constants of the rotors for kernels."""
+        axes = np.array(self.array().axes)
+        rows, stiction = np.zeros(len(axes), ROTOR), self.stiction_n_m
+        for k, c in enumerate("xyz"):
+            rows[f"axis_{c}"] = axes[:, k]
+        rows["inertia"] = self.rotor_inertia_kg_m2()
+        rows["speed_limit"] = self.speed_limit_rad_s
+        rows["coulomb"], rows["viscous"] = self.coulomb_friction_n_m, self.viscous_friction_n_m_s
+        rows["breakaway"] = self.coulomb_friction_n_m if stiction is None else stiction
+        rows["dead_from"] = self.dead_from_step(step_s)
+        return Rotors(rows, as_symmetric(self.rotor_tensor_kg_m2()))
 
-    def _steps_of_failures(self, count: int, step_s: float) -> tuple[np.ndarray, np.ndarray]:
-        dead, noticed = np.full(count, _NEVER), np.full(count, _NEVER)
+    def dead_from_step(self, step_s: float) -> np.ndarray:
+        """The step (n,) from which on each motor is dead; infinite for one that never is."""
+        dead = np.full(len(self.layout.rows()), np.inf)
         dead[list(self.lost)] = 0.0
         for failure in self.failures:
             dead[failure.wheel] = math.ceil(failure.time_s / step_s - 1e-9)
+        return dead
+
+    def noticed_from_step(self, step_s: float) -> np.ndarray:
+        """The step (n,) from which on the computer knows of a failure in flight."""
+        noticed = np.full(len(self.layout.rows()), np.inf)
+        for failure in self.failures:
             known_s = failure.time_s + failure.noticed_after_s
             noticed[failure.wheel] = math.ceil(known_s / step_s - 1e-9)
-        return dead, noticed
+        return noticed
 
-    def first_state(self, driver: Driver, omega_body) -> np.ndarray:
-        """State at the start, for a rate of the body [rad/s]."""
-        rows, steering = driver.rotors.rows, driver.steering
-        state = np.zeros((CELLS, len(rows)))
-        speed = self.initial_speeds_rad_s()
-        state[MOMENTUM] = rows[:, INERTIA] * (speed + rows[:, AXIS:INERTIA] @ omega_body)
-        state[STANDS] = (speed == 0.0) & (rows[:, BREAKAWAY] > 0.0)
-        state[MOMENTUM_LIMIT], state[TORQUE_LIMIT] = steering.momentum_limit, steering.torque_limit
-        state[BIAS] = steering.bias
+    def first_state(self, rotors: Rotors, omega_body) -> np.ndarray:
+        """State of the rotors at the start, for a rate of the body [rad/s]."""
+        rows, speed = rotors.rows, self.initial_speeds_rad_s()
+        state = np.zeros(len(rows), ROTOR_STATE)
+        axes = np.array([axis_of(rows, k) for k in range(len(rows))])
+        state["momentum"] = rows["inertia"] * (speed + axes @ omega_body)
+        state["stands"] = (speed == 0.0) & (rows["breakaway"] > 0.0)
         return state

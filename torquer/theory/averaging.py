@@ -15,12 +15,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.law import Law, compile_law
-from torquer.conventions import Measured
+from torquer.control.law import Law
 from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale
 from torquer.integrate.dop853 import rates_of
+from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.theory.evolution.model import Slow
 from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
 from torquer.theory.spinner import Spinner
@@ -73,15 +73,24 @@ def body_to_l(half_psi, half_theta, half_phi):
 
 
 @inlined
+def exact_inputs(t_s, q, b, b_rate, omega):
+    """What a computer with perfect sensors knows; it sees no Sun and has no ephemeris."""
+    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s)
+    estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan)
+    unknown = (math.nan, math.nan, math.nan)
+    ephemeris = Ephemeris(unknown, unknown, unknown, unknown, unknown, math.nan)
+    return Inputs(t_s, b, b_rate, omega, NONE, q, NONE, read_at, estimate, ephemeris)
+
+
+@inlined
 def dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate_reference, omega):
     """Field [T] and dipole [A m^2] in the body: what the law answers to exact measurements."""
     b = rotate_inverse(q, b_reference)
     turning = cross(omega, b)
     b_rate = rotate_inverse(q, b_rate_reference)
     b_rate = add_scaled(b_rate, -1.0, turning)
-    known = (q, NONE, NONE, b_reference, b_rate_reference, NONE)
-    measured = Measured(t_s, b, b_rate, omega, NONE, *known)
-    return b, law(measured, parameters, memory)
+    inputs = exact_inputs(t_s, q, b, b_rate, omega)
+    return b, law(inputs, parameters, memory).dipole_a_m2
 
 
 @inlined
@@ -192,17 +201,17 @@ def nodes(psi: int = 8, phi: int = 8, u: int = 8, day: int = 1) -> Nodes:
 
 def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> AveragedMotion:
     """The averaged motion of a satellite under a law; ValueError if the law has no average."""
-    if law.memory:
+    if len(law.first_memory()):
         raise ValueError(
             f"law {law.name}: must have no memory to be averaged (take its form from the rate or "
-            f"the field's derivative); received {len(law.memory)} cells"
+            f"the field's derivative); received {len(law.first_memory())} cells"
         )
-    if law.navigates:
+    if "ephemeris" in law.needs:
         raise ValueError(f"law {law.name}: must not ask for position to be averaged")
     setting = spinner.pack()
     if at is None:
         at = nodes(day=6 if setting.field.model == TILTED_DIPOLE else 1)
-    return AveragedMotion(compile_law(law.function), law.pack(), np.zeros(0), setting, at)
+    return AveragedMotion(law.compile(), law.pack(), np.zeros(0), setting, at)
 
 
 def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = None) -> Slow:

@@ -75,11 +75,12 @@ def fitted_order(
     within(Limit("slow_time", 0.0, open=True), slow_time)
     if len(set(scales.tolist())) < 2:
         raise ValueError(f"scales: must be two or more different ones; received {scales.tolist()}")
-    if gain not in law.parameters:
-        known = ", ".join(law.parameters) or "none"
+    values = law.values()
+    if gain not in values:
+        known = ", ".join(values) or "none"
         raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
     for scale in scales:
-        scaled = law.with_parameters(**{gain: law.parameters[gain] * float(scale)})
+        scaled = law.with_parameters(**{gain: values[gain] * float(scale)})
         end = slow_time / float(scale)
         found = compare(scaled, spinner, start, fast, end, points=points, at=at)
         errors.append(found.error)

@@ -339,9 +339,9 @@ def map_of_law(
     """
     spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
     columns, shape = _grid(axes, fixed)
-    states, unit = _starts(columns), dict(law.parameters)
-    if gain not in unit:
-        known = ", ".join(unit) or "none"
+    states, places = _starts(columns), law.places()
+    if gain not in places:
+        known = ", ".join(places) or "none"
         raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
 
     at = settled_nodes(law, spinner) if at is None else at
@@ -350,7 +350,7 @@ def map_of_law(
     for row in _at_poles(states):
         states[row] = _off_pole(problem, states[row])
     parameters = np.tile(problem.parameters, (len(states), 1))
-    parameters[:, list(unit).index(gain)] *= columns["eps"]
+    parameters[:, places[gain][0]] *= columns["eps"]
     settings = _per_inclination(spinner, columns, lambda there: _flat(there.pack()))
 
     def part(first, last):

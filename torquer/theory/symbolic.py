@@ -15,7 +15,8 @@ from collections.abc import Mapping
 from types import FunctionType, ModuleType, SimpleNamespace
 
 from torquer.control.law import Law
-from torquer.conventions import Measured
+from torquer.plugin import plain_of
+from torquer.theory.averaging import exact_inputs
 from torquer.theory.evolution.model import Slow
 
 try:
@@ -220,10 +221,10 @@ def _mean_torque(law: Law, algebra: Algebra, parameters):
     b = _times(_transposed(dcm), b_z)
     x, y, z = (gens["L0"] * gens["l"] * e for e in to_l[2])
     omega = (x * gens["per_A"], y * gens["per_A"], z * gens["per_C"])
-    zeros, turning = (ring.zero,) * 3, _cross(omega, b)
+    turning = _cross(omega, b)
     b_rate = tuple(-w for w in turning)
-    measured = Measured(ring.zero, b, b_rate, omega, zeros, Attitude(dcm))
-    m = on_symbols(law.function, algebra)(measured, parameters, [])
+    inputs = plain_of(exact_inputs)(ring.zero, Attitude(dcm), b, b_rate, omega)
+    m = on_symbols(law.function, algebra)(inputs, parameters, [])
     m = [algebra.reduced(algebra.ring.one * x) for x in m]
     torque = _times(to_l, _cross(m, [algebra.reduced(x) for x in b]))
     c, s = turn("psi")
@@ -241,17 +242,22 @@ def averaged_equations(law: Law, symbols: Mapping | None = None) -> Slow:
     of this module (l, L0, B0, A, C, omega0, p) and rho, sigma, theta. ValueError for a law with
     memory, and for one that is not a polynomial.
     """
-    if law.memory or law.navigates:
-        raise ValueError(f"law {law.name}: must have no memory and no navigation to be averaged")
-    values = {**law.parameters, **(symbols or {})}
-    unknown = set(values) - set(law.parameters)
+    if len(law.first_memory()) or "ephemeris" in law.needs:
+        raise ValueError(
+            f"law {law.name}: must have no memory and need no ephemeris to be averaged"
+        )
+    unknown = set(symbols or {}) - set(law.values())
     if unknown:
         raise ValueError(f"law {law.name}: must have the parameters {', '.join(sorted(unknown))}")
-    free = {s for value in values.values() for s in sympy.sympify(value).free_symbols}
+    free = {s for value in (symbols or {}).values() for s in sympy.sympify(value).free_symbols}
     algebra = Algebra(sorted(free, key=str))
-    numbers = [v if isinstance(v, float | int) else algebra.of(v) for v in values.values()]
+    replaced = {
+        name: value if isinstance(value, float | int) else algebra.of(value)
+        for name, value in (symbols or {}).items()
+    }
+    parameters = law.parameters._replace(**replaced) if replaced else law.parameters
     try:
-        means = [algebra.printed(x) for x in _mean_torque(law, algebra, numbers)]
+        means = [algebra.printed(x) for x in _mean_torque(law, algebra, parameters)]
     except _NOT_POLYNOMIAL as error:
         raise ValueError(
             f"law {law.name}: must be a polynomial in field, rate and direction cosines to be "

@@ -11,8 +11,8 @@ from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.geometry.vec3 import as_matrix
-from torquer.simulation.resolution import momentum_at_start
-from torquer.simulation.spec import Scenario
+from torquer.scenario.resolution import momentum_at_start
+from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
 from torquer.wheel_array.steering import bias_of

@@ -7,15 +7,15 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from torquer.control import AnyLaw, AnyWheelLaw
-from torquer.control.off import Off
+from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
-from torquer.simulation.resolution import check_step, speeds_at_start
+from torquer.scenario.control import MOST_STEPS, Control, whole_steps
+from torquer.scenario.resolution import check_step, speeds_at_start
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
@@ -31,8 +31,6 @@ from torquer.time import parse_utc
 Positive = Annotated[float, Field(gt=0.0)]
 #: A run that starts in the last year may go on into the next.
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
-#: More steps than any run can take: years of computing.
-_MOST_STEPS = 10**13
 
 
 class Spacecraft(Spec):
@@ -104,44 +102,6 @@ class InitialMotion(Spec):
             turning = np.cross(r_m, v_m_s) / np.dot(r_m, r_m)
             omega = omega + np.array(rotate_inverse(tuple(q), as_vector(turning)))
         return np.array([*q, *omega])
-
-
-class Control(Spec):
-    """The laws of coils and wheels, one or both, and their cycle.
-
-    `law` is that of the coils ('off' where only wheels have one), `wheel_law` that of the wheels,
-    which get its answer at every reading.
-
-    Plain sample and hold: leave `measure_s` at 0; a reading every `sample_s`, the dipole held
-    until the next. With a measurement window the coils are off for `measure_s` while readings
-    are taken every `sample_s`, then follow the law's last answer for `actuate_s`.
-    """
-
-    law: AnyLaw = Off()
-    wheel_law: AnyWheelLaw | None = None
-    sample_s: Positive = 1.0
-    measure_s: float = Field(default=0.0, ge=0.0)
-    actuate_s: Positive | None = None
-
-    @model_validator(mode="after")
-    def _windows_fit(self):
-        if "law" not in self.model_fields_set and self.wheel_law is None:
-            raise ValueError("law: must be given, or wheel_law; received neither")
-        if self.measure_s > 0.0:
-            if self.actuate_s is None:
-                raise ValueError("actuate_s: must be given with measure_s; received none")
-            whole_steps("measure_s", self.measure_s, self.sample_s, "sample_s")
-        elif self.actuate_s is not None and self.actuate_s != self.sample_s:
-            raise ValueError(
-                "actuate_s: without measure_s the dipole is held for sample_s = "
-                f"{self.sample_s:g} s; received {self.actuate_s:g} s"
-            )
-        return self
-
-    @property
-    def cycle_s(self) -> float:
-        """Length of the whole cycle."""
-        return self.measure_s + self.actuate_s if self.measure_s > 0.0 else self.sample_s
 
 
 class Simulation(Spec):
@@ -231,28 +191,22 @@ class Scenario(Spec):
 
     def _check_actuators(self) -> None:
         """Laws need what they are to drive; wheels need an integrator that knows them."""
-        craft, control = self.spacecraft, self.control
-        if control.law.kind != "off" and craft.coils is None:
-            raise ValueError("spacecraft.coils: must be given for control.law; received none")
-        driving = "wheel_law" if control.wheel_law is not None else ""
-        driving = "law 'unloading'" if control.law.kind == "unloading" else driving
-        if driving and craft.wheels is None:
-            raise ValueError(
-                f"spacecraft.wheels: must be given for control.{driving}; received none"
-            )
-        if craft.wheels is not None and self.simulation.integrator == "splitting":
+        for key, spec in self.control.specs().items():
+            if spec.kind not in ("off", "user", "given_in_python"):
+                check_fits(key, spec.law(), self)
+        if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
                 "simulation.integrator: must be 'rk4' or 'dop853' with spacecraft.wheels; "
                 "received 'splitting'"
             )
 
     def disturbance_torque(self) -> DisturbanceTorque | tuple:
-        """The disturbing torque for kernels, () for none."""
+        """The disturbance torque for kernels, () for none."""
         if self.disturbance is None:
             return ()
         hold_s, step_s = self.disturbance.random_hold_s, self.simulation.step_s
         hold = 1 if hold_s is None else whole_steps("disturbance.random_hold_s", hold_s, step_s)
-        return self.disturbance.pack(hold, self.seed)
+        return self.disturbance.pack(hold)
 
     def surroundings(self) -> OrbitEnvironment:
         """The environment along this orbit."""
@@ -272,20 +226,25 @@ class Scenario(Spec):
             steps = math.ceil(duration / s.record_s - 1e-9) * per_record
         except ArithmeticError:  # an orbit or a duration beyond the range of floats
             steps = math.inf
-        if not 0 < steps <= _MOST_STEPS:
+        if not 0 < steps <= MOST_STEPS:
             raise ValueError(
-                f"simulation: a run must have 1 to {_MOST_STEPS:.0e} steps; received {steps:.3g}"
+                f"simulation: a run must have 1 to {MOST_STEPS:.0e} steps; received {steps:.3g}"
             )
         return steps
 
 
-def whole_steps(name: str, length_s: float, step_s: float, step_name: str = "step_s") -> int:
-    """Number of steps in a length; ValueError unless it is a whole number above zero."""
-    ratio = length_s / step_s
-    steps = round(ratio) if ratio < _MOST_STEPS else 0
-    if steps < 1 or not math.isclose(steps * step_s, length_s, rel_tol=1e-9):
-        raise ValueError(
-            f"{name}: must be a whole multiple of {step_name} = {step_s:g} s; "
-            f"received {length_s:g} s"
-        )
-    return steps
+def check_fits(key: str, law: Law, scenario: Scenario) -> None:
+    """ValueError unless the satellite has what a law drives and needs; `key`: in `control`."""
+    craft, estimator = scenario.spacecraft, scenario.control.estimator
+    wheels = law.drives_wheels or "tachometers" in law.needs
+    for part, wanted in (("coils", law.drives_coils), ("wheels", wheels)):
+        if wanted and getattr(craft, part) is None:
+            raise ValueError(
+                f"spacecraft.{part}: must be given for control.{key} ({law.name}); received none"
+            )
+    for need in ("attitude", "rate"):
+        if need in law.needs and need not in estimator.gives:
+            raise ValueError(
+                f"control.estimator: must give the {need}, which control.{key} ({law.name}) "
+                f"needs; received {estimator.kind!r}"
+            )

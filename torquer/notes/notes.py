@@ -4,17 +4,17 @@ import math
 
 import numpy as np
 
+from torquer.notes.bdot_notes import bdot_notes
+from torquer.notes.wheel_notes import wheel_notes
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
-from torquer.scenario.bdot_notes import bdot_notes
-from torquer.scenario.wheel_notes import wheel_notes
-from torquer.simulation.resolution import (
+from torquer.scenario.resolution import (
     QUIET_DAMPING,
     lost_amplitude,
     speeds_at_start,
     step_that_keeps,
 )
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 #: Age of two-line elements [days] from which the satellite's place is hardly theirs any more.
 _OLD_DAYS = 14.0

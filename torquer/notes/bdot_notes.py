@@ -12,8 +12,8 @@ from torquer.control.nutation_damping import (
     NutationDampingRate,
 )
 from torquer.control.scheme import Scheme
-from torquer.simulation.resolution import momentum_at_start
-from torquer.simulation.spec import Scenario
+from torquer.scenario.resolution import momentum_at_start
+from torquer.scenario.spec import Scenario
 from torquer.theory.gains import (
     MOST_LAG,
     Sampling,

@@ -1,0 +1,264 @@
+"""The compiled form of a block: one signature for all of a kind, whatever its parameters are.
+
+The adapter makes the record of parameters from the array that the loop holds, shows the memory as
+a record, calls the function and unifies its answer. It is compiled with the function inside and
+found in the cache by later processes.
+"""
+
+import functools
+import hashlib
+import sys
+from collections.abc import Callable, Mapping
+from types import FunctionType
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numba import types
+from numba.extending import intrinsic
+
+from torquer import engine, plugin
+from torquer.interface import KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
+
+ARRAY = types.float64[::1]
+
+
+def _type_of_inputs():
+    zero = (0.0, 0.0, 0.0)
+    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero)
+    return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
+
+
+INPUTS = _type_of_inputs()
+RECORDS = numba.from_dtype(KNOWN)[::1]
+
+
+class Kind(NamedTuple):
+    """A kind of block: what it is called in messages, what it must return, how that is unified.
+
+    `answer`: Numba's type of the unified answer; `unify`: kernel that makes it of what a function
+    returns; `failed`: kernel for the answer of a user's function that has raised.
+    """
+
+    name: str
+    returns: str
+    answer: object
+    unify: Callable
+    failed: Callable
+
+    @property
+    def signature(self):
+        """Signature of the compiled block, for inputs handed over by value."""
+        return self.answer(INPUTS, ARRAY, ARRAY)
+
+    @property
+    def in_loop(self):
+        """Signature of the compiled block for the loop, which holds the inputs as a record."""
+        return self.answer(RECORDS, ARRAY, ARRAY)
+
+
+def flat(value) -> list:
+    """All numbers of nested tuples, in order."""
+    if isinstance(value, tuple | list | np.ndarray):
+        return [number for part in value for number in flat(part)]
+    return [value]
+
+
+def names_of(memory) -> tuple | None:
+    """Name, number of cells and whether it is a vector, of a memory with names; None of cells."""
+    if not isinstance(memory, Mapping):
+        return None
+    return tuple((name, len(flat(v)), isinstance(v, tuple)) for name, v in memory.items())
+
+
+def layout_of(names: tuple) -> np.dtype:
+    """The record that a memory with names is."""
+    return np.dtype(
+        [(n, np.float64, (k,)) if vector else (n, np.float64) for n, k, vector in names]
+    )
+
+
+class Shape:
+    """The structure of a record of parameters: equal for equal types and sizes."""
+
+    def __init__(self, example):
+        self.example = example
+        classes: dict[str, type] = {}
+        self.source, self.count = _expression(example, 0, classes)
+        self.classes = tuple(classes.items())
+        self.fixed = all(_is_importable(made) for made in classes.values())
+
+    def __hash__(self):
+        return hash(self.source)
+
+    def __eq__(self, other):
+        return (self.source, self.classes) == (other.source, other.classes)
+
+
+def _is_importable(made: type) -> bool:
+    return getattr(sys.modules.get(made.__module__), made.__qualname__, None) is made
+
+
+def _expression(value, at: int, classes: dict) -> tuple[str, int]:
+    """Source text that makes a record of cells p[at], p[at + 1], ..., and the next place."""
+    if not isinstance(value, tuple | list):
+        return f"p[{at}]", at + 1
+    parts = []
+    for part in value:
+        text, at = _expression(part, at, classes)
+        parts.append(text)
+    if hasattr(value, "_fields"):
+        known = next((k for k, made in classes.items() if made is type(value)), None)
+        name = known or f"T{len(classes)}"
+        classes[name] = type(value)
+        return f"{name}({', '.join(parts)})", at
+    return f"({''.join(part + ', ' for part in parts)})", at
+
+
+def _record_maker(shape: Shape) -> Callable:
+    """Kernel that makes the record of parameters from the array that holds them."""
+    names = dict(shape.classes)
+    exec(f"def named(p):\n    return {shape.source}", names)
+    return numba.njit(forceinline=True, error_model="numpy")(names["named"])
+
+
+def _memory_view(names: tuple | None) -> Callable:
+    """Kernel that shows memory cells as the function takes them."""
+    if names is None:
+        return _unchanged
+    layout = layout_of(names)
+    if not engine.COMPILED:
+        return lambda cells: cells.view(layout).view(np.recarray)[0]
+    record = numba.from_dtype(layout)
+
+    @intrinsic
+    def view(typing_context, cells):
+        def build(context, builder, signature, arguments):
+            array = context.make_array(signature.args[0])(context, builder, arguments[0])
+            return builder.bitcast(array.data, context.get_value_type(record))
+
+        return record(cells), build
+
+    return view
+
+
+@engine.inlined
+def _unchanged(value):
+    return value
+
+
+def _plain_adapter(inputs, parameters, memory):
+    return _unify(_function(_inputs(inputs), _named(parameters), _cells(memory)))  # noqa: F821
+
+
+def _guarded_adapter(inputs, parameters, memory):
+    try:
+        return _unify(_function(_inputs(inputs), _named(parameters), _cells(memory)))  # noqa: F821
+    except Exception:
+        return _failed()  # noqa: F821
+
+
+@engine.inlined
+def _first_of(records):
+    return inputs_of(records[0])
+
+
+def compiled(
+    kind: Kind, function: Callable, parameters: tuple, names: tuple | None, in_loop: bool = False
+):
+    """A block's function behind its adapter; ValueError of one line if it does not compile.
+
+    A user's function is guarded: bounds are checked, and one that raises an error answers with
+    not-a-numbers. `parameters`: an example; `names`: of the memory, as `names_of` tells them.
+    `in_loop`: for inputs as the loop holds them.
+    """
+    return _compiled(kind, function, Shape(parameters), names, in_loop)
+
+
+@functools.cache
+def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None, in_loop: bool):
+    plain = plugin.plain_of(function)
+    own = engine.is_own(plain)
+    must = f"{kind.name} {plain.__name__}: must compile as (inputs, parameters, memory) -> "
+    must += kind.returns
+    parts = {
+        "_function": function,
+        "_inputs": _first_of if in_loop else _unchanged,
+        "_unify": kind.unify,
+        "_failed": kind.failed,
+        "_named": _record_maker(shape),
+        "_cells": _memory_view(names),
+    }
+    adapter = _plain_adapter if own else _guarded_adapter
+    if not engine.COMPILED:
+        return _placed(adapter, plain, shape, names, parts)
+    signature = kind.in_loop if in_loop else kind.signature
+    plugin.check_arguments(plain, 3, must)
+    parts["_function"] = inner = _inner(function, own, shape)
+    file = plugin.file_of(plain)
+    known = file is not None and plain.__closure__ is None
+    with plugin.cache_beside(file if known and not own else None):
+        placed = _placed(adapter, plain, shape, names, parts)
+        try:
+            made = plugin.compiled(placed, signature, must, error_model="numpy", cache=known)
+        except ValueError:
+            _explain(inner, shape, names, must)
+            raise
+    return engine.FirstClass(made, signature)
+
+
+def _inner(function: Callable, own: bool, shape: Shape):
+    """The function itself, to be compiled into the adapter.
+
+    On its own it is kept on disk only where that can be found again: a record of parameters that
+    is made on the spot is another type in each process.
+    """
+    plain = plugin.plain_of(function)
+    if own and shape.fixed:
+        return function if function is not plain else engine.kernel(plain)
+    model = {"error_model": "numpy"} if own else {"error_model": "python", "boundscheck": True}
+    return numba.njit(fastmath={"contract"}, **model)(plain)
+
+
+def _explain(inner, shape: Shape, names, must: str) -> None:
+    """Compile a function alone, so that the message is of its own mistake."""
+    memory = ARRAY if names is None else numba.from_dtype(layout_of(names))
+    parameters = numba.typeof(floats(shape.example))
+    alone = plugin.compiled(plugin.plain_of(inner), (INPUTS, parameters, memory), must)
+    raise ValueError(
+        f"{must}; received one that returns {alone.nopython_signatures[0].return_type}"
+    )
+
+
+def filled(example, numbers):
+    """Records like an example, with other numbers (an iterator) in them."""
+    if not isinstance(example, tuple | list):
+        return next(numbers)
+    parts = [filled(part, numbers) for part in example]
+    return type(example)(*parts) if hasattr(example, "_fields") else tuple(parts)
+
+
+def floats(value):
+    """Nested numbers as floats, in the same records."""
+    if not isinstance(value, tuple | list):
+        return float(value)
+    parts = map(floats, value)
+    return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+
+
+def _placed(adapter: FunctionType, plain, shape: Shape, names, parts: dict) -> FunctionType:
+    """The adapter of one function, which passes for a function of that function's own file.
+
+    There, by a name that tells functions of one line and records of other structure apart, the
+    cache looks for it. (A closure over the function is never found by another process.)
+    """
+    own = plain.__code__
+    structure = f"{shape.source} {[c.__qualname__ for _, c in shape.classes]} {names}"
+    numbers = repr([c for c in own.co_consts if isinstance(c, int | float)])
+    mark = hashlib.sha256(own.co_code + numbers.encode() + structure.encode())
+    name = f"{plain.__name__}_{mark.hexdigest()[:12]}"
+    place = {"co_filename": own.co_filename, "co_firstlineno": own.co_firstlineno}
+    code = adapter.__code__.replace(co_name=name, co_qualname=name, **place)
+    made = FunctionType(code, {**parts, "__builtins__": __builtins__}, name)
+    made.__qualname__, made.__module__ = name, plain.__module__
+    return made

@@ -1,0 +1,211 @@
+"""Blocks of the on-board computer: a function with named parameters and memory, compiled once.
+
+A block is a function `(inputs, parameters, memory)`: a law answers with a command, an estimator
+with an estimate. The function reads its parameters by name from a record; what it remembers it
+keeps in a record of its own, or in an array of cells. The loop holds both as `float64` arrays, so
+that one type of function serves all blocks of a kind: an adapter, compiled with the function,
+stands between the two (`adapter`).
+"""
+
+import json
+import math
+from collections import namedtuple
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from numbers import Real
+from typing import Self
+
+import numpy as np
+
+from torquer import plugin
+from torquer.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
+from torquer.interface import Inputs
+
+
+@dataclass(frozen=True)
+class Block:
+    """A function ready to fly, its parameters and its initial memory.
+
+    `parameters`: a NamedTuple of numbers, vectors and such NamedTuples, or a mapping of them;
+    `memory`: a number of cells (zeros at first), their initial values, or a mapping of names to
+    initial numbers and vectors; `log`: units of the parts of the memory that the result records,
+    by name (what is not in the memory is added to it). `needs`: what the computer must provide:
+    "ephemeris", "sun", "search_coil", "attitude", "rate". `compiled`: False for a function that
+    runs as plain Python. `spec`: what a scenario says of it, for a block made from its spec.
+    """
+
+    name: str
+    function: Callable
+    parameters: tuple = ()
+    memory: tuple | Mapping = ()
+    log: Mapping[str, str] = field(default_factory=dict)
+    needs: frozenset[str] = frozenset()
+    compiled: bool = True
+    spec: object = field(default=None, compare=False, repr=False)
+
+    def __post_init__(self):
+        object.__setattr__(self, "parameters", _as_record(self.parameters))
+        object.__setattr__(self, "memory", _as_memory(self.name, self.memory, self.log))
+        object.__setattr__(self, "needs", frozenset(self.needs))
+
+    @property
+    def kind(self) -> Kind:
+        """What it must return."""
+        raise NotImplementedError
+
+    def values(self) -> dict:
+        """Parameters by name."""
+        return self.parameters._asdict() if self.parameters else {}
+
+    def with_parameters(self, **values) -> Self:
+        """The same block with other parameters; unknown names and other shapes are errors."""
+        known = self.values()
+        for name, value in values.items():
+            if name not in known:
+                raise ValueError(
+                    f"{self._said}: parameter must be one of: {', '.join(known) or 'none'}; "
+                    f"received {name!r}"
+                )
+            if np.shape(value) != np.shape(known[name]):
+                shape = np.shape(known[name]) or "a number"
+                raise ValueError(
+                    f"{self._said}: parameter {name} must be {shape}; received {value!r}"
+                )
+        made = {name: _nested(value) for name, value in values.items()}
+        parameters = self.parameters._replace(**made) if made else self.parameters
+        return replace(self, parameters=parameters, spec=None)
+
+    def pack(self) -> np.ndarray:
+        """Parameters for the kernel; ValueError if one is missing or not finite."""
+        for name, value in self.values().items():
+            if not all(map(_is_finite_number, flat(value))):
+                raise ValueError(
+                    f"{self._said}: parameter {name} must be {_what(value)}; received {value!r}"
+                )
+        return np.array([float(v) for v in flat(self.parameters)], dtype=np.float64)
+
+    def with_memory(self, cells) -> Self:
+        """The same block with other memory at the start, as cells."""
+        if len(cells) != len(self.first_memory()):
+            raise ValueError(
+                f"{self._said}: memory must have {len(self.first_memory())} cells, as the block "
+                f"has; received {len(cells)}"
+            )
+        if not isinstance(self.memory, Mapping):
+            return replace(self, memory=tuple(cells), spec=None)
+        cells, memory = list(cells), {}
+        for name, value in self.memory.items():
+            own, cells = cells[: len(flat(value))], cells[len(flat(value)) :]
+            memory[name] = tuple(own) if isinstance(value, tuple) else own[0]
+        return replace(self, memory=memory, spec=None)
+
+    def structure(self) -> tuple:
+        """Names and sizes of parameters and memory."""
+        names = names_of(self.memory)
+        return list(self.places().items()), len(self.first_memory()) if names is None else names
+
+    def places(self) -> dict[str, tuple[int, int]]:
+        """Where each parameter stands in what `pack` gives: first place, number of places."""
+        return _places(self.values())
+
+    def first_memory(self) -> np.ndarray:
+        """Memory at the start, as cells."""
+        values = self.memory.values() if isinstance(self.memory, Mapping) else self.memory
+        return np.array(flat(tuple(values)), dtype=np.float64)
+
+    def record_from(self, cells: np.ndarray) -> tuple:
+        """Parameters as the function takes them, of what `pack` gives."""
+        return filled(self.parameters, iter(cells.tolist()))
+
+    def record_of(self, cells: np.ndarray):
+        """What the function sees of memory cells: the cells, or a record that shares them."""
+        names = names_of(self.memory)
+        return cells if names is None else cells.view(layout_of(names)).view(np.recarray)[0]
+
+    def logged(self) -> dict[str, tuple[int, int, str]]:
+        """First cell, number of cells and unit of each logged part of the memory."""
+        if not self.log:
+            return {}
+        places = _places(self.memory)
+        return {name: (*places[name], unit) for name, unit in self.log.items()}
+
+    def compile(self):
+        """The function with its inputs by value; ValueError of one line if it does not compile."""
+        return compiled(self.kind, self.function, self.parameters, names_of(self.memory))
+
+    def in_loop(self):
+        """The function as the loop calls it: with its inputs as a record."""
+        names = names_of(self.memory)
+        return compiled(self.kind, self.function, self.parameters, names, in_loop=True)
+
+    def described(self) -> str:
+        """Name and parameters, as a result keeps them."""
+        values = {name: floats(value) for name, value in self.values().items()}
+        return json.dumps({"name": self.name, "parameters": values})
+
+    @property
+    def _said(self) -> str:
+        return f"{self.kind.name} {self.name}"
+
+    def __call__(self, inputs: Inputs, parameters=None, memory=None):
+        """The plain Python function, for trying the block by hand.
+
+        Parameters and memory: as the function takes them, those of the block unless given.
+        """
+        parameters = self.parameters if parameters is None else parameters
+        memory = self.record_of(self.first_memory()) if memory is None else memory
+        return plugin.plain_of(self.function)(inputs, parameters, memory)
+
+
+def _places(values: Mapping) -> dict[str, tuple[int, int]]:
+    """First place and number of places of named values that stand one after another."""
+    places, at = {}, 0
+    for name, value in values.items():
+        places[name] = (at, len(flat(value)))
+        at += len(flat(value))
+    return places
+
+
+def _is_finite_number(value) -> bool:
+    """Whether it is a real number, of Python or NumPy, that a float can hold; truth is none."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(float(value))
+    except OverflowError:
+        return False
+
+
+def _what(value) -> str:
+    return "finite numbers" if isinstance(value, tuple | list) else "a finite number"
+
+
+def _nested(value):
+    """Lists and arrays, however deep, as tuples."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return value
+    return tuple(map(_nested, value)) if isinstance(value, list | tuple) else value
+
+
+def _as_record(parameters):
+    if isinstance(parameters, Mapping):
+        values = [_nested(value) for value in parameters.values()]
+        return namedtuple("Parameters", parameters)(*values) if values else ()
+    return parameters
+
+
+def _as_memory(name: str, memory, log: Mapping):
+    if isinstance(memory, int):
+        memory = (0.0,) * memory
+    if log and not isinstance(memory, Mapping):
+        if memory:
+            raise ValueError(
+                f"{name}: memory must be given by names for a log; received cells without names"
+            )
+        memory = {}
+    if isinstance(memory, Mapping):
+        added = {key: 0.0 for key in log if key not in memory}
+        return {key: _nested(value) for key, value in {**memory, **added}.items()}
+    return tuple(float(cell) for cell in memory)

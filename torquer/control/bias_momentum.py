@@ -1,0 +1,114 @@
+"""Momentum-biased satellite: one law for a pitch wheel and the coils.
+
+The wheel's momentum along the orbit normal stiffens roll and yaw; the pitch angle is held by the
+wheel's torque. The coils damp the nutation by the field's change along the pitch axis and bring
+the wheel's momentum back to its bias. All three share one memory: the last magnetometer reading
+and the integral of the pitch angle.
+"""
+
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from torquer.control.law import Law
+from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
+from torquer.control.spin_axis import unit_vector
+from torquer.engine import kernel
+from torquer.geometry.vec3 import add_scaled, cross, dot, put_vector, scale, sub, vector_of
+from torquer.interface import Command
+
+
+class BiasMomentumParameters(NamedTuple):
+    """Pitch axis in the body, wanted attitude to the orbital frame, bias h_0 [N m s], gains.
+
+    `stiffness` [N m], `damping` [N m s], `integral` [N m/s] of the pitch loop; `nutation`
+    [A m^2 s/T]; `unloading` [1/s].
+    """
+
+    axis: tuple
+    q_wanted: tuple
+    bias: float
+    stiffness: float
+    damping: float
+    integral: float
+    nutation: float
+    unloading: float
+
+
+@kernel
+def bias_momentum(inputs, parameters, memory):
+    """Wheel torque on pitch, dipole for nutation and for the wheel's momentum.
+
+    T = -(s a + d a' + i int a dt) e along the pitch axis e, a the pitch angle;
+    m = -n (dB/dt . e) e - u (h - h_0) (B x e)/|B x e|^2, whose second part makes the torque
+    -u (h - h_0) about e. Where B lies along e it is left out.
+    """
+    p, b, axis = parameters, inputs.b_body_t, parameters.axis
+    q_reference, turning = reference_motion(inputs, 1.0)
+    error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
+    pitch = 2.0 * dot(short_way(error), axis)
+    excess = dot(inputs.wheel_momentum_body_n_m_s, axis) - p.bias
+    dipole = (0.0, 0.0, 0.0)
+    if memory.has_reading == 1.0 and inputs.t_s > memory.t_s:
+        interval_s = inputs.t_s - memory.t_s
+        change = dot(sub(b, vector_of(memory.b_body_t)), axis)
+        dipole = scale(-p.nutation * change / interval_s, axis)
+        memory.pitch_integral_rad_s += pitch * interval_s
+    memory.has_reading, memory.t_s = 1.0, inputs.t_s
+    put_vector(memory.b_body_t, b)
+    memory.pitch_rad, memory.momentum_error_n_m_s = pitch, excess
+    across = cross(b, axis)
+    square = dot(across, across)
+    if square > 0.0:
+        dipole = add_scaled(dipole, -p.unloading * excess / square, across)
+    torque = p.stiffness * pitch + p.damping * dot(omega, axis)
+    torque += p.integral * memory.pitch_integral_rad_s
+    return Command(dipole, scale(-torque, axis))
+
+
+class BiasMomentum(HeldAttitude):
+    """Momentum-biased satellite: pitch by a wheel, roll and yaw by its momentum and the coils.
+
+    `pitch_axis`: axis of the wheel in the body, along the orbit normal in the wanted attitude
+    (`euler_deg` to the orbital frame). `bias_momentum_n_m_s`: momentum of the wheel along it.
+    `pitch_inertia_kg_m2`, `bandwidth_rad_s`, `damping_ratio`: of the pitch loop;
+    `integral_time_s`: of its integral (left out: none). `nutation_gain_a_m2_s_per_t`: of the
+    damping by the coil along the pitch axis; `unloading_gain_per_s`: rate at which the coils bring
+    the wheel's momentum back to the bias.
+    """
+
+    kind: Literal["bias_momentum"] = "bias_momentum"
+    reference: Literal["orbital"] = "orbital"
+    pitch_axis: unit_vector("pitch_axis") = (0.0, 1.0, 0.0)
+    bias_momentum_n_m_s: float
+    pitch_inertia_kg_m2: float = Field(gt=0.0)
+    bandwidth_rad_s: float = Field(gt=0.0)
+    damping_ratio: float = Field(default=1.0, gt=0.0)
+    integral_time_s: float | None = Field(default=None, gt=0.0)
+    nutation_gain_a_m2_s_per_t: float = Field(ge=0.0)
+    unloading_gain_per_s: float = Field(ge=0.0)
+
+    def law(self) -> Law:
+        """The law with these gains."""
+        stiffness = self.pitch_inertia_kg_m2 * self.bandwidth_rad_s**2
+        time_s = self.integral_time_s
+        parameters = BiasMomentumParameters(
+            axis=self.pitch_axis,
+            q_wanted=self.q_wanted(),
+            bias=self.bias_momentum_n_m_s,
+            stiffness=stiffness,
+            damping=2.0 * self.damping_ratio * self.pitch_inertia_kg_m2 * self.bandwidth_rad_s,
+            integral=0.0 if time_s is None else stiffness / time_s,
+            nutation=self.nutation_gain_a_m2_s_per_t,
+            unloading=self.unloading_gain_per_s,
+        )
+        return Law(
+            self.kind,
+            bias_momentum,
+            parameters,
+            {"has_reading": 0.0, "t_s": 0.0, "b_body_t": (0.0,) * 3, "pitch_integral_rad_s": 0.0},
+            log={"pitch_rad": "rad", "momentum_error_n_m_s": "N m s"},
+            needs=self.needs,
+            spec=self,
+            answers="command",
+        )

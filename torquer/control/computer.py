@@ -1,0 +1,144 @@
+"""The on-board computer: estimator, modes, laws. What it knows goes in, a command comes out.
+
+Estimators and laws are called by their addresses, built-in and the user's alike; their parameters
+and memory are slices of two arrays.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.block import Block
+from torquer.control.law import LAW_SIGNATURE, Law
+from torquer.engine import COMPILED, caller, inlined, kernel
+from torquer.estimation.estimator import ESTIMATE, Estimator
+from torquer.geometry.vec3 import add_scaled
+from torquer.interface import Command, nothing_known, put_estimate
+
+#: In place of an estimator's number: attitude sensor and gyro as they read; nothing known.
+SENSOR_READINGS, NO_ESTIMATOR = -1, -2
+#: A block: its function's number, first and last place of its parameters and of its memory.
+BLOCK = np.dtype([(name, np.int64) for name in ("function", "p0", "p1", "m0", "m1")])
+
+
+class Computer(NamedTuple):
+    """What stays the same: functions and blocks of laws and estimators, the first estimator.
+
+    `laws`, `estimators`: addresses of the functions.
+    """
+
+    laws: np.ndarray
+    estimators: np.ndarray
+    law_blocks: np.ndarray
+    estimator_blocks: np.ndarray
+    estimator: int
+
+
+class Board(NamedTuple):
+    """What changes on board: what is known, parameters and memory of all blocks."""
+
+    known: np.ndarray
+    parameters: np.ndarray
+    memory: np.ndarray
+
+
+call_law = caller(LAW_SIGNATURE)
+call_estimator = caller(ESTIMATE.in_loop)
+
+
+@inlined
+def parameters_of(block, board):
+    """Parameters of a block, as cells."""
+    return board.parameters[block.p0 : block.p1]
+
+
+@inlined
+def memory_of(block, board):
+    """Memory of a block, as cells."""
+    return board.memory[block.m0 : block.m1]
+
+
+@kernel
+def estimate_step(computer, board):
+    """Let the estimator work."""
+    block = computer.estimator_blocks[computer.estimator]
+    function, parameters = computer.estimators[block.function], parameters_of(block, board)
+    estimate = call_estimator(function, board.known, parameters, memory_of(block, board))
+    put_estimate(board.known[0], estimate)
+
+
+@inlined
+def take_readings(known):
+    """The estimate is what attitude sensor and gyro read."""
+    known.estimate_s = known.q_s
+    known.estimate_q_x, known.estimate_q_y = known.q_x, known.q_y
+    known.estimate_q_z, known.estimate_q_w = known.q_z, known.q_w
+    known.estimate_omega_x, known.estimate_omega_y = known.omega_x, known.omega_y
+    known.estimate_omega_z = known.omega_z
+
+
+@inlined
+def control_step(computer, board):
+    """The command for what the computer knows: those of the laws, added."""
+    if computer.estimator == SENSOR_READINGS:
+        take_readings(board.known[0])
+    elif computer.estimator >= 0:
+        estimate_step(computer, board)
+    dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for k in range(computer.law_blocks.shape[0]):
+        block = computer.law_blocks[k]
+        function, parameters = computer.laws[block.function], parameters_of(block, board)
+        command = call_law(function, board.known, parameters, memory_of(block, board))
+        dipole = add_scaled(dipole, 1.0, command.dipole_a_m2)
+        torque = add_scaled(torque, 1.0, command.torque_n_m)
+    return Command(dipole, torque)
+
+
+class Blocks(NamedTuple):
+    """Laws and estimators of a run, by name."""
+
+    laws: dict[str, Law]
+    estimators: dict[str, Estimator]
+
+    def all(self) -> list[Block]:
+        """Laws, then estimators: the order of their parameters and memory."""
+        return [*self.laws.values(), *self.estimators.values()]
+
+    def by_key(self) -> dict[str, Block]:
+        """The same by their keys."""
+        return self.laws | self.estimators
+
+    @property
+    def compiled(self) -> bool:
+        """Whether the loop can call all of them."""
+        return all(block.compiled for block in self.all())
+
+
+def computer_of(blocks: Blocks, estimator: int) -> Computer:
+    """The computer for the loop; blocks in plain Python are left to a host."""
+    laws, law_numbers = _functions(blocks.laws.values())
+    estimators, numbers = _functions(blocks.estimators.values())
+    p = np.cumsum([0, *(len(block.pack()) for block in blocks.all())])
+    m = np.cumsum([0, *(len(block.first_memory()) for block in blocks.all())])
+    rows = np.zeros(len(blocks.all()), BLOCK)
+    rows["p0"], rows["p1"], rows["m0"], rows["m1"] = p[:-1], p[1:], m[:-1], m[1:]
+    rows["function"] = [*law_numbers, *numbers]
+    split = len(blocks.laws)
+    return Computer(laws, estimators, rows[:split].copy(), rows[split:].copy(), estimator)
+
+
+def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
+    """Addresses of the different functions of blocks; the number of each block's."""
+    compiled = [block.in_loop() for block in blocks if block.compiled]
+    different = list(dict.fromkeys(compiled))
+    numbers = [different.index(block.in_loop()) if block.compiled else 0 for block in blocks]
+    if not COMPILED:
+        return tuple(different), numbers
+    return np.array([function.address for function in different], dtype=np.int64), numbers
+
+
+def first_board(blocks: Blocks) -> Board:
+    """Parameters and memory at the start."""
+    parameters = [block.pack() for block in blocks.all()]
+    memory = [block.first_memory() for block in blocks.all()]
+    return Board(nothing_known(), np.concatenate([*parameters, []]), np.concatenate([*memory, []]))

@@ -1,0 +1,17 @@
+"""Estimators, one file each; adding one is one file and its line in `ESTIMATORS`."""
+
+from typing import Annotated, Union
+
+from pydantic import Field
+
+from torquer.estimation.estimator import Estimator as Estimator
+from torquer.estimation.rate_from_field import RateFromField
+from torquer.estimation.sensors import NoEstimator, SensorReadings
+
+ESTIMATORS = {
+    "attitude_sensor": SensorReadings,
+    "none": NoEstimator,
+    "rate_from_field": RateFromField,
+}
+
+AnyEstimator = Annotated[Union[tuple(ESTIMATORS.values())], Field(discriminator="kind")]  # noqa: UP007

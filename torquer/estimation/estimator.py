@@ -1,0 +1,57 @@
+"""Estimators as plug-ins: what the computer believes of attitude and rate.
+
+An estimator is a function `(inputs, parameters, memory)` that returns a `torquer.Estimate`; its
+inputs hold the previous estimate. Parameters and memory as those of a law.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numba
+
+from torquer.adapter import Kind
+from torquer.block import Block
+from torquer.engine import inlined
+from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+
+
+@inlined
+def _numbers(v):
+    return (float(v[0]), float(v[1]), float(v[2]))
+
+
+@inlined
+def as_estimate(e):
+    """What an estimator returned."""
+    q = e.q_body_to_inertial
+    return Estimate(
+        float(e.t_s),
+        (float(q[0]), float(q[1]), float(q[2]), float(q[3])),
+        _numbers(e.omega_body_rad_s),
+        _numbers(e.gyro_bias_rad_s),
+        float(e.sigma_rad),
+        float(e.sigma_rad_s),
+    )
+
+
+@inlined
+def no_estimate():
+    """The answer of an estimator that raised an error."""
+    nothing = (math.nan, math.nan, math.nan)
+    q = (math.nan, math.nan, math.nan, math.nan)
+    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan)
+
+
+ESTIMATE = Kind(
+    "estimator", "torquer.Estimate", numba.typeof(UNKNOWN_ESTIMATE), as_estimate, no_estimate
+)
+
+
+@dataclass(frozen=True)
+class Estimator(Block):
+    """An estimator ready to fly; see `Block`."""
+
+    @property
+    def kind(self) -> Kind:
+        """It must return an estimate."""
+        return ESTIMATE

@@ -1,0 +1,19 @@
+"""The trivial estimators: attitude sensor and gyro as they read, and none at all."""
+
+from typing import ClassVar, Literal
+
+from torquer.spec import Spec
+
+
+class SensorReadings(Spec):
+    """The estimate is what attitude sensor and gyro read."""
+
+    kind: Literal["attitude_sensor"] = "attitude_sensor"
+    gives: ClassVar = frozenset({"attitude", "rate"})
+
+
+class NoEstimator(Spec):
+    """Attitude and rate are not known; laws may use sensors' readings only."""
+
+    kind: Literal["none"] = "none"
+    gives: ClassVar = frozenset()

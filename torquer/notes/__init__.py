@@ -1,0 +1,1 @@
+"""What a scenario's author should know before the run: not errors, but likely surprises."""

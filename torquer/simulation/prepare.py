@@ -1,0 +1,232 @@
+"""From a scenario to what the loop takes: plan, integrator, state, record."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from torquer.block import Block
+from torquer.control import LAWS
+from torquer.control.allocation import NO_ALLOCATION_STATE, allocation_of, first_allocation
+from torquer.control.computer import (
+    NO_ESTIMATOR,
+    SENSOR_READINGS,
+    Blocks,
+    computer_of,
+    first_board,
+)
+from torquer.control.law import Law, as_law
+from torquer.control.user import spec_of
+from torquer.integrate.dop853 import workspace
+from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
+from torquer.interface import KNOWN
+from torquer.scenario.control import whole_steps
+from torquer.scenario.spec import Scenario, check_fits
+from torquer.simulation.advance import Dop853, Rk4, Splitting
+from torquer.simulation.state import (
+    CELLS,
+    LATE,
+    ROW,
+    Plan,
+    Plant,
+    Record,
+    State,
+    put_goal,
+)
+from torquer.simulation.timetable import (
+    ATTITUDE_SENSOR,
+    GYRO,
+    MAGNETOMETER,
+    SEARCH_COIL,
+    SENSORS,
+    SUN_SENSORS,
+    TACHOMETERS,
+    Sampling,
+    Timetable,
+    timetable_of,
+)
+from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.spacecraft.rotors import ROTOR_STATE
+from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
+
+
+def with_given(
+    scenario: Scenario, law: Law | Callable | None, laws: Mapping[str, Law | Callable] | None
+) -> tuple[Scenario, dict[str, Law]]:
+    """The scenario that is flown with laws given in Python, and those laws by key.
+
+    `law` takes the place of all the scenario's laws, those in `laws` of the ones of their names.
+    """
+    control, given = scenario.control, {}
+    if law is not None:
+        given = {"law": as_law(law, "law")}
+        changed = {"law": _spec(given["law"]), "laws": {}}
+    elif laws:
+        given = {f"laws.{name}": as_law(each, f"laws.{name}") for name, each in laws.items()}
+        own = {name: _spec(given[f"laws.{name}"]) for name in laws}
+        changed = {"law": None, "laws": control.laws | own}
+    else:
+        return scenario, {}
+    return scenario.model_copy(update={"control": control.model_copy(update=changed)}), given
+
+
+def _spec(law: Law):
+    law.pack()
+    return spec_of(law, LAWS)
+
+
+def blocks_of(scenario: Scenario, given: Mapping[str, Law] = {}) -> Blocks:
+    """Laws and estimators of a scenario; ValueError if the satellite lacks what they need."""
+    laws = {key: given.get(key) or spec.law() for key, spec in scenario.control.specs().items()}
+    for key, law in laws.items():
+        if law.name != "off":
+            check_fits(key, law, scenario)
+    estimator = scenario.control.estimator
+    own = hasattr(estimator, "estimator")
+    return Blocks(laws, {"estimator": estimator.estimator()} if own else {})
+
+
+def needs_of(blocks: Blocks) -> frozenset[str]:
+    """What all blocks need."""
+    return frozenset().union(*(block.needs for block in blocks.all()))
+
+
+def integrator_of(scenario: Scenario) -> Rk4 | Splitting | Dop853:
+    """The integrator; its type chooses the code of the loop."""
+    simulation = scenario.simulation
+    if simulation.integrator == "splitting":
+        return Splitting(*scenario.spacecraft.body.pack_principal())
+    if simulation.integrator == "dop853":
+        return Dop853(simulation.tolerance, workspace(7))
+    return Rk4(MOST_NUTATION, MOST_TURN)
+
+
+def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
+    """When the sensors that are needed are read and the computer controls."""
+    craft, control, step_s = scenario.spacecraft, scenario.control, scenario.simulation.step_s
+    specs = {
+        MAGNETOMETER: craft.magnetometer,
+        GYRO: craft.gyro,
+        SUN_SENSORS: craft.sun_sensors,
+        ATTITUDE_SENSOR: craft.attitude_sensor,
+    }
+    read = {sensor: _sampling(sensor, spec, step_s) for sensor, spec in specs.items()}
+    if craft.sun_sensors is None and "sun" not in needs:
+        del read[SUN_SENSORS]
+    if "search_coil" in needs:
+        read[SEARCH_COIL] = Sampling()
+    if craft.wheels is not None:
+        read[TACHOMETERS] = Sampling()
+    return timetable_of(
+        whole_steps("cycle", control.cycle_s, step_s),
+        round(control.measure_s / step_s),
+        whole_steps("sample_s", control.sample_s, step_s),
+        read,
+    )
+
+
+def _sampling(sensor: int, spec, step_s: float) -> Sampling:
+    if spec is None or spec.sample_s is None:
+        return Sampling()
+    key = f"spacecraft.{SENSORS[sensor]}"
+    interval = whole_steps(f"{key}.sample_s", spec.sample_s, step_s)
+    delay = whole_steps(f"{key}.delay_s", spec.delay_s, step_s) if spec.delay_s else 0
+    return Sampling(interval, delay)
+
+
+def plan_of(scenario: Scenario, blocks: Blocks) -> Plan:
+    """Constants of a run for the kernels."""
+    simulation, step_s, needs = scenario.simulation, scenario.simulation.step_s, needs_of(blocks)
+    wheels, allocation = scenario.spacecraft.wheels, ()
+    if wheels is not None:
+        driven = any(law.drives_wheels for law in blocks.laws.values())
+        allocation = allocation_of(wheels, step_s, driven)
+    return Plan(
+        plant=plant_of(scenario, needs),
+        timetable=timetable_for(scenario, needs),
+        computer=computer_of(blocks, _estimator(scenario)),
+        allocation=allocation,
+        needs_ephemeris="ephemeris" in needs,
+        hosted=not blocks.compiled,
+        step_s=step_s,
+        record_steps=whole_steps("record_s", simulation.record_s, step_s),
+        log_cells=np.array([cell for _, _, _, cells in log_of(blocks) for cell in cells], np.int64),
+    )
+
+
+def _estimator(scenario: Scenario) -> int:
+    return {"attitude_sensor": SENSOR_READINGS, "none": NO_ESTIMATOR}.get(
+        scenario.control.estimator.kind, 0
+    )
+
+
+def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
+    """Constants of the satellite for the kernels."""
+    craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
+    tensor = wheels.rotor_tensor_kg_m2() if wheels else None
+    return Plant(
+        rigid=craft.body.pack(craft.aerodynamics, tensor),
+        coils=craft.coils.pack() if craft.coils else NO_COILS,
+        rotors=wheels.pack(scenario.simulation.step_s) if wheels else (),
+        magnetometer=craft.magnetometer.pack(),
+        gyro=craft.gyro.pack(),
+        sun_sensors=_sun_sensors(scenario, needs),
+        attitude_sensor=craft.attitude_sensor.pack(),
+        tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
+        shadow=scenario.surroundings().shadow,
+        gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
+        disturbance=scenario.disturbance_torque(),
+    )
+
+
+def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:
+    """The Sun sensors; an ideal one where they are left out and a law wants to know the Sun."""
+    if scenario.spacecraft.sun_sensors:
+        return scenario.spacecraft.sun_sensors.pack()
+    return IDEAL_SUN_SENSOR if "sun" in needs else NO_SUN_SENSORS
+
+
+def log_of(blocks: Blocks) -> list[tuple[str, Block, str, range]]:
+    """What is logged: name in the result, block, unit, cells of the board's memory."""
+    found, first = [], 0
+    for key, block in blocks.by_key().items():
+        for name, (at, count, unit) in block.logged().items():
+            cells = range(first + at, first + at + count)
+            found.append((f"{key}.{name}", block, unit, cells))
+        first += len(block.first_memory())
+    return found
+
+
+def first_state(scenario: Scenario, plan: Plan, blocks: Blocks, r_m, v_m_s) -> State:
+    """State at the start."""
+    cells = np.zeros(1, CELLS)
+    motion = scenario.initial.motion(r_m, v_m_s)
+    cells.view(np.float64)[:7] = motion
+    coils = np.zeros(len(plan.plant.coils.rows), COIL_STATE)
+    put_goal(cells, goal_of(plan.plant.coils, coils))
+    rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
+    if plan.allocation:
+        rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
+        allocation = first_allocation(plan.allocation)
+    return State(
+        at=np.zeros(2, dtype=np.int64),
+        cells=cells,
+        late=np.zeros(len(SENSORS), LATE),
+        coils=coils,
+        rotors=rotors,
+        allocation=allocation,
+        board=first_board(blocks),
+    )
+
+
+def empty_record(plan: Plan, rows: int) -> Record:
+    """A record of so many rows."""
+    wheels = 2 * len(plan.plant.rotors.rows) if plan.plant.rotors else 0
+    estimates = rows if plan.computer.estimator >= 0 else 0
+    record = Record(
+        np.zeros(rows, ROW),
+        np.full((rows, wheels), np.nan),
+        np.full((rows, len(plan.log_cells)), np.nan),
+        np.full(estimates, np.nan, KNOWN),
+    )
+    record.rows.view(np.float64)[:] = np.nan
+    return record

@@ -1,0 +1,156 @@
+"""What stays the same during a run, what changes, and what is kept of it: named records."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.allocation import Allocation, AllocationState
+from torquer.control.computer import Board, Computer
+from torquer.engine import inlined
+from torquer.environment.sun import Shadow
+from torquer.environment.table import Table
+from torquer.geometry.motion import Motion
+from torquer.simulation.timetable import Timetable
+from torquer.spacecraft.attitude_sensor import AttitudeSensorSet
+from torquer.spacecraft.body import Rigid
+from torquer.spacecraft.coils import CoilSet
+from torquer.spacecraft.disturbance import DisturbanceTorque
+from torquer.spacecraft.gyro import GyroSet
+from torquer.spacecraft.magnetometer import MagnetometerSet
+from torquer.spacecraft.rotors import Rotors
+from torquer.spacecraft.sun_sensor import SunSensorSet
+
+
+class Tables(NamedTuple):
+    """The tabulated environment.
+
+    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun;
+    `air`: the flow [sqrt(Pa)], () where the air does not count.
+    """
+
+    orbit: Table
+    sun: Table
+    air: Table | tuple
+
+
+class Plant(NamedTuple):
+    """The satellite: body, actuators, sensors with their errors, what disturbs it.
+
+    `rotors`: () for a satellite without wheels, `disturbance` () for one that nothing disturbs.
+    `gravity`: 1, or 0 without gravity gradient.
+    """
+
+    rigid: Rigid
+    coils: CoilSet
+    rotors: Rotors | tuple
+    magnetometer: MagnetometerSet
+    gyro: GyroSet
+    sun_sensors: SunSensorSet
+    attitude_sensor: AttitudeSensorSet
+    tachometer_noise_rad_s: float
+    shadow: Shadow
+    gravity: float
+    disturbance: DisturbanceTorque | tuple
+
+
+class Plan(NamedTuple):
+    """All that stays the same during a run.
+
+    `hosted`: the loop stops at every control step for a command from outside. `log_cells`: cells
+    of the memory that are recorded.
+    """
+
+    plant: Plant
+    timetable: Timetable
+    computer: Computer
+    allocation: Allocation | tuple
+    needs_ephemeris: bool
+    hosted: bool
+    step_s: float
+    record_steps: int
+    log_cells: np.ndarray
+
+
+def _record(*names: str) -> np.dtype:
+    return np.dtype([(name, np.float64) for name in names])
+
+
+def _xyz(*names: str) -> list[str]:
+    return [f"{name}_{c}" for name in names for c in "xyz"]
+
+
+#: A late reading: when it was taken, and up to four numbers.
+LATE = _record("t_s", "x", "y", "z", "w")
+#: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
+#: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
+#: the rotation; what the coils go to (`Goal`).
+CELLS = _record(
+    *("q_x", "q_y", "q_z", "q_w"),
+    *_xyz("omega", "dipole", "torque", "drift"),
+    *("drift_s", "coil_energy_j", "peak_dipole_a_m2", "damping", "lag"),
+    *_xyz("goal"),
+    *("goal_power_w", "goal_greatest_a_m2"),
+)
+#: What is kept of an instant: attitude, rate, dipole, last readings, last command.
+ROW = _record(
+    *("step", "q_x", "q_y", "q_z", "q_w"),
+    *_xyz("omega", "dipole", "b_measured", "omega_measured", "sun_measured", "command", "torque"),
+)
+
+
+class State(NamedTuple):
+    """All that changes: a few arrays, so that a run can be stored and resumed exactly.
+
+    `at`: steps done, and 1 while a host is to answer; `cells`: one record; `late`: readings on
+    their way to the computer, of each sensor; `coils`, `rotors`: state of each.
+    """
+
+    at: np.ndarray
+    cells: np.ndarray
+    late: np.ndarray
+    coils: np.ndarray
+    rotors: np.ndarray
+    allocation: AllocationState
+    board: Board
+
+
+class Record(NamedTuple):
+    """What is kept: a row of each array for each recorded instant.
+
+    `rows`: `ROW`; `wheels`: momentum and motor torque of each; `log`: what the laws log.
+    """
+
+    rows: np.ndarray
+    wheels: np.ndarray
+    log: np.ndarray
+    estimate: np.ndarray
+
+
+@inlined
+def motion_of(cells):
+    """Motion held in the state."""
+    c = cells[0]
+    return Motion((c.q_x, c.q_y, c.q_z, c.q_w), (c.omega_x, c.omega_y, c.omega_z))
+
+
+@inlined
+def put_motion(cells, x):
+    """Write the motion into the state."""
+    c = cells[0]
+    c.q_x, c.q_y, c.q_z, c.q_w = x.q
+    c.omega_x, c.omega_y, c.omega_z = x.omega
+
+
+@inlined
+def goal_dipole(cells):
+    """The dipole [A m^2, body] that the coils go to."""
+    c = cells[0]
+    return (c.goal_x, c.goal_y, c.goal_z)
+
+
+@inlined
+def put_goal(cells, goal):
+    """Write what the coils go to into the state."""
+    c = cells[0]
+    c.goal_x, c.goal_y, c.goal_z = goal.dipole_a_m2
+    c.goal_power_w, c.goal_greatest_a_m2 = goal.power_w, goal.greatest_a_m2

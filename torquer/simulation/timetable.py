@@ -1,0 +1,114 @@
+"""The timetable of the on-board computer: when which sensor is read, when it controls.
+
+A control cycle is a window of measurement (coils off) followed by a window of actuation; a
+measurement window of no length gives plain sample-and-hold control. The laws are called at every
+sampling instant of the measurement window and at its end; the coils follow their latest answer. A
+sensor without a rate of its own is read at every one of these instants. The whole repeats after
+the least common multiple of the cycle and the sensors' intervals. All times are whole numbers of
+steps, so a run can stop at any step and go on bit for bit.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.engine import kernel
+
+#: Sensors, in the order of their readings.
+SENSORS = ("magnetometer", "search_coil", "gyro", "sun_sensors", "attitude_sensor", "tachometers")
+MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
+#: Actions, in the order in which they are done: late readings arrive, coils off, sensors are read,
+#: the computer controls, coils on. A sensor has the bit of the first one shifted by its number.
+DELIVER, READ, COILS_OFF, CONTROL, COILS_ON = 1, 1 << 6, 1 << 12, 1 << 13, 1 << 14
+#: All readings; all deliveries.
+ANY_DELIVERY, ANY_READING = 0b111111 * DELIVER, 0b111111 * READ
+#: Rows that a timetable may have.
+_MOST_ROWS = 100_000
+#: A row: step within the cycle, bits of its actions, steps to the next row that controls.
+ROW = np.dtype([("step", np.int64), ("actions", np.int64), ("hold_steps", np.int64)])
+
+
+class Timetable(NamedTuple):
+    """Rows sorted by their step; they repeat every `cycle_steps`.
+
+    `late`: bits of the sensors whose readings arrive late.
+    """
+
+    cycle_steps: int
+    rows: np.ndarray
+    late: int
+
+
+class Sampling(NamedTuple):
+    """A sensor's interval and delay in steps; interval 0: read at every control step."""
+
+    interval: int = 0
+    delay: int = 0
+
+
+@kernel
+def row_from(timetable, step):
+    """(Number of the first row due at or after a step, first step of its cycle)."""
+    phase = step % timetable.cycle_steps
+    number, cycle = 0, step - phase
+    while number < timetable.rows.shape[0] and timetable.rows[number].step < phase:
+        number += 1
+    if number == timetable.rows.shape[0]:
+        return 0, cycle + timetable.cycle_steps
+    return number, cycle
+
+
+def next_row(timetable: Timetable, step: int) -> tuple[int, int]:
+    """(Step of the first row at or after a step, bits of its actions)."""
+    number, cycle = row_from(timetable, step)
+    row = timetable.rows[number]
+    return int(cycle + row["step"]), int(row["actions"])
+
+
+def timetable_of(
+    cycle_steps: int, measure_steps: int, sample_steps: int, read: dict[int, Sampling]
+) -> Timetable:
+    """The timetable of a control cycle and of the sensors that are read, by their numbers."""
+    control = [*range(0, measure_steps, sample_steps), measure_steps]
+    own = {sensor: s for sensor, s in read.items() if s.interval}
+    whole = math.lcm(cycle_steps, *(s.interval for s in own.values()))
+    if (
+        sum(whole // s.interval for s in own.values()) + len(control) * (whole // cycle_steps)
+        > _MOST_ROWS
+    ):
+        named = ", ".join(f"{SENSORS[sensor]}.sample_s" for sensor in own)
+        raise ValueError(
+            f"{named}: must have a common multiple with the control cycle that comes soon; "
+            f"received one after {whole} steps"
+        )
+    rows: dict[int, int] = {}
+
+    def add(step: int, action: int) -> None:
+        rows[step % whole] = rows.get(step % whole, 0) | action
+
+    for begin in range(0, whole, cycle_steps):
+        if measure_steps > 0:
+            add(begin, COILS_OFF)
+        for step in control:
+            add(begin + step, CONTROL)
+            for sensor in read.keys() - own.keys():
+                add(begin + step, READ << sensor)
+        add(begin + measure_steps, COILS_ON)
+    for sensor, sampling in own.items():
+        for step in range(0, whole, sampling.interval):
+            add(step, READ << sensor)
+            if sampling.delay:
+                add(step + sampling.delay, DELIVER << sensor)
+    late = sum(READ << sensor for sensor, s in own.items() if s.delay)
+    return Timetable(whole, _sorted(rows, whole), late)
+
+
+def _sorted(rows: dict[int, int], whole: int) -> np.ndarray:
+    table = np.zeros(len(rows), ROW)
+    table["step"] = sorted(rows)
+    table["actions"] = [rows[step] for step in table["step"]]
+    controls = np.flatnonzero(table["actions"] & CONTROL)
+    for this, following in zip(controls, np.roll(controls, -1), strict=True):
+        table["hold_steps"][this] = (table["step"][following] - table["step"][this] - 1) % whole + 1
+    return table
