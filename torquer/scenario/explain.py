@@ -113,7 +113,7 @@ def name_of(keys: tuple) -> str:
         if isinstance(key, int):
             shown += f"[{key}]"
         else:
-            shown += f".{key}" if re.fullmatch(r"[\w-]+", key) else f".{key!r}"
+            shown += f".{key}" if re.fullmatch(r"[\w-]+(\[\d+\])*", key) else f".{key!r}"
     return shown.removeprefix(".") or "scenario"
 
 
