@@ -1,0 +1,119 @@
+"""Signals: their values and units, and when they are unknown."""
+
+import math
+
+import numpy as np
+import pytest
+from flown_modes import Flown, Z, reading, spinning
+
+from torquer.control.modes.signals import NUMBER_OF, SIGNALS, UNITS, signal_value
+from torquer.geometry.quaternion import rotate_inverse
+from torquer.interface import UNKNOWN_ESTIMATE, ReadingTimes
+
+J = ((1.0, 0.1, 0.0), (0.1, 1.2, -0.05), (0.0, -0.05, 1.5))
+AXIS, TARGET = (0.0, 0.6, 0.8), (2.0, -1.0, 2.0)
+OMEGA, Q, SUN = (0.01, -0.02, 0.05), (0.5, -0.5, 0.1, math.sqrt(0.49)), (0.36, 0.48, 0.8)
+STATES = {"a": {"transitions": [{"to": "b", "at_most_s": 5.0}]}, "b": {}}
+
+
+def value(name, inputs, index=0, flown=None, **keys):
+    """A signal in its own unit."""
+    flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J, **keys},
+                           states=STATES)  # fmt: skip
+    found = signal_value(NUMBER_OF[name], flown.table, flown.state, inputs, index)
+    return found / UNITS[SIGNALS[name].unit]
+
+
+def degrees(a, b):
+    a, b = np.array(a), np.array(b)
+    return math.degrees(math.acos(a @ b / np.linalg.norm(a) / np.linalg.norm(b)))
+
+
+MOMENTUM = np.array(J) @ OMEGA
+TARGET_BODY = rotate_inverse(Q, TARGET)
+READ = ReadingTimes(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+SEEN = reading(
+    10.0, sun=SUN, lit=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4), read_at=READ,
+    omega_body_rad_s=OMEGA, q_body_to_inertial=Q, sigma_rad=math.radians(0.3),
+)  # fmt: skip
+EXPECTED = {
+    "rate_deg_s": math.degrees(math.hypot(*OMEGA)),
+    "spin_deg_s": math.degrees(np.dot(AXIS, OMEGA)),
+    "nutation_deg": min(degrees(AXIS, MOMENTUM), 180.0 - degrees(AXIS, MOMENTUM)),
+    "axis_to_target_deg": degrees(AXIS, TARGET_BODY),
+    "momentum_to_target_deg": degrees(MOMENTUM, TARGET_BODY),
+    "axis_to_sun_deg": degrees(AXIS, SUN),
+    "sun_in_view": 1.0,
+    "lit": 0.25,
+    "field_nt": 5e4,
+    "wheel_momentum_n_m_s": 0.5,
+    "estimate_age_s": 10.0,
+    "estimate_sigma_deg": 0.3,
+    "reading_age_s": 9.0,
+    "time_s": 10.0,
+    "time_in_state_s": math.inf,
+    "entries": 0.0,
+    "in_state": 1.0,
+}
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_a_signal_has_its_value(name):
+    assert value(name, SEEN) == pytest.approx(EXPECTED[name], rel=1e-12)
+
+
+def test_nutation_is_that_of_the_axis_line():
+    """A spin backwards about the axis has none either."""
+    for sign in (1.0, -1.0):
+        inputs = reading(omega_body_rad_s=[sign * x for x in np.linalg.solve(J, AXIS)])
+        assert value("nutation_deg", inputs) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_small_angles_are_not_lost_in_rounding():
+    off = math.radians(1e-9)
+    inputs = reading(sun=(math.sin(off), 0.0, math.cos(off)))
+    assert value("axis_to_sun_deg", inputs, axis=Z) == pytest.approx(1e-9, rel=1e-9)
+    inputs = reading(sun=(math.sin(off), 0.0, -math.cos(off)))
+    assert 180.0 - value("axis_to_sun_deg", inputs, axis=Z) == pytest.approx(1e-9, rel=1e-4)
+
+
+def test_the_target_may_be_the_sun():
+    assert value("axis_to_target_deg", SEEN, target="sun") == value("axis_to_sun_deg", SEEN)
+    assert math.isnan(value("axis_to_target_deg", reading(**spinning(1.0)), target="sun"))
+
+
+def test_what_cannot_be_told_is_unknown():
+    """Angles without the Sun, at rest, or without an estimate; never a number made up."""
+    blind = reading(**spinning(1.0))._replace(estimate=UNKNOWN_ESTIMATE)
+    unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg lit"
+    for name in (*unknown.split(), "axis_to_sun_deg", "estimate_sigma_deg"):
+        assert math.isnan(value(name, blind)), name
+    resting = reading(omega_body_rad_s=(0.0, 0.0, 0.0))
+    assert math.isnan(value("nutation_deg", resting)) and value("rate_deg_s", resting) == 0.0
+    assert value("sun_in_view", blind) == 0.0
+
+
+def test_before_the_first_reading_and_estimate_their_age_is_infinite():
+    blind = reading(7.0, read_at=ReadingTimes(*[-math.inf] * 6))
+    blind = blind._replace(estimate=UNKNOWN_ESTIMATE)
+    assert value("estimate_age_s", blind) == value("reading_age_s", blind, 3) == math.inf
+
+
+@pytest.mark.parametrize("sensor", range(6))
+def test_every_sensor_has_its_own_age(sensor):
+    assert value("reading_age_s", SEEN, sensor) == 10.0 - READ[sensor]
+
+
+def test_time_in_state_and_entries_count_from_the_entry():
+    flown = Flown(axis=AXIS, target=TARGET, inertia_kg_m2=J, states=STATES)
+    flown.states([reading(t) for t in (1.0, 3.0, 6.0)])
+    assert value("time_in_state_s", reading(8.0), 0, flown) == 2.0
+    assert [value("entries", reading(8.0), i, flown) for i in (0, 1)] == [1.0, 1.0]
+    assert [value("in_state", reading(8.0), i, flown) for i in (0, 1)] == [0.0, 1.0]
+
+
+def test_every_signal_says_what_it_is_and_names_its_unit():
+    endings = {"deg/s": "_deg_s", "deg": "_deg", "s": "_s", "nT": "_nt", "N m s": "_n_m_s"}
+    for name, signal in SIGNALS.items():
+        assert signal.docs and signal.unit in UNITS
+        assert name.endswith(endings.get(signal.unit, ""))

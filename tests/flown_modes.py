@@ -1,0 +1,67 @@
+"""A mode table evaluated reading by reading."""
+
+import numpy as np
+
+from torquer.control.modes.spec import Modes
+from torquer.control.modes.table import switch_modes
+from torquer.interface import UNKNOWN_EPHEMERIS, UNKNOWN_ESTIMATE, Inputs, ReadingTimes
+
+J = (1.0, 1.1, 1.5)
+Z = (0.0, 0.0, 1.0)
+ZERO = (0.0, 0.0, 0.0)
+ESTIMATE = UNKNOWN_ESTIMATE._replace(
+    t_s=0.0, q_body_to_inertial=(0.0, 0.0, 0.0, 1.0), omega_body_rad_s=(0.01, 0.02, 0.05)
+)
+
+
+def reading(t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, **estimate):
+    """Inputs at a time; what is left of the keys belongs to the estimate."""
+    ephemeris = UNKNOWN_EPHEMERIS._replace(lit=float(lit))
+    believed = ESTIMATE._replace(**{k: _floats(v) for k, v in estimate.items()})
+    return Inputs(
+        float(t_s), _floats(b), ZERO, ZERO, _floats(sun), (0.0, 0.0, 0.0, 1.0), _floats(wheels),
+        read_at or ReadingTimes(), believed, ephemeris,
+    )  # fmt: skip
+
+
+def _floats(value):
+    return float(value) if np.isscalar(value) else tuple(map(float, value))
+
+
+def spinning(deg_s):
+    """A rate about the third axis."""
+    return {"omega_body_rad_s": (0.0, 0.0, np.radians(deg_s))}
+
+
+class Flown:
+    """The table of `Modes(**keys)`, with the names of its states."""
+
+    def __init__(self, modes=None, **keys):
+        self.modes = modes or Modes(**keys)
+        self.names = [name for r in self.modes.regions.values() for name in r.states]
+        laws = {
+            law for r in self.modes.regions.values() for s in r.states.values() for law in s.laws
+        }
+        self.table, self.state = self.modes.pack({law: i for i, law in enumerate(sorted(laws))})
+
+    def __call__(self, inputs):
+        """Whether a state was entered."""
+        return bool(switch_modes(self.table, self.state, inputs))
+
+    @property
+    def now(self):
+        """The state of each region, by name."""
+        return [self.names[int(number)] for number in self.state.regions["state"]]
+
+    def states(self, readings):
+        """The first region's state after each reading."""
+        found = []
+        for inputs in readings:
+            self(inputs)
+            found.append(self.now[0])
+        return found
+
+
+def two_states(**transition):
+    """A region of `a`, which a transition leads out of, and `b`."""
+    return {"states": {"a": {"transitions": [{"to": "b", **transition}]}, "b": {"final": True}}}

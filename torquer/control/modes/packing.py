@@ -1,0 +1,147 @@
+"""From the names and units of a mode table to the numbers that kernels take."""
+
+import math
+from collections.abc import Iterable, Mapping
+from itertools import accumulate, pairwise
+
+import numpy as np
+
+from torquer.control.modes import table
+from torquer.control.modes.signals import NUMBER_OF, SENSORS, SIGNALS, UNITS
+from torquer.geometry.vec3 import as_symmetric
+
+#: Rounding of a time must not cost a reading [s].
+_ROUNDING_S = 1e-6
+
+
+def must_be_one_of(key: str, names: Iterable[str], received) -> None:
+    """ValueError that says what there is, unless `received` is among it."""
+    if received not in names:
+        known = ", ".join(names) or "none"
+        raise ValueError(f"{key}: must be one of {known}; received {received!r}")
+
+
+def packed(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
+    """(table, state before the first evaluation) of `modes`, a `torquer.control.modes.spec.Modes`.
+
+    Rows lie in the order of the text: a region's transitions from any state, then those of its
+    states.
+    """
+    states = [(name, key) for name, region in modes.regions.items() for key in region.states]
+    numbers = {pair: number for number, pair in enumerate(states)}
+    groups = {}
+    for name, region in modes.regions.items():
+        groups[name, None] = region.transitions
+        groups |= {(name, key): state.transitions for key, state in region.states.items()}
+    ways = [(pair[0], way) for pair, group in groups.items() for way in group]
+    conditions = [(name, condition) for name, way in ways for condition in way.when]
+    actions = [_actions(modes, *pair, laws, estimators, parameters) for pair in states]
+    ways_of = dict(zip(groups, _spans(groups.values()), strict=True))
+    packed_table = table.ModeTable(
+        np.array(_region_rows(modes, ways_of), table.REGION),
+        np.array(_state_rows(modes, states, ways_of, actions), table.STATE),
+        np.array(_transition_rows(ways, numbers), table.TRANSITION),
+        np.array([_condition_row(modes, *one, numbers) for one in conditions], table.CONDITION),
+        np.array([one for of_state in actions for one in of_state], table.ACTION),
+        **_directions(modes),
+    )
+    initial = [numbers[name, region.initial] for name, region in modes.regions.items()]
+    return packed_table, table.first_state(packed_table, initial)
+
+
+def _spans(groups: Iterable) -> list[tuple[int, int]]:
+    """First place of each group and the one after its last, all groups in a row."""
+    return list(pairwise(accumulate(map(len, groups), initial=0)))
+
+
+def _region_rows(modes, ways_of: dict) -> list[tuple]:
+    spans = _spans(region.states for region in modes.regions.values())
+    return [(*span, *ways_of[name, None]) for name, span in zip(modes.regions, spans, strict=True)]
+
+
+def _state_rows(modes, states: list, ways_of: dict, actions: list) -> list[tuple]:
+    region = {name: number for number, name in enumerate(modes.regions)}
+    spans = zip(states, _spans(actions), strict=True)
+    return [(region[pair[0]], *ways_of[pair], *span) for pair, span in spans]
+
+
+def _transition_rows(ways: list, numbers: dict) -> list[tuple]:
+    spans = _spans(way.when for _, way in ways)
+    return [
+        (numbers[name, way.to], *span, *_times(way))
+        for (name, way), span in zip(ways, spans, strict=True)
+    ]
+
+
+def _times(way) -> tuple[float, float, float]:
+    """`for_s`, `at_least_s`, `at_most_s`."""
+
+    def time(value_s, otherwise_s):
+        return otherwise_s if value_s is None else max(0.0, value_s - _ROUNDING_S)
+
+    at_least_s = math.inf if way.by_time_only else time(way.at_least_s, 0.0)
+    return time(way.for_s, 0.0), at_least_s, time(way.at_most_s, math.inf)
+
+
+def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
+    """`region`: the one whose transition has the condition."""
+    unit = SIGNALS[condition.signal].unit
+    above = condition.above is not None
+    value, back = (
+        (condition.above, condition.back_below)
+        if above
+        else (condition.below, condition.back_above)
+    )
+    sign, early = 1.0 if above else -1.0, _ROUNDING_S if unit == "s" else 0.0
+    until = sign * math.inf if back is None else back * UNITS[unit] - early
+    index = _index(modes, region, condition, numbers)
+    return NUMBER_OF[condition.signal], index, sign, value * UNITS[unit] - early, until
+
+
+def _index(modes, region: str, condition, numbers: dict) -> int:
+    if condition.state is not None:
+        return numbers[modes.region_of("when", condition), condition.state]
+    if condition.sensor is not None:
+        return SENSORS.index(condition.sensor)
+    return [*modes.regions].index(region)
+
+
+def _actions(modes, region: str, name: str, laws, estimators, parameters) -> list[tuple]:
+    """What a state does; every name must be known."""
+    state, key = modes.regions[region].states[name], f"{modes.key_of(region)}states.{name}"
+    found = []
+    for law, factor in state.laws.items():
+        must_be_one_of(f"{key}.laws", laws, law)
+        found.append((table.LAW, laws[law], factor))
+    if state.estimator is not None:
+        must_be_one_of(f"{key}.estimator", estimators, state.estimator)
+        found.append((table.ESTIMATOR, estimators[state.estimator], 0.0))
+    for parameter, value in state.set.items():
+        found += _settings(f"{key}.set", parameter, value, parameters)
+    for kind, switch in ((table.COILS, state.coils), (table.WHEELS, state.wheels)):
+        if switch is not None:
+            found.append((kind, 0, float(switch == "on")))
+    return found
+
+
+def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tuple]:
+    """Actions that set the numbers of one parameter."""
+    of_law = [name for name in parameters if name.startswith(parameter.partition(".")[0] + ".")]
+    must_be_one_of(key, of_law or parameters, parameter)
+    first, count = parameters[parameter]
+    numbers = value if isinstance(value, tuple) else (value,)
+    if len(numbers) != count:
+        raise ValueError(f"{key}: {parameter} must have {count} numbers; received {len(numbers)}")
+    return [(table.SET, first + i, number) for i, number in enumerate(numbers)]
+
+
+def _directions(modes) -> dict:
+    """Axis, target and inertia; zeros for what no signal needs."""
+    zeros = (0.0, 0.0, 0.0)
+    sun, inertia = modes.target == "sun", modes.inertia_kg_m2
+    return {
+        "axis": modes.axis or zeros,
+        "target": zeros if sun or modes.target is None else modes.target,
+        "target_is_sun": float(sun),
+        "inertia_kg_m2": zeros + zeros if inertia is None else as_symmetric(inertia),
+    }

@@ -1,0 +1,231 @@
+"""Signals: the quantities that conditions of a mode table look at.
+
+A signal is a function `(table, state, inputs, index) -> float`, in SI units; not a number where
+it is unknown. `index` is the number of the state, sensor or region that its condition names.
+Adding one: its function, and its line in `SIGNALS`.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numba
+
+from torquer.engine import inlined
+from torquer.geometry.quaternion import rotate_inverse
+from torquer.geometry.vec3 import cross, dot, norm, sym_vec
+from torquer.interface import ReadingTimes
+
+#: SI units in one unit of a signal, as users write it.
+UNITS = {
+    "deg/s": math.pi / 180.0,
+    "deg": math.pi / 180.0,
+    "s": 1.0,
+    "nT": 1e-9,
+    "N m s": 1.0,
+    "yes/no": 1.0,
+    "times": 1.0,
+    "part": 1.0,
+}
+#: Sensors by the names that conditions use, in the order of `ReadingTimes`.
+SENSORS = tuple(name.removesuffix("_s") for name in ReadingTimes._fields)
+
+
+@inlined
+def angle(a, b):
+    """Angle between two vectors [rad]; not a number if one of them is zero or unknown."""
+    sine, cosine = norm(cross(a, b)), dot(a, b)
+    return math.nan if sine == 0.0 and cosine == 0.0 else math.atan2(sine, cosine)
+
+
+@inlined
+def momentum(table, inputs):
+    """J omega in body axes."""
+    return sym_vec(table.inertia_kg_m2, inputs.estimate.omega_body_rad_s)
+
+
+@inlined
+def target_body(table, inputs):
+    """Unit vector to the target in the body; zeros while the target is a Sun out of view."""
+    if table.target_is_sun > 0.0:
+        return inputs.sun_body
+    return rotate_inverse(inputs.estimate.q_body_to_inertial, table.target)
+
+
+@inlined
+def rate(table, state, inputs, index):
+    """Absolute angular rate."""
+    return norm(inputs.estimate.omega_body_rad_s)
+
+
+@inlined
+def spin(table, state, inputs, index):
+    """Rate about the axis."""
+    return dot(table.axis, inputs.estimate.omega_body_rad_s)
+
+
+@inlined
+def nutation(table, state, inputs, index):
+    """Angle between the line of the axis and the momentum: 0 for a spin either way."""
+    off = angle(table.axis, momentum(table, inputs))
+    return min(off, math.pi - off)
+
+
+@inlined
+def axis_to_target(table, state, inputs, index):
+    """Angle between axis and target."""
+    return angle(table.axis, target_body(table, inputs))
+
+
+@inlined
+def momentum_to_target(table, state, inputs, index):
+    """Angle between momentum and target."""
+    return angle(momentum(table, inputs), target_body(table, inputs))
+
+
+@inlined
+def axis_to_sun(table, state, inputs, index):
+    """Angle between axis and Sun, by the Sun sensors."""
+    return angle(table.axis, inputs.sun_body)
+
+
+@inlined
+def sun_in_view(table, state, inputs, index):
+    """1 while a Sun sensor sees the Sun, else 0."""
+    return 1.0 if norm(inputs.sun_body) > 0.0 else 0.0
+
+
+@inlined
+def lit(table, state, inputs, index):
+    """Visible part of the Sun's disc, by the ephemeris."""
+    return inputs.ephemeris.lit
+
+
+@inlined
+def field(table, state, inputs, index):
+    """Magnitude of the field that the magnetometer reads."""
+    return norm(inputs.b_body_t)
+
+
+@inlined
+def wheel_momentum(table, state, inputs, index):
+    """Magnitude of the wheels' momentum."""
+    return norm(inputs.wheel_momentum_body_n_m_s)
+
+
+@inlined
+def estimate_age(table, state, inputs, index):
+    """Time since the estimate was made; infinite before the first."""
+    return inputs.t_s - inputs.estimate.t_s
+
+
+@inlined
+def estimate_sigma(table, state, inputs, index):
+    """Standard deviation of the estimated attitude."""
+    return inputs.estimate.sigma_rad
+
+
+@inlined
+def reading_age(table, state, inputs, index):
+    """Time since a sensor's latest reading was taken; infinite before the first."""
+    read_at = inputs.read_at
+    taken_s = read_at.magnetometer_s
+    taken_s = read_at.search_coil_s if index == 1 else taken_s
+    taken_s = read_at.gyro_s if index == 2 else taken_s
+    taken_s = read_at.sun_sensors_s if index == 3 else taken_s
+    taken_s = read_at.attitude_sensor_s if index == 4 else taken_s
+    taken_s = read_at.tachometers_s if index == 5 else taken_s
+    return inputs.t_s - taken_s
+
+
+@inlined
+def time(table, state, inputs, index):
+    """Time since the start of the run."""
+    return inputs.t_s
+
+
+@inlined
+def time_in_state(table, state, inputs, index):
+    """How long a region has been in its state."""
+    return inputs.t_s - state.regions[index]["since_s"]
+
+
+@inlined
+def entries(table, state, inputs, index):
+    """How often a state has been entered, the present time included."""
+    return state.states[index]["entries"]
+
+
+@inlined
+def in_state(table, state, inputs, index):
+    """1 while the state's region is in it, else 0."""
+    region = table.states[index]["region"]
+    return 1.0 if state.regions[region]["state"] == index else 0.0
+
+
+class Signal(NamedTuple):
+    """A signal: its function, its unit as users write it, what it must be given.
+
+    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`) and of the condition
+    (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state must
+    not wait for it alone.
+    """
+
+    function: Callable
+    unit: str
+    needs: tuple[str, ...] = ()
+    may_stay_unknown: bool = False
+
+    @property
+    def docs(self) -> str:
+        """What it is, in a sentence."""
+        return self.function.__doc__
+
+
+#: All signals by name; their places here are their numbers in the kernel.
+SIGNALS = {
+    "rate_deg_s": Signal(rate, "deg/s"),
+    "spin_deg_s": Signal(spin, "deg/s", ("axis",)),
+    "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2")),
+    "axis_to_target_deg": Signal(axis_to_target, "deg", ("axis", "target"), True),
+    "momentum_to_target_deg": Signal(momentum_to_target, "deg", ("target", "inertia_kg_m2"), True),
+    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True),
+    "sun_in_view": Signal(sun_in_view, "yes/no"),
+    "lit": Signal(lit, "part"),
+    "field_nt": Signal(field, "nT"),
+    "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s"),
+    "estimate_age_s": Signal(estimate_age, "s"),
+    "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True),
+    "reading_age_s": Signal(reading_age, "s", ("sensor",)),
+    "time_s": Signal(time, "s"),
+    "time_in_state_s": Signal(time_in_state, "s"),
+    "entries": Signal(entries, "times", ("state",)),
+    "in_state": Signal(in_state, "yes/no", ("state",)),
+}
+NUMBER_OF = {name: number for number, name in enumerate(SIGNALS)}
+
+
+def _chosen(number, function, otherwise):
+    """`function` for its number, `otherwise` for all others.
+
+    Inlined before compilation, so that the whole choice is one function: seventeen calls within
+    each other would cost four seconds of compiling.
+    """
+
+    @numba.njit(inline="always")
+    def value(signal, table, state, inputs, index):
+        if signal == number:
+            return function(table, state, inputs, index)
+        return otherwise(signal, table, state, inputs, index)
+
+    return value
+
+
+@inlined
+def signal_value(signal, table, state, inputs, index):
+    """The signal of a number; unknown if there is none."""
+    return math.nan
+
+
+for _number, _signal in enumerate(SIGNALS.values()):
+    signal_value = _chosen(_number, _signal.function, signal_value)

@@ -1,0 +1,255 @@
+"""Mode tables as users write them: regions, states, transitions, conditions by name.
+
+[control.modes.states.damping]
+laws = ["bdot"]
+transitions = [{ to = "pointing", when = { signal = "rate_deg_s", below = 0.5 }, for_s = 60 }]
+
+[control.modes.states.pointing]
+laws = { sdot = 1.0, damping = 0.3 }
+transitions = [{ to = "damping", when = { signal = "rate_deg_s", above = 0.7 } }]
+"""
+
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from torquer.control.modes.packing import must_be_one_of, packed
+from torquer.control.modes.signals import SENSORS, SIGNALS
+from torquer.control.modes.table import ModeState, ModeTable
+from torquer.control.spin_axis import unit_vector
+from torquer.spec import Inertia, Spec
+
+#: The region of a table that gives its states directly.
+MAIN = "main"
+_Time = Annotated[float, Field(gt=0.0)]
+
+
+def _as_list(value):
+    return [value] if isinstance(value, Mapping | Spec) else value
+
+
+def _as_factors(value):
+    """A list of laws as factors of one."""
+    if not isinstance(value, list | tuple):
+        return value
+    for name in value:
+        if not isinstance(name, str) or value.count(name) > 1:
+            raise ValueError(f"laws: must be names, each once; received {value!r}")
+    return dict.fromkeys(value, 1.0)
+
+
+class Condition(Spec):
+    """A signal above or below a value.
+
+    `back_below`, `back_above`: hysteresis; once true, the condition stays true until the signal
+    is beyond that value. `state` (and its `region`, where several have a state of that name) for
+    `in_state` and `entries`; `sensor` for `reading_age_s`. A time is `above` its value once it
+    has reached it.
+    """
+
+    signal: str
+    above: float | None = None
+    below: float | None = None
+    back_below: float | None = None
+    back_above: float | None = None
+    state: str | None = None
+    region: str | None = None
+    sensor: str | None = None
+
+    @model_validator(mode="after")
+    def _makes_sense(self):
+        must_be_one_of("signal", SIGNALS, self.signal)
+        if (self.above is None) == (self.below is None):
+            received = "none" if self.above is None else "both"
+            raise ValueError(f"above, below: one of the two must be given; received {received}")
+        self._check_hysteresis()
+        self._check_names()
+        return self
+
+    def _check_hysteresis(self):
+        for side, back, other, sign in (
+            ("above", "back_below", "back_above", 1.0),
+            ("below", "back_above", "back_below", -1.0),
+        ):
+            value, until = getattr(self, side), getattr(self, back)
+            if value is None:
+                continue
+            if getattr(self, other) is not None:
+                raise ValueError(f"{other}: must not be given with '{side}'; '{back}' is meant")
+            if until is not None and sign * (value - until) <= 0.0:
+                than = "less" if sign > 0.0 else "greater"
+                raise ValueError(
+                    f"{back}: must be {than} than '{side}', {value:g}; received {until:g}"
+                )
+
+    def _check_names(self):
+        needs = SIGNALS[self.signal].needs
+        for key in ("state", "sensor"):
+            given = getattr(self, key)
+            if key in needs and given is None:
+                raise ValueError(f"{key}: must be given for {self.signal}; received none")
+            if key not in needs and given is not None:
+                raise ValueError(f"{key}: must not be given for {self.signal}; received {given!r}")
+        if self.region is not None and self.state is None:
+            raise ValueError(f"region: must stand beside a state; received {self.region!r}")
+        if self.sensor is not None:
+            must_be_one_of("sensor", SENSORS, self.sensor)
+
+
+class Transition(Spec):
+    """To another state, once all conditions have held together for `for_s`.
+
+    `at_least_s`: not before the state has lasted so long; `at_most_s`: then in any case.
+    """
+
+    to: str
+    when: Annotated[tuple[Condition, ...], BeforeValidator(_as_list)] = ()
+    for_s: float = Field(default=0.0, ge=0.0)
+    at_least_s: _Time | None = None
+    at_most_s: _Time | None = None
+
+    @model_validator(mode="after")
+    def _something_fires_it(self):
+        if not (self.when or self.at_least_s or self.at_most_s):
+            raise ValueError("when: must have a condition, or give at_least_s or at_most_s")
+        if self.for_s > 0.0 and not self.when:
+            raise ValueError("for_s: needs a condition that is to hold; received times only")
+        return self
+
+    @property
+    def by_time_only(self) -> bool:
+        """Whether `at_most_s` alone fires it."""
+        return not self.when and self.at_least_s is None
+
+
+class State(Spec):
+    """What is done in a state, and where it leads.
+
+    `laws`: names, whose commands are added, or a table of names and factors; `estimator`: its
+    name; `coils`, `wheels`: whether they may work; `set`: parameters of laws,
+    `"law.parameter" = number or list`, given on entry and kept until they are set again.
+    `final`: meant to have no way out.
+    """
+
+    laws: Annotated[dict[str, float], BeforeValidator(_as_factors)] = Field(default_factory=dict)
+    estimator: str | None = None
+    coils: Literal["on", "off"] | None = None
+    wheels: Literal["on", "off"] | None = None
+    set: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
+    transitions: tuple[Transition, ...] = ()
+    final: bool = False
+
+    @model_validator(mode="after")
+    def _final_is_final(self):
+        if self.final and self.transitions:
+            raise ValueError("final: must not be true of a state with transitions; received true")
+        return self
+
+
+class Region(Spec):
+    """A state machine; `transitions` lead out of any of its states, before those of the state."""
+
+    states: dict[str, State]
+    initial: str = ""
+    transitions: tuple[Transition, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _first_is_initial(cls, data):
+        if isinstance(data, Mapping) and isinstance(data.get("states"), Mapping) and data["states"]:
+            return {"initial": next(iter(data["states"])), **data}
+        return data
+
+    def all_transitions(self) -> Iterator[tuple[str, Transition]]:
+        """Transitions and the keys at which they stand: from any state, then state by state."""
+        for i, transition in enumerate(self.transitions):
+            yield f"transitions[{i}]", transition
+        for name, state in self.states.items():
+            for i, transition in enumerate(state.transitions):
+                yield f"states.{name}.transitions[{i}]", transition
+
+
+class Modes(Spec):
+    """Regions side by side, each in one of its states; or one region's keys directly.
+
+    `axis` (in the body), `target` (a direction in the inertial frame, or 'sun') and
+    `inertia_kg_m2` are what signals are taken from.
+    """
+
+    axis: unit_vector("axis") | None = None
+    target: Literal["sun"] | unit_vector("target") | None = None
+    inertia_kg_m2: Inertia | None = None
+    regions: dict[str, Region]
+
+    @model_validator(mode="before")
+    @classmethod
+    def _one_region(cls, data):
+        if not isinstance(data, Mapping) or "regions" in data:
+            return data
+        own = {key: data[key] for key in Region.model_fields if key in data}
+        return {**{k: v for k, v in data.items() if k not in own}, "regions": {MAIN: own}}
+
+    @model_validator(mode="after")
+    def _states_are_known(self):
+        if not self.regions:
+            raise ValueError("regions: must hold one region or more; received none")
+        for name, region in self.regions.items():
+            key, states = self.key_of(name), region.states
+            if not states:
+                raise ValueError(f"{key}states: must hold one state or more; received none")
+            must_be_one_of(f"{key}initial", states, region.initial)
+            for place, transition in region.all_transitions():
+                must_be_one_of(f"{key}{place}.to", states, transition.to)
+        return self
+
+    @model_validator(mode="after")
+    def _conditions_can_be_evaluated(self):
+        for place, condition in self.all_conditions():
+            for key in SIGNALS[condition.signal].needs:
+                if key in Modes.model_fields and getattr(self, key) is None:
+                    signal = condition.signal
+                    raise ValueError(f"{key}: must be given for the signal {signal}; received none")
+            if condition.state is not None:
+                self.region_of(place, condition)
+        return self
+
+    def all_conditions(self) -> Iterator[tuple[str, Condition]]:
+        """Conditions and the keys at which they stand."""
+        for name, region in self.regions.items():
+            for place, transition in region.all_transitions():
+                for i, condition in enumerate(transition.when):
+                    yield f"{self.key_of(name)}{place}.when[{i}]", condition
+
+    def key_of(self, region: str) -> str:
+        """Where a region stands, with its dot; nowhere, if its keys are given directly."""
+        return "" if [*self.regions] == [MAIN] else f"regions.{region}."
+
+    def region_of(self, place: str, condition: Condition) -> str:
+        """The region whose state a condition names."""
+        if condition.region is not None:
+            must_be_one_of(f"{place}.region", self.regions, condition.region)
+            must_be_one_of(f"{place}.state", self.regions[condition.region].states, condition.state)
+            return condition.region
+        having = [name for name, r in self.regions.items() if condition.state in r.states]
+        if len(having) > 1:
+            raise ValueError(
+                f"{place}.region: must be one of {', '.join(having)}, which all have a state "
+                f"{condition.state!r}; received none"
+            )
+        known = dict.fromkeys(name for r in self.regions.values() for name in r.states)
+        must_be_one_of(f"{place}.state", known, condition.state)
+        return having[0]
+
+    def pack(
+        self,
+        laws: Mapping[str, int],
+        estimators: Mapping[str, int] | None = None,
+        parameters: Mapping[str, tuple[int, int]] | None = None,
+    ) -> tuple[ModeTable, ModeState]:
+        """The table as kernels take it, and its state before the first evaluation.
+
+        `laws`, `estimators`: their numbers by name; `parameters`: by `"law.parameter"` the first
+        place in the flat array, and how many numbers. ValueError for a name that is not there.
+        """
+        return packed(self, laws, estimators or {}, parameters or {})

@@ -1,0 +1,200 @@
+"""Mode tables as kernels take them: regions, states, transitions, conditions, actions. Data.
+
+Regions are state machines side by side. Once per control step `switch_modes` looks, in each
+region, at the transitions from any state and then at those of the present state, in order; the
+first that fires is taken. One kernel serves every table.
+
+A condition is true, false or unknown (a Sun out of view has no angle); a transition's conditions
+hold together if all are true, and do not if one is false. True lets the hold time run, false
+resets it, unknown stops it meanwhile. A transition fires once its conditions are true and have
+held for `for_s` and the state has lasted `at_least_s`; or when the state has lasted `at_most_s`.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.modes.signals import signal_value
+from torquer.engine import inlined, without_reference_counts
+
+
+def _record(integers: str, numbers: str = "") -> np.dtype:
+    """Fields of eight bytes each."""
+    fields = [(name, np.int64) for name in integers.split()]
+    return np.dtype(fields + [(name, np.float64) for name in numbers.split()], align=True)
+
+
+#: States of a region, its transitions from any state: first and the one after the last.
+REGION = _record("first_state after_state first_transition after_transition")
+#: Region of a state, its own transitions, its actions.
+STATE = _record("region first_transition after_transition first_action after_action")
+TRANSITION = _record("to first_condition after_condition", "for_s at_least_s at_most_s")
+#: `sign` 1: true above the threshold, -1: below. Once true, it stays so until beyond `back`.
+CONDITION = _record("signal index", "sign threshold back")
+#: What a state does: `kind` is one of those below.
+ACTION = _record("kind index", "value")
+#: Law and its factor; estimator; parameter (place in the flat array) and value, set on entry;
+#: whether coils and wheels may work.
+LAW, ESTIMATOR, SET, COILS, WHEELS = range(5)
+
+#: What changes. `to`: the state to enter next, -1: none.
+REGION_NOW = _record("", "state since_s to")
+STATE_NOW = _record("", "entries entered_s")
+#: Since when the conditions have been true, later by the time for which they were unknown.
+TRANSITION_NOW = _record("", "true_since_s")
+CONDITION_NOW = _record("", "latched")
+CLOCK = _record("", "evaluated_s")
+
+NEVER_S = -math.inf
+#: Three-valued logic: the least of several is their conjunction.
+FALSE, UNKNOWN, TRUE = 0.0, 0.5, 1.0
+
+
+class ModeTable(NamedTuple):
+    """The constants; axis, target and inertia (xx, yy, zz, xy, xz, yz) are what signals take."""
+
+    regions: np.ndarray
+    states: np.ndarray
+    transitions: np.ndarray
+    conditions: np.ndarray
+    actions: np.ndarray
+    axis: tuple = (0.0, 0.0, 0.0)
+    target: tuple = (0.0, 0.0, 0.0)
+    target_is_sun: float = 0.0
+    inertia_kg_m2: tuple = (0.0,) * 6
+
+
+class ModeState(NamedTuple):
+    """All that changes, in records of numbers: `cells_of` and `state_from` store and restore it."""
+
+    regions: np.ndarray
+    states: np.ndarray
+    transitions: np.ndarray
+    conditions: np.ndarray
+    clock: np.ndarray
+
+
+def first_state(table: ModeTable, initial) -> ModeState:
+    """Before the first evaluation, which enters the `initial` states, one number per region."""
+    regions = np.zeros(len(table.regions), REGION_NOW)
+    regions["state"] = regions["to"] = initial
+    regions["since_s"] = NEVER_S
+    states = np.zeros(len(table.states), STATE_NOW)
+    states["entered_s"] = NEVER_S
+    return ModeState(
+        regions,
+        states,
+        np.full(len(table.transitions), NEVER_S).view(TRANSITION_NOW),
+        np.zeros(len(table.conditions), CONDITION_NOW),
+        np.full(1, NEVER_S).view(CLOCK),
+    )
+
+
+def cells_of(state: ModeState) -> np.ndarray:
+    """The state as numbers in a row: a checkpoint."""
+    return np.concatenate([part.view(np.float64) for part in state])
+
+
+def state_from(like: ModeState, cells: np.ndarray) -> ModeState:
+    """The state that these numbers are; it shares their memory. `like`: one of the same table."""
+    ends = np.cumsum([part.view(np.float64).size for part in like])
+    parts = np.split(cells, ends[:-1])
+    return ModeState(*(cut.view(part.dtype) for cut, part in zip(parts, like, strict=True)))
+
+
+@inlined
+def truth_of_condition(table, state, inputs, place):
+    """Whether a condition is true; it remembers that it was (hysteresis)."""
+    row, now = table.conditions[place], state.conditions[place]
+    value = signal_value(row["signal"], table, state, inputs, row["index"])
+    if math.isnan(value):
+        return UNKNOWN
+    beyond = row["sign"] * (value - row["threshold"]) > 0.0
+    stays = now["latched"] > 0.0 and row["sign"] * (value - row["back"]) >= 0.0
+    now["latched"] = 1.0 if beyond or stays else 0.0
+    return TRUE if beyond or stays else FALSE
+
+
+@inlined
+def held_for_s(table, state, inputs, place):
+    """How long the conditions of a transition have been true [s]; below zero if they are not."""
+    row, now = table.transitions[place], state.transitions[place]
+    truth = TRUE
+    for condition in range(row["first_condition"], row["after_condition"]):
+        truth = min(truth, truth_of_condition(table, state, inputs, condition))
+    if truth == FALSE:
+        now["true_since_s"] = NEVER_S
+    elif truth == UNKNOWN:
+        now["true_since_s"] += inputs.t_s - state.clock[0]["evaluated_s"]
+    elif now["true_since_s"] == NEVER_S:
+        now["true_since_s"] = inputs.t_s
+    return inputs.t_s - now["true_since_s"] if truth == TRUE else -1.0
+
+
+@inlined
+def next_state(table, state, inputs, region):
+    """The state that a region is to enter; -1: none.
+
+    Transitions from any state, then the present state's own. One from any state waits while the
+    region is where it leads to.
+    """
+    row, now = table.regions[region], state.regions[region]
+    own, spent_s = table.states[int(now["state"])], inputs.t_s - now["since_s"]
+    from_any = row["after_transition"] - row["first_transition"]
+    own_ones = own["after_transition"] - own["first_transition"]
+    to = -1.0
+    for i in range(from_any + own_ones):
+        place = row["first_transition"] + i
+        if i >= from_any:
+            place = own["first_transition"] + i - from_any
+        way = table.transitions[place]
+        if i < from_any and way["to"] == now["state"]:
+            reset(table, state, place)
+            continue
+        held_s = held_for_s(table, state, inputs, place)
+        done = held_s >= way["for_s"] and spent_s >= way["at_least_s"]
+        if to < 0.0 and (done or spent_s >= way["at_most_s"]):
+            to = float(way["to"])
+    return to
+
+
+@inlined
+def reset(table, state, place):
+    """Forget how long a transition's conditions have held, and that they were true."""
+    row = table.transitions[place]
+    state.transitions[place]["true_since_s"] = NEVER_S
+    for condition in range(row["first_condition"], row["after_condition"]):
+        state.conditions[condition]["latched"] = 0.0
+
+
+@inlined
+def enter_next(table, state, t_s, region):
+    """Leave the region's state for the next one."""
+    now = state.regions[region]
+    left, entered = table.states[int(now["state"])], int(now["to"])
+    for place in range(left["first_transition"], left["after_transition"]):
+        reset(table, state, place)
+    now["state"], now["since_s"], now["to"] = now["to"], t_s, -1.0
+    state.states[entered]["entries"] += 1.0
+    state.states[entered]["entered_s"] = t_s
+
+
+@inlined
+def switch_modes(table, state, inputs):
+    """Whether a region has entered a state; the first evaluation enters the initial ones.
+
+    All conditions see the states before this evaluation; those of a state are looked at from the
+    evaluation after its first on.
+    """
+    table, state = without_reference_counts(table), without_reference_counts(state)
+    if state.clock[0]["evaluated_s"] > NEVER_S:
+        for region in range(len(table.regions)):
+            state.regions[region]["to"] = next_state(table, state, inputs, region)
+    changed = False
+    for region in range(len(table.regions)):
+        if state.regions[region]["to"] >= 0.0:
+            enter_next(table, state, inputs.t_s, region)
+            changed = True
+    state.clock[0]["evaluated_s"] = inputs.t_s
+    return changed
