@@ -1,0 +1,206 @@
+"""What the checker finds, and that its bounds hold in flight."""
+
+import numpy as np
+import pytest
+from flown_modes import Flown, Z, reading, spinning, two_states
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from torquer.control.modes.check import findings, joint_states
+from torquer.control.modes.graph import cycles_of, edges_of, least_time_s, reachable
+from torquer.control.modes.spec import Modes, Region
+
+FAST, SLOW = {"signal": "rate_deg_s", "above": 0.7}, {"signal": "rate_deg_s", "below": 0.5}
+AWAY = {"signal": "axis_to_sun_deg", "above": 160.0}
+
+
+def found(**keys):
+    return {(x.kind, x.states): x.message for x in findings(Modes(**keys))}
+
+
+def there_and_back(there, back):
+    a, b = {"transitions": [{"to": "b", **there}]}, {"transitions": [{"to": "a", **back}]}
+    return {"a": a, "b": b}
+
+
+def test_a_sound_table_has_no_faults():
+    keys = two_states(when=SLOW)
+    assert found(**keys) == {}
+
+
+def test_a_state_that_nothing_leads_to_is_found():
+    c = {"transitions": [{"to": "d", "when": SLOW}]}
+    states = {**two_states(when=SLOW)["states"], "c": c, "d": {"final": True}}
+    assert [*found(states=states)] == [("unreachable", ("c",)), ("unreachable", ("d",))]
+    ways = [{"to": "c", "when": FAST}]
+    assert {kind for kind, _ in found(states=states, transitions=ways)} == {"hysteresis"}
+
+
+def test_a_state_without_a_way_out_is_a_trap_unless_it_is_final():
+    states = {"a": {"transitions": [{"to": "b", "when": SLOW}]}, "b": {}}
+    assert [*found(states=states)] == [("trap", ("b",))]
+    states["b"] = {"transitions": [{"to": "b", "at_most_s": 5.0}]}
+    assert ("trap", ("b",)) in found(states=states)
+    safe = [{"to": "a", "when": FAST, "for_s": 9.0}]
+    assert ("trap", ("b",)) not in found(states=states, transitions=safe)
+    assert found(states={"only": {"laws": ["bdot"]}}) == {}
+
+
+def test_a_state_must_not_wait_for_what_may_stay_unknown():
+    waits = ("waits for the unknown", ("a",))
+    for way, expected in (
+        ({"when": AWAY}, True), ({"when": [AWAY, SLOW]}, True), ({"when": SLOW}, False),
+        ({"when": AWAY, "at_most_s": 9.0}, False),
+    ):  # fmt: skip
+        assert (waits in found(axis=Z, **two_states(**way))) == expected, way
+    ways = [{"to": "b", "when": AWAY}, {"to": "b", "when": SLOW}]
+    states = {"a": {"transitions": ways}, "b": {"final": True}}
+    assert waits not in found(axis=Z, states=states)
+
+
+def test_thresholds_that_leave_no_gap_chatter():
+    for high, low, kind in (
+        (0.7, 0.5, "hysteresis"), (0.7, 0.7, "chatter"), (0.5, 0.7, "chatter"),
+    ):  # fmt: skip
+        there, back = ({"when": {"signal": "rate_deg_s", **side}} for side in
+                       ({"above": high}, {"below": low}))  # fmt: skip
+        assert [*found(states=there_and_back(there, back))] == [(kind, ("a", "b"))]
+
+
+def test_a_condition_that_stays_true_narrows_the_gap():
+    """True above 0.7 until below 0.3, it may fire at 0.4, where the way back is open."""
+    held, other = {**FAST, "back_below": 0.3}, {"signal": "sun_in_view", "above": 0.5}
+    back = {"when": SLOW}
+    for there, kind in ((held, "hysteresis"), ([held, other], "chatter")):
+        assert [*found(states=there_and_back({"when": there}, back))] == [(kind, ("a", "b"))]
+
+
+def test_times_around_a_cycle_bound_the_switching_rate():
+    there, back = {"when": FAST, "for_s": 20.0}, {"when": FAST, "at_least_s": 50.0, "for_s": 10.0}
+    message = found(states=there_and_back(there, back))["switching rate", ("a", "b")]
+    assert message == (
+        "main: a -> b -> a takes at least 70 s: at most 103 switches per hour on average"
+    )
+    back = {"when": FAST, "for_s": 90.0, "at_most_s": 40.0}
+    assert "at least 60 s" in found(states=there_and_back(there, back)).popitem()[1]
+
+
+def test_a_cycle_that_follows_another_region_is_as_slow_as_that():
+    inside = {"signal": "in_state", "state": "b"}
+    follower = {
+        "c": {"transitions": [{"to": "d", "when": {**inside, "above": 0.5}}]},
+        "d": {"transitions": [{"to": "c", "when": {**inside, "below": 0.5}}]},
+    }
+    for times, expected in (({"at_least_s": 30.0}, "switching rate"), ({}, "chatter")):
+        leader = there_and_back({"when": FAST}, {"when": FAST, **times})
+        regions = {"x": {"states": leader}, "y": {"states": follower}}
+        assert [kind for kind, _ in found(regions=regions)] == [expected] * 2
+
+
+def two_regions(one, two, **way):
+    """Regions `x` and `y`, each of an idle state and one that does something."""
+
+    def region(name, does):
+        idle = {"transitions": [{"to": name, "when": FAST}]}
+        active = {**does, "transitions": [{"to": f"{name}_idle", "when": SLOW}]}
+        return {"states": {f"{name}_idle": idle, name: active}}
+
+    return {"regions": {"x": region("a", one), "y": region("b", two)}}
+
+
+@pytest.mark.parametrize(
+    ("one", "two", "what"),
+    [
+        ({"coils": "on"}, {"coils": "off"}, "set the coils on and off"),
+        ({"wheels": "on"}, {"wheels": "off"}, "set the wheels on and off"),
+        ({"estimator": "triad"}, {"estimator": "kalman"}, "set different estimators"),
+        ({"set": {"bdot.gain": 1.0}}, {"set": {"bdot.gain": 2.0}}, "set bdot.gain to different"),
+        ({"coils": "on"}, {"coils": "on"}, None),
+        ({"coils": "on"}, {"wheels": "off"}, None),
+        ({"set": {"bdot.gain": 1.0}}, {"set": {"sdot.gain": 2.0}}, None),
+    ],
+)
+def test_states_side_by_side_must_not_contradict(one, two, what):
+    conflicts = [x for x in findings(Modes(**two_regions(one, two))) if x.kind == "conflict"]
+    assert len(conflicts) == (what is not None)
+    assert all(what in x.message and x.states == ("a", "b") for x in conflicts)
+
+
+def test_states_that_exclude_each_other_do_not_contradict():
+    """`b` is entered only while the other region is past `a`, for good."""
+    past = {"signal": "in_state", "state": "past", "above": 0.5}
+    one = {
+        "a": {"coils": "on", "transitions": [{"to": "past", "when": SLOW}]},
+        "past": {"final": True},
+    }
+    for when, expected in (([FAST, past], []), ([FAST], [("a", "b")])):
+        idle = {"transitions": [{"to": "b", "when": when}]}
+        two = {"idle": idle, "b": {"coils": "off", "final": True}}
+        modes = Modes(regions={"x": {"states": one}, "y": {"states": two}})
+        assert [x.states for x in findings(modes) if x.kind == "conflict"] == expected
+        assert (("a", "b") in joint_states(modes)) == bool(expected)
+
+
+THRESHOLDS = st.sampled_from([0.3, 0.5, 0.7])
+conditions = st.one_of(
+    st.builds(lambda x: {"signal": "rate_deg_s", "above": x}, THRESHOLDS),
+    st.builds(lambda x: {"signal": "rate_deg_s", "below": x}, THRESHOLDS),
+    st.builds(lambda x: {"signal": "axis_to_sun_deg", "above": 100 * x}, THRESHOLDS),
+    st.just({"signal": "time_in_state_s", "above": 3.0}),
+)
+TIMES = st.sampled_from([0.0, 1.0, 4.0])
+
+
+def a_transition(names):
+    return st.builds(
+        lambda to, when, for_s, times: {"to": to, "when": when, "for_s": for_s, **times},
+        st.sampled_from(names), st.lists(conditions, min_size=1, max_size=2), TIMES,
+        st.fixed_dictionaries({}, optional={
+            "at_least_s": st.sampled_from([1.0, 5.0]), "at_most_s": st.sampled_from([2.0, 6.0]),
+        }),
+    )  # fmt: skip
+
+
+@st.composite
+def regions(draw):
+    names = "abcd"[: draw(st.integers(2, 4))]
+    ways = st.lists(a_transition(names), max_size=2)
+    states = {name: {"transitions": draw(ways)} for name in names}
+    return {"states": states, "transitions": draw(st.lists(a_transition(names), max_size=1))}
+
+
+def flight(seed, count=150, step_s=0.5):
+    rng = np.random.default_rng(seed)
+    suns = np.array([Z, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)])[rng.integers(0, 3, count)]
+    held = np.repeat(rng.uniform(0.2, 0.8, count), rng.integers(1, 12, count))[:count]
+    return [
+        reading(i * step_s, sun=sun, **spinning(rate))
+        for i, (sun, rate) in enumerate(zip(suns, held, strict=True))
+    ]
+
+
+@settings(deadline=None, max_examples=200, derandomize=True)
+@given(regions(), st.integers(0, 10**6))
+def test_no_flight_enters_what_is_unreachable_or_switches_faster_than_the_bound(keys, seed):
+    """A walk is cycles and a path that passes no state twice."""
+    flown, rows = Flown(axis=Z, **keys), flight(seed)
+    entered = [(rows[i].t_s, flown.now[0]) for i, x in enumerate(rows) if flown(x)]
+    region = Region(**keys)
+    known = reachable(region)
+    assert {name for _, name in entered} <= set(known)
+    cycles = [*cycles_of(e for e in edges_of(region) if e.leave in known)]
+    least_s = [least_time_s(cycle) for cycle in cycles]
+    if all(least_s):
+        rate = max((len(c) / s for c, s in zip(cycles, least_s, strict=True)), default=0.0)
+        longest = rows[-1].t_s - rows[0].t_s
+        assert len(entered) - 1 <= rate * longest * (1.0 + 1e-5) + len(known) - 1
+
+
+def test_cycles_are_found_once_each():
+    """Of the complete graph of four states: 6 of two, 8 of three, 6 of four."""
+    ways = [{"to": name, "when": FAST} for name in "abcd"]
+    region = Region(states={name: {} for name in "abcd"}, transitions=ways)
+    lengths = [len(cycle) for cycle in cycles_of(edges_of(region))]
+    assert [lengths.count(n) for n in (1, 2, 3, 4)] == [0, 6, 8, 6]
+    loop = Region(states={"a": {"transitions": [{"to": "a", "when": FAST}]}})
+    assert [len(cycle) for cycle in cycles_of(edges_of(loop))] == [1]
