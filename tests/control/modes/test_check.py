@@ -196,6 +196,22 @@ def test_no_flight_enters_what_is_unreachable_or_switches_faster_than_the_bound(
         assert len(entered) - 1 <= rate * longest * (1.0 + 1e-5) + len(known) - 1
 
 
+def test_the_least_time_is_reached_to_a_control_step_per_state():
+    """The hold time of a transition from any state runs since the state it leads to was left."""
+    states = {
+        "a": {"transitions": [{"to": "b", "at_least_s": 3.0}]},
+        "b": {"transitions": [{"to": "c", "at_least_s": 3.0}]},
+        "c": {},
+    }
+    flown = Flown(states=states, transitions=[{"to": "a", "when": SLOW, "for_s": 4.0}])
+    step_s = 0.01
+    found = flown.states(reading(i * step_s, **spinning(0.1)) for i in range(3000))
+    begins = [i * step_s for i in range(1, 3000) if found[i] == "a" != found[i - 1]]
+    (cycle,) = (c for c in cycles_of(edges_of(flown.modes.regions["main"])) if len(c) == 3)
+    assert least_time_s(cycle) == 7.0
+    assert all(7.0 <= x <= 7.0 + 3 * step_s for x in np.diff(begins)) and len(begins) == 4
+
+
 def test_cycles_are_found_once_each():
     """Of the complete graph of four states: 6 of two, 8 of three, 6 of four."""
     ways = [{"to": name, "when": FAST} for name in "abcd"]
