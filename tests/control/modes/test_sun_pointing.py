@@ -5,6 +5,7 @@ been away from the Sun for an hour is turned by S-dot reversed for ten minutes, 
 """
 
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,42 +14,8 @@ from flown_modes import Flown, Z, reading, spinning
 from torquer.control.modes.check import findings
 from torquer.control.modes.spec import Modes
 
-TEXT = """
-axis = [0, 0, 1]
-
-[regions.pointing.states.to_the_sun]
-laws = ["sdot"]
-transitions = [
-  { to = "shadow", when = { signal = "sun_in_view", below = 0.5 }, for_s = 10 },
-  { to = "reversed", when = { signal = "in_state", state = "wrong_way", above = 0.5 } },
-]
-
-[regions.pointing.states.reversed]
-laws = { sdot = -1.0 }
-transitions = [
-  { to = "shadow", when = { signal = "sun_in_view", below = 0.5 }, for_s = 10 },
-  { to = "to_the_sun", when = { signal = "in_state", state = "wrong_way", below = 0.5 } },
-]
-
-[regions.pointing.states.shadow]
-transitions = [{ to = "to_the_sun", when = { signal = "sun_in_view", above = 0.5 } }]
-
-[regions.damping.states.off]
-transitions = [{ to = "on", when = { signal = "rate_deg_s", above = 0.7 } }]
-
-[regions.damping.states.on]
-laws = ["damping"]
-transitions = [{ to = "off", when = { signal = "rate_deg_s", below = 0.5 } }]
-
-[regions.capture.states.watching]
-transitions = [
-  { to = "wrong_way", when = { signal = "axis_to_sun_deg", above = 160 }, for_s = 3600 },
-]
-
-[regions.capture.states.wrong_way]
-transitions = [{ to = "watching", at_most_s = 600 }]
-"""
-MODES = Modes.model_validate(tomllib.loads(TEXT))
+FILE = Path(__file__).parents[2] / "data" / "sun_pointing_modes.toml"
+MODES = Modes.model_validate(tomllib.loads(FILE.read_text()))
 ORBIT_S, LIT_S, STEP_S = 5500.0, 3400.0, 10.0
 AWAY = (np.sin(np.radians(170.0)), 0.0, np.cos(np.radians(170.0)))
 

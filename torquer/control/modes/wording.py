@@ -1,0 +1,59 @@
+"""Conditions, transitions and states in words, for diagrams."""
+
+from torquer.control.modes.signals import SIGNALS
+from torquer.control.modes.spec import Condition, State, Transition
+
+#: Endings of signals' names that only tell their unit.
+_ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")
+
+
+def condition_in_words(condition: Condition) -> str:
+    """`rate above 0.7 deg/s, until below 0.5`; `sun not in view`; `in state b`."""
+    unit, above = SIGNALS[condition.signal].unit, condition.above is not None
+    if condition.signal == "in_state":
+        return f"{'in' if above else 'not in'} state {condition.state}"
+    if condition.signal == "sun_in_view":
+        return "Sun in view" if above else "Sun not in view"
+    value = condition.above if above else condition.below
+    words = f"{_subject(condition)} {'above' if above else 'below'} {value:g}"
+    words += f" {unit}" if unit not in ("times", "part") else ""
+    if condition.back_below is not None:
+        words += f", until below {condition.back_below:g}"
+    if condition.back_above is not None:
+        words += f", until above {condition.back_above:g}"
+    return words
+
+
+def _subject(condition: Condition) -> str:
+    if condition.signal == "entries":
+        return f"entries of {condition.state}"
+    if condition.signal == "reading_age_s":
+        return f"age of {condition.sensor.replace('_', ' ')} reading"
+    name = condition.signal
+    ending = next((e for e in _ENDINGS if name.endswith(e)), "")
+    return name.removesuffix(ending).replace("_", " ").replace("sun", "Sun")
+
+
+def transition_in_words(way: Transition) -> str:
+    """All conditions and times of a transition."""
+    words = " and ".join(map(condition_in_words, way.when))
+    if way.for_s > 0.0:
+        words += f", for {way.for_s:g} s"
+    if way.at_least_s is not None:
+        words += (", " if words else "") + f"after at least {way.at_least_s:g} s"
+    if way.at_most_s is not None:
+        words += (", or " if words else "") + f"after {way.at_most_s:g} s"
+    return words
+
+
+def state_in_words(state: State) -> list[str]:
+    """What a state does, line by line."""
+    lines = [name if k == 1.0 else f"{k:g} x {name}" for name, k in state.laws.items()]
+    if state.estimator is not None:
+        lines.append(f"estimator {state.estimator}")
+    lines += [f"{key} {getattr(state, key)}" for key in ("coils", "wheels") if getattr(state, key)]
+    return lines + [f"{name} = {_numbers(value)}" for name, value in state.set.items()]
+
+
+def _numbers(value) -> str:
+    return ", ".join(f"{x:g}" for x in value) if isinstance(value, tuple) else f"{value:g}"
