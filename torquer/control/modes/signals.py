@@ -68,7 +68,7 @@ def spin(table, state, inputs, index):
 def nutation(table, state, inputs, index):
     """Angle between the line of the axis and the momentum: 0 for a spin either way."""
     off = angle(table.axis, momentum(table, inputs))
-    return min(off, math.pi - off)
+    return math.pi - off if off > 0.5 * math.pi else off
 
 
 @inlined

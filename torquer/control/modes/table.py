@@ -122,7 +122,8 @@ def held_for_s(table, state, inputs, place):
     row, now = table.transitions[place], state.transitions[place]
     truth = TRUE
     for condition in range(row["first_condition"], row["after_condition"]):
-        truth = min(truth, truth_of_condition(table, state, inputs, condition))
+        one = truth_of_condition(table, state, inputs, condition)
+        truth = one if one < truth else truth  # Numba's `min` does not compile for CUDA
     if truth == FALSE:
         now["true_since_s"] = NEVER_S
     elif truth == UNKNOWN:
