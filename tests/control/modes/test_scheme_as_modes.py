@@ -81,6 +81,18 @@ def test_it_switches_when_the_scheme_does(scheme, seed):
     assert [flown.names.index(name) + 1 for name in found] == stages_of(scheme, rows)
 
 
+@pytest.mark.parametrize("key", ["nutation_below_deg", "momentum_to_target_below_deg"])
+def test_rest_ends_a_hold_of_the_momentum_as_in_the_scheme(key):
+    """A body at rest has no momentum whose angle could be below anything."""
+    until = {key: 30.0, "for_s": 3.0}
+    scheme = Scheme(target=Z, inertia_kg_m2=J, stages=[{"laws": OFF, "until": until}])
+    spins = [0.1, 0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1, 0.1]
+    rows = [(float(t), (0.0, 0.0, w), Z, (0.0, 0.0, 0.0, 1.0)) for t, w in enumerate(spins)]
+    found = Flown(modes_of(scheme)[0]).states(reading(t, omega_body_rad_s=w) for t, w, _, _ in rows)
+    assert found == ["stage_1"] * 8 + ["done"] * 2
+    assert stages_of(scheme, rows) == [1] * 8 + [2] * 2
+
+
 def test_the_flights_of_this_test_go_through_the_stages():
     """Else it would compare nothing."""
     until = {"axis_to_target_below_deg": 60.0, "rate_below_deg_s": 4.0, "for_s": 0.3}
