@@ -10,10 +10,26 @@ import numpy as np
 
 from torquer.block import Block
 from torquer.control.law import LAW_SIGNATURE, Law
+from torquer.control.modes.table import (
+    COILS,
+    ESTIMATOR,
+    LAW,
+    SET,
+    WHEELS,
+    ModeState,
+    ModeTable,
+    switch_modes,
+)
 from torquer.engine import COMPILED, caller, inlined, kernel
 from torquer.estimation.estimator import ESTIMATE, Estimator
-from torquer.geometry.vec3 import add_scaled
-from torquer.interface import Command, nothing_known, put_estimate
+from torquer.geometry.vec3 import add, add_scaled, scale
+from torquer.interface import (
+    UNKNOWN_ESTIMATE,
+    Command,
+    inputs_of,
+    nothing_known,
+    put_estimate,
+)
 
 #: In place of an estimator's number: attitude sensor and gyro as they read; nothing known.
 SENSOR_READINGS, NO_ESTIMATOR = -1, -2
@@ -22,24 +38,32 @@ BLOCK = np.dtype([(name, np.int64) for name in ("function", "p0", "p1", "m0", "m
 
 
 class Computer(NamedTuple):
-    """What stays the same: functions and blocks of laws and estimators, the first estimator.
+    """What stays the same: functions and blocks of laws and estimators, mode table.
 
-    `laws`, `estimators`: addresses of the functions.
+    `laws`, `estimators`: addresses of the functions. `estimator`: the one that works where no
+    mode chooses another.
     """
 
     laws: np.ndarray
     estimators: np.ndarray
     law_blocks: np.ndarray
     estimator_blocks: np.ndarray
+    modes: ModeTable
     estimator: int
 
 
+#: What the modes have chosen: estimator, and whether coils and wheels may work.
+CHOSEN = np.dtype([(name, np.float64) for name in ("estimator", "coils", "wheels")])
+
+
 class Board(NamedTuple):
-    """What changes on board: what is known, parameters and memory of all blocks."""
+    """What changes on board: what is known, parameters and memory of all blocks, modes."""
 
     known: np.ndarray
     parameters: np.ndarray
     memory: np.ndarray
+    modes: ModeState
+    chosen: np.ndarray
 
 
 call_law = caller(LAW_SIGNATURE)
@@ -59,9 +83,9 @@ def memory_of(block, board):
 
 
 @kernel
-def estimate_step(computer, board):
-    """Let the estimator work."""
-    block = computer.estimator_blocks[computer.estimator]
+def estimate_step(computer, board, number):
+    """Let an estimator work."""
+    block = computer.estimator_blocks[number]
     function, parameters = computer.estimators[block.function], parameters_of(block, board)
     estimate = call_estimator(function, board.known, parameters, memory_of(block, board))
     put_estimate(board.known[0], estimate)
@@ -78,19 +102,74 @@ def take_readings(known):
 
 
 @inlined
-def control_step(computer, board):
-    """The command for what the computer knows: those of the laws, added."""
-    if computer.estimator == SENSOR_READINGS:
+def estimate(computer, board):
+    """Bring the estimate up to date."""
+    number = int(board.chosen[0].estimator)
+    if number == SENSOR_READINGS:
         take_readings(board.known[0])
-    elif computer.estimator >= 0:
-        estimate_step(computer, board)
+    elif number == NO_ESTIMATOR:
+        put_estimate(board.known[0], UNKNOWN_ESTIMATE)
+    else:
+        estimate_step(computer, board, number)
+
+
+@kernel
+def enter_modes(computer, board, t_s):
+    """Do what the states that have been entered are to set; estimator and actuators of all."""
+    table, chosen = computer.modes, board.chosen[0]
+    chosen.estimator, chosen.coils, chosen.wheels = float(computer.estimator), 1.0, 1.0
+    for region in range(table.regions.shape[0]):
+        now = board.modes.regions[region]
+        state = table.states[int(now.state)]
+        for place in range(state.first_action, state.after_action):
+            action = table.actions[place]
+            if action.kind == SET and now.since_s == t_s:
+                board.parameters[action.index] = action.value
+            elif action.kind == ESTIMATOR:
+                chosen.estimator = float(action.index)
+            elif action.kind == COILS:
+                chosen.coils = action.value
+            elif action.kind == WHEELS:
+                chosen.wheels = action.value
+
+
+@inlined
+def command_of(computer, board, number):
+    """The command of a law."""
+    block = computer.law_blocks[number]
+    function, parameters = computer.laws[block.function], parameters_of(block, board)
+    return call_law(function, board.known, parameters, memory_of(block, board))
+
+
+@kernel
+def command_by_modes(computer, board):
+    """Switch the modes; the command of the present states' laws, added by their factors."""
+    table, known = computer.modes, board.known[0]
+    if switch_modes(table, board.modes, inputs_of(known)):
+        enter_modes(computer, board, known.t_s)
     dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    for k in range(computer.law_blocks.shape[0]):
-        block = computer.law_blocks[k]
-        function, parameters = computer.laws[block.function], parameters_of(block, board)
-        command = call_law(function, board.known, parameters, memory_of(block, board))
-        dipole = add_scaled(dipole, 1.0, command.dipole_a_m2)
-        torque = add_scaled(torque, 1.0, command.torque_n_m)
+    for region in range(table.regions.shape[0]):
+        state = table.states[int(board.modes.regions[region].state)]
+        for place in range(state.first_action, state.after_action):
+            action = table.actions[place]
+            if action.kind == LAW:
+                command = command_of(computer, board, action.index)
+                dipole = add_scaled(dipole, action.value, command.dipole_a_m2)
+                torque = add_scaled(torque, action.value, command.torque_n_m)
+    return Command(scale(board.chosen[0].coils, dipole), scale(board.chosen[0].wheels, torque))
+
+
+@inlined
+def control_step(computer, board):
+    """The command for what the computer knows; without modes that of all laws, added."""
+    estimate(computer, board)
+    if computer.modes.regions.shape[0] > 0:
+        return command_by_modes(computer, board)
+    dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for number in range(computer.law_blocks.shape[0]):
+        command = command_of(computer, board, number)
+        dipole = add(dipole, command.dipole_a_m2)
+        torque = add(torque, command.torque_n_m)
     return Command(dipole, torque)
 
 
@@ -114,7 +193,7 @@ class Blocks(NamedTuple):
         return all(block.compiled for block in self.all())
 
 
-def computer_of(blocks: Blocks, estimator: int) -> Computer:
+def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     """The computer for the loop; blocks in plain Python are left to a host."""
     laws, law_numbers = _functions(blocks.laws.values())
     estimators, numbers = _functions(blocks.estimators.values())
@@ -124,7 +203,7 @@ def computer_of(blocks: Blocks, estimator: int) -> Computer:
     rows["p0"], rows["p1"], rows["m0"], rows["m1"] = p[:-1], p[1:], m[:-1], m[1:]
     rows["function"] = [*law_numbers, *numbers]
     split = len(blocks.laws)
-    return Computer(laws, estimators, rows[:split].copy(), rows[split:].copy(), estimator)
+    return Computer(laws, estimators, rows[:split].copy(), rows[split:].copy(), modes, estimator)
 
 
 def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
@@ -137,8 +216,24 @@ def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
     return np.array([function.address for function in different], dtype=np.int64), numbers
 
 
-def first_board(blocks: Blocks) -> Board:
-    """Parameters and memory at the start."""
+def places_of(blocks: Blocks) -> dict[str, tuple[int, int]]:
+    """Where each parameter of a law stands on the board: `law.parameter` -> first place, count."""
+    places, first = {}, 0
+    for name, block in blocks.by_key().items():
+        own = block.places()
+        places |= {f"{name}.{key}": (first + at, count) for key, (at, count) in own.items()}
+        first += len(block.pack())
+    return places
+
+
+def first_board(blocks: Blocks, modes: ModeState, estimator: int) -> Board:
+    """What is on board at the start."""
     parameters = [block.pack() for block in blocks.all()]
     memory = [block.first_memory() for block in blocks.all()]
-    return Board(nothing_known(), np.concatenate([*parameters, []]), np.concatenate([*memory, []]))
+    return Board(
+        known=nothing_known(),
+        parameters=np.concatenate([*parameters, []]),
+        memory=np.concatenate([*memory, []]),
+        modes=modes,
+        chosen=np.array([(estimator, 1.0, 1.0)], CHOSEN),
+    )

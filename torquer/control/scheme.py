@@ -1,114 +1,19 @@
 """A scheme: laws one after another, each stage until its conditions hold. Data, not code.
 
-One kernel runs every scheme: it finds the stage's laws by their numbers and adds their dipoles.
-Conditions are taken from what the computer measures; the momentum is J omega of the gyro.
-
-Memory: stage (from 1; 0: not begun, beyond the last: done), whether its conditions hold now and
-since when [s], when each stage began [s] (-1: not yet); then that of every law.
+It is a short way to write a chain of modes (`torquer.control.modes.scheme`). Conditions are taken
+from what the computer knows; the momentum is J omega of the estimated rate.
 """
 
-import json
-import math
 from typing import Annotated, Literal, Union
 
 import numpy as np
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
-from torquer.control.built_in import BUILT_IN, KERNELS, ask
-from torquer.control.law import Law
+from torquer.control.built_in import BUILT_IN
 from torquer.control.spin_axis import (
-    END,
-    axis_of,
-    inertia_parameters,
-    target_body,
     unit_vector,
 )
-from torquer.engine import inlined, kernel, without_reference_counts
-from torquer.geometry.vec3 import add, dot, norm, sym_vec
 from torquer.spec import Inertia, Spec
-
-#: Places in the memory.
-STAGE, HELD, SINCE, STARTS = 0, 1, 2, 3
-#: Places in the parameters: number of stages, where the rows of laws begin; axis and target as
-#: in `spin_axis`, the inertia after them; then a row per stage, a row per law, their parameters.
-STAGES, LAW_ROWS, STAGE_ROWS = 0, 1, END + 6
-#: A stage's row: its first law and the one after its last; cosines of angles; rates [rad/s];
-#: times [s].
-FIRST, AFTER, NUTATION, TO_TARGET, MOMENTUM, SPIN, RATE, AT_LEAST, AT_MOST, FOR, STAGE_ROW = range(
-    11
-)
-#: A law's row: its kernel, where its parameters and its memory begin and end.
-KERNEL, FROM, TO, MEMORY_FROM, MEMORY_TO, LAW_ROW = range(6)
-#: What stands for a condition that is not set: no cosine, any rate, no time.
-_ANY_ANGLE, _ANY_RATE, _NEVER_S = -2.0, 1e9, 1e18
-#: Rounding of a time must not cost a reading [s].
-_ROUNDING_S = 1e-6
-
-
-@inlined
-def within(a, b, cosine):
-    """Whether an angle between vectors has a greater cosine; never so for a vector of zeros."""
-    return cosine < -1.0 or dot(a, b) > cosine * norm(a) * norm(b)
-
-
-@inlined
-def conditions_hold(measured, p, row):
-    """Whether all conditions of a stage hold at this reading; angles of the axis' line."""
-    axis, omega = axis_of(p), measured.omega_body_rad_s
-    inertia = (p[END], p[END + 1], p[END + 2], p[END + 3], p[END + 4], p[END + 5])
-    momentum, target = sym_vec(inertia, omega), target_body(measured, p)
-    along = axis if dot(axis, momentum) >= 0.0 else (-axis[0], -axis[1], -axis[2])
-    return (
-        within(along, momentum, p[row + NUTATION])
-        and within(axis, target, p[row + TO_TARGET])
-        and within(momentum, target, p[row + MOMENTUM])
-        and dot(axis, omega) > p[row + SPIN]
-        and norm(omega) < p[row + RATE]
-    )
-
-
-@inlined
-def stage_is_over(measured, p, memory, row):
-    """Whether the stage has done its work, or had its time; remembers since when it holds."""
-    spent_s = measured.t_s - memory[STARTS + int(memory[STAGE]) - 1]
-    if not conditions_hold(measured, p, row):
-        memory[HELD] = 0.0
-    elif memory[HELD] == 0.0:
-        memory[HELD], memory[SINCE] = 1.0, measured.t_s
-    held_long = memory[HELD] == 1.0 and measured.t_s - memory[SINCE] >= p[row + FOR]
-    return (held_long and spent_s >= p[row + AT_LEAST]) or spent_s >= p[row + AT_MOST]
-
-
-@kernel
-def begin_next(measured, p, memory):
-    """Go to the next stage, and note when it begins."""
-    memory[STAGE] += 1.0
-    memory[HELD] = 0.0
-    if memory[STAGE] <= p[STAGES]:
-        memory[STARTS + int(memory[STAGE]) - 1] = measured.t_s
-
-
-@kernel
-def scheme(measured, parameters, memory):
-    """The added dipoles of the laws of the stage that has come; nothing after the last.
-
-    A stage's conditions are looked at from the reading after its first one on.
-    """
-    p, memory = without_reference_counts(parameters), without_reference_counts(memory)
-    row = STAGE_ROWS + (int(memory[STAGE]) - 1) * STAGE_ROW
-    begun, done = memory[STAGE] > 0.0, memory[STAGE] > p[STAGES]
-    if not begun or (not done and stage_is_over(measured, p, memory, row)):
-        begin_next(measured, p, memory)
-        row += STAGE_ROW
-    m = (0.0, 0.0, 0.0)
-    if memory[STAGE] > p[STAGES]:
-        return m
-    for law in range(int(p[row + FIRST]), int(p[row + AFTER])):
-        at = int(p[LAW_ROWS]) + law * LAW_ROW
-        own = p[int(p[at + FROM]) : int(p[at + TO])]
-        remembered = memory[int(p[at + MEMORY_FROM]) : int(p[at + MEMORY_TO])]
-        m = add(m, ask(int(p[at + KERNEL]), measured, own, remembered))
-    return m
 
 
 def _known_kind(value):
@@ -170,28 +75,6 @@ class Until(Spec):
         times = {"at_least_s", "at_most_s", "for_s"}
         return any(value is not None for value in self.model_dump(exclude=times).values())
 
-    def row(self) -> dict[str, float]:
-        """The conditions as a stage's row of parameters, from the cosines on."""
-
-        def cosine(angle_deg):
-            return _ANY_ANGLE if angle_deg is None else math.cos(math.radians(angle_deg))
-
-        def time(value_s, otherwise):
-            return otherwise if value_s is None else max(0.0, value_s - _ROUNDING_S)
-
-        timed = self.at_least_s is None and not self.waits_for_something
-        spin, rate = self.spin_above_deg_s, self.rate_below_deg_s
-        return {
-            "cos_nutation": cosine(self.nutation_below_deg),
-            "cos_axis_to_target": cosine(self.axis_to_target_below_deg),
-            "cos_momentum_to_target": cosine(self.momentum_to_target_below_deg),
-            "spin_above": -_ANY_RATE if spin is None else math.radians(spin),
-            "rate_below": _ANY_RATE if rate is None else math.radians(rate),
-            "at_least_s": time(self.at_least_s, _NEVER_S if timed else 0.0),
-            "at_most_s": time(self.at_most_s, _NEVER_S),
-            "for_s": time(self.for_s, 0.0),
-        }
-
 
 class Stage(Spec):
     """Laws that work at once, their dipoles added, until conditions hold (in the last: for ever,
@@ -251,59 +134,6 @@ class Scheme(Spec):
         if self.target is None and (axis is not None or momentum is not None):
             raise ValueError(f"target: must be given for {place}; received none")
 
-    def law(self) -> Law:
-        """The law that goes through these stages."""
-        laws = [[part.law() for part in stage.laws] for stage in self.stages]
-        every = [law for stage in laws for law in stage]
-        memory = (0.0, 0.0, 0.0, *[-1.0] * len(laws), *(x for law in every for x in law.memory))
-        return Law(
-            self.kind,
-            scheme,
-            self._parameters(laws),
-            memory,
-            navigates=any(law.navigates for law in every),
-            needs_sun=self.target == "sun" or any(law.needs_sun for law in every),
-            spec=self,
-        )
-
-    def _parameters(self, laws: list[list[Law]]) -> dict[str, float]:
-        """What the kernel reads, by names: stage1_spin_above, stage1_law2_gain, ..."""
-        law_rows = STAGE_ROWS + len(laws) * STAGE_ROW
-        at = law_rows + LAW_ROW * sum(map(len, laws))
-        memory_at, first = STARTS + len(laws), 0
-        stages, rows, own = {}, {}, {}
-        for i, (stage, parts) in enumerate(zip(self.stages, laws, strict=True), start=1):
-            until = stage.until or Until.model_construct(at_most_s=_NEVER_S)
-            row = {"first_law": first, "after_law": first + len(parts), **until.row()}
-            first += len(parts)
-            stages |= _prefixed(f"stage{i}_", row)
-            for k, law in enumerate(parts, start=1):
-                ends = at + len(law.parameters), memory_at + len(law.memory)
-                place = (KERNELS.index(law.function), at, ends[0], memory_at, ends[1])
-                rows |= _prefixed(f"stage{i}_law{k}_", dict(zip(_LAW_NAMES, place, strict=True)))
-                own |= _prefixed(f"stage{i}_law{k}_", law.parameters)
-                at, memory_at = ends
-        return {**self._header(law_rows), **stages, **rows, **own}
-
-    def _header(self, law_rows: int) -> dict[str, float]:
-        seen = isinstance(self.target, tuple)
-        numbers = (
-            len(self.stages), law_rows, *self.axis, self.target == "sun",
-            *(self.target if seen else (0.0, 0.0, 0.0)),
-        )  # fmt: skip
-        names = ("stages", "law_rows", *(f"axis_{c}" for c in "xyz"), "sun",
-                 *(f"target_{c}" for c in "xyz"))  # fmt: skip
-        inertia = self.inertia_kg_m2 or ((0.0, 0.0, 0.0),) * 3
-        head = {name: float(x) for name, x in zip(names, numbers, strict=True)}
-        return {**head, **inertia_parameters(inertia)}
-
-
-_LAW_NAMES = ("kernel", "parameters_from", "parameters_to", "memory_from", "memory_to")
-
-
-def _prefixed(prefix: str, values: dict) -> dict[str, float]:
-    return {prefix + name: float(value) for name, value in values.items()}
-
 
 def _with_shared_keys(data: dict) -> dict:
     """The data with the scheme's axis, target and inertia in every law that takes them."""
@@ -329,16 +159,14 @@ def _with_shared_keys(data: dict) -> dict:
 def stage_starts_s(result) -> np.ndarray:
     """When each stage of a simulated scheme began [s]; not a number for one that never did.
 
-    `result` is what `simulate` returned; the times are in the law's memory, at its checkpoint.
+    `result` is what `simulate` returned.
     """
-    if result.attrs["law"] != "scheme":
-        raise ValueError(f"result: must be that of a scheme; received law {result.attrs['law']}")
-    parameters = json.loads(result.attrs["law_parameters"])
-    stages = int(parameters["stages"])
-    cells = int(max(v for name, v in parameters.items() if name.endswith("_memory_to")))
-    memory = result["checkpoint"].values[-cells:]
-    starts = memory[STARTS : STARTS + stages]
-    return np.where(starts < 0.0, np.nan, starts)
+    names = [str(name) for name in result["mode"].values] if "mode" in result.coords else []
+    stages = [k for k, name in enumerate(names) if name.startswith("main.stage_")]
+    if not stages:
+        raise ValueError("result: must be that of a scheme; received one of other laws")
+    starts = result["mode_entered"].values[stages]
+    return np.where(np.isfinite(starts), starts, np.nan)
 
 
 def stage_at(result) -> np.ndarray:

@@ -1,11 +1,15 @@
 """The `control` table of a scenario: laws, estimator, modes, and when they work."""
 
 import math
-from typing import Annotated, ClassVar
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
 from torquer.control import AnyLaw
+from torquer.control.modes.packing import must_be_one_of
+from torquer.control.modes.scheme import modes_of
+from torquer.control.modes.spec import Modes
+from torquer.control.scheme import Scheme
 from torquer.estimation import AnyEstimator
 from torquer.estimation.sensors import SensorReadings
 from torquer.spec import Spec
@@ -15,12 +19,20 @@ Positive = Annotated[float, Field(gt=0.0)]
 MOST_STEPS = 10**13
 
 
+class Program(NamedTuple):
+    """Laws by name, and the mode table that says when they work; None if they always do."""
+
+    laws: dict
+    modes: Modes | None
+
+
 class Control(Spec):
     """What the on-board computer does, and when.
 
-    `law`: the only law; or `laws`: a table of laws by names of the author's choice, whose commands
-    are added. `estimator`: where attitude and rate come from; left out, from attitude sensor and
-    gyro.
+    `law`: the only law, or a scheme; or `laws`: a table of laws by names of the author's choice,
+    whose commands are added. `estimator`: where attitude and rate come from; left out, from
+    attitude sensor and gyro. `modes`: a mode table, whose states say which of the laws work when
+    and which estimator, of those in the table `estimators`.
 
     Plain sample and hold: leave `measure_s` at 0; a control step every `sample_s`, the command
     held until the next. With a measurement window the coils are off for `measure_s` while the laws
@@ -30,9 +42,11 @@ class Control(Spec):
 
     renamed: ClassVar = {"wheel_law": "one of laws, a table of laws by name ([control.laws.NAME])"}
 
-    law: AnyLaw | None = None
+    law: AnyLaw | Scheme | None = None
     laws: dict[str, AnyLaw] = Field(default_factory=dict)
     estimator: AnyEstimator = SensorReadings()
+    estimators: dict[str, AnyEstimator] = Field(default_factory=dict)
+    modes: Modes | None = None
     sample_s: Positive = 1.0
     measure_s: float = Field(default=0.0, ge=0.0)
     actuate_s: Positive | None = None
@@ -57,11 +71,37 @@ class Control(Spec):
             )
         return self
 
-    def specs(self) -> dict:
-        """Laws by their keys in the table: 'law', or 'laws.NAME'."""
-        if self.law is not None:
-            return {"law": self.law}
-        return {f"laws.{name}": spec for name, spec in self.laws.items()}
+    @model_validator(mode="after")
+    def _modes_fit(self):
+        if self.modes is None:
+            if self.estimators:
+                raise ValueError(
+                    "modes: must be given with estimators, to choose them; received none"
+                )
+            return self
+        if not self.laws:
+            raise ValueError("laws: must be given with modes, by the names that states use")
+        used = {name for state in self.modes.states() for name in state.laws}
+        if idle := [name for name in self.laws if name not in used]:
+            raise ValueError(f"laws.{idle[0]}: must be named by a state of modes; received no such")
+        known = {"attitude_sensor", "none", "estimator", *self.estimators}
+        for state in self.modes.states():
+            if state.estimator is not None:
+                must_be_one_of("modes: a state's estimator", sorted(known), state.estimator)
+            for name in state.laws:
+                must_be_one_of("modes: a state's law", self.laws, name)
+        return self
+
+    def named(self) -> "Program":
+        """Laws by name and mode table; those of a scheme."""
+        if isinstance(self.law, Scheme):
+            modes, laws = modes_of(self.law)
+            return Program(laws, modes)
+        return Program({"law": self.law} if self.law is not None else self.laws, self.modes)
+
+    def key_of(self, name: str) -> str:
+        """The key of a law in this table."""
+        return "law" if self.law is not None else f"laws.{name}"
 
     @property
     def cycle_s(self) -> float:

@@ -191,9 +191,9 @@ class Scenario(Spec):
 
     def _check_actuators(self) -> None:
         """Laws need what they are to drive; wheels need an integrator that knows them."""
-        for key, spec in self.control.specs().items():
+        for name, spec in self.control.named().laws.items():
             if spec.kind not in ("off", "user", "given_in_python"):
-                check_fits(key, spec.law(), self)
+                check_fits(self.control.key_of(name), spec.law(), self)
         if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
                 "simulation.integrator: must be 'rk4' or 'dop853' with spacecraft.wheels; "
@@ -235,7 +235,8 @@ class Scenario(Spec):
 
 def check_fits(key: str, law: Law, scenario: Scenario) -> None:
     """ValueError unless the satellite has what a law drives and needs; `key`: in `control`."""
-    craft, estimator = scenario.spacecraft, scenario.control.estimator
+    craft, control = scenario.spacecraft, scenario.control
+    estimators = (control.estimator, *control.estimators.values())
     wheels = law.drives_wheels or "tachometers" in law.needs
     for part, wanted in (("coils", law.drives_coils), ("wheels", wheels)):
         if wanted and getattr(craft, part) is None:
@@ -243,8 +244,8 @@ def check_fits(key: str, law: Law, scenario: Scenario) -> None:
                 f"spacecraft.{part}: must be given for control.{key} ({law.name}); received none"
             )
     for need in ("attitude", "rate"):
-        if need in law.needs and need not in estimator.gives:
+        if need in law.needs and not any(need in estimator.gives for estimator in estimators):
             raise ValueError(
                 f"control.estimator: must give the {need}, which control.{key} ({law.name}) "
-                f"needs; received {estimator.kind!r}"
+                f"needs; received {control.estimator.kind!r}"
             )

@@ -16,6 +16,7 @@ from torquer.block import Block
 from torquer.control.computer import control_step
 from torquer.engine import kernel
 from torquer.interface import Command, Inputs, inputs_of
+from torquer.simulation.state import arrays_of
 from torquer.simulation.step import accept
 
 if TYPE_CHECKING:
@@ -60,11 +61,11 @@ class Host:
     def answer(self) -> None:
         """Take the control step; `HostFailed` if a function fails, memory as before then."""
         board = self.run.state.board
-        before = [part.copy() for part in board]
+        before = [part.copy() for part in arrays_of(board)]
         try:
             command = plugin.plain_of(control_step)(self.computer, board)
         except BaseException:  # an interrupt, too: the control step will be taken again
-            for part, kept in zip(board, before, strict=True):
+            for part, kept in zip(arrays_of(board), before, strict=True):
                 part[:] = kept
             raise
         accept(self.run.state, command)

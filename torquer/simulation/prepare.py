@@ -13,8 +13,12 @@ from torquer.control.computer import (
     Blocks,
     computer_of,
     first_board,
+    places_of,
 )
 from torquer.control.law import Law, as_law
+from torquer.control.modes.signals import SIGNALS
+from torquer.control.modes.table import NO_MODES, ModeState, ModeTable
+from torquer.control.modes.table import first_state as first_mode_state
 from torquer.control.user import spec_of
 from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
@@ -52,17 +56,18 @@ from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunS
 def with_given(
     scenario: Scenario, law: Law | Callable | None, laws: Mapping[str, Law | Callable] | None
 ) -> tuple[Scenario, dict[str, Law]]:
-    """The scenario that is flown with laws given in Python, and those laws by key.
+    """The scenario that is flown with laws given in Python, and those laws by name.
 
-    `law` takes the place of all the scenario's laws, those in `laws` of the ones of their names.
+    `law` takes the place of all the scenario's laws and modes, those in `laws` of the ones of
+    their names.
     """
-    control, given = scenario.control, {}
+    control = scenario.control
     if law is not None:
         given = {"law": as_law(law, "law")}
-        changed = {"law": _spec(given["law"]), "laws": {}}
+        changed = {"law": _spec(given["law"]), "laws": {}, "modes": None, "estimators": {}}
     elif laws:
-        given = {f"laws.{name}": as_law(each, f"laws.{name}") for name, each in laws.items()}
-        own = {name: _spec(given[f"laws.{name}"]) for name in laws}
+        given = {name: as_law(each, f"laws.{name}") for name, each in laws.items()}
+        own = {name: _spec(each) for name, each in given.items()}
         changed = {"law": None, "laws": control.laws | own}
     else:
         return scenario, {}
@@ -74,20 +79,50 @@ def _spec(law: Law):
     return spec_of(law, LAWS)
 
 
-def blocks_of(scenario: Scenario, given: Mapping[str, Law] = {}) -> Blocks:
+def blocks_of(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blocks:
     """Laws and estimators of a scenario; ValueError if the satellite lacks what they need."""
-    laws = {key: given.get(key) or spec.law() for key, spec in scenario.control.specs().items()}
-    for key, law in laws.items():
+    control, given = scenario.control, given or {}
+    laws = {name: given.get(name) or spec.law() for name, spec in control.named().laws.items()}
+    for name, law in laws.items():
         if law.name != "off":
-            check_fits(key, law, scenario)
-    estimator = scenario.control.estimator
-    own = hasattr(estimator, "estimator")
-    return Blocks(laws, {"estimator": estimator.estimator()} if own else {})
+            check_fits(control.key_of(name), law, scenario)
+    estimators = {"estimator": control.estimator, **control.estimators}
+    own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
+    return Blocks(laws, {name: spec.estimator() for name, spec in own.items()})
+
+
+def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]:
+    """The mode table of a scenario and its state at the start."""
+    modes = scenario.control.named().modes
+    if modes is None:
+        return NO_MODES, first_mode_state(NO_MODES, [])
+    laws = {name: number for number, name in enumerate(blocks.laws)}
+    return modes.pack(laws, estimator_numbers(scenario, blocks), places_of(blocks))
+
+
+def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:
+    """The number by which the computer knows an estimator, by the names of the scenario."""
+    trivial = {"attitude_sensor": SENSOR_READINGS, "none": NO_ESTIMATOR}
+    own = {name: number for number, name in enumerate(blocks.estimators)}
+    specs = {"estimator": scenario.control.estimator, **scenario.control.estimators}
+    return trivial | {
+        name: own[name] if name in own else trivial[spec.kind] for name, spec in specs.items()
+    }
 
 
 def needs_of(blocks: Blocks) -> frozenset[str]:
     """What all blocks need."""
     return frozenset().union(*(block.needs for block in blocks.all()))
+
+
+def signals_need(scenario: Scenario) -> frozenset[str]:
+    """What the conditions of the modes need."""
+    modes = scenario.control.named().modes
+    if modes is None:
+        return frozenset()
+    wanted = frozenset().union(*(SIGNALS[c.signal].needs for _, c in modes.all_conditions()))
+    sun = modes.target == "sun" and "target" in wanted
+    return wanted | (frozenset({"sun"}) if sun else frozenset())
 
 
 def integrator_of(scenario: Scenario) -> Rk4 | Splitting | Dop853:
@@ -133,9 +168,10 @@ def _sampling(sensor: int, spec, step_s: float) -> Sampling:
     return Sampling(interval, delay)
 
 
-def plan_of(scenario: Scenario, blocks: Blocks) -> Plan:
+def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
     """Constants of a run for the kernels."""
-    simulation, step_s, needs = scenario.simulation, scenario.simulation.step_s, needs_of(blocks)
+    simulation, step_s = scenario.simulation, scenario.simulation.step_s
+    needs = needs_of(blocks) | signals_need(scenario)
     wheels, allocation = scenario.spacecraft.wheels, ()
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
@@ -143,19 +179,13 @@ def plan_of(scenario: Scenario, blocks: Blocks) -> Plan:
     return Plan(
         plant=plant_of(scenario, needs),
         timetable=timetable_for(scenario, needs),
-        computer=computer_of(blocks, _estimator(scenario)),
+        computer=computer_of(blocks, estimator_numbers(scenario, blocks)["estimator"], table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
         hosted=not blocks.compiled,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         log_cells=np.array([cell for _, _, _, cells in log_of(blocks) for cell in cells], np.int64),
-    )
-
-
-def _estimator(scenario: Scenario) -> int:
-    return {"attitude_sensor": SENSOR_READINGS, "none": NO_ESTIMATOR}.get(
-        scenario.control.estimator.kind, 0
     )
 
 
@@ -196,7 +226,9 @@ def log_of(blocks: Blocks) -> list[tuple[str, Block, str, range]]:
     return found
 
 
-def first_state(scenario: Scenario, plan: Plan, blocks: Blocks, r_m, v_m_s) -> State:
+def first_state(
+    scenario: Scenario, plan: Plan, blocks: Blocks, modes: ModeState, r_m, v_m_s
+) -> State:
     """State at the start."""
     cells = np.zeros(1, CELLS)
     motion = scenario.initial.motion(r_m, v_m_s)
@@ -214,19 +246,20 @@ def first_state(scenario: Scenario, plan: Plan, blocks: Blocks, r_m, v_m_s) -> S
         coils=coils,
         rotors=rotors,
         allocation=allocation,
-        board=first_board(blocks),
+        board=first_board(blocks, modes, plan.computer.estimator),
     )
 
 
 def empty_record(plan: Plan, rows: int) -> Record:
     """A record of so many rows."""
     wheels = 2 * len(plan.plant.rotors.rows) if plan.plant.rotors else 0
-    estimates = rows if plan.computer.estimator >= 0 else 0
+    estimates = rows if len(plan.computer.estimators) else 0
     record = Record(
         np.zeros(rows, ROW),
         np.full((rows, wheels), np.nan),
         np.full((rows, len(plan.log_cells)), np.nan),
         np.full(estimates, np.nan, KNOWN),
+        np.full((rows, len(plan.computer.modes.regions)), np.nan),
     )
     record.rows.view(np.float64)[:] = np.nan
     return record

@@ -16,7 +16,7 @@ from torquer.plugin import source_mark, source_text
 from torquer.scenario.spec import Scenario
 from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run
-from torquer.simulation.state import ROW, Record, State
+from torquer.simulation.state import ROW, Record, State, arrays_of
 from torquer.time import utc_at
 from torquer.wheel_array.layout import total_momentum
 
@@ -66,12 +66,12 @@ def part_of(run: Run) -> xr.Dataset:
     """The record of the run's piece so far and all that follows from it."""
     record = run.rows()
     t_s = record.rows["step"] * run.plan.step_s
-    variables = _vectors(record.rows, _RECORDED) | _logged(run, record)
+    variables = _vectors(record.rows, _RECORDED) | _logged(run, record) | _of_modes(run, record)
     coordinates = _coordinates(run.scenario, t_s)
     if run.plan.plant.rotors:
         variables |= _of_wheels(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
-    if run.plan.computer.estimator >= 0:
+    if len(record.estimate):
         variables |= _of_estimate(record.estimate)
     import xarray as xr
 
@@ -84,7 +84,9 @@ def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
 
     `how` is one of the words above; `ended` says in full how the run ended.
     """
-    data = part.assign(_totals(run)).assign(_checkpoint(run))
+    modes = _entered(run)
+    data = part.assign(_totals(run)).assign(_checkpoint(run)).assign(modes)
+    data = data.set_coords("mode") if modes else data
     return data.assign_attrs(_attributes(run, how, ended))
 
 
@@ -133,6 +135,43 @@ def _logged(run: Run, record: Record) -> dict:
                 f"{name}_{k}": ("time", values[:, k], attributes) for k in range(len(cells))
             }
     return variables
+
+
+def _of_modes(run: Run, record: Record) -> dict:
+    """The state of every region, as numbers with their meanings."""
+    variables, first = {}, 0
+    for k, (name, region) in enumerate(_regions(run.scenario).items()):
+        meanings = " ".join(region.states)
+        values = np.where(np.isnan(record.modes[:, k]), -1, record.modes[:, k] - first)
+        attributes = {
+            "long_name": f"state of the region {name}",
+            "flag_values": list(range(len(region.states))),
+            "flag_meanings": meanings,
+        }
+        variables[f"mode_{name}"] = ("time", values.astype(np.int64), attributes)
+        first += len(region.states)
+    return variables
+
+
+def _regions(scenario: Scenario) -> dict:
+    """Regions of a mode table or a scheme; none for laws that always work."""
+    modes = scenario.control.named().modes
+    return modes.regions if modes else {}
+
+
+def _entered(run: Run) -> dict:
+    """When each state was entered last, and how often."""
+    regions, states = _regions(run.scenario), run.state.board.modes.states
+    if not regions:
+        return {}
+    names = [f"{name}.{state}" for name, region in regions.items() for state in region.states]
+    entered = np.where(states["entries"] > 0.0, states["entered_s"], np.nan)
+    last = {"units": "s", "long_name": "time at which the state was entered last"}
+    return {
+        "mode": ("mode", names),
+        "mode_entered": ("mode", entered, last),
+        "mode_entries": ("mode", states["entries"].copy(), {"units": "1"}),
+    }
 
 
 #: What is kept of an estimate: name, names in the record, dimension, unit, meaning.
@@ -269,10 +308,7 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
 
 def _stored(state: State) -> list[np.ndarray]:
     """The arrays that hold the loop's state between steps, as numbers of eight bytes."""
-    parts = []
-    for part in state[1:]:
-        parts += [part] if isinstance(part, np.ndarray) else list(part)
-    return [part.view(np.float64) for part in parts]
+    return [part.view(np.float64) for part in arrays_of(state[1:])]
 
 
 def _checkpoint(run: Run) -> dict:
@@ -371,6 +407,9 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
         values = part[name].values.reshape(len(rows), -1)
         for k, cell in enumerate(_names_in(key, dimension)):
             record.estimate[cell][rows] = values[:, k]
+    for k, name in enumerate(_of_modes(run, run.rows())):
+        first = sum(len(r.states) for r in list(_regions(run.scenario).values())[:k])
+        record.modes[rows, k] = part[name].values + first
     at = 0
     for name, (_, values, _) in _logged(run, run.rows()).items():
         width = values.shape[1] if values.ndim == 2 else 1

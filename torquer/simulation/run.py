@@ -18,6 +18,7 @@ from torquer.simulation.prepare import (
     empty_record,
     first_state,
     integrator_of,
+    modes_for,
     plan_of,
     with_given,
 )
@@ -143,11 +144,12 @@ def prepare(
     """
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
-    plan = plan_of(scenario, blocks)
+    table, modes = modes_for(scenario, blocks)
+    plan = plan_of(scenario, blocks, table)
     around = scenario.surroundings()
     around.check_dates(0.0, scenario.steps() * plan.step_s)
     r, v = around.state(np.zeros(1))
-    state = first_state(scenario, plan, blocks, r[0], v[0])
+    state = first_state(scenario, plan, blocks, modes, r[0], v[0])
     steps, size = scenario.steps(), piece_steps(scenario)
     record = empty_record(plan, min(steps, size) // plan.record_steps + 1)
     run = Run(scenario, blocks, plan, integrator_of(scenario), state, record, steps, size)

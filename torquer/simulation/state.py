@@ -117,13 +117,24 @@ class State(NamedTuple):
 class Record(NamedTuple):
     """What is kept: a row of each array for each recorded instant.
 
-    `rows`: `ROW`; `wheels`: momentum and motor torque of each; `log`: what the laws log.
+    `rows`: `ROW`; `wheels`: momentum and motor torque of each; `log`: what the laws log;
+    `estimate`: `KNOWN`, of which the estimate is kept; `modes`: number of each region's state.
     """
 
     rows: np.ndarray
     wheels: np.ndarray
     log: np.ndarray
     estimate: np.ndarray
+    modes: np.ndarray
+
+
+def arrays_of(state: tuple) -> list[np.ndarray]:
+    """All arrays in records, however deep."""
+    return [
+        array
+        for part in state
+        for array in ([part] if isinstance(part, np.ndarray) else arrays_of(part))
+    ]
 
 
 @inlined

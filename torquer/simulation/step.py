@@ -104,6 +104,8 @@ def record_row(plan, state, coils, step, record, number):
     record_wheels(plan.plant.rotors, state.rotors, omega, record.wheels[number])
     for k in range(plan.log_cells.shape[0]):
         record.log[number, k] = state.board.memory[plan.log_cells[k]]
+    for region in range(record.modes.shape[1]):
+        record.modes[number, region] = state.board.modes.regions[region].state
     if record.estimate.shape[0] > 0:
         put_estimate(record.estimate[number], estimate_of(known))
 

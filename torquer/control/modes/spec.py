@@ -214,6 +214,10 @@ class Modes(Spec):
                 self.region_of(place, condition)
         return self
 
+    def states(self) -> Iterator[State]:
+        """All states of all regions."""
+        return (state for region in self.regions.values() for state in region.states.values())
+
     def all_conditions(self) -> Iterator[tuple[str, Condition]]:
         """Conditions and the keys at which they stand."""
         for name, region in self.regions.items():

@@ -75,6 +75,12 @@ class ModeState(NamedTuple):
     clock: np.ndarray
 
 
+#: Laws that always work.
+NO_MODES = ModeTable(
+    *(np.zeros(0, dtype) for dtype in (REGION, STATE, TRANSITION, CONDITION, ACTION))
+)
+
+
 def first_state(table: ModeTable, initial) -> ModeState:
     """Before the first evaluation, which enters the `initial` states, one number per region."""
     regions = np.zeros(len(table.regions), REGION_NOW)
