@@ -56,6 +56,7 @@ RANGES = {
     "table_tolerance": Range(1e-12, 1.0),  # next to rounding
     "axis": _ANY,  # directions of any length
     "axes": _ANY,
+    "direction": _ANY,
     "target": _ANY,
     "first_coil": _ANY,
     "parameters": _ANY,  # of a user's law: who knows

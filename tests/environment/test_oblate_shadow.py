@@ -196,7 +196,7 @@ def seen(eclipse):
 
 def test_sun_sensors_are_in_the_shadow_of_the_scenario():
     lit = {}
-    for eclipse in sun.ECLIPSES:
+    for eclipse in ("conical", "oblate", "cylindrical"):
         result = seen(eclipse)
         lit[eclipse] = result["lit"].values[:-1]
         sees = np.linalg.norm(result["sun_measured"].values[:-1], axis=1) > 0.5

@@ -178,7 +178,7 @@ def test_cylindrical_shadow():
     assert np.array_equal(sun.lit_fraction(r, SUN, "cylindrical"), (0.0, 0.0, 1.0, 1.0, 1.0))
 
 
-@pytest.mark.parametrize("model", sun.ECLIPSES)
+@pytest.mark.parametrize("model", ["conical", "oblate", "cylindrical"])
 def test_eclipse_lasts_as_long_as_geometry_says(model):
     orbit = Circular(altitude_km=500.0, inclination_deg=0.0)
     t = np.arange(0.0, orbit.period_s, 1.0)
@@ -218,6 +218,9 @@ def test_flight_session_of_chibis_m():
 def test_unknown_models_are_one_clear_line():
     with pytest.raises(ValueError) as error:
         sun.lit_fraction([7e6, 0, 0], SUN, "x")
-    assert str(error.value) == "eclipse: must be one of conical, oblate, cylindrical; received 'x'"
+    assert (
+        str(error.value)
+        == "eclipse: must be one of conical, oblate, cylindrical, none; received 'x'"
+    )
     with pytest.raises(ValueError, match=r"^earth rotation: must be one of precise, sidereal"):
         sun.sun_position([0.0], START, "x")

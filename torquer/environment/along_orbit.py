@@ -6,9 +6,10 @@ from functools import cached_property
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
-from torquer.conventions import EARTH_RATE_RAD_S
+from torquer import validate
+from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RATE_RAD_S
 from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
@@ -16,10 +17,15 @@ from torquer.environment.gravity import gravity_gradient_vector
 from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
 from torquer.forces.atmosphere import AnyAtmosphere
+from torquer.geometry.vec3 import as_vector
 from torquer.orbit import AnyOrbit
-from torquer.spec import Spec
+from torquer.spec import Spec, Vector
 
 _POSITION, _FIELD, _GRAVITY_GRADIENT = slice(0, 3), slice(3, 6), slice(6, 9)
+
+
+def _unit_sun_direction(value):
+    return as_vector(validate.unit_rows("sun_direction", value)[0])
 
 
 class Environment(Spec):
@@ -31,9 +37,12 @@ class Environment(Spec):
     Bulletin A or B; it is held (it changes by a millisecond or two a day). Left at 0, the Earth is
     up to 0.9 s off its place: 450 m at 500 km, 1.6 nT. Polar motion (20 m) is left out.
     `eclipse`: shadow of the Earth: 'conical' (umbra and penumbra of a sphere of the equatorial
-    radius), 'oblate' (the same of the ellipsoid WGS84) or 'cylindrical'. In low orbits a sphere's
-    contacts are 5 s off in the mean, 30 s where the orbit grazes the shadow; the ellipsoid's are
-    right to 0.1 s, the atmosphere left out.
+    radius), 'oblate' (the same of the ellipsoid WGS84), 'cylindrical' or 'none' (the Sun always
+    shines). In low orbits a sphere's contacts are 5 s off in the mean, 30 s where the orbit grazes
+    the shadow; the ellipsoid's are right to 0.1 s, the atmosphere left out.
+    `sun_direction`: for comparison with theory, the Sun is held at 1 au in this inertial direction
+    (a vector of any length) from the Earth's centre; from a low orbit it is seen within 10 arcsec
+    of it. Left out: the Sun's true path, which density models always follow.
     `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
     unless `co_rotating_atmosphere` is false: publications often have it at rest.
     `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
@@ -45,7 +54,8 @@ class Environment(Spec):
     field: AnyField = FIELDS["igrf14"]()
     earth_rotation: Literal["precise", "sidereal"] = "precise"
     ut1_minus_utc_s: Annotated[float, Field(ge=-0.9, le=0.9)] = 0.0
-    eclipse: Literal["conical", "oblate", "cylindrical"] = "conical"
+    eclipse: Literal["conical", "oblate", "cylindrical", "none"] = "conical"
+    sun_direction: Annotated[Vector, AfterValidator(_unit_sun_direction)] | None = None
     gravity_gradient: bool = True
     atmosphere: AnyAtmosphere | None = None
     co_rotating_atmosphere: bool = True
@@ -92,6 +102,9 @@ class OrbitEnvironment:
 
     def sun(self, t_s: np.ndarray) -> np.ndarray:
         """Position of the Sun [n, 3] m from the Earth's centre."""
+        fixed = self.environment.sun_direction
+        if fixed is not None:
+            return np.tile(ASTRONOMICAL_UNIT_M * np.array(fixed), (len(t_s), 1))
         return sun_position(t_s, self.start, self.environment.earth_rotation)
 
     def lit(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:

@@ -21,8 +21,8 @@ from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
 from torquer.time import julian_dates
 
 LIGHT_SPEED_M_S = 299792458.0
-#: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder.
-ECLIPSES = ("conical", "oblate", "cylindrical")
+#: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
+ECLIPSES = ("conical", "oblate", "cylindrical", "none")
 #: Equatorial over polar radius of the Earth, less one.
 _OBLATENESS = EARTH_FLATTENING / (1.0 - EARTH_FLATTENING)
 
@@ -30,10 +30,12 @@ _OBLATENESS = EARTH_FLATTENING / (1.0 - EARTH_FLATTENING)
 class Shadow(NamedTuple):
     """The Earth's shadow for kernels: a cylinder, or the cone of a body oblate along `pole`.
 
-    `oblateness`: equatorial over polar radius, less one; `pole`: unit vector, inertial.
+    `radius_m`: equatorial radius, 0 for no shadow; `oblateness`: equatorial over polar radius, less
+    one; `pole`: unit vector, inertial.
     """
 
     cylinder: bool
+    radius_m: float
     oblateness: float
     pole: tuple
 
@@ -42,8 +44,9 @@ def shadow_of(model: str = "conical", pole=(0.0, 0.0, 1.0)) -> Shadow:
     """The shadow by its model's name; `ValueError` for one that is not known."""
     if model not in ECLIPSES:
         raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
+    radius_m = 0.0 if model == "none" else EARTH_RADIUS_M
     oblateness = _OBLATENESS if model == "oblate" else 0.0
-    return Shadow(model == "cylindrical", oblateness, as_vector(pole))
+    return Shadow(model in ("cylindrical", "none"), radius_m, oblateness, as_vector(pole))
 
 
 def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.ndarray:
@@ -66,7 +69,8 @@ def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     "conical": the Earth (a sphere of the equatorial radius) and the Sun are flat discs on the
     sky; the overlap is exact, also where the Earth lies wholly inside the Sun. "oblate": the same
     for the ellipsoid, its pole along axis 3 unless the `Shadow` has another. "cylindrical":
-    0 in the cylinder behind the Earth, 1 elsewhere. All in one inertial frame.
+    0 in the cylinder behind the Earth, 1 elsewhere. "none": 1 everywhere. All in one inertial
+    frame.
     """
     shadow = shadow_of(shadow) if isinstance(shadow, str) else shadow
     r, sun = np.broadcast_arrays(np.atleast_2d(r_m), np.atleast_2d(sun_m))
@@ -104,13 +108,13 @@ def lit_fraction_at(shadow, r, sun):
     """
     if shadow.cylinder:
         beside = norm(cross(r, sun)) / norm(sun)
-        return 0.0 if dot(r, sun) < 0.0 and beside < EARTH_RADIUS_M else 1.0
+        return 0.0 if dot(r, sun) < 0.0 and beside < shadow.radius_m else 1.0
     pole = shadow.pole
     r = add_scaled(r, shadow.oblateness * dot(r, pole), pole)
     sun = add_scaled(sun, shadow.oblateness * dot(sun, pole), pole)
     to_sun = sub(sun, r)
     size_sun = math.asin(SUN_RADIUS_M / norm(to_sun))
-    size_earth = math.asin(min(EARTH_RADIUS_M / norm(r), 1.0))
+    size_earth = math.asin(min(shadow.radius_m / norm(r), 1.0))
     apart = math.atan2(norm(cross(to_sun, r)), -dot(to_sun, r))
     return 1.0 - _overlap(size_sun, size_earth, apart) / (math.pi * size_sun * size_sun)
 
