@@ -8,9 +8,9 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from torquer.control import LAWS, WHEEL_LAWS, GivenLaw
+from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
-from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS, Drag
 from torquer.scenario.load import presets

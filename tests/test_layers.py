@@ -13,7 +13,7 @@ FLOORS = (
     {"conventions", "interface", "engine", "plugin", "validate", "spec", "noise", "time"},
     {"geometry"},
     {"integrate"},
-    {"forces"},
+    {"earth"},
     {"orbit"},
     {"environment"},
     {"wheel_array"},

@@ -123,3 +123,12 @@ def test_new_years_enclose_a_span():
     assert (at_s / day).tolist() == [-364.75, 0.25, 366.25, 731.25]
     at_s, years = time.new_years("2020-01-01T00:00:00Z", 0.0, 366 * day)
     assert years.tolist() == [2020.0, 2021.0, 2022.0] and at_s[0] == 0.0
+
+
+def test_seconds_between_counts_leap_seconds():
+    assert time.seconds_between("2016-12-31T23:59:00Z", "2017-01-01T00:01:00Z") == 121.0
+    assert time.seconds_between("2017-01-01T00:01:00Z", "2016-12-31T23:59:00.5Z") == -120.5
+
+
+def test_years_have_their_gregorian_length():
+    assert [time.days_in(y) for y in (1900, 2000, 2023, 2024)] == [365, 366, 365, 366]

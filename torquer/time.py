@@ -7,11 +7,14 @@ future date, the last known TAI - UTC is used; before 1972 its first value, 10 s
 read here rather than through `erfa.dat`, which would warn of a 'dubious year' for each future date.
 """
 
+import math
 from datetime import UTC, datetime, timedelta
 from functools import cache
 
 import erfa
 import numpy as np
+
+from torquer.engine import kernel
 
 DAY_S = 86400.0
 #: TT - TAI, exact by definition [s].
@@ -104,6 +107,45 @@ def new_years(start_utc: str | datetime, first_s: float, last_s: float) -> tuple
     years = range(first, last + 2)
     days = [datetime(year, 1, 1, tzinfo=UTC) - start for year in years]
     return np.array([day / timedelta(seconds=1) for day in days]), np.array(years, dtype=float)
+
+
+def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float:
+    """SI seconds from one instant to another, leap seconds counted."""
+    start, end = parse_utc(start_utc), parse_utc(end_utc)
+    return (end - start) / timedelta(seconds=1) + leap_seconds_between(start, end)
+
+
+def leap_seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> int:
+    """Number of leap seconds inserted between two instants."""
+    start, end = parse_utc(start_utc), parse_utc(end_utc)
+    return round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
+
+
+def _tt_minus_utc_days(moment: datetime) -> float:
+    (_, utc), (_, tt) = julian_dates(moment, 0.0)
+    return float(tt - utc)
+
+
+@kernel
+def day_of_year(day, year):
+    """Number of the day of its year, 1 = 1 January.
+
+    `day`: 1.0 = 1 January 00:00 of `year`; it may lie before that year or beyond it.
+    """
+    while day < 1.0:
+        year -= 1
+        day += days_in(year)
+    while day >= 1.0 + days_in(year):
+        day -= days_in(year)
+        year += 1
+    return math.floor(day)
+
+
+@kernel
+def days_in(year):
+    """Days of a Gregorian year."""
+    leap = year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
+    return 366 if leap else 365
 
 
 def _stamp(utc: str | datetime) -> np.datetime64:

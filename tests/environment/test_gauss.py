@@ -9,10 +9,10 @@ import pygeomag
 import pytest
 
 from torquer.conventions import FIELD_RADIUS_M
+from torquer.earth.harmonics_many import LANES
 from torquer.environment.field import Gauss, Igrf14, TiltedDipole, Wmm2025, at_geodetic
 from torquer.environment.field import coefficients as tables
 from torquer.environment.field.harmonics import b_earth_fixed, b_earth_fixed_many
-from torquer.forces.harmonics_many import LANES
 from torquer.geometry.frames import dcm_ecef_to_ned
 
 RNG = np.random.default_rng(14)

@@ -8,10 +8,10 @@ from skyfield.api import EarthSatellite, load, wgs84
 from skyfield.framelib import itrs
 
 from torquer.conventions import EARTH_RATE_RAD_S
+from torquer.earth.atmosphere import Gost
+from torquer.earth.rotation_table import rotation_at, rotation_table
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.field.along import fields_along
-from torquer.forces.atmosphere import Gost
-from torquer.forces.turn import earth_turn, turn_at
 from torquer.geometry.frames import rot_z
 from torquer.orbit import Circular, Numerical, Sgp4
 from torquer.time import julian_dates, parse_utc
@@ -85,9 +85,9 @@ def test_the_field_turns_with_the_earth(rotation):
 @pytest.mark.parametrize("mode", ["precise", "sidereal"])
 def test_compiled_turn_is_that_of_the_environment(mode):
     expected = met(CIRCLE, 0.61, earth_rotation=mode).dcm_to_ecef(TIMES)
-    table = earth_turn(START, 0.0, TIMES[-1], mode, 0.61)
+    table = rotation_table(START, 0.0, TIMES[-1], mode, 0.61)
     for t, dcm in zip(TIMES, expected, strict=True):
-        assert np.abs(np.array(turn_at(table, t)[0]) - dcm).max() < 2e-13
+        assert np.abs(np.array(rotation_at(table, t)[0]) - dcm).max() < 2e-13
 
 
 def test_an_integrated_orbit_turns_with_its_gravity():

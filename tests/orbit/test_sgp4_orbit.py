@@ -8,7 +8,7 @@ import pytest
 from sgp4.api import Satrec, jday
 from skyfield.api import EarthSatellite, load
 
-from torquer.environment.earth import teme_to_gcrf
+from torquer.earth.rotation import teme_to_gcrf
 from torquer.orbit import Sgp4
 from torquer.orbit.sgp4 import checksum
 from torquer.time import parse_utc

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer.environment.gravity import gravity_gradient_torque
+from torquer.earth.gravity import gravity_gradient_torque
 from torquer.environment.local import LocalEnvironment
 from torquer.geometry.motion import Motion
 from torquer.spacecraft.body import (

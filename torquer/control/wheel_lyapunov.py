@@ -20,8 +20,8 @@ from torquer.control.pointing import (
     short_way,
 )
 from torquer.conventions import MU_EARTH_M3_S2
+from torquer.earth.gravity import gravity_gradient_torque
 from torquer.engine import inlined, kernel
-from torquer.environment.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, dot, scale, sub, sym_vec
 

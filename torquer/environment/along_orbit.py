@@ -10,13 +10,13 @@ from pydantic import AfterValidator, Field
 
 from torquer import validate
 from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RATE_RAD_S
-from torquer.environment.earth import dcm_inertial_to_ecef, teme_to_gcrf
+from torquer.earth.atmosphere import AnyAtmosphere
+from torquer.earth.gravity import gravity_gradient_vector
+from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
-from torquer.environment.gravity import gravity_gradient_vector
 from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
 from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
-from torquer.forces.atmosphere import AnyAtmosphere
 from torquer.geometry.vec3 import as_vector
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec, Vector

@@ -14,9 +14,9 @@ from torquer.conventions import (
     EARTH_RADIUS_M,
     SUN_RADIUS_M,
 )
+from torquer.earth import rotation
+from torquer.earth.rotation import check_mode
 from torquer.engine import kernel
-from torquer.environment import earth
-from torquer.forces.turn import check_mode
 from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
 from torquer.time import julian_dates
 
@@ -58,9 +58,9 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     check_mode(mode)
     ut1, tt = julian_dates(start_utc, np.atleast_1d(t_s))
     if mode == "precise":
-        return earth.interpolate_slow(_apparent_gcrf, *tt)
+        return rotation.interpolate_slow(_apparent_gcrf, *tt)
     lag = float(ut1[1][0] - tt[1][0])
-    return earth.interpolate_slow(partial(_apparent_teme, lag), *tt)
+    return rotation.interpolate_slow(partial(_apparent_teme, lag), *tt)
 
 
 def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
@@ -94,7 +94,7 @@ def _apparent_gcrf(day, fraction) -> np.ndarray:
 
 
 def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
-    turn = earth.gcrf_to_teme_on_grid(ut1_minus_tt_days, day, fraction)
+    turn = rotation.gcrf_to_teme_on_grid(ut1_minus_tt_days, day, fraction)
     return (turn @ _apparent_gcrf(day, fraction)[..., None])[..., 0]
 
 

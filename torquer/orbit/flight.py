@@ -13,13 +13,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, EARTH_RATE_RAD_S
+from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
+from torquer.earth import gravity
+from torquer.earth.atmosphere.air import Air, air_velocity, density, height_m
+from torquer.earth.harmonics import Harmonics
+from torquer.earth.rotation_table import RotationTable, day_of_year_at, rotation_at, rotation_table
 from torquer.engine import kernel
-from torquer.forces import gravity
-from torquer.forces.atmosphere.air import Air, density, height_m
-from torquer.forces.harmonics import Harmonics
-from torquer.forces.turn import Turn, day_of_year_at, earth_turn, turn_at
-from torquer.geometry.vec3 import add, cross, mat_t_vec, mat_vec, norm, scale, sub
+from torquer.geometry.vec3 import add, mat_t_vec, mat_vec, norm, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of, workspace
 from torquer.time import DAY_S
 
@@ -48,21 +48,15 @@ class Flight(NamedTuple):
     """
 
     forces: Forces
-    turn: Turn
+    rotation: RotationTable
     day: int
-
-
-@kernel
-def air_velocity(r, v, pole):
-    """Velocity [m/s] relative to air that turns with the Earth about its pole (unit vector)."""
-    return sub(v, scale(EARTH_RATE_RAD_S, cross(pole, r)))
 
 
 @kernel
 def acceleration(flight, t, r, v):
     """Acceleration [m/s^2] at an inertial position and velocity; drag -1/2 c_d S/m rho |w| w."""
     forces = flight.forces
-    dcm, sun = turn_at(flight.turn, t)
+    dcm, sun = rotation_at(flight.rotation, t)
     r_ecef = mat_vec(dcm, r)
     pull = mat_t_vec(dcm, gravity.beyond_central(forces.harmonics, r_ecef))
     total = add(gravity.central(r), pull)
@@ -82,20 +76,20 @@ def _rates(problem, t, y, dy):
 
 
 @kernel
-def _midnight(turn, t, end):
+def _midnight(rotation, t, end):
     """The midnight strictly between two times less than a day apart, or the second of them."""
-    midnight = DAY_S * math.floor((turn.midnight_s + max(t, end)) / DAY_S) - turn.midnight_s
+    midnight = DAY_S * math.floor((rotation.midnight_s + max(t, end)) / DAY_S) - rotation.midnight_s
     return midnight if min(t, end) < midnight < max(t, end) else end
 
 
 @kernel
-def _fly(forces, turn, t, step, y, h, work, nodes):
+def _fly(forces, rotation, t, step, y, h, work, nodes):
     """Fill `nodes` [n, 9] with r, v, a one step after the other from y; (status, h, filled)."""
     for row in range(nodes.shape[0]):
         end = t + step
         while t != end:
-            pause = _midnight(turn, t, end)
-            flight = Flight(forces, turn, day_of_year_at(turn, 0.5 * (t + pause)))
+            pause = _midnight(rotation, t, end)
+            flight = Flight(forces, rotation, day_of_year_at(rotation, 0.5 * (t + pause)))
             status, h, _ = dop853(flight, t, pause, y, RTOL, ATOL, h, work)
             if status != DONE:
                 return status, h, row
@@ -147,13 +141,13 @@ class Trajectory:
         self._forces, self._anchor, self._mode, self._dut1_s = forces, anchor, mode, dut1_s
         self._work = workspace(6)
         self._lock = threading.Lock()
-        turn, start = self._turn(0.0, 0.0), np.empty((1, 9))
-        _note(Flight(forces, turn, day_of_year_at(turn, 0.0)), 0.0, state, start[0])
+        rotation, start = self._rotation(0.0, 0.0), np.empty((1, 9))
+        _note(Flight(forces, rotation, day_of_year_at(rotation, 0.0)), 0.0, state, start[0])
         #: Ahead and back: nodes from the anchor on, and the step that DOP853 would try next.
         self._ways = {1: [start, 0.0], -1: [start, 0.0]}
 
-    def _turn(self, first_s: float, last_s: float) -> Turn:
-        return earth_turn(self._anchor, first_s, last_s, self._mode, self._dut1_s)
+    def _rotation(self, first_s: float, last_s: float) -> RotationTable:
+        return rotation_table(self._anchor, first_s, last_s, self._mode, self._dut1_s)
 
     def states(self, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at seconds from the anchor."""
@@ -174,24 +168,24 @@ class Trajectory:
             count = min(max(missing, _FEW, len(nodes) // 4), _MANY)
             begin = way * (len(nodes) - 1) * NODE_S
             end = begin + way * count * NODE_S
-            turn = self._turn(min(begin, end), max(begin, end))
+            rotation = self._rotation(min(begin, end), max(begin, end))
             more, y = np.empty((count, 9)), nodes[-1, :6].copy()
             status, h, filled = _fly(
-                self._forces, turn, begin, way * NODE_S, y, h, self._work, more
+                self._forces, rotation, begin, way * NODE_S, y, h, self._work, more
             )
             whole = np.concatenate([nodes, more[:filled]])
             self._ways[way] = [whole, h]
             if status != DONE and (len(whole) - 1) * NODE_S < distance_s:
-                self._refuse(status, turn, begin + way * filled * NODE_S, y)
+                self._refuse(status, rotation, begin + way * filled * NODE_S, y)
 
-    def _refuse(self, status: int, turn: Turn, t: float, y: np.ndarray) -> None:
+    def _refuse(self, status: int, rotation: RotationTable, t: float, y: np.ndarray) -> None:
         """Raise `ValueError` that says where and why the flight cannot go on."""
         if status == HIT_EARTH:
             raise ValueError(
                 "orbit: must stay above the Earth's surface; received one that goes through it "
                 f"{t:.6g} s after the start state"
             )
-        dcm, _ = turn_at(turn, t)
+        dcm, _ = rotation_at(rotation, t)
         height = 1e-3 * height_m(mat_vec(dcm, (y[0], y[1], y[2])))
         lowest, highest = self._forces.air.lowest_km, self._forces.air.highest_km
         raise ValueError(

@@ -10,18 +10,18 @@ from pydantic import Field, model_validator
 
 from torquer import validate
 from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.forces import gravity
-from torquer.forces.atmosphere import AnyAtmosphere, Nrlmsis
-from torquer.forces.atmosphere.air import NO_AIR
-from torquer.forces.atmosphere.nrlmsis import NOT_COMPILED
-from torquer.forces.turn import leap_seconds_between, seconds_between, teme_to_gcrf_at
+from torquer.earth import gravity
+from torquer.earth.atmosphere import AnyAtmosphere, Nrlmsis
+from torquer.earth.atmosphere.air import NO_AIR
+from torquer.earth.atmosphere.nrlmsis import NOT_COMPILED
+from torquer.earth.rotation_table import teme_to_gcrf_at
 from torquer.orbit import kepler
 from torquer.orbit.circular import Circular
 from torquer.orbit.flight import Forces, Trajectory
 from torquer.orbit.kepler import Kepler
 from torquer.orbit.sgp4 import Sgp4
 from torquer.spec import Spec, Vector
-from torquer.time import parse_utc
+from torquer.time import leap_seconds_between, parse_utc, seconds_between
 
 
 class StateVector(Spec):

@@ -5,9 +5,9 @@ import re
 from pydantic import ValidationError
 
 from torquer.control import LAWS
+from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.field import FIELDS
 from torquer.estimation import ESTIMATORS
-from torquer.forces.atmosphere import ATMOSPHERES
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS
 from torquer.wheel_array.presets import LAYOUTS

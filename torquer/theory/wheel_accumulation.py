@@ -13,7 +13,7 @@ import numpy as np
 
 from torquer import validate
 from torquer.conventions import EARTH_RATE_RAD_S
-from torquer.environment.gravity import gravity_gradient_torque
+from torquer.earth.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.geometry.vec3 import as_symmetric, as_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque, flow

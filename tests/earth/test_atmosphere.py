@@ -13,11 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from torquer.forces.atmosphere import ATMOSPHERES, AnyAtmosphere, Exponential, Gost, Nrlmsis
-from torquer.forces.atmosphere import gost as gost_room
-from torquer.forces.atmosphere.air import NO_AIR, bulge_angle_cosine, density, gost_density
-from torquer.forces.atmosphere.exponential import TABLE
-from torquer.forces.atmosphere.model import heights_km
+from torquer.earth.atmosphere import ATMOSPHERES, AnyAtmosphere, Exponential, Gost, Nrlmsis
+from torquer.earth.atmosphere import gost as gost_room
+from torquer.earth.atmosphere.air import NO_AIR, bulge_angle_cosine, density, gost_density
+from torquer.earth.atmosphere.exponential import TABLE
+from torquer.earth.atmosphere.model import heights_km
 from torquer.geometry.frames import ecef_from_geodetic
 
 START = "2007-09-21T09:10:34Z"

@@ -1,16 +1,16 @@
 """Models of the density of the air. One entry per kind.
 
 Every one is a frozen spec with `density(t_s, start_utc, r_ecef_m) -> [n] kg/m^3`; those that
-compile also have `pack()`, which `torquer.forces.atmosphere.air.density` takes.
+compile also have `pack()`, which `torquer.earth.atmosphere.air.density` takes.
 """
 
 from typing import Annotated, Union
 
 from pydantic import Field
 
-from torquer.forces.atmosphere.exponential import Exponential
-from torquer.forces.atmosphere.gost import Gost
-from torquer.forces.atmosphere.nrlmsis import Nrlmsis
+from torquer.earth.atmosphere.exponential import Exponential
+from torquer.earth.atmosphere.gost import Gost
+from torquer.earth.atmosphere.nrlmsis import Nrlmsis
 
 ATMOSPHERES = {"gost": Gost, "exponential": Exponential, "nrlmsis": Nrlmsis}
 

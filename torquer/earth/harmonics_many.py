@@ -1,4 +1,4 @@
-"""The gradient of solid harmonics at many points: `torquer.forces.harmonics`, sixty-four at a time.
+"""The gradient of solid harmonics at many points: `torquer.earth.harmonics`, sixty-four at a time.
 
 The same sums with the points innermost, so that the compiler works on several at once (three
 times faster). The scratch array is flat, its rows at constant offsets, because only then can

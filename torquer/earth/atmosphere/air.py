@@ -1,13 +1,13 @@
-"""Density of the air as kernels take it: one type for all models that compile."""
+"""The air as kernels take it: its density, one type for all models that compile; its velocity."""
 
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
+from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, EARTH_RATE_RAD_S
 from torquer.engine import kernel
-from torquer.geometry.vec3 import dot, norm
+from torquer.geometry.vec3 import cross, dot, norm, scale, sub
 
 NONE, EXPONENTIAL, GOST = 0, 1, 2
 _POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)
@@ -129,3 +129,9 @@ def density(air, r_ecef_m, sun_ecef, day):
     return gost_density(
         air.gost, h_km, bulge_angle_cosine(air.gost.lag_rad, r_ecef_m, sun_ecef), day
     )
+
+
+@kernel
+def air_velocity(r, v, pole):
+    """Velocity [m/s] relative to air that turns with the Earth about its pole (unit vector)."""
+    return sub(v, scale(EARTH_RATE_RAD_S, cross(pole, r)))

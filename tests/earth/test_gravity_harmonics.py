@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import assoc_legendre_p_all
 
 from torquer.conventions import MU_EARTH_M3_S2
-from torquer.forces import gravity
+from torquer.earth import gravity
 
 PLACE = (4.1e6, -3.2e6, 4.7e6)
 WHOLE = gravity.pack(gravity.MAX_DEGREE)

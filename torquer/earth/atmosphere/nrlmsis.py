@@ -5,8 +5,8 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.forces.atmosphere.air import Air
-from torquer.forces.atmosphere.model import Atmosphere
+from torquer.earth.atmosphere.air import Air
+from torquer.earth.atmosphere.model import Atmosphere
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.time import utc_at
 

@@ -19,8 +19,20 @@ import erfa
 import numpy as np
 
 from torquer.engine import kernel
-from torquer.forces.turn import GRID_DAYS, NODES, TO_POWERS, check_mode
 from torquer.time import julian_dates
+
+#: Models of the Earth's rotation.
+MODES = ("precise", "sidereal")
+GRID_DAYS = 0.5
+NODES = np.arange(-2, 4)
+#: Takes six neighbouring grid values to the coefficients of the polynomial through them.
+TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
+
+
+def check_mode(mode: str) -> None:
+    """Raise `ValueError` unless the model of the Earth's rotation is known."""
+    if mode not in MODES:
+        raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
 
 
 def interpolate_slow(grid_values, day: float, fraction) -> np.ndarray:

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from torquer import validate
+from torquer.earth.atmosphere.air import density, height_m
+from torquer.earth.rotation_table import day_of_year_at, rotation_at, rotation_table
 from torquer.engine import kernel
-from torquer.forces.atmosphere.air import density, height_m
-from torquer.forces.turn import day_of_year_at, earth_turn, turn_at
 from torquer.geometry.vec3 import mat_vec
 from torquer.spec import Spec
 
@@ -20,10 +20,10 @@ def _heights(r, out):
 
 
 @kernel
-def _densities(air, turn, t, r, out):
+def _densities(air, rotation, t, r, out):
     for i in range(out.size):
-        dcm, sun = turn_at(turn, t[i])
-        day = day_of_year_at(turn, t[i])
+        dcm, sun = rotation_at(rotation, t[i])
+        day = day_of_year_at(rotation, t[i])
         out[i] = density(air, (r[i, 0], r[i, 1], r[i, 2]), mat_vec(dcm, sun), day)
 
 
@@ -73,7 +73,8 @@ class Atmosphere(Spec):
         return t_s, r
 
     def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:
-        turn = earth_turn(start_utc, float(t_s.min()), float(t_s.max()), "precise", dut1_s)
+        span_s = float(t_s.min()), float(t_s.max())
+        rotation = rotation_table(start_utc, *span_s, "precise", dut1_s)
         out = np.empty(t_s.size)
-        _densities(self.pack(), turn, t_s, r, out)
+        _densities(self.pack(), rotation, t_s, r, out)
         return out

@@ -1,33 +1,26 @@
-"""How the Earth turns and where the Sun stands, tabulated for compiled code.
+"""The Earth's rotation and the Sun's direction, tabulated for compiled code.
 
-What `torquer.environment.earth` and `sun` give for arrays of times, kernels read here at one
-time. "precise": the inertial frame is GCRF; the pole by IAU 2006/2000A, then the Earth rotation
-angle. "sidereal": the frame is the true equator and mean equinox of date (TEME), one turn by
-Greenwich mean sidereal time 1982. Neither has polar motion.
+What `torquer.earth.rotation` and `torquer.environment.sun` give for arrays of times, kernels read
+here at one time, in the same frames and with the same two models of rotation.
 
-The pole's X and Y, the locator s, what the sidereal angle is behind, and the Sun's direction
+The celestial pole's X and Y, the locator s, the lag of the sidereal angle, and the Sun's direction
 are slow: polynomials of degree 5 on a half-day grid laid in absolute time (error below 1e-11 rad).
 From X, Y and s comes a matrix that is orthogonal to rounding.
 """
 
 import math
-from datetime import datetime, timedelta
+from datetime import datetime
 from typing import NamedTuple
 
 import erfa
 import numpy as np
 
+from torquer.earth.rotation import GRID_DAYS, NODES, TO_POWERS, check_mode
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, scale
-from torquer.time import DAY_S, julian_dates, parse_utc
+from torquer.time import DAY_S, day_of_year, julian_dates, parse_utc
 
-#: Models of the Earth's rotation.
-MODES = ("precise", "sidereal")
-GRID_DAYS = 0.5
 _GRID_S = GRID_DAYS * DAY_S
-NODES = np.arange(-2, 4)
-#: Takes six neighbouring grid values to the coefficients of the polynomial through them.
-TO_POWERS = np.linalg.inv(np.vander(NODES, increasing=True))
 _TWO_PI = 2.0 * math.pi
 #: Rate of the Earth rotation angle [rad/s of UT1].
 ERA_RATE_RAD_S = _TWO_PI * 1.00273781191135448 / DAY_S
@@ -35,8 +28,8 @@ _X, _Y, _S, _LAG, _SUN = 0, 1, 2, 3, 4
 _CHANNELS = 7
 
 
-class Turn(NamedTuple):
-    """The Earth's turning from one start, for kernels.
+class RotationTable(NamedTuple):
+    """The Earth's rotation from one start on, for kernels.
 
     `midnight_s`: from the midnight before the start to the start; `angle`: Earth rotation angle
     at the start [rad]; `first`: number of the first cell; `cells` [cell, power, channel];
@@ -76,16 +69,10 @@ def _slow(mode: str, day: float, ut1_minus_tt: float, tt: np.ndarray) -> np.ndar
     return out
 
 
-def check_mode(mode: str) -> None:
-    """Raise `ValueError` unless the model of the Earth's rotation is known."""
-    if mode not in MODES:
-        raise ValueError(f"earth rotation: must be one of {', '.join(MODES)}; received {mode!r}")
-
-
-def earth_turn(
+def rotation_table(
     start_utc: str | datetime, first_s: float, last_s: float, mode: str, dut1_s: float = 0.0
-) -> Turn:
-    """Table of the Earth's turning for times first_s..last_s [s] after the start.
+) -> RotationTable:
+    """Table of the Earth's rotation for times first_s..last_s [s] after the start.
 
     `dut1_s` is UT1 - UTC at the start. Midnights and the grid of the table are those of UTC.
     """
@@ -103,16 +90,16 @@ def earth_turn(
     cells = np.stack([TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
     angle = float(erfa.era00(day, utc[0] + dut1))
     day_of_year = start.timetuple().tm_yday + midnight_s / DAY_S
-    return Turn(midnight_s, angle, first, cells, day_of_year, start.year)
+    return RotationTable(midnight_s, angle, first, cells, day_of_year, start.year)
 
 
 @kernel
-def _slow_at(turn, t):
+def _slow_at(rotation, t):
     """The seven slow channels at a time [s]."""
-    place = (turn.midnight_s + t) / _GRID_S
+    place = (rotation.midnight_s + t) / _GRID_S
     cell = math.floor(place)
     u = place - cell
-    c = turn.cells[min(max(cell - turn.first, 0), turn.cells.shape[0] - 1)]
+    c = rotation.cells[min(max(cell - rotation.first, 0), rotation.cells.shape[0] - 1)]
     x, y, s, lag, i, j, k = c[5, 0], c[5, 1], c[5, 2], c[5, 3], c[5, 4], c[5, 5], c[5, 6]
     for down in range(1, 6):
         p = 5 - down
@@ -138,30 +125,16 @@ def _dcm_to_teme(x, y, s, lag):
 
 
 @kernel
-def turn_at(turn, t):
+def rotation_at(rotation, t):
     """Inertial to Earth-fixed (rows), and the Sun's direction, inertial, at a time [s]."""
-    x, y, s, lag, sun = _slow_at(turn, t)
-    return _dcm_turned(x, y, turn.angle + ERA_RATE_RAD_S * t + lag - s), sun
+    x, y, s, lag, sun = _slow_at(rotation, t)
+    return _dcm_turned(x, y, rotation.angle + ERA_RATE_RAD_S * t + lag - s), sun
 
 
 @kernel
-def day_of_year_at(turn, t):
+def day_of_year_at(rotation, t):
     """Number of the day of the year, 1 = 1 January; leap seconds left out of account."""
-    day, year = turn.day + t / DAY_S, turn.year
-    while day < 1.0:
-        year -= 1
-        day += days_in(year)
-    while day >= 1.0 + days_in(year):
-        day -= days_in(year)
-        year += 1
-    return math.floor(day)
-
-
-@kernel
-def days_in(year):
-    """Days of a Gregorian year."""
-    leap = year % 4 == 0 and (year % 100 != 0 or year % 400 == 0)
-    return 366 if leap else 365
+    return day_of_year(rotation.day + t / DAY_S, rotation.year)
 
 
 def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
@@ -169,20 +142,3 @@ def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
     (day, ut1), (_, tt) = julian_dates(start_utc, 0.0)
     lag = float(erfa.gmst82(day, ut1) - erfa.era00(day, ut1))
     return _dcm_to_teme(*(float(v) for v in erfa.xys06a(day, tt)), lag).T
-
-
-def seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> float:
-    """SI seconds from one instant to another, leap seconds counted."""
-    start, end = parse_utc(start_utc), parse_utc(end_utc)
-    return (end - start) / timedelta(seconds=1) + leap_seconds_between(start, end)
-
-
-def leap_seconds_between(start_utc: str | datetime, end_utc: str | datetime) -> int:
-    """Number of leap seconds inserted between two instants."""
-    start, end = parse_utc(start_utc), parse_utc(end_utc)
-    return round((_tt_minus_utc_days(end) - _tt_minus_utc_days(start)) * DAY_S)
-
-
-def _tt_minus_utc_days(moment: datetime) -> float:
-    (_, utc), (_, tt) = julian_dates(moment, 0.0)
-    return float(tt - utc)

@@ -1,4 +1,7 @@
-"""Gravity of the Earth by EGM2008, degree and order up to 36. Frame: Earth-fixed."""
+"""Gravity of the Earth: EGM2008 to degree and order 36, and the gravity-gradient torque.
+
+Frame: Earth-fixed for EGM2008; any, one for all vectors, for the rest.
+"""
 
 from functools import cache
 from pathlib import Path
@@ -6,10 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from torquer.conventions import MU_EARTH_M3_S2
-from torquer.engine import kernel
-from torquer.forces import harmonics
-from torquer.forces.harmonics import Harmonics
-from torquer.geometry.vec3 import dot
+from torquer.earth import harmonics
+from torquer.earth.harmonics import Harmonics
+from torquer.engine import inlined, kernel
+from torquer.geometry.vec3 import cross, dot, sym_vec
 
 FOLDER = Path(__file__).parent / "coefficients"
 #: Degree and order to which coefficients are shipped.
@@ -73,3 +76,20 @@ def acceleration(harmonics_, r_ecef_m):
     """Whole acceleration of gravity [m/s^2] in Earth-fixed axes at an Earth-fixed position [m]."""
     g, more = central(r_ecef_m), beyond_central(harmonics_, r_ecef_m)
     return (g[0] + more[0], g[1] + more[1], g[2] + more[2])
+
+
+@inlined
+def gravity_gradient_torque(inertia, gravity_gradient_body):
+    """Torque [N m] in the body: 3 mu/r^3 e x J e, e the unit radius vector.
+
+    `inertia` [kg m^2] as `sym_vec` takes it; `gravity_gradient_body`: e sqrt(3 mu/r^3) in the body
+    [1/s], sqrt(3) omega0 e on a circular orbit. Source: WHEEL (6.2).
+    """
+    return cross(gravity_gradient_body, sym_vec(inertia, gravity_gradient_body))
+
+
+def gravity_gradient_vector(r_m: np.ndarray) -> np.ndarray:
+    """Radius vectors [n, 3] with the length sqrt(3 mu/r^3) [1/s]: all that the torque needs."""
+    square = np.einsum("ni,ni->n", r_m, r_m)
+    scale = np.sqrt(3.0 * MU_EARTH_M3_S2) / (square * np.sqrt(np.sqrt(square)))  # of r^(5/2)
+    return scale[:, None] * r_m

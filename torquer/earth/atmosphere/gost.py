@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer import validate
-from torquer.forces.atmosphere.air import GOST, Air, GostAir
-from torquer.forces.atmosphere.model import Atmosphere
+from torquer.earth.atmosphere.air import GOST, Air, GostAir
+from torquer.earth.atmosphere.model import Atmosphere
 
 FOLDER = Path(__file__).parents[1] / "coefficients"
 _GROUPS = {"a": 7, "l": 5, "c": 5, "d": 5, "b": 5, "e": 5}

@@ -1,0 +1,1 @@
+"""The Earth: its rotation, its gravity, its atmosphere."""
