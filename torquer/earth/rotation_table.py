@@ -15,7 +15,14 @@ from typing import NamedTuple
 import erfa
 import numpy as np
 
-from torquer.earth.rotation import GRID_DAYS, NODES, TO_POWERS, check_mode
+from torquer.earth.apparent_sun import apparent_sun_gcrf
+from torquer.earth.rotation import (
+    GRID_DAYS,
+    NODES,
+    TO_POWERS,
+    check_mode,
+    gcrf_to_teme_on_grid,
+)
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.time import DAY_S, day_of_year, julian_dates, parse_utc
@@ -44,28 +51,18 @@ class RotationTable(NamedTuple):
     year: int
 
 
-def _apparent_sun(day: float, tt: np.ndarray) -> np.ndarray:
-    """Unit vectors to the Sun [n, 3] in GCRF: where it stood when its light left."""
-    heliocentric, _ = erfa.epv00(day, tt)
-    p, v = heliocentric["p"], heliocentric["v"]
-    light_days = np.linalg.norm(p, axis=1, keepdims=True) * (erfa.AULT / DAY_S)
-    seen = v * light_days - p
-    return seen / np.linalg.norm(seen, axis=1, keepdims=True)
-
-
 def _slow(mode: str, day: float, ut1_minus_tt: float, tt: np.ndarray) -> np.ndarray:
     """The slow channels [n, 7] at TT dates `day + tt` [n]."""
-    x, y, s = erfa.xys06a(day, tt)
-    out = np.empty((tt.size, _CHANNELS))
-    sun = _apparent_sun(day, tt)
-    lag = erfa.gmst82(day, tt + ut1_minus_tt) - erfa.era00(day, tt + ut1_minus_tt)
-    lag = (lag + math.pi) % _TWO_PI - math.pi
-    if mode == "sidereal":
-        turn = np.array([_dcm_to_teme(*one) for one in zip(x, y, s, lag, strict=True)])
-        sun = np.einsum("nij,nj->ni", turn, sun)
-        x = y = s = 0.0
-    out[:, _X], out[:, _Y], out[:, _S], out[:, _SUN:] = x, y, s, sun
-    out[:, _LAG] = np.unwrap(lag) if mode == "sidereal" else 0.0
+    out = np.zeros((tt.size, _CHANNELS))
+    sun = apparent_sun_gcrf(day, tt)
+    sun /= np.linalg.norm(sun, axis=1, keepdims=True)
+    if mode == "precise":
+        out[:, _X], out[:, _Y], out[:, _S] = erfa.xys06a(day, tt)
+    else:
+        sun = np.einsum("nij,nj->ni", gcrf_to_teme_on_grid(ut1_minus_tt, day, tt), sun)
+        lag = erfa.gmst82(day, tt + ut1_minus_tt) - erfa.era00(day, tt + ut1_minus_tt)
+        out[:, _LAG] = np.unwrap((lag + math.pi) % _TWO_PI - math.pi)
+    out[:, _SUN:] = sun
     return out
 
 
@@ -89,8 +86,8 @@ def rotation_table(
     values = _slow(mode, day, utc_minus_tt + dut1, points)
     cells = np.stack([TO_POWERS @ values[k : k + 6] for k in range(last - first + 1)])
     angle = float(erfa.era00(day, utc[0] + dut1))
-    day_of_year = start.timetuple().tm_yday + midnight_s / DAY_S
-    return RotationTable(midnight_s, angle, first, cells, day_of_year, start.year)
+    in_year = start.timetuple().tm_yday + midnight_s / DAY_S
+    return RotationTable(midnight_s, angle, first, cells, in_year, start.year)
 
 
 @kernel
@@ -119,11 +116,6 @@ def _dcm_turned(x, y, angle):
     return (row_1, row_2, (x, y, 1.0 - a * (x * x + y * y)))
 
 
-def _dcm_to_teme(x, y, s, lag):
-    """GCRF to TEME: the intermediate frame, whose origin lies behind the mean equinox."""
-    return np.array(_dcm_turned(x, y, -s - lag))
-
-
 @kernel
 def rotation_at(rotation, t):
     """Inertial to Earth-fixed (rows), and the Sun's direction, inertial, at a time [s]."""
@@ -139,6 +131,5 @@ def day_of_year_at(rotation, t):
 
 def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
     """TEME to GCRF [3, 3] at one instant; UT1 - UTC would turn it by 1e-11 rad at most."""
-    (day, ut1), (_, tt) = julian_dates(start_utc, 0.0)
-    lag = float(erfa.gmst82(day, ut1) - erfa.era00(day, ut1))
-    return _dcm_to_teme(*(float(v) for v in erfa.xys06a(day, tt)), lag).T
+    (day, ut1), (_, tt) = julian_dates(start_utc, np.zeros(1))
+    return gcrf_to_teme_on_grid(float(ut1[0] - tt[0]), day, tt)[0].T

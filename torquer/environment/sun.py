@@ -5,22 +5,20 @@ from datetime import datetime
 from functools import partial
 from typing import NamedTuple
 
-import erfa
 import numpy as np
 
 from torquer.conventions import (
-    ASTRONOMICAL_UNIT_M,
     EARTH_FLATTENING,
     EARTH_RADIUS_M,
     SUN_RADIUS_M,
 )
 from torquer.earth import rotation
+from torquer.earth.apparent_sun import apparent_sun_gcrf
 from torquer.earth.rotation import check_mode
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
 from torquer.time import julian_dates
 
-LIGHT_SPEED_M_S = 299792458.0
 #: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
 ECLIPSES = ("conical", "oblate", "cylindrical", "none")
 #: Equatorial over polar radius of the Earth, less one.
@@ -58,7 +56,7 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
     check_mode(mode)
     ut1, tt = julian_dates(start_utc, np.atleast_1d(t_s))
     if mode == "precise":
-        return rotation.interpolate_slow(_apparent_gcrf, *tt)
+        return rotation.interpolate_slow(apparent_sun_gcrf, *tt)
     lag = float(ut1[1][0] - tt[1][0])
     return rotation.interpolate_slow(partial(_apparent_teme, lag), *tt)
 
@@ -80,22 +78,9 @@ def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
     return out
 
 
-def _apparent_gcrf(day, fraction) -> np.ndarray:
-    """Apparent Sun [n, 3] m in GCRF at TT dates.
-
-    Light time and aberration together: where the Sun stood, from where the Earth stood, when the
-    light left (exact to first order in v/c).
-    """
-    heliocentric, _ = erfa.epv00(day, fraction)
-    position = -heliocentric["p"] * ASTRONOMICAL_UNIT_M
-    velocity = -heliocentric["v"] * (ASTRONOMICAL_UNIT_M / erfa.DAYSEC)
-    light_time = np.linalg.norm(position, axis=-1, keepdims=True) / LIGHT_SPEED_M_S
-    return position - velocity * light_time
-
-
 def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
     turn = rotation.gcrf_to_teme_on_grid(ut1_minus_tt_days, day, fraction)
-    return (turn @ _apparent_gcrf(day, fraction)[..., None])[..., 0]
+    return (turn @ apparent_sun_gcrf(day, fraction)[..., None])[..., 0]
 
 
 @kernel
