@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from torquer.environment.field import averaged, direct_dipole
+from torquer.environment.field.tilted_dipole import b_dipole
 from torquer.geometry import euler
 from torquer.orbit.circular import Circular
 from torquer.theory.pitch_wheel import (
@@ -78,7 +79,7 @@ def naive(satellite, gained):
 
     def field(t):
         e = math.cos(omega0 * t) * node + math.sin(omega0 * t) * ahead
-        return np.array(direct_dipole.b_inertial(mu, tuple(radius * e))), e
+        return np.array(b_dipole((0.0, 0.0, -mu), tuple(radius * e))), e
 
     def rates(t, x):
         axes, w = x[:9].reshape(3, 3), x[9:]

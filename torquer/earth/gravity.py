@@ -71,13 +71,6 @@ def central(r_m):
 beyond_central = harmonics.gradient
 
 
-@kernel
-def acceleration(harmonics_, r_ecef_m):
-    """Whole acceleration of gravity [m/s^2] in Earth-fixed axes at an Earth-fixed position [m]."""
-    g, more = central(r_ecef_m), beyond_central(harmonics_, r_ecef_m)
-    return (g[0] + more[0], g[1] + more[1], g[2] + more[2])
-
-
 @inlined
 def gravity_gradient_torque(inertia, gravity_gradient_body):
     """Torque [N m] in the body: 3 mu/r^3 e x J e, e the unit radius vector.

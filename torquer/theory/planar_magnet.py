@@ -78,20 +78,11 @@ def pitch_acceleration(u, alpha, eta, lambda2, mu):
     return gravity + lambda2 * _strength(mu) * across
 
 
-def even_turn_stiffness(eta, lambda2, mu) -> tuple:
-    """(c0, c1) of y'' + (c0 + c1 cos 2u) y, y = alpha - pi/2 - u small; Mathieu's equation.
-
-    The direct dipole lessens c1 by lambda2 / 3: chi = c1/c0 = eta/lambda2 - mu/3.
-    """
-    _strength(mu)
-    return lambda2, eta - mu * lambda2 / 3.0
-
-
 def even_turn_forcing(u, eta, lambda2, mu):
-    """Right-hand side of the same equation: y is forced at twice the orbital rate.
+    """Right-hand side of y'' + (c0 + c1 cos 2u) y = forcing, y = alpha - pi/2 - u small.
 
-    With `even_turn_stiffness` and mu = 0: y'' + (lambda^2 + eta cos 2u) y = -eta/2 sin 2u.
-    Source: FIELD (2.7).
+    The left-hand side is that of `even_turn`; for mu = 0 the equation is
+    y'' + (lambda^2 + eta cos 2u) y = -eta/2 sin 2u. Source: FIELD (2.7).
     """
     return -0.5 * (eta - mu * _strength(mu) * lambda2) * np.sin(2.0 * u)
 
@@ -105,12 +96,6 @@ def along_field_stiffness(u, eta, lambda2):
     return lambda2 * (2.0 / 3.0) * math.sqrt(w2) - eta * cos_twice
 
 
-def along_field_forcing(u, eta):
-    """eta/2 sin 2 alpha0 - alpha0'': y'' + stiffness y = this, y = alpha - alpha0 small."""
-    w2 = 1.0 + 3.0 * np.sin(u) ** 2
-    return (6.0 / w2 - eta) * np.sin(2.0 * u) / w2
-
-
 def dipole_direction(u):
     """alpha0, direction of the direct dipole in the orbit plane; it grows by 2 pi a revolution."""
     u = np.asarray(u, dtype=np.float64)
@@ -120,7 +105,10 @@ def dipole_direction(u):
 
 @periodic_system(order=2, period=math.pi, parameters={"eta": 0.0, "lambda2": 1.0, "mu": 0.0})
 def even_turn(u, parameters, out):
-    """Free motion about alpha = pi/2 + u; mu = 0 averaged field, mu = 1 direct dipole."""
+    """Free motion about alpha = pi/2 + u; mu = 0 averaged field, mu = 1 direct dipole.
+
+    Mathieu's equation y'' + (c0 + c1 cos 2u) y = 0 with c0 = lambda2, c1 = eta - mu lambda2/3.
+    """
     eta, lambda2, mu = parameters[0], parameters[1], parameters[2]
     out[0, 0], out[0, 1] = 0.0, 1.0
     out[1, 0] = -lambda2 - (eta - mu * lambda2 / 3.0) * math.cos(2.0 * u)

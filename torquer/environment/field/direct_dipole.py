@@ -12,15 +12,9 @@ from pydantic import Field
 
 from torquer.engine import kernel
 from torquer.environment.field.model import rows
-from torquer.environment.field.tilted_dipole import M3_IN_KM3, b_dipole, b_dipole_many
+from torquer.environment.field.tilted_dipole import M3_IN_KM3, b_dipole_many
 from torquer.geometry.vec3 import scale
 from torquer.spec import Spec
-
-
-@kernel
-def b_inertial(mu_t_m3, r):
-    """Induction [T] at r [m], in axes whose third is the Earth's axis."""
-    return b_dipole((0.0, 0.0, -mu_t_m3), r)
 
 
 @kernel

@@ -5,6 +5,7 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from torquer.earth.harmonics_many import gradient_many
 from torquer.engine import kernel
 from torquer.environment.field import coefficients, harmonics
 from torquer.environment.field.harmonics import Harmonics
@@ -19,7 +20,7 @@ def b_inertial_many(harmonics_, r_inertial, dcm_inertial_to_ecef, out):
     for i in range(r_inertial.shape[0]):
         r_ecef = mat_vec(row_matrix(dcm_inertial_to_ecef, i), row_vector(r_inertial, i))
         out[i, 0], out[i, 1], out[i, 2] = r_ecef
-    harmonics.b_earth_fixed_many(harmonics_, out, out)
+    gradient_many(harmonics_, out, out)
     for i in range(r_inertial.shape[0]):
         b = mat_t_vec(row_matrix(dcm_inertial_to_ecef, i), row_vector(out, i))
         out[i, 0], out[i, 1], out[i, 2] = b
@@ -66,7 +67,7 @@ class Gauss(Spec):
         """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
         r_ecef = rows("r_ecef", r_ecef, 3)
         out = np.empty_like(r_ecef)
-        harmonics.b_earth_fixed_many(packed, r_ecef, out)
+        gradient_many(packed, r_ecef, out)
         return out
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:

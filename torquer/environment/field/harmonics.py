@@ -7,11 +7,7 @@ import numpy as np
 
 from torquer.conventions import FIELD_RADIUS_M
 from torquer.earth import harmonics
-from torquer.earth.harmonics import Harmonics, gradient
-from torquer.earth.harmonics_many import gradient_many
-
-#: Induction [T] in Earth-fixed axes at a point [m], and at many points.
-b_earth_fixed, b_earth_fixed_many = gradient, gradient_many
+from torquer.earth.harmonics import Harmonics
 
 
 @cache
