@@ -1,12 +1,15 @@
-"""Make docs/scenario.md and docs/equations.md from the code: `python docs/generate.py`."""
+"""Make docs/scenario.md, equations.md and api.md from the code: `python docs/generate.py`."""
 
 import ast
+import importlib
 import inspect
+import itertools
 import re
 from pathlib import Path
 
 from pydantic import BaseModel
 
+import torquer
 from torquer.control import LAWS, WHEEL_LAWS, GivenLaw
 from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.along_orbit import Environment
@@ -132,7 +135,89 @@ def equations_page() -> str:
     return "\n".join([*head, "| formula | home |", "|---|---|", *rows, ""])
 
 
-PAGES = {"scenario.md": scenario_page, "equations.md": equations_page}
+#: Packages with public names, and modules of published formulas, whose functions are all public.
+PACKAGES = (
+    "torquer",
+    "torquer.environment",
+    "torquer.environment.field",
+    "torquer.theory",
+    "torquer.wheel_array",
+)
+FORMULAS = (
+    "torquer.environment.field.averaged",
+    "torquer.environment.field.direct_dipole",
+    "torquer.theory.evolution.bdot",
+    "torquer.theory.evolution.nutation_damping",
+    "torquer.theory.evolution.spin_up",
+    "torquer.theory.evolution.reorientation",
+    "torquer.theory.evolution.preliminary_1",
+    "torquer.theory.evolution.preliminary_2",
+)
+
+
+def api_page() -> str:
+    """Public names of the package and its documented parts, one line each."""
+    head = ["# Public names", "", "Made from the code by `docs/generate.py`.", ""]
+    tables = [*((p, public_names(p)) for p in PACKAGES), *((m, _functions_of(m)) for m in FORMULAS)]
+    return "\n".join(head + [line for each in tables for line in _names_table(*each)])
+
+
+def public_names(package: str) -> list[str]:
+    """Public names of a package, by the module that defines them."""
+    names = (name for name in importlib.import_module(package).__all__ if name != "__version__")
+    return sorted(names, key=lambda name: (_home(package, name), name))
+
+
+def _names_table(place: str, names) -> list[str]:
+    about = (ast.get_docstring(ast.parse(_source(place))) or "").split("\n")[0]
+    rows = [[f"`{n}`", line_of(place, n), f"`{_home(place, n)}`"] for n in names]
+    table = [["name", "what it is", "home"], ["---"] * 3, *rows]
+    columns = 2 if place in FORMULAS else 3
+    lines = ["| " + " | ".join(row[:columns]) + " |" for row in table]
+    return [f"## {place}", "", about, "", *lines, ""]
+
+
+def _source(place: str) -> str:
+    path = ROOT.joinpath(*place.split("."))
+    file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    return file.read_text(encoding="utf-8")
+
+
+def _functions_of(place: str) -> list[str]:
+    nodes = ast.parse(_source(place)).body
+    names = (node.name for node in nodes if isinstance(node, ast.FunctionDef))
+    return [name for name in names if not name.startswith("_")]
+
+
+def _home(place: str, name: str) -> str:
+    """The module in which a name that a package offers is defined."""
+    for node in ast.walk(ast.parse(_source(place))):
+        if isinstance(node, ast.ImportFrom) and name in (alias.name for alias in node.names):
+            return _home(node.module or "", name)
+    return torquer._HOMES[name] if place == "torquer" else place
+
+
+def line_of(place: str, name: str) -> str:
+    """First line of what the source says of a name, "" if it says nothing."""
+    source = _source(_home(place, name))
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
+            return (ast.get_docstring(node) or "").split("\n")[0].replace("|", "\\|")
+        if isinstance(node, ast.Assign) and name in (getattr(t, "id", "") for t in node.targets):
+            return _comment_above(source, node.lineno)
+    return ""
+
+
+def _comment_above(source: str, line: int) -> str:
+    """First sentence of the `#:` comment above a line."""
+    above = itertools.takewhile(
+        lambda text: text.startswith("#:"), reversed(source.split("\n")[: line - 1])
+    )
+    text = " ".join(part.removeprefix("#:").strip() for part in reversed(list(above)))
+    return text.split(". ")[0]
+
+
+PAGES = {"scenario.md": scenario_page, "equations.md": equations_page, "api.md": api_page}
 
 if __name__ == "__main__":
     for name, make in PAGES.items():

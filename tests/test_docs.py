@@ -1,7 +1,10 @@
 """Generated pages are up to date, and the README's example runs as it stands there."""
 
 import importlib.util
+import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -16,10 +19,34 @@ def _generator():
     return module
 
 
-@pytest.mark.parametrize("name", ["scenario.md", "equations.md"])
+@pytest.mark.parametrize("name", ["scenario.md", "equations.md", "api.md"])
 def test_generated_page_is_up_to_date(name):
     made = _generator().PAGES[name]()
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"
+
+
+@pytest.mark.parametrize(
+    "package",
+    ["torquer.environment", "torquer.environment.field", "torquer.theory", "torquer.wheel_array"],
+)
+def test_every_public_name_is_there_and_has_its_line(package):
+    generator, module = _generator(), importlib.import_module(package)
+    for name in generator.public_names(package):
+        assert generator.line_of(package, name), name
+        assert not inspect.ismodule(getattr(module, name)), f"{name} is a module of {package}, too"
+    assert set(module.__all__) <= set(dir(module))
+    with pytest.raises(AttributeError, match=f"module '{package}' has no attribute 'nothing'"):
+        _ = module.nothing
+
+
+def test_public_parts_of_the_package_are_imported_when_they_are_used():
+    code = (
+        "import sys, torquer.control, torquer.theory, torquer.wheel_array, torquer.environment\n"
+        "late = ('torquer.theory.', 'scipy.optimize')\n"
+        "print(*(name for name in sys.modules if name.startswith(late)))"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.strip() == ""
 
 
 def test_readme_example_runs(tmp_path, monkeypatch):

@@ -10,7 +10,7 @@ import torquer
 PACKAGE = Path(torquer.__file__).parent
 #: From the ground up; a room may import rooms of lower floors, and itself.
 FLOORS = (
-    {"conventions", "interface", "engine", "plugin", "validate", "spec", "noise", "time"},
+    {"conventions", "interface", "engine", "plugin", "validate", "spec", "noise", "time", "lazy"},
     {"geometry"},
     {"integrate"},
     {"earth"},

@@ -7,7 +7,7 @@ import pytest
 
 from torquer.control.bdot import BdotRate
 from torquer.theory.equilibria import (
-    equilibria,
+    find_equilibria,
     rates_of_evolution,
     rates_of_law,
     tends_to,
@@ -27,7 +27,7 @@ def case_of(name, inclination_deg, target=(0.0, 0.0, 1.0), **keys):
 
 
 def found(name, case):
-    return equilibria(rates_of_evolution(EVOLUTIONS[name], case))
+    return find_equilibria(rates_of_evolution(EVOLUTIONS[name], case))
 
 
 def angles(points):
@@ -145,7 +145,7 @@ def test_the_motion_itself_comes_to_a_stable_equilibrium(name, end):
 def test_a_law_averaged_as_it_flies_has_the_equilibria_of_its_closed_equations():
     spinner = Spinner(inclination_deg=60.0, **PROLATE)
     law = BdotRate(gain_a_m2_s_per_t=EPS * spinner.axial_kg_m2).law()
-    points = equilibria(rates_of_law(law, spinner))
+    points = find_equilibria(rates_of_law(law, spinner))
     expected = found("bdot", case_of("bdot", 60.0))
     assert len(points) == len(expected)
     (one,), (other,) = tends_to(points), tends_to(expected)
@@ -157,6 +157,6 @@ def test_a_law_averaged_as_it_flies_has_the_equilibria_of_its_closed_equations()
 def test_input_without_sense_is_refused():
     rates = rates_of_evolution(EVOLUTIONS["bdot"], case_of("bdot", 60.0))
     with pytest.raises(ValueError, match=r"^length: must be positive and finite; received 0"):
-        equilibria(rates, 0.0)
+        find_equilibria(rates, 0.0)
     with pytest.raises(ValueError, match=r"^rates: must be finite and not all zero; received up "):
-        equilibria(lambda slow: Slow(0.0, 0.0, 0.0, 0.0))
+        find_equilibria(lambda slow: Slow(0.0, 0.0, 0.0, 0.0))

@@ -22,8 +22,8 @@ from torquer.theory.floquet import (
     periodic_system,
     transitions,
 )
-from torquer.theory.mathieu import mathieu
-from torquer.theory.periodic_system import compile_matrix
+from torquer.theory.mathieu import mathieu_equation
+from torquer.theory.periodic_systems import compile_matrix
 
 PERIOD = 2.0 * math.pi
 
@@ -95,7 +95,7 @@ def test_the_rule_is_of_gauss():
 
 
 def test_the_order_is_twelve():
-    system = mathieu.with_parameters(a=5.0, q=1.5)
+    system = mathieu_equation.with_parameters(a=5.0, q=1.5)
     exact = monodromy(system, tolerance=1e-14)
     matrix, errors, counts = compile_matrix(system.function), [], np.array([2, 3, 4])
     for steps in counts:
@@ -188,11 +188,13 @@ def test_slow_three_axis_control_follows_the_averaged_equations():
 def test_a_chart_is_its_points():
     seen = []
     a, q = np.linspace(0.1, 4.0, 23), np.linspace(0.0, 1.0, 29)
-    found = chart(mathieu, ("a", a), ("q", q), workers=2, progress=lambda *done: seen.append(done))
+    found = chart(
+        mathieu_equation, ("a", a), ("q", q), workers=2, progress=lambda *done: seen.append(done)
+    )
     assert found.degree_of_stability.dims == ("q", "a")
-    assert found.attrs == {"system": "mathieu", "period": math.pi}
+    assert found.attrs == {"system": "mathieu_equation", "period": math.pi}
     for i, j in ((0, 0), (17, 5), (28, 22)):
-        m = monodromy(mathieu, a=a[j], q=q[i])
+        m = monodromy(mathieu_equation, a=a[j], q=q[i])
         rho = multipliers(m)
         assert float(found.trace[i, j]) == pytest.approx(np.trace(m), abs=1e-8)
         assert float(found.largest_multiplier[i, j]) == pytest.approx(abs(rho[0]), abs=1e-6)
@@ -202,7 +204,7 @@ def test_a_chart_is_its_points():
     assert float(found.error.max()) <= 1e-10
     assert seen[-1] == (667, 667)
     assert [done for done, _ in seen] == sorted({done for done, _ in seen})
-    alone = chart(mathieu, ("a", a), ("q", q), workers=1)
+    alone = chart(mathieu_equation, ("a", a), ("q", q), workers=1)
     assert alone.identical(found)
 
 
@@ -223,27 +225,45 @@ def test_what_does_not_settle_is_not_a_number():
 @pytest.mark.parametrize(
     ("action", "message"),
     [
-        (lambda: mathieu.with_parameters(b=1.0), r"mathieu: parameter must be one of: a, q; .*'b'"),
-        (lambda: mathieu.with_parameters(data=1.0), "mathieu: data must be set by with_data"),
-        (lambda: mathieu.with_parameters(a=math.nan).pack(), "mathieu: a: must be finite"),
-        (lambda: mathieu.with_data([math.inf]), "mathieu: data: must be finite"),
+        (
+            lambda: mathieu_equation.with_parameters(b=1.0),
+            r"mathieu_equation: parameter must be one of: a, q; .*'b'",
+        ),
+        (
+            lambda: mathieu_equation.with_parameters(data=1.0),
+            "mathieu_equation: data must be set by with_data",
+        ),
+        (
+            lambda: mathieu_equation.with_parameters(a=math.nan).pack(),
+            "mathieu_equation: a: must be finite",
+        ),
+        (lambda: mathieu_equation.with_data([math.inf]), "mathieu_equation: data: must be finite"),
         (lambda: PeriodicSystem("s", fourier, 0, 1.0), "s: order must be 1 or more; received 0"),
         (lambda: PeriodicSystem("s", fourier, 1, 0.0), "s: period must be positive; received 0"),
         (
             lambda: PeriodicSystem("s", fourier, 1, 1.0, {"data": 1}),
             "s: .* must not be called data",
         ),
-        (lambda: transitions(mathieu, {"a": 1.0}), r"a must have shape \(points,\); .* shape \(\)"),
+        (
+            lambda: transitions(mathieu_equation, {"a": 1.0}),
+            r"a must have shape \(points,\); .* shape \(\)",
+        ),
         (
             lambda: transitions(random_system(1, 1), {"data": [[1.0]]}),
             r"data must have shape \(points, 3\); received shape \(1, 1\)",
         ),
         (
-            lambda: transitions(mathieu, {"a": [1.0, 2.0], "q": [1.0]}),
-            "mathieu: values must be equally long; received lengths 2, 1",
+            lambda: transitions(mathieu_equation, {"a": [1.0, 2.0], "q": [1.0]}),
+            "mathieu_equation: values must be equally long; received lengths 2, 1",
         ),
-        (lambda: transitions(mathieu, tolerance=0.0), "tolerance must be positive .* received 0.0"),
-        (lambda: chart(mathieu, ("a", [1.0]), ("a", [1.0])), "two parameters; received 'a' twice"),
+        (
+            lambda: transitions(mathieu_equation, tolerance=0.0),
+            "tolerance must be positive .* received 0.0",
+        ),
+        (
+            lambda: chart(mathieu_equation, ("a", [1.0]), ("a", [1.0])),
+            "two parameters; received 'a' twice",
+        ),
     ],
 )
 def test_messages(action, message):

@@ -14,7 +14,7 @@ from torquer.theory.mathieu import (
     first_tongue_of_strength,
     half_trace,
     half_trace_series,
-    mathieu,
+    mathieu_equation,
     mathieu_parameters,
     multipliers_from_half_trace,
 )
@@ -23,7 +23,7 @@ from torquer.theory.pitch_wheel import (
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
 )
-from torquer.theory.pitch_wheel import steady_response as pitch_response
+from torquer.theory.pitch_wheel import pitch_wheel_response as pitch_response
 from torquer.theory.planar_magnet import (
     tracking_motion,
 )
@@ -38,11 +38,11 @@ from torquer.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,
-    full_motion,
     mean_offset,
+    motion_from_rest,
     published_offset,
     published_swing,
-    steady_response,
+    steady_bdot_response,
 )
 
 
@@ -78,7 +78,7 @@ def test_the_tongue_of_a_strength_is_off_by_what_the_docstring_says():
 @pytest.mark.parametrize("lambda2", [0.3, 1.0, 2.7, 4.0, 9.0, 25.0, 100.0])
 def test_the_series_of_the_half_trace_holds_to_a_tenth_up_to_its_limit(lambda2):
     chi = math.sqrt(0.3 * 16.0 / (math.pi * math.sqrt(lambda2))) * (1.0 - 1e-12)
-    exact = float(half_trace(monodromy(mathieu, **mathieu_parameters(lambda2, chi))))
+    exact = float(half_trace(monodromy(mathieu_equation, **mathieu_parameters(lambda2, chi))))
     assert abs(half_trace_series(lambda2, chi) - exact) < 0.1
     with pytest.raises(ValueError, match=r"^pi lambda chi\^2/16: must lie within 0\.\.0\.3 "):
         half_trace_series(lambda2, 1.01 * chi)
@@ -115,21 +115,21 @@ def test_leans_are_noted_and_then_refused():
     assert note.startswith("lean [rad] = 0.417: must lie within -0.34..0.34 (gravity's linear law")
     with pytest.raises(ValueError, match=r"^lean \[rad\]: must lie within -0\.5\.\.0\.5 \(gravity"):
         offset(0.999)
-    wild = steady_response(SteadyBdot(ratio=0.999, eps=0.1, inclination_deg=90.0))
+    wild = steady_bdot_response(SteadyBdot(ratio=0.999, eps=0.1, inclination_deg=90.0))
     assert any(note.startswith("lean [rad]") for note in wild.notes)
-    assert steady_response(SteadyBdot(ratio=0.5, eps=0.01, inclination_deg=50.0)).notes == ()
+    assert steady_bdot_response(SteadyBdot(ratio=0.5, eps=0.01, inclination_deg=50.0)).notes == ()
 
 
 def test_a_satellite_that_falls_over_is_refused_in_one_line():
     for eps in (3.0, 100.0):
         case = SteadyBdot(ratio=0.5, eps=eps, inclination_deg=50.0)
         with pytest.raises(ValueError, match=r"^eps: must leave the axis above the horizontal"):
-            full_motion(case, 2.0)
+            motion_from_rest(case, 2.0)
 
 
 def test_the_swing_is_off_by_a_tenth_from_where_it_is_noted():
     case = SteadyBdot(ratio=0.3, eps=0.01, inclination_deg=50.0).as_published()
-    u, x = full_motion(case, 0.1 / 0.01 / (2.0 * math.pi))
+    u, x = motion_from_rest(case, 0.1 / 0.01 / (2.0 * math.pi))
     pitch, roll, notes = published_swing(case, u[:-1])
     assert notes == ()
     lean = published_offset(case)

@@ -20,15 +20,15 @@ from torquer.theory.mathieu import (
     first_tongue_solutions,
     half_trace,
     half_trace_series,
-    hill,
-    mathieu,
+    hill_equation,
+    mathieu_equation,
     mathieu_parameters,
     multipliers_from_half_trace,
 )
 
 
 def half_trace_at(a, q):
-    return float(half_trace(monodromy(mathieu, a=a, q=q)))
+    return float(half_trace(monodromy(mathieu_equation, a=a, q=q)))
 
 
 @settings(max_examples=10, deadline=None)
@@ -69,7 +69,7 @@ def test_multipliers_at_scipys_values_are_one_or_minus_one(m, q):
     for value, start in ((mathieu_a, (1.0, 0.0)), (mathieu_b, (0.0, 1.0))):
         if m == 0 and value is mathieu_b:
             continue
-        matrix = monodromy(mathieu, a=float(value(m, q)), q=q, tolerance=1e-13)
+        matrix = monodromy(mathieu_equation, a=float(value(m, q)), q=q, tolerance=1e-13)
         assert matrix @ start == pytest.approx(sign * np.array(start), abs=1e-8)
         a = float(half_trace(matrix))
         assert a == pytest.approx(sign, abs=1e-10)
@@ -89,7 +89,7 @@ def test_edges_by_the_trace_of_the_monodromy_matrix(m, q):
 
 
 def test_edges_by_kind():
-    found = edges(mathieu.with_parameters(q=1.0), "a", np.linspace(-2.0, 20.0, 200))
+    found = edges(mathieu_equation.with_parameters(q=1.0), "a", np.linspace(-2.0, 20.0, 200))
     assert found.even_pi == pytest.approx([mathieu_a(m, 1.0) for m in (0, 2, 4)], abs=1e-11)
     assert found.odd_pi == pytest.approx([mathieu_b(m, 1.0) for m in (2, 4)], abs=1e-11)
     assert found.even_2pi == pytest.approx([mathieu_a(m, 1.0) for m in (1, 3)], abs=1e-11)
@@ -98,7 +98,7 @@ def test_edges_by_kind():
 
 def test_the_chart_is_unstable_between_the_edges_and_stable_outside():
     a, q = np.linspace(0.02, 5.0, 40), np.linspace(0.05, 1.5, 7)
-    found = chart(mathieu, ("a", a), ("q", q))
+    found = chart(mathieu_equation, ("a", a), ("q", q))
     for i, strength in enumerate(q):
         even, odd = characteristic_values(float(strength), 4)
         inside = a < even[0]
@@ -111,7 +111,7 @@ def test_the_chart_is_unstable_between_the_edges_and_stable_outside():
 @settings(max_examples=50, deadline=None)
 @given(a=st.floats(-1.0, 9.0), q=st.floats(0.0, 3.0))
 def test_multipliers_from_the_half_trace(a, q):
-    matrix = monodromy(mathieu, a=a, q=q)
+    matrix = monodromy(mathieu_equation, a=a, q=q)
     rho = multipliers_from_half_trace(half_trace(matrix))
     assert np.prod(rho) == pytest.approx(1.0, abs=1e-9 * abs(rho).max() ** 2)
     assert rho.sum() == pytest.approx(np.trace(matrix), rel=1e-12, abs=1e-12)
@@ -122,8 +122,8 @@ def test_multipliers_from_the_half_trace(a, q):
 
 def test_hill_with_one_harmonic_is_mathieu():
     for a, q in ((1.3, 0.4), (0.2, 1.1)):
-        same = hill.with_data([a, -2.0 * q])
-        assert monodromy(same) == pytest.approx(monodromy(mathieu, a=a, q=q), abs=1e-12)
+        same = hill_equation.with_data([a, -2.0 * q])
+        assert monodromy(same) == pytest.approx(monodromy(mathieu_equation, a=a, q=q), abs=1e-12)
 
 
 @pytest.mark.parametrize("t", [0.0, 0.3, 1.1, 2.9])
@@ -131,7 +131,7 @@ def test_hill_with_one_harmonic_is_mathieu():
 def test_hills_sum(t, count):
     series = np.random.default_rng(count).normal(size=count)
     expected = -sum(c * math.cos(2.0 * k * t) for k, c in enumerate(series))
-    matrix = hill.with_data(series).matrix(t)
+    matrix = hill_equation.with_data(series).matrix(t)
     assert matrix == pytest.approx(np.array([[0.0, 1.0], [expected, 0.0]]), abs=1e-14)
 
 
@@ -203,9 +203,12 @@ def test_field_2_12_begins_with_the_square_of_chi(lambda2):
     [
         (lambda: characteristic_values(-1.0, 2), r"^q: must lie within 0\.\.1000; received -1"),
         (lambda: characteristic_values(1.0, 0), r"^count: must lie within 1\.\.100; received 0"),
-        (lambda: edges(mathieu, "a", [1.0]), "values of a must be 2 or more, ascending"),
-        (lambda: edges(mathieu, "a", [1.0, 0.5]), "values of a must be 2 or more, ascending"),
-        (lambda: edges(mathieu, "c", [1.0, 2.0]), "parameter must be one of: a, q"),
+        (lambda: edges(mathieu_equation, "a", [1.0]), "values of a must be 2 or more, ascending"),
+        (
+            lambda: edges(mathieu_equation, "a", [1.0, 0.5]),
+            "values of a must be 2 or more, ascending",
+        ),
+        (lambda: edges(mathieu_equation, "c", [1.0, 2.0]), "parameter must be one of: a, q"),
     ],
 )
 def test_messages(action, message):

@@ -24,7 +24,7 @@ from torquer.theory.pitch_wheel import (
     orbital_field,
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
-    steady_response,
+    pitch_wheel_response,
 )
 from torquer.theory.poincare import departure, derivatives, remainder
 
@@ -155,7 +155,7 @@ def test_the_equilibrium_and_its_free_motion():
 def test_field_2_16(inclination_deg):
     """A constant pitch, forward for a damping gain, nothing at other harmonics."""
     satellite = at(inclination_deg)
-    response = steady_response(satellite)
+    response = pitch_wheel_response(satellite)
     offset = satellite.epsilon * response.offset[PITCH]
     assert offset == pytest.approx(pitch_offset_direct_dipole(satellite), rel=1e-12, abs=1e-18)
     assert offset > 0.0 or inclination_deg == 0.0
@@ -164,7 +164,7 @@ def test_field_2_16(inclination_deg):
 
 def test_nine_to_eight_on_the_polar_orbit():
     """Averaged over direct dipole: 9/8, the averaged field's estimate is the less hopeful."""
-    offset = SATELLITE.epsilon * steady_response(SATELLITE, "averaged").offset[PITCH]
+    offset = SATELLITE.epsilon * pitch_wheel_response(SATELLITE, "averaged").offset[PITCH]
     assert offset == pytest.approx(pitch_offset_averaged_polar(SATELLITE), rel=1e-12)
     direct = pitch_offset_direct_dipole(SATELLITE)
     assert offset / direct == pytest.approx(9.0 / 8.0, rel=1e-12)
@@ -186,10 +186,10 @@ def test_other_inclinations_of_the_averaged_field(inclination_deg):
         near, far = (field(u + h) - field(u - h) for h in (1e-3, 2e-3))
         (up, motion), (up_rate, motion_rate) = field(u), (8.0 * near - far) / 12e-3
         pulls.append(up * motion_rate - motion * up_rate)
-    response = steady_response(satellite, "averaged")
+    response = pitch_wheel_response(satellite, "averaged")
     wanted = np.mean(pulls) / (3.0 * satellite.theta_c)
     assert response.offset[PITCH] == pytest.approx(wanted, rel=1e-9)
-    assert 1.0 < wanted / steady_response(satellite).offset[PITCH] < 9.0 / 8.0
+    assert 1.0 < wanted / pitch_wheel_response(satellite).offset[PITCH] < 9.0 / 8.0
     assert 1e-6 < response.amplitudes[2, PITCH] < 2e-3
 
 
@@ -198,7 +198,7 @@ def test_other_inclinations_of_the_averaged_field(inclination_deg):
 def test_the_remainder_is_of_the_second_order(model, inclination_deg):
     satellite = at(inclination_deg, wheel_momentum_n_m_s=0.02)
     f, g = equations(satellite, model)
-    response = steady_response(satellite, model)
+    response = pitch_wheel_response(satellite, model)
     for measure in (remainder, departure):
         left = np.array([measure(f, g, response, e).max() for e in (0.02, 0.01)])
         assert np.log2(left[0] / left[1]) > 1.8
@@ -207,7 +207,7 @@ def test_the_remainder_is_of_the_second_order(model, inclination_deg):
 
 def test_the_offset_in_a_full_run_in_si():
     """Inertial equations, SI, three revolutions: pitch stays at the offset of (2.16)."""
-    response = steady_response(SATELLITE)
+    response = pitch_wheel_response(SATELLITE)
     eps = SATELLITE.epsilon
     start = np.array(EQUILIBRIUM) + eps * response.at(0.0)
     _, states = naive_run(SATELLITE, 1.0, start, 3.0)
@@ -233,13 +233,13 @@ def test_a_fast_wheel_brings_precession_near_resonance():
 
     Told as a resonance, yet harmless: the torque over h falls as the distance does.
     """
-    slow, fast = (steady_response(at(60.0, wheel_momentum_n_m_s=h)) for h in (0.02, 1.0))
+    slow, fast = (pitch_wheel_response(at(60.0, wheel_momentum_n_m_s=h)) for h in (0.02, 1.0))
     assert slow.resonances == ()
     assert [r.harmonic for r in fast.resonances] == [1]
     assert fast.resonances[0].eigenvalue.imag == pytest.approx(1.0, abs=0.01)
     assert fast.amplitudes[1, 3] == pytest.approx(math.sin(math.radians(60.0)), rel=1e-3)
     assert fast.amplitudes[1, 3] == pytest.approx(slow.amplitudes[1, 3], rel=1e-3)
-    assert steady_response(at(90.0, wheel_momentum_n_m_s=1.0)).resonances == ()
+    assert pitch_wheel_response(at(90.0, wheel_momentum_n_m_s=1.0)).resonances == ()
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 from torquer.environment.field import averaged, direct_dipole
 from torquer.theory.floquet import chart, monodromy
-from torquer.theory.mathieu import first_tongue, half_trace, mathieu
+from torquer.theory.mathieu import first_tongue, half_trace, mathieu_equation
 from torquer.theory.planar_magnet import (
     STRENGTH,
     PlanarMagnet,
@@ -101,7 +101,7 @@ def test_the_averaged_tongue_is_mathieus():
         found = tongue_edges(even_turn, eta)
         assert found == pytest.approx(known if eta > 0.0 else known[::-1], abs=1e-10)
     u, eta, lambda2 = 0.4, 0.7, 1.2
-    system = mathieu.with_parameters(a=lambda2, q=-0.5 * eta)
+    system = mathieu_equation.with_parameters(a=lambda2, q=-0.5 * eta)
     here = even_turn.with_parameters(eta=eta, lambda2=lambda2)
     assert here.matrix(u) == pytest.approx(system.matrix(u), abs=1e-15)
 

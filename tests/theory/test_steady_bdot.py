@@ -15,12 +15,12 @@ from torquer.theory.steady_bdot import (
     ROLL,
     TURN,
     SteadyBdot,
-    full_motion,
     gravity_rates,
     mean_offset,
+    motion_from_rest,
     published_offset,
     published_swing,
-    steady_response,
+    steady_bdot_response,
 )
 
 CASE = SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=50.0)
@@ -36,7 +36,7 @@ def test_the_published_number():
 @pytest.mark.parametrize("inclination", [10.0, 60.0, 120.0])
 def test_the_formula_is_what_the_method_of_the_small_parameter_gives(ratio, inclination):
     case = SteadyBdot(ratio=ratio, eps=0.1, inclination_deg=inclination).as_published()
-    response = steady_response(case)
+    response = steady_bdot_response(case)
     assert 0.1 * response.offset[PITCH] == pytest.approx(published_offset(case).pitch, rel=1e-9)
     assert response.offset[ROLL] == pytest.approx(0.0, abs=1e-9)
     free = sorted(abs(response.eigenvalues.imag))[-4:]
@@ -48,7 +48,7 @@ def test_the_swing_from_rest_errs_by_the_second_power_of_eps():
     errors = []
     for eps in (4e-3, 2e-3, 1e-3):
         case = PRINTED.model_copy(update={"eps": eps})
-        u, x = full_motion(case, 2.0)
+        u, x = motion_from_rest(case, 2.0)
         pitch, roll, _ = published_swing(case, u)
         errors.append(max(np.abs(x[:, PITCH] - pitch).max(), np.abs(x[:, ROLL] - roll).max()))
     assert np.diff(np.log2(errors)) == pytest.approx([-2.0, -2.0], abs=0.1)
@@ -62,7 +62,7 @@ def test_the_whole_equations_keep_the_pitch_and_lose_the_roll():
 
 def test_the_true_cone_leans_more():
     """Theta = 58.6 deg and not 50: the field turns farther."""
-    ratio = steady_response(CASE).offset[PITCH] / steady_response(PRINTED).offset[PITCH]
+    ratio = steady_bdot_response(CASE).offset[PITCH] / steady_bdot_response(PRINTED).offset[PITCH]
     assert ratio == pytest.approx(1.2175, abs=1e-3)
 
 
@@ -96,7 +96,7 @@ def _naive(case, end):
 
 def test_the_equations_in_resal_axes_are_those_of_the_body():
     case = SteadyBdot(ratio=0.7, eps=0.3, inclination_deg=65.0)
-    u, x = full_motion(case, 0.8, per_revolution=10)
+    u, x = motion_from_rest(case, 0.8, per_revolution=10)
     axis, omega = _naive(case, u[-1])
     alpha, beta, gamma = x[-1, [PITCH, ROLL, TURN]]
     expected = [math.sin(alpha) * math.cos(beta), -math.sin(beta), math.cos(alpha) * math.cos(beta)]

@@ -22,7 +22,7 @@ from torquer.theory.mathieu import (
     first_tongue_of_strength,
     first_tongue_solutions,
     half_trace_series,
-    mathieu,
+    mathieu_equation,
     multipliers_from_half_trace,
 )
 from torquer.theory.orbit_field import OrbitField
@@ -52,11 +52,11 @@ from torquer.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,
-    full_motion,
     gravity_rates,
+    motion_from_rest,
     published_offset,
     published_swing,
-    steady_response,
+    steady_bdot_response,
 )
 from torquer.theory.validity import Limit, passed, within
 from torquer.theory.wheel_accumulation import (
@@ -197,7 +197,10 @@ WRONG = [
     (lambda: gravity_rates(0.5, np.array([0, 1, 0, 0, math.pi / 2, 0])), "roll: must stay off 90"),
     (lambda: saturation_time(GROWTH, [[math.nan, 0.0, 0.0]]), "half_spaces: must be finite"),
     (lambda: growth_of(Held(1e-3, NORMAL, np.ones((2, 3)))), "instants of a revolution: must be"),
-    (lambda: full_motion(SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=1.0), 0), "revolutions: "),
+    (
+        lambda: motion_from_rest(SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=1.0), 0),
+        "revolutions: ",
+    ),
 ]
 
 
@@ -211,7 +214,7 @@ def test_one_line(action, message):
 @pytest.mark.skipif(not engine.COMPILED, reason="takes half a minute in plain Python")
 def test_what_does_not_settle_is_an_arithmetic_error():
     with pytest.raises(ArithmeticError, match="edges: the transition matrix must settle at all"):
-        edges(mathieu.with_parameters(q=1e12), "a", [-2e6, -1e6, 0.0])
+        edges(mathieu_equation.with_parameters(q=1e12), "a", [-2e6, -1e6, 0.0])
 
 
 def test_a_run_into_a_singular_point_is_one_line():
@@ -299,7 +302,7 @@ def test_leans_are_small_or_refused(ratio, eps, inclination, u):
         swing = answered(lambda: published_swing(case, [u]))
         assert swing is None or max(np.abs(swing.pitch).max(), np.abs(swing.roll).max()) <= 1.0
         assert (swing is None) == (eps * abs(u) > 10.0)
-    found = answered(lambda: steady_response(case))
+    found = answered(lambda: steady_bdot_response(case))
     if found is not None:
         swings = eps * np.abs(found.at(np.linspace(0.0, 6.0, 7))[:, [PITCH, ROLL]]).max()
         assert swings < 0.35 or found.notes

@@ -69,11 +69,11 @@ def test_the_published_change_of_angles_lessens_the_momenta_by_about_a_quarter()
 
 @pytest.mark.parametrize("half", [HALF, (3.0, 2.0, 1.0), (1.0, 1.0, 1.0)])
 def test_search_finds_the_closed_forms(half):
-    found = search.search(four, search.least_norm(Box(half)), (1, 1), (89, 89), starts=6)
+    found = search.find_layout(four, search.least_norm(Box(half)), (1, 1), (89, 89), starts=6)
     assert found.is_optimal
     assert found.parameters == pytest.approx(angles.least_four_sided(half), abs=1e-6)
     assert found.measure == pytest.approx(0.5 * np.sum(half), rel=1e-13)
-    found = search.search(six, search.least_norm(Box(half)), (1,), (89,), starts=4)
+    found = search.find_layout(six, search.least_norm(Box(half)), (1,), (89,), starts=4)
     assert found.is_optimal
     assert found.parameters == pytest.approx([angles.least_regular(half)], abs=1e-6)
 
@@ -97,7 +97,7 @@ def test_the_formula_for_six_holds_for_any_count(count):
 def test_search_is_as_good_as_a_fine_grid(measure, demand):
     grid = [(a, b) for a in np.arange(20.0, 90.0, 2.0) for b in np.arange(4.0, 88.0, 2.0)]
     best = min(value(measure(demand), four(p)) for p in grid)
-    found = search.search(four, measure(demand), (1, 1), (89, 89), starts=6)
+    found = search.find_layout(four, measure(demand), (1, 1), (89, 89), starts=6)
     assert found.is_optimal
     assert 0.95 * best <= found.measure <= best
     assert value(measure(demand), found.axes) == found.measure
@@ -105,18 +105,18 @@ def test_search_is_as_good_as_a_fine_grid(measure, demand):
 
 def test_minimax_never_needs_more_than_least_squares():
     demand = Box(HALF)
-    some = search.search(four, search.least_peak(demand), (1, 1), (89, 89), starts=4)
-    other = search.search(four, search.least_squares_peak(demand), (1, 1), (89, 89), starts=4)
+    some = search.find_layout(four, search.least_peak(demand), (1, 1), (89, 89), starts=4)
+    other = search.find_layout(four, search.least_squares_peak(demand), (1, 1), (89, 89), starts=4)
     assert some.measure < other.measure
 
 
 def test_balanced_four_wheels_are_the_best_such_pyramid_and_six_are_not():
     """The worst case of six wheels is 8 % better at 78.3 deg than at the balanced 81.1."""
     measure = search.greatest_worst_rate(INERTIA, 18.0)
-    found = search.search(four, measure, (1, 1), (89, 89), starts=6)
+    found = search.find_layout(four, measure, (1, 1), (89, 89), starts=6)
     assert found.is_optimal
     assert found.parameters == pytest.approx(angles.balanced_four_sided(INERTIA), abs=1e-6)
-    found = search.search(six, measure, (1,), (89,), starts=4)
+    found = search.find_layout(six, measure, (1,), (89,), starts=4)
     assert found.is_optimal
     assert found.parameters == pytest.approx([78.33], abs=0.01)
     assert np.degrees(1.0 / found.measure) == pytest.approx(0.3166, abs=1e-4)
@@ -137,7 +137,7 @@ def test_the_greatest_piece_is_the_measure_and_none_is_above_it(measure, demand)
 def test_an_ellipsoid_whose_worst_points_meet_is_searched_to_an_optimum():
     """The greatest eigenvalue is double there: no single worst point, and no gradient."""
     demand = DEMANDS["ellipsoid"]
-    found = search.search(four, search.least_norm(demand), (1, 1), (89, 89), starts=1)
+    found = search.find_layout(four, search.least_norm(demand), (1, 1), (89, 89), starts=1)
     assert found.is_optimal
     for turn in np.radians(np.arange(0.0, 360.0, 15.0)):
         for step in (1e-3, 0.1):
@@ -149,7 +149,7 @@ def test_four_free_axes_for_all_directions_alike_are_those_of_a_regular_tetrahed
     """Its inner radius is sqrt(8/3) limits; eight parameters, of which three only turn it."""
     measure = search.least_peak(Ellipsoid(np.ones(3)))
     bounds = [0.0, -180.0] * 4, [180.0, 180.0] * 4
-    found = search.search(search.free_axes, measure, *bounds, starts=2)
+    found = search.find_layout(search.free_axes, measure, *bounds, starts=2)
     assert found.is_optimal
     assert found.measure == pytest.approx(np.sqrt(3.0 / 8.0), rel=1e-9)
 
@@ -157,7 +157,7 @@ def test_four_free_axes_for_all_directions_alike_are_those_of_a_regular_tetrahed
 def test_an_optimum_at_a_bound_is_one():
     """The best angles are at 80.5 and 45.5: within bounds that leave them out, at the nearest."""
     measure = search.greatest_worst_rate(INERTIA, 18.0)
-    found = search.search(four, measure, (1, 1), (70, 89), starts=3)
+    found = search.find_layout(four, measure, (1, 1), (70, 89), starts=3)
     assert found.is_optimal
     assert found.parameters[0] == 70.0
     across = [value(measure, four((70.0, beta))) for beta in np.arange(20.0, 70.0, 0.1)]
@@ -171,10 +171,10 @@ def test_what_is_no_optimum_is_said_to_be_none():
         height = axes[0, 0] - 0.5
         return np.array([1.0 + max(3.0 * height, -height)])
 
-    found = search.search(six, kinked, (1,), (89,), starts=2)
+    found = search.find_layout(six, kinked, (1,), (89,), starts=2)
     assert found.parameters == pytest.approx([60.0], abs=5.0)
     assert found.residual > 0.1 and not found.is_optimal
-    split = search.search(
+    split = search.find_layout(
         six, lambda axes, near: np.array([1.0 + 3.0 * (axes[0, 0] - 0.5), 1.5 - axes[0, 0]]),
         (1,), (89,), starts=2,
     )  # fmt: skip
@@ -222,8 +222,8 @@ def test_layouts_in_a_plane_are_refused_and_no_demand_needs_nothing():
 
     for measure in (search.least_norm, search.least_peak, search.least_squares_peak):
         with pytest.raises(ValueError, match="layout: must span space at some of the points"):
-            search.search(flat, measure(Box(HALF)), (1,), (89,), starts=2)
-        none = search.search(four, measure(Box(np.zeros(3))), (1, 1), (89, 89), starts=2)
+            search.find_layout(flat, measure(Box(HALF)), (1,), (89,), starts=2)
+        none = search.find_layout(four, measure(Box(np.zeros(3))), (1, 1), (89, 89), starts=2)
         assert (none.measure, none.residual) == (0.0, 0.0)
     assert greatest_norm(flat([30.0]), Box(HALF)) == np.inf
     assert greatest_momentum(flat([30.0]), Box(HALF)) == np.inf
@@ -231,9 +231,9 @@ def test_layouts_in_a_plane_are_refused_and_no_demand_needs_nothing():
 
 def test_search_is_deterministic_and_refuses_bad_bounds():
     measure = search.least_norm(Box(HALF))
-    first, second = (search.search(six, measure, (1,), (89,), starts=2) for _ in range(2))
+    first, second = (search.find_layout(six, measure, (1,), (89,), starts=2) for _ in range(2))
     assert first.parameters == second.parameters
     with pytest.raises(ValueError, match="lower, upper: must be as many, each lower one below"):
-        search.search(six, measure, (89,), (1,))
+        search.find_layout(six, measure, (89,), (1,))
     with pytest.raises(ValueError, match="lower, upper: must be as many"):
-        search.search(six, measure, (1, 1), (89,))
+        search.find_layout(six, measure, (1, 1), (89,))

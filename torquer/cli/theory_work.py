@@ -23,7 +23,7 @@ from torquer.theory.design import (
     slow_time,
     times_over_directions,
 )
-from torquer.theory.equilibria import equilibria, rates_of_evolution, tends_to
+from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import evolve, map_of_evolution
 from torquer.theory.validity import PRECESSION, SLOW_CHANGE
@@ -76,7 +76,7 @@ def _told(asked: Question, part: float, revolutions: float | None) -> tuple[dict
     """The answer as plain data, and the courses that show it."""
     case, spinner = asked.case, asked.spinner
     times = _times(asked, part)
-    points = tends_to(equilibria(rates_of_evolution(asked.evolution, case)))
+    points = tends_to(find_equilibria(rates_of_evolution(asked.evolution, case)))
     start = None if asked.rho is None else Slow(1.0, asked.rho, asked.sigma, asked.theta)
     turns = _turns(times, case.eps)
     length = revolutions or _length(turns)

@@ -14,6 +14,7 @@ from torquer.orbit.kepler import Kepler
 from torquer.orbit.numerical import Numerical
 from torquer.orbit.sgp4 import Sgp4
 
+#: Every orbit by its `kind`.
 ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4, "numerical": Numerical}
 
 AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007

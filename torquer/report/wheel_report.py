@@ -194,7 +194,7 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
         return found
     moments, turn = _principal(np.array(design.body.inertia_kg_m2))
     found.append(("balanced rates", *_turned(_pyramid(count, _balanced(count, moments)), turn)))
-    best = search.search(
+    best = search.find_layout(
         lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),
         *(([1.0] * _free(count)), [89.0] * _free(count)), starts=6,
     )  # fmt: skip

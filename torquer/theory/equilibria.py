@@ -80,7 +80,7 @@ def rates_of_law(law: Law, spinner: Spinner, at: Nodes | None = None) -> Rates:
     return lambda slow: Slow(*mean_rates(problem, slow))
 
 
-def equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
+def find_equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
     """All equilibria that Newton's method finds from a grid of starts, stable ones first."""
     if not 0.0 < length < math.inf:
         raise ValueError(f"length: must be positive and finite; received {length}")

@@ -22,7 +22,7 @@ import xarray as xr
 
 from torquer import engine, validate
 from torquer.theory.collocation import settle_many, workspace
-from torquer.theory.periodic_system import PeriodicSystem, compile_matrix, periodic_system
+from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within
 
 __all__ = [

@@ -20,7 +20,7 @@ from torquer.theory.validity import Limit, within
 
 
 @periodic_system(order=2, period=math.pi, parameters={"a": 1.0, "q": 0.0})
-def mathieu(t, parameters, out):
+def mathieu_equation(t, parameters, out):
     """x = (y, y') of y'' + (a - 2 q cos 2t) y = 0."""
     out[0, 0], out[0, 1] = 0.0, 1.0
     out[1, 0] = 2.0 * parameters[1] * math.cos(2.0 * t) - parameters[0]
@@ -28,7 +28,7 @@ def mathieu(t, parameters, out):
 
 
 @periodic_system(order=2, period=math.pi, data=(1.0,))
-def hill(t, parameters, out):
+def hill_equation(t, parameters, out):
     """x = (y, y') of y'' + (c0 + c1 cos 2t + ...) y = 0, c = the system's data (Clenshaw's sum)."""
     cosine = math.cos(2.0 * t)
     last = second = 0.0
@@ -132,7 +132,7 @@ def characteristic_values(q: float, count: int) -> tuple[np.ndarray, np.ndarray]
     within(COUNT, count)
     # values of one kind lie 4 apart or more; an odd first knot keeps whole numbers off the grid
     grid = np.arange(-2.0 * q - 1.0 + 1e-3 * math.sqrt(2.0), (count + 1.0) ** 2 + 2.0 * q, 0.5)
-    found = edges(mathieu.with_parameters(q=float(q)), "a", grid)
+    found = edges(mathieu_equation.with_parameters(q=float(q)), "a", grid)
     even = np.sort(np.concatenate([found.even_pi, found.even_2pi]))
     odd = np.sort(np.concatenate([found.odd_pi, found.odd_2pi]))
     return even[:count], odd[:count]

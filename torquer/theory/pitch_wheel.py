@@ -153,7 +153,7 @@ def equations(satellite: PitchWheel, model: str = "direct_dipole") -> tuple[Call
     )
 
 
-def steady_response(satellite: PitchWheel, model: str = "direct_dipole") -> Response:
+def pitch_wheel_response(satellite: PitchWheel, model: str = "direct_dipole") -> Response:
     """Forced periodic motion per unit of eps, all axes, any inclination (resonances listed).
 
     Noted, too: angles that the gain makes greater than gravity's linear law allows, and an

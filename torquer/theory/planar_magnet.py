@@ -29,7 +29,7 @@ from torquer.orbit.circular import Circular
 from torquer.orbit.kepler import FARTHEST_KM
 from torquer.spec import Moments, Spec
 from torquer.theory.floquet import PeriodicSystem, periodic_system, transitions
-from torquer.theory.mathieu import edges, half_trace, hill
+from torquer.theory.mathieu import edges, half_trace, hill_equation
 from torquer.theory.poincare import periodic_motion, samples_of
 from torquer.theory.validity import Limit, within
 
@@ -169,7 +169,7 @@ def _about_motion(eta, lambda2, mu, span):
     slope = np.imag(pitch_acceleration(u, alpha + 1e-30j, eta, lambda2, mu)) / 1e-30
     series = np.fft.rfft(-slope).real * (2.0 / len(y))
     series[0] *= 0.5
-    found = transitions(hill.with_data(series), span=span, tolerance=1e-13)
+    found = transitions(hill_equation.with_data(series), span=span, tolerance=1e-13)
     return found.matrices[0]
 
 

@@ -169,7 +169,7 @@ def magnetic_rates(case: SteadyBdot, u, x) -> np.ndarray:
     return np.concatenate([torque, 0.0 * torque], axis=-1)
 
 
-def steady_response(case: SteadyBdot) -> Response:
+def steady_bdot_response(case: SteadyBdot) -> Response:
     """Forced motion per unit of eps around the vertical, by Poincare's method.
 
     Noted beside resonances: angles that eps makes greater than gravity's linear law allows.
@@ -184,7 +184,7 @@ def steady_response(case: SteadyBdot) -> Response:
     return replace(found, notes=(*found.notes, *passed(*((LEAN, x) for x in angles))))
 
 
-def full_motion(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
+def motion_from_rest(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
     """u, and states `[n, 6]` of the whole equations from rest at the vertical.
 
     ValueError if the axis comes to the horizontal, where gravity has let it go.
@@ -221,7 +221,7 @@ def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offse
     Noted if over as many before it was another by a tenth: the swing from the start is not over.
     """
     within(Limit("last", 1, revolutions // 2, "of at most half of the revolutions"), last)
-    _, x = full_motion(case, revolutions)
+    _, x = motion_from_rest(case, revolutions)
     before, tail = (x[-60 * k * last - 1 : -60 * (k - 1) * last - 1] for k in (2, 1))
     (pitch, roll), was = (part[:, [PITCH, ROLL]].mean(axis=0) for part in (tail, before))
     changed = abs(pitch - was[0]) / max(abs(pitch), 1e-6 * case.eps)

@@ -83,6 +83,7 @@ class Free(Spec):
         return np.array(self.axes)
 
 
+#: Every layout by its `kind`.
 LAYOUTS = {
     "four_sided_pyramid": FourSided,
     "regular_pyramid": Regular,

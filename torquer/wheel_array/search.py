@@ -65,7 +65,7 @@ def free_axes(parameters) -> np.ndarray:
     return np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), np.cos(polar)])
 
 
-def search(
+def find_layout(
     layout: Callable, measure: Callable, lower, upper, starts: int = 16, seed: int = 0
 ) -> Found:
     """The layout with the least measure between bounds on its parameters.

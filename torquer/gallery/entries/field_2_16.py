@@ -20,7 +20,7 @@ from torquer.theory.pitch_wheel import (
     PitchWheel,
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
-    steady_response,
+    pitch_wheel_response,
 )
 
 GAIN_A_M2_S_PER_T, WHEEL_N_M_S, REVOLUTIONS = 1e8, 10.0, 10.0
@@ -74,7 +74,7 @@ def compute() -> Answer:
     formula = {model: math.degrees(of(here)) for model, of in PREDICTED.items()}
     runs = {model: course(model) for model in PREDICTED}
     mean = {model: float(pitch[:-1].mean()) for model, (_, pitch) in runs.items()}
-    method = [steady_response(here, THEORY[model]).offset[PITCH] for model in PREDICTED]
+    method = [pitch_wheel_response(here, THEORY[model]).offset[PITCH] for model in PREDICTED]
     ratio = "0.8889"
     checks = (
         near("direct dipole over averaged, small-parameter method", ratio, method[0] / method[1],
@@ -105,7 +105,7 @@ def picture(runs, formula):
         upper.plot(revolutions, pitch, color=MODEL_COLOURS[model], lw=1.2, label=model)
         level(upper, formula[model], f"{formula[model]:.3f} deg")
         offsets = [
-            math.degrees(each.epsilon * steady_response(each, THEORY[model]).offset[PITCH])
+            math.degrees(each.epsilon * pitch_wheel_response(each, THEORY[model]).offset[PITCH])
             for each in map(satellite, inclinations)
         ]
         lower.plot(inclinations, offsets, color=MODEL_COLOURS[model], lw=1.3, label=model)

@@ -10,11 +10,11 @@ from torquer.theory.steady_bdot import (
     PITCH,
     ROLL,
     SteadyBdot,
-    full_motion,
     mean_offset,
+    motion_from_rest,
     published_offset,
     published_swing,
-    steady_response,
+    steady_bdot_response,
 )
 
 CASE = SteadyBdot(ratio=0.5, eps=0.1, inclination_deg=50.0)
@@ -28,7 +28,7 @@ def degrees_of(offset) -> float:
 def swing_error(eps: float = 1e-3) -> float:
     """Greatest difference of (2.1.17)'s first-order motion from the full equations, over eps."""
     case = CASE.as_published().model_copy(update={"eps": eps})
-    u, x = full_motion(case, 2.0)
+    u, x = motion_from_rest(case, 2.0)
     pitch, roll, _ = published_swing(case, u)
     return float(max(np.abs(x[:, PITCH] - pitch).max(), np.abs(x[:, ROLL] - roll).max()) / eps)
 
@@ -37,7 +37,7 @@ def compute() -> Answer:
     """Formula, the method of the small parameter, and the whole equations."""
     printed = CASE.as_published()
     formula, full, true = published_offset(printed), mean_offset(printed), mean_offset(CASE)
-    method = printed.eps * steady_response(printed).offset[PITCH]
+    method = printed.eps * steady_bdot_response(printed).offset[PITCH]
     checks = (
         near("offset in the orbit plane, formula", "2.3", degrees_of(formula), "deg",
              printed="about 2.3 deg"),
@@ -62,7 +62,7 @@ def compute() -> Answer:
 def picture(case, formula):
     """Pitch and roll of the whole equations, of the formula for the start, and the offset."""
     figure, panels = new_figure("Steady motion under B-dot and gravity (MAG 2.2)", 2, 5.4)
-    u, x = full_motion(case, 12.0)
+    u, x = motion_from_rest(case, 12.0)
     turns = u / (2.0 * math.pi)
     first = published_swing(case, u)[:2]
     for axes, place, swing, offset, name in zip(

@@ -10,7 +10,7 @@ import numpy as np
 
 from torquer.gallery.drawing import COLOURS, label, new_figure, shaded_map
 from torquer.gallery.entry import Answer, Entry, within
-from torquer.theory.equilibria import equilibria, rates_of_evolution, tends_to
+from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution import PRELIMINARY_1
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import evolve, map_of_evolution
@@ -44,7 +44,7 @@ def compute() -> Answer:
     """The map and the courses, and what the text says of them."""
     found, runs = rho_deg(), courses()
     case = PRELIMINARY_1.case(EPS, Spinner(inclination_deg=60.0))
-    (attracting,) = tends_to(equilibria(rates_of_evolution(PRELIMINARY_1, case)))
+    (attracting,) = tends_to(find_equilibria(rates_of_evolution(PRELIMINARY_1, case)))
     ends = np.array([course[-1] for course in runs.values()])
     checks = (
         within("greatest change of rho from one inclination to the next, all theta0",

@@ -7,7 +7,7 @@ from torquer.gallery.entry import Answer, Entry, Verdict, near, within
 from torquer.wheel_array import angles, layout
 from torquer.wheel_array.demand import Box, greatest_norm
 from torquer.wheel_array.minimise import TOLERANCE
-from torquer.wheel_array.search import least_norm, search
+from torquer.wheel_array.search import find_layout, least_norm
 
 
 def compute() -> Answer:
@@ -15,7 +15,7 @@ def compute() -> Answer:
     ratio = np.linspace(0.2, 15.0, 297)
     alpha, beta = np.array([angles.least_four_sided((1.0, 1.0, r)) for r in ratio]).T
     at = angles.least_four_sided((1.0, 1.0, 6.4))
-    found = search(
+    found = find_layout(
         lambda p: layout.four_sided_pyramid(*p), least_norm(Box((1.0, 1.0, 6.4))), (1, 1),
         (89, 89), starts=4,
     )  # fmt: skip

@@ -7,6 +7,7 @@ from torquer.theory.evolution.preliminary_2 import PRELIMINARY_2
 from torquer.theory.evolution.reorientation import REORIENTATION, REORIENTATION_AS_PRINTED
 from torquer.theory.evolution.spin_up import SPIN_UP
 
+#: Closed averaged equations of every law that has them, by the law's name.
 EVOLUTIONS = {
     evolution.name: evolution
     for evolution in (
