@@ -19,9 +19,9 @@ from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaging import (
     averaged_motion,
     averaged_rates,
+    converged_nodes,
     mean_rates,
     nodes,
-    settled_nodes,
 )
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Slow, compile_rates
@@ -145,7 +145,7 @@ def polynomial_cases():
 @pytest.mark.parametrize("model", ["averaged", "direct_dipole", "tilted_dipole"])
 def test_settled_nodes_are_few_and_enough(law, counts, model, satellite):
     spinner = satellite(70.0, field=model)
-    found = settled_nodes(law, spinner)
+    found = converged_nodes(law, spinner)
     expected = counts if model == "tilted_dipole" else [*counts[:3], 1]
     assert [len(at) for at in found] == expected
     for inclination, slow in random_points(4, seed=8):
@@ -157,10 +157,12 @@ def test_settled_nodes_are_few_and_enough(law, counts, model, satellite):
 
 def test_laws_that_switch_need_a_coarser_tolerance(satellite):
     law, spinner = Preliminary1(relay_dipole_a_m2=0.8, target=(0, 0, 1)).law(), satellite(60.0)
-    message = "law preliminary_1: averages must settle to 1e-09 within 40 nodes per angle; the last"
+    message = (
+        "law preliminary_1: averages must converge to 1e-09 within 40 nodes per angle; the last"
+    )
     with pytest.raises(ValueError, match=f"^{message} doubling changed them by 0.0"):
-        settled_nodes(law, spinner, most=40)
-    assert len(settled_nodes(law, spinner, tolerance=0.2, most=40).half_psi) > 3
+        converged_nodes(law, spinner, most=40)
+    assert len(converged_nodes(law, spinner, tolerance=0.2, most=40).half_psi) > 3
 
 
 def test_a_user_law_is_averaged_as_any_other(satellite):
@@ -215,7 +217,7 @@ def navigating(measured, parameters, memory):
             Bdot(gain_a_m2_s_per_t=1.0).law(),
             r"law bdot: must have no memory to be averaged .* received 5 cells",
         ),
-        (Law("far", navigating, navigates=True), "law far: must not ask for position"),
+        (Law("far", navigating, navigates=True), "law far: must not use the position"),
     ],
 )
 def test_laws_without_an_average_are_refused(law, message, satellite):

@@ -89,7 +89,7 @@ def test_nutation_damping_leaves_any_direction_and_no_nutation():
     points = found("nutation_damping", case_of("nutation_damping", 60.0))
     assert angles(tends_to(points)) == [(None, None, 0.0), (None, None, pytest.approx(math.pi))]
     assert all(point.length_rate == 0.0 for point in tends_to(points))
-    assert tends_to(points)[0].told == "momentum in any direction, nutation 0 deg"
+    assert tends_to(points)[0].description == "momentum in any direction, nutation 0 deg"
 
 
 def test_preliminary_1_has_one_stable_equilibrium():
@@ -125,7 +125,7 @@ def test_reorientation_tends_to_its_target():
     p, q = case.moments[0], case.moments[2]
     around = p * 0.64 + q * 0.36
     assert np.diag(stable.jacobian) == pytest.approx([-EPS * p, -EPS * around, 0.0], abs=1e-9)
-    assert stable.told == "momentum 36.87 deg off it, azimuth -53.13 deg, any nutation"
+    assert stable.description == "momentum 36.87 deg off it, azimuth -53.13 deg, any nutation"
 
 
 @pytest.mark.parametrize(
@@ -151,7 +151,7 @@ def test_a_law_averaged_as_it_flies_has_the_equilibria_of_its_closed_equations()
     (one,), (other,) = tends_to(points), tends_to(expected)
     assert (one.rho, one.sigma) == (pytest.approx(other.rho), None)
     assert one.jacobian == pytest.approx(other.jacobian, abs=1e-9)
-    assert one.told == "momentum across the third axis, nutation 90 deg"
+    assert one.description == "momentum across the third axis, nutation 90 deg"
 
 
 def test_input_without_sense_is_refused():

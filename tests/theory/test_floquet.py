@@ -217,7 +217,7 @@ def test_what_does_not_settle_is_not_a_number():
     rho = multipliers(found.matrices)
     assert np.isnan(rho[:, 0]).tolist() == [False, True, False]
     with pytest.raises(
-        ArithmeticError, match=r"fourier: the monodromy matrix must settle to 1e-12"
+        ArithmeticError, match=r"fourier: the monodromy matrix must converge to 1e-12"
     ):
         monodromy(wild, gain=1e3)
 

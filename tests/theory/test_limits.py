@@ -112,18 +112,18 @@ def test_leans_are_noted_and_then_refused():
         return published_offset(SteadyBdot(ratio=ratio, eps=0.1, inclination_deg=90.0))
 
     (note,) = offset(0.92).notes
-    assert note.startswith("lean [rad] = 0.417: must lie within -0.34..0.34 (gravity's linear law")
-    with pytest.raises(ValueError, match=r"^lean \[rad\]: must lie within -0\.5\.\.0\.5 \(gravity"):
+    assert note.startswith("tilt [rad] = 0.417: must lie within -0.34..0.34 (the linear")
+    with pytest.raises(ValueError, match=r"^tilt \[rad\]: must lie within -0\.5\.\.0\.5 \("):
         offset(0.999)
     wild = steady_bdot_response(SteadyBdot(ratio=0.999, eps=0.1, inclination_deg=90.0))
-    assert any(note.startswith("lean [rad]") for note in wild.notes)
+    assert any(note.startswith("tilt [rad]") for note in wild.notes)
     assert steady_bdot_response(SteadyBdot(ratio=0.5, eps=0.01, inclination_deg=50.0)).notes == ()
 
 
 def test_a_satellite_that_falls_over_is_refused_in_one_line():
     for eps in (3.0, 100.0):
         case = SteadyBdot(ratio=0.5, eps=eps, inclination_deg=50.0)
-        with pytest.raises(ValueError, match=r"^eps: must leave the axis above the horizontal"):
+        with pytest.raises(ValueError, match=r"^eps: must keep the axis above the horizontal"):
             motion_from_rest(case, 2.0)
 
 
@@ -154,10 +154,10 @@ def test_pitch_that_gravity_does_not_hold_is_refused_or_noted():
     strong = WHEEL.model_copy(update={"gain_a_m2_s_t": 1e8})
     for formula in (pitch_offset_direct_dipole, pitch_offset_averaged_polar):
         assert 0.0 < formula(WHEEL) < 0.1
-        with pytest.raises(ValueError, match=r"^lean \[rad\]: must lie within -0\.34\.\.0\.34"):
+        with pytest.raises(ValueError, match=r"^tilt \[rad\]: must lie within -0\.34\.\.0\.34"):
             formula(strong)
     assert pitch_response(WHEEL).notes == ()
-    assert any(note.startswith("lean") for note in pitch_response(strong).notes)
+    assert any(note.startswith("tilt") for note in pitch_response(strong).notes)
     upside = WHEEL.model_copy(update={"inertia_kg_m2": (13.0, 10.0, 12.0)})
     assert any(note.startswith("growth of a free") for note in pitch_response(upside).notes)
 

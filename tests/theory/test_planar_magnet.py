@@ -20,20 +20,20 @@ from torquer.theory.planar_magnet import (
     STRENGTH,
     PlanarMagnet,
     along_field,
+    closed_tongue,
     dipole_direction,
-    even_turn,
-    even_turn_forcing,
     motion_edges,
     pitch_acceleration,
-    shut_tongue,
     tongue_edges,
     tracking_half_trace,
     tracking_motion,
+    uniform_rotation,
+    uniform_rotation_forcing,
 )
 from torquer.theory.poincare import samples_of
 
 ANGLES = st.floats(-10.0, 10.0)
-dipole_turn = even_turn.with_parameters(mu=1.0)
+dipole_turn = uniform_rotation.with_parameters(mu=1.0)
 
 
 def field_up_and_along(u, mu):
@@ -68,10 +68,10 @@ def test_field_2_6_from_vectors(mu, u, alpha, eta, lambda2):
 def test_field_2_7_is_the_linear_part_about_the_even_turn(mu, u, eta, lambda2):
     """At any u, for the direct dipole as well: nothing about it is bound to the nodes."""
     even = 0.5 * math.pi + u
-    forcing = even_turn_forcing(u, eta, lambda2, mu)
+    forcing = uniform_rotation_forcing(u, eta, lambda2, mu)
     assert pitch_acceleration(u, even, eta, lambda2, mu) == pytest.approx(forcing, abs=1e-12)
     slope = np.imag(pitch_acceleration(u, even + 1e-30j, eta, lambda2, mu)) / 1e-30
-    system = even_turn.with_parameters(eta=eta, lambda2=lambda2, mu=mu)
+    system = uniform_rotation.with_parameters(eta=eta, lambda2=lambda2, mu=mu)
     assert system.matrix(u)[1, 0] == pytest.approx(slope, abs=1e-12)
 
 
@@ -98,17 +98,17 @@ def test_near_a_node_the_dipole_field_turns_by_2u_not_u():
 def test_the_averaged_tongue_is_mathieus():
     for eta in (-0.8, 0.3, 1.0):
         known = [float(mathieu_b(1, abs(eta) / 2)), float(mathieu_a(1, abs(eta) / 2))]
-        found = tongue_edges(even_turn, eta)
+        found = tongue_edges(uniform_rotation, eta)
         assert found == pytest.approx(known if eta > 0.0 else known[::-1], abs=1e-10)
     u, eta, lambda2 = 0.4, 0.7, 1.2
     system = mathieu_equation.with_parameters(a=lambda2, q=-0.5 * eta)
-    here = even_turn.with_parameters(eta=eta, lambda2=lambda2)
+    here = uniform_rotation.with_parameters(eta=eta, lambda2=lambda2)
     assert here.matrix(u) == pytest.approx(system.matrix(u), abs=1e-15)
 
 
 def test_edges_of_both_models_by_the_published_series():
     """FIELD after (2.14): chi = eta/lambda2 for the averaged field, less 1/3 for the dipole."""
-    for mu, system in ((0, even_turn), (1, dipole_turn)):
+    for mu, system in ((0, uniform_rotation), (1, dipole_turn)):
         for eta in (0.25, 0.35, 0.45):
             cosine, sine = tongue_edges(system, eta)
             for place, exact in enumerate((cosine, sine)):
@@ -118,9 +118,9 @@ def test_edges_of_both_models_by_the_published_series():
 
 def test_where_the_tongues_shut():
     """Averaged: A = B. Dipole: (A - B) omega0^2 = m mu_e/r^3 / 6, that is eta = lambda2 / 3."""
-    eta, lambda2 = shut_tongue(lambda eta: tongue_edges(even_turn, eta), -0.3, 0.2)
+    eta, lambda2 = closed_tongue(lambda eta: tongue_edges(uniform_rotation, eta), -0.3, 0.2)
     assert (eta, lambda2) == pytest.approx((0.0, 1.0), abs=1e-9)
-    eta, lambda2 = shut_tongue(lambda eta: tongue_edges(dipole_turn, eta), 0.1, 0.6)
+    eta, lambda2 = closed_tongue(lambda eta: tongue_edges(dipole_turn, eta), 0.1, 0.6)
     assert (eta, lambda2) == pytest.approx((1.0 / 3.0, 1.0), abs=1e-9)
     c, omega0, strength = 3.1, 1.1e-3, 2.9e-5
     a_minus_b = eta * c / 3.0
@@ -130,10 +130,10 @@ def test_where_the_tongues_shut():
 
 def test_where_the_tongue_of_the_motion_itself_shuts():
     """The published point is that of the motion to 1 %; along the field eta is 23 % away."""
-    eta, lambda2 = shut_tongue(lambda eta: motion_edges(eta, 1, (0.5, 1.7)), 0.28, 0.38)
+    eta, lambda2 = closed_tongue(lambda eta: motion_edges(eta, 1, (0.5, 1.7)), 0.28, 0.38)
     assert (eta, lambda2) == pytest.approx((0.330929, 0.991661), abs=1e-5)
     assert eta / lambda2 == pytest.approx(1.0 / 3.0, rel=2e-3)
-    eta, lambda2 = shut_tongue(lambda eta: tongue_edges(along_field, eta), 0.1, 0.9)
+    eta, lambda2 = closed_tongue(lambda eta: tongue_edges(along_field, eta), 0.1, 0.9)
     assert (eta, lambda2) == pytest.approx((0.408311, 1.104827), abs=1e-5)
 
 
@@ -204,7 +204,7 @@ def test_the_chart_of_both_models():
     """Along eta = 0 the averaged field holds at every lambda2, the dipole loses its tongue."""
     lambda2, eta = np.linspace(0.7, 1.5, 41), np.array([0.0, 0.6])
     for mu, widest in ((0, 1e-5), (1, 0.2)):
-        system = even_turn.with_parameters(mu=float(mu))
+        system = uniform_rotation.with_parameters(mu=float(mu))
         found = chart(system, ("lambda2", lambda2), ("eta", eta))
         greatest = found.largest_multiplier.max("lambda2").values - 1.0
         assert (greatest[0] > 1e-3) == bool(mu)
@@ -237,7 +237,7 @@ def test_numbers_of_a_satellite():
             "altitude_km\n.*less than or equal to 1500000",
         ),
         (
-            lambda: tongue_edges(even_turn, 0.1, (2.0, 3.0)),
+            lambda: tongue_edges(uniform_rotation, 0.1, (2.0, 3.0)),
             r"lambda2 must hold the first tongue at eta = 0.1; received \(2.0, 3.0\)",
         ),
         (lambda: motion_edges(0.1, 0, (1.3, 1.4)), r"must hold both edges; received \(1.3, 1.4\)"),

@@ -8,7 +8,7 @@ import pytest
 
 from torquer.control.bdot import BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
-from torquer.theory.averaging import settled_nodes
+from torquer.theory.averaging import converged_nodes
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_motion import evolve, evolve_law, map_of_evolution, map_of_law
@@ -40,7 +40,7 @@ def test_b_dot_in_the_dipoles_needs_no_closed_equations_and_agrees_with_them(sat
         spinner = satellite(60.0, field=field)
         case = EVOLUTIONS["bdot_any_field"].case(gain, spinner)
         closed = evolve(EVOLUTIONS["bdot_any_field"], case, START, U)
-        at = settled_nodes(law, spinner)
+        at = converged_nodes(law, spinner)
         for one, other in zip(evolve_law(law, spinner, START, U, at=at), closed, strict=True):
             assert one == pytest.approx(other, abs=1e-9)
 

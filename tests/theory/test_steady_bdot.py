@@ -13,7 +13,7 @@ from torquer.theory.steady_bdot import (
     PITCH,
     REST,
     ROLL,
-    TURN,
+    YAW,
     SteadyBdot,
     gravity_rates,
     mean_offset,
@@ -98,7 +98,7 @@ def test_the_equations_in_resal_axes_are_those_of_the_body():
     case = SteadyBdot(ratio=0.7, eps=0.3, inclination_deg=65.0)
     u, x = motion_from_rest(case, 0.8, per_revolution=10)
     axis, omega = _naive(case, u[-1])
-    alpha, beta, gamma = x[-1, [PITCH, ROLL, TURN]]
+    alpha, beta, gamma = x[-1, [PITCH, ROLL, YAW]]
     expected = [math.sin(alpha) * math.cos(beta), -math.sin(beta), math.cos(alpha) * math.cos(beta)]
     assert axis == pytest.approx(expected, abs=1e-6)
     c, s = math.cos(gamma), math.sin(gamma)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from torquer import engine
 from torquer.control.bdot import BdotRate
-from torquer.theory.averaging import averaged_rates, nodes, settled_nodes
+from torquer.theory.averaging import averaged_rates, converged_nodes, nodes
 from torquer.theory.comparison import compare, fitted_order, resonances
 from torquer.theory.evolution import EVOLUTIONS, bdot, nutation_damping, reorientation, spin_up
 from torquer.theory.evolution.model import Case, Slow, compile_rates
@@ -31,10 +31,10 @@ from torquer.theory.pitch_wheel import (
     orbital_field,
 )
 from torquer.theory.planar_magnet import (
-    even_turn,
     pitch_acceleration,
     tongue_edges,
     tracking_motion,
+    uniform_rotation,
 )
 from torquer.theory.poincare import (
     forced_response,
@@ -134,7 +134,7 @@ WRONG = [
     (lambda: BDOT.case(1e305, Spinner(inclination_deg=1.0, strength_t=1e3)), "eps: must be finite"),
     (lambda: averaged_rates(RATE_LAW, SPINNER, Slow(1.0, 0.0, 0.0, 1.0)), "rho: .*third axis"),
     (lambda: averaged_rates(RATE_LAW, SPINNER, Slow(1.0, math.pi, 0.0, 1.0)), "rho: .*third axis"),
-    (lambda: settled_nodes(RATE_LAW, SPINNER, math.nan), "tolerance: must be finite"),
+    (lambda: converged_nodes(RATE_LAW, SPINNER, math.nan), "tolerance: must be finite"),
     (lambda: nodes(phi=2.5), "nodes: phi must be at least 1; received 2.5"),
     (lambda: bdot.sphere(U, case_of(ratio=0.7), 0.5), r"ratio: .*\(the solution is that of a sph"),
     (lambda: bdot.even_field(U, case_of(60.0), 0.5), r"3p: .* 45\.577 deg\); received"),
@@ -181,7 +181,7 @@ WRONG = [
     (lambda: pitch_acceleration(0.1, 0.2, 0.3, 0.4, -1), r"mu: must be 0 .* received -1"),
     (lambda: tracking_motion(0.5, -1.0, 1), "lambda2: must be above 0"),
     (lambda: tracking_motion(50.0, 1.0, 1), r"eta: must lie within -3\.\.3 \(3 \(A - B\)/C"),
-    (lambda: tongue_edges(even_turn, 5.0), r"eta: must lie within -3\.\.3"),
+    (lambda: tongue_edges(uniform_rotation, 5.0), r"eta: must lie within -3\.\.3"),
     (lambda: samples_of(0.0, 5), "period: must be above 0"),
     (lambda: samples_of(1.0, 0), "samples: must be at least 1"),
     (lambda: forced_response([[-1.0]], np.ones((8, 1)), math.nan), "period: must be finite"),
@@ -192,9 +192,12 @@ WRONG = [
     (lambda: air_torque(None, -1.0, 7e6, 1e-3, np.eye(3)), "density_kg_m3: must be at least 0"),
     (
         lambda: free_rates([0, 0, 1, 0, math.pi / 2, 0], (1, 1, 1), 0.0),
-        "beta: must stay off 90 deg",
+        "beta: must not be 90 deg",
     ),
-    (lambda: gravity_rates(0.5, np.array([0, 1, 0, 0, math.pi / 2, 0])), "roll: must stay off 90"),
+    (
+        lambda: gravity_rates(0.5, np.array([0, 1, 0, 0, math.pi / 2, 0])),
+        "roll: must not be 90 deg",
+    ),
     (lambda: saturation_time(GROWTH, [[math.nan, 0.0, 0.0]]), "half_spaces: must be finite"),
     (lambda: growth_of(Held(1e-3, NORMAL, np.ones((2, 3)))), "instants of a revolution: must be"),
     (
@@ -213,13 +216,15 @@ def test_one_line(action, message):
 
 @pytest.mark.skipif(not engine.COMPILED, reason="takes half a minute in plain Python")
 def test_what_does_not_settle_is_an_arithmetic_error():
-    with pytest.raises(ArithmeticError, match="edges: the transition matrix must settle at all"):
+    with pytest.raises(ArithmeticError, match="edges: the transition matrix must converge at all"):
         edges(mathieu_equation.with_parameters(q=1e12), "a", [-2e6, -1e6, 0.0])
 
 
 def test_a_run_into_a_singular_point_is_one_line():
     problem = ClosedMotion(compile_rates(spin_up.spin_up_rates), case_of(90.0, eps=0.1))
-    with pytest.raises(RuntimeError, match=r"^motion: must stay off the singular points") as caught:
+    with pytest.raises(
+        RuntimeError, match=r"^motion: must stay away from the singular points"
+    ) as caught:
         path_of(problem, (1.0, 0.0, 0.0, math.pi), [0.0, 5.0, 40.0])
     assert "between u = 5 and 40" in str(caught.value) and one_line(caught.value)
 

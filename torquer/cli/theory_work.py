@@ -106,7 +106,10 @@ def _told(asked: Question, part: float, revolutions: float | None) -> tuple[dict
         "seconds": {k: v and v * asked.period_s for k, v in turns.items()},
         "course_revolutions": length,
         "tends_to": [
-            {"told": each.told.replace("third axis", "cone axis"), "length_rate": each.length_rate}
+            {
+                "told": each.description.replace("third axis", "cone axis"),
+                "length_rate": each.length_rate,
+            }
             for each in points
         ],
         "equations": list(text.EQUATIONS[asked.law]),

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 from torquer.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.theory.averaging import averaged_motion, averaged_rates, settled_nodes
+    from torquer.theory.averaging import averaged_motion, averaged_rates, converged_nodes
     from torquer.theory.comparison import Comparison, compare, fitted_order, resonances
     from torquer.theory.design import (
         design_table,
@@ -84,14 +84,14 @@ if TYPE_CHECKING:
     from torquer.theory.planar_magnet import (
         PlanarMagnet,
         along_field,
+        closed_tongue,
         dipole_direction,
-        even_turn,
         motion_edges,
         pitch_acceleration,
-        shut_tongue,
         tongue_edges,
         tracking_half_trace,
         tracking_motion,
+        uniform_rotation,
     )
     from torquer.theory.poincare import (
         Resonance,

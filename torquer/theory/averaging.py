@@ -1,13 +1,14 @@
-"""Numeric averaging of any control law over the fast angles psi, phi, u (and the Earth's day).
+"""Numerical averaging of any control law over the fast angles psi, phi, u (and the Earth's day).
 
 The law is the very kernel that the simulation runs, handed over as a first-class function. It is
 given exact measurements: field, its rate of change, angular rate, attitude; coils do not saturate
 or lag. The trapezoid rule is exact for trigonometric polynomials of a degree below the number of
 nodes: for every law that is a polynomial in field, rate and direction cosines. For others the
-error is seen by taking more nodes (`settled_nodes`).
+error is seen by taking more nodes (`converged_nodes`).
 
-A law may not remember (a difference of two readings has no average over independent angles: take
-its form from rate or derivative), nor ask for position; Sun sensors see nothing.
+Laws with memory cannot be averaged (a difference of two readings is no function of independent
+angles: use the form with the rate or the field's derivative), nor laws that use the position. Sun
+sensors see nothing.
 """
 
 import math
@@ -52,7 +53,7 @@ class AveragedMotion(NamedTuple):
 def inside(y):
     """Whether l, rho, sigma, theta are where averaged equations hold: l > 0, theta in 0..pi.
 
-    Theta may be beyond by a thousandth: near its ends an integrator's stages are.
+    Theta may exceed its range by a thousandth, as an integrator's stages do near its ends.
     """
     return y[0] > 0.0 and -1e-3 <= y[3] <= math.pi + 1e-3
 
@@ -83,8 +84,8 @@ def exact_inputs(t_s, q, b, b_rate, omega):
 
 
 @inlined
-def dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate_reference, omega):
-    """Field [T] and dipole [A m^2] in the body: what the law answers to exact measurements."""
+def commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate_reference, omega):
+    """Field [T] and the law's dipole [A m^2] in the body frame, for exact measurements."""
     b = rotate_inverse(q, b_reference)
     turning = cross(omega, b)
     b_rate = rotate_inverse(q, b_rate_reference)
@@ -112,7 +113,7 @@ def spin_rate(setting, momentum_body):
 
 @inlined
 def _sums_over_turns(problem, slow, q_l, t_s, b_reference, b_rate):
-    """Sums over psi and phi of the torque in L and of what turns theta, at one place in orbit."""
+    """Sums over psi and phi of the torque in L and of its part that changes theta, at one u."""
     law, parameters, memory, setting, at = problem
     psi, phi = at.half_psi, at.half_phi
     half_theta = (math.cos(0.5 * slow.theta), math.sin(0.5 * slow.theta))
@@ -126,7 +127,7 @@ def _sums_over_turns(problem, slow, q_l, t_s, b_reference, b_rate):
             q_body = body_to_l(half_psi, half_theta, (phi[i, 0], phi[i, 1]))
             omega = spin_rate(setting, rotate_inverse(q_body, momentum))
             q = multiply(q_l, q_body)
-            b, m = dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+            b, m = commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
             turning = rotate(q_body, cross(m, b))
             torque = add(torque, turning)
             nutation += turning[1] * cos_psi - turning[0] * sin_psi
@@ -165,8 +166,8 @@ def _averaged_rates(problem, t, y, dy):
 
 
 @kernel
-def swiftest(problem, slow):
-    """Greatest |torque|/(L omega0) over the nodes: change of the momentum, over itself, by u."""
+def greatest_relative_rate(problem, slow):
+    """Greatest relative rate of change of the momentum by u over the nodes, |torque|/(L omega0)."""
     law, parameters, memory, setting, at = problem
     q_l = l_to_reference(slow.rho, slow.sigma)
     half_theta = (math.cos(0.5 * slow.theta), math.sin(0.5 * slow.theta))
@@ -180,7 +181,7 @@ def swiftest(problem, slow):
                 q_body = body_to_l(half_psi, half_theta, (at.half_phi[i, 0], at.half_phi[i, 1]))
                 omega = spin_rate(setting, rotate_inverse(q_body, momentum))
                 t_s, q = u / setting.orbital_rate, multiply(q_l, q_body)
-                b, m = dipole_asked(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+                b, m = commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
                 most = max(most, norm(cross(m, b)))
     return most / (momentum[2] * setting.orbital_rate)
 
@@ -203,11 +204,11 @@ def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> Aver
     """The averaged motion of a satellite under a law; ValueError if the law has no average."""
     if len(law.first_memory()):
         raise ValueError(
-            f"law {law.name}: must have no memory to be averaged (take its form from the rate or "
+            f"law {law.name}: must have no memory to be averaged (use its form with the rate or "
             f"the field's derivative); received {len(law.first_memory())} cells"
         )
     if "ephemeris" in law.needs:
-        raise ValueError(f"law {law.name}: must not ask for position to be averaged")
+        raise ValueError(f"law {law.name}: must not use the ephemeris to be averaged")
     setting = spinner.pack()
     if at is None:
         at = nodes(day=6 if setting.field.model == TILTED_DIPOLE else 1)
@@ -224,8 +225,8 @@ def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = No
     return Slow(*mean_rates(averaged_motion(law, spinner, at), Slow(*map(float, slow))))
 
 
-def unsettled(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
-    """A line if more nodes change the averages: half as many again, odd lest they alias alike."""
+def unconverged(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, ...]:
+    """A note if 1.5 times as many nodes, an odd number against aliasing, change the averages."""
     rho = min(max(slow.rho, 0.1), math.pi - 0.1)
     here = Slow(float(slow.l), float(rho), float(slow.sigma), float(slow.theta))
     more = [(n + n // 2 + 1) | 1 for n in map(len, at)]
@@ -234,19 +235,19 @@ def unsettled(law: Law, spinner: Spinner, slow: Slow, at: Nodes) -> tuple[str, .
     change, size = np.abs(one - other).max(), np.abs(other).max()
     if change <= 1e-3 * size:
         return ()
-    return (f"the averages are not settled: more nodes change them by {change / size:.2g}",)
+    return (f"the averages have not converged: more nodes change them by {change / size:.2g}",)
 
 
-#: Points at which the quadrature is tried, and an inclination where nothing vanishes by chance.
+#: Points at which convergence is tested, and an inclination at which no term vanishes by chance.
 TRIED = (Slow(1.0, 0.7, 0.4, 0.5), Slow(0.6, 1.9, 2.8, 1.2), Slow(1.3, 2.6, 5.1, 2.3))
 TRIED_INCLINATION_DEG = 57.0
 
 
-def settled_nodes(law: Law, spinner: Spinner, tolerance: float = 1e-9, most: int = 80) -> Nodes:
+def converged_nodes(law: Law, spinner: Spinner, tolerance: float = 1e-9, most: int = 80) -> Nodes:
     """The fewest nodes, angle by angle, that give the averages of a law to `tolerance`.
 
-    Tried at three points, relative to the largest derivative at each: nodes are doubled until
-    nothing changes, then taken away where they were not needed (a law that does not single out a
+    Tested at three points, relative to the largest derivative at each: nodes are doubled until
+    nothing changes, then removed where they are not needed (a law that does not single out a
     direction across the axis needs one in phi). ValueError if `most` nodes per angle do not
     suffice: a law with switching needs a coarser tolerance.
     """
@@ -268,8 +269,8 @@ def settled_nodes(law: Law, spinner: Spinner, tolerance: float = 1e-9, most: int
         changed = change(before, reference)
     if changed > tolerance:
         raise ValueError(
-            f"law {law.name}: averages must settle to {tolerance:g} within {most} nodes per angle; "
-            f"the last doubling changed them by {changed:.2g}"
+            f"law {law.name}: averages must converge to {tolerance:g} within {most} nodes per "
+            f"angle; the last doubling changed them by {changed:.2g}"
         )
     counts = [count, count, count, count if tilted else 1]
     for angle, enough in enumerate(counts):

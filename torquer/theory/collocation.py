@@ -1,4 +1,4 @@
-"""Gauss's collocation method of order 12 for matrices x' = A(t) x, refined until it settles.
+"""Gauss's collocation method of order 12 for matrices x' = A(t) x, refined until it converges.
 
 Six stages a step, found from one linear system. The method is implicit, so that strong damping
 needs no short steps, and keeps quadratic invariants: canonical equations stay canonical, and
@@ -18,7 +18,7 @@ STAGES = 6
 
 @functools.cache
 def gauss_rule(stages: int = STAGES) -> np.ndarray:
-    """Weights a `[s, s]`, then b and the nodes c on [0, 1] as two more rows (do not write)."""
+    """Weights a `[s, s]`, then b and the nodes c on [0, 1] as two more rows (read only)."""
     points, weights = np.polynomial.legendre.leggauss(stages)
     nodes = 0.5 * (points + 1.0)
     rule = np.empty((stages + 2, stages))
@@ -147,13 +147,13 @@ def _greatest(a, b):
 
 
 @kernel
-def settle(matrix, parameters, control, work, out):
-    """Take ever more steps until the transition matrix settles; return (relative error, steps).
+def converge(matrix, parameters, control, work, out):
+    """Take more steps until the transition matrix converges; return (relative error, steps).
 
     `control` = (start, span, tolerance, most steps). If r times the steps change the matrix by d,
     the error left by a method of order p is d / (r^p - 1); the next number of steps follows from
     it, at most fourfold. The finer matrix is kept as it is, not extrapolated, for its
-    determinant. Out of steps, or not finite: error and matrix are not numbers.
+    determinant. Error and matrix are NaN if the steps run out or an entry is not finite.
     """
     start, span, tolerance, most = control
     order = 2.0 * work.at_stages.shape[0]
@@ -177,13 +177,13 @@ def settle(matrix, parameters, control, work, out):
 
 
 @released
-def settle_many(matrix, base, columns, table, control, work, out, errors, steps):
-    """`settle` at every row of `table`, whose numbers replace those of `base` at `columns`.
+def converge_many(matrix, base, columns, table, control, work, out, errors, steps):
+    """`converge` at every row of `table`, whose numbers replace those of `base` at `columns`.
 
-    Leaves the interpreter to other threads while it runs.
+    Releases the GIL while it runs.
     """
     parameters = base.copy()
     for point in range(table.shape[0]):
         for c in range(columns.size):
             parameters[columns[c]] = table[point, c]
-        errors[point], steps[point] = settle(matrix, parameters, control, work, out[point])
+        errors[point], steps[point] = converge(matrix, parameters, control, work, out[point])

@@ -1,4 +1,4 @@
-"""How well the averaged motion stands for the full one: error, its order in eps, resonances."""
+"""How well the averaged motion approximates the full one: error, its order in eps, resonances."""
 
 import math
 from collections.abc import Iterable
@@ -46,7 +46,7 @@ def compare(
     at: Nodes | None = None,
     rtol: float = 1e-10,
 ) -> Comparison:
-    """Both motions from the same start over u = 0..u_end; doubts are `averaged.notes`."""
+    """Both motions from the same start over u = 0..u_end; `averaged.notes` has the caveats."""
     within(Limit("points", 2), points)
     u = np.linspace(0.0, u_end, points)
     full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
@@ -91,9 +91,9 @@ def fitted_order(
 def resonances(
     spinner: Spinner, slow: Slow, *, greatest: int = 4, width: float = 0.05
 ) -> list[tuple[int, int, int]]:
-    """Small whole numbers (a, b, c), a > 0 or first non-zero > 0, with a phi' + b psi' + c near 0.
+    """Small integers (a, b, c), the first non-zero one positive, with a phi' + b psi' + c near 0.
 
-    Rates in units of the orbital one: phi' = eta1 l cos theta, psi' = eta2 l. Within `width` of
+    Rates in units of the orbital rate: phi' = eta1 l cos theta, psi' = eta2 l. Within `width` of
     zero the averages over independent angles may fail; a law of degree n in the angles has
     harmonics up to n only (B-dot: 2 in phi and psi, 4 in u).
     """

@@ -1,8 +1,8 @@
 """From a gain to the time that a law needs, and from a time to the gain, by the averaged motion.
 
 Closed equations are linear in eps, and eps in the gain: one integration in the slow time s = eps u
-answers for every gain. What is asked is when a law's own quantity (momentum, nutation, distance to
-the target) has come to a part of its first value.
+serves every gain. The question is when the law's own quantity (momentum, nutation, distance to
+the target) reaches a given fraction of its initial value.
 """
 
 import math
@@ -16,13 +16,13 @@ from torquer.theory.evolution.model import Case, Evolution, Slow
 from torquer.theory.slow_motion import evolve
 from torquer.theory.spinner import Spinner
 
-#: Slow time after which a law is said never to get there.
+#: Slow time after which a law counts as never reaching its goal.
 LONGEST = 500.0
 _POINTS = 200
 
 
 class Goal(NamedTuple):
-    """What a law is to change: its name in words, and its value of slow variables (arrays)."""
+    """The quantity that a law is to change: its name, and its value for slow variables (arrays)."""
 
     name: str
     of: Callable[[Slow, Case], np.ndarray]
@@ -52,10 +52,10 @@ GOALS = {
 
 
 def slow_time(evolution: Evolution, case: Case, start: Slow, part: float) -> float:
-    """Slow time s = eps u until the law's quantity is `part` of its first value; inf for never.
+    """Slow time s = eps u until the law's quantity is `part` of its initial value; inf: never.
 
-    `part` below 1 for what falls, above 1 for what grows (of its size, for a spin the wrong way).
-    Also inf where the momentum vanishes before, and where the quantity is zero from the first.
+    `part` below 1 for what decays, above 1 for what grows (in magnitude, for a spin in the wrong
+    sense). Also inf if the momentum vanishes before, or if the quantity is zero from the start.
     """
     if not (0.0 < part < math.inf and part != 1.0):
         raise ValueError(f"part: must be positive, finite and not 1; received {part}")
@@ -102,7 +102,7 @@ class Times(NamedTuple):
 
 
 def even_directions(count: int = 60) -> list[tuple[float, float]]:
-    """(rho, sigma) of points spread evenly over the sphere, both poles left out."""
+    """(rho, sigma) of points spread evenly over the sphere, excluding both poles."""
     if count < 1:
         raise ValueError(f"count: must be at least 1; received {count}")
     k = np.arange(count)
@@ -114,7 +114,7 @@ def even_directions(count: int = 60) -> list[tuple[float, float]]:
 def times_over_directions(
     evolution: Evolution, case: Case, theta: float, part: float, count: int = 60
 ) -> Times:
-    """Slow times to `part` for any direction of the momentum, from l = 1 and nutation `theta`."""
+    """Slow times to `part` over all directions of the momentum, from l = 1 and nutation `theta`."""
     times = sorted(
         slow_time(evolution, case, Slow(1.0, rho, sigma, theta), part)
         for rho, sigma in even_directions(count)
@@ -124,7 +124,7 @@ def times_over_directions(
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a design table: gain, its small parameter, revolutions that it takes."""
+    """One row of a design table: gain, its small parameter, revolutions needed."""
 
     gain: float
     eps: float
@@ -132,14 +132,14 @@ class Row:
 
 
 def gain_of(evolution: Evolution, spinner: Spinner, eps: float) -> float:
-    """The gain that makes the small parameter `eps`."""
+    """The gain with which the small parameter is `eps`."""
     return eps / evolution.small_parameter(1.0, spinner)
 
 
 def design_table(
     evolution: Evolution, spinner: Spinner, times: Times, gains: Sequence[float]
 ) -> list[Row]:
-    """Revolutions that each gain takes, from slow times."""
+    """Revolutions that each gain needs, from slow times."""
     rows = []
     for gain in gains:
         if not 0.0 < gain < math.inf:
@@ -151,7 +151,7 @@ def design_table(
 
 
 def gain_for(evolution: Evolution, spinner: Spinner, times: Times, revolutions: float) -> Times:
-    """Gains with which the least, median and greatest time is `revolutions`."""
+    """Gains for which the least, median and greatest time is `revolutions`."""
     if not 0.0 < revolutions < math.inf:
         raise ValueError(f"revolutions: must be positive and finite; received {revolutions}")
     return Times(*(gain_of(evolution, spinner, s / (2.0 * math.pi * revolutions)) for s in times))

@@ -14,13 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.control.law import Law
-from torquer.theory.averaging import Nodes, averaged_motion, mean_rates, settled_nodes
+from torquer.theory.averaging import Nodes, averaged_motion, converged_nodes, mean_rates
 from torquer.theory.evolution.model import Case, Evolution, Slow
 from torquer.theory.poincare import derivatives
 from torquer.theory.spinner import Spinner
 
 Rates = Callable[[Slow], Slow]
-#: Closest to rho = 0 and pi that equations with 1/sin(rho) are asked for.
+#: Least distance from rho = 0 and pi at which equations with 1/sin(rho) are evaluated.
 _POLE = 1e-12
 #: Below this part of the greatest rate an eigenvalue counts as zero, and below the other a rate.
 _NEUTRAL, _RESTING = 1e-6, 1e-9
@@ -33,9 +33,9 @@ _NUTATIONS = (0.0, 35.0, 90.0, 130.0, 180.0)
 class Equilibrium:
     """A point, or a family of points, where direction and nutation stay.
 
-    An angle is None where any value will do. `length_rate`: l' there. `jacobian` `[3, 3]`: of the
+    An angle is None where it is arbitrary. `length_rate`: l' there. `jacobian` `[3, 3]`: of the
     rates along rho, along sigma (as arcs) and of theta, by the same. `stability`: 'stable'
-    (attracts all near it, the family's own directions left aside), 'unstable' or 'neutral'.
+    (attracts nearby motions, apart from shifts along the family), 'unstable' or 'neutral'.
     """
 
     rho: float | None
@@ -47,12 +47,12 @@ class Equilibrium:
     stability: str
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """In words, angles in degrees."""
-        return f"{_direction_told(self)}, {_nutation_told(self.theta)}"
+        return f"{_direction_in_words(self)}, {_nutation_in_words(self.theta)}"
 
 
-def _direction_told(point) -> str:
+def _direction_in_words(point) -> str:
     if point.rho is None:
         return "momentum in any direction"
     rho = math.degrees(point.rho)
@@ -64,18 +64,18 @@ def _direction_told(point) -> str:
     return f"momentum {across}, azimuth {math.degrees(point.sigma):.2f} deg"
 
 
-def _nutation_told(theta) -> str:
+def _nutation_in_words(theta) -> str:
     return "any nutation" if theta is None else f"nutation {math.degrees(theta):.4g} deg"
 
 
 def rates_of_evolution(evolution: Evolution, case: Case) -> Rates:
-    """Closed equations as a function of the slow variables alone."""
+    """A law's closed equations as a function of the slow variables alone."""
     return lambda slow: evolution.rates(slow, case)
 
 
 def rates_of_law(law: Law, spinner: Spinner, at: Nodes | None = None) -> Rates:
-    """Averages of a law as such a function; without nodes the fewest that settle are taken."""
-    at = settled_nodes(law, spinner) if at is None else at
+    """Averages of a law as such a function; by default with the fewest nodes that converge."""
+    at = converged_nodes(law, spinner) if at is None else at
     problem = averaged_motion(law, spinner, at)
     return lambda slow: Slow(*mean_rates(problem, slow))
 
@@ -100,12 +100,12 @@ def find_equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
 
 
 def tends_to(points: list[Equilibrium]) -> list[Equilibrium]:
-    """Those that attract."""
+    """The stable equilibria, to which the motion tends."""
     return [point for point in points if point.stability == "stable"]
 
 
 def _directions() -> list[np.ndarray]:
-    """Unit vectors to start from: the third axis, others off all symmetry, and their opposites."""
+    """Initial unit vectors: the third axis, others off all symmetry, and their opposites."""
     rows = [np.array([0.0, 0.0, 1.0])]
     for rho, count in ((33.0, 4), (62.0, 4), (90.0, 3)):
         for k in range(count):
@@ -151,7 +151,7 @@ def _chart(rates, length, n, theta):
 
 
 def _newton(rates, length, start, size):
-    """The equilibrium that a start leads to, theta within 0..pi; None if it leads to none."""
+    """The equilibrium found from a start, theta within 0..pi; None if there is none."""
     n, theta = start
     for _ in range(60):
         place, flow = _chart(rates, length, n, theta)
@@ -185,15 +185,15 @@ def _classified(rates, length, settled, size):
         rho, sigma = (0.0 if rho < 1.0 else math.pi), None
     elif free[1]:
         sigma = None
-    told = (rho, sigma, None if free[2] else theta)
+    angles = (rho, sigma, None if free[2] else theta)
     rate = rates(Slow(float(length), *_angles(n), float(theta))).l
     rate = 0.0 if abs(rate) < _RESTING * size else float(rate)
-    key = _key(told)
-    return Equilibrium(*told, rate, jacobian, values, _stability(values, size)), key
+    key = _key(angles)
+    return Equilibrium(*angles, rate, jacobian, values, _stability(values, size)), key
 
 
-def _key(told) -> tuple:
-    rho, sigma, theta = told
+def _key(angles) -> tuple:
+    rho, sigma, theta = angles
     around = None if sigma is None else [math.cos(sigma), math.sin(sigma)]
     coarse = 10.0 * _NEAR
     return tuple(None if x is None else tuple(np.round(np.atleast_1d(x) / coarse).astype(int))

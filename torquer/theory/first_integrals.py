@@ -1,4 +1,4 @@
-"""First integrals along a slow motion: how far they drift, which they should not."""
+"""First integrals along a slow motion: how far they drift numerically."""
 
 import math
 
@@ -20,8 +20,8 @@ def drift(integral, case: Case, path: Slow, scale: float) -> float:
 
     It is the change from the start over what shifts of each variable by `scale` change the
     integral, times the scale: the distance of the path from the surface on which it should lie.
-    (Over the integral itself it would tell nothing: most are sums of logarithms, which pass zero.)
-    Not a number where the integral is infinite.
+    (Relative to the integral itself it would mean nothing: most are sums of logarithms, which pass
+    through zero.) NaN where the integral is infinite.
     """
     known = Slow(*(np.asarray(x)[np.isfinite(path.l)] for x in path))
     with np.errstate(all="ignore"):
@@ -33,7 +33,7 @@ def drift(integral, case: Case, path: Slow, scale: float) -> float:
 
 
 def _shifted(path: Slow, k: int, by: float) -> Slow:
-    """A variable shifted; l in parts of itself, lest it pass zero."""
+    """A variable shifted; l relative to itself, so that it stays positive."""
     values = list(path)
     values[k] = values[k] * (1.0 + by) if k == 0 else values[k] + by
     return Slow(*values)

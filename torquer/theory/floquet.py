@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from torquer import engine, validate
-from torquer.theory.collocation import settle_many, workspace
+from torquer.theory.collocation import converge_many, workspace
 from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within
 
@@ -37,7 +37,8 @@ __all__ = [
     "transitions",
 ]
 
-#: A thread takes this over order^2 points at a time: about 10 ms, to hide the hand-over.
+#: A thread takes this over order^2 points at a time: about 10 ms, long enough to hide the dispatch
+#: overhead.
 CHUNK = 2000
 Progress = Callable[[int, int], None]
 PERIOD = Limit("period", 0.0, open=True)
@@ -46,7 +47,7 @@ PERIOD = Limit("period", 0.0, open=True)
 class Transitions(NamedTuple):
     """Transition matrices `[points, n, n]`; their estimated relative errors; steps taken.
 
-    A point that did not settle within the greatest number of steps holds not-a-number.
+    NaN at a point that did not converge within the greatest number of steps.
     """
 
     matrices: np.ndarray
@@ -68,7 +69,7 @@ def transitions(
     """Matrices that take x(start) to x(start + span), one for each row of `values`.
 
     `values` maps names of parameters to arrays `[points]`, and "data" to `[points, len(data)]`;
-    what is not named keeps the system's value. `span` is the period unless given. The error
+    other parameters keep the system's values. `span` is the period unless given. The error
     allowed is `tolerance` times the greatest entry. `progress(done, points)` is called from
     this thread. Without the compiler all is done in one thread.
     """
@@ -102,7 +103,7 @@ class _Task(NamedTuple):
 
     def run(self, rows: slice, found: Transitions) -> int:
         """Fill the rows of the result; how many they are."""
-        settle_many(
+        converge_many(
             compile_matrix(self.system.function),
             self.system.pack(),
             self.columns,
@@ -161,13 +162,13 @@ def _columns(system: PeriodicSystem, values: Mapping) -> tuple[np.ndarray, np.nd
 
 
 def monodromy(system: PeriodicSystem, *, tolerance: float = 1e-12, **values: float) -> np.ndarray:
-    """Monodromy matrix `[n, n]` at one point; ArithmeticError if it does not settle."""
+    """Monodromy matrix `[n, n]` at one point; ArithmeticError if it does not converge."""
     rows = {name: [value] for name, value in values.items()}
     found = transitions(system, rows, tolerance=tolerance)
     if not np.isfinite(found.errors[0]):
         raise ArithmeticError(
-            f"{system.name}: the monodromy matrix must settle to {tolerance:g}; it did not within "
-            f"{found.steps[0]} steps"
+            f"{system.name}: the monodromy matrix must converge to {tolerance:g}; it did not "
+            f"within {found.steps[0]} steps"
         )
     return found.matrices[0]
 
@@ -175,7 +176,7 @@ def monodromy(system: PeriodicSystem, *, tolerance: float = 1e-12, **values: flo
 def multipliers(matrices: np.ndarray) -> np.ndarray:
     """Multipliers of monodromy matrices `[..., n, n]`, greatest modulus first.
 
-    Not-a-number where the matrix is. An error e of the matrix moves an m-fold multiplier by
+    NaN where the matrix is NaN. An error e of the matrix moves an m-fold multiplier by
     about e^(1/m): at the edges of a tongue, where two meet, look at the trace instead.
     """
     matrices = np.asarray(matrices, dtype=np.float64)
@@ -192,7 +193,7 @@ def exponents(multipliers: np.ndarray, period: float) -> np.ndarray:
 
 
 def degree_of_stability(multipliers: np.ndarray, period: float) -> np.ndarray:
-    """-max Re(characteristic exponent): the slowest motion's decay; negative if one grows."""
+    """-max Re(characteristic exponent): decay rate of the slowest motion; negative if one grows."""
     within(PERIOD, period)
     with np.errstate(divide="ignore"):
         return -np.log(np.abs(multipliers)).max(axis=-1) / period
@@ -210,7 +211,7 @@ def chart(
     """Stability over two parameters, on all cores: (name, values) each, y down the rows.
 
     Variables: `degree_of_stability` [1 / unit of t], `largest_multiplier` (modulus), `trace` of
-    the monodromy matrix, and its estimated relative `error`; not a number where it did not settle.
+    the monodromy matrix, and its estimated relative `error`; NaN where it did not converge.
     """
     (x_name, xs), (y_name, ys) = x, y
     if x_name == y_name:

@@ -1,6 +1,6 @@
-"""The full motion that the averaged one stands for: the same law, field and satellite, unaveraged.
+"""The full motion that the averaged one approximates: same law, field and satellite.
 
-Twice: in the variables of Beletsky and Chernousko, where slow and fast are apart, and by Euler's
+Twice: in the variables of Beletsky and Chernousko, which separate slow from fast, and by Euler's
 equations with a quaternion, which has no singular points. Both in u, for DOP853.
 """
 
@@ -19,7 +19,7 @@ from torquer.integrate.dop853 import rates_of
 from torquer.theory.averaging import (
     averaged_motion,
     body_to_l,
-    dipole_asked,
+    commanded_dipole,
     field_and_rate,
     l_to_reference,
     nodes,
@@ -65,7 +65,7 @@ def torque_at(problem, u, q, omega):
     day = problem.day + setting.days_per_orbit * u
     b_reference, rate = field_and_rate(setting, u, day)
     t_s = u / setting.orbital_rate
-    b, m = dipole_asked(
+    b, m = commanded_dipole(
         problem.law, problem.parameters, problem.memory, t_s, q, b_reference, rate, omega
     )
     return cross(m, b)
@@ -118,7 +118,10 @@ def osculating(law: Law, spinner: Spinner, start: Slow, fast: Fast, u, *, day=0.
     """
     check_slow(start)
     within(OFF_POLES, start.rho)
-    within(OFF_POLES._replace(name="theta", why="on the axis phi and psi are one"), start.theta)
+    within(
+        OFF_POLES._replace(name="theta", why="phi and psi are not distinct on the axis"),
+        start.theta,
+    )
     validate.finite("fast", fast, (2,))
     problem = OsculatingMotion(*averaged_motion(law, spinner, nodes(1, 1, 1))[:4], float(day))
     states = path_of(problem, (*start, *fast), u, rtol).T
@@ -139,7 +142,7 @@ def state_of(spinner: Spinner, slow: Slow, fast: Fast) -> np.ndarray:
 def slow_of(spinner: Spinner, states) -> Slow:
     """Slow variables (sigma within -pi..pi) of quaternions and rates [n, 7].
 
-    Without momentum there are no angles: not numbers.
+    Without momentum the angles are NaN.
     """
     states = np.atleast_2d(states)
     a, c = spinner.transverse_kg_m2, spinner.axial_kg_m2

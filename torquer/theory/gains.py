@@ -6,10 +6,10 @@ a sphere that turns at the rate w the mean braking is that of the ideal law time
 
   G(w) = sinc(w d/2) sinc(w a/2) exp(-i w (d + a)/2) / (1 + i w lag),   sinc x = sin x / x,
 
-with d = difference_s, a = hold_s: the difference is old by d/2 on average, the command by another
-a/2 when it acts, and the coils are late behind it. What the coils still give after the hold, in a
-measurement window or in the next hold, is counted: E = Re G does not depend on the cycle. Its sign
-turns where w (d + a)/2 + atan(w lag) = pi/2; above, the law drives the rotation. d = 0 stands for
+with d = difference_s, a = hold_s: the difference lags by d/2 on average, the held command by
+another a/2, and the coils lag behind it. The dipole that remains after the hold, in a measurement
+window or in the next hold, is included: E = Re G does not depend on the cycle. It changes
+sign where w (d + a)/2 + atan(w lag) = pi/2; above, the law spins the satellite up. d = 0 stands for
 the forms that take no difference (gyro, search coil, field model).
 """
 
@@ -21,12 +21,12 @@ import numpy as np
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.slow_loop import greatest_step
 
-#: Lag over hold up to which the map of a cycle is more than rounding.
+#: Greatest lag over hold for which the map of a cycle is not lost in rounding.
 MOST_LAG = 1e9
 
 
 class Sampling(NamedTuple):
-    """Times [s] of a sampled law: of its difference (0: none), hold, coils' lag, coils off."""
+    """Timing [s] of a sampled law: difference (0: none), hold, lag of the coils, coils off."""
 
     difference_s: float
     hold_s: float
@@ -35,14 +35,14 @@ class Sampling(NamedTuple):
 
     @property
     def in_words(self) -> str:
-        """For a sentence: differences over 3 s held for 3 s by coils with a lag of 0.5 s."""
+        """In words: differences over 3 s held for 3 s by coils with a lag of 0.5 s."""
         taken = f"differences over {self.difference_s:g} s" if self.difference_s else "readings"
         late = f" by coils with a lag of {self.lag_s:g} s" if self.lag_s else ""
         return f"{taken} held for {self.hold_s:g} s{late}"
 
 
 def damping_efficiency(rate_rad_s, difference_s: float, hold_s: float, lag_s: float = 0.0):
-    """Braking of sampled B-dot over that of the ideal law, at rates [rad/s]; below 0: driving."""
+    """Damping by sampled B-dot over that by the ideal law, at rates [rad/s]; negative: spin-up."""
     _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s)
     w = np.asarray(rate_rad_s, dtype=np.float64)
     turn_d, turn_a, late = 0.5 * w * difference_s, 0.5 * w * hold_s, w * lag_s
@@ -51,7 +51,7 @@ def damping_efficiency(rate_rad_s, difference_s: float, hold_s: float, lag_s: fl
 
 
 def sampling_limit_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
-    """Greatest rate [rad/s] that sampled B-dot still brakes; without lag pi/(difference + hold).
+    """Greatest rate [rad/s] that sampled B-dot still damps; without lag pi/(difference + hold).
 
     Infinite where d + a = 0.
     """
@@ -59,7 +59,7 @@ def sampling_limit_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0)
 
 
 def driven_rate_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
-    """Rate [rad/s] to which sampled B-dot drives one above its limit: E changes sign again."""
+    """Rate [rad/s] to which sampled B-dot spins up one above its limit: E changes sign again."""
     longest = max(difference_s, hold_s)
     aliased = 2.0 * math.pi / longest if longest > 0.0 else math.inf
     return min(aliased, _rate_of_turn(1.5 * math.pi, difference_s, hold_s, lag_s))
@@ -94,11 +94,10 @@ def _positive(**values: float) -> None:
 
 
 def damped_share(inclination_rad: float) -> tuple[float, float, float]:
-    """Share of the rate that an orbit lets B-dot brake: least, mean and greatest direction.
+    """Fraction of the rate that B-dot can damp on an orbit: least, mean and greatest by direction.
 
-    Over an orbit the averaged field leaves the share 1 - beta = 1 - <(b.l)^2> of a rotation
-    along l open to braking: 2p along the cone axis, 1 - p across it, 2/3 on the mean of all
-    directions (p = sin^2(Theta)/2).
+    Of a rotation about l, B-dot in the averaged field damps the fraction 1 - <(b.l)^2>: 2p about
+    the cone axis, 1 - p across it, 2/3 in the mean over all directions (p = sin^2(Theta)/2).
     """
     if not 0.0 <= inclination_rad <= math.pi:
         raise ValueError(f"inclination_rad: must lie within 0..pi; received {inclination_rad}")
@@ -135,12 +134,12 @@ def bdot_greatest_gain(
     lag_s: float = 0.0,
     measure_s: float = 0.0,
 ) -> float:
-    """Gain [A m^2 s/T] from which slow motion does not die out: holds and lag overshoot.
+    """Gain [A m^2 s/T] above which slow motion is unstable: hold and lag make it overshoot.
 
-    One hold changes the rate by the part k B^2 a / J of itself. Without lag a part of 2 is the
+    One hold changes the rate by the fraction k B^2 a / J. Without lag a fraction of 2 is the
     limit, with and without a measurement window alike; with lag the limit is that of the map of a
     cycle (`slow_loop`). `difference_s`: hold_s unless given, 0 for laws that take no difference;
-    `measure_s`: window in which the coils are off. Stay well below, at a half say.
+    `measure_s`: window in which the coils are off. Stay well below, at half of it for instance.
     """
     _positive(
         least_inertia_kg_m2=least_inertia_kg_m2, greatest_field_t=greatest_field_t, hold_s=hold_s
@@ -160,6 +159,6 @@ def bdot_greatest_gain(
 def saturated_damping_time_s(
     momentum_n_m_s: float, limit_a_m2: float, field_t: float, duty: float = 1.0
 ) -> float:
-    """Time [s] to brake a momentum with coils at their limit: L / (m B duty), a lower bound."""
+    """Time [s] to remove a momentum with saturated coils: L / (m B duty), a lower bound."""
     _positive(momentum_n_m_s=momentum_n_m_s, limit_a_m2=limit_a_m2, field_t=field_t, duty=duty)
     return momentum_n_m_s / (limit_a_m2 * field_t * duty)

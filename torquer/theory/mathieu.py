@@ -2,7 +2,8 @@
 
 The coefficient is even and has the period pi. Where a tongue of instability begins or ends, a
 solution of period pi or 2 pi exists, and it is even or odd: over half a period one entry of the
-transition matrix vanishes. Its zeros are simple and stay exact where a tongue is thin, or shut.
+transition matrix vanishes. Its zeros are simple and stay accurate where a tongue is thin, or
+closed.
 
 FIELD writes Mathieu's equation with a = lambda^2, -2 q = lambda^2 chi. All series of FIELD are
 in chi; what is given (the gravity torque) is mostly lambda^2 chi, and the series change.
@@ -58,7 +59,7 @@ def half_trace_series(lambda2, chi):
     Right to 0.1 while the term turns the cosine by no more than 0.3 rad, pi lambda chi^2/16;
     ValueError beyond. Source: FIELD (2.12).
     """
-    within(Limit("lambda2", 0.0, 1e12, "of the phase pi lambda too little is left"), lambda2)
+    within(Limit("lambda2", 0.0, 1e12, "the phase pi lambda is lost in rounding"), lambda2)
     root = np.sqrt(lambda2)
     within(SERIES_TURN, math.pi * root * np.square(chi) / 16.0)
     slope = -math.pi * np.sinc(root - 1.0)  # sin(pi lambda) / (lambda - 1)
@@ -69,7 +70,7 @@ def half_trace_series(lambda2, chi):
 SERIES_TURN = Limit("pi lambda chi^2/16", 0.0, 0.3, "the series to chi^3 is off by up to 0.1")
 CHI = Limit("chi", -1.0, 1.0, "beyond, the series to chi^2 is off by a tenth and more")
 STRENGTH = Limit("strength", -6.5, 6.5, "the series to its fourth power is off by a tenth beyond")
-#: Within these all is settled and found within seconds.
+#: Ranges within which the edges converge, within seconds.
 Q, COUNT = Limit("q", 0.0, 1000.0), Limit("count", 1, 100)
 
 
@@ -105,8 +106,8 @@ def edges(system: PeriodicSystem, parameter: str, values, tolerance: float = 1e-
     scanned = half(values)
     if not np.all(np.isfinite(scanned)):
         raise ArithmeticError(
-            f"edges: the transition matrix must settle at all values of {parameter}; it did not at "
-            f"{values[~np.isfinite(scanned).all(axis=(1, 2))][0]:g}"
+            f"edges: the transition matrix must converge at all values of {parameter}; it did not "
+            f"at {values[~np.isfinite(scanned).all(axis=(1, 2))][0]:g}"
         )
     return Edges(**{kind: _zeros(half, values, scanned, *_ENTRY[kind]) for kind in Edges._fields})
 
@@ -155,7 +156,7 @@ def first_tongue(chi):
 
 
 def first_tongue_of_strength(strength):
-    """The same edges with strength = lambda^2 chi given, to its fourth power.
+    """Edges of the first tongue for a given strength = lambda^2 chi, to its fourth power.
 
     For chi = strength / lambda^2 the edge depends on itself in `first_tongue`; solved for it,
     7/32 becomes -1/32: 1 -+ s/2 - s^2/32 +- s^3/512 - s^4/24576 (Mathieu's b_1 and a_1, 2q = s).
@@ -168,7 +169,7 @@ def first_tongue_of_strength(strength):
 
 
 def first_tongue_solutions(chi, u):
-    """Solutions of period 2 pi on these edges (cosine's, sine's), to chi^2.
+    """Solutions of period 2 pi on the first tongue's edges (cosine's, sine's), to chi^2.
 
     For |chi| up to 1, as `first_tongue`. Source: FIELD (2.14), for n = 1.
     """

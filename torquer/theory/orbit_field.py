@@ -1,6 +1,6 @@
 """The field along a circular orbit in the frame in which the averaged motion is written.
 
-Averaged field in Z, direct dipole in S, tilted dipole in Y: each where it is shortest. The
+Averaged field in Z, direct dipole in S, tilted dipole in Y, in which each is simplest. The
 argument of latitude u is one fast angle; the Earth's day angle, the longitude of the tilted
 dipole's direction in Y, is another.
 """
@@ -46,7 +46,7 @@ def _direction(tilt, day):
 
 @kernel
 def field_at(field, u, day):
-    """Induction [T] at argument of latitude u and day angle [rad]."""
+    """Flux density [T] at argument of latitude u and day angle [rad]."""
     if field.model == AVERAGED:
         return b_z(field.strength_t, u, field.angle)
     if field.model == DIRECT_DIPOLE:
@@ -65,7 +65,7 @@ def _dipole_rate(k, k_rate, r, r_rate):
 
 @kernel
 def field_rate(field, u, day, days_per_orbit):
-    """Derivative of the induction by u [T]; the day angle gains `days_per_orbit` per unit of u."""
+    """Derivative of the flux density by u [T]; the day angle changes by `days_per_orbit` per u."""
     if field.model == AVERAGED:
         across = -2.0 * field.strength_t * math.sin(field.angle)
         return (across * math.cos(2.0 * u), across * math.sin(2.0 * u), 0.0)

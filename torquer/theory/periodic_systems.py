@@ -45,7 +45,7 @@ class PeriodicSystem:
         return replace(self, parameters={**self.parameters, **values})
 
     def with_data(self, data) -> "PeriodicSystem":
-        """The same system with other numbers behind the named parameters."""
+        """The same system with other `data`."""
         array = validate.finite(f"{self.name}: data", data).ravel()
         return replace(self, data=tuple(array.tolist()))
 

@@ -9,7 +9,7 @@ in this order, from the orbital frame. beta is pitch. The equilibrium is (0, 0, 
 
 The control is m = -k dB_x/dt, so M = -k dB_x/dt x B_x (k > 0 damps). The small parameter is
 eps = k (mu_e/r^3)^2 / (C omega0). The field drags the satellite forward: it turns about the
-normal at twice the orbital rate and more, and pitch settles where the gravity gradient holds.
+normal at about twice the orbital rate, and pitch settles where the gravity gradient balances it.
 """
 
 import math
@@ -65,7 +65,7 @@ class PitchWheel(Spec):
 
     @property
     def theta_c(self) -> float:
-        """Gravity's hold on pitch, (B - A) / C; positive where it is stable."""
+        """Gravity-gradient stiffness in pitch, (B - A) / C; positive where it is stable."""
         a, b, c = self.inertia_kg_m2
         return (b - a) / c
 
@@ -156,8 +156,8 @@ def equations(satellite: PitchWheel, model: str = "direct_dipole") -> tuple[Call
 def pitch_wheel_response(satellite: PitchWheel, model: str = "direct_dipole") -> Response:
     """Forced periodic motion per unit of eps, all axes, any inclination (resonances listed).
 
-    Noted, too: angles that the gain makes greater than gravity's linear law allows, and an
-    equilibrium that gravity does not hold.
+    `notes` also has angles beyond the linear range of the gravity gradient, and an unstable
+    equilibrium.
     """
     f, g = equations(satellite, model)
     found = small_parameter(f, g, EQUILIBRIUM)
@@ -189,10 +189,10 @@ def pitch_offset_averaged_polar(satellite: PitchWheel) -> float:
 
 
 def _leaning(satellite: PitchWheel, pull: float) -> float:
-    """Pitch [rad] at which gravity balances a pull [C omega0^2]."""
+    """Pitch [rad] at which the gravity gradient balances a torque [C omega0^2]."""
     if satellite.theta_c <= 0.0:
         raise ValueError(
-            f"inertia_kg_m2: B must exceed A for gravity to hold pitch; received "
+            f"inertia_kg_m2: B must exceed A for pitch to be stable; received "
             f"{satellite.inertia_kg_m2}"
         )
     pitch = pull / (3.0 * satellite.theta_c)

@@ -7,12 +7,11 @@ radius vector towards the motion; x3 is the orbit normal; J = diag(A, B, C). Wit
   lambda2 = m B0 / (C omega0^2)      magnet over inertia, B0 = 1.5 mu_e / r^3 the averaged field;
   mu      = 0: averaged field, 1: direct dipole, whose equator has the strength 2/3 B0.
 
-The averaged field has the direction alpha = pi/2 + u at all times. The direct dipole overtakes
-it and falls back by up to 19.5 deg; near a node it turns by 2u, not u. FIELD linearises about
-pi/2 + u for both (`even_turn`), and says that for the dipole this holds near the nodes. In truth
-it is the linearisation about the even turn over the whole orbit, and not about the field, of
-which `along_field` is. `tracking_motion` is the motion itself, and `motion_edges` where it
-is lost.
+The averaged field has the direction alpha = pi/2 + u at all times. The direct dipole leads and lags
+it by up to 19.5 deg; near a node it turns by 2u, not u. FIELD linearises about pi/2 + u for both
+(`uniform_rotation`), and says that for the dipole this holds near the nodes. In fact it is the
+linearisation about the uniform rotation over the whole orbit, not about the field; that one is
+`along_field`. `tracking_motion` is the motion itself, and `motion_edges` where it is lost.
 """
 
 import math
@@ -60,7 +59,7 @@ class PlanarMagnet(Spec):
         return self.dipole_a_m2 * b0_t / (self.inertia_kg_m2[2] * orbit.rate_rad_s() ** 2)
 
 
-#: What a body and a magnet can have.
+#: Ranges of a body and a magnet.
 ETA = Limit("eta", -3.0, 3.0, "3 (A - B)/C of a body")
 LAMBDA2 = Limit("lambda2", 0.0, why="m B0/(C omega0^2)", open=True)
 
@@ -78,10 +77,10 @@ def pitch_acceleration(u, alpha, eta, lambda2, mu):
     return gravity + lambda2 * _strength(mu) * across
 
 
-def even_turn_forcing(u, eta, lambda2, mu):
+def uniform_rotation_forcing(u, eta, lambda2, mu):
     """Right-hand side of y'' + (c0 + c1 cos 2u) y = forcing, y = alpha - pi/2 - u small.
 
-    The left-hand side is that of `even_turn`; for mu = 0 the equation is
+    The left-hand side is that of `uniform_rotation`; for mu = 0 the equation is
     y'' + (lambda^2 + eta cos 2u) y = -eta/2 sin 2u. Source: FIELD (2.7).
     """
     return -0.5 * (eta - mu * _strength(mu) * lambda2) * np.sin(2.0 * u)
@@ -99,12 +98,14 @@ def along_field_stiffness(u, eta, lambda2):
 def dipole_direction(u):
     """alpha0, direction of the direct dipole in the orbit plane; it grows by 2 pi a revolution."""
     u = np.asarray(u, dtype=np.float64)
-    ahead = np.arctan2(np.sin(2.0 * u), 3.0 - np.cos(2.0 * u))  # of the even turn, at most 19.5 deg
+    ahead = np.arctan2(
+        np.sin(2.0 * u), 3.0 - np.cos(2.0 * u)
+    )  # of the uniform rotation, at most 19.5 deg
     return 0.5 * math.pi + u + ahead
 
 
 @periodic_system(order=2, period=math.pi, parameters={"eta": 0.0, "lambda2": 1.0, "mu": 0.0})
-def even_turn(u, parameters, out):
+def uniform_rotation(u, parameters, out):
     """Free motion about alpha = pi/2 + u; mu = 0 averaged field, mu = 1 direct dipole.
 
     Mathieu's equation y'' + (c0 + c1 cos 2u) y = 0 with c0 = lambda2, c1 = eta - mu lambda2/3.
@@ -126,15 +127,16 @@ def along_field(u, parameters, out):
 def tracking_motion(eta: float, lambda2: float, mu: int, samples: int = 63) -> np.ndarray:
     """(y, y') `[samples, 2]` over u in 0..pi of the motion that follows the field: periodic.
 
-    y = alpha - pi/2 - u. Newton's method, for lambda2 below 4 from the even turn's forced
-    oscillation, above from the field's direction. Where sqrt(lambda2) is near an even number free
-    and forced swing resonate: the motion found is large, or none is (ArithmeticError; also if it
-    swings more than 90 deg off the field: that is not following it).
+    y = alpha - pi/2 - u. Newton's method, for lambda2 below 4 from the forced oscillation about the
+    uniform rotation, above from the field's direction. Where sqrt(lambda2) is near an even number
+    the free and the forced oscillation resonate: the motion found is large, or none is
+    (ArithmeticError; also if it swings more than 90 deg off the field, which it then does not
+    follow).
     """
     within(ETA, eta)
     within(LAMBDA2, lambda2)
     u = samples_of(math.pi, samples)
-    swing = even_turn_forcing(0.25 * math.pi, eta, lambda2, mu) / (lambda2 - 4.0 - 1e-9)
+    swing = uniform_rotation_forcing(0.25 * math.pi, eta, lambda2, mu) / (lambda2 - 4.0 - 1e-9)
     ahead = mu * (dipole_direction(u) - 0.5 * math.pi - u)
     if lambda2 < 4.0:
         guess = np.stack([swing * np.sin(2.0 * u), 2.0 * swing * np.cos(2.0 * u)], axis=1)
@@ -195,7 +197,7 @@ def _motion_edge(eta, mu, around, place):
 def tongue_edges(
     system: PeriodicSystem, eta: float, lambda2=(-4.0, 6.0), knots: int = 101
 ) -> tuple[float, float]:
-    """Edges (cosine's, sine's) in lambda2 of the first tongue of `even_turn` or `along_field`."""
+    """Edges (cosine's, sine's) in lambda2 of the first tongue of either system above."""
     within(ETA, eta)
     grid = np.linspace(*lambda2, knots) + 1e-3 * math.sqrt(2.0)
     found = edges(system.with_parameters(eta=float(eta)), "lambda2", grid)
@@ -206,7 +208,7 @@ def tongue_edges(
     return float(found.even_2pi[0]), float(found.odd_2pi[0])
 
 
-def shut_tongue(
+def closed_tongue(
     edges_at: Callable[[float], tuple[float, float]], low: float, high: float
 ) -> tuple[float, float]:
     """(eta, lambda2) at which the tongue whose edges `edges_at(eta)` gives has no width.

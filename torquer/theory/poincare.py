@@ -3,10 +3,10 @@
 x' = f(x) + eps g(u, x), f(x0) = 0, g periodic in u. To the first power of eps the motion is
 x0 + eps x1(u), where x1' = F x1 + g(u, x0) and F is the Jacobian of f. Each harmonic of g gives
 its own: X_k = (i k w - F)^-1 G_k, w = 2 pi / period; where i k w comes near an eigenvalue of
-F, a resonance, the response grows and the method loses its ground.
+F, a resonance, the response grows and the method breaks down.
 
 f and g take arrays whose last axis holds the components (and u of the shape before it), so that
-all samples go at once; they should take complex numbers too, for exact derivatives.
+all samples are evaluated at once; they should take complex numbers too, for exact derivatives.
 """
 
 import math
@@ -20,14 +20,14 @@ from scipy.integrate import solve_ivp
 from torquer import validate
 from torquer.theory.validity import Limit, passed, within
 
-#: Harmonics of the forcing below this part of the greatest are taken for rounding.
+#: Harmonics of the forcing below this fraction of the greatest count as rounding errors.
 _SILENT = 1e-13
 
 
 PERIOD = Limit("period", 0.0, open=True)
-#: Harmonics beyond this part of the greatest are not small.
+#: Harmonics above this fraction of the greatest are not small.
 TAIL = Limit("tail", 0.0, 1e-3, "the forcing has harmonics beyond those sampled")
-GROWTH = Limit("growth of a free motion", most=1e-6, why="it leaves the periodic one")
+GROWTH = Limit("growth of a free motion", most=1e-6, why="the motion departs from the periodic one")
 
 
 class Resonance(NamedTuple):
@@ -43,8 +43,9 @@ class Response:
     """Forced periodic motion x1 per unit of eps around x0.
 
     `coefficients` `[harmonics, n]`: x1 = Re sum of coefficients_k exp(i k w u). `tail` is the
-    forcing's highest sampled quarter of harmonics over its greatest: not small, sample denser.
-    `notes`: one line for each doubt: a resonance, a forcing not resolved, a free motion that grows.
+    forcing's highest sampled quarter of harmonics over its greatest: if not small, sample more
+    densely. `notes`: one line per caveat: a resonance, an unresolved forcing, a growing free
+    motion.
     """
 
     x0: np.ndarray
@@ -157,12 +158,12 @@ def forced_response(
 def _told(resonance: Resonance) -> str:
     return (
         f"harmonic {resonance.harmonic} is {resonance.distance:.2g} from an eigenvalue "
-        f"{resonance.eigenvalue:.3g}: a resonance, near which the first order may not do"
+        f"{resonance.eigenvalue:.3g}: a resonance, near which the first order may not suffice"
     )
 
 
 def _solve(lhs, rhs, k):
-    """Solution of lhs x = rhs, the least one if lhs is singular and rhs leaves its motion alone."""
+    """Solution of lhs x = rhs; of least norm if lhs is singular and rhs leaves its mode alone."""
     found = np.linalg.lstsq(lhs, rhs, rcond=1e-13)[0]
     if np.linalg.norm(lhs @ found - rhs) > 1e-9 * np.linalg.norm(rhs):
         raise ArithmeticError(
@@ -254,7 +255,7 @@ def remainder(f: Callable, g: Callable, response: Response, epsilon: float, samp
 
 
 def departure(f: Callable, g: Callable, response: Response, epsilon: float, periods: float = 3.0):
-    """Greatest |integrated motion - (x0 + eps x1)| per component `[n]`, started on the latter.
+    """Greatest |integrated motion - (x0 + eps x1)| per component `[n]`, from a start on the latter.
 
     Falls as eps^2 over a given time; where free oscillations are not damped it may grow with it.
     """

@@ -1,7 +1,7 @@
 """Averaged second moments <b_i b_j> of the dimensionless field (B over its strength).
 
-They are all that the averaged motion under a law quadratic in the field knows of the field. As
-(xx, yy, zz, xy, xz, yz) in the frame in which each model is shortest.
+An averaged motion under a law quadratic in the field depends on the field through them alone.
+Given as (xx, yy, zz, xy, xz, yz) in the frame in which each model is simplest.
 """
 
 import math
@@ -66,7 +66,7 @@ def _check(field: OrbitField) -> None:
 
 
 def closed_moments(field: OrbitField, inclination: float) -> tuple:
-    """Closed form for a field's model, in its own frame."""
+    """Second moments of a field model in closed form, in its own frame."""
     _check(field)
     within(INCLINATION, inclination)
     if field.model == AVERAGED:
@@ -77,7 +77,7 @@ def closed_moments(field: OrbitField, inclination: float) -> tuple:
 
 
 def moments_by_quadrature(field: OrbitField, nodes_u: int = 8, nodes_day: int = 4) -> tuple:
-    """The same by the trapezoid rule over the field itself, exact from 5 and 3 nodes on.
+    """Second moments of a field by the trapezoid rule, exact from 5 and 3 nodes on.
 
     ValueError for fewer. Source: MAG (2.1.7), FIELD (2.4).
     """

@@ -1,4 +1,4 @@
-"""Slow motion under sampled B-dot as a map from command to command: how strong the law may be.
+"""Slow motion under sampled B-dot as a map from command to command: the greatest stable gain.
 
 A body turns slowly about an axis normal to the field: its rate w, the coils' torque over the
 inertia -mu, and the rate v that the law has measured. The command asks for mu = kappa v, with
@@ -66,7 +66,7 @@ def greatest_step(difference_s: float, hold_s: float, lag_s: float, off_s: float
     ]
     part = min(found)
     radius = np.abs(np.linalg.eigvals(cycle_map(part / hold_s, *times))).max()
-    # a double multiplier moves by the root of the rounding, which grows where holds are short
+    # a double multiplier moves by the root of the rounding error, which grows for short holds
     if not abs(radius - 1.0) < 1e-7 + 1e-11 * lag_s / hold_s:
         raise ArithmeticError(f"slow loop: multipliers must be within the circle; one is {radius}")
     return part

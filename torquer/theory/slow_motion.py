@@ -16,15 +16,15 @@ from torquer.theory.averaging import (
     AveragedMotion,
     Nodes,
     averaged_motion,
+    converged_nodes,
+    greatest_relative_rate,
     inside,
-    settled_nodes,
-    swiftest,
-    unsettled,
+    unconverged,
 )
 from torquer.theory.evolution.model import Case, Evolution, Slow, compile_rates
 from torquer.theory.first_integrals import drifts
 from torquer.theory.orbit_field import OrbitField
-from torquer.theory.slow_result import SlowMotion, doubts, drifted, in_range, left
+from torquer.theory.slow_result import SlowMotion, drift_notes, exit_notes, in_range, validity_notes
 from torquer.theory.spinner import Setting, Spinner
 from torquer.theory.validity import (
     POLE,
@@ -87,8 +87,8 @@ def path_of(problem, start, u, rtol: float = 1e-10) -> np.ndarray:
     reached = sampled(problem, u, y, rtol, workspace(y.size), out)
     if reached < u.size:
         raise RuntimeError(
-            f"motion: must stay off the singular points of its variables; it met one, or went out "
-            f"of numbers, between u = {u[reached - 1]:.6g} and {u[reached]:.6g}"
+            f"motion: must stay away from the singular points of its variables; it reached "
+            f"one, or overflowed, between u = {u[reached - 1]:.6g} and {u[reached]:.6g}"
         )
     return out
 
@@ -105,7 +105,11 @@ def evolve(evolution: Evolution, case: Case, start: Slow, u, rtol: float = 1e-10
     path, ended = _slow_path(ClosedMotion(compile_rates(evolution.rates), case), start, u, rtol)
     drift = drifts(evolution, case, path, rtol)
     change = evolution.change(path, case)
-    notes = (*left(ended, path), *doubts(change, case.eps), *drifted(drift, case.eps))
+    notes = (
+        *exit_notes(ended, path),
+        *validity_notes(change, case.eps),
+        *drift_notes(drift, case.eps),
+    )
     return SlowMotion(*path, u=_row(u), ended=ended, drift=drift, notes=notes)
 
 
@@ -114,16 +118,22 @@ def evolve_law(
 ) -> SlowMotion:
     """Slow variables along the points `u` (arrays) by averaging a law as the integration goes.
 
-    Noted: momentum that turns fast at some phase, precession that is not fast, nodes too few.
+    `notes` has a momentum that changes fast at some phase, a slow precession, too few nodes.
     """
     check_slow(start)
     problem = averaged_motion(law, spinner, at)
     path, ended = _slow_path(problem, start, u, rtol)
     slowest = Slow(*(float(x[np.nanargmin(path.l)]) for x in path))
-    change = max(swiftest(problem, _floats(start)), swiftest(problem, slowest))
+    change = max(
+        greatest_relative_rate(problem, _floats(start)), greatest_relative_rate(problem, slowest)
+    )
     precession = (PRECESSION, abs(spinner.eta[1]) * slowest.l)
-    said = (*doubts(change), *passed(precession), *unsettled(law, spinner, start, problem.nodes))
-    return SlowMotion(*path, u=_row(u), ended=ended, notes=(*left(ended, path), *said))
+    said = (
+        *validity_notes(change),
+        *passed(precession),
+        *unconverged(law, spinner, start, problem.nodes),
+    )
+    return SlowMotion(*path, u=_row(u), ended=ended, notes=(*exit_notes(ended, path), *said))
 
 
 def _floats(slow) -> Slow:
@@ -150,10 +160,10 @@ def rates_at(problem, y, dy):
 
 
 def _off_pole(problem, start) -> np.ndarray:
-    """The start; if the motion leads off the third axis, by POLE along the meridian that it takes.
+    """The start; a motion that leaves the third axis starts off it by POLE, along its meridian.
 
-    On the axis sigma is any, so that it may be that of the meridian; off it by POLE any other
-    would turn by pi/2 or so within a step of that size.
+    On the axis sigma is arbitrary, so that it may be the meridian's; any other would turn by about
+    pi/2 within a step of that size.
     """
     y, dy = np.array(start, dtype=np.float64), np.empty(4)
     if math.sin(y[1]) < POLE:
@@ -185,7 +195,7 @@ def _case(c):
 
 @released
 def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
-    """Move the rows first..last-1 of `states` from u = 0 to u_end; not a number where it fails.
+    """Move the rows first..last-1 of `states` from u = 0 to u_end; NaN where it fails.
 
     Rows of `constants`: those of `_case`.
     """
@@ -213,7 +223,7 @@ def averaged_ends(law, parameters, settings, memory, at, states, u_end, rtol, wo
             y[:] = np.nan
 
 
-#: What a map can run over: orbit, start, gain.
+#: Axes of a map: orbit, start, gain.
 AXES = ("inclination_deg", "rho_deg", "sigma_deg", "theta_deg", "eps")
 
 
@@ -298,7 +308,7 @@ def map_of_evolution(
     """Slow variables after `u_end` [rad] over a grid, by closed equations; arrays of its shape.
 
     `axes`: rows of values for some of `AXES`; `fixed`: the others' values. Start: l = 1. `spinner`
-    gives C/A and the field's model. Not a number where the motion meets a singular point.
+    gives C/A and the field's model. NaN where the motion meets a singular point.
     """
     spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
     columns, shape = _grid(axes, fixed)
@@ -332,10 +342,10 @@ def map_of_law(
     rtol: float = 1e-8,
     workers: int | None = None,
 ) -> Slow:
-    """The same for any law, averaged as the integration goes.
+    """Slow variables after `u_end` over a grid for any law, averaged as the integration goes.
 
     `eps` multiplies the law's parameter named by `gain`; 1 takes the law as it is. Without nodes
-    `at` the fewest that settle are found first.
+    `at` the fewest that converge are found first.
     """
     spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
     columns, shape = _grid(axes, fixed)
@@ -344,7 +354,7 @@ def map_of_law(
         known = ", ".join(places) or "none"
         raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
 
-    at = settled_nodes(law, spinner) if at is None else at
+    at = converged_nodes(law, spinner) if at is None else at
     problem = averaged_motion(law, spinner, at)
     _check_span(u_end, rtol)
     for row in _at_poles(states):

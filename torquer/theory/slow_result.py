@@ -1,4 +1,4 @@
-"""What a slow motion returns: the variables within their ranges, drifts, doubts in words."""
+"""The result of a slow motion: variables within their ranges, drifts, notes on validity."""
 
 import math
 
@@ -12,9 +12,9 @@ class SlowMotion(Slow):
     """Slow variables along a motion (arrays), and how far they are to be trusted.
 
     `u`: the points. `ended`: where the motion left the domain of the variables and stopped (None:
-    nowhere); rows beyond are not numbers. `drift`: of each first integral, the change of a
+    nowhere); rows beyond are NaN. `drift`: of each first integral, the change of a
     variable (l, or radians) that would change the integral as much as it has changed on the way;
-    not a number where the integral is infinite. `notes`: one line for each doubt.
+    NaN where the integral is infinite. `notes`: one line per caveat.
     """
 
     def __new__(cls, l, rho, sigma, theta, *, u=None, ended=None, drift=None, notes=()):  # noqa: E741
@@ -36,7 +36,7 @@ def in_range(path, slack: float) -> Slow:
     return Slow(l, np.abs(turned), sigma, np.clip(theta, 0.0, math.pi))
 
 
-def left(ended, path) -> tuple[str, ...]:
+def exit_notes(ended, path) -> tuple[str, ...]:
     if ended is None:
         return ()
     at = np.flatnonzero(np.isfinite(path.l))[-1]
@@ -47,20 +47,21 @@ def left(ended, path) -> tuple[str, ...]:
     )
 
 
-def doubts(change: float, eps: float | None = None) -> tuple[str, ...]:
+def validity_notes(change: float, eps: float | None = None) -> tuple[str, ...]:
     if change <= SLOW_CHANGE:
         return ()
     small = "" if eps is None or abs(eps) < SLOW_CHANGE else f"eps = {eps:.3g} is not small: "
     err = f"err by about {AVERAGES_ERR * change:.2g}" if change < 1.0 else "do not hold"
     return (
-        f"{small}the momentum changes by up to {change:.3g} of itself a radian of the orbit, above "
-        f"{SLOW_CHANGE:g}: the averages {err}",
+        f"{small}the momentum changes by up to {change:.3g} of itself per radian of the orbit, "
+        f"above {SLOW_CHANGE:g}: the averages {err}",
     )
 
 
-def drifted(drift, eps) -> tuple[str, ...]:
+def drift_notes(drift, eps) -> tuple[str, ...]:
     return tuple(
-        f"first integral {name} drifts by {value:.2g}, more than a hundredth of eps: rtol is coarse"
+        f"first integral {name} drifts by {value:.2g}, more than a hundredth of eps: rtol is too "
+        "coarse"
         for name, value in drift.items()
         if value > 0.01 * abs(eps)
     )

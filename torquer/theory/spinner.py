@@ -32,9 +32,9 @@ class Spinner(Spec):
     """Axisymmetric body (A = B), circular orbit, field model.
 
     `strength_t`: B0 of the averaged field, mu_e/r^3 of the dipoles. `momentum_n_m_s`: L0, the unit
-    in which l = L/L0 counts. `field_turn`: whether dB/dt holds the field's own turn along the
-    orbit; without it the rotation is taken as fast. Any consistent units will do: with all left
-    at one the gain of a law is its small parameter.
+    in which l = L/L0 counts. `field_turn`: whether dB/dt includes the field's own rotation along
+    the orbit; without it the satellite's rotation is taken as fast. Any consistent units are
+    allowed: with all defaults of 1 the gain of a law is its small parameter.
     """
 
     inclination_deg: float = Field(ge=0.0, le=180.0)

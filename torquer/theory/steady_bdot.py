@@ -6,8 +6,8 @@ the pitch alpha about the orbit normal, forward positive, then by the roll beta 
 axis. Rates by the argument of latitude u in units of omega0; lambda = C/A,
 eps = k B0^2/(omega0 A).
 
-B-dot holds on to the field, which turns in X: its mean torque is about the orbit normal and leans
-the axis forward, its swing leans it aside.
+B-dot drags the satellite along with the field, which turns in X: its mean torque is about the orbit
+normal and tilts the axis forward, its oscillation tilts it sideways.
 """
 
 import functools
@@ -25,15 +25,15 @@ from torquer.spec import Spec
 from torquer.theory.poincare import Response, samples_of, small_parameter
 from torquer.theory.validity import HELD, LEAN, Limit, check_regular, passed, within
 
-#: Change of a mean lean over itself.
-SETTLED = Limit("change", 0.0, 0.1, "the swing from the start has not died away")
-#: Places in the state: absolute rates along R, then pitch, roll, turn about the axis.
-OMEGA, PITCH, ROLL, TURN = slice(0, 3), 3, 4, 5
+#: Relative change of a mean tilt.
+STEADY = Limit("change", 0.0, 0.1, "the initial oscillation has not decayed")
+#: Indices in the state: absolute rates along R, then pitch, roll, rotation about the axis.
+OMEGA, PITCH, ROLL, YAW = slice(0, 3), 3, 4, 5
 REST = np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0])
 
 
 class SteadyBdot(Spec):
-    """A satellite that gravity holds upright, under B-dot in the averaged field.
+    """A gravity-gradient-stabilised satellite under B-dot in the averaged field.
 
     `cone_deg`: half-angle of the field's cone; left out, that of the inclination. MAG 2.2 takes
     the inclination itself for it.
@@ -56,7 +56,7 @@ class SteadyBdot(Spec):
 
 
 class Offset(NamedTuple):
-    """Constant lean [rad] of the axis: forward in the orbit plane, and aside; what is doubtful."""
+    """Constant tilt [rad] of the axis: forward in the orbit plane, and sideways; notes."""
 
     pitch: float
     roll: float
@@ -64,27 +64,27 @@ class Offset(NamedTuple):
 
 
 class Swing(NamedTuple):
-    """Leans [rad] at points of u, and what is doubtful."""
+    """Tilt angles [rad] at points of u; notes."""
 
     pitch: np.ndarray
     roll: np.ndarray
     notes: tuple[str, ...] = ()
 
 
-#: The swing has no damping in the first order: it is off by a tenth of itself from here on.
-OVER = Limit("eps u", 0.0, 10.0, "by then no swing is left")
-UNDAMPED = Limit("eps u", 0.0, 0.1, "the swing dies away, which the first order leaves out")
+#: The first order has no damping: its oscillation is off by a tenth from here on.
+OVER = Limit("eps u", 0.0, 10.0, "the oscillation has decayed by then")
+UNDAMPED = Limit("eps u", 0.0, 0.1, "the oscillation decays, which the first order neglects")
 
 
 def published_offset(case: SteadyBdot) -> Offset:
-    """Lean for a cone of the inclination's half-angle (MAG 2.2, after (2.1.17)).
+    """Tilt for a cone whose half-angle is the inclination (MAG 2.2, after (2.1.17)).
 
-    Pitch eps sin^2 i/(3 - 3 lambda), roll -eps sin i cos i/(4 - 3 lambda). The text counts both
-    with the other sign of X2, and has the digits 3 and 2 in the roll's divisor, which gravity and
-    the orbit's turn make 4 - 3 lambda.
+    Pitch eps sin^2 i/(3 - 3 lambda), roll -eps sin i cos i/(4 - 3 lambda). The text has X2
+    with the opposite sign, and prints the digits 3 and 2 in the divisor of the roll, where the
+    gravity gradient and the orbital motion give 4 - 3 lambda.
 
-    Both are linear in the lean: noted above 0.34 rad, where that is off by a tenth; ValueError
-    above 0.5, where no lean gives the torque.
+    Both are linear in the tilt: noted above 0.34 rad, where that is off by a tenth; ValueError
+    above 0.5, where no tilt balances the torque.
     """
     s, c = math.sin(case.angles[0]), math.cos(case.angles[0])
     free = 3.0 - 3.0 * case.ratio
@@ -96,7 +96,7 @@ def published_offset(case: SteadyBdot) -> Offset:
 def published_swing(case: SteadyBdot, u) -> Swing:
     """Pitch and roll [rad] at u from rest at the vertical, to the first power of eps (MAG 2.2).
 
-    The swing goes to twice the offset, which must be small as such, and does not die away
+    The oscillation reaches twice the offset, which must be small, too, and does not decay
     (noted from eps u = 0.1 on; ValueError above 10).
     """
     u, lean = validate.finite("u", u), published_offset(case)
@@ -157,8 +157,7 @@ def _to_resal(vectors, alpha, beta):
 def magnetic_rates(case: SteadyBdot, u, x) -> np.ndarray:
     """What m = -k dB/dt adds to the derivatives by u, over eps, with the body's own turn in dB/dt.
 
-    dB/dt in the body is the field's turn in X less (omega - omega of X) x B, a vector of which R
-    and the body have components of their own.
+    dB/dt in the body is the field's rate in X less (omega - omega of X) x B, here resolved in R.
     """
     u = np.asarray(u, dtype=np.float64)
     b, turning = (_to_resal(v, x[..., PITCH], x[..., ROLL]) for v in _field(u, case.angles))
@@ -172,7 +171,7 @@ def magnetic_rates(case: SteadyBdot, u, x) -> np.ndarray:
 def steady_bdot_response(case: SteadyBdot) -> Response:
     """Forced motion per unit of eps around the vertical, by Poincare's method.
 
-    Noted beside resonances: angles that eps makes greater than gravity's linear law allows.
+    `notes` has resonances, and angles beyond the linear range of the gravity gradient.
     """
     found = small_parameter(
         lambda x: gravity_rates(case.ratio, x),
@@ -185,9 +184,9 @@ def steady_bdot_response(case: SteadyBdot) -> Response:
 
 
 def motion_from_rest(case: SteadyBdot, revolutions: float, per_revolution: int = 60):
-    """u, and states `[n, 6]` of the whole equations from rest at the vertical.
+    """u, and states `[n, 6]` of the full equations from rest at the vertical.
 
-    ValueError if the axis comes to the horizontal, where gravity has let it go.
+    ValueError if the axis reaches the horizontal, where the gravity gradient does not restore it.
     """
     within(Limit("revolutions", 0.0, 1e4, open=True), revolutions)
     within(Limit("per_revolution", 1), per_revolution)
@@ -201,8 +200,8 @@ def motion_from_rest(case: SteadyBdot, revolutions: float, per_revolution: int =
     )  # fmt: skip
     if run.status != 0:
         raise ValueError(
-            f"eps: must leave the axis above the horizontal, where gravity holds it; received "
-            f"{case.eps:g}, with which it falls over by u = {run.t_events[0][-1]:.4g}"
+            f"eps: must keep the axis above the horizontal, where gravity restores it; received "
+            f"{case.eps:g}, which tips it over by u = {run.t_events[0][-1]:.4g}"
         )
     return u, run.y.T
 
@@ -216,13 +215,13 @@ _horizontal.terminal = True
 
 
 def mean_offset(case: SteadyBdot, revolutions: int = 24, last: int = 8) -> Offset:
-    """Mean lean [rad] of the whole equations over the last revolutions.
+    """Mean tilt [rad] by the full equations over the last revolutions.
 
-    Noted if over as many before it was another by a tenth: the swing from the start is not over.
+    Noted if the mean over as many before differs by a tenth: the start has not decayed.
     """
     within(Limit("last", 1, revolutions // 2, "of at most half of the revolutions"), last)
     _, x = motion_from_rest(case, revolutions)
     before, tail = (x[-60 * k * last - 1 : -60 * (k - 1) * last - 1] for k in (2, 1))
     (pitch, roll), was = (part[:, [PITCH, ROLL]].mean(axis=0) for part in (tail, before))
     changed = abs(pitch - was[0]) / max(abs(pitch), 1e-6 * case.eps)
-    return Offset(float(pitch), float(roll), passed((SETTLED, changed)))
+    return Offset(float(pitch), float(roll), passed((STEADY, changed)))

@@ -1,4 +1,4 @@
-"""Symbolic averaging of the very laws that fly: closed averaged equations, as formulas and LaTeX.
+"""Symbolic averaging of the flight laws themselves: averaged equations as formulas and LaTeX.
 
 For laws that are polynomials in field, rate and direction cosines, in the averaged field (Z) and
 fast rotation. Needs sympy.
@@ -6,8 +6,8 @@ fast rotation. Needs sympy.
 A law's kernel is rebuilt as plain Python that works on polynomials: the compiled helpers that it
 calls are replaced by their sources, and the two that use a quaternion by ones that use direction
 cosines. Angles enter by their cosines and sines as independent unknowns, reciprocals as unknowns
-of their own; the mean of a monomial cos^a x sin^b x over a turn is known, and squares of sines go
-by Pythagoras.
+of their own; the mean of a monomial cos^a x sin^b x over a turn is known, and squares of
+sines are eliminated by sin^2 = 1 - cos^2.
 """
 
 import math
@@ -25,7 +25,7 @@ try:
 except ImportError as error:  # pragma: no cover - depends on what is installed
     raise ImportError("torquer.theory.symbolic: needs sympy; pip install sympy") from error
 
-#: Symbols of the printed equations: p = sin^2(Theta)/2, l = L/L0, and those of the satellite.
+#: Symbols of the equations: p = sin^2(Theta)/2, l = L/L0, and those of the satellite.
 p, length, momentum, strength, transverse, axial, rate = sympy.symbols(
     "p l L0 B0 A C omega0", positive=True
 )
@@ -37,7 +37,7 @@ SLOW_ANGLES = {"rho": rho, "sigma": sigma, "theta": theta}
 DIVISORS = (length, momentum, transverse, axial)
 
 
-#: What symbols raise when something else than a polynomial is asked of them.
+#: Errors of operations that lead out of the polynomials.
 _NOT_POLYNOMIAL = (TypeError, AttributeError, ValueError, BasePolynomialError)
 
 
@@ -73,7 +73,7 @@ class Algebra:
         )
 
     def reduced(self, element):
-        """Without squares of sines, and without anything times its own reciprocal."""
+        """Reduced: without squares of sines and products with a reciprocal."""
         pairs = [(self.place[str(s)], self.place[f"per_{s}"]) for s in DIVISORS]
         found = self.ring.zero
         for powers, coefficient in element.terms():
@@ -107,12 +107,12 @@ class Algebra:
         return self.ring(found)
 
     def root(self, square):
-        """Square root, of what Pythagoras leaves of it: of one square term alone."""
+        """Square root of an element that reduces to one square term."""
         terms = self.reduced(square).terms()
         powers, coefficient = terms[0]
         number = sympy.sqrt(sympy.Rational(str(coefficient)))
         if len(terms) > 1 or any(n % 2 for n in powers) or not number.is_rational:
-            raise TypeError("a square root is left over")
+            raise TypeError("a square root remains")
         halves = tuple(n // 2 for n in powers)
         return Root(self, self.ring({halves: self.ring.domain.from_sympy(number)}))
 
@@ -130,7 +130,7 @@ class Algebra:
 
 
 class Root:
-    """A positive length: what kernels do with one is to compare it with zero and divide by it."""
+    """A positive length, which kernels only compare with zero and divide by."""
 
     def __init__(self, algebra, element):
         self.algebra, self.element = algebra, element
@@ -144,7 +144,7 @@ class Root:
         divisors = {algebra.place[str(s)]: algebra.gens[f"per_{s}"] for s in DIVISORS}
         for at, power in enumerate(powers):
             if power and at not in divisors:
-                raise TypeError("a quotient is left over")
+                raise TypeError("a quotient remains")
             if power:
                 inverse *= divisors[at] ** power
         return inverse * algebra.of(other) / coefficient
@@ -210,7 +210,7 @@ def on_symbols(function, algebra, known=None):
 
 
 def _mean_torque(law: Law, algebra: Algebra, parameters):
-    """Means over psi, phi, u of the torque in L, and of what turns theta."""
+    """Means over psi, phi, u of the torque in L, and of its part that changes theta."""
     ring, gens, turn = algebra.ring, algebra.gens, algebra.turn
     to_z = _product(_about(2, turn("sigma"), ring), _about(1, turn("rho"), ring))
     to_l = _product(_about(2, turn("psi"), ring), _about(0, turn("theta"), ring))

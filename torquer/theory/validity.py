@@ -1,10 +1,10 @@
-"""Where the theory holds: limits as data; what lies beyond them is refused, or noted.
+"""Where the theory holds: limits as data; beyond them a result is refused, or carries a note.
 
-A `Limit` names a number, its bounds and the reason. Beyond one that makes the answer meaningless
-a function raises ValueError with one line (`within`). Where the answer is only doubtful, a result
-that is a structure carries a line for each limit passed in its `notes` (`passed`); a function that
-returns bare numbers has no room for a note and refuses there as well. Doubtful is, everywhere, an
-error of the theory of about a tenth (of a length to itself, of an angle to a radian).
+A `Limit` names a number, its bounds and the reason. Where a result would be meaningless a function
+raises ValueError with one line (`within`). Where it is merely inaccurate, a result with a `notes`
+attribute has a line for each limit exceeded (`passed`); a function that returns bare numbers raises
+ValueError there, too. Inaccurate means throughout an error of the theory of about a tenth (of a
+length, relative; of an angle, in radians).
 
 Where no solution exists, or none is found, it is ArithmeticError.
 """
@@ -18,7 +18,7 @@ from torquer import validate
 
 
 class Limit(NamedTuple):
-    """Bounds of a number, both allowed unless `open`; `why` is told to who passes them."""
+    """Bounds of a number, both allowed unless `open`; `why`: the reason, for messages."""
 
     name: str
     least: float = -math.inf
@@ -36,7 +36,7 @@ class Limit(NamedTuple):
         return f"must lie within {self.least:.6g}..{self.most:.6g}" + self.open * ", ends left out"
 
     def holds(self, value) -> bool:
-        """Whether all of one or more numbers keep to it; not-a-number does not."""
+        """Whether one or more numbers all lie within it; NaN does not."""
         x = np.asarray(value)
         if self.open:
             return bool(np.all((x > self.least) & (x < self.most)))
@@ -44,7 +44,7 @@ class Limit(NamedTuple):
 
 
 def within(limit: Limit, value) -> None:
-    """ValueError unless numbers (all finite) keep to a limit."""
+    """ValueError unless all numbers are finite and within a limit."""
     x = validate.finite(limit.name, value)
     if not limit.holds(x):
         why = f" ({limit.why})" if limit.why else ""
@@ -53,7 +53,7 @@ def within(limit: Limit, value) -> None:
 
 
 def passed(*pairs: tuple[Limit, float]) -> tuple[str, ...]:
-    """A line for each (limit, number) that does not keep to it, in this order."""
+    """A line for each (limit, number) that is outside, in this order."""
     return tuple(
         f"{limit.name} = {value:.3g}: {limit.must} ({limit.why})"
         for limit, value in pairs
@@ -62,32 +62,32 @@ def passed(*pairs: tuple[Limit, float]) -> tuple[str, ...]:
 
 
 #: Slow variables.
-LENGTH = Limit("l", 0.0, why="at zero momentum there are no angles", open=True)
+LENGTH = Limit("l", 0.0, why="angles are undefined at zero momentum", open=True)
 RHO, THETA = Limit("rho", 0.0, math.pi), Limit("theta", 0.0, math.pi)
-#: Closest to rho = 0 and pi [rad] where the rate of sigma still is one.
+#: Least distance from rho = 0 and pi [rad] at which sigma has a rate.
 POLE = 1e-10
-OFF_POLES = Limit("rho", POLE, math.pi - POLE, "on the third axis sigma has no rate")
+OFF_POLES = Limit("rho", POLE, math.pi - POLE, "sigma has no rate on the third axis")
 INCLINATION = Limit("inclination", 0.0, math.pi)
-#: A torque that gravity holds at the lean x [rad] by its linear law, it holds at asin(2x)/2 in
-#: truth: a tenth more at 0.34, and at no angle above a half.
-LEAN = Limit("lean [rad]", -0.34, 0.34, "gravity's linear law is off by a tenth")
-HELD = Limit("lean [rad]", -0.5, 0.5, "gravity's greatest torque does not hold more")
+#: The gravity gradient balances a torque at the tilt x [rad] by its linear law, at asin(2x)/2 in
+#: fact: a tenth more at 0.34, and at no angle above a half.
+LEAN = Limit("tilt [rad]", -0.34, 0.34, "the linear gravity-gradient torque is off by a tenth")
+HELD = Limit("tilt [rad]", -0.5, 0.5, "the gravity gradient can balance no more")
 #: Relative tolerance of an integration.
 TOLERANCE = Limit("rtol", 1e-14, 0.1)
 #: Part of itself by which the momentum changes, or angle [rad] by which it turns, over a radian of
-#: the orbit at the worst phase (`Evolution.change`, `averaging.swiftest`). Against the full motion
-#: the averages err by up to 0.41 of it over u = 1/eps (all laws, 15 to 80 deg): by a tenth at 0.25.
+#: the orbit at the worst phase (`Evolution.change`, `averaging.greatest_relative_rate`). Against
+#: the full motion the averages err by up to 0.41 of it over u = 1/eps (all laws, 15 to 80 deg): by
+#: a tenth at 0.25.
 SLOW_CHANGE, AVERAGES_ERR = 0.25, 0.4
-#: Precession over the orbital rate: the field's products turn by up to 4u, and below meet it.
+#: Precession over the orbital rate: the field's products turn by up to 4u, and slower precession
+#: meets it.
 PRECESSION = Limit("precession/orbital rate", 4.0, why="the averages pass resonances with 4u")
 
 
 def check_regular(name: str, cosine) -> None:
-    """ValueError where the cosine of an angle, by which rates are divided, is nothing."""
+    """ValueError where the cosine of an angle, by which rates are divided, is zero."""
     if np.min(np.abs(cosine), initial=1.0) < 1e-9:
-        raise ValueError(
-            f"{name}: must stay off 90 deg, where the angles are singular; received it"
-        )
+        raise ValueError(f"{name}: must not be 90 deg, where the angles are singular; received it")
 
 
 def check_slow(slow) -> None:

@@ -1,10 +1,10 @@
-"""Momentum that wheels take up while a satellite keeps its attitude to the orbital frame.
+"""Momentum that wheels accumulate while a satellite keeps its attitude to the orbital frame.
 
-The orbit is circular, the attitude does not move. Nominal attitude: x1 along the motion, x3 along
-the orbit normal, hence x2 down; the satellite stands off it by small constant angles. Gravity,
-the turn of the body with the orbit and the air then give torques that the wheels take up: along
-the normal for good, across it to and fro. If the air turns with the Earth, its cross wind comes
-and goes once a revolution, and what it gives across the normal adds up, too.
+The orbit is circular, the attitude constant. Nominal attitude: x1 along the motion, x3 along the
+orbit normal, hence x2 down; the satellite deviates from it by small constant angles. The gravity
+gradient, the rotation with the orbit and the air then cause torques that the wheels absorb: their
+momentum grows along the normal and oscillates across it. If the atmosphere co-rotates, its cross
+wind alternates once a revolution, and its torque across the normal accumulates, too.
 """
 
 from typing import NamedTuple
@@ -19,14 +19,14 @@ from torquer.geometry.vec3 import as_symmetric, as_vector
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque, flow
 from torquer.theory.validity import Limit, within
 
-#: Instants of a revolution at which the torque is taken.
+#: Instants of a revolution at which the torque is evaluated.
 PHASES = 720
 
 
 RATE = Limit("rate_rad_s", 0.0, open=True)
 DENSITY, RADIUS = Limit("density_kg_m3", 0.0), Limit("radius_m", 0.0, open=True)
 LENGTH = Limit("length of the normal", 1.0 - 1e-9, 1.0 + 1e-9)
-#: Fewest instants of a revolution at which the torque tells its first harmonics.
+#: Fewest instants of a revolution that resolve the first harmonics of the torque.
 FEWEST = Limit("instants of a revolution", 12)
 
 
@@ -38,7 +38,7 @@ class Held(NamedTuple):
     normal: np.ndarray
     """(3,) orbit normal in the body frame."""
     torque_n_m: np.ndarray
-    """(N, 3): what the wheels take up, body frame, at N even arguments of latitude from 0."""
+    """(N, 3): torque on the wheels, body frame, at N equidistant arguments of latitude from 0."""
 
     @property
     def period_s(self) -> float:
@@ -58,7 +58,7 @@ def orbital_axes(offset_rad) -> np.ndarray:
 
 
 def held_torque(inertia_kg_m2, rate_rad_s: float, axes, push_n_m=(0.0, 0.0, 0.0)) -> np.ndarray:
-    """Constant torque (3,) [N m] of gravity, of the turn with the orbit, and a push (3,).
+    """Constant torque (3,) [N m] of gravity gradient, orbital rotation, and a given push (3,).
 
     For small angles (a, b, c) of the offset it is w^2 (-4 (I3 - I2) a, (I1 - I3) b,
     3 (I2 - I1) c) and the push; here for any. Source: WHEEL (6.7).
@@ -75,7 +75,7 @@ def air_torque(
 ) -> np.ndarray:
     """Torques (PHASES, 3) [N m] of air of constant density over one revolution.
 
-    The air turns with the Earth; without an inclination it rests, as WHEEL has it.
+    The atmosphere co-rotates; without an inclination it is at rest, as in WHEEL.
     """
     within(RATE, rate_rad_s)
     within(DENSITY, density_kg_m3)
@@ -96,7 +96,7 @@ def air_torque(
 def momentum_under(torque_n_m, normal, rate_rad_s: float, t_s) -> np.ndarray:
     """Momentum (..., 3) [N m s] under a torque that is constant in the body, from zero.
 
-    Across the normal it goes round, along it it grows: with the normal along x3
+    Across the normal it rotates, along it it grows: with the normal along x3
     H1 = (m1 sin wt + m2 (1 - cos wt))/w, H2 = (m2 sin wt - m1 (1 - cos wt))/w, H3 = m3 t.
     Source: WHEEL (6.8).
     """
@@ -108,7 +108,7 @@ def momentum_under(torque_n_m, normal, rate_rad_s: float, t_s) -> np.ndarray:
 
 
 def cyclic_bounds(torque_n_m, normal, rate_rad_s: float) -> np.ndarray:
-    """Greatest size (3,) [N m s] of each component of what goes round under a constant torque."""
+    """Bounds (3,) [N m s] on the components of the cyclic momentum under a constant torque."""
     sine, cosine = _round_trip(torque_n_m, normal, rate_rad_s)
     return np.abs(cosine) + np.hypot(sine, cosine)
 
@@ -126,7 +126,7 @@ def _round_trip(torque, normal, rate):
 
 
 class Growth(NamedTuple):
-    """Momentum from zero: revolution k adds `gain` k to what the first one did."""
+    """Momentum from zero: revolution k adds k times `gain` to that of the first revolution."""
 
     held: Held
     turns: np.ndarray
@@ -136,7 +136,7 @@ class Growth(NamedTuple):
 
     @property
     def gain_n_m_s(self) -> np.ndarray:
-        """(3,) what a revolution adds, in the axes of the node."""
+        """(3,) growth per revolution, in the axes of the node."""
         return self.first[-1]
 
     def over(self, revolution) -> np.ndarray:
@@ -156,7 +156,7 @@ class Growth(NamedTuple):
 
 
 def growth_of(held: Held) -> Growth:
-    """Momentum that the wheels take up, revolution by revolution."""
+    """Momentum that the wheels accumulate, revolution by revolution."""
     _check(held.normal, held.rate_rad_s)
     within(FEWEST, len(validate.finite("torque_n_m", held.torque_n_m)))
     steps = len(held.torque_n_m)
@@ -199,7 +199,7 @@ def saturation_time(growth: Growth, half_spaces, most_revolutions: int = 100_000
 
 
 def _sooner(growth: Growth, rows, share, number: int) -> int:
-    """A revolution before which nothing can happen: a revolution adds so much and no more."""
+    """A revolution before which no saturation is possible, from the growth per revolution."""
     most = np.linalg.norm(rows, axis=1).max() * np.linalg.norm(growth.gain_n_m_s)
     if most == 0.0:
         return np.iinfo(np.int64).max

@@ -32,7 +32,7 @@ class FieldsAlong:
 
     @cached_property
     def b_orbital(self) -> np.ndarray:
-        """Induction `[m, n, 3]` T in X: along the motion, orbit normal, up."""
+        """Flux density `[m, n, 3]` T in X: along the motion, orbit normal, up."""
         return np.einsum("nij,mnj->mni", self.axes_of_x, self.b_inertial)
 
     @cached_property
@@ -43,7 +43,7 @@ class FieldsAlong:
 
     @cached_property
     def strength(self) -> np.ndarray:
-        """Length of the induction vectors `[m, n]` T."""
+        """Length of the flux-density vectors `[m, n]` T."""
         return np.linalg.norm(self.b_inertial, axis=-1)
 
     @cached_property
@@ -68,7 +68,7 @@ class FieldsAlong:
 
     @property
     def b_y(self) -> np.ndarray:
-        """Induction `[m, n, 3]` T in Y of the first instant: node, across it, the Earth's axis."""
+        """Flux density `[m, n, 3]` T in Y at the first instant: node, across it, Earth's axis."""
         c, s, _ = self.node
         return self.b_inertial @ np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 

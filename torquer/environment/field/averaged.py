@@ -60,14 +60,14 @@ def mean_over_orbit(equatorial_t, inclination):
 
 @kernel
 def b_z(b0_t, u, cone):
-    """Induction [T] in Z, whose third axis is the cone's. Source: FIELD (1.9)."""
+    """Flux density [T] in Z, whose third axis is the cone's. Source: FIELD (1.9)."""
     s = math.sin(cone)
     return scale(b0_t, (-s * math.sin(2.0 * u), s * math.cos(2.0 * u), math.cos(cone)))
 
 
 @kernel
 def b_y(b0_t, u, cone):
-    """Induction [T] in Y (FIELD, after (1.9))."""
+    """Flux density [T] in Y (FIELD, after (1.9))."""
     s, su = math.sin(cone), math.sin(u)
     swinging = -math.sin(2.0 * cone) * su * su
     return scale(b0_t, (-s * math.sin(2.0 * u), swinging, 1.0 - 2.0 * s * s * su * su))
@@ -75,7 +75,7 @@ def b_y(b0_t, u, cone):
 
 @kernel
 def b_s(b0_t, u, inclination, cone):
-    """Induction [T] in S (FIELD, after (1.9))."""
+    """Flux density [T] in S (FIELD, after (1.9))."""
     s, su, ahead = math.sin(cone), math.sin(u), cone - inclination
     swing = 2.0 * s * su * su
     second = math.sin(inclination) - swing * math.cos(ahead)
@@ -85,7 +85,7 @@ def b_s(b0_t, u, inclination, cone):
 
 @kernel
 def b_orbital(b0_t, u, inclination, cone):
-    """Induction [T] in X (along the motion, normal, up).
+    """Flux density [T] in X (along the motion, normal, up).
 
     Source: FIELD (1.8), whose axes are in the order up, along the motion, normal.
     """
@@ -138,7 +138,7 @@ def ascending_node(h):
 
 @kernel
 def b_inertial(field, r, v):
-    """Induction [T] in the inertial frame, on the osculating plane of r [m] and v."""
+    """Flux density [T] in the inertial frame, on the osculating plane of r [m] and v."""
     h = cross(r, v)
     node = ascending_node(h)
     inclination = math.atan2(math.sqrt(h[0] * h[0] + h[1] * h[1]), h[2])
@@ -184,7 +184,7 @@ class Averaged(Spec):
         return Cone(mu_t_m3, RULES.index("given"), self.b0)
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Induction [T] in the inertial frame, its third axis taken as the Earth's."""
+        """Flux density [T] in the inertial frame, its third axis taken as the Earth's."""
         r_inertial = rows("r_inertial", r_inertial, 3)
         out = np.empty_like(r_inertial)
         v_inertial = rows("v_inertial", v_inertial, 3, count=len(out))

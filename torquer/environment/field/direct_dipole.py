@@ -19,7 +19,7 @@ from torquer.spec import Spec
 
 @kernel
 def b_y(equatorial_t, u, inclination):
-    """Induction [T] on a circular orbit in Y. Source: FIELD (1.2)."""
+    """Flux density [T] on a circular orbit in Y. Source: FIELD (1.2)."""
     su, si = math.sin(u), math.sin(inclination)
     turning = -1.5 * si * math.sin(2.0 * u)
     swinging = -1.5 * math.sin(2.0 * inclination) * su * su
@@ -28,14 +28,14 @@ def b_y(equatorial_t, u, inclination):
 
 @kernel
 def strength(equatorial_t, u, inclination):
-    """Length of the induction vector [T] on a circular orbit. Source: FIELD (1.3)."""
+    """Length of the flux-density vector [T] on a circular orbit. Source: FIELD (1.3)."""
     up = math.sin(inclination) * math.sin(u)
     return equatorial_t * math.sqrt(1.0 + 3.0 * up * up)
 
 
 @kernel
 def b_orbital(equatorial_t, u, inclination):
-    """Induction [T] on a circular orbit in X (along the motion, normal, up).
+    """Flux density [T] on a circular orbit in X (along the motion, normal, up).
 
     Source: FIELD (1.4), whose axes are in the order up, along the motion, normal.
     """
@@ -45,7 +45,7 @@ def b_orbital(equatorial_t, u, inclination):
 
 @kernel
 def b_s(equatorial_t, u, inclination):
-    """Induction [T] on a circular orbit in S. Source: FIELD (1.5)."""
+    """Flux density [T] on a circular orbit in S. Source: FIELD (1.5)."""
     su, si = math.sin(u), math.sin(inclination)
     return scale(
         equatorial_t,
@@ -64,12 +64,12 @@ class DirectDipole(Spec):
         return (0.0, 0.0, -self.mu_e_t_km3 * M3_IN_KM3)
 
     def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
-        """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
         r_ecef = rows("r_ecef", r_ecef, 3)
         out = np.empty_like(r_ecef)
         b_dipole_many(packed, r_ecef, out)
         return out
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Induction [T] in the inertial frame, its third axis taken as the Earth's."""
+        """Flux density [T] in the inertial frame, its third axis taken as the Earth's."""
         return self.b_earth_fixed(packed, rows("r_inertial", r_inertial, 3))

@@ -43,7 +43,7 @@ def _piece(model, number: int) -> tuple:
 def b_inertial_along(
     model, start: datetime, t_s, r_inertial, v_inertial, dcm_inertial_to_ecef
 ) -> np.ndarray:
-    """Induction [n, 3] T in J at seconds [n] after the start, each at its own date.
+    """Flux density [n, 3] T in J at seconds [n] after the start, each at its own date.
 
     The other arguments are those of the model's `b_inertial`. Dates are not checked: beyond its
     years a model goes on in a straight line.

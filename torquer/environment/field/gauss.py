@@ -16,7 +16,7 @@ from torquer.spec import Spec
 
 @kernel
 def b_inertial_many(harmonics_, r_inertial, dcm_inertial_to_ecef, out):
-    """Induction [T] in the inertial frame at the rows of `r_inertial` [m], into `out`."""
+    """Flux density [T] in the inertial frame at the rows of `r_inertial` [m], into `out`."""
     for i in range(r_inertial.shape[0]):
         r_ecef = mat_vec(row_matrix(dcm_inertial_to_ecef, i), row_vector(r_inertial, i))
         out[i, 0], out[i, 1], out[i, 2] = r_ecef
@@ -64,14 +64,14 @@ class Gauss(Spec):
         )
 
     def b_earth_fixed(self, packed: Harmonics, r_ecef) -> np.ndarray:
-        """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
         r_ecef = rows("r_ecef", r_ecef, 3)
         out = np.empty_like(r_ecef)
         gradient_many(packed, r_ecef, out)
         return out
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Induction [T] in the inertial frame; the velocities are not used."""
+        """Flux density [T] in the inertial frame; the velocities are not used."""
         r_inertial = rows("r_inertial", r_inertial, 3)
         out = np.empty_like(r_inertial)
         dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))

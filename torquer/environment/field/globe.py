@@ -21,7 +21,7 @@ class Elements(NamedTuple):
 
 
 def elements(b_ned_t) -> Elements:
-    """X, Y, Z, H, F, D, I of induction vectors `[..., 3]` in north-east-down axes [T]."""
+    """X, Y, Z, H, F, D, I of flux-density vectors `[..., 3]` in north-east-down axes [T]."""
     x, y, z = np.moveaxis(1e9 * np.asarray(b_ned_t, dtype=np.float64), -1, 0)
     h = np.hypot(x, y)
     declination, inclination = np.degrees(np.arctan2(y, x)), np.degrees(np.arctan2(z, h))
@@ -31,7 +31,7 @@ def elements(b_ned_t) -> Elements:
 def at_geodetic(
     model, decimal_year: float, lat_deg, lon_deg, alt_km, geocentric: bool = False
 ) -> np.ndarray:
-    """Induction [T] `[..., 3]` in north-east-down axes at places (numbers or arrays).
+    """Flux density [T] `[..., 3]` in north-east-down axes at places (numbers or arrays).
 
     Geodetic: WGS84 latitude and height. Geocentric: latitude from the Earth's centre, height
     above the sphere of 6371.2 km, down towards the centre. `ValueError` for a model that is

@@ -11,7 +11,7 @@ class FieldModel(Protocol):
     """One interface: `prepare` once per date, then as many points as wanted.
 
     `prepare` takes the decimal year and returns what the compiled code needs. `b_inertial`
-    gives the induction [T] in the inertial frame J at the points of an orbit; a model that
+    gives the flux density [T] in the inertial frame J at the points of an orbit; a model that
     does not need the velocities or the Earth's rotation ignores them.
     """
 

@@ -18,7 +18,7 @@ M3_IN_KM3 = 1e9
 
 @kernel
 def b_dipole(moment, r):
-    """Induction [T] at r [m] of a dipole at the origin, in the axes of both.
+    """Flux density [T] at r [m] of a dipole at the origin, in the axes of both.
 
     `moment` = mu_e k [T m^3], k the dipole's direction. Source: FIELD (1.1).
     """
@@ -95,14 +95,14 @@ class TiltedDipole(Spec):
         return _moment(*schmidt_rates(self.source, piece))
 
     def b_earth_fixed(self, packed: tuple, r_ecef) -> np.ndarray:
-        """Induction [T] in Earth-fixed axes at `[n, 3]` points [m]."""
+        """Flux density [T] in Earth-fixed axes at `[n, 3]` points [m]."""
         r_ecef = rows("r_ecef", r_ecef, 3)
         out = np.empty_like(r_ecef)
         b_dipole_many(packed, r_ecef, out)
         return out
 
     def b_inertial(self, packed, r_inertial, v_inertial, dcm_inertial_to_ecef) -> np.ndarray:
-        """Induction [T] in the inertial frame; the velocities are not used."""
+        """Flux density [T] in the inertial frame; the velocities are not used."""
         r_inertial = rows("r_inertial", r_inertial, 3)
         out = np.empty_like(r_inertial)
         dcm = rows("dcm_inertial_to_ecef", dcm_inertial_to_ecef, 3, 3, count=len(out))

@@ -11,7 +11,7 @@ from torquer.gallery.drawing import BLUE, RED, label, new_figure
 from torquer.gallery.entry import Answer, Entry, consistent, near, within
 from torquer.theory.floquet import chart
 from torquer.theory.mathieu import first_tongue
-from torquer.theory.planar_magnet import even_turn, motion_edges, shut_tongue, tongue_edges
+from torquer.theory.planar_magnet import closed_tongue, motion_edges, tongue_edges, uniform_rotation
 
 MODELS = ("averaged", "direct dipole")
 STEP = 0.02
@@ -19,7 +19,7 @@ STEP = 0.02
 
 def edges_at(mu: int, eta: float) -> tuple[float, float]:
     """Edges (cosine's, sine's) in lambda2 of the first tongue, by computed solutions."""
-    return tongue_edges(even_turn.with_parameters(mu=float(mu)), eta)
+    return tongue_edges(uniform_rotation.with_parameters(mu=float(mu)), eta)
 
 
 def depth(mu: int, eta, lambda2):
@@ -55,9 +55,9 @@ def moment_ratio(eta: float, lambda2: float) -> float:
 
 def compute() -> Answer:
     """Factors of the series, where the tongues shut, and both charts."""
-    dipole_shut = shut_tongue(lambda eta: edges_at(1, eta), 0.1, 0.6)
-    motion_shut = shut_tongue(lambda eta: motion_edges(eta, 1, (0.5, 1.7)), 0.28, 0.38)
-    averaged_shut = shut_tongue(lambda eta: edges_at(0, eta), -0.3, 0.2)
+    dipole_shut = closed_tongue(lambda eta: edges_at(1, eta), 0.1, 0.6)
+    motion_shut = closed_tongue(lambda eta: motion_edges(eta, 1, (0.5, 1.7)), 0.28, 0.38)
+    averaged_shut = closed_tongue(lambda eta: edges_at(0, eta), -0.3, 0.2)
     checks = []
     for mu, model in enumerate(MODELS):
         first, second = coefficients(mu)
@@ -92,7 +92,7 @@ def picture():
     figure, panels = new_figure("Magnet that follows the field: first tongue (FIELD 2.2)", 2, 7.0)
     lambda2, eta = np.linspace(0.4, 1.8, 141), np.linspace(-1.0, 1.0, 81)
     for mu, axes in enumerate(panels):
-        system = even_turn.with_parameters(mu=float(mu))
+        system = uniform_rotation.with_parameters(mu=float(mu))
         found = chart(system, ("lambda2", lambda2), ("eta", eta))
         half_trace = 0.5 * np.abs(found.trace.values)
         axes.contourf(lambda2, eta, half_trace, levels=[1.0, np.inf], colors=["#d5e3ef"])

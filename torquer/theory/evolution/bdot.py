@@ -63,8 +63,8 @@ def _log_tan(angle):
 def length_integral(slow, case):
     """(3p - 1) ln l - (3p - 1)/2 ln(1 + tan^2 rho) + 2p ln tan rho. Source: MAG (2.1.14).
 
-    Constant in the averaged field; under spin-up as well, which runs the same path in (l, rho)
-    the other way.
+    Constant in the averaged field; under spin-up as well, which follows the same path in (l, rho)
+    backwards.
     """
     p = case.moments[0]
     log_secant = -np.log(np.abs(np.cos(slow.rho)))

@@ -32,7 +32,7 @@ class Case(NamedTuple):
     """Constants of averaged equations: small parameter, C/A, field moments, target.
 
     `moments`: <b_i b_j> as (xx, yy, zz, xy, xz, yz); for the averaged field (p, p, q, 0, 0, 0).
-    `target`: where a law points, in the field's frame: L_f/L0 of precise reorientation.
+    `target`: the law's target in the field's frame: L_f/L0 of precise reorientation.
     """
 
     eps: float
@@ -60,12 +60,12 @@ def always(case: Case) -> bool:
 
 
 def of_a_dipole(length, case: Case) -> float:
-    """Reach of a law whose dipole does not depend on the momentum."""
+    """`reach` of a law whose dipole does not depend on the momentum."""
     return 1.0 / length
 
 
 def of_the_rate(length, case: Case) -> float:
-    """Reach of a law that brakes the rate: its torque is in proportion to the momentum."""
+    """`reach` of a law that damps the rate: its torque is proportional to the momentum."""
     return max(1.0, case.ratio)
 
 

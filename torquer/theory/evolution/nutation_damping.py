@@ -31,7 +31,7 @@ def nutation_damping_rates(slow, case):
 
 
 def spin_integral(slow, case):
-    """l cos theta: the spin about the axis, which one coil along it cannot touch (MAG 3.1)."""
+    """l cos theta: the spin about the axis, which a coil along it cannot change (MAG 3.1)."""
     return slow.l * np.cos(slow.theta)
 
 

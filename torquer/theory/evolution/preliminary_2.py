@@ -22,7 +22,7 @@ def preliminary_2_rates(slow, case):
 
 
 def _reach(length, case):
-    """Of a torque in proportion to the difference of two unit vectors."""
+    """`reach` of a torque proportional to the difference of two unit vectors."""
     return 2.0 / length
 
 

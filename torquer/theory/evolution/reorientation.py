@@ -77,7 +77,7 @@ def _to_node(case):
 
 
 def _reach(length, case):
-    """Of a torque in proportion to target less momentum."""
+    """`reach` of a torque proportional to target less momentum."""
     return (float(np.linalg.norm(case.target)) + length) / length
 
 
