@@ -152,7 +152,7 @@ def test_dipole_inclination_follows_its_latitude():
 
 
 def test_averaged_field_has_no_place_on_the_globe():
-    line = "field model averaged: must have an Earth-fixed form; received one that is tied"
+    line = "field model averaged: must have an Earth-fixed form; received one that is defined"
     with pytest.raises(ValueError, match=line):
         at_geodetic(Averaged(), 2026.0, 0.0, 0.0, 0.0)
 

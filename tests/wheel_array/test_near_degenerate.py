@@ -20,7 +20,7 @@ from torquer.wheel_array.envelope import Envelope, momentum_envelope, support
 from torquer.wheel_array.faces import is_closed
 from torquer.wheel_array.failures import failure_table
 from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.planes import FLAT, face_rows, hold, pair_normals
+from torquer.wheel_array.planes import FLAT, authority, face_rows, pair_normals
 from torquer.wheel_array.rates import worst_case
 from torquer.wheel_array.steering import steer, steering_of
 
@@ -79,7 +79,7 @@ def drawn(seed: int, separation: float, count: int = 7) -> WheelArray:
 
 def thickness(wheels) -> float:
     """Least component, along the directions of their hold, of the working axes."""
-    sizes = np.array(hold(np.array(wheels.axes), wheels.momentum_limits())[1])
+    sizes = np.array(authority(np.array(wheels.axes), wheels.momentum_limits())[1])
     return sizes[sizes > 0.0].min()
 
 

@@ -233,7 +233,7 @@ def test_search_is_deterministic_and_refuses_bad_bounds():
     measure = search.least_norm(Box(HALF))
     first, second = (search.find_layout(six, measure, (1,), (89,), starts=2) for _ in range(2))
     assert first.parameters == second.parameters
-    with pytest.raises(ValueError, match="lower, upper: must be as many, each lower one below"):
+    with pytest.raises(ValueError, match="lower, upper: must have equal lengths, each lower bound"):
         search.find_layout(six, measure, (89,), (1,))
-    with pytest.raises(ValueError, match="lower, upper: must be as many"):
+    with pytest.raises(ValueError, match="lower, upper: must have equal lengths"):
         search.find_layout(six, measure, (1, 1), (89,))

@@ -1,6 +1,6 @@
 """Gravity of the Earth: EGM2008 to degree and order 36, and the gravity-gradient torque.
 
-Frame: Earth-fixed for EGM2008; any, one for all vectors, for the rest.
+Frames: Earth-fixed for EGM2008; the rest in any one frame.
 """
 
 from functools import cache
@@ -43,7 +43,7 @@ def norms(degree: int) -> np.ndarray:
 
 
 def pack(degree: int, order: int | None = None) -> Harmonics:
-    """EGM2008 without its central part, cut at a degree and (the same, if left out) an order.
+    """EGM2008 without its central part, truncated at a degree and an order (default: the degree).
 
     ValueError unless 0 <= order <= degree <= 36.
     """
@@ -82,7 +82,7 @@ def gravity_gradient_torque(inertia, gravity_gradient_body):
 
 
 def gravity_gradient_vector(r_m: np.ndarray) -> np.ndarray:
-    """Radius vectors [n, 3] with the length sqrt(3 mu/r^3) [1/s]: all that the torque needs."""
+    """Radius vectors [n, 3] of length sqrt(3 mu/r^3) [1/s], the argument of the torque."""
     square = np.einsum("ni,ni->n", r_m, r_m)
     scale = np.sqrt(3.0 * MU_EARTH_M3_S2) / (square * np.sqrt(np.sqrt(square)))  # of r^(5/2)
     return scale[:, None] * r_m

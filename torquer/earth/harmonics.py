@@ -1,7 +1,7 @@
 """Gradient of a sum of solid harmonics at a point, regular at the poles.
 
 Each Cartesian component of the gradient of a harmonic function is itself harmonic. So the
-coefficients are turned once into three scalar expansions one degree higher, one for each
+coefficients are converted once into three scalar expansions one degree higher, one for each
 component in Earth-fixed axes:
 
   G_c = q sum_m [(sum_n X_nm H_nm) Re w^m + (sum_n Y_nm H_nm) Im w^m],  c = x, y, z,
@@ -11,7 +11,7 @@ harmonic q^(n-m) d^m P_n(sin latitude) scaled so that its leading coefficient is
 
   H_mm = 1,  H_m+1,m = z,  H_nm = z H_n-1,m - beta_nm q^2 H_n-2,m.
 
-Nothing divides by the cosine of the latitude: the poles are ordinary points. Degrees are taken
+No term is divided by the cosine of the latitude: the poles are regular points. Degrees are taken
 two at a time, so that the recursion steps in place.
 """
 
@@ -92,7 +92,7 @@ def pack(c: np.ndarray, s: np.ndarray, radius_m: float, factor: float) -> Harmon
 
 @kernel
 def gradient(harmonics, r_m):
-    """Gradient in Earth-fixed axes at a point [m], summed as this file's head says."""
+    """Gradient in Earth-fixed axes at a point [m], summed as described above."""
     radius, top, top_order, c = harmonics
     inverse = radius / (r_m[0] * r_m[0] + r_m[1] * r_m[1] + r_m[2] * r_m[2])
     x, y, z = r_m[0] * inverse, r_m[1] * inverse, r_m[2] * inverse

@@ -1,6 +1,6 @@
 """The gradient of solid harmonics at many points: `torquer.earth.harmonics`, sixty-four at a time.
 
-The same sums with the points innermost, so that the compiler works on several at once (three
+The same sums with the points innermost, so that the compiler vectorises them (three
 times faster). The scratch array is flat, its rows at constant offsets, because only then can
 the compiler see that they do not overlap.
 """

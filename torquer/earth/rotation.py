@@ -1,13 +1,13 @@
-"""Rotation of the Earth: turns between the inertial frame J, TEME and the Earth-fixed frame E.
+"""Rotation of the Earth: the inertial frame J, TEME and the Earth-fixed frame E.
 
 Two models. "precise": J is GCRF; precession-nutation IAU 2006/2000A, based on the celestial
 intermediate origin, and the Earth rotation angle. "sidereal": J is the true equator and mean
-equinox of date (TEME, the frame of SGP4); one turn by Greenwich mean sidereal time, IAU 1982.
-UT1 - UTC is given at the start (`dut1_s`) and held: taken as 0, the Earth is up to 0.9 s off its
-place (13.5 arcsec, 420 m on the equator); it changes by a millisecond or two a day. Polar motion
-is neglected in both (below 0.6 arcsec, 20 m at the surface).
+equinox of date (TEME, the frame of SGP4); rotation by Greenwich mean sidereal time, IAU 1982. UT1 -
+UTC is given at the start (`dut1_s`) and held constant: left at 0, the rotation is up to 0.9 s in
+error (13.5 arcsec, 420 m on the equator); it changes by a millisecond or two a day. Polar motion is
+neglected in both (below 0.6 arcsec, 20 m at the surface).
 
-Precession-nutation changes slowly and costs much, so it is evaluated on a fixed half-day grid
+Precession-nutation is slow and costly, so it is evaluated on a fixed half-day grid
 and interpolated by polynomials of degree 5 (error below 1e-11 rad). The grid is laid in absolute
 time: a date has the same matrix, to rounding, in every run.
 """
@@ -93,7 +93,7 @@ def _gcrf_to_teme(ut1: tuple, gcrf_to_intermediate: np.ndarray) -> np.ndarray:
 
 
 def _turned_z(angle: np.ndarray, m: np.ndarray) -> np.ndarray:
-    """Matrices m [n or 1, 3, 3] followed by a turn of the axes by the angles [n] about axis 3."""
+    """Matrices m [n or 1, 3, 3], then a rotation of the axes by the angles [n] about axis 3."""
     out = np.empty((np.size(angle), 3, 3))
     _fill_turned_z(np.ascontiguousarray(angle), np.ascontiguousarray(m), out)
     return out

@@ -107,7 +107,7 @@ def _slow_at(rotation, t):
 
 @kernel
 def _dcm_turned(x, y, angle):
-    """Rows of the matrix to the frame of the pole (x, y), turned about it by an angle [rad]."""
+    """Rows of the matrix to the frame of the pole (x, y), rotated about it by an angle [rad]."""
     a = 1.0 / (1.0 + math.sqrt(1.0 - x * x - y * y))
     c, s = math.cos(angle), math.sin(angle)
     first, second = (1.0 - a * x * x, -a * x * y, -x), (-a * x * y, 1.0 - a * y * y, -y)
@@ -125,11 +125,11 @@ def rotation_at(rotation, t):
 
 @kernel
 def day_of_year_at(rotation, t):
-    """Number of the day of the year, 1 = 1 January; leap seconds left out of account."""
+    """Number of the day of the year, 1 = 1 January; leap seconds ignored."""
     return day_of_year(rotation.day + t / DAY_S, rotation.year)
 
 
 def teme_to_gcrf_at(start_utc: str | datetime) -> np.ndarray:
-    """TEME to GCRF [3, 3] at one instant; UT1 - UTC would turn it by 1e-11 rad at most."""
+    """TEME to GCRF [3, 3] at one instant; UT1 - UTC would change it by 1e-11 rad at most."""
     (day, ut1), (_, tt) = julian_dates(start_utc, np.zeros(1))
     return gcrf_to_teme_on_grid(float(ut1[0] - tt[0]), day, tt)[0].T

@@ -1,4 +1,4 @@
-"""The environment along an orbit: where the satellite is, which field and which Sun it meets."""
+"""The environment along an orbit: position, geomagnetic field, Sun and shadow."""
 
 from dataclasses import dataclass
 from datetime import datetime
@@ -29,24 +29,24 @@ def _unit_sun_direction(value):
 
 
 class Environment(Spec):
-    """Models of the surroundings.
+    """Models of the environment.
 
-    `field`: geomagnetic field model; its date goes on along the run, which must end within the
-    model's years. `earth_rotation`: 'precise' (precession and nutation) or 'sidereal' (a plain
-    turn by Greenwich sidereal time). `ut1_minus_utc_s`: UT1 - UTC at the start, from the IERS's
-    Bulletin A or B; it is held (it changes by a millisecond or two a day). Left at 0, the Earth is
-    up to 0.9 s off its place: 450 m at 500 km, 1.6 nT. Polar motion (20 m) is left out.
-    `eclipse`: shadow of the Earth: 'conical' (umbra and penumbra of a sphere of the equatorial
-    radius), 'oblate' (the same of the ellipsoid WGS84), 'cylindrical' or 'none' (the Sun always
-    shines). In low orbits a sphere's contacts are 5 s off in the mean, 30 s where the orbit grazes
-    the shadow; the ellipsoid's are right to 0.1 s, the atmosphere left out.
-    `sun_direction`: for comparison with theory, the Sun is held at 1 au in this inertial direction
-    (a vector of any length) from the Earth's centre; from a low orbit it is seen within 10 arcsec
-    of it. Left out: the Sun's true path, which density models always follow.
-    `atmosphere`: density of the air (for `spacecraft.aerodynamics`), which turns with the Earth
-    unless `co_rotating_atmosphere` is false: publications often have it at rest.
-    `table_tolerance`: promised relative error of the tabulated field and position; 0 evaluates
-    the models at every instant that RK4 asks for (exact, about ten times slower).
+    `field`: geomagnetic field model; its date advances during the run, which must end within the
+    model's period of validity. `earth_rotation`: 'precise' (precession and nutation) or 'sidereal'
+    (rotation by Greenwich sidereal time alone). `ut1_minus_utc_s`: UT1 - UTC at the start, from the
+    IERS's Bulletin A or B; it is held constant (it changes by a millisecond or two a day). Left at
+    0, the Earth's rotation is up to 0.9 s in error: 450 m at 500 km, 1.6 nT. Polar motion (20 m) is
+    neglected. `eclipse`: model of the Earth's shadow: 'conical' (umbra and penumbra of a sphere of
+    the equatorial radius), 'oblate' (the same for the ellipsoid WGS84), 'cylindrical' or 'none'
+    (always in sunlight). In low orbits the contact times of the sphere are in error by 5 s on
+    average, by 30 s where the orbit grazes the shadow; those of the ellipsoid by 0.1 s, without
+    refraction. `sun_direction`: for comparison with theory, fixes the Sun at 1 au from the Earth's
+    centre in this inertial direction (a vector of any length); the parallax in low orbit is below
+    10 arcsec. By default the Sun follows its true path, which density models use in any case.
+    `atmosphere`: density model (for `spacecraft.aerodynamics`). The atmosphere co-rotates with the
+    Earth unless `co_rotating_atmosphere` is false, as publications often assume. `table_tolerance`:
+    bound on the relative error of the tabulated field and position; 0 evaluates the models at every
+    stage of RK4 (exact, about ten times slower).
     """
 
     renamed: ClassVar = {"air_turns": "co_rotating_atmosphere"}
@@ -64,7 +64,7 @@ class Environment(Spec):
 
 @dataclass(frozen=True)
 class OrbitEnvironment:
-    """An environment met along one orbit from one start; all vectors in the inertial frame J."""
+    """The environment along one orbit from one start; all vectors in the inertial frame J."""
 
     environment: Environment
     orbit: AnyOrbit
@@ -87,13 +87,13 @@ class OrbitEnvironment:
         return dcm_inertial_to_ecef(t_s, self.start, around.earth_rotation, around.ut1_minus_utc_s)
 
     def field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Field [n, 3] T, each at its own date; ValueError beyond the model's years."""
+        """Field [n, 3] T, each at its own date; ValueError outside the model's validity."""
         if len(t_s):
             self.check_dates(float(np.min(t_s)), float(np.max(t_s)))
         return self._field(t_s, r, v)
 
     def check_dates(self, *times_s: float) -> None:
-        """ValueError (a warning if the model extrapolates) for a time beyond the field's years."""
+        """ValueError (a warning if the model extrapolates) for a time outside its validity."""
         check_span(self.environment.field, self.start, *times_s)
 
     def _field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -113,7 +113,7 @@ class OrbitEnvironment:
 
     @cached_property
     def shadow(self) -> Shadow:
-        """The Earth's shadow; in a year the pole strays by 1e-4 rad, which moves it by 2 m."""
+        """The Earth's shadow; the pole drifts by 1e-4 rad a year, which moves it by 2 m."""
         model = self.environment.eclipse
         if model != "oblate":
             return shadow_of(model)
@@ -122,7 +122,7 @@ class OrbitEnvironment:
     def sample(self, t_s: np.ndarray) -> np.ndarray:
         """Position, field and gravity-gradient vector [n, 9], as the table holds them.
 
-        Its last segment may end late: dates are not checked.
+        The last segment may extend beyond the run: dates are not checked.
         """
         r, v = self.state(t_s)
         return np.hstack([r, self._field(t_s, r, v), gravity_gradient_vector(r)])
@@ -143,17 +143,17 @@ class OrbitEnvironment:
 
     @property
     def segment_s(self) -> float:
-        """Length of the segments that the orbit's table begins with [s]."""
+        """Initial length of the segments of the orbit's table [s]."""
         return self.orbit.period_s / 100.0
 
     def air_table(self, duration_s: float, start_s: float = 0.0):
-        """Table of `flow`; no error is promised, as a density model may have steps of its own."""
+        """Table of `flow`, without error bound: density models may have discontinuities."""
         return build(self.flow, duration_s, self.orbit.period_s / 200.0, DEGREE, start_s)
 
     def orbit_table(self, duration_s: float, step_s: float, start_s: float = 0.0) -> ProvenTable:
-        """Table of `sample`, proven or exact at the instants of RK4 with this step.
+        """Table of `sample`, with a verified error bound, or exact at the stages of RK4.
 
-        ValueError for a run that does not lie within the field model's years.
+        ValueError for a run outside the field model's validity.
         """
         end_s = start_s + duration_s
         self.check_dates(start_s, end_s)

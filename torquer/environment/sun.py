@@ -1,4 +1,4 @@
-"""The Sun as an Earth satellite sees it: apparent position, and how much of its disc is lit."""
+"""The Sun as seen from an Earth satellite: apparent position, and visible fraction of its disc."""
 
 import math
 from datetime import datetime
@@ -39,7 +39,7 @@ class Shadow(NamedTuple):
 
 
 def shadow_of(model: str = "conical", pole=(0.0, 0.0, 1.0)) -> Shadow:
-    """The shadow by its model's name; `ValueError` for one that is not known."""
+    """The shadow by its model's name; `ValueError` for an unknown one."""
     if model not in ECLIPSES:
         raise ValueError(f"eclipse: must be one of {', '.join(ECLIPSES)}; received {model!r}")
     radius_m = 0.0 if model == "none" else EARTH_RADIUS_M
@@ -62,7 +62,7 @@ def sun_position(t_s, start_utc: str | datetime, mode: str = "precise") -> np.nd
 
 
 def lit_fraction(r_m, sun_m, shadow: Shadow | str = "conical") -> np.ndarray:
-    """Lit part of the Sun's disc, 0 (shadow) to 1, at positions [n, 3] m; Sun at [n, 3] m.
+    """Visible fraction of the Sun's disc, 0 (umbra) to 1, at positions [n, 3] m; Sun at [n, 3] m.
 
     "conical": the Earth (a sphere of the equatorial radius) and the Sun are flat discs on the
     sky; the overlap is exact, also where the Earth lies wholly inside the Sun. "oblate": the same
@@ -85,11 +85,11 @@ def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
 
 @kernel
 def lit_fraction_at(shadow, r, sun):
-    """Lit part of the Sun's disc at a position; both vectors in m, one inertial frame.
+    """Visible fraction of the Sun's disc at a position; both vectors in m, one inertial frame.
 
-    Stretched along its pole the ellipsoid is a sphere, and rays stay straight: which of them it
-    stops is exact. The Sun, stretched too, is taken as round; its rim is then up to 0.34 % of its
-    radius off, 3 arcsec.
+    Stretched along its pole the ellipsoid becomes a sphere, and rays stay straight, so that which
+    of them are blocked is exact. The Sun, stretched as well, is treated as round: its rim is then
+    in error by up to 0.34 % of its radius, 3 arcsec.
     """
     if shadow.cylinder:
         beside = norm(cross(r, sun)) / norm(sun)

@@ -3,7 +3,7 @@
 The span is cut into equal segments; in each, a polynomial interpolates every channel at
 Chebyshev-Lobatto points, so neighbours share a point and the table is continuous. The error
 is checked against the function itself where the interpolation error peaks, in every segment,
-and the segments are halved until the promise holds.
+and the segments are halved until the tolerance is met.
 """
 
 import functools
@@ -17,7 +17,7 @@ import numpy as np
 from torquer.engine import inlined, kernel
 
 DEGREE = 5
-#: Chance that the error is greater between the check points than at them.
+#: Safety factor: the error may be greater between the check points than at them.
 SAFETY = 1.5
 
 
@@ -44,7 +44,7 @@ class Table(NamedTuple):
 
 @dataclass(frozen=True)
 class ProvenTable:
-    """A table with its bound on the relative error and the number of evaluations it took."""
+    """A table, the verified bound on its relative error, and the number of evaluations."""
 
     table: Table
     relative_error: float
@@ -53,7 +53,7 @@ class ProvenTable:
 
 @inlined
 def _place(table, t):
-    """Segment and position x in [-1, 1] of a time; beyond the ends the last segments go on."""
+    """Segment and position x in [-1, 1] of a time; the outermost segments extrapolate."""
     s = (t - table.start_s) * table.per_second
     segment = min(max(int(s), 0), table.coefficients.shape[0] - 1)
     return segment, 2.0 * (s - segment) - 1.0
@@ -125,7 +125,7 @@ def build(
 ) -> Table:
     """Table of `sample(t_s) -> [n, channels]` over duration_s from start_s on, no check made.
 
-    Two segments meet at `knot_s`, where the function may have a bend.
+    Two segments meet at `knot_s`, where the slope of the function may jump.
     """
     ahead = 0.0 if knot_s is None else (start_s - knot_s) / segment_s % 1.0
     first_s = start_s - ahead * segment_s
@@ -154,7 +154,7 @@ def _fit(to_power, values, coefficients):
 def measured_error(table: Table, sample, groups, bends_s=()) -> float:
     """Largest relative error of any group of channels at the peaks of every segment.
 
-    In a segment with a bend the error peaks elsewhere: there it is sought everywhere.
+    Where the slope jumps in a segment, its error is sampled densely.
     """
     every = np.arange(table.coefficients.shape[0])
     error = _error_in(table, table.coefficients, every, _error_peaks(DEGREE), sample, groups)
@@ -174,7 +174,7 @@ def _error_in(table: Table, coefficients, segments, x, sample, groups) -> float:
 
 @kernel
 def _greatest_error(coefficients, x, exact, first, end):
-    """Largest relative error of the channels first..end-1; infinite if one is not a number."""
+    """Largest relative error of the channels first..end-1; infinite if one is NaN."""
     greatest = 0.0
     for row in range(exact.shape[0]):
         segment, place = row // x.size, x[row % x.size]
@@ -204,9 +204,9 @@ def build_proven(
     """Table whose relative error in every group of channels is below the tolerance.
 
     Starts from segments of `segment_s` and halves them until the check passes; raises
-    ValueError when thirteen halvings do not do (a function that is not smooth): so many take an
-    orbit from the ground to the Hill sphere. `bends_s`: times at which the slope jumps a little,
-    the worst one first; there two segments meet.
+    ValueError when thirteen halvings do not suffice (a function that is not smooth); an orbit from
+    the ground to the Hill sphere needs that many. `bends_s`: times at which the slope jumps, the
+    worst one first, where two segments meet.
     """
     evaluations, checks = 0, len(_error_peaks(DEGREE))
     knot_s = float(bends_s[0]) if len(bends_s) else None

@@ -1,8 +1,8 @@
-"""Orbits: where the satellite is and how fast it moves. One entry per kind.
+"""Orbits: position and velocity of the satellite. One entry per kind.
 
 Every orbit is a frozen spec with `state(t_s, start_utc, dut1_s) -> r_m [n, 3], v_m_s [n, 3]` in
 the inertial frame that its `frame` names, `rate_rad_s(start_utc)` and `period_s`. `dut1_s`, UT1 -
-UTC at the start, counts where the Earth's turning moves the satellite: on a numerical orbit.
+UTC at the start, matters for numerical orbits only, whose forces depend on the Earth's rotation.
 """
 
 from typing import Annotated, Union

@@ -1,4 +1,4 @@
-"""Circular orbit in J: the setting of most of the theory."""
+"""Circular orbit in J, the case of most of the theory."""
 
 import math
 from typing import Literal
@@ -50,7 +50,7 @@ class Circular(Spec):
         return kepler.mean_motion(self.radius_m)
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
+        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""
         angles = (self.raan_deg, self.inclination_deg, 0.0)
         start = math.radians(self.argument_of_latitude_deg)
         return kepler.states(t_s, self.radius_m, 0.0, angles, start)

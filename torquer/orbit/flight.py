@@ -1,9 +1,9 @@
-"""Flight of a point under gravity and drag: a trajectory that grows as far as it is asked for.
+"""Trajectory of a point mass under gravity and drag, extended on demand.
 
 Nodes lie every `NODE_S` from the anchor (the instant of the start state), each reached by
 DOP853; between them position and velocity are read from the polynomial of degree 5 that meets
 position, velocity and acceleration at both ends (error below 0.1 mm in low orbits). The nodes do
-not depend on who asked first, so the same question always has the same answer.
+not depend on the order of requests, so that results are reproducible.
 """
 
 import math
@@ -33,7 +33,7 @@ HIT_EARTH = 10
 
 
 class Forces(NamedTuple):
-    """All that accelerates: `drag_m2_kg` is half of drag coefficient times area over mass."""
+    """Forces on the point mass: `drag_m2_kg` is half of drag coefficient times area over mass."""
 
     harmonics: Harmonics
     air: Air
@@ -44,7 +44,7 @@ class Flight(NamedTuple):
     """The problem that DOP853 solves: y = position [m] and velocity [m/s], inertial.
 
     `day`: number of the day of the year, for the atmosphere. It jumps at midnight, so a problem
-    holds for one day.
+    covers one day.
     """
 
     forces: Forces
@@ -133,7 +133,7 @@ def _read(nodes, first, per_s, t, r, v):
 
 
 class Trajectory:
-    """Nodes of one flight, both ways from its anchor, as far as anybody has asked."""
+    """Nodes of one trajectory, before and after its anchor, as far as requested so far."""
 
     def __init__(
         self, forces: Forces, anchor: datetime, mode: str, state: np.ndarray, dut1_s: float = 0.0
@@ -143,7 +143,7 @@ class Trajectory:
         self._lock = threading.Lock()
         rotation, start = self._rotation(0.0, 0.0), np.empty((1, 9))
         _note(Flight(forces, rotation, day_of_year_at(rotation, 0.0)), 0.0, state, start[0])
-        #: Ahead and back: nodes from the anchor on, and the step that DOP853 would try next.
+        #: Forwards and backwards: nodes from the anchor on, and the next step of DOP853.
         self._ways = {1: [start, 0.0], -1: [start, 0.0]}
 
     def _rotation(self, first_s: float, last_s: float) -> RotationTable:
@@ -161,7 +161,7 @@ class Trajectory:
         return r, v
 
     def _reach(self, way: int, distance_s: float) -> None:
-        """Grow one way until its nodes cover the distance."""
+        """Extend one direction until its nodes cover the distance."""
         while (len(self._ways[way][0]) - 1) * NODE_S < distance_s:
             nodes, h = self._ways[way]
             missing = math.ceil(distance_s / NODE_S) - (len(nodes) - 1)
@@ -179,7 +179,7 @@ class Trajectory:
                 self._refuse(status, rotation, begin + way * filled * NODE_S, y)
 
     def _refuse(self, status: int, rotation: RotationTable, t: float, y: np.ndarray) -> None:
-        """Raise `ValueError` that says where and why the flight cannot go on."""
+        """Raise `ValueError` that says where and why the trajectory ends."""
         if status == HIT_EARTH:
             raise ValueError(
                 "orbit: must stay above the Earth's surface; received one that goes through it "

@@ -13,7 +13,7 @@ from torquer.geometry.vec3 import mat_vec
 from torquer.spec import Spec
 
 TWO_PI = 2.0 * math.pi
-#: Radius of the Earth's Hill sphere [km]: beyond it no orbit about the Earth lasts.
+#: Radius of the Earth's Hill sphere [km]: no orbit about the Earth is stable beyond it.
 FARTHEST_KM = 1.5e6
 
 
@@ -21,8 +21,8 @@ FARTHEST_KM = 1.5e6
 def eccentric_anomaly(mean_anomaly, eccentricity):
     """Root E [rad] of Kepler's equation E - e sin E = M, for any M [rad] and 0 <= e < 1.
 
-    On [0, pi] the left-hand side is convex, so Newton's method from an upper bound falls to the
-    root without a miss. The bounds: E <= M + e; E <= M/(1 - e); and E <= (pi^2 M)^(1/3), because
+    On [0, pi] the left-hand side is convex, so Newton's method from an upper bound converges to the
+    root monotonically. The bounds: E <= M + e; E <= M/(1 - e); and E <= (pi^2 M)^(1/3), because
     E - sin E lies above E^3/pi^2 there. The descent ends when rounding stops it.
     """
     if eccentricity == 0.0:
@@ -77,7 +77,7 @@ def mean_motion(semi_major_axis_m: float) -> float:
 
 
 def check_farthest(apogee_m: float) -> None:
-    """Raise `ValueError` for an orbit that goes farther out [m] than the Earth holds it."""
+    """Raise `ValueError` for an apogee [m] beyond the Earth's Hill sphere."""
     if not apogee_m <= 1e3 * FARTHEST_KM:
         raise ValueError(
             f"orbit: must stay within {FARTHEST_KM:.9g} km of the Earth's centre, its Hill sphere; "
@@ -178,7 +178,7 @@ class Kepler(Spec):
         return mean_motion(self.shape[0])
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s; the date plays no part."""
+        """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""
         axis, eccentricity = self.shape
         if self.true_anomaly_deg is not None:
             mean = mean_from_true(math.radians(self.true_anomaly_deg), eccentricity)

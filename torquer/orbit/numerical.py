@@ -25,7 +25,7 @@ from torquer.time import leap_seconds_between, parse_utc, seconds_between
 
 
 class StateVector(Spec):
-    """Position and velocity at the start: of a bound orbit, above the Earth's surface."""
+    """Position and velocity at the start, of a bound orbit above the Earth's surface."""
 
     kind: Literal["state_vector"] = "state_vector"
     position_km: Vector
@@ -90,12 +90,12 @@ AnyStart = Annotated[Kepler | Circular | StateVector | Sgp4, Field(discriminator
 
 
 class Numerical(Spec):
-    """Orbit under EGM2008 to a degree and order and, if wanted, drag in air that turns along.
+    """Orbit under EGM2008 to a degree and order and, optionally, drag in a co-rotating atmosphere.
 
     `start`: osculating elements (kind 'kepler' or 'circular') or a state vector at the start of
     the run, or a two-line element set (kind 'sgp4'), whose state at its own epoch is taken.
     `start_frame`: frame of elements and vectors: 'J', or 'TEME' for the mean equinox of date.
-    `earth_rotation`: as in the environment, which should have the same. `order` left out: the
+    `earth_rotation`: as in the environment, with which it should agree. `order`: by default the
     degree.
     """
 
@@ -139,16 +139,16 @@ class Numerical(Spec):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s at times [n] s after the start.
 
-        Any order, before the start too. Integrated once, then read (below 1 mm off). `dut1_s` is
-        UT1 - UTC at the start. ValueError for an orbit that leaves the heights of its atmosphere
-        or meets the ground.
+        In any order, also before the start. Integrated once, then interpolated (error below 1 mm).
+        `dut1_s` is UT1 - UTC at the start. ValueError for an orbit that leaves the heights of its
+        atmosphere model or hits the ground.
         """
         t_s = np.atleast_1d(validate.finite("t_s", t_s))
         if t_s.size == 0:
             return np.empty((0, 3)), np.empty((0, 3))
         anchor = self.anchor(start_utc)
         offset = seconds_between(anchor, start_utc)
-        # UT1 runs on through a leap second, so that UT1 - UTC was another before it
+        # UT1 is continuous through a leap second, so that UT1 - UTC jumps there
         dut1_there_s = dut1_s - leap_seconds_between(anchor, start_utc)
         flight = _trajectory(self, anchor, dut1_there_s)
         return flight.states(np.ascontiguousarray(t_s + offset))
@@ -163,7 +163,7 @@ class Numerical(Spec):
         return np.concatenate([r[0], v[0]])
 
     def forces(self) -> Forces:
-        """What accelerates, for kernels."""
+        """Forces for kernels."""
         harmonics = gravity.pack(self.degree, self.order)
         if self.drag is None:
             return Forces(harmonics, NO_AIR, 0.0)
@@ -180,6 +180,6 @@ def epoch_of(elements: Sgp4) -> datetime:
 
 @functools.lru_cache(maxsize=16)
 def _trajectory(orbit: Numerical, anchor: datetime, dut1_s: float) -> Trajectory:
-    """The one flight of an orbit from an anchor in this process; it grows as it is asked for."""
+    """The trajectory of an orbit from an anchor, shared in this process and extended on demand."""
     start = orbit._start_state(anchor)
     return Trajectory(orbit.forces(), anchor, orbit.earth_rotation, start, dut1_s)

@@ -1,7 +1,7 @@
 """SGP4/SDP4 orbit of a two-line element set, in TEME (true equator, mean equinox of date).
 
 The element set is checked column by column before it is used: a shifted or mistyped line gives
-one clear line of error instead of a wrong orbit.
+a one-line error instead of a wrong orbit.
 """
 
 import math
@@ -153,8 +153,8 @@ class Sgp4(Spec):
     ) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in TEME at times [n] s after the start.
 
-        The epoch of the elements is UTC, so UT1 - UTC plays no part. A time that SGP4 refuses
-        (decay, for one) is a `ValueError` with its meaning.
+        The epoch of the elements is UTC, so UT1 - UTC does not matter. A time that SGP4 rejects
+        (decay, for instance) is a `ValueError` with SGP4's reason.
         """
         t_s = np.atleast_1d(np.asarray(t_s, dtype=np.float64))
         (day, fraction), _ = julian_dates(start_utc, t_s)

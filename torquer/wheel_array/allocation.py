@@ -1,11 +1,11 @@
-"""Sharing a vector between the wheels: least squares, and exact minimax. Kernels.
+"""Allocation of a vector to the wheels: least squares, and exact minimax. Kernels.
 
 Both serve momentum [N m s] and torque [N m] alike. `limit` (n,) holds the wheels' limits; a lost
-wheel is one with the limit zero, so that a loss changes one number and nothing else. The share of
-a wheel is its part of its limit. What the working wheels cannot make at all (two of them have no
-hold on the normal of their plane) is left out: the demand's projection is shared.
+wheel is one with the limit zero, so that a loss changes a single number. The share of
+a wheel is its part of its limit. What the working wheels cannot produce at all (two of them have no
+authority along the normal of their plane) is left out: the demand's projection is allocated.
 
-Minimax: the greatest share is that of the envelope's face which the demand points at. Wheels
+Minimax: the greatest share is that of the envelope's face that the demand intersects. Wheels
 whose axes are not in the plane of that face carry the full share; what is then left lies in the
 plane, and is shared there by the same rule, edge instead of face; what is left of that lies along
 one axis. This is the strict minimax solution (of all with the least greatest share, the least
@@ -20,9 +20,9 @@ from torquer import validate
 from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
 from torquer.wheel_array.envelope import THIN
-from torquer.wheel_array.planes import SAME, face_rows, hold, spanned
+from torquer.wheel_array.planes import SAME, authority, face_rows, spanned
 
-#: Part of the sum of all loads that may be missing for rounding.
+#: Fraction of the sum of all loads that may be missing by rounding.
 CLOSE = 1e-13
 
 
@@ -51,10 +51,10 @@ def least_squares(axes, limit, demand, out):
     """Write the wheels' momenta of least sum of squares into out (n,); return the greatest share.
 
     Above 1 some wheel is beyond its limit. Equals the pseudo-inverse of the working axes. The
-    normal equations are those of components along `hold`, each over its greatest: regular, also
-    where the axes nearly lie in a plane or on a line. Source: WHEEL (5.2).
+    normal equations are those of components along `authority`, each over its greatest: regular,
+    also where the axes nearly lie in a plane or on a line. Source: WHEEL (5.2).
     """
-    (first, second, third), (_, two, three) = hold(axes, limit)
+    (first, second, third), (_, two, three) = authority(axes, limit)
     second = scale(1.0 / two, second) if two > 0.0 else second
     third = scale(1.0 / three, third) if three > 0.0 else third
     turn = (first, second, third)
@@ -139,8 +139,8 @@ def _load_edge(wheels, limit, row, normal, edge, share, most, demand, out):
 def _load_plane(wheels, limit, row, normal, most, demand, total, out):
     """Share a demand in the plane of a face among its wheels.
 
-    Returns the greatest share, and how much of the demand is missing. Of edges that are as full
-    but for rounding it is the one that leaves least missing.
+    Returns the greatest share, and how much of the demand is missing. Of edges that are equally
+    loaded to rounding it takes the one that leaves least missing.
     """
     best, greatest = -1, 0.0
     for edge in range(limit.shape[0]):
@@ -191,9 +191,9 @@ def minimax(wheels, limit, demand, out):
     """Write the momenta with the least greatest share into out (n,); return that share.
 
     Up to 1 the demand is within reach; above, some wheels are beyond their limits by that factor.
-    Of faces that are as full but for rounding it is the one that leaves least missing.
+    Of faces that are equally loaded to rounding it takes the one that leaves least missing.
     """
-    faces, total, held = wheels.faces, 0.0, hold(wheels.axes, limit)
+    faces, total, held = wheels.faces, 0.0, authority(wheels.axes, limit)
     demand = spanned(held, demand)
     for k in range(limit.shape[0]):
         out[k] = 0.0
@@ -253,7 +253,7 @@ def _share_all(wheels, limit, demands, by_minimax, out, greatest):
 def allocate(array, demands, method: str = "minimax") -> tuple[np.ndarray, np.ndarray]:
     """Momenta [N m s] of the wheels (..., n) for demanded vectors (..., 3), and greatest shares.
 
-    Methods: 'minimax', 'least_squares'. Nothing is cut: a share above 1 is out of reach.
+    Methods: 'minimax', 'least_squares'. Nothing is saturated: a share above 1 is out of reach.
     """
     if method not in ("minimax", "least_squares"):
         raise ValueError(f"method: must be 'minimax' or 'least_squares'; received {method!r}")

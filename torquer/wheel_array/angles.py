@@ -14,14 +14,15 @@ GREATEST_VOLUME_DEG = math.degrees(math.atan(math.sqrt(2.0)))
 def balanced_four_sided(inertia_kg_m2) -> tuple[float, float]:
     """(alpha, beta) at which the greatest rates about the three axes are equal.
 
-    cos(alpha), sin(alpha) sin(beta), sin(alpha) cos(beta) go as the moments of inertia.
+    cos(alpha), sin(alpha) sin(beta), sin(alpha) cos(beta) are proportional to the moments of
+    inertia.
     """
     i1, i2, i3 = inertia_kg_m2
     return math.degrees(math.atan2(math.hypot(i2, i3), i1)), math.degrees(math.atan2(i2, i3))
 
 
 def balanced_regular(count: int, inertia_kg_m2) -> float:
-    """gamma at which the greatest rates about x1 and x2 are equal (one angle has no more to give).
+    """gamma at which the greatest rates about x1 and x2 are equal (one angle equalises two).
 
     For six wheels tan(gamma) = 3 I2 / (2 I1).
     """

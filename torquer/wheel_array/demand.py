@@ -1,8 +1,8 @@
-"""What is demanded of an array: a set of momentum (or torque) vectors, in the body frame.
+"""Demands on an array: a set of momentum (or torque) vectors, in the body frame.
 
-A demand knows two things: how far it goes along a direction, and the greatest value that a
-quadratic form takes on it. All measures of a layout follow from these, exactly. Either is the
-greatest of smooth pieces, which a search for layouts needs one by one.
+A demand has a support function (its extent along a direction) and the greatest value of a
+quadratic form on it. All measures of a layout follow from these, exactly. Either is the maximum of
+smooth pieces, which a search for layouts needs one by one.
 """
 
 from dataclasses import dataclass
@@ -143,7 +143,7 @@ def _sphere_triangles(rows, columns) -> np.ndarray:
 
 
 def greatest_share(envelope, demand) -> float:
-    """By how much the envelope must be scaled to hold the demand; up to 1 it does.
+    """Factor by which the envelope must be scaled to contain the demand; up to 1 it does.
 
     Source: WHEEL (0.1).
     """
@@ -152,7 +152,7 @@ def greatest_share(envelope, demand) -> float:
 
 
 def greatest_share_of(generators, demand) -> float:
-    """The same for the envelope of vectors (n, 3) that span space, without building it: quick."""
+    """`greatest_share` for the envelope of vectors (n, 3) that span space, without building it."""
     return float(share_pieces(generators, demand).max())
 
 
@@ -170,7 +170,7 @@ def _greatest_quotient(wanted, bounds) -> float:
 
 
 def _quotients(wanted, bounds) -> np.ndarray:
-    """What is wanted over what there is; nothing over nothing is nothing."""
+    """Demand over capacity; 0 for 0/0."""
     nothing = (bounds == 0.0) & (wanted <= FLAT * wanted.max(initial=0.0))
     wanted = np.where(nothing, 0.0, wanted)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -178,7 +178,7 @@ def _quotients(wanted, bounds) -> np.ndarray:
 
 
 def greatest_norm(axes, demand) -> float:
-    """Greatest root of the sum of squares of the wheels' momenta, shared by least squares.
+    """Greatest root of the sum of squares of the wheels' momenta under least squares.
 
     Infinite for axes that do not span space. Source: WHEEL (6.9).
     """
@@ -192,7 +192,7 @@ def norm_pieces(axes, demand, near=None) -> np.ndarray:
 
 
 def greatest_momentum(axes, demand) -> float:
-    """Greatest momentum of a wheel, shared by least squares; infinite as above."""
+    """Greatest momentum of a wheel under least squares; infinite unless the axes span space."""
     return float(momentum_pieces(axes, demand).max())
 
 

@@ -25,7 +25,7 @@ def support(generators, directions) -> np.ndarray:
 
 
 def volume(generators) -> float:
-    """Volume of the envelope: 8 times the sum of |det| over all threes of vectors."""
+    """Volume of the envelope: 8 times the sum of |det| over all triples of vectors."""
     a = np.asarray(generators, dtype=np.float64)
     i, j, k = np.array(list(combinations(range(len(a)), 3)), dtype=int).reshape(-1, 3).T
     return float(8.0 * np.abs(np.einsum("pi,pi->p", a[i], np.cross(a[j], a[k]))).sum())
@@ -47,7 +47,7 @@ class Envelope:
     def _used(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Unit axes (m, 3) and lengths of the vectors that count, and their `span`.
 
-        Axes of a flat envelope are without the little by which they leave its span.
+        Axes of a flat envelope are projected on its span.
         """
         lengths = np.linalg.norm(self.generators, axis=1)
         works = lengths > THIN * lengths.max(initial=0.0)
@@ -120,10 +120,10 @@ class Envelope:
         return support(self.generators, directions)
 
     def share(self, points) -> np.ndarray:
-        """By how much the envelope must be scaled to have the points (..., 3) on its surface.
+        """Factor by which the envelope must be scaled to have the points (..., 3) on its surface.
 
         Up to 1 they are inside; infinite where a flat envelope does not reach at any scale, and
-        not a number for points that are none.
+        NaN for points that are NaN.
         """
         points = np.asarray(points, dtype=np.float64)
         known = np.all(np.isfinite(points), axis=-1)
@@ -145,7 +145,7 @@ class Envelope:
 
     @property
     def inner_radius(self) -> float:
-        """Radius of the greatest ball inside: what is reached in every direction."""
+        """Radius of the greatest ball inside: reached in every direction."""
         return float(self.half_spaces[1].min())
 
     def contains(self, points, tolerance: float = 1e-12) -> np.ndarray:

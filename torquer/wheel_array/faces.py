@@ -1,9 +1,9 @@
-"""Faces of a zonotope as a closed polyhedron, from the orientations of threes of its vectors.
+"""Faces of a zonotope as a closed polyhedron, from the orientations of triples of its vectors.
 
 What is an edge or a vertex is decided by signs of determinants alone: zero within a tolerance, so
-that axes which are coplanar but for rounding make one face. Signs that do not fit together (three
-nearly coplanar axes beside two nearly parallel ones) make no closed surface; then the tolerance
-shrinks, and in the end the signs are those of exact arithmetic, which always fit.
+that axes which are coplanar but for rounding make one face. Inconsistent signs (three nearly
+coplanar axes beside two nearly parallel ones) make no closed surface; then the tolerance is
+reduced, finally to exact arithmetic, whose signs are always consistent.
 """
 
 from collections.abc import Iterator
@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-#: Determinants of unit vectors taken for zero, tried in turn; the last one is exact arithmetic.
+#: Tolerances on determinants of unit vectors, tried in turn; the last one is exact arithmetic.
 TOLERANCES = (1e-12, 1e-13, 1e-14, 1e-15, 0.0)
 #: Vectors this close to a line are merged at least: duplicates that were rounded.
 SAME_LINE = 1e-15
@@ -33,7 +33,7 @@ def merged(vectors, tolerance: float) -> np.ndarray:
 
 
 def orientations(vectors, tolerance: float) -> np.ndarray:
-    """Signs (m, m, m) of the determinants of all threes of vectors (m, 3)."""
+    """Signs (m, m, m) of the determinants of all triples of vectors (m, 3)."""
     axes = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
     signs = np.zeros((len(axes),) * 3, dtype=int)
     exact = [[Fraction(x) for x in row] for row in vectors.tolist()] if tolerance == 0.0 else None

@@ -1,4 +1,4 @@
-"""What is left after the loss of wheels, and what the pseudo-inverse leaves unused."""
+"""Capability after the loss of wheels, and what the pseudo-inverse leaves unused."""
 
 from itertools import combinations
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from torquer.wheel_array.rates import rate_about, worst_case
 
 
 class FailureCase(NamedTuple):
-    """An array after a loss of wheels; volumes as parts of the whole array's.
+    """An array after a loss of wheels; volumes relative to the intact array.
 
     Rates are about principal axes (by ascending inertia) and the worst axis; accelerations
     likewise, or None without torque limits.
@@ -65,7 +65,7 @@ def least_squares_half_spaces(array: WheelArray) -> np.ndarray:
     """Rows (m, 3) of the set that least squares reaches with no wheel beyond its limit.
 
     The set is where all |row . H| <= 1: for n wheels up to 2 n faces, inside the envelope. Where
-    the working axes have no hold, rows are too long for any H but zero.
+    the working axes have no authority, rows are so long that only H = 0 is inside.
     """
     limits = array.momentum_limits()
     works = limits > 0.0
@@ -76,12 +76,12 @@ def least_squares_half_spaces(array: WheelArray) -> np.ndarray:
 
 
 class Comparison(NamedTuple):
-    """What least squares reaches, as parts of what the array (and minimax) reaches."""
+    """What least squares reaches, relative to what the array (and minimax) reaches."""
 
     volume: float
     inner_radius: float
     least_extent: float
-    """In the direction where most is lost."""
+    """In the worst direction."""
     direction: np.ndarray
     """That direction."""
 

@@ -12,8 +12,8 @@ from torquer.spec import Spec, Vector
 from torquer.wheel_array.planes import rank_of
 
 Limit = Annotated[float, Field(gt=0.0)]
-#: Limits of an array: from, to, and by which factor they may differ. Beyond, cubes of them leave
-#: the range of numbers, and weak wheels drown in the rounding of strong ones.
+#: Limits of an array: least, greatest, and greatest ratio. Beyond, their cubes leave the range of
+#: floats, and weak wheels vanish in the rounding of strong ones.
 LEAST, MOST, MOST_UNEQUAL = 1e-12, 1e12, 1e6
 
 
@@ -28,7 +28,7 @@ def checked_axes(value):
 
 
 class WheelArray(Spec):
-    """Reaction wheels: 3 to 12 axes in the body frame (made unit vectors), and their limits.
+    """Reaction wheels: 3 to 12 axes in the body frame (normalised), and their limits.
 
     `momentum_limit_n_m_s`, `torque_limit_n_m`: one number or one per wheel; the torque limit may
     be left out. `lost`: numbers, from 0, of the wheels that do not work.
@@ -106,7 +106,7 @@ def total_momentum(axes, wheel_momenta) -> np.ndarray:
 
     Source: WHEEL (1.1), WHEEL (5.1).
     """
-    # (not by BLAS, which rounds a row by how many there are)
+    # (not by BLAS, whose rounding depends on the number of rows)
     return np.einsum("...n,nk->...k", np.asarray(wheel_momenta), np.asarray(axes))
 
 
@@ -144,7 +144,7 @@ def orthogonal_and_skew() -> np.ndarray:
 
 
 def icosahedral() -> np.ndarray:
-    """Six axes through the vertices of an icosahedron: the same in all directions, nearly."""
+    """Six axes through the vertices of an icosahedron: nearly isotropic."""
     golden = 0.5 * (1.0 + math.sqrt(5.0))
     one = np.array([[0.0, 1.0, golden], [0.0, -1.0, golden]]) / math.hypot(1.0, golden)
     return np.vstack([np.roll(one, shift, axis=1) for shift in range(3)])

@@ -1,8 +1,9 @@
 """The least value of a maximum of smooth pieces within bounds, to a checked optimality.
 
-A maximum of smooth functions has kinks, where descents of any kind stall. Here it is the problem
-that it is: least t with all pieces up to t, for which sequential quadratic programs find the pieces
-that count, and Newton's method then the point where they are equal and their gradients balance.
+A maximum of smooth functions has kinks, at which descent methods stall. It is solved as the minimax
+problem that it is: least t with all pieces up to t, for which sequential quadratic programs find
+the pieces that count, and Newton's method then the point where they are equal and their gradients
+balance.
 """
 
 from collections.abc import Callable
@@ -16,7 +17,7 @@ from scipy.optimize import minimize, nnls
 TOLERANCE = 1e-8
 #: Part by which pieces that were left out may be above the others: in all descents, in the last.
 ROUGH, FINE = 1e-6, 1e-12
-#: Step that is none: an optimum has settled.
+#: Step below which an optimum has converged.
 MOVED = 1e-10
 #: Part by which optima that are as good may differ.
 SAME = 1e-9
@@ -28,7 +29,7 @@ NEAR, MOST = 0.5, 100
 ROUNDS, STEPS = 30, 12
 #: Pieces within this part of the greatest may be equal to it at the optimum.
 ACTIVE = 1e-3
-#: Stands for values that are infinite or no numbers.
+#: Replaces values that are infinite or NaN.
 HUGE = 1e30
 
 
@@ -39,7 +40,7 @@ class Least(NamedTuple):
     gradient (as far as bounds do not hold it) and of the weighted distance to the greatest piece,
     per greatest piece and range of a parameter: 0 are the conditions of Karush, Kuhn and Tucker.
     And by how much the weighted gradient differs on either side of the point: pieces with kinks of
-    their own are not smooth there, and nothing is known.
+    their own are not smooth there, and the residual proves nothing.
     """
 
     parts: np.ndarray
@@ -74,7 +75,7 @@ def _descended(pieces, x, close: float, refine: bool) -> Least:
     level, moving = 0.0, refine
     for _ in range(ROUNDS):
         values = _finite(pieces(x, x))
-        if values.max() == 0.0:  # nothing is wanted
+        if values.max() == 0.0:  # no demand
             return Least(x, 0.0, 0.0)
         left_out = values.max() > level * (1.0 + close)
         if not left_out and not moving:

@@ -1,8 +1,8 @@
-"""Where axes have hold, and the planes that pairs of them span: normals of a zonotope's faces.
+"""Directions in which axes have authority, and the planes of pairs: normals of a zonotope's faces.
 
-Nearly degenerate axes are not forced to be degenerate. A normal beyond those of the faces does no
-harm, as its half-space holds the zonotope too; one that is missing does. So every pair of axes has
-its normal, unless a normal that is there holds both to rounding.
+Nearly degenerate axes are not forced to be degenerate. A normal in excess of those of the faces
+does no harm, as its half-space contains the zonotope, too; a missing one does. So every pair of
+axes has its normal, unless an existing normal is perpendicular to both to rounding.
 """
 
 import numpy as np
@@ -10,15 +10,15 @@ import numpy as np
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale
 
-#: Axes that leave a line or a plane by less than this [rad] have no hold outside it, for all uses.
+#: Axes that leave a line or a plane by less than this [rad] have no authority outside it.
 FLAT = 1e-9
 #: Component of an axis along a normal, or of another across it, that is rounding.
 SAME = 1e-14
 
 
 @kernel
-def hold(axes, limit):
-    """Directions in which the working axes (n, 3), unit, have hold: orthonormal, and how much.
+def authority(axes, limit):
+    """Orthonormal directions in which the working unit axes (n, 3) have authority, and how much.
 
     The first along an axis, the second in the plane with the axis farthest from that line, the
     third across it. How much: greatest component of an axis; 0 (and a zero vector) below `FLAT`.
@@ -51,7 +51,7 @@ def hold(axes, limit):
 
 @kernel
 def spanned(held, vector):
-    """The vector as far as the axes of a `hold` span it."""
+    """Projection of a vector on the directions of an `authority`."""
     (first, second, _), sizes = held
     if sizes[2] > 0.0:
         return vector
@@ -65,7 +65,7 @@ def span(axes, lengths) -> tuple[np.ndarray, np.ndarray]:
     Axes of length zero are left out.
     """
     axes = np.ascontiguousarray(axes, dtype=np.float64).reshape(-1, 3)
-    frame, sizes = hold(axes, np.asarray(lengths, dtype=np.float64))
+    frame, sizes = authority(axes, np.asarray(lengths, dtype=np.float64))
     held = np.array(frame)[np.array(sizes) > 0.0]
     return held, np.linalg.svd(np.vstack([held, np.zeros((3, 3))]))[2][len(held) :]
 
@@ -78,7 +78,7 @@ def rank_of(axes) -> int:
 def pair_normals(axes) -> np.ndarray:
     """Unit normals (p, 3) to all pairs of axes (n, 3), unit; zero for two on the same line.
 
-    Square to both axes to rounding, however close they are: the second one's part across the
+    Perpendicular to both axes to rounding, however close they are: the second one's part across the
     first is taken from their difference.
     """
     axes = np.asarray(axes, dtype=np.float64)

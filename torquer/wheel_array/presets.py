@@ -1,4 +1,4 @@
-"""Arrays as files name them: a layout by its kind and angles, or by axes, and limits."""
+"""Arrays as specified in files: a layout by its kind and angles, or by axes, and limits."""
 
 from typing import Annotated, Literal, Union
 

@@ -1,7 +1,7 @@
-"""How fast a satellite can turn on its wheels alone: rates from momentum, likewise accelerations.
+"""How fast a satellite can rotate with its wheels alone: rates from momentum, and accelerations.
 
-The satellite turns about a fixed axis, its total momentum is zero. What is said of rates [rad/s]
-and the momentum envelope holds for accelerations [rad/s^2] and the torque envelope.
+The satellite turns about a fixed axis, its total momentum is zero. The relation of rates
+[rad/s] to the momentum envelope is that of accelerations [rad/s^2] to the torque envelope.
 """
 
 from typing import NamedTuple
@@ -14,14 +14,14 @@ from torquer.wheel_array.envelope import Envelope
 
 
 class WorstCase(NamedTuple):
-    """The rate that is reached about every axis, and the axis about which no more is reached."""
+    """The rate that is reached about every axis, and the axis that limits it."""
 
     rate: float
     axis: np.ndarray
 
 
 def required(inertia_kg_m2, rate: float) -> Ellipsoid:
-    """Momenta that turns at that rate about all axes need: the ellipsoid I e rate.
+    """Momenta needed for that rate about any axis: the ellipsoid I e rate.
 
     Source: WHEEL (2.1).
     """

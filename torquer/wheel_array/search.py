@@ -1,4 +1,4 @@
-"""Numeric search for layouts: any layout with free angles, any measure of it, any demand.
+"""Numerical search for layouts: any layout with free angles, any measure of it, any demand.
 
 A *layout* is a function from parameters (p,) to axes (n, 3). A *measure* is a function from axes,
 and from others near them, to smooth pieces (m,): numbers of which the greatest, with the axes near
@@ -19,7 +19,7 @@ from torquer.wheel_array.minimise import HUGE, TOLERANCE, least_greatest
 class Found(NamedTuple):
     """The best parameters that were found, the axes (n, 3) there, and the measure.
 
-    `residual`: what is left of the conditions of an optimum nearby, 0 where all of them hold.
+    `residual`: residual of the optimality conditions, 0 where all of them hold.
     """
 
     parameters: np.ndarray
@@ -29,7 +29,7 @@ class Found(NamedTuple):
 
     @property
     def is_optimal(self) -> bool:
-        """Whether the conditions of a local optimum hold; that no other is better is not known."""
+        """Whether the conditions of a local optimum hold; the global optimum is not proven."""
         return self.residual <= TOLERANCE
 
 
@@ -53,7 +53,7 @@ def least_squares_peak(demand) -> Callable:
 
 
 def greatest_worst_rate(inertia_kg_m2, momentum_limit_n_m_s=1.0) -> Callable:
-    """Measure: inverse of the rate [s/rad] that is reached about every axis."""
+    """Measure: inverse [s/rad] of the rate that is reached about every axis."""
     tensor = validate.inertia_tensor("inertia_kg_m2", inertia_kg_m2)
     return least_peak(Ellipsoid(tensor), momentum_limit_n_m_s)
 
@@ -70,15 +70,15 @@ def find_layout(
 ) -> Found:
     """The layout with the least measure between bounds on its parameters.
 
-    From each of `starts` random points down to a local optimum of the minimax problem; the best
-    of them, the first one of equals. Nothing proves that no other is better, but that it is an
-    optimum is checked: `Found.residual`. Where many parameters are as good, which of them it is
-    may depend on the processor; the measure does not. Deterministic for a seed.
+    From each of `starts` random points down to a local optimum of the minimax problem; the best of
+    them, the first one of equals. That it is the global optimum is not proven, but the conditions
+    of a local one are checked: `Found.residual`. Of many equally good parameters the choice may
+    depend on the processor; the measure does not. Deterministic for a seed.
     """
     lower, upper = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
     if lower.ndim != 1 or lower.shape != upper.shape or not np.all(lower < upper):
         raise ValueError(
-            "lower, upper: must be as many, each lower one below its upper one; "
+            "lower, upper: must have equal lengths, each lower bound below its upper one; "
             f"received {lower.tolist()}, {upper.tolist()}"
         )
 
@@ -101,7 +101,7 @@ def greatest_volume(count: int, starts: int = 100, seed: int = 0) -> Found:
 
     The volume is a sum of |a . c| in each axis a: convex, so that turning one axis after the
     other along its gradient always enlarges it. The best end of many random starts, at which
-    `Found.residual` is by how much an axis still turns. Found so, not proven: for three to five
+    `Found.residual` is by how much an axis still turns. Found, not proven: for three to five
     wheels every start ends at a regular pyramid with edges at 54.7 deg from the height; for six
     to eight the best is none (six: the axes of an icosahedron, 2.6 % more). From eight on one or
     two starts in a hundred end at the best of 300, and the best of 100 may be 0.4 % below it.

@@ -1,8 +1,8 @@
-"""Steering wheels within torque and speed limits, and off zero speed. Kernels.
+"""Wheel steering within torque and speed limits, away from zero speed. Kernels.
 
-Wheels beyond three have a null space: momenta that add up to nothing. A bias in it keeps the
-wheels turning: momenta = minimax + fade * bias, where fade = 1 as long as there is room in the
-limits, and less near the surface of the envelope, so that all of the envelope stays in reach.
+Wheels beyond three have a null space: momenta that sum to zero. A bias in it keeps the
+wheels spinning: momenta = minimax + fade * bias, where fade = 1 as long as the limits
+allow, and less near the surface of the envelope, so that all of the envelope stays reachable.
 With a bias at equal shares of the limits, every wheel stays above its idle share e for all
 demands within (1 - e)/2 of the envelope; with an unequal one, see `Bias.keeps_off_zero_up_to`.
 """
@@ -21,7 +21,7 @@ from torquer.wheel_array.allocation import (
     wheel_set,
 )
 from torquer.wheel_array.envelope import THIN
-from torquer.wheel_array.planes import hold, spanned
+from torquer.wheel_array.planes import authority, spanned
 
 #: Rows of the work space: middle and half of the torques that are allowed; what is wanted; 1 for
 #: wheels that are within.
@@ -31,7 +31,7 @@ ROUNDS, CLOSE = 50, 1e-10
 
 
 class Bias(NamedTuple):
-    """Momenta of the wheels that add up to nothing, to keep them off zero speed."""
+    """Null-space momenta of the wheels that keep them away from zero speed."""
 
     momenta_n_m_s: np.ndarray
     """(n,); zeros where the array has no such momenta."""
@@ -40,7 +40,7 @@ class Bias(NamedTuple):
 
 
 def bias_of(array, minimum_speed_fraction: float = 0.05) -> Bias:
-    """The bias that holds the wheels of a `WheelArray` off zero for the most demands.
+    """The bias that keeps the wheels of a `WheelArray` away from zero for the most demands.
 
     `minimum_speed_fraction`: part of its limit below which a wheel should not be. Of all null
     vectors with shares up to 1 the one is taken whose least share is greatest (a mixed-integer
@@ -106,7 +106,7 @@ class Steering(NamedTuple):
 
 
 def steering_of(array, minimum_speed_fraction: float | None = 0.05) -> Steering:
-    """A `WheelArray` with torque limits, ready.
+    """Steering state of a `WheelArray` with torque limits, for kernels.
 
     `minimum_speed_fraction`: as in `bias_of`, None for no bias.
     """
@@ -129,10 +129,10 @@ def steering_of(array, minimum_speed_fraction: float | None = 0.05) -> Steering:
 
 @kernel
 def lose(steering, wheel):
-    """Wheel `wheel` works no more: its limits become zero, the bias that for its loss.
+    """Mark a wheel as lost: its limits become zero, the bias the one prepared for its loss.
 
-    After earlier losses that bias is projected on what null space is left: a null vector still,
-    but not the most even one.
+    After earlier losses that bias is projected on the remaining null space: still a null vector,
+    but not the most uniform one.
     """
     axes, limit, bias = steering.wheels.axes, steering.momentum_limit, steering.bias
     limit[wheel] = steering.torque_limit[wheel] = 0.0
@@ -159,7 +159,7 @@ def _total(axes, limit, momenta):
 
 @kernel
 def biased(wheels, limit, bias, demand, out):
-    """Minimax momenta and as much of the bias as the limits leave room for; into out (n,).
+    """Minimax momenta and as much of the bias as the limits allow; into out (n,).
 
     Returns the greatest share of the minimax part. The bias must be a null vector of the
     working wheels.
@@ -187,7 +187,7 @@ def _room(reach, normal, bound, middle, demand):
 def _reach(wheels, half, middle, demand, held):
     """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels.
 
-    `held`: the `hold` of the working wheels, which spans the demand.
+    `held`: the `authority` of the working wheels, which spans the demand.
     """
     (first, second, _), sizes = held
     reach, least = 1.0, 0.0
@@ -231,7 +231,7 @@ def steer(steering, step_s, momenta, torque, out):
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
     _torque_box(steering.momentum_limit, limit, step_s, momenta, work)
-    held, middle = hold(wheels.axes, limit), _total(wheels.axes, limit, work[CENTRE])
+    held, middle = authority(wheels.axes, limit), _total(wheels.axes, limit, work[CENTRE])
     torque = spanned(held, torque)
     part = _reach(wheels, work[HALF], middle, torque, held)
     minimax(wheels, work[HALF], sub(scale(part, torque), middle), out)
@@ -243,15 +243,15 @@ def steer(steering, step_s, momenta, torque, out):
 
 @kernel
 def steer_nearest(steering, step_s, momenta, torque, out):
-    """The same for a torque that limits forbid, of which they allow more than a part: write out.
+    """`steer` for a torque beyond the limits, giving the nearest torque to it: write out.
 
-    What the motors cannot make is cut with the direction kept. Of what is then left the nearest
-    torque is given that full wheels allow, so that wheels full in one direction do not cost the
+    What the motors cannot produce is cut with the direction kept. Of the rest the nearest torque is
+    given that saturated wheels allow, so that wheels saturated in one direction do not limit the
     others: least squares with bounds, wheel by wheel in turn, then with all that are within theirs
-    at once, round and round.
+    at once, iterated.
     """
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
-    axes, held = wheels.axes, hold(wheels.axes, limit)
+    axes, held = wheels.axes, authority(wheels.axes, limit)
     torque = spanned(held, torque)
     torque = scale(_reach(wheels, limit, (0.0, 0.0, 0.0), torque, held), torque)
     minimax(wheels, limit, torque, out)

@@ -1,4 +1,4 @@
-"""Models of the density of the air. One entry per kind.
+"""Atmospheric density models, one per kind.
 
 Every one is a frozen spec with `density(t_s, start_utc, r_ecef_m) -> [n] kg/m^3`; those that
 compile also have `pack()`, which `torquer.earth.atmosphere.air.density` takes.

@@ -20,7 +20,7 @@ class GostAir(NamedTuple):
 
     `polynomials` [low or high, group, power] for the groups a, l, c, d, b, e; `above_km` [group]:
     from where the high ones hold; `bulge_power`: n0, n1, n2; `lag_rad`: of the density behind
-    the Sun; `annual`: A0..A8; `level`, `flux`, `storm`: what the groups l, b and e are times.
+    the Sun; `annual`: A0..A8; `level`, `flux`, `storm`: factors of the groups l, b and e.
     """
 
     night: float
@@ -35,9 +35,9 @@ class GostAir(NamedTuple):
 
 
 class Air(NamedTuple):
-    """A model of the density for kernels; what its kind does not need is empty.
+    """A model of the density for kernels; fields that its kind does not use are empty.
 
-    `layers` [n, 3]: height [km], logarithm of the density, its fall per km above that height.
+    `layers` [n, 3]: height [km], logarithm of the density, its decrease per km above that height.
     """
 
     kind: int
@@ -69,7 +69,7 @@ def height_m(r_ecef_m):
 
 @kernel
 def layered(layers, h_km):
-    """Density [kg/m^3] that falls exponentially in each layer; the outer layers go on."""
+    """Density [kg/m^3] that decays exponentially in each layer; the outermost extrapolate."""
     row = 0
     while row + 1 < layers.shape[0] and h_km >= layers[row + 1, 0]:
         row += 1
@@ -87,7 +87,7 @@ def _polynomial(gost, group, h_km):
 
 @kernel
 def bulge_angle_cosine(lag_rad, r_ecef, sun_ecef):
-    """Cosine of the angle from the densest meridian's point, which lags behind the Sun."""
+    """Cosine of the angle from the apex of the diurnal bulge, which lags behind the Sun."""
     c, s = math.cos(lag_rad), math.sin(lag_rad)
     densest = (c * sun_ecef[0] - s * sun_ecef[1], s * sun_ecef[0] + c * sun_ecef[1], sun_ecef[2])
     return dot(r_ecef, densest) / (norm(r_ecef) * norm(sun_ecef))
@@ -115,7 +115,7 @@ def gost_density(gost, h_km, cos_bulge, day):
 
 @kernel
 def density(air, r_ecef_m, sun_ecef, day):
-    """Density [kg/m^3] at an Earth-fixed position [m]; not a number outside the model's heights.
+    """Density [kg/m^3] at an Earth-fixed position [m]; NaN outside the model's heights.
 
     `sun_ecef`: direction of the Sun, Earth-fixed; `day`: number of the day of the year.
     """
@@ -133,5 +133,5 @@ def density(air, r_ecef_m, sun_ecef, day):
 
 @kernel
 def air_velocity(r, v, pole):
-    """Velocity [m/s] relative to air that turns with the Earth about its pole (unit vector)."""
+    """Velocity [m/s] relative to an atmosphere that co-rotates about the pole (unit vector)."""
     return sub(v, scale(EARTH_RATE_RAD_S, cross(pole, r)))

@@ -1,4 +1,4 @@
-"""Exponential atmosphere: a fast stand-in where the density need not be known better."""
+"""Exponential atmosphere: fast, for cases that need no better density."""
 
 import math
 from typing import ClassVar, Literal
@@ -24,10 +24,10 @@ TOP_SCALE_KM = 268.0
 
 
 class Exponential(Atmosphere):
-    """Density that falls exponentially between the heights of a table, without a jump.
+    """Density that decays exponentially between the heights of a table, continuously.
 
     Or with one scale height throughout, from its value at one height: give all three keys.
-    Sun, season and activity play no part.
+    It does not depend on Sun, season and solar activity.
     """
 
     kind: Literal["exponential"] = "exponential"

@@ -45,8 +45,9 @@ class Gost(Atmosphere):
     """GOST R 25645.166-2004 with fixed indices of solar and geomagnetic activity.
 
     `f107`: F10.7 of the day, as it was 1.7 days before; `f81`: its weighted mean over 81 days
-    (left out: the same). One of `kp` (daily mean, as it was 0.6 days before), `ap` (daily, turned
-    into kp by the standard's table) and `kp_3h` (of three hours, as it was 0.25 days before).
+    (`f81_of`; default: f107). One of `kp` (daily mean, as it was 0.6 days before), `ap` (daily,
+    turned into kp by the standard's table) and `kp_3h` (of three hours, as it was 0.25 days
+    before).
     """
 
     kind: Literal["gost"] = "gost"

@@ -1,4 +1,4 @@
-"""What all models of the atmosphere offer: density at Earth-fixed places and at given times."""
+"""The interface of all atmosphere models: density at Earth-fixed positions and given times."""
 
 from datetime import datetime
 from typing import ClassVar

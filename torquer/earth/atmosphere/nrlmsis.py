@@ -1,4 +1,4 @@
-"""NRLMSIS 2.1 through the package pymsis, given all its indices: nothing is downloaded."""
+"""NRLMSIS 2.1 through the package pymsis, with all indices given: nothing is downloaded."""
 
 from typing import ClassVar, Literal
 
@@ -14,8 +14,8 @@ from torquer.time import utc_at
 class Nrlmsis(Atmosphere):
     """NRLMSIS with fixed indices; pymsis must be installed: `pip install "torquer[nrlmsis]"`.
 
-    `f107`: F10.7 of the day before; `f81`: its mean over the 81 days around (left out: the
-    same); `ap`: of the day. Compiled code cannot call it: for densities along a known path.
+    `f107`: F10.7 of the day before; `f81`: its mean over the 81 days around (default: f107); `ap`:
+    of the day. It cannot be called from compiled code, so not where the orbit is integrated.
     """
 
     kind: Literal["nrlmsis"] = "nrlmsis"
@@ -49,7 +49,7 @@ class Nrlmsis(Atmosphere):
 
 NOT_COMPILED = (
     "atmosphere: must be one that compiles (gost, exponential) where the orbit is integrated; "
-    "received nrlmsis, which lives in a package of its own"
+    "received nrlmsis, which is an external package"
 )
 
 

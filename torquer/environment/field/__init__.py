@@ -1,7 +1,7 @@
 """Geomagnetic field models, one interface (`torquer.environment.field.model.FieldModel`).
 
-IGRF-14 and WMM2025 (how strong is it there and then), tilted dipole (the Earth's daily turn),
-direct dipole (the uneven turn along the orbit), averaged (what theory can integrate).
+IGRF-14 and WMM2025 (the field at a place and date), tilted dipole (the Earth's daily rotation),
+direct dipole (the uneven rotation along the orbit), averaged (the field that theory can integrate).
 """
 
 from typing import Annotated
@@ -24,7 +24,7 @@ FIELDS = {
     "averaged": Averaged,
 }
 
-#: Any of them, told apart by `kind`.
+#: Any field model, discriminated by `kind`.
 AnyField = Annotated[
     Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged, Field(discriminator="kind")
 ]

@@ -9,13 +9,13 @@ import numpy as np
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.geometry.frames import geodetic_from_ecef
 
-#: Rounding may leave a point at the node this far before it [deg].
+#: Rounding may place a point at the node this far before it [deg].
 _NODE_DEG = 1e-9
 
 
 @dataclass(frozen=True)
 class FieldsAlong:
-    """What models `[m]` give at instants `[n]` of an orbit.
+    """Fields of models `[m]` at instants `[n]` of an orbit.
 
     Axis 3 of the inertial frame is the Earth's; `node` [3] is the unit vector to the ascending
     node at the first instant (axis 1 if the orbit is equatorial).
@@ -76,7 +76,7 @@ class FieldsAlong:
 def fields_along(
     models, orbit, start: datetime, t_s, earth_rotation: str = "precise", dut1_s: float = 0.0
 ) -> FieldsAlong:
-    """The models' fields along an orbit at seconds `t_s` [n] after the start, each at its date.
+    """The models' fields along an orbit at times `t_s` [n] s after the start, each at its date.
 
     `dut1_s` is UT1 - UTC at the start. `ValueError` for a date that a model does not cover, or a
     time without an orbit.

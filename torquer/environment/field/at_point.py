@@ -1,4 +1,4 @@
-"""The field at one place: its elements, and how fast they change from year to year."""
+"""The field at one place: its elements and their secular variation."""
 
 from typing import NamedTuple
 
@@ -8,7 +8,7 @@ from torquer.environment.field.coefficients import pieces, published
 from torquer.environment.field.drift import coefficients_of
 from torquer.environment.field.globe import Elements, at_geodetic, elements
 
-#: Horizontal over total intensity below which the field is vertical: no direction, no D.
+#: Horizontal over total intensity below which the field counts as vertical, without declination.
 _VERTICAL = 1e-9
 
 
@@ -20,7 +20,7 @@ class PointField(NamedTuple):
 
 
 def yearly_change(model, decimal_year: float, *place, geocentric: bool = False):
-    """dB/dt [T/yr] `[..., 3]` in north-east-down axes; None for a model that does not change.
+    """dB/dt [T/yr] `[..., 3]` in north-east-down axes; None for a constant model.
 
     The published coefficients are linear in time between their epochs, and so is the field: its
     difference between two epochs over the years between them is exact. At an epoch, that of the
@@ -49,9 +49,9 @@ def rates_of(now: Elements, b_rate_ned) -> Elements:
 def point_field(
     model, decimal_year: float, lat_deg, lon_deg, alt_km, geocentric: bool = False
 ) -> PointField:
-    """Elements and their yearly change at places (numbers or arrays), as `at_geodetic` has them.
+    """Elements and their secular variation at places (numbers or arrays), as for `at_geodetic`.
 
-    D, and what is derived from the direction of H, is not a number where the field is vertical.
+    D and what depends on the direction of H are NaN where the field is vertical.
     """
     place = (lat_deg, lon_deg, alt_km)
     now = elements(at_geodetic(model, decimal_year, *place, geocentric=geocentric))

@@ -1,4 +1,4 @@
-"""Averaged field (Donohue): constant length, even rotation on a round cone. Frames: Z, Y, S, X.
+"""Averaged field (Donohue): constant strength, uniform rotation on a cone. Frames: Z, Y, S, X.
 
 The forms on a circular orbit take the strength `b0_t` [T], the argument of latitude u, the
 inclination and the cone's half-angle Theta [rad]. The cone touches the Earth's axis at u = 0
@@ -159,7 +159,7 @@ def b_inertial_many(field, r, v, out):
 class Averaged(Spec):
     """Averaged field; `b0`: 'arithmetic', 'integral', or the strength itself in tesla.
 
-    It is tied to the orbit and has no Earth-fixed form; the date does not matter.
+    It is defined along an orbit only, without an Earth-fixed form; it does not depend on the date.
     """
 
     kind: Literal["averaged"] = "averaged"

@@ -53,14 +53,14 @@ def published(model: str) -> Epochs:
 
 
 def max_degree(model: str) -> int:
-    """Greatest degree that a model gives."""
+    """Highest degree of a model."""
     return published(model).g.shape[1] - 1
 
 
 def check_date(model: str, decimal_year: float, extrapolate: bool, when: str = "") -> None:
-    """A date outside the model's validity: `ValueError`, or a warning where that is allowed.
+    """`ValueError` for a date outside the model's validity, or a warning where that is allowed.
 
-    `when` says in the message which date it is.
+    `when` names the date in the message.
     """
     first, *_, last = published(model).years
     if first <= decimal_year <= last:
@@ -91,7 +91,7 @@ def schmidt_coefficients(
 def pieces(model: str, decimal_years) -> np.ndarray:
     """Numbers of the epochs from which the coefficients run at these dates, linear to the next.
 
-    At an epoch, its own; before the first and after the last piece that piece goes on.
+    At an epoch, its own; the first and the last piece extrapolate.
     """
     years = published(model).years
     return np.clip(np.searchsorted(years, decimal_years, side="right") - 1, 0, len(years) - 2)

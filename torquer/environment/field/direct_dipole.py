@@ -54,7 +54,7 @@ def b_s(equatorial_t, u, inclination):
 
 
 class DirectDipole(Spec):
-    """Dipole at the Earth's centre along its axis; the date does not matter."""
+    """Dipole at the Earth's centre along its axis; it does not depend on the date."""
 
     kind: Literal["direct_dipole"] = "direct_dipole"
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)

@@ -1,9 +1,9 @@
-"""A field at points that have a date each: the coefficients go on with the time.
+"""A field at points with a date each: the coefficients follow the time.
 
 Between two epochs of the published coefficients they are linear in the decimal year, and so is
-the field at a place: B = B(epoch) + (years since) dB/dt, exact, from two expansions. What changes
-is smoother than what is there (the last five years of IGRF-14 end at degree 8, not 13), so the
-second expansion costs half of the first.
+the field at a place: B = B(epoch) + (years since) dB/dt, exact, from two expansions. The
+secular variation is smoother than the field (the last five years of IGRF-14 end at degree 8, not
+13), so the second expansion costs half of the first.
 """
 
 import functools
@@ -18,7 +18,7 @@ from torquer.time import decimal_year, decimal_years, new_years
 
 
 def coefficients_of(model) -> str | None:
-    """Name of the published coefficients that a model is made of; None if the date is all one."""
+    """Name of the published coefficients of a model; None if it does not depend on the date."""
     if getattr(model, "held_at_year", None) is not None:
         return None
     if isinstance(model, Gauss):
@@ -45,8 +45,8 @@ def b_inertial_along(
 ) -> np.ndarray:
     """Flux density [n, 3] T in J at seconds [n] after the start, each at its own date.
 
-    The other arguments are those of the model's `b_inertial`. Dates are not checked: beyond its
-    years a model goes on in a straight line.
+    The other arguments are those of the model's `b_inertial`. Dates are not checked: outside its
+    validity a model is extrapolated linearly.
     """
     points = (r_inertial, v_inertial, dcm_inertial_to_ecef)
     source = coefficients_of(model)
@@ -72,7 +72,7 @@ def _within_piece(model, number: int, years, *points) -> np.ndarray:
 
 
 def check_span(model, start: datetime, *times_s: float) -> None:
-    """`ValueError` (or a warning, as the model has it) for a time beyond the model's years."""
+    """`ValueError` (a warning if the model extrapolates) for a time outside its validity."""
     source = coefficients_of(model)
     if source is None:
         return
@@ -85,7 +85,7 @@ def check_span(model, start: datetime, *times_s: float) -> None:
 
 
 def bends_s(model, start: datetime, first_s: float, last_s: float) -> np.ndarray:
-    """Times [s] between `first_s` and `last_s` at which the change per second itself changes.
+    """Times [s] between `first_s` and `last_s` at which the rate of change jumps.
 
     Each 1 January: at an epoch of the coefficients, which come first, by another rate per year;
     else because one of the two years has 366 days.

@@ -82,8 +82,8 @@ class Gauss(Spec):
 class Igrf14(Gauss):
     """International Geomagnetic Reference Field, 14th generation: 1900-2030.
 
-    The coefficients go on with the date along a run; `held_at_year` holds them at a decimal year,
-    as software on board or another program may do. `degree`: where the sum stops (left out: 13).
+    The coefficients follow the date during a run; `held_at_year` holds them at a decimal year, as
+    on-board software or another program may do. `degree`: truncation of the sum (default: 13).
     `extrapolate`: dates beyond those years are a warning, not an error.
     """
 

@@ -1,4 +1,4 @@
-"""The field at places on the globe, and the elements in which observatories give it."""
+"""The field at places on the globe, and the magnetic elements that observatories publish."""
 
 from typing import NamedTuple
 
@@ -35,12 +35,12 @@ def at_geodetic(
 
     Geodetic: WGS84 latitude and height. Geocentric: latitude from the Earth's centre, height
     above the sphere of 6371.2 km, down towards the centre. `ValueError` for a model that is
-    tied to an orbit.
+    defined along an orbit only.
     """
     if not hasattr(model, "b_earth_fixed"):
         raise ValueError(
-            f"field model {model.kind}: must have an Earth-fixed form; received one that is "
-            "tied to an orbit"
+            f"field model {model.kind}: must have an Earth-fixed form; received one that "
+            "is defined along an orbit only"
         )
     lat, lon, height = np.broadcast_arrays(
         np.radians(lat_deg), np.radians(lon_deg), 1e3 * np.asarray(alt_km, dtype=np.float64)

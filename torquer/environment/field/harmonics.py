@@ -1,4 +1,4 @@
-"""Field of a sum of spherical harmonics: Gauss coefficients to the house's solid harmonics."""
+"""Field of a sum of spherical harmonics: Gauss coefficients as solid harmonics."""
 
 import math
 from functools import cache

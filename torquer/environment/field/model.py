@@ -1,4 +1,4 @@
-"""What every field model offers, so that one simulator serves them all."""
+"""The interface of all field models."""
 
 from typing import Protocol
 
@@ -8,7 +8,7 @@ from torquer.engine import kernel
 
 
 class FieldModel(Protocol):
-    """One interface: `prepare` once per date, then as many points as wanted.
+    """Interface of a field model: `prepare` once per date, then any number of points.
 
     `prepare` takes the decimal year and returns what the compiled code needs. `b_inertial`
     gives the flux density [T] in the inertial frame J at the points of an orbit; a model that

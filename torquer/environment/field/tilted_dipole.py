@@ -1,4 +1,4 @@
-"""Tilted dipole: the first three Gauss terms, turning with the Earth. Frame: Earth-fixed."""
+"""Tilted dipole: the first three Gauss terms, rotating with the Earth. Frame: Earth-fixed."""
 
 import math
 from typing import Literal
