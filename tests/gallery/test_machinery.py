@@ -290,7 +290,7 @@ def test_the_record_rounds_and_leaves_out_what_a_clock_says(tmp_path):
     assert [check["measured"] for check in data["checks"]] == [1.235, None]
     text = pages([data])["FIELD.md"]
     assert "| x | p | 1.235 | at most 2 | agrees |" in text
-    assert "| t | q | by the clock | at most 4 | agrees |" in text
+    assert "| t | q | a timing, not kept | at most 4 | agrees |" in text
 
 
 def test_a_small_picture_of_what_a_clock_says_is_kept(tmp_path):
@@ -337,4 +337,6 @@ def test_write_pages_removes_pictures_without_an_entry(tmp_path):
     write_pages(record_of(found), tmp_path)
     assert [path.name for path in (tmp_path / "img").iterdir()] == ["FIELD-10.png"]
     assert json.loads((tmp_path / "results.json").read_text(encoding="utf-8")) == record_of(found)
-    assert (tmp_path / "differences.md").read_text(encoding="utf-8").startswith("# Where we differ")
+    assert (
+        (tmp_path / "differences.md").read_text(encoding="utf-8").startswith("# Differences from")
+    )

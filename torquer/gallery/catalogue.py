@@ -1,4 +1,4 @@
-"""What the sources publish and the gallery is to show: ids, content, expected as printed."""
+"""Published figures and tables that the gallery is to show: ids, content, expected as printed."""
 
 import difflib
 from dataclasses import dataclass

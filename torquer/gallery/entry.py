@@ -2,7 +2,7 @@
 
 A check holds one number beside the source's: it agrees when the number lies in an interval that
 means something, half a unit of the last printed digit or what 'about' allows. A number that came
-out after a choice made with the printed one in view is 'chosen', not 'agrees'; one that is held
+out after a choice made in view of the printed one is 'chosen', not 'agrees'; one that is held
 against a second computation of ours, as the source prints none, is 'self-consistent'.
 """
 
@@ -82,7 +82,7 @@ def lost(name, measured, unit="") -> Check:
 
 
 def chosen(check: Check) -> Check:
-    """The check of a number for which something was chosen with the printed one in view."""
+    """The check of a number for which something was chosen in view of the printed one."""
     return replace(check, basis=Verdict.CHOSEN)
 
 
@@ -138,8 +138,8 @@ class Entry:
         if (self.declared is Verdict.AGREES) == bool(self.reason):
             what = "empty" if self.declared is Verdict.AGREES else "given"
             raise ValueError(
-                f"entry {self.id}: reason must be {what} where the verdict is "
-                f"'{self.declared}'; received {self.reason!r}"
+                f"entry {self.id}: reason must be {what} where the verdict is '{self.declared}'; "
+                f"received {self.reason!r}"
             )
 
     @property

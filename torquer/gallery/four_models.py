@@ -166,11 +166,11 @@ def comparison(runs: dict[str, list[Course]], values_of, times, left, what: str)
     return (
         within("spread of the times at a node, over IGRF's between nodes",
                "times differ insignificantly", spread_at_a_node(times), high=1.0),
-        within(f"nodes, of {nodes}, where the dipoles' courses are the closest pair", _CLOSE,
+        within(f"nodes, of {nodes}, where the dipoles' transients are the closest pair", _CLOSE,
                closest(apart), low=0.5 * nodes),
         within(f"nodes, of {nodes}, where the dipoles' times are the closest pair", _CLOSE,
                closest(in_time), low=0.5 * nodes),
-        within("averaged to direct dipole, over tilted to direct (courses)",
+        within("averaged to direct dipole, over tilted to direct (transients)",
                "averaged differs from the dipoles", stands_off, low=1.0),
         within(f"nodes, of {nodes}, where IGRF takes longer than the direct dipole", _WORSE,
                np.sum(times[IGRF] > times[DIRECT]), low=0.5 * nodes),

@@ -74,14 +74,14 @@ def _state(row: Row, record: list[dict]) -> str:
 
 def _front_page(record: list[dict]) -> str:
     lines = [
-        "# Gallery: what the sources publish, computed anew",
+        "# Gallery: published figures and tables, recomputed",
         "",
         _MADE,
         "",
-        "Each entry computes a published figure or table and puts its numbers beside the printed",
-        "ones. A number *agrees*; or it is *chosen*: it came out after a choice made with the",
-        "printed one in view; or *self-consistent*: the source prints none, and two of our",
-        "computations agree; or it *differs* for a stated reason; or the source's value is lost.",
+        "Each entry recomputes a published figure or table and compares its numbers with those",
+        "printed. A number *agrees*; or it is *chosen*: reproduced by a choice made in view of the",
+        "printed one; or *self-consistent*: the source prints none, and two of our computations",
+        "agree; or it *differs*, for a stated reason; or its *value is lost*: illegible there.",
         "One entry: `torquer gallery run FIELD-5`. All: `torquer gallery all`.",
         "",
         "| source | what it is | rows | " + " | ".join(_COUNTED) + " |",
@@ -90,9 +90,13 @@ def _front_page(record: list[dict]) -> str:
     for source, title in SOURCES.items():
         states = [_state(row, record) for row in ROWS if row.source == source]
         counts = [sum(word in state for state in states) for word in _COUNTED]
-        told = " | ".join(map(str, [len(states), *counts]))
-        lines.append(f"| [{source}]({source}.md) | {title} | {told} |")
-    lines += ["", "[Where we differ](differences.md) has all that differs, with the reasons.", ""]
+        numbers = " | ".join(map(str, [len(states), *counts]))
+        lines.append(f"| [{source}]({source}.md) | {title} | {numbers} |")
+    lines += [
+        "",
+        "[Differences from the sources](differences.md): each number, with the reason.",
+        "",
+    ]
     return "\n".join(lines)
 
 
@@ -126,7 +130,7 @@ def _table(checks: list[dict]) -> list[str]:
         f"| {shown_limits(check)} | {_mark(check['verdict'])} |"
         for check in checks
     ]
-    return ["| | printed | here | agrees if | |", "|---|---|---|---|---|", *rows]
+    return ["| | printed | computed | agrees if | |", "|---|---|---|---|---|", *rows]
 
 
 def _mark(verdict: str) -> str:
@@ -138,7 +142,7 @@ def _mark(verdict: str) -> str:
 def shown_number(check: dict) -> str:
     """A check's number with its unit."""
     if check["fleeting"]:
-        return "by the clock"
+        return "a timing, not kept"
     number = check["measured"]
     return "none" if number is None else f"{number:.4g} {check['unit']}".rstrip()
 
@@ -155,12 +159,12 @@ def shown_limits(check: dict) -> str:
 
 def _differences(record: list[dict]) -> str:
     lines = [
-        "# Where we differ from the sources",
+        "# Differences from the sources",
         "",
-        f"{_MADE} Each number that differs, and why.",
+        f"{_MADE} Each number that differs, with the reason.",
         "",
     ]
-    lines += ["| id | what | printed | here | why |", "|---|---|---|---|---|"]
+    lines += ["| id | quantity | printed | computed | reason |", "|---|---|---|---|---|"]
     for data in record:
         link = f"[{', '.join(data['ids'])}]({data['id'].split('-', 1)[0]}.md)"
         lines += [

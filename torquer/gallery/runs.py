@@ -16,7 +16,7 @@ def picture_name(entry: Entry, name: str) -> str:
 def compute(entry: Entry, out: Path, small: Path | None = None) -> Outcome:
     """Compute an entry and write its pictures into `out`, small ones into `small` if given.
 
-    A small picture of what a clock says is kept where there is one: another would tell no more.
+    A small picture of what a clock says is kept where there is one: another would show no more.
     """
     answer = entry.compute()
     pictures = []
@@ -43,6 +43,6 @@ def compute_all(
         if progress:
             progress(entry.id, count)
         outcomes.append(compute(entry, out, small))
-    told = json.dumps([outcome.as_data() for outcome in outcomes], indent=2)
-    (out / "results.json").write_text(told + "\n", encoding="utf-8")
+    text = json.dumps([outcome.as_data() for outcome in outcomes], indent=2)
+    (out / "results.json").write_text(text + "\n", encoding="utf-8")
     return outcomes

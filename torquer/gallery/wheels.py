@@ -45,10 +45,10 @@ def figure_in_space(title: str, shown, columns: int = 2, frame=None) -> Figure:
     figure = Figure(figsize=(7.2, 3.2 * rows + 0.4), dpi=160, facecolor="white")
     figure.suptitle(title, x=0.012, y=0.985, ha="left", fontsize=12, fontweight="bold")
     width, height = 1.0 / columns, (1.0 - 0.4 / figure.get_figheight()) / rows
-    for number, (told, each, ellipsoid) in enumerate(shown):
+    for number, (label, each, ellipsoid) in enumerate(shown):
         left, low = width * (number % columns), height * (rows - 1 - number // columns)
         place = (left, low + 0.03 * height, width, 0.9 * height)
         axes = figure.add_axes(place, projection="3d", computed_zorder=False)
         draw_envelope(axes, each, ellipsoid, frame)
-        figure.text(left + 0.015, low + 0.94 * height, told, fontsize=9.5, va="top")
+        figure.text(left + 0.015, low + 0.94 * height, label, fontsize=9.5, va="top")
     return figure

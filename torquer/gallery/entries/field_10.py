@@ -11,7 +11,7 @@ is the greatest initial angle, 6 deg, which the text calls near.
 
 Also chosen here: errors and the constant torque alike on all axes, readings and the random torque
 anew every second, accuracy as the 95th percentile over the second half of the run (a greatest
-value would tell the luck of one draw, and rise with the run's length), 'similar' as within a
+value would depend on a single draw, and grow with the run's length), 'similar' as within a
 third of IGRF's: what a preliminary design keeps in hand, and the text has simple models for that.
 """
 
@@ -189,8 +189,8 @@ def compute() -> Answer:
         "of the moments (2450 up, 4000 along the motion, 5750 normal), errors and constant torque "
         "alike on all axes, the random torque held for a second, the node and the date, the "
         "length of the run. The measure, its limits and the gain were fixed before the models "
-        f"were compared. Of gains from {GAINS[0]:g} to {GAINS[-1]:g} those of {held} hold the "
-        "attitude in the stable order, under the best model."
+        f"were compared. Of gains from {GAINS[0]:g} to {GAINS[-1]:g} those of {held} keep the "
+        f"attitude in the stable order, under the best model."
     )
     return Answer(checks, {"": picture(runs)}, note)
 
@@ -215,12 +215,13 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "with the moments in the printed order none of the gains tried, from 1e7 to 5e12, holds "
-        "the attitude, and in the stable order the body turns over with the gain of Fig. 8 (the "
-        "text prints no other), as with all from 5e9 on. With a gain that holds it, the three "
-        "simple models agree with one another, but IGRF is twice as far off: its quadrupole drives "
-        "the body once a revolution, near the free pitch motion's 0.90; the tilted dipole does so "
-        "an eighth as much, the direct one not at all. In the first revolutions all lie closer"
+        "with the moments in the printed order none of the gains tried, from 1e7 to 5e12, keeps "
+        "the attitude, and in the stable order the body tumbles with the gain of Fig. 8 (the text "
+        "prints no other), as with all from 5e9 on. With a gain that keeps it, the three simple "
+        "models agree with one another, but the error under IGRF is twice as large: its quadrupole "
+        "excites the body once a revolution, near the pitch frequency of 0.90; the tilted dipole "
+        "does so an eighth as much, the direct one not at all. In the first revolutions all are "
+        "closer"
     ),
     slow=True,
 )

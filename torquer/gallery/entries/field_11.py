@@ -60,24 +60,23 @@ def compute() -> Answer:
     checks, accuracy = comparison(runs)
     gains = law()
     note = (
-        f"Accuracy: 95th percentile over revolutions 10 to 20 of the greatest angle between an "
-        f"axis and its wanted place, deg, over the nodes: {ranges(runs, accuracy)}. The law "
-        "of the source's [62] is not in the text: this is the three-axis law MAG (4.1.5) with "
-        f"k = {gains['rate_gain_n_m_s_per_t2']:.3g} and k_a = "
-        f"{gains['angle_gain_n_m_per_t2']:.3g}, chosen with the direct dipole alone. Means and 5th "
-        f"percentiles over the same revolutions, deg: {swings(runs)}. Other choices as for "
-        "FIELD-10."
+        "Accuracy: 95th percentile over revolutions 10 to 20 of the greatest angle between an "
+        f"axis and its nominal direction, deg, over the nodes: {ranges(runs, accuracy)}. The law "
+        "of the source's [62] is not in the text: this is the three-axis law MAG (4.1.5) with k = "
+        f"{gains['rate_gain_n_m_s_per_t2']:.3g} and k_a = {gains['angle_gain_n_m_per_t2']:.3g}, "
+        "chosen with the direct dipole alone. Means and 5th percentiles over the same "
+        f"revolutions, deg: {swings(runs)}. Other choices as for FIELD-10."
     )
     return Answer(checks, {"": picture(runs)}, note)
 
 
 def swings(runs) -> str:
     """Mean and 5th percentile of the angle over the second half, by model."""
-    told = []
+    parts = []
     for model, found in runs.items():
         late = np.array([run.angle_deg[run.revolutions > 0.5 * REVOLUTIONS] for run in found])
-        told.append(f"{model} {late.mean():.1f} and {np.percentile(late, 5.0):.1f}")
-    return ", ".join(told)
+        parts.append(f"{model} {late.mean():.1f} and {np.percentile(late, 5.0):.1f}")
+    return ", ".join(parts)
 
 
 def picture(runs):
@@ -96,8 +95,8 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "the dipoles come within a quarter of IGRF's accuracy; the averaged model shows an error "
-        "half as great. The mean angles are alike, 5 to 7 deg; what differs is their swing, "
-        "several times less in the averaged field, whose strength is constant"
+        "half as great. The mean angles are alike, 5 to 7 deg; what differs is their oscillation, "
+        "several times smaller in the averaged field, whose strength is constant"
     ),
     slow=True,
 )

@@ -45,8 +45,8 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "which model damps sooner depends on the node, which is not printed: at most nodes IGRF is "
-        "not the slower one, and by their times the dipoles are not a pair. By the whole course "
-        "the dipoles are closest at most nodes, the averaged model stands apart, and IGRF leaves a "
-        "slightly greater rate, as the text has it"
+        "not the slower one, and by their times the dipoles are not the closest pair. Over the "
+        "whole transient they are closest at most nodes, the averaged model differs, and IGRF "
+        "leaves a slightly greater rate, as in the text"
     ),
 )

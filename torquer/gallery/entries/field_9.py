@@ -67,8 +67,8 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "the times are alike, the dipoles' courses are closest at most nodes and the averaged "
-        "model stands apart, as for Fig. 8. But at most nodes IGRF is not the slower one, and in "
+        "the times are alike, the dipoles' transients are closest at most nodes and the averaged "
+        "model differs, as for Fig. 8. But at most nodes IGRF is not the slower one, and in "
         "revolution 6 it leaves twice the direct dipole's angle, not slightly more"
     ),
 )

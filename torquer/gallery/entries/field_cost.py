@@ -56,8 +56,8 @@ def compute() -> Answer:
     printed, exact = over_direct(PRINTED_S), over_direct(found["exact"])
     stepping = found["stepping"].values()
     checks = (
-        consistent(within("stepping with the table: dearest model over cheapest",
-                          "our own aim: the same within 20 %", max(stepping) / min(stepping),
+        consistent(within("stepping with the table: most expensive model over cheapest",
+                          "our aim: equal within 20 %", max(stepping) / min(stepping),
                           high=1.2, fleeting=True)),
         within("model at every step: IGRF over the direct dipole", "147.7 : 15 (9.8)",
                exact["IGRF-14"], low=9.75, high=9.9, fleeting=True),
@@ -89,7 +89,7 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "here even IGRF at every step adds about a third to a run (FIELD: 87 % of it was the "
-        "field): it is compiled, worked out for all instants at once, and shared by the stages of "
+        "field): it is compiled, evaluated for all instants at once, and shared by the stages of "
         "a step. With the environment's table the stepping costs the same under every model"
     ),
     slow=True,

@@ -68,9 +68,9 @@ def compute() -> Answer:
     checks += [
         within("series to computed edges, over chi^3, |chi| up to 0.3", "edges to chi^2",
                farthest_series(), high=1.0),
-        within("averaged: tongue shuts at (A - B) omega0^2 over m mu_e/r^3",
+        within("averaged: tongue closes at (A - B) omega0^2 over m mu_e/r^3",
                "absent for A = B", moment_ratio(*averaged_shut), -1e-6, 1e-6),
-        near("direct dipole: tongue shuts at (A - B) omega0^2 over m mu_e/r^3", str(1.0 / 6.0),
+        near("direct dipole: tongue closes at (A - B) omega0^2 over m mu_e/r^3", str(1.0 / 6.0),
              moment_ratio(*dipole_shut), tolerance=1e-6, printed="1/6"),
         consistent(near("the same, for the motion itself, not linearised", str(1.0 / 6.0),
                         moment_ratio(*motion_shut), tolerance=0.01 / 6.0,
@@ -79,10 +79,10 @@ def compute() -> Answer:
     note = (
         "chi is the ratio of the two terms of the stiffness; with lambda2 chi given in its place "
         "7/32 becomes -1/32. For the direct dipole FIELD says that its equation holds near the "
-        "nodes and about the field's direction; in fact it holds at all u, about an even turn "
-        "(near a node the dipole's field turns by 2u, not u). The edges for the motion itself, "
-        "which swings about the even turn, are dashed: the tongue shuts within 1 % of the printed "
-        "place, and far from it the linear equation is no guide."
+        "nodes and about the field's direction; in fact it holds at all u, about a uniform "
+        "rotation (near a node the dipole field rotates by 2u, not u). The edges for the motion "
+        "itself, which oscillates about the uniform rotation, are dashed: the tongue closes within "
+        "1 % of the printed place, and far from it the linear equation does not apply."
     )
     return Answer(tuple(checks), {"": picture()}, note)
 

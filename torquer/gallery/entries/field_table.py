@@ -48,9 +48,9 @@ def compute() -> Answer:
         *(lost(f"mean error of direction over a day: {model}", mean[model], "deg")
           for model in errors),
     )  # fmt: skip
-    told = ", ".join(f"{m} {errors[m].max():.1f} deg" for m in errors)
+    largest = ", ".join(f"{m} {errors[m].max():.1f} deg" for m in errors)
     note = (
-        f"Greatest angle to IGRF-14 over a day: {told}; means are in the table. Prose of the "
+        f"Greatest angle to IGRF-14 over a day: {largest}; means are in the table. Prose of the "
         "section: IGRF for refined studies, the tilted dipole before it or in its place."
     )
     return Answer(checks, {"table": table(), "errors": curves(t_s, errors)}, note)

@@ -59,7 +59,7 @@ def compute() -> Answer:
     slowest, fastest = max(at, key=at.get), min(at, key=at.get)
     note = (
         f"After 10 revolutions l = {at[slowest]:.3f} at {slowest:g} deg and {at[fastest]:.3f} at "
-        f"{fastest:g} deg. In the end l falls as exp(-2p eps u) below 45.58 deg and as "
+        f"{fastest:g} deg. Eventually l decays as exp(-2p eps u) below 45.58 deg and as "
         "exp(-(1 - p) eps u) above it: fastest there, at 2/3 eps. eps = 0.1 and rho0 = 30 deg are "
         "chosen here, the text's are lost."
     )

@@ -58,7 +58,7 @@ def compute() -> Answer:
                "faster at higher inclination", mean[MIDDLE] / mean[11], high=1.0),
         within("10 revolutions, mean over directions: l at 90 deg over l at 45.6 deg",
                "faster at higher inclination", mean[-1] / mean[MIDDLE], high=1.0),
-        near("inclination at which the direction turns over", "46", even_inclination_deg(), "deg"),
+        near("inclination at which the dependence reverses", "46", even_inclination_deg(), "deg"),
     )  # fmt: skip
     best = GRID[mean.argmin()]
     others = [pole_over_middle(ratio=ratio) for ratio in RATIOS]
@@ -66,11 +66,10 @@ def compute() -> Answer:
     spreads = ", ".join(f"{spread_with_theta(r):.2f} at {r:.2f}" for r in RATIOS)
     note = (
         f"Mean l after 10 revolutions: {mean[11]:.3f} at 10 deg, {mean[MIDDLE]:.3f} at 45.6 deg, "
-        f"{mean[-1]:.3f} at 90 deg, least at {best:.0f} deg. With C/A "
-        f"from 1/3 to 1.9 and eps from 0.03 to 0.3 l at 90 deg is {min(others):.2f} to "
-        f"{max(others):.2f} times that at 45.6 deg. The text says that the figures "
-        "hardly change with theta0: from 10 to 80 deg l after 2 revolutions changes by up to "
-        f"{spreads} (C/A, which the text does not give)."
+        f"{mean[-1]:.3f} at 90 deg, least at {best:.0f} deg. With C/A from 1/3 to 1.9 and eps from "
+        f"0.03 to 0.3 l at 90 deg is {min(others):.2f} to {max(others):.2f} times that at 45.6 "
+        "deg. The text says that the figures hardly change with theta0: from 10 to 80 deg l after "
+        f"2 revolutions changes by up to {spreads} (C/A, which the text does not give)."
     )
     return Answer(checks, pictures(two, ten), note)
 
@@ -106,9 +105,9 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "in the long run the momentum falls as exp(-2p eps u) below i0 = 45.58 deg and as "
-        "exp(-(1 - p) eps u) above it, as (2.1.11) has it for a sphere: faster with inclination up "
-        "to i0 only, and slower from there to the pole, but for momenta that start near the cone "
-        "axis. So it is with every C/A and eps that was tried"
+        "in the long run the momentum decays as exp(-2p eps u) below i0 = 45.58 deg and as "
+        "exp(-(1 - p) eps u) above it, as by (2.1.11) for a sphere: faster with inclination up "
+        "to i0 only, and slower from there to the pole, except for momenta that start near the "
+        "cone axis. This holds for every C/A and eps tried"
     ),
 )

@@ -61,12 +61,12 @@ def compute() -> Answer:
         near("A = 3, C = 2: eta1 / eta2", "2.0", eta[0] / eta[1], printed="10 / 5"),
     )  # fmt: skip
     run = motion(as_printed, EPS, END, Fast(1.0, 1.0))
-    told = "; ".join(f"{r}: " + ", ".join(f"{e:.4f}" for e in found[r]) for r in READINGS)
+    listed = "; ".join(f"{r}: " + ", ".join(f"{e:.4f}" for e in found[r]) for r in READINGS)
     note = (
-        f"Greatest errors of l, rho, theta at eps = 0.1, halved four times: {told}. A rate of 10 "
-        f"omega0, as the text has it, makes eta1 = {eta[0]:g} and eta2 = {eta[1]:g} with C = 2. "
-        "With eta2 = 5 (C = 1) the precession l eta2 passes the resonance with 4u on its way down, "
-        f"and the error does not fall evenly (eps^{slope[other]:.1f} on the whole); with eta2 = 12 "
+        f"Greatest errors of l, rho, theta at eps = 0.1, halved four times: {listed}. A rate of 10 "
+        f"omega0, as in the text, makes eta1 = {eta[0]:g} and eta2 = {eta[1]:g} with C = 2. With "
+        "eta2 = 5 (C = 1) the precession l eta2 passes the resonance with 4u on its way down, and "
+        f"the error does not decrease uniformly (eps^{slope[other]:.1f} overall); with eta2 = 12 "
         "it does not pass it, and the error does."
     )
     return Answer(checks, {"": picture(run)}, note)

@@ -84,7 +84,7 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "with eps = 0.1, as in Figs. 2.1.4 and 3.3.1 (here it is not printed), the polar orbit "
-        "leaves 14.6 deg in the worst case. After 2 revolutions the "
-        "inclination helps below 53 deg of rho0 and harms above 58, where the text has 50 for both"
+        "leaves 14.6 deg in the worst case. After 2 revolutions a higher inclination is faster "
+        "below 53 deg of rho0 and slower above 58, where the text has 50 for both"
     ),
 )

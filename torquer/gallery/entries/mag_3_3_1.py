@@ -92,7 +92,7 @@ def compute() -> Answer:
         f"by {apart(paths, 'as printed') / SLOW_EPS:.1f} eps. The corrected integral, sin rho sin "
         f"sigma / |cos rho|^(q/p), changes by {100 * right:.1f} % over the full motion's first "
         f"100 rad, the printed one by {100 * wrong:.0f} %. For a target along the cone axis both "
-        "are the same, and the figure stands."
+        "are the same, and the figure is confirmed."
     )
     return Answer(checks, {"cone-axis": figure_3_3_1(found), "node": figure_node(paths)}, note)
 
@@ -131,8 +131,8 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "the figure itself stands. Away from the cone axis the second equation of (3.3.2) has "
-        "p cos^2 rho + q sin^2 rho where the text prints p; the full motion follows the corrected "
-        "system, and the printed integral (3.3.3) is not constant along it"
+        "the figure itself is confirmed. Away from the cone axis the second equation of (3.3.2) "
+        "has p cos^2 rho + q sin^2 rho where the text prints p; the full motion follows the "
+        "corrected system, and the printed integral (3.3.3) is not constant along it"
     ),
 )

@@ -6,7 +6,7 @@ at the start, at the ascending node; a radius of 6850 km, as in MAG 3.1; reading
 nutation damping from the rate, m = m0 sign((omega x B).e3); a wanted spin of 10 deg/s, as in MAG
 3.6; greatest errors of direction (1 deg, 0.5 deg) as three standard deviations; a nutation that
 counts as damped below 20 deg (held for a minute). Attitude, way to measure and limit were chosen,
-of several tried, as those that come near the text's times of damping; what others give is told.
+of several tried, as those that come near the text's times of damping; what others give is noted.
 """
 
 import math
@@ -106,7 +106,7 @@ def stages_of(inclination_deg: float):
 
 def by_other_choices() -> str:
     """Length of the damping where one thing is chosen otherwise, in words; medians of five."""
-    told = []
+    parts = []
     for name, case in OTHERS.items():
         found = []
         for inclination_deg in INCLINATIONS:
@@ -114,8 +114,8 @@ def by_other_choices() -> str:
             ends = [run(inclination_deg, each)[1][1] for each in cases]
             median = float(np.median(np.where(np.isnan(ends), np.inf, ends)))
             found.append(f"{median:.0f}" if math.isfinite(median) else "over 12000")
-        told.append(f"{name}, {found[0]} and {found[1]} s")
-    return "; ".join(told)
+        parts.append(f"{name}, {found[0]} and {found[1]} s")
+    return "; ".join(parts)
 
 
 def stuck(damping_gain=None, tries: int = 12) -> list[int]:
@@ -156,19 +156,19 @@ def compute() -> Answer:
                "reorientation goes very slowly", low[3], low=45.0, unit="deg"),
     )  # fmt: skip
     spread = {i: (rows[i][:, 2], rows[i][:, 3]) for i in INCLINATIONS}
-    told = "; ".join(
+    parts = "; ".join(
         f"at {i:.0f} deg it begins at {a.min():.0f} to {a.max():.0f} deg and is at {b.min():.0f} "
         f"to {b.max():.0f} deg 1000 s later"
         for i, (a, b) in spread.items()
     )
     note = (
-        f"Damping at 60 and 10 deg with one thing chosen otherwise: {by_other_choices()}. "
-        f"Where the reorientation begins is left to the sensors' errors: {told}. Of twelve "
-        f"other initial attitudes {slow[0]} had not ended the damping after 12 000 s at 60 deg and "
+        f"Damping at 60 and 10 deg with one choice changed: {by_other_choices()}. The angle at "
+        f"which the reorientation begins depends on the sensor errors: {parts}. Of twelve other "
+        f"initial attitudes {slow[0]} had not ended the damping after 12 000 s at 60 deg and "
         f"{slow[1]} at 10 deg; with a linear law of {LINEAR_DAMPING:g} A m^2 s/T in place of the "
         f"relay {linear[0]} and {linear[1]}. With a linear reorientation of {LINEAR_POINTING:g} "
         f"1/(s T^2) at 60 deg the axis comes from {otherwise[0]:.0f} to {otherwise[1]:.0f} deg in "
-        f"1000 s. Other targets at 10 deg, angle at the start and 1000 s on: "
+        "1000 s. Other targets at 10 deg, angle at the start and 1000 s on: "
         + ", ".join(f"{t} {a:.0f} and {b:.0f} deg" for t, (a, b) in other_targets.items())
         + "."
     )
@@ -214,11 +214,11 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "the times of spin-up come out. Those of damping turn on the attitude and the limit, which "
-        "the text does not give; chosen with the printed ones in view, they come near 5000 s but "
-        "are 1900 s where 1500 s are printed. The reorientation does not come out: at 60 deg it is "
-        "not done in 1000 s, by the relay or by a linear law; at 10 deg this target, across the "
-        "field, is neared quickly, and only one along the field slowly (MAG (3.3.2) as printed has "
-        "p for p cos^2 rho + q sin^2 rho in the fast one)"
+        "the times of spin-up are reproduced. Those of damping depend on the attitude and the "
+        "limit, which the text does not give; chosen in view of the printed ones, they come near "
+        "5000 s but are 1900 s where 1500 s are printed. The reorientation is not reproduced: at "
+        "60 deg it is not complete after 1000 s, by the relay or by a linear law; at 10 deg this "
+        "target, across the field, is approached quickly, and only one along the field slowly (MAG "
+        "(3.3.2) as printed has p for p cos^2 rho + q sin^2 rho in the fast one)"
     ),
 )

@@ -110,6 +110,6 @@ ENTRY = Entry(
     reason=(
         "the text gives no body, and with these gains the body decides: that of MAG 3.3 was "
         "chosen, with which both succeed. They do for C/A above 1.146; below it, as with the body "
-        "of MAG 3.6 (1.04), the two laws hold one another in a precession about the target"
+        "of MAG 3.6 (1.04), the two laws cancel in a precession about the target"
     ),
 )

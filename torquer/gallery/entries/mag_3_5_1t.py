@@ -99,8 +99,7 @@ def compute() -> Answer:
         "Damping over reorientation: greatest rho by preliminary 2 over preliminary 1 at low "
         f"inclination, by 1 over 2 from 45 deg up; {table}. The least of the latter, at any of "
         f"these strengths and inclinations, by rho0 and theta0: {leasts}; the greatest of the "
-        f"former: {most}. Low: {TABLE['low']}. "
-        f"Moderate, high: {TABLE['moderate, high']}."
+        f"former: {most}. Low: {TABLE['low']}. Moderate, high: {TABLE['moderate, high']}."
     )
     return Answer(tuple(checks), {"": picture(of_start[STARTS_DEG[0]][OF_3_4], share)}, note)
 
@@ -135,11 +134,11 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "at moderate and high inclination the second law leaves less at every strength of the "
-        "damping, 0.3 to 50 times that of the reorientation, where the table has the first. At low "
-        "inclination the table's choice holds while the damping is less than about twice as strong "
-        "(1.5 in MAG 3.4); where it is stronger, as with the gains of 3.6, the second leaves up to "
-        "11 % more (37 % from another start)"
+        "at moderate and high inclination the second law leaves a smaller error at every strength "
+        "of the damping, 0.3 to 50 times that of the reorientation, where the table has the first. "
+        "At low inclination the table's choice holds while the damping is less than about twice as "
+        "strong (1.5 in MAG 3.4); where it is stronger, as with the gains of 3.6, the second "
+        "leaves up to 11 % more (37 % from another start)"
     ),
     slow=True,
 )

@@ -161,8 +161,8 @@ def compute() -> Answer:
     )  # fmt: skip
     note = (
         f"Axis before the last stage over {TRIES} attitudes (standard; proposed), by the angle of "
-        f"the target to the end that is spun up: {told(found)}. The fitted case was picked of "
-        "fifty for both printed errors at once: it says that they can be reached, no more. With "
+        f"the target to the end that is spun up: {in_words(found)}. The fitted case was picked of "
+        "fifty for both printed errors at once: it only shows that they can be reached. With "
         f"the second preliminary law it has {fitted[2][0]:.0f} deg. With the tensor as printed the "
         f"axis of greatest inertia lies {principal_tilt_deg():.1f} deg from the third one, which "
         f"ends {printed[0][2]:.1f} deg from the target by the standard scheme and "
@@ -184,7 +184,7 @@ def claims(reading: str, rows) -> list:
     ]  # fmt: skip
 
 
-def told(found) -> str:
+def in_words(found) -> str:
     """Ranges of the errors before the last stage, by reading."""
     return ", ".join(
         f"{reading}: " + "; ".join(f"{x.min():.0f} to {x.max():.0f} deg" for x in rows[:, :, 0])
@@ -222,14 +222,14 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "in 106 and 85 deg. With the target 19.6 deg from the end that is spun up, as one reads "
-        "the text, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes; "
+        "in 106 and 85 deg. With the target 19.6 deg from the end that is spun up, as the text "
+        "reads, the standard scheme leaves up to 73 deg to the last stage in twelve attitudes; "
         "the momentum starts 35 to 74 deg from such a target. With 160.4 deg, or with "
         "19.6 deg and a spin against the initial one, both numbers lie in the range of the "
         "attitudes that were run; the text gives none. The proposed scheme leaves less and takes "
-        "less time, as in the text. The end is some degrees off for the diagonal part of the "
-        "tensor only: as printed its axis of greatest inertia lies 39.7 deg from the axis that is "
-        "to be pointed, and that far from the target the axis ends"
+        "less time, as in the text. The final error is some degrees for the diagonal part of the "
+        "tensor only: with the printed tensor the axis of greatest inertia lies 39.7 deg from the "
+        "axis to be pointed, and the final error is that angle"
     ),
     slow=True,
 )

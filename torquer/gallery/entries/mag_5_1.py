@@ -188,11 +188,11 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "the models' times are alike and the steady rate is the printed one. The momentum comes "
-        "there in less than a revolution, not two. The means of the two dipoles differ by some "
+        "the models' times are alike and the steady rate is the printed one. The momentum reaches "
+        "it in less than a revolution, not two. The means of the two dipoles differ by some "
         "thousandths of the initial momentum chosen here, which the text has lost. And with "
-        "rho0 = 0.1 the averaged model does not go below its steady momentum, from none of the "
-        "momenta and angles tried; with pi - 0.1, the body turning against the field, it does, "
+        "rho0 = 0.1 the averaged model does not go below its steady momentum, for any of the "
+        "momenta and angles tried; with pi - 0.1, the body rotating against the field, it does, "
         "for about half a revolution"
     ),
 )

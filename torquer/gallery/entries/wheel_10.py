@@ -54,16 +54,16 @@ OTHER_WAY = {
     "against, at rest": (0.002377, 0.001125397),
     "against, turning": (0.002456, 0.001125200),
 }
-#: What speaks for which reading.
+#: Evidence for each reading.
 _EVIDENCE = (
-    "For turning air speak V in (6.3), relative to the Earth's surface, and section 7, which "
-    "has the air turn and lays the growth of H1 and H2 to the atmosphere first of all; for air "
-    "at rest the sentence after (6.3), and the 31 h. For x1 along the motion speaks the first "
-    "turn, by pi/2, of the attitude at the start: three ways to name the axes of the orbital "
-    "frame let one such turn put x1 into the motion and x3 into the normal, and it points "
-    "along the motion where the radius is the first or third axis, against it where the normal "
-    "is the first. For x1 against the motion, in turning air, speak H1, H2 and the greatest "
-    "momentum of a wheel. No reading gives all."
+    "Co-rotating air is supported by V in (6.3), relative to the Earth's surface, and by section "
+    "7, in which the air rotates and the growth of H1 and H2 is attributed mainly to the "
+    "atmosphere; air at rest by the sentence after (6.3), and by the 31 h. x1 along the motion is "
+    "supported by the first rotation, by pi/2, of the initial attitude: with three namings of the "
+    "orbital axes one such rotation puts x1 on the line of motion and x3 on the normal, and x1 "
+    "points along the motion where the radius is the first or third axis, against it where the "
+    "normal is the first. x1 against the motion, in co-rotating air, is supported by H1, H2 and "
+    "the greatest momentum of a wheel. No reading matches all."
 )
 #: Momentum [N m s] along the ascending node with which the first reading has the printed numbers.
 STEADY = -3.07
@@ -147,7 +147,7 @@ def compute() -> Answer:
         checks += wheels(name, flight)
     for name, flight in tuned.items():
         checks += [_h2(f"{name}, tuned", flight), *wheels(f"{name}, tuned", flight)]
-    checks += [_h2(f"{name}, tuned, H3 the other way", flight) for name, flight in other.items()]
+    checks += [_h2(f"{name}, tuned, H3 reversed", flight) for name, flight in other.items()]
     steady = with_steady_torque(tuned[FIRST], STEADY)
     checks += [_h2("with a steady torque", steady), *wheels("with a steady torque", steady)]
     checks = [chosen(check) for check in checks]
@@ -163,12 +163,12 @@ def wheels(name: str, flight: Flight):
     """What the wheels of Figs 12 and 13 show."""
     yield within(f"{name}: greatest of a wheel at 80.5, 45.5", "practically 18 N m s",
                  peak(flight, BALANCED), 17.5, 18.0, "N m s")  # fmt: skip
-    yield near(f"{name}: at 70.0, 21.5 a wheel is full later by", "31", later_h(flight), "h", 1.0,
+    yield near(f"{name}: at 70.0, 21.5 a wheel saturates later by", "31", later_h(flight), "h", 1.0,
                "about 31 h")  # fmt: skip
 
 
 def first_reading(flight: Flight):
-    """What else is told of x1 along the motion and air at rest."""
+    """Further checks of x1 along the motion and air at rest."""
     roll, yaw, pitch = greatest_angles(flight)
     h1, h2, h3 = greatest(flight)
     before, after = peak(flight, BALANCED), peak(flight, PRINTED)
@@ -216,16 +216,16 @@ def note(made, steady: Flight) -> str:
     own = angles.least_four_sided(greatest(first))
     return (
         "Lost in the text: (7.2) with its kappa and omega0, and (6.6) with the sense of x1. "
-        "'Along', 'against': x1 and the motion; 'at rest', 'turning': the air. "
-        f"kappa = {KAPPA:g} 1/s, omega0 = {rate_at_start():.6g} 1/s (the rate of a circular orbit "
-        "through the start) and what the law's rates refer to were chosen with the printed "
-        "angles, and the momenta 4.6, 4.6 and 29.6 N m s that the text implies, in view. 'Tuned': "
-        "kappa and omega0 such that the greatest angle about x3 is 0.50 deg and H3 = 29.6 N m s, "
-        f"which leaves up to {greatest_angles(made['tuned'][FIRST])[0]:.3f} deg about x1. "
-        "The pictures of angles and wheels, and rows that name no reading, are of 'along, at "
-        f"rest'. {_causes(made)} {_EVIDENCE} {_steady(steady)} At the best angles of 'along, "
-        f"at rest' itself ({own[0]:.1f}, {own[1]:.1f}) a wheel is full {later_h(first, own):.0f} h "
-        "later than at 80.5, 45.5."
+        f"'Along', 'against': x1 and the motion; 'at rest', 'turning': the air. kappa = {KAPPA:g} "
+        f"1/s, omega0 = {rate_at_start():.6g} 1/s (the rate of a circular orbit through the start) "
+        "and what the law's rates refer to were chosen with the printed angles, and the momenta "
+        "4.6, 4.6 and 29.6 N m s that the text implies, in view. 'Tuned': kappa and omega0 such "
+        "that the greatest angle about x3 is 0.50 deg and H3 = 29.6 N m s, which leaves up to "
+        f"{greatest_angles(made['tuned'][FIRST])[0]:.3f} deg about x1. The pictures of angles and "
+        f"wheels, and rows that name no reading, are of 'along, at rest'. {_causes(made)} "
+        f"{_EVIDENCE} {_steady(steady)} At the best angles of 'along, at rest' itself "
+        f"({own[0]:.1f}, {own[1]:.1f}) a wheel saturates {later_h(first, own):.0f} h later than at "
+        "80.5, 45.5."
     )
 
 
@@ -236,29 +236,30 @@ def _causes(made) -> str:
     airless = fly(Case(False, NONE, KAPPA, rate), DAYS, COARSE_S)
     instant = fly(Case(*READINGS[FIRST], KAPPA, None), DAYS, COARSE_S)
     return (
-        "H3 grows as omega0 is not the mean rate of the orbit: the pitch then stands off by "
-        f"{first.settled(first.angle_deg)[:, 2].mean():.3f} deg, and gravity pulls at it. With the "
-        f"rate of the orbit at the instant H3 stays below {greatest(instant)[2]:.1f} N m s. "
-        "H1 and H2 are one momentum along the line of nodes, which goes round in the body. "
-        f"Without any torque of the air it is {along_node(airless):.2f} N m s, as the body's spin "
-        f"and H3 turn with the orbit normal; with air at rest {nodal[FIRST]:.2f}; the cross wind "
-        f"of turning air makes it {nodal['along, turning']:.1f} with x1 along the motion, "
-        f"{nodal['against, turning']:.1f} against it. With H3 against the orbit normal spin and H3 "
-        f"nearly cancel: {along_node(other[FIRST]):.1f} with air at rest, and the amplitude of H1 "
-        f"grows by no more than {least_growth(other[FIRST], 0):.1f} N m s in one of the days, "
-        "where the text has it grow all the time."
+        "H3 grows as omega0 is not the mean rate of the orbit: the pitch is then offset by "
+        f"{first.settled(first.angle_deg)[:, 2].mean():.3f} deg, on which the gravity gradient "
+        "acts. With the rate of the orbit at the instant H3 stays below "
+        f"{greatest(instant)[2]:.1f} N m s. H1 and H2 are one momentum along the line of nodes, "
+        f"which rotates in the body. Without aerodynamic torque it is {along_node(airless):.2f} N "
+        "m s, as the body's spin and H3 rotate with the orbit normal; with air at rest "
+        f"{nodal[FIRST]:.2f}; the cross wind of co-rotating air makes it "
+        f"{nodal['along, turning']:.1f} with x1 along the motion, {nodal['against, turning']:.1f} "
+        "against it. With H3 against the orbit normal spin and H3 nearly cancel: "
+        f"{along_node(other[FIRST]):.1f} with air at rest, and the amplitude of H1 grows by no "
+        f"more than {least_growth(other[FIRST], 0):.1f} N m s in one of the days, where in the "
+        "text it grows all the time."
     )
 
 
 def _steady(flight: Flight) -> str:
-    """What would give all."""
+    """A torque with which all numbers match."""
     before, after = peak(flight, BALANCED), peak(flight, PRINTED)
     return (
-        f"A torque steady in space that adds {STEADY} N m s along the ascending node in the five "
-        "days, a quarter of what the cross wind does with x1 against the motion, would: 'along, at "
-        f"rest', tuned, then has H3/H2 = {np.divide(*greatest(flight)[[2, 1]]):.2f}, "
+        f"A torque constant in space that adds {STEADY} N m s along the ascending node in the five "
+        "days, a quarter of the effect of the cross wind with x1 against the motion, would: "
+        f"'along, at rest', tuned, then has H3/H2 = {np.divide(*greatest(flight)[[2, 1]]):.2f}, "
         f"{before:.1f} N m s in a wheel, {before / after:.2f} times less at 70.0, 21.5, where a "
-        f"wheel is full {later_h(flight):.1f} h later."
+        f"wheel saturates {later_h(flight):.1f} h later."
     )
 
 
@@ -343,16 +344,18 @@ def _wheels(flight: Flight):
 
 
 _MARKS = (("same", "one kappa and omega0", "o", BLUE), ("tuned", "both tuned", "s", RED),
-          ("other way", "both tuned, H3 the other way", "^", GREEN))  # fmt: skip
+          ("other way", "both tuned, H3 reversed", "^", GREEN))  # fmt: skip
 
 
 def _readings(made, steady: Flight):
     """What the readings give beside what is printed."""
     figure, panels = _grid("Readings of the text beside what is printed (dashed)", 1, 3, 3.8)
-    told = (("H2 [N m s]", 4.6, lambda flight: greatest(flight)[1], 22.0),
-            ("greatest of a wheel [N m s]", 18.0, lambda flight: peak(flight, BALANCED), 46.0),
-            ("full later by [h]", 31.0, later_h, 92.0))  # fmt: skip
-    for panel, (words, printed, value, most) in zip(panels[0], told, strict=True):
+    shown = (
+        ("H2 [N m s]", 4.6, lambda flight: greatest(flight)[1], 22.0),
+        ("greatest of a wheel [N m s]", 18.0, lambda flight: peak(flight, BALANCED), 46.0),
+        ("saturated later by [h]", 31.0, later_h, 92.0),
+    )
+    for panel, (words, printed, value, most) in zip(panels[0], shown, strict=True):
         for k, (key, name, marker, colour) in enumerate(_MARKS):
             values = [value(made[key][reading]) for reading in READINGS]
             panel.plot(values, np.arange(4) + 0.22 * (k - 1), marker, color=colour, ms=5.5,
@@ -373,11 +376,12 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "the text leaves four readings open: x1 along or against the motion, air at rest or "
-        "turning. With the lost gain and rate chosen for the angles and H3, none gives all. In air "
-        "at rest the better layout lasts 28 to 30 h longer, but H2 is 7.5 to 7.9 N m s, where the "
-        "text's 19.4 and 6.4 say 4.6. With x1 against the motion, in turning air, H2 and the "
-        "greatest momentum of a wheel are nearest, 4.5 to 5.2 and 18.7 to 19.3 N m s, but the "
-        "better layout lasts 76 to 84 h longer. Which one the source flew stays open"
+        "turning. With the lost gain and rate chosen for the angles and H3, none matches all. In "
+        "air at rest the better layout saturates 28 to 30 h later, but H2 is 7.5 to 7.9 N m s, "
+        "where the text's 19.4 and 6.4 imply 4.6. With x1 against the motion, in co-rotating air, "
+        "H2 and the greatest momentum of a wheel are nearest, 4.5 to 5.2 and 18.7 to 19.3 N m s, "
+        "but the better layout saturates 76 to 84 h later. Which one the source simulated remains "
+        "open"
     ),
     slow=True,
 )

@@ -25,9 +25,9 @@ def compute() -> Answer:
     closed = math.degrees(2.0 * math.sqrt(2.0) * LIMIT / math.hypot(*INERTIA))
     checks = (
         near("four wheels", "0.184", four, "deg/s"),
-        within("four wheels: over 2 sqrt(2) h/|I|, exact for balanced angles", "our own: 1",
+        within("four wheels: over 2 sqrt(2) h/|I|, exact for balanced angles", "ours: 1",
                four / closed, 0.9999, 1.0001),
-        within("at 0.190: part of the polyhedron that is needed", "pokes out",
+        within("at 0.190: fraction of the polyhedron that is needed", "pokes out",
                greatest_share(envelope(FOUR), needed(0.190)), low=1.0),
         within("at 0.184", "touches, inside", greatest_share(envelope(FOUR), needed(0.184)),
                0.99, 1.0),
@@ -53,8 +53,8 @@ ENTRY = Entry(
     compute=compute,
     declared=Verdict.DIFFERS,
     reason=(
-        "only in the last digit of 0.184, which was cut, not rounded: at the balanced angles the "
-        "rate is 2 sqrt(2) h/|I| = 0.18494 deg/s. All other numbers agree; 0.292 needs gamma to "
-        "the tenth, 81.1, as the other angles are printed (0.2915 in all digits)"
+        "only in the last digit of 0.184, which was truncated, not rounded: at the balanced angles "
+        "the rate is 2 sqrt(2) h/|I| = 0.18494 deg/s. All other numbers agree; 0.292 needs gamma "
+        "to the tenth, 81.1, as the other angles are printed (0.2915 in all digits)"
     ),
 )

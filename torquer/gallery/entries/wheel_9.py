@@ -26,7 +26,7 @@ def compute() -> Answer:
         near("beta at H3/H2 = 6.4", "21.5", at[1], "deg"),
         within("closed form off the search", "(6.10)",
                np.abs(found.parameters - at).max(), high=1e-6, unit="deg"),
-        within("what the search leaves of the conditions of an optimum", "our own: 0",
+        within("residual of the optimality conditions after the search", "ours: 0",
                found.residual, high=TOLERANCE),
         within("norm at the printed angles over the least", "least",
                norms[1] / norms[0], high=1.0001),

@@ -50,8 +50,8 @@ def odd_faces(found: Envelope, name: str) -> int:
         side * np.sign(n)[:, None] * vertices[np.abs(n) - 1] for n in numbers for side in (1, -1)
     ]
     away = np.linalg.norm(found.vertices[:, None, None] - np.array(loops), axis=3)
-    told = {_loop_of(nearest) for nearest in away.argmin(axis=0).tolist()}
-    return len(told ^ {_loop_of(face) for face in found.faces})
+    printed_loops = {_loop_of(nearest) for nearest in away.argmin(axis=0).tolist()}
+    return len(printed_loops ^ {_loop_of(face) for face in found.faces})
 
 
 def _loop_of(face) -> tuple:
@@ -89,14 +89,14 @@ def compute() -> Answer:
         *(within(f"{name}: faces, as loops of vertices, not of section 8", "the list",
                  odd_faces(listed[name], name), 0, 0) for name in FACES),
     ]  # fmt: skip
-    told = {"P4": "four wheels: P4", "P3": "one of them lost: P3", "P6": "six wheels: P6",
+    titles = {"P4": "four wheels: P4", "P3": "one of them lost: P3", "P6": "six wheels: P6",
             "P5": "one of them lost: P5"}  # fmt: skip
-    shown = [(words, found[name], None) for name, words in told.items()]
+    shown = [(words, found[name], None) for name, words in titles.items()]
     note = (
-        "Alpha = 60, beta = 45, gamma = 54.7 deg, in units of a wheel's limit. The text has kept "
+        "Alpha = 60, beta = 45, gamma = 54.7 deg, in units of a wheel's limit. The text preserves "
         "the vertices of P4, P3 and P6 and the faces of P4 and P3; the list of P3 is that of the "
-        "loss of the wheel along (d1, d2, d3). Where a minus sign or a prime has lost its place, "
-        "it was put where the printed faces close as rhombi; their number is as printed."
+        "loss of the wheel along (d1, d2, d3). Misplaced minus signs and primes were put where the "
+        "printed faces close as rhombi; their number is as printed."
     )
     title = "What four and six wheels hold, and after a loss"
     return Answer(tuple(checks), {"": figure_in_space(title, shown)}, note)
