@@ -77,7 +77,7 @@ def within(name, printed: str, measured, low=-math.inf, high=math.inf, unit="", 
 
 
 def lost(name, measured, unit="") -> Check:
-    """A number of ours beside one that the source's text has lost."""
+    """A computed number whose printed value is illegible."""
     return Check(name, None, float(measured), unit=unit)
 
 

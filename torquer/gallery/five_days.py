@@ -97,7 +97,7 @@ def scenario(case: Case, days: float, sample_s: float):
 
 
 class Flight(NamedTuple):
-    """What is shown of a flight: times [s], angles [deg] off about x1, x2, x3, H [N m s].
+    """Time histories of a flight: times [s], angles [deg] off about x1, x2, x3, H [N m s].
 
     `node`: direction (n, 3), body frame, to the ascending node of the orbit as it is then.
     """
@@ -124,7 +124,7 @@ class Flight(NamedTuple):
 
 @functools.lru_cache(maxsize=16)
 def fly(case: Case, days: float, sample_s: float) -> Flight:
-    """The flight, computed once for all who ask; the law is computed every `sample_s`."""
+    """The flight, computed once and cached; the law is computed every `sample_s`."""
     flown = scenario(case, days, sample_s)
     result = simulate(flown)
     momenta = result["wheel_momentum"].values
@@ -140,7 +140,7 @@ def _node(result) -> np.ndarray:
 
 
 def with_steady_torque(flight: Flight, gathered: float) -> Flight:
-    """The flight under a further torque along the line of nodes, kept off the attitude by wheels.
+    """The flight under a further torque along the line of nodes, compensated by the wheels.
 
     `gathered`: momentum [N m s] that it adds in the five days, along the ascending node.
     """

@@ -76,7 +76,7 @@ def scenario(case: Case, model: str, node_deg: float = 0.0):
 
 @dataclass(frozen=True)
 class Course:
-    """What is looked at of a run."""
+    """Time histories of a run."""
 
     revolutions: np.ndarray
     rate_per_s: np.ndarray
@@ -105,7 +105,7 @@ def course(case: Case, model: str, node_deg: float = 0.0) -> Course:
 
 
 def courses(case: Case) -> dict[str, list[Course]]:
-    """By model: one run at each node, or one where the node plays no part."""
+    """By model: one run at each node, or one where the node has no effect."""
     return {
         model: [
             course(case, model, node)
@@ -157,7 +157,7 @@ def comparison(runs: dict[str, list[Course]], values_of, times, left, what: str)
     """Checks of what FIELD says of Fig. 8, and of Fig. 9 as analogous.
 
     `values_of(run)`: the course; `times` and `left` `[model, node]`: when it is below a limit, what
-    is left of it in the end; `what`: its name.
+    remains of it in the end; `what`: its name.
     """
     apart = distances(runs, values_of)
     in_time = {(a, b): np.abs(times[a] - times[b]) for a, b in PAIRS}

@@ -1,7 +1,7 @@
 """Pages of docs/gallery, made from the record of the last `make gallery` and the catalogue.
 
 The record (results.json) holds what does not change from run to run: numbers to four digits and,
-for what a clock says, the limits only. Pages are a pure function of it.
+for timings, the limits only. Pages are a pure function of it.
 """
 
 import json
@@ -32,7 +32,7 @@ def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
 
 
 def _recorded(number: float | None) -> float | None:
-    """Four digits; what is rounding error alone, and another on each machine, is zero."""
+    """Four digits; zero for pure rounding error, which differs between machines."""
     if number is None:
         return None
     return 0.0 if abs(number) < 1e-12 else float(f"{number:.4g}")

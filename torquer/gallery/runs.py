@@ -16,7 +16,7 @@ def picture_name(entry: Entry, name: str) -> str:
 def compute(entry: Entry, out: Path, small: Path | None = None) -> Outcome:
     """Compute an entry and write its pictures into `out`, small ones into `small` if given.
 
-    A small picture of what a clock says is kept where there is one: another would show no more.
+    An existing small picture of timings is kept, as another would differ without need.
     """
     answer = entry.compute()
     pictures = []

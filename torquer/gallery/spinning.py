@@ -1,4 +1,4 @@
-"""What is looked at of a spinning satellite's run: angles of axis, momentum and target."""
+"""Quantities of a spinning satellite's run: angles of axis, momentum and target."""
 
 import math
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 @dataclass(frozen=True)
 class Course:
-    """Of a run, at the recorded instants; the spin axis is the body's third.
+    """Time histories of a run; the spin axis is the body's third.
 
     Angles [deg]: `axis` and `momentum` to the target, `nutation` between the two. Rates [deg/s]:
     `spin` about the axis, `across` it.
@@ -27,7 +27,7 @@ class Course:
         return float(np.interp(time_s, self.time_s, getattr(self, name)))
 
     def last_above(self, name: str, limit: float) -> float:
-        """Last time at which a quantity was above a limit [s]; not a number if it never was."""
+        """Last time at which a quantity was above a limit [s]; NaN if it never was."""
         above = np.flatnonzero(getattr(self, name) > limit)
         return float(self.time_s[above[-1]]) if len(above) else math.nan
 
@@ -37,7 +37,7 @@ class Course:
 
 
 def course_of(result, target) -> Course:
-    """What a result says of its axis 3 and a target (inertial)."""
+    """Time histories of a result's axis 3 relative to an inertial target."""
     axis = Rotation.from_quat(result["q_body_to_inertial"].values).as_matrix()[:, :, 2]
     momentum = result["momentum_inertial"].values
     momentum = momentum / np.linalg.norm(momentum, axis=1)[:, None]

@@ -27,7 +27,7 @@ def worst_rate_deg_s(axes) -> float:
 
 
 def envelope(axes) -> Envelope:
-    """What these wheels hold [N m s]."""
+    """Momentum envelope of these wheels [N m s]."""
     return Envelope([[LIMIT * x for x in axis] for axis in axes])
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from torquer.gallery.drawing import BLUE, GREY, new_figure
+from torquer.gallery.drawing import BLUE, GREY, label, new_figure
 from torquer.gallery.entry import Answer, Entry, Verdict, chosen, consistent, lost, near, within
 from torquer.wheel_array import angles, layout
 from torquer.wheel_array.demand import Box, Series, greatest_momentum, greatest_norm
@@ -65,7 +65,7 @@ def compute() -> Answer:
     )  # fmt: skip
     note = (
         "(7.3) is lost. With H1 = H2 and H3/H2 = 6.4 as printed, f_min = 19.4 N m s implies H2 = "
-        "{H2:.2f} N m s, which is therefore no check, nor is the least value of the section; but "
+        f"{H2:.2f} N m s, which is therefore no check, nor is the least value of the section; but "
         "the wheels' momenta that follow from it, with H1 and H2 on a circle as in (6.8), are "
         "those of Figs 12 and 13."
     )
@@ -88,9 +88,9 @@ def picture(alpha, beta, values, at):
     axes.clabel(drawn, fmt="%g", fontsize=8.5)
     marks = ((at, f"least: {norm(*at):.1f}"),
              ((80.5, 45.5), f"balanced rates: {norm(80.5, 45.5):.1f}"))  # fmt: skip
-    for (a, b), label in marks:
+    for (a, b), caption in marks:
         axes.plot(a, b, "o", ms=5, color="#222222")
-        axes.annotate(label, (a, b), xytext=(-6, 6), textcoords="offset points", fontsize=9.5,
+        axes.annotate(caption, (a, b), xytext=(-6, 6), textcoords="offset points", fontsize=9.5,
                       ha="right", bbox={"fc": "white", "ec": "none", "pad": 0.8})  # fmt: skip
     axes.axhline(SECTION, color=BLUE, lw=0.9, ls=(0, (5, 3)))
     label(axes, "", "beta [deg]", legend=False)
