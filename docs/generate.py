@@ -138,6 +138,7 @@ def equations_page() -> str:
 #: Packages with public names, and modules of published formulas, whose functions are all public.
 PACKAGES = (
     "torquer",
+    "torquer.earth.atmosphere",
     "torquer.environment",
     "torquer.environment.field",
     "torquer.theory",

@@ -27,7 +27,13 @@ def test_generated_page_is_up_to_date(name):
 
 @pytest.mark.parametrize(
     "package",
-    ["torquer.environment", "torquer.environment.field", "torquer.theory", "torquer.wheel_array"],
+    [
+        "torquer.earth.atmosphere",
+        "torquer.environment",
+        "torquer.environment.field",
+        "torquer.theory",
+        "torquer.wheel_array",
+    ],
 )
 def test_every_public_name_is_there_and_has_its_line(package):
     generator, module = _generator(), importlib.import_module(package)

@@ -9,14 +9,16 @@ from typing import Annotated, Union
 from pydantic import Field
 
 from torquer.earth.atmosphere.exponential import Exponential
-from torquer.earth.atmosphere.gost import Gost
+from torquer.earth.atmosphere.gost import Gost, f81_of
 from torquer.earth.atmosphere.nrlmsis import Nrlmsis
 
+#: Every density model by its `kind`.
 ATMOSPHERES = {"gost": Gost, "exponential": Exponential, "nrlmsis": Nrlmsis}
 
+#: Any density model, discriminated by `kind`.
 AnyAtmosphere = Annotated[
     Union[tuple(ATMOSPHERES.values())],  # noqa: UP007
     Field(discriminator="kind"),
 ]
 
-__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis"]
+__all__ = ["ATMOSPHERES", "AnyAtmosphere", "Exponential", "Gost", "Nrlmsis", "f81_of"]
