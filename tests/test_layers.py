@@ -23,6 +23,7 @@ FLOORS = (
     {"simulation"},
     {"theory"},
     {"scenario"},
+    {"analysis"},
     {"report"},
     {"gallery"},
     {"cli", "__main__"},

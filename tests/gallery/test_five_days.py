@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from torquer import engine
+from torquer.analysis.attitude import orbital_axes
 from torquer.gallery import five_days
 from torquer.gallery.entries import wheel_10
-from torquer.report.series import orbital_axes
 from torquer.simulation.simulate import simulate
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")

@@ -241,7 +241,7 @@ def test_entries_use_public_names_only():
         private = [n for n in names if n.startswith("_") and not n.startswith("__")]
         if path.parent.name == "entries" or path.stem in ("cones", "four_models"):
             assert private == [], path.name
-    probe = ast.parse("from torquer.report.plots import _style\nx._y")
+    probe = ast.parse("from torquer.report.flight.png import _style\nx._y")
     assert {"_style", "_y"} <= set(_names_used(probe))
 
 

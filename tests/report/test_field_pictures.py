@@ -7,12 +7,14 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from torquer.analysis.field_cone import cone_of
+from torquer.analysis.field_map import field_map
 from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
 from torquer.environment.field.along import angles_deg, fields_along
 from torquer.orbit import Circular
-from torquer.report.field_cone import cone_figure, cone_of, draw_cone, write_cone_page
-from torquer.report.field_map import draw_map, field_map
-from torquer.report.field_pictures import draw_along, unwound
+from torquer.report.field.along import draw_along, unwound
+from torquer.report.field.cone import cone_figure, draw_cone, write_cone_page
+from torquer.report.field.map import draw_map
 from torquer.time import parse_utc
 
 START = parse_utc("2025-07-01T00:00:00Z")

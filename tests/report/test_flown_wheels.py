@@ -9,18 +9,20 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scipy.spatial.transform import Rotation
 
+from torquer.analysis.attitude import held_in
+from torquer.analysis.summary import summary_of
+from torquer.analysis.wheels import FlownWheels, zero_crossings
 from torquer.control.wheel_pd import WheelPd
-from torquer.report import panels as drawn
 from torquer.report import write_report
-from torquer.report.flown_wheels import FlownWheels, hardware_lines, zero_crossings
-from torquer.report.held_attitude import held_in
-from torquer.report.html import page
-from torquer.report.interactive import panel_figure
-from torquer.report.plots import draw_overview, draw_picture
-from torquer.report.setting import setting
-from torquer.report.summary import rows_of, summary_of
-from torquer.report.view import notes, view_of
-from torquer.report.wheel_panels import speeds
+from torquer.report.flight import panels as drawn
+from torquer.report.flight.interactive import panel_figure
+from torquer.report.flight.notes import notes
+from torquer.report.flight.page import page
+from torquer.report.flight.panels.reaction_wheels import speeds
+from torquer.report.flight.png import draw_overview, draw_picture
+from torquer.report.flight.setting import hardware_lines, setting
+from torquer.report.flight.summary_rows import rows_of
+from torquer.report.flight.view import view_of
 from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
@@ -193,7 +195,7 @@ def test_deaths_are_marked(view):
 
 def test_labels_of_marks_stand_above_the_lines(view):
     panel = speeds(view, view.marks())
-    top = max(np.nanmax(line.course.y) for line in panel.lines)
+    top = max(np.nanmax(line.series.y) for line in panel.lines)
     assert panel.y_range[1] > 1.2 * top
 
 
@@ -217,7 +219,7 @@ def test_lines_of_wheels_are_their_speeds(flown, view):
     panel = speeds(view)
     assert [line.label for line in panel.lines] == [f"wheel {k}" for k in range(4)]
     for k, line in enumerate(panel.lines):
-        np.testing.assert_allclose(line.course.y, flown["wheel_speed"].values[:, k] / RPM)
+        np.testing.assert_allclose(line.series.y, flown["wheel_speed"].values[:, k] / RPM)
 
 
 def test_twelve_wheels_can_be_told_apart(view):

@@ -13,16 +13,20 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
-from torquer.report import panels as drawn
+from torquer.analysis.summary import summary_of
 from torquer.report import write_report
-from torquer.report.html import page, toml_of
-from torquer.report.interactive import packed, panel_figure, track_figure
-from torquer.report.panel import AXES
-from torquer.report.plots import draw_overview, draw_picture
-from torquer.report.scene import scene_figure
-from torquer.report.summary import rows_of, summary_of
-from torquer.report.view import view_of
+from torquer.report.common.colours import AXES
+from torquer.report.common.interactive import packed
+from torquer.report.flight import panels as drawn
+from torquer.report.flight.ground_track import track_figure
+from torquer.report.flight.interactive import panel_figure
+from torquer.report.flight.page import page
+from torquer.report.flight.png import draw_overview, draw_picture
+from torquer.report.flight.scene import scene_figure
+from torquer.report.flight.summary_rows import rows_of
+from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_text
+from torquer.scenario.toml_text import toml_of
 from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Scenario
 
@@ -106,7 +110,8 @@ def test_drawing_leaves_matplotlib_alone(detumble, tmp_path):
 
 def test_summary_loads_no_drawing_library():
     code = (
-        "import sys, torquer, torquer.report, torquer.report.summary\n"
+        "import sys, torquer, torquer.report\n"
+        "torquer.summary_of, torquer.rows_of\n"
         "print([m for m in sys.modules if m.split('.')[0] in ('matplotlib', 'plotly')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

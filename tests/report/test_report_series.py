@@ -6,26 +6,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+from torquer.analysis.attitude import attitude_error_deg, orbital_axes
+from torquer.analysis.series import angle_deg, bands_where, quiet_from, settled_from, usual_size
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.orbit import kepler
-from torquer.report.series import (
-    angle_deg,
-    attitude_error_deg,
-    bands_where,
-    clock_for,
-    course,
-    label_places,
-    level_places,
-    log_floor,
-    only_where,
-    orbital_axes,
-    prefixed,
-    quiet_from,
-    settled_from,
-    split_at_dateline,
-    thinned,
-    usual_size,
-)
+from torquer.report.common.downsample import downsampled, thinned
+from torquer.report.common.scales import clock_for, label_places, level_places, log_floor, prefixed
+from torquer.report.flight.ground_track import only_where, split_at_dateline
 
 
 @settings(max_examples=60, deadline=None)
@@ -38,7 +25,7 @@ def test_course_keeps_every_extreme_and_few_points(count, seed, spikes):
     y = np.random.default_rng(seed).normal(size=count)
     for place, size in spikes:
         y[int(place * (count - 1))] = size
-    short = course(np.arange(count), y, limit=3000)
+    short = downsampled(np.arange(count), y, limit=3000)
     assert 3 * len(short.t) <= 3000 and np.all(np.diff(short.t) > 0.0)
     assert short.high.max() == y.max() and short.low.min() == y.min()
     # every value lies within the range drawn at its place
@@ -53,7 +40,7 @@ def test_course_keeps_every_extreme_and_few_points(count, seed, spikes):
 
 def test_course_leaves_a_short_series_alone():
     t, y = np.arange(3000.0), np.arange(3000.0) ** 2
-    short = course(t, y)
+    short = downsampled(t, y)
     np.testing.assert_array_equal(short.t, t)
     np.testing.assert_array_equal(short.y, y)
     assert short.low is None and short.stretch_s == 0.0
@@ -62,7 +49,7 @@ def test_course_leaves_a_short_series_alone():
 def test_course_tells_fast_motion_from_slow():
     t = np.arange(20000.0)
     fast = np.where(t < 10000.0, np.sin(2.0 * t), np.sin(t / 2000.0))
-    short = course(t, fast)
+    short = downsampled(t, fast)
     early = short.t < 9000.0
     late = short.t > 11000.0
     assert short.fast[early].all() and not short.fast[late].any()
@@ -76,10 +63,10 @@ def test_course_passes_over_gaps():
     y = np.ones(9000)
     y[1000:5000] = np.nan
     y[6000] = 9.0
-    short = course(np.arange(9000.0), y)
+    short = downsampled(np.arange(9000.0), y)
     assert np.nanmax(short.high) == 9.0
     assert np.isnan(short.y[(short.t > 1010.0) & (short.t < 4990.0)]).all()
-    assert course(np.arange(9000.0), np.full(9000, np.nan)).fast.any() == np.False_
+    assert downsampled(np.arange(9000.0), np.full(9000, np.nan)).fast.any() == np.False_
 
 
 def test_thinned_keeps_the_cloud_as_it_is():

@@ -5,11 +5,15 @@ import itertools
 import numpy as np
 import pytest
 
+from torquer.analysis.coils import coil_reach
+from torquer.analysis.control_cycle import fresh_rows
+from torquer.analysis.summary import summary_of
 from torquer.conventions import EARTH_RADIUS_M
-from torquer.report import panels as drawn
-from torquer.report.scene import chapters, scene_figure
-from torquer.report.summary import summary_of
-from torquer.report.view import fresh_rows, notes, view_of
+from torquer.report.flight import panels as drawn
+from torquer.report.flight.notes import notes
+from torquer.report.flight.scene import chapters, scene_figure
+from torquer.report.flight.view import view_of
+from torquer.simulation.result import scenario_of
 from torquer.simulation.simulate import simulate
 
 
@@ -29,7 +33,7 @@ def test_fresh_readings_differ_from_the_truth_by_the_bias_alone(make, control):
     result = simulate(make(control=control, simulation={"duration_s": 240.0, "record_s": 0.5}))
     error_nt = 1e9 * (result["b_measured"].values - result["b_body"].values)
     error_nt -= [100.0, -200.0, 300.0]
-    fresh = fresh_rows(view_of(result))
+    fresh = fresh_rows(scenario_of(result), result["time"].values)
     # the field is tabulated to 1e-9 of some 30 000 nT
     assert np.abs(error_nt[fresh]).max() < 1e-3
     stale = np.delete(np.arange(len(error_nt) - 1), fresh)
@@ -39,7 +43,7 @@ def test_fresh_readings_differ_from_the_truth_by_the_bias_alone(make, control):
 def test_field_picture_shows_the_bias(view):
     panel = drawn.field(view).panels[-1]
     assert panel.title.startswith("Magnetometer") and panel.y_label == "ΔB [nT]"
-    means = [line.course.y.mean() for line in panel.lines]
+    means = [line.series.y.mean() for line in panel.lines]
     assert means == pytest.approx([100.0, -200.0, 300.0], abs=0.01)
 
 
@@ -116,7 +120,7 @@ def test_reach_of_skew_coils_is_the_greatest_over_all_switchings(make):
     view = view_of(simulate(skew))
     units = np.array(axes) / np.linalg.norm(axes, axis=1)[:, None]
     switched = [np.array(signs) * limits @ units for signs in itertools.product((-1, 1), repeat=4)]
-    np.testing.assert_allclose(drawn.coil_reach(view), np.max(switched, axis=0))
+    np.testing.assert_allclose(coil_reach(skew.spacecraft.coils), np.max(switched, axis=0))
     labels = {level.label for level in drawn.dipole_whole(view).levels if level.label}
     assert labels <= {"limit x", "limit y", "limit z"}
 
@@ -135,9 +139,9 @@ def test_whole_run_of_dipoles_shows_the_coils_while_they_act(detumble, view):
     acting = detumble["dipole_body"].values[(phase >= 4.0)]
     assert np.count_nonzero(phase >= 4.0) < len(phase)
     for i, line in enumerate(panel.lines):
-        assert line.course.y.max() == acting[:, i].max()
-        assert line.course.y.min() == acting[:, i].min()
-        assert len(line.course.t) == len(acting)
+        assert line.series.y.max() == acting[:, i].max()
+        assert line.series.y.min() == acting[:, i].min()
+        assert len(line.series.t) == len(acting)
     idle = detumble["dipole_body"].values[:-1][phase[:-1] < 4.0]
     assert np.all(idle == 0.0)
 
@@ -225,12 +229,12 @@ def test_the_summary_does_not_depend_on_how_many_records_are_looked_at_together(
 ):
     result = request.getfixturevalue(fixture)
     whole = summary_of(result)
-    monkeypatch.setattr("torquer.report.summary._PART", 97)
+    monkeypatch.setattr("torquer.analysis.summary._PART", 97)
     assert summary_of(result) == whole
 
 
 def test_a_long_run_is_shown_by_some_of_its_records(detumble, monkeypatch):
-    monkeypatch.setattr("torquer.report.view._MOST_RECORDS", 1000)
+    monkeypatch.setattr("torquer.report.flight.view._MOST_RECORDS", 1000)
     seen = view_of(detumble)
     assert (seen.every, seen.record_s, len(seen.t_s)) == (4, 8.0, 901)
     assert (seen.t_s[0], seen.t_s[-1]) == (0.0, 7200.0)

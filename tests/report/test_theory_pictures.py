@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from torquer.report.theory_pictures import _levels, draw_evolution, draw_map, isolines
+from torquer.report.theory.pictures import _levels, draw_evolution, draw_map, isolines
 from torquer.theory.evolution.model import Slow
 from torquer.theory.slow_result import SlowMotion
 

@@ -8,10 +8,10 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.report.wheel_page import figure_of, write_page
-from torquer.report.wheel_pictures import draw_all
-from torquer.report.wheel_report import half_spaces, report_of
-from torquer.report.wheel_tables import failure_rows, hours, layout_rows, summary_rows
+from torquer.analysis.wheel_design import half_spaces, report_of
+from torquer.report.wheels.page import figure_of, write_page
+from torquer.report.wheels.pictures import draw_all
+from torquer.report.wheels.tables import failure_rows, hours, layout_rows, summary_rows
 from torquer.scenario.wheels import load_wheels, wheels_from_text
 from torquer.wheel_array.envelope import momentum_envelope
 

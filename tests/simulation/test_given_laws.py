@@ -177,8 +177,10 @@ def test_memory_in_a_scenario_must_fit_the_law(make, file):
 
 
 def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
-    from torquer.report.html import page, toml_of
-    from torquer.report.view import notes, view_of
+    from torquer.report.flight.notes import notes
+    from torquer.report.flight.page import page
+    from torquer.report.flight.view import view_of
+    from torquer.scenario.toml_text import toml_of
 
     result = simulate(make({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}}),
                       of_the_file(file, "tuned", gain=3e5))  # fmt: skip

@@ -159,7 +159,8 @@ def test_a_motion_that_outgrows_the_step_after_the_last_record_ends_the_run_too(
 
 @needs_jit
 def test_report_and_summary_tell_what_the_steps_did(make):
-    from torquer.report.view import notes, view_of
+    from torquer.report.flight.notes import notes
+    from torquer.report.flight.view import view_of
 
     result = simulate(gyrostat(make, 0.5))
     summary = torquer.summary_of(result)

@@ -80,7 +80,7 @@ def orbit(way: Way, models: tuple, t_s, out: Path | None, as_json: bool) -> int:
     along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
     labels = [label(model) for model in models]
     if out is not None:
-        from torquer.report.field_pictures import draw_along
+        from torquer.report.field.along import draw_along
 
         with writing_to(out):
             draw_along(along, labels, f"{way.name}, from {_stamp(way.start)}", out)
@@ -157,7 +157,8 @@ def globe(element: str, when: str, alt_km: float, model, out: Path, as_json: boo
     check_earth_fixed(model)
     utc = moment(when)
     make_writable(out)
-    from torquer.report.field_map import draw_map, field_map
+    from torquer.analysis.field_map import field_map
+    from torquer.report.field.map import draw_map
 
     grid = field_map(model, decimal_year(utc), alt_km)
     title = f"{label(model)}, {utc:%Y-%m-%d}, {alt_km:g} km"
@@ -182,7 +183,8 @@ def globe(element: str, when: str, alt_km: float, model, out: Path, as_json: boo
 
 def cone(way: Way, models: tuple, t_s, out: Path, as_json: bool) -> int:
     """Draw the cone and the hodographs; print how far from it they go."""
-    from torquer.report.field_cone import cone_of, draw_cone, write_cone_page
+    from torquer.analysis.field_cone import cone_of
+    from torquer.report.field.cone import draw_cone, write_cone_page
 
     make_writable(out)
     along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)

@@ -187,8 +187,8 @@ def _progress(name: str):
 
 
 def _write(result, out: Path) -> dict:
+    from torquer.analysis.summary import summary_of
     from torquer.report import write_report
-    from torquer.report.summary import summary_of
 
     summary = summary_of(result)
     (out / "summary.json").write_text(json_.dumps(summary, indent=2) + "\n", encoding="utf-8")
@@ -203,7 +203,7 @@ def _show(summary: dict, out: Path, as_json: bool) -> None:
         return
     from rich.table import Table
 
-    from torquer.report.summary import rows_of
+    from torquer.report.flight.summary_rows import rows_of
 
     table = Table(title=summary["scenario"], show_header=False, title_justify="left")
     for row in rows_of(summary):

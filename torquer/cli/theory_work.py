@@ -342,7 +342,7 @@ def _length(turns: dict) -> float:
 
 def _draw(asked: Question, revolutions: float, courses: dict, out: Path) -> list[str]:
     """evolution.png and map.png."""
-    from torquer.report.theory_pictures import draw_evolution, draw_map
+    from torquer.report.theory.pictures import draw_evolution, draw_map
 
     case, end, pointed = asked.case, _TURN * revolutions, asked.law in _POINTED
     u = next(iter(courses.values())).u

@@ -6,9 +6,9 @@ from pathlib import Path
 from rich.box import SIMPLE
 from rich.table import Table
 
+from torquer.analysis.wheel_design import report_of
 from torquer.cli.output import console, make_writable, writing_to
-from torquer.report.wheel_report import report_of
-from torquer.report.wheel_tables import failure_rows, layout_rows, summary_rows
+from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
 from torquer.scenario.wheels import load_wheels
 
 #: Width of the tables where the output is no terminal.
@@ -36,8 +36,8 @@ def show(path: Path, out: Path | None, as_json: bool) -> int:
 
 
 def _draw(design, report: dict, out: Path) -> list[str]:
-    from torquer.report.wheel_page import write_page
-    from torquer.report.wheel_pictures import draw_all
+    from torquer.report.wheels.page import write_page
+    from torquer.report.wheels.pictures import draw_all
 
     with writing_to(out):
         made = draw_all(design, report, out)

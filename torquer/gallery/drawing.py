@@ -5,9 +5,9 @@ import io
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from torquer.report.panel import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
-from torquer.report.sheet import FINE_DPI, stacked
-from torquer.report.theory_pictures import isolines
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.report.theory.pictures import isolines
 
 #: Colours of the field models, the same in every picture, best model first.
 MODEL_COLOURS = {"IGRF-14": "#222222", "tilted dipole": RED, "direct dipole": BLUE,

@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from torquer.analysis.attitude import held_in
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.gallery.wheels import INERTIA
 from torquer.orbit.kepler import mean_motion
-from torquer.report.held_attitude import held_in
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.simulate import simulate
 from torquer.wheel_array.layout import total_momentum

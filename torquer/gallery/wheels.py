@@ -4,7 +4,7 @@ import math
 
 from matplotlib.figure import Figure
 
-from torquer.report.wheel_pictures import draw_envelope
+from torquer.report.wheels.pictures import draw_envelope
 from torquer.wheel_array import layout
 from torquer.wheel_array.envelope import Envelope
 from torquer.wheel_array.rates import required, worst_case

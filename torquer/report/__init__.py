@@ -12,17 +12,17 @@ def write_report(
     The folder is made if need be. `progress` is called with the part done, 0..1. `ValueError`
     for a result without a single record.
     """
-    from torquer.report.html import write_page
-    from torquer.report.panels import pictures
-    from torquer.report.plots import draw_all
-    from torquer.report.view import view_of
+    from torquer.report.flight.page import write_page
+    from torquer.report.flight.panels import pictures
+    from torquer.report.flight.png import draw_all
+    from torquer.report.flight.view import view_of
 
     view = view_of(result)
-    drawn = pictures(view)
+    shown = pictures(view)
     folder = Path(out_dir)
     (folder / "plots").mkdir(parents=True, exist_ok=True)
     told = progress or (lambda part: None)
-    paths = draw_all(view, drawn, folder / "plots", lambda part: told(0.8 * part))
-    paths["report"] = write_page(view, drawn, folder / "report.html", paths["overview"])
+    paths = draw_all(view, shown, folder / "plots", lambda part: told(0.8 * part))
+    paths["report"] = write_page(view, shown, folder / "report.html", paths["overview"])
     told(1.0)
     return paths

@@ -20,7 +20,7 @@ from torquer.gallery.five_days import (
     with_steady_torque,
 )
 from torquer.gallery.wheels import LIMIT
-from torquer.report.sheet import quiet
+from torquer.report.common.figure import quiet
 from torquer.wheel_array import angles
 from torquer.wheel_array.allocation import allocate
 from torquer.wheel_array.layout import WheelArray, four_sided_pyramid

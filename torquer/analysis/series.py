@@ -1,0 +1,55 @@
+"""Series computed from a result: angles, spans of time, sizes."""
+
+import numpy as np
+
+
+def bands_where(t, inside) -> list[tuple[float, float]]:
+    """Spans of time [s] in which a series (1: inside, 0: outside) is above one half.
+
+    Edges lie where the line between two samples crosses one half.
+    """
+    t, inside = np.asarray(t, dtype=float), np.asarray(inside, dtype=float) - 0.5
+    above = inside > 0.0
+    change = np.flatnonzero(above[1:] != above[:-1])
+    before, after = inside[change], inside[change + 1]
+    edges = t[change] + (t[change + 1] - t[change]) * before / (before - after)
+    if above[0]:
+        edges = np.concatenate([[t[0]], edges])
+    if above[-1]:
+        edges = np.concatenate([edges, [t[-1]]])
+    return [(float(a), float(b)) for a, b in edges.reshape(-1, 2) if b > a]
+
+
+def angle_deg(a, b) -> np.ndarray:
+    """Angle [deg] between the rows of a and b [n, 3]; not a number where either is zero."""
+    across, along = np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)
+    angle = np.degrees(np.arctan2(across, along))
+    zero = (np.linalg.norm(a, axis=-1) == 0.0) | (np.linalg.norm(b, axis=-1) == 0.0)
+    return np.where(zero, np.nan, angle)
+
+
+def quiet_from(t, size) -> float | None:
+    """Time from which a size stays below a tenth of its greatest, if a good part is left then."""
+    loud = np.flatnonzero(size > 0.1 * np.max(size))
+    first = int(loud[-1]) + 1 if loud.size else len(t)
+    return float(t[first]) if first < 0.9 * len(t) and len(t) - first > 20 else None
+
+
+def usual_size(values, part: float = 0.02) -> float:
+    """Size that at most a part of the values exceeds."""
+    sizes = np.abs(np.asarray(values))
+    finite = sizes[np.isfinite(sizes)]
+    return float(np.quantile(finite, 1.0 - part)) if finite.size else 0.0
+
+
+def settled_from(t, size, within: float = 3.0) -> float | None:
+    """Time at which a size first comes to `within` times its median over the second half.
+
+    A 300th of its first value is little enough. None where it was there from the start, or where
+    that takes more than a fifth of the time.
+    """
+    size = np.asarray(size)
+    level = max(within * np.median(size[len(size) // 2 :]), size[0] / 300.0)
+    first = int(np.argmax(size <= level))
+    began, ended = float(t[0]), float(t[-1])
+    return float(t[first]) if first and t[first] - began < 0.2 * (ended - began) else None

@@ -1,0 +1,153 @@
+"""The numbers of a run that matter first."""
+
+import json
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.attitude import held_in
+from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
+from torquer.simulation.result import scenario_of
+
+_WHEEL_LAW = ("wheel_law", "wheel_law_runs_as")
+#: Records that are looked at together.
+_PART = 1 << 18
+
+
+def summary_of(result: xr.Dataset) -> dict:
+    """Summary as plain data: value by key, unit in the key."""
+    scenario = scenario_of(result)
+    omega0 = scenario.orbit.rate_rad_s(scenario.start)
+    t, found = result["time"].values, _joined(_taken(part) for part in _parts(result))
+    rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
+    return {
+        "scenario": scenario.name,
+        "ended": result.attrs["ended"],
+        "simulated_s": float(t[-1]),
+        "revolutions": float(t[-1] * omega0 / (2.0 * np.pi)),
+        "orbital_rate_deg_s": float(np.degrees(omega0)),
+        "initial_rate_deg_s": float(np.degrees(rate[0])),
+        "final_rate_deg_s": float(np.degrees(rate[-1])),
+        "final_rate_orbital_rates": float(rate[-1] / omega0),
+        **_times_below(t, rate, omega0),
+        **_of_coils(result, scenario.spacecraft.coils),
+        "initial_momentum_n_m_s": float(momentum[0]),
+        "momentum_left_n_m_s": float(momentum[-1]),
+        **_of_wheels(t, found),
+        **_of_attitude(t, angle, 2.0 * np.pi / omega0),
+        **_of_steps(result),
+        "table_relative_error": float(result.attrs["table_relative_error"]),
+        "law": result.attrs["law"],
+        "law_runs_as": result.attrs["law_runs_as"],
+        **{key: result.attrs[key] for key in _WHEEL_LAW if key in result.attrs},
+        "seed": int(result.attrs["seed"]),
+        "versions": json.loads(result.attrs["versions"]),
+    }
+
+
+def _of_steps(result) -> dict:
+    """What the integrator's steps did by themselves, of RK4."""
+    if "rk4_damping" not in result:
+        return {}
+    return {
+        "rk4_damping": float(result["rk4_damping"]),
+        "rk4_lag_deg": float(np.degrees(result["rk4_lag"])),
+    }
+
+
+def _of_coils(result, coils) -> dict:
+    """Use of the coils, if there are any."""
+    if coils is None:
+        return {}
+    power_w, energy_j = coils.power_at_limit_w, float(result["coil_energy"])
+    return {
+        "peak_coil_dipole_a_m2": float(result["peak_coil_dipole"]),
+        "coil_energy_j": energy_j if power_w else None,
+        "coil_full_power_s": energy_j / (power_w or 1.0),
+    }
+
+
+def _parts(result: xr.Dataset):
+    """The result some records at a time: a long one is not to be in memory at once."""
+    for first in range(0, result.sizes["time"], _PART):
+        yield result.isel(time=slice(first, first + _PART))
+
+
+def _taken(part: xr.Dataset) -> dict[str, np.ndarray]:
+    """What the summary needs of each record."""
+    found = {
+        "rate": np.linalg.norm(part["omega_body"].values, axis=1),
+        "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
+    }
+    held, wheels = held_in(part), wheels_of(part, scenario_of(part))
+    if held is not None:
+        found["angle"] = held.angle_deg
+    if wheels is not None:
+        shares = wheels.momentum_shares
+        found |= {
+            "share": shares.max(axis=1),
+            "fullest": shares.argmax(axis=1).astype(np.int16),
+            "torque": np.abs(wheels.torque).max(axis=1),
+            "torque_share": wheels.torque_shares.max(axis=1),
+            "total": np.linalg.norm(wheels.total_body, axis=1),
+            "turning": wheels.turning,
+        }
+    return found
+
+
+def _joined(parts) -> dict[str, np.ndarray]:
+    parts = list(parts)
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+
+def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
+    """How near the wheels came to their limits, in the record, and what they hold at the end."""
+    if "share" not in found:
+        return {}
+    share, total = found["share"], found["total"]
+    row, full = np.argmax(share), np.flatnonzero(share > AT_LIMIT)
+    return {
+        "peak_wheel_momentum_share": float(share[row]),
+        "peak_wheel_momentum_wheel": int(found["fullest"][row]),
+        "peak_wheel_momentum_at_s": float(t[row]),
+        "wheel_momentum_limit_reached_at_s": float(t[full[0]]) if full.size else None,
+        "peak_wheel_torque_n_m": float(found["torque"].max()),
+        "peak_wheel_torque_share": float(found["torque_share"].max()),
+        "peak_wheels_momentum_n_m_s": float(total.max()),
+        "final_wheels_momentum_n_m_s": float(total[-1]),
+        "wheel_zero_crossings": zero_crossings(found["turning"]),
+    }
+
+
+def _of_attitude(t, angle, revolution_s: float) -> dict:
+    """How well the attitude was held, if a law held one."""
+    if angle is None:
+        return {}
+    whole = t[-1] - t[0] >= revolution_s
+    last = angle[t >= t[-1] - revolution_s]
+    return {
+        "initial_attitude_error_deg": float(angle[0]),
+        "final_attitude_error_deg": float(angle[-1]),
+        "attitude_error_stays_below_1_deg_from_s": _stays_from(t, angle < 1.0),
+        "mean_attitude_error_last_revolution_deg": float(last.mean()) if whole else None,
+        "peak_attitude_error_last_revolution_deg": float(last.max()) if whole else None,
+    }
+
+
+def _stays_from(t, within) -> float | None:
+    """Time from which a condition holds to the end; None if it does not hold there."""
+    if not within[-1]:
+        return None
+    failed = np.flatnonzero(~within)
+    return float(t[failed[-1] + 1]) if failed.size else float(t[0])
+
+
+def _times_below(t, rate, omega0) -> dict:
+    """First time below 2 and 3 orbital rates, and the time from which it stays below."""
+    times = {}
+    for factor in (3, 2):
+        below = rate < factor * omega0
+        first = float(t[np.argmax(below)]) if below.any() else None
+        times[f"time_to_below_{factor}x_orbital_rate_s"] = first
+        times[f"stays_below_{factor}x_orbital_rate_from_s"] = _stays_from(t, below)
+    return times

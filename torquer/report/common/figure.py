@@ -1,0 +1,77 @@
+"""The paper of pictures: figures with a title, places on them, quiet axes, legends out of the way.
+
+Matplotlib's object interface only: no global state, any thread, no display.
+"""
+
+from textwrap import shorten
+
+import numpy as np
+from matplotlib.figure import Figure
+
+DPI, FINE_DPI = 150, 160
+INK, FAINT = "#222222", "#8a8a8a"
+SMALL = 8.5
+
+
+def sheet(width: float, height: float, title: str) -> Figure:
+    """A white figure [inch] with its title at the upper left, cut where it would be too long.
+
+    A dollar sign is no formula.
+    """
+    figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
+    figure.text(
+        0.12 / width,
+        1.0 - 0.1 / height,
+        shorten(title, round(7.5 * width), placeholder=" …"),
+        fontsize=12,
+        fontweight="bold",
+        color=INK,
+        va="top",
+        parse_math=False,
+    )
+    return figure
+
+
+def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):
+    """Axes at a place given in inches from the figure's upper left corner."""
+    w, h = figure.get_size_inches()
+    return figure.add_axes((left / w, 1.0 - (top + height) / h, width / w, height / h), **keys)
+
+
+def stacked(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[Figure, list]:
+    """A figure of panels one under the other, 7.2 inches wide; (figure, list of axes)."""
+    figure = Figure(figsize=(7.2, height), dpi=FINE_DPI, facecolor="white", layout="constrained")
+    figure.suptitle(title, x=0.012, ha="left", fontsize=12, fontweight="bold", parse_math=False)
+    axes = list(np.atleast_1d(figure.subplots(panels, 1, **keys)))
+    for each in axes:
+        quiet(each, 9.5)
+    return figure, axes
+
+
+def quiet(axes, labelsize: float = SMALL) -> None:
+    """A faint grid, and axes that do not shout."""
+    axes.grid(True, color="#d9d9d9", lw=0.5)
+    axes.set_axisbelow(True)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color(FAINT)
+    axes.tick_params(labelsize=labelsize, color=FAINT)
+
+
+def legend(axes, handles, **keys) -> None:
+    """A row above the right end of the axes."""
+    axes.legend(
+        handles=handles,
+        loc="lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        ncols=len(handles),
+        frameon=False,
+        fontsize=SMALL,
+        borderaxespad=0.1,
+        **{"handlelength": 1.3, "columnspacing": 1.2, **keys},
+    )
+
+
+def foot(figure: Figure, text: str, size: float = 7.5) -> None:
+    """A line of text at the lower left."""
+    width, height = figure.get_size_inches()
+    figure.text(0.12 / width, 0.09 / height, text, fontsize=size, color="#555555")

@@ -1,0 +1,52 @@
+"""Interactive pictures as plotly figures, written as plain data: no server, no network.
+
+A figure is the dictionary that plotly.js takes. Numbers travel as base64 of binary arrays,
+which plotly.js decodes itself.
+"""
+
+import base64
+
+import numpy as np
+
+#: Seen on light and on dark paper alike.
+GRID = "rgba(128,128,128,0.25)"
+MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
+
+
+def packed(values, kind: str = "f4") -> dict:
+    """Numbers as plotly.js reads them: type and base64 of the bytes (little-endian)."""
+    array = np.ascontiguousarray(values, dtype=f"<{kind}")
+    return {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
+
+
+def layout(height_px: int, **keys) -> dict:
+    """What all figures share; the page's script sets the colours of light or dark paper."""
+    return {
+        "height": height_px,
+        "margin": dict(MARGIN_PX),
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"family": "system-ui, sans-serif", "size": 12, "color": "#555555"},
+        "hoverlabel": {"namelength": -1},
+        "separators": ". ",
+        "legend": {"orientation": "h", "x": 0.0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "#909090", "activecolor": "#0072B2"},
+        **keys,
+    }
+
+
+def axis(title: str, **keys) -> dict:
+    """An axis with its title, on a quiet grid."""
+    return {
+        "title": {"text": title, "standoff": 6},
+        "gridcolor": GRID,
+        "zerolinecolor": GRID,
+        "linecolor": "#8a8a8a",
+        "showline": True,
+        "ticks": "outside",
+        "tickcolor": "#8a8a8a",
+        "exponentformat": "power",
+        "minexponent": 6,
+        "automargin": True,
+        **keys,
+    }

@@ -1,0 +1,75 @@
+"""Units of axes, where a logarithmic one begins, and places of labels along them."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+#: Longest span [s] for which a time axis is labelled in this unit, and the unit's length [s].
+_CLOCKS = ((600.0, "s", 1.0), (1500 * 60.0, "min", 60.0), (6 * 86400.0, "h", 3600.0))
+_PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"))
+
+
+class Clock(NamedTuple):
+    """Unit of a time axis and its length in seconds."""
+
+    unit: str
+    seconds: float
+
+
+def clock_for(span_s: float) -> Clock:
+    """The unit in which a span of time reads well."""
+    for longest, unit, seconds in _CLOCKS:
+        if span_s <= longest:
+            return Clock(unit, seconds)
+    return Clock("d", 86400.0)
+
+
+def prefixed(values, unit: str) -> tuple[float, str]:
+    """Factor and unit with the SI prefix that suits the greatest of the values."""
+    finite = np.abs(np.asarray(values)[np.isfinite(values)])
+    greatest = finite.max() if finite.size else 0.0
+    if greatest == 0.0:
+        return 1.0, unit
+    fitting = (pair for pair in _PREFIXES if greatest >= 0.1 * pair[0])
+    size, prefix = next(fitting, _PREFIXES[-1])
+    return 1.0 / size, prefix + unit
+
+
+def log_floor(values, decades: float = 6.0) -> float | None:
+    """Least value worth showing on a logarithmic axis; None if nothing is above zero."""
+    values = np.asarray(values)
+    positive = values[np.isfinite(values) & (values > 0.0)]
+    if positive.size == 0:
+        return None
+    return float(max(positive.min(), positive.max() * 10.0**-decades))
+
+
+def level_places(levels, y_range, log: bool, gap: float) -> tuple[list[float], list[float]]:
+    """Heights (0..1) of ascending levels within a range, and of their labels, moved as little
+    as needed to lie `gap` apart."""
+    scale = np.log10 if log else np.asarray
+    low, high = (float(scale(y)) for y in y_range)
+    places = [(float(scale(y)) - low) / (high - low) for y in levels]
+    moved = list(places)
+    for _ in range(50):
+        for i in range(1, len(moved)):
+            lack = max(0.0, gap - (moved[i] - moved[i - 1]))
+            moved[i - 1] -= 0.5 * lack
+            moved[i] += 0.5 * lack
+    return places, moved
+
+
+def label_places(places, widths) -> list[tuple[float, int]]:
+    """Left edge and row, from 0, of labels beside ascending places, all in parts of the width.
+
+    A label stands to the right of its place, or to its left where it would run over the edge; in
+    the first row in which it covers no other.
+    """
+    ends: list[float] = []
+    found = []
+    for place, width in zip(places, widths, strict=True):
+        left = place if place + width <= 1.0 else max(0.0, place - width)
+        row = next((i for i, end in enumerate(ends) if end <= left), len(ends))
+        ends[row : row + 1] = [max(place, left + width)]
+        found.append((left, row))
+    return found

@@ -1,0 +1,100 @@
+"""The field along an orbit as PNG: components and length of each model, angle to the first."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+from torquer.environment.field.along import FieldsAlong
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
+from torquer.report.common.scales import clock_for
+
+#: Colours of the models in the order in which they are given.
+COLOURS = (BLUE, RED, GREEN, ORANGE, PINK, SKY)
+#: Sizes [inch].
+_WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.25
+_HEAD, _PLOT, _GAP, _FOOT = 0.62, 1.35, 0.16, 0.5
+
+_INERTIAL = ("x", "y", "z")
+_ORBITAL = ("along the motion", "orbit normal", "up")
+
+
+def draw_along(along: FieldsAlong, labels, title: str, folder: Path) -> dict[str, Path]:
+    """Write inertial.png (against time) and orbital.png (against argument of latitude)."""
+    clock = clock_for(along.t_s[-1])
+    time = (along.t_s / clock.seconds, f"time [{clock.unit}]", None)
+    u = (along.u_deg, "argument of latitude u [deg]", 360.0)
+    pictures = {
+        "inertial": ("Field in inertial axes", _INERTIAL, along.b_inertial, time),
+        "orbital": ("Field in orbital axes", _ORBITAL, along.b_orbital, u),
+    }
+    paths = {}
+    for name, (what, axes, b, against) in pictures.items():
+        paths[name] = Path(folder) / f"{name}.png"
+        figure = _draw(along, labels, f"{what} · {title}", axes, 1e6 * b, against)
+        FigureCanvasAgg(figure).print_png(paths[name])
+    return paths
+
+
+def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figure:
+    """Three components, the length, and with several models the angle to the first."""
+    rows = [(f"{name} [µT]", b_ut[:, :, k], 0) for k, name in enumerate(names)]
+    rows.append(("|B| [µT]", 1e6 * along.strength, 0))
+    if len(labels) > 1:
+        rows.append((f"angle to {labels[0]} [deg]", along.angle_to_first_deg, 1))
+    height = _HEAD + len(rows) * (_PLOT + _GAP) + _FOOT
+    figure = sheet(_WIDTH, height, title)
+    top, x_label = _HEAD, against[1]
+    for number, (told, values, first) in enumerate(rows):
+        axes = place(figure, _LEFT, top, _WIDTH - _LEFT - _RIGHT, _PLOT)
+        last = number == len(rows) - 1
+        handles = _lines(axes, against, values, told, labels, first)
+        axes.tick_params(labelbottom=last)
+        if number == 0:
+            legend(axes, handles)
+        if last:
+            axes.set_xlabel(x_label, fontsize=SMALL)
+        top += _PLOT + _GAP
+    return figure
+
+
+def _lines(axes, against, values, told: str, labels, first: int) -> list:
+    """One row of axes with the models from the first one to be shown; their handles."""
+    x, _, whole = against
+    quiet(axes)
+    handles = []
+    for m in range(first, len(labels)):
+        line = (x, values[m]) if whole is None else unwound(x, values[m], whole)
+        width, colour = 1.2 if m else 2.0, COLOURS[m % len(COLOURS)]
+        handles += axes.plot(*line, lw=width, color=colour, label=labels[m])
+    if whole:
+        axes.set_xlim(0.0, whole)
+        axes.xaxis.set_major_locator(MultipleLocator(45.0))
+    else:
+        axes.set_xlim(x[0], x[-1])
+        axes.xaxis.set_major_locator(MaxNLocator(12, steps=(1, 2, 5, 10)))
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
+    axes.set_ylabel(told, fontsize=SMALL)
+    axes.yaxis.set_label_coords(-0.066, 0.5)
+    return handles
+
+
+def unwound(x, y, whole: float) -> tuple[np.ndarray, np.ndarray]:
+    """A line over an angle that starts anew after `whole`: led to the edge, broken there."""
+    x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
+    shown_x, shown_y = [x[:1]], [y[:1]]
+    for k in range(1, len(x)):
+        step = x[k] - x[k - 1]
+        turn = -whole if step < -0.5 * whole else whole if step > 0.5 * whole else 0.0
+        if turn:
+            edge, other = (whole, 0.0) if turn < 0.0 else (0.0, whole)
+            part = (edge - x[k - 1]) / (step - turn)
+            met = y[k - 1] + part * (y[k] - y[k - 1])
+            shown_x.append([edge, np.nan, other])
+            shown_y.append([met, np.nan, met])
+        shown_x.append(x[k : k + 1])
+        shown_y.append(y[k : k + 1])
+    return np.concatenate(shown_x), np.concatenate(shown_y)

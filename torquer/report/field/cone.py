@@ -1,0 +1,193 @@
+"""The averaged field's cone and the paths of the real vectors: PNG and a self-contained page."""
+
+import math
+from html import escape
+from pathlib import Path
+
+import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from torquer.analysis.field_cone import ConeShape
+from torquer.environment.field.along import FieldsAlong
+from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
+from torquer.report.common.html import document, figure_box
+from torquer.report.common.interactive import layout
+from torquer.report.field.along import COLOURS
+
+_CONE = "#9aa7b0"
+_UPRIGHT, _NODE = "Earth's axis", "ascending node"
+#: Where a name stands at its line's end: for matplotlib (which part of the text), for plotly.
+_LEFT = ("right", "center"), "middle left"
+_SIDES = {
+    _UPRIGHT: (("center", "bottom"), "top center"),
+    _NODE: (("center", "top"), "bottom center"),
+}
+#: Elevation and azimuth [deg] in Y from which the cone is seen at first.
+_EYE = (16.0, 32.0)
+_AROUND = np.radians(np.arange(0.0, 361.0, 5.0))
+
+
+def draw_cone(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
+    """Left: in space, in the axes Y. Right: seen along the cone's axis, where it is a circle."""
+    figure = sheet(11.0, 5.5, f"The field's cone · {title}")
+    space = place(figure, 0.0, 0.35, 5.75, 5.0, projection="3d", computed_zorder=False)
+    flat = place(figure, 6.45, 0.72, 4.25, 4.25)
+    handles = _draw_space(space, along, labels, shape)
+    _draw_flat(flat, along, labels, shape)
+    figure.legend(
+        handles=handles,
+        loc="lower left",
+        bbox_to_anchor=(0.005, 0.0),
+        ncols=4,
+        frameon=False,
+        fontsize=SMALL,
+        handlelength=1.4,
+        columnspacing=1.3,
+    )
+    FigureCanvasAgg(figure).print_png(path)
+    return path
+
+
+def _draw_space(axes, along: FieldsAlong, labels, shape: ConeShape) -> list:
+    b, rim = 1e6 * along.b_y, shape.rim_ut()
+    surface = [np.outer([0.0, 1.0], rim[:, k]) for k in range(3)]
+    axes.plot_surface(*surface, color=_CONE, alpha=0.22, lw=0, shade=False, zorder=1)
+    for tip in rim[:: len(rim) // 12]:
+        axes.plot(*zip((0, 0, 0), tip, strict=True), color=_CONE, lw=0.5, alpha=0.7, zorder=2)
+    axes.plot(*rim.T, color=_CONE, lw=1.2, zorder=2)
+    handles = []
+    for m, name in enumerate(labels):
+        colour = COLOURS[m % len(COLOURS)]
+        handles += axes.plot(*b[m].T, color=colour, lw=1.6, label=name, zorder=4)
+    directions = _directions(along, shape)
+    for name, tip, style in directions:
+        axes.plot(*zip((0, 0, 0), tip, strict=True), color=INK, lw=0.9, ls=style, zorder=3)
+        ha, va = _SIDES.get(name, _LEFT)[0]
+        axes.text(*(1.04 * tip), name, fontsize=SMALL, color=INK, zorder=6, ha=ha, va=va)
+    tips = np.array([tip for _, tip, _ in directions])
+    _frame_space(axes, np.vstack([b.reshape(-1, 3), rim, np.zeros((1, 3)), tips]))
+    return handles
+
+
+def _directions(along: FieldsAlong, shape: ConeShape) -> list[tuple[str, np.ndarray, object]]:
+    """Name, tip in Y [µT] and line of the directions that give the picture its bearings."""
+    size = 1e6 * max(along.strength.max(), shape.b0_t)
+    cone_axis = f"cone's axis, Θ = {shape.half_angle_deg:.1f}°"
+    return [
+        (_UPRIGHT, size * np.array([0.0, 0.0, 1.0]), "-"),
+        (_NODE, 1.0 * size * np.array([1.0, 0.0, 0.0]), "-"),
+        (cone_axis, 0.95 * size * shape.axis_y, (0, (4, 2))),
+        ("orbit normal", size * shape.normal_y, ":"),
+    ]
+
+
+def _frame_space(axes, points) -> None:
+    """No box of axes: the directions tell more; equal scales, all in sight."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low).max()
+    for limits, centre in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, strict=True):
+        limits(centre - half, centre + half)
+    axes.set_axis_off()
+    axes.set_box_aspect((1, 1, 1), zoom=1.5)
+    axes.view_init(elev=_EYE[0], azim=_EYE[1])
+
+
+def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
+    """Components across the cone's axis."""
+    b = 1e6 * along.b_y @ shape.y_from_z
+    quiet(axes)
+    radius = 1e6 * shape.b0_t * math.sin(math.radians(shape.half_angle_deg))
+    axes.fill(radius * np.cos(_AROUND), radius * np.sin(_AROUND), color=_CONE, alpha=0.18, lw=0)
+    for m in range(len(labels)):
+        axes.plot(*b[m, :, :2].T, color=COLOURS[m % len(COLOURS)], lw=1.5)
+        axes.plot(*b[m, 0, :2], "o", ms=4, color=COLOURS[m % len(COLOURS)])
+    axes.plot(0.0, 0.0, "+", ms=9, color=INK)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_title("Seen along the cone's axis; dots: start", loc="left", fontsize=9.5, color=INK)
+    axes.set_xlabel("Z1 [µT]", fontsize=SMALL)
+    axes.set_ylabel("Z2 [µT]", fontsize=SMALL)
+
+
+def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
+    """Write the same picture in space as a page that opens anywhere and loads nothing."""
+    told = (
+        "The tip of the field's vector over the orbit, in the axes Y: Y3 is the Earth's axis, Y1 "
+        "points to the ascending node. Grey: the cone of the averaged field, half-angle "
+        f"{shape.half_angle_deg:.2f} deg, length {1e6 * shape.b0_t:.2f} µT. Turn it with the "
+        "mouse; a click on a name in the legend hides the model."
+    )
+    sections = [
+        f"<header><h1>The field's cone · {escape(title)}</h1></header>",
+        f'<section class="card" id="cone"><p>{escape(told)}</p>',
+        figure_box(cone_figure(along, labels, shape)),
+        "</section>",
+    ]
+    path.write_text(document(title, sections), encoding="utf-8")
+    return path
+
+
+def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:
+    """The plotly figure: cone, paths with the argument of latitude on hover, three axes."""
+    b = 1e6 * along.b_y
+    data = [*_cone_traces(shape), *_path_traces(along, labels, b)]
+    data += [_axis_trace(name, tip) for name, tip, _ in _directions(along, shape)]
+    hidden, eye = {"visible": False}, np.radians(_EYE)
+    across = 1.7 * math.cos(eye[0])
+    camera = (across * math.cos(eye[1]), across * math.sin(eye[1]), 1.7 * math.sin(eye[0]))
+    scene = {
+        **dict.fromkeys(("xaxis", "yaxis", "zaxis"), hidden),
+        "aspectmode": "data",
+        "camera": {"eye": dict(zip("xyz", camera, strict=True))},
+        "dragmode": "orbit",
+    }
+    margin = {"l": 0, "r": 0, "t": 30, "b": 0}
+    # (with a list of frames, if an empty one, the page's script takes it for a picture in space)
+    return {"data": data, "frames": [], "layout": layout(640, scene=scene, margin=margin)}
+
+
+def _cone_traces(shape: ConeShape) -> list[dict]:
+    """The surface, and its rim with lines from the tip."""
+    rim = shape.rim_ut()
+    points = np.round(np.vstack([np.zeros((1, 3)), rim]), 3)
+    count = len(rim)
+    x, y, z = points.T.tolist()
+    surface = {
+        "type": "mesh3d", "x": x, "y": y, "z": z, "i": [0] * (count - 1),
+        "j": list(range(1, count)), "k": list(range(2, count + 1)), "color": _CONE,
+        "opacity": 0.25, "hoverinfo": "skip", "name": "cone", "showlegend": True,
+        "legendgroup": "cone", "lighting": {"ambient": 1.0, "diffuse": 0.0},
+    }  # fmt: skip
+    spokes = [point for tip in rim[:: count // 12] for point in (np.zeros(3), tip)]
+    x, y, z = np.round(np.vstack([*spokes, rim]), 3).T.tolist()
+    edge = {
+        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "hoverinfo": "skip",
+        "showlegend": False, "legendgroup": "cone", "name": "cone",
+        "line": {"color": _CONE, "width": 1.5},
+    }  # fmt: skip
+    return [surface, edge]
+
+
+def _path_traces(along: FieldsAlong, labels, b) -> list[dict]:
+    shown = np.unique(np.linspace(0, len(along.t_s) - 1, 3000).round().astype(int))
+    traces = []
+    for m, name in enumerate(labels):
+        x, y, z = np.round(b[m, shown], 3).T.tolist()
+        traces.append({
+            "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": name,
+            "customdata": np.round(along.u_deg[shown], 1).tolist(),
+            "text": [f"{size:.2f}" for size in 1e6 * along.strength[m, shown]],
+            "hovertemplate": "u = %{customdata}°, |B| = %{text} µT",
+            "line": {"color": COLOURS[m % len(COLOURS)], "width": 5},
+        })  # fmt: skip
+    return traces
+
+
+def _axis_trace(name: str, tip) -> dict:
+    x, y, z = np.round(tip, 3).tolist()
+    return {
+        "type": "scatter3d", "mode": "lines+text", "x": [0, x], "y": [0, y], "z": [0, z],
+        "text": ["", name], "hoverinfo": "skip", "showlegend": False, "name": name,
+        "line": {"color": "#808080", "width": 3}, "textfont": {"size": 12, "color": "#808080"},
+        "textposition": _SIDES.get(name, _LEFT)[1],
+    }  # fmt: skip

@@ -1,0 +1,183 @@
+"""An element of the field over the globe as a PNG map with its extremes."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap, Normalize, TwoSlopeNorm
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
+
+from torquer.analysis.field_map import FieldMap
+from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, sheet
+
+_WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
+#: Dark where the field is weak: the South Atlantic anomaly catches the eye.
+_SIZES = LinearSegmentedColormap.from_list(
+    "sizes", ["#2b2a5a", "#3d6a96", "#74a9b8", "#bcd5cf", "#f4f1e4"]
+)
+_SIGNED = LinearSegmentedColormap.from_list(
+    "signed", ["#2f5d8c", "#8fb3cf", "#f7f5ef", "#dba58a", "#9c4a2f"]
+)
+_TOLD = {
+    "F": "Total intensity F",
+    "X": "North component X",
+    "Y": "East component Y",
+    "Z": "Down component Z",
+    "H": "Horizontal intensity H",
+    "D": "Declination D",
+    "I": "Inclination I",
+}
+_RED = "#b03a2e"
+#: Where the eye may find its way without coastlines: name, latitude, longitude [deg].
+PLACES = (
+    ("London", 51.5, 0.0),
+    ("Moscow", 55.8, 37.6),
+    ("Tokyo", 35.7, 139.7),
+    ("Delhi", 28.6, 77.2),
+    ("Nairobi", -1.3, 36.8),
+    ("Cape Town", -33.9, 18.4),
+    ("Sydney", -33.9, 151.2),
+    ("Singapore", 1.3, 103.8),
+    ("New York", 40.7, -74.0),
+    ("Los Angeles", 34.1, -118.2),
+    ("Anchorage", 61.2, -149.9),
+    ("São Paulo", -23.5, -46.6),
+    ("Honolulu", 21.3, -157.9),
+)
+
+
+def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
+    """Write the map; contours in µT or deg."""
+    wide = _WIDTH - _LEFT - _RIGHT
+    figure = sheet(_WIDTH, _HEAD + 0.5 * wide + _FOOT, f"{_TOLD[element]} · {title}")
+    axes = place(figure, _LEFT, _HEAD, wide, 0.5 * wide)
+    bar = place(figure, _LEFT + wide + 0.15, _HEAD + 0.25, 0.15, 0.5 * wide - 0.5)
+    filled = _contours(axes, grid, element)
+    _landmarks(axes)
+    _dip_equator_and_poles(axes, grid)
+    if element == "F":
+        _mark_extremes(axes, grid, element)
+    axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
+    axes.tick_params(labelsize=SMALL, color=FAINT)
+    for axis, name in ((axes.xaxis, "E W"), (axes.yaxis, "N S")):
+        axis.set_major_locator(MultipleLocator(30))
+        axis.set_major_formatter(_compass(*name.split()))
+    axes.grid(True, color="#000000", alpha=0.12, lw=0.5)
+    axes.spines[:].set_color(FAINT)
+    figure.colorbar(filled, cax=bar, ticks=_ticks(grid, element)).outline.set_visible(False)
+    bar.set_title("deg" if grid.unit_of(element) == "deg" else "µT", fontsize=SMALL)
+    bar.tick_params(labelsize=SMALL)
+    told = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
+    told += "   Rings: least and greatest value." if element == "F" else ""
+    foot(figure, told)
+    FigureCanvasAgg(figure).print_png(path)
+    return path
+
+
+def _compass(plus: str, minus: str) -> FuncFormatter:
+    return FuncFormatter(lambda x, _: "0°" if x == 0 else f"{abs(x):g}°{plus if x > 0 else minus}")
+
+
+def _shown(grid: FieldMap, element: str) -> np.ndarray:
+    values = grid.values(element)
+    return values if grid.unit_of(element) == "deg" else 1e-3 * values
+
+
+def _contours(axes, grid: FieldMap, element: str):
+    """Filled shades with labelled lines; what the colour bar shows."""
+    values = _shown(grid, element)
+    if element == "D":
+        return _declination(axes, grid, values)
+    levels = _levels(values, element)
+    if element in ("F", "H"):
+        norm, colours = Normalize(levels[0], levels[-1]), _SIZES
+    else:
+        most = np.abs(levels).max()
+        norm, colours = TwoSlopeNorm(0.0, -most, most), _SIGNED
+    fine = np.linspace(levels[0], levels[-1], 4 * (len(levels) - 1) + 1)
+    filled = axes.contourf(
+        grid.lon_deg, grid.lat_deg, values, fine, cmap=colours, norm=norm, zorder=0
+    )
+    _lined(axes, grid, values, levels)
+    return filled
+
+
+def _ticks(grid: FieldMap, element: str) -> np.ndarray:
+    if grid.unit_of(element) == "deg":
+        return np.arange(-90.0, 91.0, 30.0)
+    return _levels(_shown(grid, element), element)
+
+
+def _levels(values, element: str) -> np.ndarray:
+    if element == "I":
+        return np.arange(-90.0, 91.0, 10.0)
+    return MaxNLocator(14, steps=(1, 2, 5, 10)).tick_values(values.min(), values.max())
+
+
+def _declination(axes, grid: FieldMap, values):
+    """D jumps by 360 deg behind the poles: shades to 90 deg, lines only where it is smooth."""
+    shown = np.clip(values, -90.0, 90.0)
+    filled = axes.contourf(
+        grid.lon_deg,
+        grid.lat_deg,
+        shown,
+        np.arange(-90.0, 91.0, 5.0),
+        cmap=_SIGNED,
+        norm=TwoSlopeNorm(0.0, -90.0, 90.0),
+        zorder=0,
+    )
+    levels = (-90, -60, -40, -30, -20, -10, 0, 10, 20, 30, 40, 60, 90)
+    smooth = (np.abs(values) < 120.0) & (np.abs(grid.lat_deg)[:, None] < 84.0)
+    _lined(axes, grid, np.ma.masked_where(~smooth, values), levels)
+    return filled
+
+
+def _lined(axes, grid: FieldMap, values, levels) -> None:
+    lines = axes.contour(
+        grid.lon_deg,
+        grid.lat_deg,
+        values,
+        levels,
+        colors=INK,
+        linewidths=0.55,
+        alpha=0.75,
+        negative_linestyles="solid",
+        zorder=0.6,
+    )
+    for text in axes.clabel(lines, fmt="%g", fontsize=7, colors=INK):
+        _halo(text)
+
+
+def _halo(text, width: float = 1.8) -> None:
+    text.set_path_effects([withStroke(linewidth=width, foreground="white", alpha=0.75)])
+
+
+def _landmarks(axes) -> None:
+    for name, lat, lon in PLACES:
+        axes.plot(lon, lat, "o", ms=2.6, color=INK, mec="white", mew=0.5, zorder=2)
+        right = lon < 130.0
+        keys = {"ha": "left" if right else "right", "fontsize": 6.5, "color": INK, "zorder": 2}
+        shift = (3.0 if right else -3.0, 2.0)
+        _halo(axes.annotate(name, (lon, lat), shift, textcoords="offset points", **keys))
+
+
+def _dip_equator_and_poles(axes, grid: FieldMap) -> None:
+    keys = {"colors": _RED, "linewidths": 1.1, "linestyles": "dashed", "zorder": 1.5}
+    axes.contour(grid.lon_deg, grid.lat_deg, grid.found.i_deg, [0.0], **keys)
+    for (lat, lon), marker in zip(grid.dips, ("^", "v"), strict=True):
+        keys = {"color": _RED, "mec": "white", "mew": 0.8, "zorder": 4, "clip_on": False}
+        axes.plot(lon, lat, marker, ms=7, **keys)
+
+
+def _mark_extremes(axes, grid: FieldMap, element: str) -> None:
+    for at in grid.extremes(element).values():
+        lat, lon = at["latitude_deg"], at["longitude_deg"]
+        axes.plot(lon, lat, "o", ms=7, mfc="none", mec=INK, mew=2.4, zorder=5)
+        axes.plot(lon, lat, "o", ms=7, mfc="none", mec="white", mew=1.0, zorder=5)
+        side = "right" if lon > -120.0 else "left"
+        keys = {"fontsize": 8, "fontweight": "bold", "color": INK, "ha": side, "zorder": 5}
+        shift = (-7.0 if side == "right" else 7.0, -3.0)
+        told = f"{1e-3 * at['value']:.2f} µT"
+        text = axes.annotate(told, (lon, lat), shift, textcoords="offset points", **keys)
+        _halo(text, 2.2)

@@ -1,0 +1,203 @@
+"""The ground track over a map of |B|: as PNG, and as a plotly figure."""
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MultipleLocator
+
+from torquer.report.common.colours import RED
+from torquer.report.common.figure import INK, SMALL, legend, place, quiet, sheet
+from torquer.report.common.interactive import axis, layout, packed
+from torquer.report.common.scales import clock_for
+from torquer.report.flight.view import View
+
+#: Sizes of the PNG [inch].
+_WIDTH, _LEFT, _RIGHT, _TOP, _BELOW = 9.0, 0.82, 0.52, 0.72, 0.42
+#: Height of the interactive map [px].
+TRACK_PX = 440
+#: Pale, so that a track stands out; even steps of lightness.
+_PALE = ("#fbfaf5", "#cfe0e4", "#9dbccb")
+_COLOUR_MAP = LinearSegmentedColormap.from_list("field", _PALE)
+LIT, DARK = RED, "#1b3a6b"
+
+
+def draw_ground_track(view: View) -> Figure:
+    """Ground track over the map of the field at the orbit's height."""
+    wide = _WIDTH - _LEFT - _RIGHT - 0.5
+    height = _TOP + 0.5 * wide + _BELOW
+    figure = sheet(_WIDTH, height, f"Ground track · {view.scenario.name}")
+    axes = place(figure, _LEFT, _TOP, wide, 0.5 * wide)
+    bar = place(figure, _LEFT + wide + 0.15, _TOP + 0.3, 0.15, 0.5 * wide - 0.6)
+    draw_track(axes, view, bar)
+    return figure
+
+
+def draw_track(axes, view: View, bar=None) -> None:
+    """Track, lit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
+    quiet(axes)
+    _draw_field_map(axes, view, bar)
+    track = {k: view.values(k) for k in ("longitude", "latitude", "lit")}
+    lon, lat, lit = split_at_dateline(*track.values())
+    width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
+    alone = "o" if len(track["lit"]) < 2 else None
+    handles = []
+    for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
+        if mask.any():
+            handles += axes.plot(
+                *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone
+            )
+    for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
+        handles += axes.plot(
+            track["longitude"][row],
+            track["latitude"][row],
+            marker,
+            ms=8,
+            mew=1.4,
+            color="white",
+            mec=INK,
+            label=label,
+            zorder=5,
+        )
+    axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
+    axes.xaxis.set_major_locator(MultipleLocator(30 if bar else 60))
+    axes.yaxis.set_major_locator(MultipleLocator(30))
+    axes.set_xlabel("longitude [deg]", fontsize=SMALL)
+    axes.set_ylabel("latitude [deg]", fontsize=SMALL)
+    legend(axes, handles, handletextpad=0.5)
+
+
+def _draw_field_map(axes, view: View, bar) -> None:
+    grid = view.field_map
+    kind = view.scenario.environment.field.kind
+    if grid is None:
+        axes.set_title(f"{kind} field: tied to the orbit, no map", loc="left", fontsize=9.5)
+        if bar:
+            bar.remove()
+        return
+    lon, lat, strength = grid
+    filled = axes.contourf(lon, lat, strength, 24, cmap=_COLOUR_MAP, zorder=0)
+    marks = np.arange(5, 200, 5)
+    lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
+    axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
+    height = f"{1e-3 * view.values('altitude').mean():.0f} km"
+    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=INK)
+    if bar:
+        axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
+        bar.set_title("µT", fontsize=SMALL)
+        bar.tick_params(labelsize=SMALL)
+
+
+def track_figure(view: View) -> dict:
+    """Ground track over the map of the field."""
+    grid = view.field_map
+    data = [] if grid is None else [_field_contours(*grid)]
+    lon, lat, lit = (view.values(k) for k in ("longitude", "latitude", "lit"))
+    stride = max(1, len(lon) // 6000)
+    clock = clock_for(view.end_s)
+    split = split_at_dateline(
+        lon[::stride], lat[::stride], lit[::stride], view.t_s[::stride] / clock.seconds
+    )
+    hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
+    for label, colour, lit_here in (("sunlit", LIT, True), ("in eclipse", DARK, False)):
+        mask = (split[2] >= 0.5) if lit_here else (split[2] < 0.5)
+        if mask.any():
+            x, y, t = only_where(mask, split[0], split[1], split[3])
+            data.append(
+                {
+                    "type": "scatter",
+                    "x": packed(x),
+                    "y": packed(y),
+                    "customdata": packed(t),
+                    "mode": "lines" if len(lon) > 1 else "markers",
+                    "name": label,
+                    "line": {"color": colour, "width": 2},
+                    "hovertemplate": hover,
+                }
+            )
+    for label, row, symbol in (("start", 0, "circle"), ("end", -1, "square")):
+        ring = {"color": "#222222", "width": 2}
+        marker = {"symbol": symbol, "size": 11, "color": "white", "line": ring}
+        data.append(
+            {
+                "type": "scatter",
+                "x": [float(lon[row])],
+                "y": [float(lat[row])],
+                "mode": "markers",
+                "marker": marker,
+                "name": label,
+            }
+        )
+    keys = {"dtick": 30, "constrain": "domain"}
+    return {
+        "data": data,
+        "layout": layout(
+            TRACK_PX,
+            hovermode="closest",
+            xaxis=axis("longitude [deg]", range=[-180, 180], **keys),
+            yaxis=axis("latitude [deg]", range=[-90, 90], scaleanchor="x", **keys),
+        ),
+    }
+
+
+def _field_contours(lon, lat, strength) -> dict:
+    return {
+        "type": "contour",
+        "x": packed(lon),
+        "y": packed(lat),
+        "z": {**packed(strength), "shape": f"{len(lat)}, {len(lon)}"},
+        "colorscale": list(zip((0.0, 0.5, 1.0), _PALE, strict=True)),
+        "opacity": 0.9,
+        "name": "|B|",
+        "contours": {
+            "start": 5,
+            "end": 200,
+            "size": 5,
+            "coloring": "heatmap",
+            "showlabels": True,
+            "labelfont": {"size": 10, "color": "#4f6873"},
+        },
+        "line": {"width": 0.7, "color": "#7f98a3"},
+        "zmin": float(strength.min()),
+        "zmax": float(strength.max()),
+        "colorbar": {
+            "title": {"text": "|B| [µT]"},
+            "thickness": 12,
+            "len": 0.8,
+            "dtick": 5,
+            "x": 1.01,
+            "outlinewidth": 0,
+        },
+        "hovertemplate": "|B| %{z:.1f} µT<extra></extra>",
+    }
+
+
+def split_at_dateline(lon, *others) -> tuple[np.ndarray, ...]:
+    """Longitudes [deg, -180..180] and series along them, broken where a track crosses +-180.
+
+    At a crossing three points go in: on the edge, a gap (not a number), on the other edge.
+    """
+    lon = np.asarray(lon, dtype=float)
+    step = np.diff(lon)
+    at = np.flatnonzero(np.abs(step) > 180.0)
+    ways = step[at] - 360.0 * np.sign(step[at])
+    edge = np.where(ways > 0.0, 180.0, -180.0)
+    part = np.where(ways == 0.0, 0.0, (edge - lon[at]) / np.where(ways == 0.0, 1.0, ways))
+    gap = np.full(at.size, np.nan)
+    where = np.repeat(at + 1, 3)
+
+    def opened(values, triples):
+        return np.insert(values, where, np.stack(triples, axis=1).ravel())
+
+    split = [opened(lon, (edge, gap, -edge))]
+    for series in others:
+        series = np.asarray(series, dtype=float)
+        crossing = series[at] + part * (series[at + 1] - series[at])
+        split.append(opened(series, (crossing, gap, crossing)))
+    return tuple(split)
+
+
+def only_where(mask, *series) -> tuple[np.ndarray, ...]:
+    """The series with gaps wherever the line leaves the mask; joints belong to both sides."""
+    mask = np.asarray(mask, dtype=bool)
+    kept = mask | np.concatenate([[False], mask[:-1]])
+    return tuple(np.where(kept, s, np.nan) for s in series)

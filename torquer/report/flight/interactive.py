@@ -1,0 +1,227 @@
+"""Panels over time as plotly figures."""
+
+import numpy as np
+
+from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed
+from torquer.report.common.scales import clock_for, label_places, level_places
+from torquer.report.flight.panels.panel import MEASUREMENT, Line, Panel
+from torquer.report.flight.view import View
+
+PANEL_PX = 300
+#: Width of the axes on a page that is as wide as can be.
+_PLOT_WIDTH_PX = 930.0
+_BANDS = {MEASUREMENT: "rgba(214,170,80,0.18)"}
+_NIGHT = "rgba(110,125,180,0.20)"
+#: More shaded bands than this are too narrow to tell apart.
+_MOST_BANDS = 400
+
+
+def panel_figure(view: View, panel: Panel) -> dict:
+    """One panel over time."""
+    began, ended = panel.window or (0.0, view.end_s)
+    if ended == began:
+        began, ended = began - 0.5, ended + 0.5
+    clock = clock_for(ended - began)
+    data = [trace for line in panel.lines for trace in _traces(line, clock.seconds)]
+    bands = panel.bands if len(panel.bands) <= _MOST_BANDS else ()
+    if bands:
+        data.append(_band_in_legend(panel))
+    keys = _y_keys(panel)
+    x_range = [began / clock.seconds, ended / clock.seconds]
+    levels, notes = _levels(panel)
+    marks, labels = _marks(panel, x_range, clock.seconds)
+    return {
+        "data": data,
+        "layout": layout(
+            PANEL_PX,
+            hovermode="x unified",
+            xaxis=axis(f"time [{clock.unit}]", range=x_range, hoverformat=".6~g"),
+            yaxis=axis(panel.y_label, hoverformat=".4~g", **keys),
+            shapes=[_band(panel, a / clock.seconds, b / clock.seconds) for a, b in bands]
+            + levels
+            + marks,
+            annotations=notes + labels,
+        ),
+    }
+
+
+def _y_keys(panel: Panel) -> dict:
+    """Scale, range and ticks of a panel's y axis."""
+    if panel.y_range is None:
+        return {}
+    low, high = (float(y) for y in panel.y_range)
+    if panel.log:
+        ticks = "D2" if high < 20.0 * low else 1
+        return {
+            "type": "log",
+            "range": [float(np.log10(low)), float(np.log10(high))],
+            "dtick": ticks,
+            "tickformat": "~g",
+        }
+    return {"range": [low, high], **({"dtick": 45} if (low, high) == (0.0, 180.0) else {})}
+
+
+def _traces(line: Line, clock_s: float) -> list[dict]:
+    """A line, below it its range where it has one."""
+    series = line.series
+    base = {"type": "scatter", "x": packed(series.t / clock_s, "f8"), "legendgroup": line.label}
+    mode = "markers" if line.style == "dots" else "lines"
+    many = len(series.t) > 200
+    return [
+        *_range_traces(line, base),
+        {
+            **base,
+            "y": packed(series.y),
+            "name": line.label,
+            "mode": "lines+markers" if len(series.t) < 4 else mode,
+            "cliponaxis": many,
+            "line": {
+                "color": line.colour,
+                "width": line.width + 0.5,
+                "shape": "hv" if line.style == "steps" else "linear",
+                "dash": "dash" if line.style == "dashed" else "solid",
+            },
+            "marker": {
+                "color": line.colour,
+                "size": 3 if many else 6,
+                "opacity": 0.5 if many else 1.0,
+            },
+        },
+    ]
+
+
+def _range_traces(line: Line, base: dict) -> list[dict]:
+    """Shade from least to greatest, with its edges drawn where the series is fast."""
+    series = line.series
+    if series.low is None:
+        return []
+    unseen = {
+        **base,
+        "mode": "lines",
+        "line": {"width": 0, "color": line.colour},
+        "showlegend": False,
+    }
+    fill = {"fill": "tonexty", "fillcolor": _translucent(line.colour)}
+    traces = [
+        {**unseen, "y": packed(series.low), "name": f"{line.label} least"},
+        {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} greatest"},
+    ]
+    if not series.fast.any():
+        return traces
+    drawn_edge = {**unseen, "line": {"width": 1, "color": line.colour}, "hoverinfo": "skip"}
+    return traces + [
+        {**drawn_edge, "y": packed(np.where(series.fast, edge, np.nan))}
+        for edge in (series.low, series.high)
+    ]
+
+
+def _translucent(colour: str, part: float = 0.18) -> str:
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{part})"
+
+
+def _band(panel: Panel, began: float, ended: float) -> dict:
+    return {
+        "type": "rect",
+        "layer": "below",
+        "line": {"width": 0},
+        "xref": "x",
+        "x0": began,
+        "x1": ended,
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "fillcolor": _BANDS.get(panel.bands_label, _NIGHT),
+    }
+
+
+def _band_in_legend(panel: Panel) -> dict:
+    marker = {"symbol": "square", "size": 12, "color": _BANDS.get(panel.bands_label, _NIGHT)}
+    return {
+        "type": "scatter",
+        "x": [None],
+        "y": [None],
+        "mode": "markers",
+        "marker": marker,
+        "name": panel.bands_label,
+        "hoverinfo": "skip",
+    }
+
+
+def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
+    """Lines and labels of the marked levels; labels are moved apart where they would overlap."""
+    y_range = panel.y_range or (-np.inf, np.inf)
+    shown = sorted((v for v in panel.levels if y_range[0] <= v.y <= y_range[1]), key=lambda v: v.y)
+    plot_px = PANEL_PX - MARGIN_PX["t"] - MARGIN_PX["b"]
+    lines = [
+        {
+            "type": "line",
+            "xref": "paper",
+            "x0": 0,
+            "x1": 1,
+            "y0": v.y,
+            "y1": v.y,
+            "line": {"color": "#8a8a8a", "width": 1, "dash": "solid" if v.solid else "dash"},
+        }
+        for v in shown
+    ]
+    shifts = [0.0] * len(shown)
+    if panel.y_range:
+        heights = [v.y for v in shown]
+        places, moved = level_places(heights, panel.y_range, panel.log, 15.0 / plot_px)
+        shifts = [plot_px * (m - p) for p, m in zip(places, moved, strict=True)]
+    labels = [
+        {
+            "xref": "paper",
+            "x": 1.0,
+            "xanchor": "left",
+            "yref": "y",
+            "yshift": shift,
+            "y": float(np.log10(v.y) if panel.log else v.y),
+            "text": v.label,
+            "showarrow": False,
+            "font": {"size": 11},
+        }
+        for v, shift in zip(shown, shifts, strict=True)
+        if v.label
+    ]
+    return lines, labels
+
+
+def _marks(panel: Panel, x_range, clock_s: float) -> tuple[list[dict], list[dict]]:
+    """Upright lines at marked instants, and their labels beside them."""
+    at = [mark.t_s / clock_s for mark in panel.marks]
+    places = [(x - x_range[0]) / (x_range[1] - x_range[0]) for x in at]
+    lines = [
+        {
+            "type": "line",
+            "xref": "x",
+            "x0": x,
+            "x1": x,
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "line": {"color": "#8a8a8a", "width": 1.5, "dash": "dot"},
+        }
+        for x in at
+    ]
+    widths = [(6.2 * len(mark.label) + 10.0) / _PLOT_WIDTH_PX for mark in panel.marks]
+    labels = [
+        {
+            "xref": "x",
+            "x": x,
+            "xanchor": "left" if left >= place else "right",
+            "yref": "paper",
+            "y": 1.0,
+            "yanchor": "top",
+            "yshift": -14 * row,
+            "text": mark.label,
+            "showarrow": False,
+            "font": {"size": 11},
+        }
+        for mark, x, place, (left, row) in zip(
+            panel.marks, at, places, label_places(places, widths), strict=True
+        )
+        if mark.label
+    ]
+    return lines, labels

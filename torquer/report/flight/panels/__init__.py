@@ -1,0 +1,39 @@
+"""What the time plots show; drawn by `png` and `interactive`."""
+
+from torquer.report.flight.panels.attitude import angle, attitude_error
+from torquer.report.flight.panels.coils import dipole_whole, dipoles
+from torquer.report.flight.panels.magnetic_field import field
+from torquer.report.flight.panels.motion import (
+    body_axes_from_vertical,
+    momentum,
+    momentum_size,
+    pointing,
+    rate,
+    rate_size,
+)
+from torquer.report.flight.panels.panel import Panel, Picture
+from torquer.report.flight.panels.reaction_wheels import fullest_or_speeds, wheels
+from torquer.report.flight.view import View
+
+
+def pictures(view: View) -> tuple[Picture, ...]:
+    """All pictures over time: of what the satellite has, and of what its laws do."""
+    makers = (
+        (attitude_error, view.held is not None),
+        (rate, True),
+        (wheels, view.wheels is not None),
+        (momentum, True),
+        (field, True),
+        (dipoles, view.has_coils),
+        (pointing, True),
+    )
+    return tuple(make(view) for make, made in makers if made)
+
+
+def overview(view: View) -> tuple[Panel, Panel, Panel]:
+    """The three panels that say most."""
+    first = rate_size(view) if view.held is None else angle(view)
+    if view.wheels is not None:
+        return first, momentum_size(view), fullest_or_speeds(view)
+    last = dipole_whole(view) if view.has_coils else body_axes_from_vertical(view)
+    return first, momentum_size(view), last

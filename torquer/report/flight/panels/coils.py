@@ -1,0 +1,104 @@
+"""Dipole of the coils over time."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from torquer.analysis.coils import coil_reach
+from torquer.analysis.control_cycle import acting_rows
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.panels.panel import (
+    MEASUREMENT,
+    Level,
+    Panel,
+    Picture,
+    whole,
+    xyz,
+)
+from torquer.report.flight.view import View
+
+
+def _reach_levels(view: View) -> tuple[Level, ...]:
+    """Marks at the reach along each axis, one for all axes that share it."""
+    reach = np.round(coil_reach(view.scenario.spacecraft.coils), 9)
+    levels = []
+    for value in dict.fromkeys(reach.tolist()):
+        axes = "".join(name for name, r in zip("xyz", reach, strict=True) if r == value)
+        label = "limit" if axes == "xyz" else f"limit {axes}"
+        levels += [Level(value, label), Level(-value, "")]
+    return tuple(levels)
+
+
+def dipole_whole(view: View) -> Panel:
+    """Dipole while the coils act, over the whole run."""
+    control, acting = view.scenario.control, acting_rows(view.scenario, view.t_s)
+    title = "Dipole while the coils act" if control.measure_s > 0.0 else "Dipole of the coils"
+    if acting.size == 0:
+        acting, title = np.arange(len(view.t_s)), "Dipole at the recorded instants"
+    m, reach = view.values("dipole_body")[acting], coil_reach(view.scenario.spacecraft.coils)
+    keys = {"levels": _reach_levels(view), "y_range": (-1.15 * reach.max(), 1.15 * reach.max())}
+    factor, unit = 1.0, "A m²"
+    if 0.0 < np.abs(m).max() < 0.25 * reach.min():
+        # limits far away would press the lines flat
+        (factor, unit), keys = prefixed(m, unit), {}
+        title += f", far below the limit of {reach.min():.3g} A m²"
+    lines = xyz(view.t_s[acting], factor * m, width=0.8)
+    if control.measure_s == 0.0 and view.scenario.spacecraft.coils.lag_s == 0.0:
+        lines = tuple(
+            line if line.series.stretch_s else replace(line, style="steps") for line in lines
+        )
+    return whole(view, title=title, y_label=f"m [{unit}]", lines=lines, **keys)
+
+
+def dipoles(view: View) -> Picture:
+    """Dipole of the coils in body axes: the whole run, the first cycles and the last ones."""
+    control = view.scenario.control
+    caption = "Dashed: what the coils together can reach along a body axis. "
+    if control.measure_s > 0.0:
+        caption += (
+            f"The coils act for {control.actuate_s:g} s of every {control.cycle_s:g} s; the panel "
+            "of the whole run shows the dipole at those instants, the others show single cycles."
+        )
+    else:
+        caption += f"The dipole is held for {control.sample_s:g} s from sample to sample."
+    panels = (dipole_whole(view), *_cycles(view))
+    return Picture("dipoles", "Dipole of the coils", caption, panels)
+
+
+def _cycles(view: View, count: int = 6) -> tuple[Panel, ...]:
+    """First and last cycles, if the record is fine enough to show them."""
+    control, span = view.scenario.control, count * view.scenario.control.cycle_s
+    shortest = min(control.measure_s, control.actuate_s) if control.measure_s else control.sample_s
+    if view.record_s > shortest * (1.0 + 1e-9) or view.end_s < span:
+        return ()
+    first = _cycle_panel(view, f"The first {count} cycles", 0, span)
+    if view.end_s < 4.0 * span:
+        return (first,)
+    began = int((view.end_s - span) // control.cycle_s) * control.cycle_s
+    return (first, _cycle_panel(view, f"The last {count} cycles", began, began + span))
+
+
+def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
+    control = view.scenario.control
+    rows = (view.t_s >= began - 1e-6) & (view.t_s <= ended + 1e-6)
+    m = view.values("dipole_body")[rows]
+    factor, unit = prefixed(m, "A m²")
+    style = "steps" if view.scenario.spacecraft.coils.lag_s == 0.0 else "line"
+    reach = (
+        _reach_levels(view)
+        if np.abs(m).max() > 0.5 * coil_reach(view.scenario.spacecraft.coils).min()
+        else ()
+    )
+    levels = tuple(Level(factor * level.y, level.label) for level in reach)
+    starts = np.arange(began, ended - 1e-6, control.cycle_s)
+    bands = tuple((s, s + control.measure_s) for s in starts.tolist()) if control.measure_s else ()
+    lines = xyz(view.t_s[rows], factor * m, style, width=1.3)
+    return Panel(
+        title,
+        f"m [{unit}]",
+        lines,
+        levels,
+        window=(began, ended),
+        bands=bands,
+        bands_label=MEASUREMENT,
+    )

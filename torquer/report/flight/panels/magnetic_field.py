@@ -1,0 +1,68 @@
+"""The geomagnetic field in body axes, and the magnetometer's readings."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from torquer.analysis.control_cycle import fresh_rows
+from torquer.report.common.colours import GREY
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.panels.panel import (
+    Panel,
+    Picture,
+    line_of,
+    whole,
+    xyz,
+)
+from torquer.report.flight.view import View
+
+
+def field(view: View) -> Picture:
+    """Field in body axes, its beginning in detail, and the error of the magnetometer."""
+    b = 1e6 * view.values("b_body")
+    size = line_of("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
+    panel = whole(
+        view,
+        title="Field in body axes",
+        y_label="B [µT]",
+        lines=(*xyz(view.t_s, b, width=0.6), size),
+    )
+    caption = (
+        "What the magnetometer lives in. Readings are compared with the truth only at records "
+        "that fall on a sampling instant: in between, the last reading is held."
+    )
+    panels = (panel, *_first_turns(view), *_reading_errors(view))
+    return Picture("field", "Geomagnetic field", caption, panels)
+
+
+def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
+    """Field and readings over the first few turns of the body, if they are a small part."""
+    if view.rate[0] == 0.0:
+        return ()
+    end = turns * 2.0 * np.pi / view.rate[0]
+    count = int(np.count_nonzero(view.t_s <= end))
+    if end > 0.2 * view.end_s or not view.can_follow(0, count + 1):
+        return ()
+    t = np.linspace(0.0, end, 400)
+    b = 1e6 * np.einsum("nji,nj->ni", view.to_inertial(t), view.at("b_inertial", t))
+    fresh = fresh_rows(view.scenario, view.t_s)
+    fresh = fresh[view.t_s[fresh] <= end]
+    dots = xyz(view.t_s[fresh], 1e6 * view.values("b_measured")[fresh], "dots")
+    dots = tuple(replace(line, label=f"{line.label} read") for line in dots)
+    title = "The first turns: truth (lines) and readings (dots)"
+    return (Panel(title, "B [µT]", (*xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
+
+
+def _reading_errors(view: View) -> tuple[Panel, ...]:
+    """Reading minus truth, where there is a fresh reading and it is not perfect."""
+    rows = fresh_rows(view.scenario, view.t_s)
+    truth = view.values("b_body")[rows]
+    errors = view.values("b_measured")[rows] - truth
+    if rows.size == 0 or np.abs(errors).max() <= 1e-6 * np.abs(truth).max():
+        return ()
+    factor, unit = prefixed(1e9 * errors, "nT") if np.abs(errors).max() < 1e-6 else (1e-3, "µT")
+    shown = 1e9 * factor * errors
+    spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
+    title = f"Magnetometer: reading less truth (standard deviation {spread} {unit})"
+    dots = xyz(view.t_s[rows], shown, "dots", width=0.5)
+    return (whole(view, title=title, y_label=f"ΔB [{unit}]", lines=dots),)

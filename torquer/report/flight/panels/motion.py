@@ -1,0 +1,139 @@
+"""Rate, angular momentum and directions over time."""
+
+import numpy as np
+
+from torquer.analysis.attitude import body_axes_from_vertical_deg, orbit_normals
+from torquer.analysis.series import angle_deg
+from torquer.report.common.colours import BLUE, GREY, ORANGE, PINK
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.panels.panel import (
+    Level,
+    Panel,
+    Picture,
+    line_of,
+    log_panel,
+    quiet_panels,
+    whole,
+    xyz,
+)
+from torquer.report.flight.panels.reaction_wheels import total_momentum_panel
+from torquer.report.flight.view import View
+
+
+def _orbital_levels(view: View) -> tuple[Level, ...]:
+    rate_deg_s = np.degrees(view.omega0_rad_s)
+    return tuple(Level(n * rate_deg_s, f"{n} ω₀") for n in (1, 2, 3))
+
+
+def rate_size(view: View) -> Panel:
+    """Absolute rate on a logarithmic axis."""
+    series = (("|ω|", np.degrees(view.rate), GREY, 1.4),)
+    return log_panel(
+        view, series, _orbital_levels(view), title="Absolute rate", y_label="|ω| [deg/s]"
+    )
+
+
+def rate(view: View) -> Picture:
+    """Rate: modulus and components."""
+    omega = np.degrees(view.values("omega_body"))
+    title = "Rate in body axes"
+    parts = whole(view, title=title, y_label="[deg/s]", lines=xyz(view.t_s, omega))
+    late = quiet_panels(view, f"{title}, after the fast motion", omega, "deg/s", view.rate, False)
+    omega0 = f"ω₀ = {np.degrees(view.omega0_rad_s):.4g} deg/s"
+    caption = f"Dashed: one, two and three orbital rates, {omega0}."
+    return Picture("rate", "Angular velocity", caption, (rate_size(view), parts, *late))
+
+
+def momentum_size(view: View) -> Panel:
+    """Angular momentum on a logarithmic axis."""
+    size = np.linalg.norm(view.values("momentum_inertial"), axis=1)
+    factor, unit = prefixed(size, "N m s")
+    series = (("|L|", factor * size, GREY, 1.4),)
+    if view.wheels is not None:
+        held = np.linalg.norm(view.wheels.total_body, axis=1)
+        series += (("wheels", factor * held, ORANGE, 1.0),)
+    # wheels may hold nothing at first: the least of theirs does not matter
+    decades = 6.0 if view.wheels is None else 3.0
+    return log_panel(
+        view, series, decades=decades, title="Angular momentum", y_label=f"|L| [{unit}]"
+    )
+
+
+def momentum(view: View) -> Picture:
+    """Angular momentum of body and wheels: modulus and components in J."""
+    vectors = view.values("momentum_inertial")
+    size = np.linalg.norm(vectors, axis=1)
+    factor, unit = prefixed(vectors, "N m s")
+    title = "Angular momentum in inertial axes"
+    parts = whole(view, title=title, y_label=f"[{unit}]", lines=xyz(view.t_s, factor * vectors))
+    late = quiet_panels(view, f"{title}, after the fast motion", vectors, "N m s", size)
+    caption = "Body and wheels together, in the inertial frame: only outer torques change it."
+    panels = (momentum_size(view), parts, *late)
+    if view.wheels is not None:
+        panels = (momentum_size(view), total_momentum_panel(view), parts, *late)
+    return Picture("momentum", "Angular momentum", caption, panels)
+
+
+def pointing(view: View) -> Picture:
+    """Where the motion points: along and across the field, to the orbit normal, to the vertical."""
+    caption = "Angles by which motion and body axes stand off what is around the satellite."
+    if view.has_coils:
+        caption = "Coils act only on the part of the rate across the field."
+    if view.result.attrs["law"].startswith("bdot"):
+        caption += (
+            " Left to itself, B-dot ends in a slow turn with the field, near 2 ω₀ about the orbit "
+            "normal."
+        )
+    return Picture(
+        "pointing",
+        "Direction of the motion",
+        caption,
+        (_rate_parts(view), *_angles(view), body_axes_from_vertical(view)),
+    )
+
+
+def body_axes_from_vertical(view: View) -> Panel:
+    """Angles of the body axes from the local vertical."""
+    return whole(
+        view,
+        title="Body axes from the local vertical",
+        y_label="angle [deg]",
+        lines=xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7),
+        y_range=(0.0, 180.0),
+    )
+
+
+def _rate_parts(view: View) -> Panel:
+    omega, b = view.values("omega_body"), view.values("b_body")
+    along = np.sum(omega * b, axis=1) / np.linalg.norm(b, axis=1)
+    across = np.sqrt(np.maximum(np.sum(omega * omega, axis=1) - along**2, 0.0))
+    relative = np.linalg.norm(view.values("omega_orbital"), axis=1)
+    parts = (
+        ("along B", np.abs(along), PINK),
+        ("across B", across, ORANGE),
+        ("relative to the orbit", relative, GREY),
+    )
+    series = tuple((label, np.degrees(y), colour, 1.0) for label, y, colour in parts)
+    return log_panel(
+        view,
+        series,
+        _orbital_levels(view),
+        decades=4.0,
+        title="Rate by direction",
+        y_label="[deg/s]",
+    )
+
+
+def _angles(view: View) -> tuple[Panel, ...]:
+    """Directions of rate and momentum, unless the body has none."""
+    to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
+    to_normal = angle_deg(view.values("momentum_inertial"), orbit_normals(view.result))
+    lines = (
+        line_of("ω to B", view.t_s, to_field, ORANGE, 0.9),
+        line_of("L to the orbit normal", view.t_s, to_normal, BLUE, 1.2),
+    )
+    if not np.isfinite([to_field, to_normal]).any():
+        return ()
+    return (
+        whole(view, title="Directions", y_label="angle [deg]", lines=lines, y_range=(0.0, 180.0)),
+    )

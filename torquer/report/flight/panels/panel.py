@@ -1,0 +1,168 @@
+"""Building blocks of time plots: lines, levels, panels, pictures; and how they are made."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torquer.analysis.series import quiet_from, usual_size
+from torquer.report.common.colours import AXES
+from torquer.report.common.downsample import Downsampled, downsampled, thinned
+from torquer.report.common.scales import log_floor, prefixed
+from torquer.report.flight.view import Mark, View
+
+ECLIPSE, MEASUREMENT = "eclipse", "measurement, coils off"
+Spans = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Line:
+    """A series to draw; `style`: 'line', 'dashed', 'steps' (held until the next point), 'dots'."""
+
+    label: str
+    series: Downsampled
+    colour: str
+    width: float = 1.0
+    style: str = "line"
+
+
+@dataclass(frozen=True)
+class Level:
+    """A horizontal mark with its label: dashed, or a solid one, as for zero."""
+
+    y: float
+    label: str
+    solid: bool = False
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One set of axes: `window` None shows the whole run; `y_range` None fits the data."""
+
+    title: str
+    y_label: str
+    lines: tuple[Line, ...]
+    levels: tuple[Level, ...] = ()
+    log: bool = False
+    y_range: tuple[float, float] | None = None
+    window: tuple[float, float] | None = None
+    bands: Spans = ()
+    bands_label: str = ECLIPSE
+    marks: tuple[Mark, ...] = ()
+
+
+@dataclass(frozen=True)
+class Picture:
+    """Panels from top to bottom, with what they mean."""
+
+    name: str
+    title: str
+    caption: str
+    panels: tuple[Panel, ...]
+
+
+def about_ranges(picture: Picture) -> str:
+    """What lines and shades mean where stretches of a series are drawn by their range."""
+    stretch = max(line.series.stretch_s for panel in picture.panels for line in panel.lines)
+    if stretch == 0.0:
+        return ""
+    return f"Lines: means over {stretch:.3g} s where motion is slow; shades: least to greatest."
+
+
+def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
+    """A line of a series, made short as its style allows."""
+    shorten = {"dots": thinned, "steps": Downsampled}.get(style, downsampled)
+    return Line(label, shorten(t, y), colour, width, style)
+
+
+def mean_line(label, t, y, colour, width) -> Line:
+    """For logarithmic axes, where a swing of three times is not much: the mean everywhere."""
+    return Line(label, downsampled(t, y, swing=np.inf), colour, width)
+
+
+def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
+    """Lines of the components of vectors [n, 3]."""
+    return tuple(
+        line_of(name, t, vectors[:, i], colour, width, style)
+        for i, (name, colour) in enumerate(AXES)
+    )
+
+
+def whole(view: View, **keys) -> Panel:
+    """A panel of the whole run."""
+    return Panel(bands=view.eclipses, **keys)
+
+
+def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
+    """A logarithmic panel of (label, y, colour, width), from the least value worth showing on.
+
+    Linear where the values are alike or nothing is above zero.
+    """
+    values = np.concatenate([y for _, y, *_ in series])
+    marks = [level.y for level in levels]
+    least = min([log_floor(values, decades) or 0.0, *marks])
+    top = max([np.nanmax(values, initial=0.0), *marks])
+    if top < 3.0 * least or least == 0.0:
+        lines = tuple(line_of(label, view.t_s, y, c, w) for label, y, c, w in series)
+        y_range = (-0.04 * top, 1.2 * top) if top > 0.0 else (-0.05, 1.0)
+        return whole(view, lines=lines, levels=levels, y_range=y_range, **keys)
+    lines = tuple(
+        mean_line(label, view.t_s, np.where(y > 0.0, y, np.nan), c, w) for label, y, c, w in series
+    )
+    y_range = (0.8 * least, 1.25 * top)
+    return whole(view, lines=lines, levels=levels, log=True, y_range=y_range, **keys)
+
+
+def part_of(view: View, title, unit, lines_of, values, window, levels=()) -> Panel:
+    """A part of the run, or the whole: `values` [n, k] as `lines_of`(t, values) draws them.
+
+    A few values far beyond the others are cut off: they would press the others flat.
+    """
+    began, ended = window
+    rows = (view.t_s >= began) & (view.t_s <= ended)
+    shown = values[rows]
+    greatest, usual = np.nanmax(np.abs(shown), initial=0.0), usual_size(shown)
+    cut = greatest > 3.0 * usual > 0.0
+    return Panel(
+        f"{title} (peaks cut off)" if cut else title,
+        f"[{unit}]",
+        lines_of(view.t_s[rows], shown),
+        levels=levels,
+        y_range=(-1.5 * usual, 1.5 * usual) if cut else None,
+        window=None if window == (0.0, view.end_s) else window,
+        bands=tuple(
+            (max(a, began), min(b, ended)) for a, b in view.eclipses if a < ended and b > began
+        ),
+        marks=tuple(m for m in view.marks(labelled=False) if began <= m.t_s <= ended),
+    )
+
+
+def with_room(panel: Panel) -> Panel:
+    """The panel with room above its lines for the labels of its marks."""
+    if not any(mark.label for mark in panel.marks):
+        return panel
+    rows = 0.11 * min(len(panel.marks), 3) + 0.03
+    low, high = panel.y_range or _range_of(panel.lines)
+    if panel.log:
+        return replace(panel, y_range=(low, high * (high / low) ** rows))
+    return replace(panel, y_range=(low, high + rows * (high - low)))
+
+
+def _range_of(lines) -> tuple[float, float]:
+    """Least and greatest of what lines show, and a little more."""
+    kept = (part for line in lines for part in (line.series.y, line.series.low, line.series.high))
+    values = np.concatenate([part for part in kept if part is not None])
+    low, high = np.nanmin(values, initial=0.0), np.nanmax(values, initial=0.0)
+    edge = 0.05 * (high - low) or 1.0
+    return low - edge, high + edge
+
+
+def quiet_panels(view: View, title, vectors, unit, size, prefix=True) -> tuple[Panel, ...]:
+    """The components once more after the fast motion, where there is such a time."""
+    since = quiet_from(view.t_s, size)
+    if since is None:
+        return ()
+    rows = view.t_s >= since
+    factor, unit = prefixed(vectors[rows], unit) if prefix else (1.0, unit)
+    bands = tuple((max(a, since), b) for a, b in view.eclipses if b > since)
+    lines = xyz(view.t_s[rows], factor * vectors[rows])
+    return (Panel(title, f"[{unit}]", lines, window=(since, view.end_s), bands=bands),)

@@ -1,0 +1,146 @@
+"""Pictures of reaction wheels in flight: speeds, shares of the limits, motor torque, momentum."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from torquer.analysis.series import usual_size
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.panels.panel import (
+    Level,
+    Line,
+    Panel,
+    Picture,
+    line_of,
+    part_of,
+    whole,
+    with_room,
+    xyz,
+)
+from torquer.report.flight.view import View
+
+#: Six of the colours for six wheels; six more wheels have them with dashes.
+_COLOURS, _STYLES = (ORANGE, BLUE, PINK, GREEN, SKY, RED), ("line", "dashed")
+#: Part of a limit from which on a picture shows it.
+_NEAR = 0.5
+_ZERO = Level(0.0, "", solid=True)
+
+
+def wheels(view: View) -> Picture:
+    """Speeds, shares of the momentum limits and motor torque of the wheels."""
+    caption = (
+        "Wheels are numbered from 0; momentum and speed of a wheel reach their limits together. "
+        "As wheels can turn against each other, a second line shows the least part of the limits "
+        "that the working wheels would need for what they hold together. The torque is what a "
+        "motor is asked for: a dead one gives none."
+    )
+    panels = (speeds(view, view.marks()), shares(view), *_torques(view))
+    return Picture("wheels", "Reaction wheels", caption, panels)
+
+
+def fullest_or_speeds(view: View) -> Panel:
+    """Speeds of a few wheels, or how full many are: fit for a small place."""
+    marks = view.marks(labelled=False)
+    return speeds(view, marks) if view.wheels.count <= 5 else shares(view)
+
+
+def _of_each(t_s, values) -> tuple[Line, ...]:
+    """A line for every wheel; many wheels have their numbers alone for names."""
+    count = values.shape[1]
+    name = "wheel {}" if count <= 5 else "{}"
+    return tuple(
+        line_of(name.format(k), t_s, values[:, k], _COLOURS[k % 6], 1.0, _STYLES[k // 6])
+        for k in range(count)
+    )
+
+
+def _between(values, limits) -> dict:
+    """Range of y around zero, with the limits as levels if the values come near to one."""
+    greatest = np.nanmax(np.abs(values), initial=0.0)
+    if greatest < _NEAR * limits.min():
+        return {"levels": (_ZERO,)}
+    top = 1.12 * max(greatest, limits.max())
+    levels = [Level(side * v, "limit") for v in np.unique(limits) for side in (1.0, -1.0)]
+    return {"levels": (_ZERO, *levels), "y_range": (-top, top)}
+
+
+def speeds(view: View, marks=()) -> Panel:
+    """Speeds of the wheels."""
+    flown = view.wheels
+    limit = flown.spec.speed_limit_rpm
+    place = _between(flown.speed_rpm, np.array([limit]))
+    panel = whole(
+        view,
+        title="Speed of each wheel" + ("" if "y_range" in place else f" (limit {limit:g} rpm)"),
+        y_label="speed [rpm]",
+        lines=_of_each(view.t_s, flown.speed_rpm),
+        marks=marks,
+        **place,
+    )
+    return with_room(panel)
+
+
+def shares(view: View) -> Panel:
+    """Greatest share of the momentum limits, and the least with which the sum could be held."""
+    flown = view.wheels
+    greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.needed_share
+    lines = [line_of("fullest wheel", view.t_s, greatest, RED, 1.2)]
+    if np.isfinite(needed).any():
+        lines.append(line_of("least that would do", view.t_s, needed, GREY, 1.2))
+    near = greatest.max() > 100.0 * _NEAR
+    return whole(
+        view,
+        title="Part of the momentum limit",
+        y_label="[%]",
+        lines=tuple(lines),
+        levels=(Level(100.0, "limit"),) if near else (),
+        y_range=(0.0, 112.0 if near else max(1.15 * greatest.max(), 1.0)),
+        marks=view.marks(labelled=False),
+    )
+
+
+def _torques(view: View) -> tuple[Panel, ...]:
+    """Torques of the motors: the whole run, and parts of it if the attitude is taken up fast."""
+    torque, taken_up = view.wheels.torque, view.taken_up_s
+    first = _torque_panel(view, "Motor torque", torque)
+    if taken_up is None:
+        return (first,)
+    parts = ("taken up", (0.0, taken_up)), ("held", (taken_up, view.end_s))
+    told = "Motor torque, attitude"
+    return first, *(_torque_part(view, f"{told} {name}", window) for name, window in parts)
+
+
+def _torque_panel(view: View, title: str, torque) -> Panel:
+    factor, unit = prefixed(torque, "N m")
+    limits = factor * view.wheels.limits("torque_limit_n_m")
+    place = _between(factor * torque, limits)
+    shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
+    return whole(
+        view,
+        title=title + ("" if "y_range" in place else f" (limit {shown} {unit})"),
+        y_label=f"[{unit}]",
+        lines=_of_each(view.t_s, factor * torque),
+        marks=view.marks(labelled=False),
+        **place,
+    )
+
+
+def _torque_part(view: View, title: str, window) -> Panel:
+    rows = (view.t_s >= window[0]) & (view.t_s <= window[1])
+    factor, unit = prefixed(usual_size(view.wheels.torque[rows]), "N m")
+    return part_of(view, title, unit, _of_each, factor * view.wheels.torque, window, (_ZERO,))
+
+
+def total_momentum_panel(view: View) -> Panel:
+    """Momentum of all wheels together, by the body's axes: what unloading takes away."""
+    held = view.wheels.total_body
+    factor, unit = prefixed(usual_size(held), "N m s")
+    title = "Momentum of the wheels together, in body axes"
+    panel = part_of(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
+    return with_room(replace(panel, y_label=f"h [{unit}]", marks=view.marks()))
+
+
+def _with_size(t_s, vectors) -> tuple[Line, ...]:
+    size = line_of("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
+    return (*xyz(t_s, vectors), size)

@@ -1,0 +1,262 @@
+"""Pictures as PNG, by matplotlib's object interface: no global state, any thread, no display."""
+
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
+
+from torquer.report.common.figure import FAINT, INK, SMALL, foot, legend, place, quiet, sheet
+from torquer.report.common.scales import clock_for, label_places, level_places
+from torquer.report.flight.ground_track import draw_ground_track, draw_track
+from torquer.report.flight.panels import overview
+from torquer.report.flight.panels.panel import MEASUREMENT, Panel, Picture, about_ranges
+from torquer.report.flight.view import Mark, View
+
+#: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
+_WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
+_HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
+_BANDS = {MEASUREMENT: "#f7f0e0"}
+_NIGHT = "#e3e6ef"
+_DASHES = (0, (5, 2))
+
+
+def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Path]:
+    """Write every picture into a folder; their paths by name."""
+    draw = {p.name: partial(draw_picture, picture=p) for p in pictures}
+    draw |= {"ground_track": draw_ground_track, "overview": draw_overview}
+    paths = {}
+    for count, (name, figure_of) in enumerate(draw.items(), 1):
+        paths[name] = folder / f"{name}.png"
+        FigureCanvasAgg(figure_of(view)).print_png(paths[name])
+        if progress:
+            progress(count / len(draw))
+    return paths
+
+
+def draw_picture(view: View, picture: Picture) -> Figure:
+    """The panels of a picture, one under the other; revolutions below the last whole run."""
+    last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
+    counted = view.end_s >= view.revolution_s
+    told = about_ranges(picture)
+    height = _HEAD + len(picture.panels) * (_TITLE + _PLOT + _UNDER)
+    height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if told else 0.0)
+    figure = sheet(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
+    top = _HEAD
+    for i, panel in enumerate(picture.panels):
+        axes = place(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, _PLOT)
+        draw_panel(axes, view, panel)
+        top += _TITLE + _PLOT + _UNDER
+        if counted and i == last_whole:
+            _add_revolutions(axes, view)
+            top += _REVOLUTIONS
+    foot(figure, told)
+    return figure
+
+
+def draw_panel(axes, view: View, panel: Panel) -> None:
+    """One panel with its lines, levels, bands, legend and labels."""
+    began, ended = panel.window or (0.0, view.end_s)
+    if ended == began:
+        began, ended = began - 0.5, ended + 0.5
+    clock = clock_for(ended - began)
+    _style(axes)
+    handles = [_draw_line(axes, line, clock) for line in panel.lines]
+    if panel.bands:
+        handles.append(_draw_bands(axes, panel, clock))
+    axes.set_xlim(began / clock.seconds, ended / clock.seconds)
+    axes.xaxis.set_major_locator(_time_ticks(clock, (ended - began) / clock.seconds))
+    _set_y(axes, panel)
+    _draw_levels(axes, panel)
+    _draw_marks(axes, panel.marks, clock)
+    axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL, labelpad=1)
+    axes.set_ylabel(panel.y_label, fontsize=9)
+    axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
+    axes.set_title(panel.title, loc="left", fontsize=9.5, color=INK)
+    _legend(axes, handles, panel.title)
+
+
+def _inches_wide(axes) -> float:
+    return axes.get_position().width * axes.figure.get_figwidth()
+
+
+def _style(axes) -> None:
+    quiet(axes)
+    axes.ticklabel_format(useOffset=False)
+
+
+def _time_ticks(clock, span: float):
+    """Ticks at round numbers of the unit; for hours at parts of a day."""
+    if clock.unit == "h":
+        return MultipleLocator(next((n for n in (1, 2, 3, 6, 12) if span <= 12 * n), 24))
+    return MaxNLocator(10, steps=(1, 2, 5, 10) if span < 50 else (1, 2, 3, 5, 6, 10))
+
+
+def _draw_line(axes, line, clock):
+    """Draw a line with its range; return what the legend shows for it."""
+    series = line.series
+    t, dots = series.t / clock.seconds, line.style == "dots"
+    many, alone = len(t) > 200, len(t) < 4
+    if series.low is not None:
+        axes.fill_between(t, series.low, series.high, color=line.colour, alpha=0.2, lw=0)
+        for edge in (series.low, series.high):
+            axes.plot(t, np.where(series.fast, edge, np.nan), lw=0.8, color=line.colour)
+    if dots:
+        axes.plot(
+            t,
+            series.y,
+            ".",
+            ms=2.5 if many else 6.0,
+            mew=0,
+            color=line.colour,
+            alpha=0.5 if many else 1.0,
+        )
+    else:
+        axes.plot(
+            t,
+            series.y,
+            lw=line.width,
+            color=line.colour,
+            ls=_DASHES if line.style == "dashed" else "-",
+            marker="o" if alone else None,
+            ms=4,
+            drawstyle="steps-post" if line.style == "steps" else "default",
+        )
+    return Line2D(
+        [],
+        [],
+        color=line.colour,
+        lw=0 if dots else 1.8,
+        ls=(0, (2, 1)) if line.style == "dashed" else "-",
+        ms=4,
+        label=line.label,
+        marker="o" if dots or alone else None,
+    )
+
+
+def _draw_bands(axes, panel: Panel, clock):
+    colour = _BANDS.get(panel.bands_label, _NIGHT)
+    spans = [(a / clock.seconds, (b - a) / clock.seconds) for a, b in panel.bands]
+    axes.broken_barh(
+        spans, (0.0, 1.0), transform=axes.get_xaxis_transform(), color=colour, lw=0, zorder=0.5
+    )
+    return Patch(color=colour, lw=0, label=panel.bands_label)
+
+
+def _draw_levels(axes, panel: Panel) -> None:
+    low, high = axes.get_ylim()
+    levels = sorted((v for v in panel.levels if low <= v.y <= high), key=lambda level: level.y)
+    gap = 0.14 / (axes.get_position().height * axes.figure.get_figheight())
+    _, places = level_places([v.y for v in levels], (low, high), panel.log, gap)
+    for level, at in zip(levels, places, strict=True):
+        dashes = "-" if level.solid else (0, (5, 3))
+        axes.axhline(level.y, color=FAINT, lw=0.8, ls=dashes, zorder=1.5)
+        axes.annotate(
+            level.label,
+            (1.006, at),
+            xycoords="axes fraction",
+            va="center",
+            fontsize=SMALL,
+            color="#555555",
+            annotation_clip=False,
+        )
+
+
+def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
+    """Upright lines, their labels beside them in the upper part of the axes."""
+    began, ended = axes.get_xlim()
+    at = [mark.t_s / clock.seconds for mark in marks]
+    places = [(x - began) / (ended - began) for x in at]
+    widths = [(0.065 * len(mark.label) + 0.12) / _inches_wide(axes) for mark in marks]
+    labels = label_places(places, widths)
+    for mark, x, (left, row) in zip(marks, at, labels, strict=True):
+        axes.axvline(x, color=INK, lw=0.9, ls=(0, (1, 1.5)), zorder=1.6)
+        axes.annotate(
+            mark.label,
+            (left, 1.0),
+            xycoords="axes fraction",
+            xytext=(4, -9 - 11 * row),
+            textcoords="offset points",
+            fontsize=SMALL - 0.5,
+            color=INK,
+            bbox={"facecolor": "white", "alpha": 0.75, "lw": 0, "pad": 0.6},
+        )
+
+
+def _set_y(axes, panel: Panel) -> None:
+    if panel.log:
+        axes.set_yscale("log")
+        plain = FuncFormatter(lambda y, _: f"{y:g}")
+        axes.yaxis.set_major_formatter(plain)
+        axes.yaxis.set_minor_formatter("")
+        if panel.y_range[1] < 20.0 * panel.y_range[0]:
+            axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
+            axes.yaxis.set_minor_formatter(plain)
+            axes.tick_params(which="minor", labelsize=SMALL)
+    if panel.y_range:
+        axes.set_ylim(*panel.y_range)
+    if panel.y_range == (0.0, 180.0):
+        axes.yaxis.set_major_locator(MultipleLocator(45.0))
+
+
+def _legend(axes, handles, title: str) -> None:
+    """One row to the right above the axes; close together where it would run into the title."""
+    wide = 0.07 * len(title) + sum(0.35 + 0.065 * len(h.get_label()) for h in handles)
+    keys = {"handletextpad": 0.5}
+    if wide > _inches_wide(axes):
+        keys = {"handlelength": 0.9, "handletextpad": 0.3, "columnspacing": 0.6}
+    legend(axes, handles, **keys)
+
+
+def _add_revolutions(axes, view: View) -> None:
+    """A second time axis that counts revolutions, below the first, where there is one at least."""
+    if view.end_s < view.revolution_s:
+        return
+    unit = view.revolution_s / clock_for(view.end_s).seconds
+    both_ways = (lambda x: x / unit, lambda n: n * unit)
+    second = axes.secondary_xaxis(-_UNDER / _PLOT, functions=both_ways)
+    second.set_xlabel("revolutions", fontsize=SMALL, labelpad=1)
+    second.tick_params(labelsize=SMALL, color=FAINT)
+    second.spines["bottom"].set_color(FAINT)
+    second.xaxis.set_major_locator(MaxNLocator(12, integer=True))
+
+
+def draw_overview(view: View) -> Figure:
+    """Three panels and the ground track on one page, with the numbers that matter first."""
+    wide, tall = 4.95, 2.475
+    figure = sheet(12.2, 7.1, view.scenario.description or view.scenario.name)
+    places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
+    cells = [place(figure, left, top, wide, tall) for left, top in places]
+    for axes, panel in zip(cells[:3], overview(view), strict=True):
+        draw_panel(axes, view, panel)
+    draw_track(cells[3], view)
+    foot(figure, _facts(view), 9)
+    return figure
+
+
+def _facts(view: View) -> str:
+    """One line of the most important numbers."""
+    told, clock = view.summary, clock_for(view.end_s)
+    facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
+    if view.held is None:
+        below = told["time_to_below_3x_orbital_rate_s"]
+        facts += [
+            f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
+            "never below 3 ω₀"
+            if below is None
+            else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
+        ]
+    else:
+        error = told["initial_attitude_error_deg"], told["final_attitude_error_deg"]
+        facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
+    facts.append(f"momentum left {told['momentum_left_n_m_s']:.3g} N m s")
+    if view.has_coils:
+        facts.append(f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²")
+    if view.wheels is not None:
+        share = told["peak_wheel_momentum_share"]
+        facts.append(f"wheels up to {share:.0%} of their momentum limit")
+    return "   ·   ".join(facts)

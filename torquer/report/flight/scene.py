@@ -1,0 +1,323 @@
+"""The motion in space: body, field, momentum and Sun in the inertial frame, frame by frame."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from torquer.report.common.colours import AXES, GREY, ORANGE, PINK, SKY
+from torquer.report.common.interactive import layout
+from torquer.report.common.scales import clock_for
+from torquer.report.flight.view import View
+
+#: Turn of the body [deg] from frame to frame that the eye follows easily.
+_EASY_DEG = 20.0
+_START, _MIDDLE, _END = 50, 40, 60
+_HEIGHT_PX = 600
+#: Corners of a cube by signs, and its twelve triangles.
+_CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
+_TRIANGLES = np.array(
+    [
+        (0, 1, 3),
+        (0, 3, 2),
+        (4, 7, 5),
+        (4, 6, 7),
+        (0, 5, 1),
+        (0, 4, 5),
+        (2, 3, 7),
+        (2, 7, 6),
+        (0, 2, 6),
+        (0, 6, 4),
+        (1, 5, 7),
+        (1, 7, 3),
+    ]
+)
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """Frames that are evenly spaced in time, and what to say of them."""
+
+    name: str
+    told: str
+    t_s: np.ndarray
+
+
+def chapters(view: View) -> tuple[Chapter, ...]:
+    """Instants to show: all alike if the eye can follow, else start, braking and end apart.
+
+    A tumbling body turns hundreds of times before it is braked. At the start and at the end the
+    frames are so close that each turn is seen; between them they are snapshots.
+    """
+    count, end = _START + _MIDDLE + _END, view.end_s
+    if end == 0.0:
+        return (Chapter("The only record", "one instant", np.zeros(1)),)
+    fastest = math.degrees(float(view.rate.max()))
+    if fastest * end / (count - 1) <= _EASY_DEG:
+        return (_chapter(view, "Whole run", np.linspace(0.0, end, count)),)
+    opening = _opening_s(view)
+    closing = _closing_s(view, opening)
+    first = _chapter(view, "Start", np.linspace(0.0, opening, _START))
+    between = np.linspace(opening, end - closing, _MIDDLE + 2)[1:-1]
+    middle = _chapter(view, "Between", between, "snapshots: the body turns on between them")
+    last = _chapter(view, "End", np.linspace(end - closing, end, _END))
+    return (first, middle, last)
+
+
+def _chapter(view: View, name: str, t_s, remark: str = "each turn is seen") -> Chapter:
+    """A chapter; at recorded instants only where the record is too coarse to interpolate."""
+    rows = np.clip(np.searchsorted(view.t_s, [t_s[0], t_s[-1]]), 0, len(view.t_s) - 1)
+    if not view.can_follow(max(int(rows[0]) - 1, 0), int(rows[1]) + 1):
+        nearest = np.searchsorted(view.t_s, t_s - 0.5 * view.record_s)
+        t_s = view.t_s[np.unique(np.clip(nearest, 0, len(view.t_s) - 1))]
+        remark = "the record is too coarse to follow each turn"
+    spacing = (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1)
+    return Chapter(name, f"frames {_spell(spacing, 3)} apart, {remark}", t_s)
+
+
+def _spell(seconds: float, digits: int = 4) -> str:
+    clock = clock_for(seconds)
+    return f"{seconds / clock.seconds:.{digits}g} {clock.unit}"
+
+
+def _opening_s(view: View) -> float:
+    """Length of the first chapter [s]: an easy turn between frames, a third of the run at most."""
+    rate = math.degrees(float(view.rate[: max(2, len(view.rate) // 50)].max()))
+    return min((_START - 1) * _EASY_DEG / rate if rate > 0.0 else math.inf, view.end_s / 3.0)
+
+
+def _closing_s(view: View, opening: float) -> float:
+    """Length of the last chapter [s]: the longest in which the turns are easy to follow."""
+    rate = np.degrees(view.rate)
+    longest = 0.6 * (view.end_s - opening)
+    for length in longest * 0.8 ** np.arange(60):
+        fastest = float(rate[view.t_s >= view.end_s - length].max())
+        if fastest * length / (_END - 1) <= _EASY_DEG:
+            return float(length)
+    return float(longest * 0.8**60)
+
+
+def scene_figure(view: View) -> dict:
+    """The figure with its frames, play button, slider and a button for each chapter."""
+    parts = chapters(view)
+    t = np.concatenate([part.t_s for part in parts])
+    still = [_great_circles(), _path_of_momentum(view)]
+    moving = _moving(view, t)
+    traces = list(range(len(still), len(still) + len(moving[0])))
+    frames = [{"name": str(i), "data": data, "traces": traces} for i, data in enumerate(moving)]
+    hidden = {"visible": False, "range": [-1.12, 1.12]}
+    scene = {
+        "xaxis": hidden,
+        "yaxis": hidden,
+        "zaxis": hidden,
+        "aspectmode": "cube",
+        "camera": {"eye": {"x": 1.0, "y": 1.0, "z": 0.6}},
+        "dragmode": "orbit",
+    }
+    return {
+        "data": [*still, *_named(moving[0])],
+        "frames": [{**frame, "data": [_changing(d) for d in frame["data"]]} for frame in frames],
+        "layout": layout(
+            _HEIGHT_PX,
+            scene=scene,
+            margin={"l": 0, "r": 0, "t": 0, "b": 0},
+            showlegend=False,
+            sliders=[_slider(view, parts)] if len(t) > 1 else [],
+            updatemenus=_buttons(parts) if len(t) > 1 else [],
+        ),
+    }
+
+
+def _units(vectors) -> np.ndarray:
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
+
+
+def _moving(view: View, t) -> list[list[dict]]:
+    """What moves, for each instant: the box, its axes, and the directions from it."""
+    turn = view.to_inertial(t)
+    corners = np.einsum("nij,kj->nki", turn, _box(view))
+    dark = np.interp(t, view.t_s, view.values("lit")) < 0.5
+    arrows = [(name, colour, turn[:, :, i], None) for i, (name, colour) in enumerate(AXES)]
+    arrows += [
+        ("B", PINK, _units(view.at("b_inertial", t)), None),
+        ("L", GREY, _units(view.at("momentum_inertial", t)), None),
+        ("down", SKY, -_units(view.at("position_inertial", t)), None),
+        ("Sun", ORANGE, _units(view.at("sun_inertial", t)), dark),
+    ]
+    return [[_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))]
+
+
+def _box(view: View) -> np.ndarray:
+    """Corners [8, 3] in body axes of the homogeneous box that has the body's inertia, scaled."""
+    moments, axes = view.scenario.spacecraft.body.principal()
+    squares = np.maximum(moments.sum() - 2.0 * moments, 1e-3 * moments.sum())
+    edges = np.sqrt(squares)
+    return (_CORNERS * (0.32 * edges / edges.max())) @ axes.T
+
+
+def _short(values) -> list:
+    return np.round(values, 3).tolist()
+
+
+def _mesh(corners) -> dict:
+    x, y, z = (_short(corners[:, i]) for i in range(3))
+    return {"type": "mesh3d", "x": x, "y": y, "z": z}
+
+
+def _arrow(arrow, n: int) -> dict:
+    name, colour, tips, dark = arrow
+    x, y, z = _short(tips[n])
+    if dark is not None and dark[n]:
+        colour = GREY
+    return {
+        "type": "scatter3d",
+        "x": [0, x],
+        "y": [0, y],
+        "z": [0, z],
+        "name": name,
+        **_looks(name, colour),
+    }
+
+
+def _looks(name: str, colour: str) -> dict:
+    """Line and tip of a direction; the body's own axes are thicker."""
+    own = name in ("x", "y", "z")
+    return {
+        "line": {"color": colour, "width": 7 if own else 4},
+        "marker": {"color": colour, "size": [0, 3 if own else 5]},
+    }
+
+
+def _changing(trace: dict) -> dict:
+    """Only what changes from frame to frame. (Labels must not: plotly would rescale them.)"""
+    keys = ("type", "x", "y", "z") + (("line", "marker") if trace.get("name") == "Sun" else ())
+    return {key: trace[key] for key in keys}
+
+
+def _named(traces: list[dict]) -> list[dict]:
+    """Full traces for the first picture."""
+    mesh, *arrows = traces
+    i, j, k = (column.tolist() for column in _TRIANGLES.T)
+    body = {
+        **mesh,
+        "i": i,
+        "j": j,
+        "k": k,
+        "color": "#9aa7b0",
+        "opacity": 0.55,
+        "flatshading": True,
+        "hoverinfo": "skip",
+        "name": "body",
+    }
+    labels = {"mode": "lines+markers+text", "textposition": "top center", "hoverinfo": "name"}
+    colours = dict(AXES) | {"B": PINK, "down": SKY, "Sun": ORANGE}
+    return [
+        body,
+        *(
+            {
+                **arrow,
+                **labels,
+                "text": ["", arrow["name"]],
+                "textfont": {"size": 13, "color": colours.get(arrow["name"], GREY)},
+            }
+            for arrow in arrows
+        ),
+    ]
+
+
+def _great_circles() -> dict:
+    """Three great circles in the planes of the inertial axes, to give depth."""
+    u = np.append(np.linspace(0.0, 2.0 * np.pi, 61), np.nan)
+    c, s, o = np.cos(u), np.sin(u), np.where(np.isnan(u), np.nan, 0.0)
+    x, y, z = (np.concatenate(parts) for parts in ((c, c, o), (s, o, c), (o, s, s)))
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "hoverinfo": "skip",
+        **{k: _with_gaps(v) for k, v in (("x", x), ("y", y), ("z", z))},
+        "line": {"color": "rgba(128,128,128,0.7)", "width": 1.5},
+    }
+
+
+def _path_of_momentum(view: View) -> dict:
+    """Where the angular momentum has pointed during the whole run."""
+    rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
+    path = _units(view.values("momentum_inertial")[rows])
+    x, y, z = (_short(path[:, i]) for i in range(3))
+    return {
+        "type": "scatter3d",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "z": z,
+        "hoverinfo": "skip",
+        "line": {"color": "rgba(118,118,118,0.7)", "width": 2},
+        "name": "path of L",
+    }
+
+
+def _with_gaps(values) -> list:
+    return [None if np.isnan(v) else round(float(v), 3) for v in values]
+
+
+def _slider(view: View, parts: tuple[Chapter, ...]) -> dict:
+    rates = np.degrees(view.rate)
+    labels = [
+        f"{part.name}: {_spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
+        for part in parts
+        for at in part.t_s
+    ]
+    steps = [
+        {"label": label, "method": "animate", "args": [[str(i)], _at_once()]}
+        for i, label in enumerate(labels)
+    ]
+    return {
+        "active": 0,
+        "steps": steps,
+        "x": 0.03,
+        "len": 0.94,
+        "y": 0.08,
+        "yanchor": "top",
+        "pad": {"t": 6, "b": 6},
+        "ticklen": 0,
+        "minorticklen": 0,
+        "font": {"color": "rgba(0,0,0,0)", "size": 1},
+        "currentvalue": {"font": {"size": 13, "color": "#808080"}, "xanchor": "left"},
+    }
+
+
+def _at_once(duration_ms: int = 0) -> dict:
+    return {
+        "mode": "immediate",
+        "frame": {"duration": duration_ms, "redraw": True},
+        "transition": {"duration": 0},
+    }
+
+
+def _buttons(parts: tuple[Chapter, ...]) -> list[dict]:
+    """Play, pause, and a jump to each chapter."""
+    play = {
+        "label": "▶ play",
+        "method": "animate",
+        "args": [None, {**_at_once(110), "fromcurrent": True}],
+    }
+    pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], _at_once()]}
+    began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
+    jumps = [
+        {"label": part.name, "method": "animate", "args": [[str(first)], _at_once()]}
+        for part, first in zip(parts, began, strict=False)
+    ]
+    look = {
+        "type": "buttons",
+        "direction": "left",
+        "yanchor": "top",
+        "y": 1.0,
+        "showactive": False,
+        "bgcolor": "rgba(128,128,128,0.15)",
+        "bordercolor": "rgba(128,128,128,0.4)",
+    }
+    menus = [{**look, "x": 0.01, "xanchor": "left", "buttons": [play, pause]}]
+    if len(parts) > 1:
+        menus.append({**look, "x": 0.99, "xanchor": "right", "buttons": jumps})
+    return menus

@@ -1,0 +1,150 @@
+"""A result seen by the report: its scenario, its orbit's rhythm, and what must be said about it."""
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.attitude import Held, held_in
+from torquer.analysis.series import bands_where, settled_from
+from torquer.analysis.summary import summary_of
+from torquer.analysis.wheels import FlownWheels, wheels_of
+from torquer.environment.field import at_geodetic
+from torquer.scenario.spec import Scenario
+from torquer.simulation.result import scenario_of
+from torquer.time import decimal_year
+
+#: Turn between two records [deg] up to which the attitude between them can be told.
+_FOLLOWED_DEG = 100.0
+#: Records that pictures are made from; of a longer run every so many-th.
+_MOST_RECORDS = 300_000
+
+
+@dataclass(frozen=True)
+class Mark:
+    """An instant, marked by an upright line and its label ("": the line alone)."""
+
+    t_s: float
+    label: str
+
+
+@dataclass(frozen=True)
+class View:
+    """A result with what every picture needs; made by `view_of`."""
+
+    result: xr.Dataset
+    scenario: Scenario
+    omega0_rad_s: float
+    t_s: np.ndarray
+    eclipses: tuple[tuple[float, float], ...]
+    every: int = 1
+    """How many records there are to each one in `result`."""
+    summary: dict = field(default_factory=dict)
+    """Of all records."""
+
+    @property
+    def record_s(self) -> float:
+        """Time between the records in `result` [s]."""
+        return self.every * self.scenario.simulation.record_s
+
+    def values(self, name: str) -> np.ndarray:
+        """A variable of the result as an array, in SI units."""
+        return self.result[name].values
+
+    @property
+    def has_coils(self) -> bool:
+        """Whether the satellite has coils."""
+        return self.scenario.spacecraft.coils is not None
+
+    @cached_property
+    def wheels(self) -> FlownWheels | None:
+        """The reaction wheels; None for a satellite without."""
+        return wheels_of(self.result, self.scenario)
+
+    @cached_property
+    def held(self) -> Held | None:
+        """The attitude that the law held; None for a law that holds none, or one unknown."""
+        return held_in(self.result)
+
+    @cached_property
+    def taken_up_s(self) -> float | None:
+        """Time by which the law had taken up its attitude; None if there was no such time."""
+        settled = None if self.held is None else settled_from(self.t_s, self.held.angle_deg)
+        return None if settled is None else 2.0 * settled
+
+    def marks(self, labelled: bool = True) -> tuple[Mark, ...]:
+        """What happened to the wheels, without labels unless `labelled`."""
+        happened = [] if self.wheels is None else self.wheels.events(self.end_s)
+        return tuple(Mark(t, told if labelled else "") for t, told in happened)
+
+    @property
+    def end_s(self) -> float:
+        """Time of the last record [s]."""
+        return float(self.t_s[-1])
+
+    @property
+    def revolution_s(self) -> float:
+        """Time of a revolution [s]."""
+        return 2.0 * math.pi / self.omega0_rad_s
+
+    @property
+    def rate(self) -> np.ndarray:
+        """Absolute rate [rad/s] at the records."""
+        return np.linalg.norm(self.values("omega_body"), axis=1)
+
+    def turn_between_records_deg(self, first: int = 0, last: int | None = None) -> float:
+        """Greatest turn of the body [deg] between two records among rows first..last."""
+        return math.degrees(float(self.rate[first:last].max())) * self.record_s
+
+    def can_follow(self, first: int = 0, last: int | None = None) -> bool:
+        """Whether records are close enough to tell the attitude between them."""
+        return self.turn_between_records_deg(first, last) <= _FOLLOWED_DEG
+
+    def to_inertial(self, t_s) -> np.ndarray:
+        """Direction cosines [n, 3, 3], body to J, at times within the record, interpolated."""
+        from scipy.spatial.transform import Rotation, Slerp
+
+        turns = Rotation.from_quat(self.values("q_body_to_inertial"))
+        if len(self.t_s) == 1:
+            return np.repeat(turns.as_matrix(), len(t_s), axis=0)
+        return Slerp(self.t_s, turns)(np.clip(t_s, self.t_s[0], self.end_s)).as_matrix()
+
+    def at(self, name: str, t_s) -> np.ndarray:
+        """A slowly changing vector [n, 3] at times within the record, interpolated."""
+        columns = self.values(name).T
+        return np.stack([np.interp(t_s, self.t_s, column) for column in columns], axis=1)
+
+    @cached_property
+    def field_map(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """(lon, lat, |B| [µT]) of the scenario's field at the orbit's mean height; None if the
+        model is tied to the orbit and so has no map."""
+        model = self.scenario.environment.field
+        if not hasattr(model, "b_earth_fixed"):
+            return None
+        lat, lon = np.linspace(-90.0, 90.0, 61), np.linspace(-180.0, 180.0, 121)
+        year, height_km = decimal_year(self.scenario.start), 1e-3 * self.values("altitude").mean()
+        b = at_geodetic(model, year, lat[:, None], lon[None, :], height_km)
+        return lon, lat, 1e6 * np.linalg.norm(b, axis=-1)
+
+
+def view_of(result: xr.Dataset) -> View:
+    """What the report needs of a result; `ValueError` for one without a single record."""
+    if result.sizes["time"] == 0:
+        raise ValueError("result: must hold at least one record; received none")
+    summary, scenario = summary_of(result), scenario_of(result)
+    every = -(-result.sizes["time"] // _MOST_RECORDS)
+    if every > 1:
+        last = result.sizes["time"] - 1
+        result = result.isel(time=slice(last % every, None, every)).load()
+    t = result["time"].values
+    return View(
+        result=result,
+        scenario=scenario,
+        omega0_rad_s=scenario.orbit.rate_rad_s(scenario.start),
+        t_s=t,
+        eclipses=tuple(bands_where(t, 1.0 - result["lit"].values)),
+        every=every,
+        summary=summary,
+    )

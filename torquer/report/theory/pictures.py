@@ -1,0 +1,120 @@
+"""Pictures of the averaged motion: courses over revolutions, and maps with isolines."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.theory.evolution.model import Slow
+
+COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
+_PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d8", "#2f74a8"])
+_TURN = 2.0 * math.pi
+
+
+def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
+    """Isolines of `values` `[x, y]` with their numbers, on a pale ground that darkens upwards.
+
+    Returns the ground, for a colour bar.
+    """
+    values = np.asarray(values).T
+    axes.grid(False)
+    ground = axes.pcolormesh(
+        x, y, values, cmap=_PALE, norm=norm, shading="gouraud", rasterized=True
+    )
+    lines = axes.contour(x, y, values, levels=levels, colors="#222222", linewidths=1.0)
+    texts = axes.clabel(lines, fmt=form, fontsize=9, inline_spacing=4)
+    for text in texts:
+        text.set_rotation_mode("anchor")
+    axes.set_xlim(x[0], x[-1])
+    axes.set_ylim(y[0], y[-1])
+    return ground
+
+
+def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:
+    """l, rho and theta over revolutions, one line for each named path, as a PNG file.
+
+    A cross where a motion stops (see `SlowMotion.ended`).
+    """
+    figure, axes = stacked(title, 3, 6.6, sharex=True)
+    shown = (
+        ("l = L / L₀", lambda slow: slow.l),
+        ("rho [deg]", lambda slow: np.degrees(slow.rho)),
+        ("theta [deg]", lambda slow: np.degrees(slow.theta)),
+    )
+    for each, (name, of) in zip(axes, shown, strict=True):
+        for colour, (label, slow) in zip(_colours(len(paths)), paths.items(), strict=True):
+            turns, values = np.asarray(u) / _TURN, of(slow)
+            each.plot(turns, values, color=colour, lw=1.4, label=label)
+            if getattr(slow, "ended", None) is not None:
+                last = np.flatnonzero(np.isfinite(values))[-1]
+                each.plot(turns[last], values[last], "x", color=colour, ms=8, mew=2)
+        each.set_ylabel(name, fontsize=10)
+        each.yaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 2.5, 5, 10)))
+        _room(each)
+    axes[-1].set_xlabel("revolutions", fontsize=10)
+    axes[-1].set_xlim(u[0] / _TURN, u[-1] / _TURN)
+    axes[0].legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=min(6, len(paths)), frameon=False,
+        fontsize=9.5, borderaxespad=0.1, handlelength=1.3, columnspacing=1.3,
+    )  # fmt: skip
+    return _saved(figure, path)
+
+
+def _colours(count: int) -> list[str]:
+    return [COLOURS[k % len(COLOURS)] for k in range(count)]
+
+
+def _room(axes) -> None:
+    """At least a thousandth of room for a line that stays where it is."""
+    low, high = axes.get_ylim()
+    least = 1e-2 * max(abs(low), abs(high), 1.0)
+    if high - low < least:
+        axes.set_ylim(low - least, high + least)
+
+
+def draw_map(
+    inclination_deg, rho_deg, values, unit: str, title: str, here: tuple | None, path: Path
+) -> Path:
+    """Isolines over (inclination, rho0) as a PNG file; `here`: inclination (and rho0 or None)."""
+    figure, (axes,) = stacked(title, 1, 4.6)
+    values = np.asarray(values)
+    known = values[np.isfinite(values)]
+    levels, norm = _levels(float(known.min()), float(known.max()))
+    isolines(axes, inclination_deg, rho_deg, values, levels, f"%g{unit}", norm)
+    if here:
+        axes.axvline(here[0], color=RED, lw=1.3, ls=(0, (5, 3)))
+        if here[1] is not None:
+            axes.plot(*here, "o", color=RED, ms=7, clip_on=False)
+    axes.set_xlabel("inclination [deg]", fontsize=10)
+    axes.set_ylabel("rho at the start [deg]", fontsize=10)
+    axes.set_xticks(_degrees_between(*axes.get_xlim()))
+    axes.set_yticks(_degrees_between(*axes.get_ylim()))
+    return _saved(figure, path)
+
+
+def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:
+    """Even levels, or where the values span much 1, 2, 5, 10, ... down to a thousandth."""
+    if low >= 0.2 * high:
+        return MaxNLocator(9, steps=(1, 2, 2.5, 5, 10)).tick_values(low, high)[1:-1], None
+    low = max(low, 1e-3 * high)
+    decades = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
+    levels = np.multiply.outer(decades, [1.0, 2.0, 5.0]).ravel()
+    return levels[(levels > low) & (levels < high)], LogNorm(low, high, clip=True)
+
+
+def _degrees_between(low, high) -> np.ndarray:
+    step = 15.0 if high - low <= 90.0 else 30.0
+    return np.arange(math.ceil(low / step) * step, high + 1e-9, step)
+
+
+def _saved(figure: Figure, path: Path) -> Path:
+    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
+    return path

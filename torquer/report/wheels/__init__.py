@@ -1,0 +1,1 @@
+"""The report on a wheel design: envelopes, failures, momentum build-up, tables."""

@@ -1,0 +1,113 @@
+"""The report on a wheel design as one page with the envelope in space: it loads nothing."""
+
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from torquer.report.common.colours import BLUE, ORANGE
+from torquer.report.common.html import document, figure_box, section, table
+from torquer.report.common.interactive import layout
+from torquer.report.wheels.pictures import needed
+from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
+from torquer.wheel_array.demand import Ellipsoid
+from torquer.wheel_array.envelope import Envelope, momentum_envelope
+
+_FACE = "#7fb2d6"
+#: Where the menu of losses stands, over the picture.
+_MENU = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "showactive": True}
+
+
+def write_page(design, report: dict, path: Path) -> Path:
+    """Write the page."""
+    title = report["description"] or report["name"]
+    told = (
+        f"Blue: momenta [N m s] within reach. Orange: what turns at {needed(design, report)[1]:.4g}"
+        " deg/s about any axis need. Turn it with the mouse; the menu takes wheels away; a click "
+        "on a name in the legend hides it."
+    )
+    rows = [section("momentum", "Momentum envelope", told, figure_box(figure_of(design, report)))]
+    rows.append(section("summary", "The array", "", table(summary_rows(report))))
+    rows.append(section("failures", *_titled(failure_rows(report))))
+    if len(report["layouts"]) > 1:
+        rows.append(section("layouts", *_titled(layout_rows(report))))
+    path.write_text(
+        document(title, [f"<header><h1>{escape(title)}</h1></header>", *rows]), encoding="utf-8"
+    )
+    return path
+
+
+def _titled(content) -> tuple[str, str, str]:
+    """Title, words and body of a section with a table."""
+    (title, _, units), head, rows = content[0].partition(": "), *content[1:]
+    heads = "".join(f"<th>{escape(name)}</th>" for name in head)
+    cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
+    return title, units, _rows([heads, *cells])
+
+
+def _rows(rows) -> str:
+    return f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+
+
+def figure_of(design, report: dict) -> dict:
+    """The plotly figure: an envelope for each loss, of which one is shown, and the ellipsoid."""
+    array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
+    cases = [case["lost"] for case in report["failures"]]
+    data = [_ellipsoid_trace(ellipsoid, rate)]
+    for number, lost in enumerate(cases):
+        data += _envelope_traces(momentum_envelope(array.without(*lost)), number == 0)
+    hidden = [-1.05, 1.05] * momentum_envelope(array).vertices.max(axis=0)[:, None]
+    scene = {
+        f"{axis}axis": {"title": {"text": name}, "range": side.tolist(), "color": "#808080",
+                        "gridcolor": "rgba(128,128,128,0.3)", "showbackground": False}
+        for axis, name, side in zip("xyz", ("x1", "x2", "x3"), hidden, strict=True)
+    }  # fmt: skip
+    scene |= {"aspectmode": "data", "dragmode": "orbit",
+              "camera": {"eye": {"x": 1.9, "y": -1.7, "z": 0.9}}}  # fmt: skip
+    menu = {**_MENU, "buttons": [_button(cases, number) for number in range(len(cases))]}
+    return {
+        "data": data,
+        "frames": [],  # with it the page's script takes the figure for a picture in space
+        "layout": layout(640, scene=scene, margin={"l": 0, "r": 0, "t": 40, "b": 0},
+                         updatemenus=[menu]),
+    }  # fmt: skip
+
+
+def _button(cases, number: int) -> dict:
+    shown = [True] + [n == number for n in range(len(cases)) for _ in range(2)]
+    lost = lost_label(cases[number])
+    label = "all wheels" if not cases[number] else f"lost: {lost}"
+    return {"label": label, "method": "restyle", "args": [{"visible": shown}]}
+
+
+def _xyz(points) -> dict:
+    return dict(zip("xyz", np.round(np.asarray(points).T, 4).tolist(), strict=True))
+
+
+def _envelope_traces(envelope: Envelope, visible: bool) -> list[dict]:
+    """Transparent faces, and edges as one broken line."""
+    points = envelope.vertices
+    i, j, k = envelope.triangles().T.tolist()
+    same = {"visible": visible, "hoverinfo": "skip", "legendgroup": "envelope"}
+    faces = {
+        "type": "mesh3d", **_xyz(points), "i": i, "j": j, "k": k, "color": _FACE, "opacity": 0.3,
+        "flatshading": True, "name": "within reach", "showlegend": True, **same,
+    }  # fmt: skip
+    ends = [points[n].round(4).tolist() for pair in envelope.edges for n in pair]
+    line = [point for n in range(0, len(ends), 2) for point in (*ends[n : n + 2], [None] * 3)]
+    x, y, z = (list(column) for column in zip(*line, strict=True)) if line else ([], [], [])
+    edges = {
+        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": "edges",
+        "showlegend": False, "line": {"color": BLUE, "width": 3}, **same,
+    }  # fmt: skip
+    return [faces, edges]
+
+
+def _ellipsoid_trace(ellipsoid: Ellipsoid, rate: float) -> dict:
+    points, triangles = ellipsoid.mesh(24, 48)
+    i, j, k = triangles.T.tolist()
+    return {
+        "type": "mesh3d", **_xyz(points), "i": i, "j": j, "k": k, "color": ORANGE, "opacity": 1.0,
+        "hoverinfo": "skip", "name": f"needed for {rate:.4g} deg/s", "showlegend": True,
+        "lighting": {"ambient": 0.6, "diffuse": 0.6},
+    }  # fmt: skip

@@ -1,0 +1,220 @@
+"""Envelopes of wheel arrays in space, failures, and momentum over time, as PNG."""
+
+import math
+from pathlib import Path
+
+import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+
+from torquer.analysis.wheel_design import METHODS, half_spaces
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
+from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
+from torquer.report.wheels.tables import hours, lost_label
+from torquer.wheel_array.demand import Ellipsoid
+from torquer.wheel_array.envelope import Envelope, momentum_envelope
+from torquer.wheel_array.rates import required
+
+#: Elevation and azimuth [deg] from which envelopes are seen.
+EYE = (18.0, -48.0)
+_NAMES = ("x1", "x2", "x3")
+_FACE = "#7fb2d6"
+_DAY = 86400.0
+#: Revolutions that can be told apart in a picture.
+_MOST_TURNS = 100
+_METHOD_NAMES = {"minimax": "minimax", "least_squares": "pseudo-inverse"}
+
+
+def needed(design, report: dict) -> tuple[Ellipsoid, float]:
+    """Momenta of the wanted rate, or of the greatest one about every axis, and that rate."""
+    rate = design.demand.rate_deg_s or report["momentum"]["worst_rate_deg_s"]
+    return required(np.array(design.body.inertia_kg_m2), math.radians(rate)), rate
+
+
+def draw_all(design, report: dict, folder: Path) -> list[Path]:
+    """Write envelope.png, failures.png and, where it is asked for, accumulation.png."""
+    made = [
+        draw_envelope_page(design, report, folder / "envelope.png"),
+        draw_failures(design, report, folder / "failures.png"),
+    ]
+    if design.accumulation is not None:
+        made.append(draw_accumulation(design, report, folder / "accumulation.png"))
+    return made
+
+
+# ------------------------------------------------------------------ in space
+
+
+def draw_envelope_page(design, report: dict, path: Path) -> Path:
+    """The whole array's envelope, and that after the worst single loss, round what is needed."""
+    array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
+    singles = [case for case in report["failures"] if len(case["lost"]) == 1]
+    worst = min(singles, key=lambda case: case["worst_rate_deg_s"])
+    figure = sheet(11.0, 5.6, f"Momentum envelope · {report['description'] or report['name']}")
+    after = (array.without(*worst["lost"]), f"wheel {lost_label(worst['lost'])} lost")
+    shown = ((array, "as it is" if array.lost else "all wheels"), after)
+    for left, (each, told) in zip((0.0, 5.5), shown, strict=True):
+        axes = place(figure, left, 0.45, 5.5, 4.75, projection="3d", computed_zorder=False)
+        draw_envelope(axes, momentum_envelope(each), ellipsoid, momentum_envelope(array))
+        figure.text((left + 0.3) / 11.0, 1.0 - 0.5 / 5.6, told, fontsize=10.5, va="top", color=INK)
+    figure.text(
+        0.3 / 11.0,
+        0.2 / 5.6,
+        f"Blue: momenta within reach [N m s]. Orange: what turns at {rate:.4g} deg/s about "
+        "any axis need; red: where that is out of reach.",
+        fontsize=SMALL + 0.5,
+        color=INK,
+    )
+    FigureCanvasAgg(figure).print_png(path)
+    return path
+
+
+def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, frame=None) -> None:
+    """An envelope with transparent faces, and an ellipsoid in it, on axes in space.
+
+    The axes must have been made with computed_zorder=False: far faces, ellipsoid, near faces are
+    laid one over the other. `frame`: another envelope to take the scale from.
+    """
+    elevation, azimuth = np.radians(EYE)
+    eye = np.array([math.cos(elevation) * math.cos(azimuth),
+                    math.cos(elevation) * math.sin(azimuth), math.sin(elevation)])  # fmt: skip
+    loops = [envelope.vertices[list(face)] for face in envelope.faces]
+    near = np.array([_outward(loop) @ eye > 0.0 for loop in loops], dtype=bool)
+    _faces(axes, [loop for loop, n in zip(loops, near, strict=True) if not n], 0.30, 1)
+    if ellipsoid is not None:
+        _ellipsoid(axes, ellipsoid, envelope, eye)
+    _faces(axes, [loop for loop, n in zip(loops, near, strict=True) if n], 0.22, 3)
+    size = (frame or envelope).vertices
+    if ellipsoid is not None:
+        size = np.vstack([size, ellipsoid.matrix, -ellipsoid.matrix])
+    _frame(axes, size)
+
+
+def _outward(loop) -> np.ndarray:
+    return np.cross(loop[1] - loop[0], loop[2] - loop[1])
+
+
+def _faces(axes, loops, opacity: float, order: int) -> None:
+    if not loops:
+        return
+    axes.add_collection3d(Poly3DCollection(loops, facecolor=_FACE, alpha=opacity, zorder=order))
+    width = 0.6 if order == 1 else 1.1
+    lines = [np.vstack([loop, loop[:1]]) for loop in loops]
+    axes.add_collection3d(Line3DCollection(lines, colors=BLUE, lw=width, zorder=order + 0.5))
+
+
+def _ellipsoid(axes, ellipsoid: Ellipsoid, envelope: Envelope, eye) -> None:
+    """Its near side; shaded, and red where it is out of the envelope."""
+    points, triangles = ellipsoid.mesh(90, 180)
+    corners = points[triangles]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    facing = normals @ eye
+    seen = facing > 0.0
+    colours = np.where(
+        envelope.contains(corners[seen].mean(axis=1))[:, None], _rgb(ORANGE), _rgb(RED)
+    )
+    shade = 0.72 + 0.28 * facing[seen, None]
+    axes.add_collection3d(
+        Poly3DCollection(
+            corners[seen], facecolor=colours * shade, lw=0, zorder=2, antialiased=False
+        )
+    )
+
+
+def _rgb(colour: str) -> np.ndarray:
+    return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)]) / 255.0
+
+
+def _frame(axes, points) -> None:
+    """Equal scales, sides as long as the set is wide, axes named."""
+    half = 1.08 * np.abs(points).max(axis=0)
+    half = np.maximum(half, 0.3 * half.max())
+    limits = (axes.set_xlim, axes.set_ylim, axes.set_zlim)
+    for limit, side in zip(limits, half, strict=True):
+        limit(-side, side)
+    axes.set_box_aspect(half, zoom=0.95)
+    axes.view_init(elev=EYE[0], azim=EYE[1])
+    axes.tick_params(labelsize=7, pad=-2)
+    axes.locator_params(nbins=5)
+    axes.locator_params(axis="x", nbins=3)
+    names = (axes.set_xlabel, axes.set_ylabel, axes.set_zlabel)
+    for name, text in zip(names, _NAMES, strict=True):
+        name(text, fontsize=SMALL, labelpad=-4)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.pane.set_alpha(0.0)
+        axis._axinfo["grid"].update(color="#e2e2e2", linewidth=0.4)
+
+
+# ------------------------------------------------------------------ failures and time
+
+
+def draw_failures(design, report: dict, path: Path) -> Path:
+    """Bars of the rate that is reached about every axis, loss by loss."""
+    cases = report["failures"]
+    height = max(2.4, 1.1 + 0.2 * len(cases))
+    figure = sheet(7.2, height, "Rate about every axis after losses of wheels")
+    axes = place(figure, 0.85, 0.5, 6.1, height - 1.05)
+    quiet(axes)
+    axes.grid(False, axis="y")
+    rates = [case["worst_rate_deg_s"] for case in cases]
+    colours = [(BLUE, GREEN, ORANGE)[len(case["lost"])] for case in cases]
+    bars = axes.barh(range(len(cases)), rates, 0.72, color=colours)
+    axes.bar_label(bars, fmt="%.3f", fontsize=SMALL - 1, padding=2)
+    axes.set_yticks(range(len(cases)), [lost_label(case["lost"]) for case in cases])
+    axes.set_ylim(len(cases) - 0.4, -0.6)
+    axes.set_xlim(0.0, 1.12 * max(*rates, design.demand.rate_deg_s or 0.0, 1e-12))
+    axes.set_xlabel("rate [deg/s]", fontsize=SMALL)
+    axes.set_ylabel("lost", fontsize=SMALL)
+    if design.demand.rate_deg_s:
+        axes.axvline(design.demand.rate_deg_s, color=INK, lw=1.0, ls=(0, (4, 3)))
+        figure.text(0.99, 1.0 - 0.2 / height, "dashed: wanted", fontsize=SMALL, ha="right",
+                    va="center")  # fmt: skip
+    FigureCanvasAgg(figure).print_png(path)
+    return path
+
+
+def draw_accumulation(design, report: dict, path: Path) -> Path:
+    """Momentum that the wheels take up, and the part of the array that it needs, until it is full.
+
+    Over a long time the to and fro is drawn as a band, from least to greatest.
+    """
+    array = design.wheels.array()
+    growth = design.accumulation.growth(np.array(design.body.inertia_kg_m2))
+    ends = [report["accumulation"][f"saturation_{m}_h"] for m in METHODS]
+    end_s = 1.15 * max([3600.0 * e for e in ends if e] or [0.0]) or 5.0 * _DAY
+    last = max(2, math.ceil(end_s / growth.held.period_s))
+    shown = np.unique(np.linspace(0, last, min(last + 1, 160)).astype(int))
+    momenta = growth.over(shown)
+    figure = sheet(8.6, 5.1, f"Momentum of a kept attitude · {report['description'] or ''}")
+    upper = place(figure, 0.75, 0.65, 7.6, 1.85)
+    lower = place(figure, 0.75, 2.8, 7.6, 1.7)
+    upper.tick_params(labelbottom=False)
+    t = (shown[:, None] + np.linspace(0.0, 1.0, momenta.shape[1])) * growth.held.period_s / _DAY
+    for k, colour in enumerate((RED, GREEN, BLUE)):
+        _course(upper, t, momenta[..., k], colour, _NAMES[k])
+    for method, colour, end in reversed(list(zip(METHODS, (BLUE, ORANGE), ends, strict=True))):
+        share = np.abs(momenta @ half_spaces(array, method).T).max(axis=-1)
+        _course(lower, t, 100.0 * share, colour, f"{_METHOD_NAMES[method]}: {hours(end)}")
+    lower.axhline(100.0, color=GREY, lw=1.0, ls=(0, (4, 3)))
+    for axes, told in ((upper, "momentum [N m s]"), (lower, "part of what is within reach [%]")):
+        quiet(axes)
+        axes.set_xlim(0.0, t.max())
+        axes.set_ylabel(told, fontsize=SMALL)
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False,
+                    fontsize=SMALL, borderaxespad=0.1)  # fmt: skip
+    lower.set_ylim(0.0, 120.0)
+    lower.set_xlabel("time [days]", fontsize=SMALL)
+    FigureCanvasAgg(figure).print_png(path)
+    return path
+
+
+def _course(axes, t, values, colour: str, name: str) -> None:
+    """A line where its turns can be told apart, else a band from least to greatest."""
+    if len(t) <= _MOST_TURNS:
+        axes.plot(t.ravel(), values.ravel(), color=colour, lw=0.9, label=name)
+        return
+    middle = t.mean(axis=1)
+    axes.fill_between(middle, values.min(axis=1), values.max(axis=1), color=colour, alpha=0.3, lw=0)
+    axes.plot(middle, values.mean(axis=1), color=colour, lw=1.2, label=name)
