@@ -1,6 +1,7 @@
 """The floors of the house: imports only point down."""
 
 import ast
+import itertools
 from pathlib import Path
 
 import pytest
@@ -116,14 +117,37 @@ def test_the_test_sees_what_points_up(place, source, wrong):
     assert upward(source, place) == wrong
 
 
+def is_for_type_checkers(node: ast.AST) -> bool:
+    """Whether a statement is an `if TYPE_CHECKING:`, which never runs."""
+    return isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"
+
+
+def first_page() -> list[ast.stmt]:
+    """Statements of the package's `__init__`."""
+    return ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8")).body
+
+
 def test_the_first_page_imports_nothing_when_it_is_imported():
     """Only a docstring, strings, and the functions that import a name when it is asked for."""
-    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
-    for node in tree.body:
+    assert torquer.TYPE_CHECKING is False
+    page = [node for node in first_page() if not is_for_type_checkers(node)]
+    for node in itertools.chain(
+        *(each.body if isinstance(each, ast.If) else [each] for each in page)
+    ):
         assert isinstance(node, ast.Expr | ast.Assign | ast.FunctionDef), ast.dump(node)[:80]
         if not isinstance(node, ast.FunctionDef):
             inner = (n for n in ast.walk(node) if isinstance(n, ast.Call | ast.Import | ast.Lambda))
             assert list(inner) == []
+
+
+def test_type_checkers_learn_the_same_names_from_the_same_homes():
+    (block,) = filter(is_for_type_checkers, first_page())
+    shown = {}
+    for node in block.body:
+        for alias in node.names:
+            assert alias.asname == alias.name, "without `as` it is not taken for a public name"
+            shown[alias.name] = node.module
+    assert shown == torquer._HOMES
 
 
 def test_every_public_name_is_where_the_first_page_says():

@@ -42,17 +42,49 @@ _HOMES = {
     "sampling_limit_rad_s": "torquer.theory.gains",
 }
 
+#: True to type checkers and editors, which learn the same names below.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from torquer.analysis.summary import summary_of as summary_of
+    from torquer.control import LAWS as LAWS
+    from torquer.control.law import Law as Law
+    from torquer.control.law import law as law
+    from torquer.control.recommended import recommended_scheme as recommended_scheme
+    from torquer.control.recommended import standard_scheme as standard_scheme
+    from torquer.control.scheme import stage_at as stage_at
+    from torquer.control.scheme import stage_starts_s as stage_starts_s
+    from torquer.conventions import Measured as Measured
+    from torquer.environment.field import FIELDS as FIELDS
+    from torquer.orbit import ORBITS as ORBITS
+    from torquer.report import write_report as write_report
+    from torquer.report.flight.summary_rows import rows_of as rows_of
+    from torquer.scenario.load import ScenarioError as ScenarioError
+    from torquer.scenario.load import load_scenario as load_scenario
+    from torquer.scenario.load import scenario_from_text as scenario_from_text
+    from torquer.scenario.load import scenario_schema as scenario_schema
+    from torquer.simulation.result import load as load
+    from torquer.simulation.result import save as save
+    from torquer.simulation.simulate import RunStopped as RunStopped
+    from torquer.simulation.simulate import resume as resume
+    from torquer.simulation.simulate import simulate as simulate
+    from torquer.simulation.spec import Scenario as Scenario
+    from torquer.theory.gains import bdot_gain as bdot_gain
+    from torquer.theory.gains import bdot_greatest_gain as bdot_greatest_gain
+    from torquer.theory.gains import sampling_limit_rad_s as sampling_limit_rad_s
+
 __all__ = [*_HOMES, "__version__"]
 
 
-def __getattr__(name: str):
-    if name not in _HOMES:
-        raise AttributeError(f"module 'torquer' has no attribute {name!r}")
-    import importlib
+if not TYPE_CHECKING:
 
-    value = getattr(importlib.import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
+    def __getattr__(name: str):
+        if name not in _HOMES:
+            raise AttributeError(f"module 'torquer' has no attribute {name!r}")
+        import importlib
+
+        value = getattr(importlib.import_module(_HOMES[name]), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__():

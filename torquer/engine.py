@@ -25,7 +25,15 @@ from numba.extending import intrinsic, overload
 
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
-ROOMS_WITHOUT_KERNELS = ("scenario", "report", "gallery", "cli", "__init__.py", "__main__.py")
+ROOMS_WITHOUT_KERNELS = (
+    "scenario",
+    "analysis",
+    "report",
+    "gallery",
+    "cli",
+    "__init__.py",
+    "__main__.py",
+)
 
 
 def source_key() -> str:

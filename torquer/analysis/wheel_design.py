@@ -113,7 +113,7 @@ def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
         needed = required(inertia, math.radians(demand.acceleration_deg_s2))
         shares["acceleration"] = greatest_share(torque_envelope(array), needed)
     if demand.momentum_n_m_s is not None:
-        shares["momentum"] = greatest_share(held, Box(demand.momentum_n_m_s))
+        shares["momentum"] = greatest_share(held, Box(np.array(demand.momentum_n_m_s)))
     return {
         name: {"share": _finite(share), "met": bool(share <= 1.0)} for name, share in shares.items()
     }
@@ -255,13 +255,13 @@ def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
 
 
 def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[dict]:
-    rows = []
+    demand, rows = design.demand.momentum_n_m_s, []
+    box = None if demand is None else Box(np.array(demand))
     for name, told, axes in candidates(design):
         other = array if name == "given" else _with_axes(array, axes)
         envelope = momentum_envelope(other)
-        demand = design.demand.momentum_n_m_s
         works = axes[other.momentum_limits() > 0.0]
-        full = envelope.rank == 3 and demand is not None
+        reached = envelope.rank == 3
         rows.append(
             {
                 "name": name,
@@ -269,8 +269,8 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
                 "axes": axes.tolist(),
                 "volume_n3_m3_s3": envelope.volume,
                 "worst_rate_deg_s": math.degrees(worst_case(envelope, inertia).rate),
-                "norm_n_m_s": greatest_norm(works, Box(demand)) if full else None,
-                "wheel_n_m_s": greatest_momentum(works, Box(demand)) if full else None,
+                "norm_n_m_s": greatest_norm(works, box) if box and reached else None,
+                "wheel_n_m_s": greatest_momentum(works, box) if box and reached else None,
                 **{f"saturation_{m}_h": _saturation_h(other, growth, m) for m in METHODS},
             }
         )

@@ -106,7 +106,7 @@ def with_models(way: Way, names, default=("igrf14",)) -> tuple:
     own = () if way.field is None else (way.field,)
     if not own and not names:
         names = default
-    models = {}
+    models: dict[str, object] = {}
     for model in (*own, *(model_of(name) for name in names or ())):
         models.setdefault(label(model), model)
     if len(models) > MOST_MODELS:

@@ -27,7 +27,9 @@ _TOLD = {
 _ROWS = 19
 
 
-def point(place: tuple, when: str, model, geocentric: bool, as_json: bool) -> int:
+def point(
+    place: tuple[float, float, float], when: str, model, geocentric: bool, as_json: bool
+) -> int:
     """Print the elements at a place."""
     check_place(*place)
     check_earth_fixed(model)
@@ -211,12 +213,17 @@ def cone(way: Way, models: tuple, t_s, out: Path, as_json: bool) -> int:
 _SIZES = ("least_nt", "mean_nt", "greatest_nt")
 
 
+def _sizes_nt(strength_t) -> dict[str, float]:
+    found = (np.min(strength_t), np.mean(strength_t), np.max(strength_t))
+    return {key: float(1e9 * size) for key, size in zip(_SIZES, found, strict=True)}
+
+
 def _told_cone(way: Way, along: FieldsAlong, labels: list[str], shape) -> dict:
     off = np.abs(angles_deg(along.b_y, shape.axis_y) - shape.half_angle_deg)
     models = [
         {
             "model": name,
-            **{k: float(1e9 * f(size)) for k, f in zip(_SIZES, (np.min, np.mean, np.max))},  # noqa: B905
+            **_sizes_nt(size),
             "greatest_off_cone_deg": float(each.max()),
         }
         for name, size, each in zip(labels, along.strength, off, strict=True)

@@ -208,7 +208,7 @@ def _spinning(tensor, axis, rate_deg_s) -> tuple:
 
 def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, tuple]:
     transverse, axial, length, theta, spread = motion
-    notes = ()
+    notes: tuple[str, ...] = ()
     if spread > 0.02:
         notes = (f"the moments across the axis differ by {100 * spread:.0f} %: the mean counts",)
     try:
@@ -271,7 +271,7 @@ def _circle(r, v) -> tuple[dict, tuple]:
     h = np.cross(r, v)
     size = 1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2)
     eccentricity = math.sqrt(max(0.0, 1.0 - h @ h / (MU_EARTH_M3_S2 * size)))
-    notes = ()
+    notes: tuple[str, ...] = ()
     if eccentricity > 0.005:
         notes = (f"the orbit, of eccentricity {eccentricity:.3f}, is taken as a circle",)
     node = np.array(ascending_node(as_vector(h)))

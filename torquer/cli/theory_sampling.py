@@ -32,9 +32,9 @@ def _rate(asked: Question) -> float:
 
 
 def _greatest_gain(asked: Question) -> float | None:
-    if asked.law != "bdot":
-        return None
     spinner, sampling = asked.spinner, asked.sampling
+    if asked.law != "bdot" or sampling is None:
+        return None
     return bdot_greatest_gain(
         min(spinner.transverse_kg_m2, spinner.axial_kg_m2), spinner.strength_t, sampling.hold_s,
         difference_s=sampling.difference_s, lag_s=sampling.lag_s, measure_s=sampling.measure_s,
@@ -44,7 +44,7 @@ def _greatest_gain(asked: Question) -> float | None:
 def sampling_lines(asked: Question) -> list[str]:
     """The same in words."""
     told = sampling_told(asked)
-    if told is None:
+    if told is None or asked.sampling is None:
         return []
     what = "precession" if asked.law == "nutation_damping" else "rotation"
     lines = [

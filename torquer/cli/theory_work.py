@@ -4,6 +4,7 @@ import json as json_
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -246,7 +247,7 @@ def _latex(law: str) -> str:
                     "j_zz": symbolic.axial}  # fmt: skip
     if "momentum" in made.parameters:
         symbols["momentum"] = symbolic.momentum
-    found = symbolic.averaged_equations(made, symbols)
+    found: Any = symbolic.averaged_equations(made, symbols)
     if law == "reorientation":  # a spin about the axis
         found = Slow(*(sympy.factor(x.subs(symbolic.theta, 0)) for x in found))
     return symbolic.as_latex(found)
@@ -257,7 +258,7 @@ def _symbolic_law(law: str):
     from torquer.control import LAWS
 
     up, inertia = {"target": (0.0, 0.0, 1.0)}, {"inertia_kg_m2": (1.0, 1.0, 1.0)}
-    kinds = {
+    kinds: dict[str, tuple[str, str, dict[str, Any]]] = {
         "bdot": ("bdot_rate", "gain_a_m2_s_per_t", {}),
         "nutation_damping": ("nutation_damping_rate", "gain_a_m2_s_per_t", {}),
         "spin_up": ("spin_up", "gain_a_m2_per_t", {}),

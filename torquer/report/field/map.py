@@ -112,7 +112,8 @@ def _ticks(grid: FieldMap, element: str) -> np.ndarray:
 def _levels(values, element: str) -> np.ndarray:
     if element == "I":
         return np.arange(-90.0, 91.0, 10.0)
-    return MaxNLocator(14, steps=(1, 2, 5, 10)).tick_values(values.min(), values.max())
+    locator = MaxNLocator(14, steps=(1, 2, 5, 10))
+    return np.asarray(locator.tick_values(values.min(), values.max()))
 
 
 def _declination(axes, grid: FieldMap, values):

@@ -93,7 +93,7 @@ def _traces(line: Line, clock_s: float) -> list[dict]:
 def _range_traces(line: Line, base: dict) -> list[dict]:
     """Shade from least to greatest, with its edges drawn where the series is fast."""
     series = line.series
-    if series.low is None:
+    if series.low is None or series.high is None or series.fast is None:
         return []
     unseen = {
         **base,

@@ -105,7 +105,8 @@ def _scenario(view: View) -> str:
 def _law_texts(view: View) -> str:
     """The text of the laws that are not the package's own, as it was flown."""
     attrs = view.result.attrs
-    texts = {attrs.get(f"{key}_text", ""): attrs.get(key) for key in ("wheel_law", "law")}
+    keys = [key for key in ("wheel_law", "law") if f"{key}_text" in attrs]
+    texts = {attrs[f"{key}_text"]: attrs[key] for key in keys}
     return "".join(
         f"<h2>Law {escape(name)}</h2><pre>{escape(text)}</pre>"
         for text, name in reversed(texts.items())

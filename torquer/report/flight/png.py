@@ -1,5 +1,6 @@
 """Pictures as PNG, by matplotlib's object interface: no global state, any thread, no display."""
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -27,7 +28,9 @@ _DASHES = (0, (5, 2))
 
 def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Path]:
     """Write every picture into a folder; their paths by name."""
-    draw = {p.name: partial(draw_picture, picture=p) for p in pictures}
+    draw: dict[str, Callable[[View], Figure]] = {
+        p.name: partial(draw_picture, picture=p) for p in pictures
+    }
     draw |= {"ground_track": draw_ground_track, "overview": draw_overview}
     paths = {}
     for count, (name, figure_of) in enumerate(draw.items(), 1):
@@ -193,7 +196,7 @@ def _set_y(axes, panel: Panel) -> None:
         plain = FuncFormatter(lambda y, _: f"{y:g}")
         axes.yaxis.set_major_formatter(plain)
         axes.yaxis.set_minor_formatter("")
-        if panel.y_range[1] < 20.0 * panel.y_range[0]:
+        if panel.y_range and panel.y_range[1] < 20.0 * panel.y_range[0]:
             axes.yaxis.set_minor_locator(LogLocator(subs=(2.0, 5.0)))
             axes.yaxis.set_minor_formatter(plain)
             axes.tick_params(which="minor", labelsize=SMALL)

@@ -104,7 +104,10 @@ def scene_figure(view: View) -> dict:
     still = [_great_circles(), _path_of_momentum(view)]
     moving = _moving(view, t)
     traces = list(range(len(still), len(still) + len(moving[0])))
-    frames = [{"name": str(i), "data": data, "traces": traces} for i, data in enumerate(moving)]
+    frames = [
+        {"name": str(i), "data": [_changing(trace) for trace in data], "traces": traces}
+        for i, data in enumerate(moving)
+    ]
     hidden = {"visible": False, "range": [-1.12, 1.12]}
     scene = {
         "xaxis": hidden,
@@ -116,7 +119,7 @@ def scene_figure(view: View) -> dict:
     }
     return {
         "data": [*still, *_named(moving[0])],
-        "frames": [{**frame, "data": [_changing(d) for d in frame["data"]]} for frame in frames],
+        "frames": frames,
         "layout": layout(
             _HEIGHT_PX,
             scene=scene,

@@ -103,7 +103,8 @@ def draw_map(
 def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:
     """Even levels, or where the values span much 1, 2, 5, 10, ... down to a thousandth."""
     if low >= 0.2 * high:
-        return MaxNLocator(9, steps=(1, 2, 2.5, 5, 10)).tick_values(low, high)[1:-1], None
+        even = MaxNLocator(9, steps=(1, 2, 2.5, 5, 10)).tick_values(low, high)
+        return np.asarray(even)[1:-1], None
     low = max(low, 1e-3 * high)
     decades = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
     levels = np.multiply.outer(decades, [1.0, 2.0, 5.0]).ravel()

@@ -39,7 +39,8 @@ def write_page(design, report: dict, path: Path) -> Path:
 
 def _titled(content) -> tuple[str, str, str]:
     """Title, words and body of a section with a table."""
-    (title, _, units), head, rows = content[0].partition(": "), *content[1:]
+    heading, head, rows = content
+    title, _, units = heading.partition(": ")
     heads = "".join(f"<th>{escape(name)}</th>" for name in head)
     cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
     return title, units, _rows([heads, *cells])
@@ -56,11 +57,12 @@ def figure_of(design, report: dict) -> dict:
     data = [_ellipsoid_trace(ellipsoid, rate)]
     for number, lost in enumerate(cases):
         data += _envelope_traces(momentum_envelope(array.without(*lost)), number == 0)
-    hidden = [-1.05, 1.05] * momentum_envelope(array).vertices.max(axis=0)[:, None]
-    scene = {
-        f"{axis}axis": {"title": {"text": name}, "range": side.tolist(), "color": "#808080",
-                        "gridcolor": "rgba(128,128,128,0.3)", "showbackground": False}
-        for axis, name, side in zip("xyz", ("x1", "x2", "x3"), hidden, strict=True)
+    reach = momentum_envelope(array).vertices.max(axis=0)
+    scene: dict[str, object] = {
+        f"{axis}axis": {"title": {"text": name}, "range": [-1.05 * side, 1.05 * side],
+                        "color": "#808080", "gridcolor": "rgba(128,128,128,0.3)",
+                        "showbackground": False}
+        for axis, name, side in zip("xyz", ("x1", "x2", "x3"), reach.tolist(), strict=True)
     }  # fmt: skip
     scene |= {"aspectmode": "data", "dragmode": "orbit",
               "camera": {"eye": {"x": 1.9, "y": -1.7, "z": 0.9}}}  # fmt: skip

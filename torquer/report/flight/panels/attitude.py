@@ -10,7 +10,7 @@ from torquer.report.flight.view import View
 
 def attitude_error(view: View) -> Picture:
     """How far the body is from the attitude that its law holds."""
-    held = view.held
+    held = _held_of(view)
     frame = "orbital" if held.orbital else "inertial"
     caption = (
         f"The wanted attitude is fixed in the {frame} frame. Shown is the truth, not what the "
@@ -33,7 +33,7 @@ def attitude_error(view: View) -> Picture:
 
 def angle(view: View) -> Panel:
     """Angle of the whole turn from the wanted attitude, on a logarithmic axis."""
-    series = (("angle", view.held.angle_deg, GREY, 1.3),)
+    series = (("angle", _held_of(view).angle_deg, GREY, 1.3),)
     marks = view.marks()
     title = "Angle from the wanted attitude"
     panel = log_panel(view, series, decades=5.0, title=title, y_label="[deg]", marks=marks)
@@ -58,3 +58,9 @@ def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
         part_of(view, f"{title}: taken up", unit, xyz, vectors, first),
         part_of(view, f"{title}: held", unit, xyz, vectors, then),
     )
+
+
+def _held_of(view: View) -> Held:
+    """That of a view that has one: without, no such picture is made."""
+    assert view.held is not None
+    return view.held

@@ -16,11 +16,12 @@ from torquer.report.flight.panels.panel import (
     xyz,
 )
 from torquer.report.flight.view import View
+from torquer.spacecraft.coils import Coils
 
 
 def _reach_levels(view: View) -> tuple[Level, ...]:
     """Marks at the reach along each axis, one for all axes that share it."""
-    reach = np.round(coil_reach(view.scenario.spacecraft.coils), 9)
+    reach = np.round(coil_reach(_coils_of(view)), 9)
     levels = []
     for value in dict.fromkeys(reach.tolist()):
         axes = "".join(name for name, r in zip("xyz", reach, strict=True) if r == value)
@@ -35,7 +36,7 @@ def dipole_whole(view: View) -> Panel:
     title = "Dipole while the coils act" if control.measure_s > 0.0 else "Dipole of the coils"
     if acting.size == 0:
         acting, title = np.arange(len(view.t_s)), "Dipole at the recorded instants"
-    m, reach = view.values("dipole_body")[acting], coil_reach(view.scenario.spacecraft.coils)
+    m, reach = view.values("dipole_body")[acting], coil_reach(_coils_of(view))
     keys = {"levels": _reach_levels(view), "y_range": (-1.15 * reach.max(), 1.15 * reach.max())}
     factor, unit = 1.0, "A m²"
     if 0.0 < np.abs(m).max() < 0.25 * reach.min():
@@ -43,7 +44,7 @@ def dipole_whole(view: View) -> Panel:
         (factor, unit), keys = prefixed(m, unit), {}
         title += f", far below the limit of {reach.min():.3g} A m²"
     lines = xyz(view.t_s[acting], factor * m, width=0.8)
-    if control.measure_s == 0.0 and view.scenario.spacecraft.coils.lag_s == 0.0:
+    if control.measure_s == 0.0 and _coils_of(view).lag_s == 0.0:
         lines = tuple(
             line if line.series.stretch_s else replace(line, style="steps") for line in lines
         )
@@ -68,7 +69,9 @@ def dipoles(view: View) -> Picture:
 def _cycles(view: View, count: int = 6) -> tuple[Panel, ...]:
     """First and last cycles, if the record is fine enough to show them."""
     control, span = view.scenario.control, count * view.scenario.control.cycle_s
-    shortest = min(control.measure_s, control.actuate_s) if control.measure_s else control.sample_s
+    shortest = control.sample_s
+    if control.measure_s and control.actuate_s:
+        shortest = min(control.measure_s, control.actuate_s)
     if view.record_s > shortest * (1.0 + 1e-9) or view.end_s < span:
         return ()
     first = _cycle_panel(view, f"The first {count} cycles", 0, span)
@@ -83,12 +86,9 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
     rows = (view.t_s >= began - 1e-6) & (view.t_s <= ended + 1e-6)
     m = view.values("dipole_body")[rows]
     factor, unit = prefixed(m, "A m²")
-    style = "steps" if view.scenario.spacecraft.coils.lag_s == 0.0 else "line"
-    reach = (
-        _reach_levels(view)
-        if np.abs(m).max() > 0.5 * coil_reach(view.scenario.spacecraft.coils).min()
-        else ()
-    )
+    style = "steps" if _coils_of(view).lag_s == 0.0 else "line"
+    near = np.abs(m).max() > 0.5 * coil_reach(_coils_of(view)).min()
+    reach = _reach_levels(view) if near else ()
     levels = tuple(Level(factor * level.y, level.label) for level in reach)
     starts = np.arange(began, ended - 1e-6, control.cycle_s)
     bands = tuple((s, s + control.measure_s) for s in starts.tolist()) if control.measure_s else ()
@@ -102,3 +102,10 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
         bands=bands,
         bands_label=MEASUREMENT,
     )
+
+
+def _coils_of(view: View) -> Coils:
+    """Those of a view that has them: without, no such picture is made."""
+    coils = view.scenario.spacecraft.coils
+    assert coils is not None
+    return coils

@@ -48,10 +48,10 @@ def momentum_size(view: View) -> Panel:
     """Angular momentum on a logarithmic axis."""
     size = np.linalg.norm(view.values("momentum_inertial"), axis=1)
     factor, unit = prefixed(size, "N m s")
-    series = (("|L|", factor * size, GREY, 1.4),)
+    series = [("|L|", factor * size, GREY, 1.4)]
     if view.wheels is not None:
         held = np.linalg.norm(view.wheels.total_body, axis=1)
-        series += (("wheels", factor * held, ORANGE, 1.0),)
+        series.append(("wheels", factor * held, ORANGE, 1.0))
     # wheels may hold nothing at first: the least of theirs does not matter
     decades = 6.0 if view.wheels is None else 3.0
     return log_panel(

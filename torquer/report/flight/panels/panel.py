@@ -70,7 +70,9 @@ def about_ranges(picture: Picture) -> str:
 
 def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
     """A line of a series, made short as its style allows."""
-    shorten = {"dots": thinned, "steps": Downsampled}.get(style, downsampled)
+    if style == "steps":
+        return Line(label, Downsampled(t, y), colour, width, style)
+    shorten = thinned if style == "dots" else downsampled
     return Line(label, shorten(t, y), colour, width, style)
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from torquer.analysis.series import usual_size
+from torquer.analysis.wheels import FlownWheels
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import prefixed
 from torquer.report.flight.panels.panel import (
@@ -42,7 +43,7 @@ def wheels(view: View) -> Picture:
 def fullest_or_speeds(view: View) -> Panel:
     """Speeds of a few wheels, or how full many are: fit for a small place."""
     marks = view.marks(labelled=False)
-    return speeds(view, marks) if view.wheels.count <= 5 else shares(view)
+    return speeds(view, marks) if _wheels_of(view).count <= 5 else shares(view)
 
 
 def _of_each(t_s, values) -> tuple[Line, ...]:
@@ -67,7 +68,7 @@ def _between(values, limits) -> dict:
 
 def speeds(view: View, marks=()) -> Panel:
     """Speeds of the wheels."""
-    flown = view.wheels
+    flown = _wheels_of(view)
     limit = flown.spec.speed_limit_rpm
     place = _between(flown.speed_rpm, np.array([limit]))
     panel = whole(
@@ -83,7 +84,7 @@ def speeds(view: View, marks=()) -> Panel:
 
 def shares(view: View) -> Panel:
     """Greatest share of the momentum limits, and the least with which the sum could be held."""
-    flown = view.wheels
+    flown = _wheels_of(view)
     greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.needed_share
     lines = [line_of("fullest wheel", view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
@@ -102,7 +103,7 @@ def shares(view: View) -> Panel:
 
 def _torques(view: View) -> tuple[Panel, ...]:
     """Torques of the motors: the whole run, and parts of it if the attitude is taken up fast."""
-    torque, taken_up = view.wheels.torque, view.taken_up_s
+    torque, taken_up = _wheels_of(view).torque, view.taken_up_s
     first = _torque_panel(view, "Motor torque", torque)
     if taken_up is None:
         return (first,)
@@ -113,7 +114,7 @@ def _torques(view: View) -> tuple[Panel, ...]:
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
     factor, unit = prefixed(torque, "N m")
-    limits = factor * view.wheels.limits("torque_limit_n_m")
+    limits = factor * _wheels_of(view).limits("torque_limit_n_m")
     place = _between(factor * torque, limits)
     shown = " / ".join(f"{limit:.4g}" for limit in np.unique(limits))
     return whole(
@@ -128,13 +129,13 @@ def _torque_panel(view: View, title: str, torque) -> Panel:
 
 def _torque_part(view: View, title: str, window) -> Panel:
     rows = (view.t_s >= window[0]) & (view.t_s <= window[1])
-    factor, unit = prefixed(usual_size(view.wheels.torque[rows]), "N m")
-    return part_of(view, title, unit, _of_each, factor * view.wheels.torque, window, (_ZERO,))
+    factor, unit = prefixed(usual_size(_wheels_of(view).torque[rows]), "N m")
+    return part_of(view, title, unit, _of_each, factor * _wheels_of(view).torque, window, (_ZERO,))
 
 
 def total_momentum_panel(view: View) -> Panel:
     """Momentum of all wheels together, by the body's axes: what unloading takes away."""
-    held = view.wheels.total_body
+    held = _wheels_of(view).total_body
     factor, unit = prefixed(usual_size(held), "N m s")
     title = "Momentum of the wheels together, in body axes"
     panel = part_of(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
@@ -144,3 +145,9 @@ def total_momentum_panel(view: View) -> Panel:
 def _with_size(t_s, vectors) -> tuple[Line, ...]:
     size = line_of("|h|", t_s, np.linalg.norm(vectors, axis=1), GREY, 1.4)
     return (*xyz(t_s, vectors), size)
+
+
+def _wheels_of(view: View) -> FlownWheels:
+    """Those of a view that has them: without, no such picture is made."""
+    assert view.wheels is not None
+    return view.wheels
