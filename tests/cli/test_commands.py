@@ -100,9 +100,9 @@ def test_validate_says_what_it_found(call, scenario, strict_json):
     assert size.endswith(" of memory and less than 1 s of computing")
     code, out, err = call("validate", scenario, "--json")
     assert (code, err) == (0, "")
-    told = strict_json(out)
-    size = told.pop("size")
-    assert told == {"scenario": "short", "valid": True, "notes": []}
+    answer = strict_json(out)
+    size = answer.pop("size")
+    assert answer == {"scenario": "short", "valid": True, "notes": []}
     assert (size["steps"], size["rows"], size["disk_bytes"]) == (300, 61, 61 * 49 * 8)
 
 
@@ -185,8 +185,8 @@ def test_mistakes_are_lines_on_stderr_and_exit_2(call, scenario, name, old, new,
     code, out, err = call(name, scenario, *out_folder)
     assert (code, out) == (2, "")
     assert len(err.splitlines()) == len(lines)
-    for told, line in zip(err.splitlines(), lines, strict=True):
-        assert told.startswith(f"error: {line}")
+    for answer, line in zip(err.splitlines(), lines, strict=True):
+        assert answer.startswith(f"error: {line}")
 
 
 def test_validate_of_a_mistake_as_json(call, scenario, strict_json):
@@ -240,8 +240,8 @@ def test_notes_go_to_stderr_and_leave_json_alone(call, scenario, no_report, tmp_
     code, out, err = call("run", scenario, "--json", "--out", tmp_path / "out")
     assert code == 0
     assert strict_json(out)["initial_rate_deg_s"] == pytest.approx(50.0)
-    told = [line.removeprefix("note: ")[:24] for line in err.splitlines()]
-    assert told == [
+    answer = [line.removeprefix("note: ")[:24] for line in err.splitlines()]
+    assert answer == [
         "the initial rate of 50 d",
         "the body turns 50 deg wi",
         "the steps of RK4 let the",

@@ -57,9 +57,11 @@ def through(monkeypatch):
 @pytest.fixture
 def odd_wheels(tmp_path):
     """A design of wheels whose file and description are not ASCII."""
-    told = (EXAMPLES / "wheels" / "foton.toml").read_text(encoding="utf-8")
+    answer = (EXAMPLES / "wheels" / "foton.toml").read_text(encoding="utf-8")
     path = tmp_path / "колёса.toml"
-    lines = (f'description = "{ODD_TEXT}"' if x.startswith("desc") else x for x in told.split("\n"))
+    lines = (
+        f'description = "{ODD_TEXT}"' if x.startswith("desc") else x for x in answer.split("\n")
+    )
     path.write_text("\n".join(lines), encoding="utf-8")
     return path
 

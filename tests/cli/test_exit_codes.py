@@ -53,8 +53,8 @@ UNREADABLE = {
 }
 
 
-def one_line(told) -> str:
-    code, out, err = told
+def one_line(answer) -> str:
+    code, out, err = answer
     assert (code, out) == (2, ""), err
     assert err.startswith("error: ") and err.endswith("\n")
     return err
@@ -135,8 +135,8 @@ def test_a_disk_that_is_full_ends_in_one_line(scenario, tmp_path):
 
 
 def test_an_error_of_writing_names_the_folder_and_a_closed_pipe_does_not():
-    told = pytest.raises(ValueError, match=r"^--docs: must be a folder .*; received a \(No space")
-    with told, writing_to(Path("a"), "--docs"):
+    answer = pytest.raises(ValueError, match=r"^--docs: must be a folder .*; received a \(No space")
+    with answer, writing_to(Path("a"), "--docs"):
         raise OSError(28, "No space left on device")
     with pytest.raises(BrokenPipeError), writing_to(Path("a")):
         raise BrokenPipeError

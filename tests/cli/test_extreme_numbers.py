@@ -66,9 +66,9 @@ def short(scenario) -> dict:
 
 def check_refusal(error: ValueError) -> None:
     """One line of the usual form."""
-    told = str(error)
-    assert re.match(r"[^:]+: .*(must|needs|no orbit at)", told) and "\n" not in told, told
-    assert "of thousands" in told or len(told) < 1000
+    answer = str(error)
+    assert re.match(r"[^:]+: .*(must|needs|no orbit at)", answer) and "\n" not in answer, answer
+    assert "of thousands" in answer or len(answer) < 1000
 
 
 def usable(data: dict):

@@ -73,19 +73,19 @@ def test_the_example_point_in_text(field):
 def test_point_as_json_is_the_library(field, strict_json, model):
     code, out, err = field("point", "--model", model, *EXAMPLE, "--json")
     assert (code, err) == (0, "")
-    told = strict_json(out)
-    assert told.keys() == {
+    answer = strict_json(out)
+    assert answer.keys() == {
         "model", "date", "decimal_year", "coordinates", "latitude_deg", "longitude_deg",
         "altitude_km", "elements", "rates",
     }  # fmt: skip
-    assert told["date"] == "2025-07-01T00:00:00+00:00" and told["coordinates"] == "geodetic"
-    found = point_field(FIELDS[model](), told["decimal_year"], 80.0, 240.0, 50.0)
-    assert told["elements"] == {k: float(v) for k, v in found.elements._asdict().items()}
+    assert answer["date"] == "2025-07-01T00:00:00+00:00" and answer["coordinates"] == "geodetic"
+    found = point_field(FIELDS[model](), answer["decimal_year"], 80.0, 240.0, 50.0)
+    assert answer["elements"] == {k: float(v) for k, v in found.elements._asdict().items()}
     if model == "direct_dipole":
-        assert told["rates"] is None
+        assert answer["rates"] is None
     else:
         rates = {f"{k}_per_year": float(v) for k, v in found.rates._asdict().items()}
-        assert told["rates"] == rates
+        assert answer["rates"] == rates
 
 
 def test_degree_geocentric_and_negative_places(field, strict_json):
@@ -106,7 +106,7 @@ def test_no_declination_at_the_pole_of_the_direct_dipole(field, strict_json):
 
 
 MISTAKES = [
-    ({"--model": "averaged"}, "--model: averaged is tied to an orbit and has no value at a point; "
+    ({"--model": "averaged"}, "--model: averaged is defined along an orbit only; "
      "must be one of igrf14, wmm2025, tilted_dipole, direct_dipole"),
     ({"--model": "igrf13"}, "--model: must be one of igrf14, wmm2025, tilted_dipole, "
      "direct_dipole, averaged; received 'igrf13'"),
@@ -186,17 +186,17 @@ def test_orbit_as_json_is_the_library(field, strict_json):
     models = ["--model", "tilted_dipole", "--model", "averaged"]
     code, out, err = field("orbit", *CIRCLE, *models, "--step-s", "300", "--json")
     assert (code, err) == (0, "")
-    told = strict_json(out)
-    assert told.keys() == {
+    answer = strict_json(out)
+    assert answer.keys() == {
         "orbit", "start", "time_s", "argument_of_latitude_deg", "latitude_deg", "longitude_deg",
         "height_km", "fields",
     }  # fmt: skip
-    assert [each["model"] for each in told["fields"]] == ["tilted_dipole", "averaged"]
-    orbit = Circular.model_validate(told["orbit"])
-    start, t_s = parse_utc(told["start"]), np.array(told["time_s"])
+    assert [each["model"] for each in answer["fields"]] == ["tilted_dipole", "averaged"]
+    orbit = Circular.model_validate(answer["orbit"])
+    start, t_s = parse_utc(answer["start"]), np.array(answer["time_s"])
     assert t_s[-1] == pytest.approx(orbit.period_s, abs=1e-6) and len(t_s) == 21
     along = fields_along((FIELDS["tilted_dipole"](), FIELDS["averaged"]()), orbit, start, t_s)
-    for m, each in enumerate(told["fields"]):
+    for m, each in enumerate(answer["fields"]):
         assert each.keys() == {
             "model", "b_inertial_nt", "b_orbital_nt", "strength_nt", "angle_to_first_deg"
         }  # fmt: skip
@@ -206,8 +206,8 @@ def test_orbit_as_json_is_the_library(field, strict_json):
             ("strength_nt", along.strength),
         ):
             assert np.array(each[name]) == pytest.approx(1e9 * values[m], abs=1e-3)
-    assert np.ptp(told["fields"][1]["strength_nt"]) < 1e-3
-    assert max(told["fields"][1]["angle_to_first_deg"]) > 5.0
+    assert np.ptp(answer["fields"][1]["strength_nt"]) < 1e-3
+    assert max(answer["fields"][1]["angle_to_first_deg"]) > 5.0
 
 
 def test_orbit_prints_a_thinned_table(field):
@@ -236,14 +236,14 @@ def test_orbit_draws_its_pictures(field, tmp_path):
 
 def test_orbit_of_a_scenario_has_its_start_and_its_field_first(field, scenario, strict_json):
     given = ["--scenario", scenario, "--duration-min", "20", "--step-s", "600", "--json"]
-    told = strict_json(field("orbit", *given, "--model", "direct_dipole")[1])
-    assert told["start"] == "2012-03-04T10:31:47+00:00"
-    assert [each["model"] for each in told["fields"]] == ["averaged", "direct_dipole"]
+    answer = strict_json(field("orbit", *given, "--model", "direct_dipole")[1])
+    assert answer["start"] == "2012-03-04T10:31:47+00:00"
+    assert [each["model"] for each in answer["fields"]] == ["averaged", "direct_dipole"]
     whole = load_scenario(scenario)
     around = whole.surroundings()
-    t_s = np.array(told["time_s"])
+    t_s = np.array(answer["time_s"])
     b = around.field(t_s, *around.state(t_s))
-    assert told["fields"][0]["b_inertial_nt"] == pytest.approx(1e9 * b, abs=1e-3)
+    assert answer["fields"][0]["b_inertial_nt"] == pytest.approx(1e9 * b, abs=1e-3)
     later = strict_json(field("orbit", *given, "--start", "2025-01-01")[1])
     assert later["start"] == "2025-01-01T00:00:00+00:00"
     twice = strict_json(field("orbit", *given, "--model", "averaged")[1])
@@ -252,8 +252,10 @@ def test_orbit_of_a_scenario_has_its_start_and_its_field_first(field, scenario, 
 
 def test_ut1_is_that_of_the_option_else_of_the_scenario(field, scenario, strict_json):
     def longitudes(*arguments):
-        told = field("orbit", "--scenario", scenario, "--revolutions", "0.1", *arguments, "--json")
-        return np.array(strict_json(told[1])["longitude_deg"])
+        answer = field(
+            "orbit", "--scenario", scenario, "--revolutions", "0.1", *arguments, "--json"
+        )
+        return np.array(strict_json(answer[1])["longitude_deg"])
 
     plain, second = longitudes(), 360.0 / 86164.0905
     given = longitudes("--ut1-minus-utc-s", "0.5")
@@ -267,10 +269,10 @@ def test_ut1_is_that_of_the_option_else_of_the_scenario(field, scenario, strict_
 def test_orbit_of_an_element_set_starts_at_its_epoch(field, tmp_path, strict_json):
     (tmp_path / "chibis.tle").write_text(TLE)
     given = ["--tle", tmp_path / "chibis.tle", "--duration-min", "2", "--model", "direct_dipole"]
-    told = strict_json(field("orbit", *given, "--json")[1])
+    answer = strict_json(field("orbit", *given, "--json")[1])
     # day 58.91450162 of 2012: 27 February, 21:56:53
-    assert told["start"] == "2012-02-27T21:56:53+00:00"
-    assert 480.0 < told["height_km"][0] < 530.0
+    assert answer["start"] == "2012-02-27T21:56:53+00:00"
+    assert 480.0 < answer["height_km"][0] < 530.0
     assert field("orbit", *given)[1].startswith("chibis.tle, sgp4 orbit, from 2012-02-27 21:56")
 
 
@@ -292,7 +294,7 @@ ORBIT_MISTAKES = [
     ([*CIRCLE, "--ut1-minus-utc-s", "1.2"],
      "--ut1-minus-utc-s: must lie within -0.9..0.9; received 1.2"),
     ([*CIRCLE, "--step-s", "0"], "--step-s: must be a positive number; received 0"),
-    ([*CIRCLE, "--step-s", "1e-4"], "--step-s: must cut the time into at most 200000 steps; "
+    ([*CIRCLE, "--step-s", "1e-4"], "--step-s: must divide the time into at most 200000 steps; "
      "received 5.74e+07 steps of 0.0001 s"),
     ([*CIRCLE, "--revolutions", "nan"], "--revolutions: must be a positive number; received nan"),
     ([*CIRCLE, "--duration-min", "-1"], "--duration-min: must be a positive number; received -1"),
@@ -336,11 +338,13 @@ def test_map_writes_a_picture_and_tells_the_extremes(field, strict_json, tmp_pat
     assert least.startswith("least    Z -") and greatest.startswith("greatest Z ")
     assert path == "runs/field/map_Z.png"
     assert np.ptp(matplotlib.image.imread(tmp_path / path)) == 1.0
-    told = strict_json(field("map", *given, "--json")[1])
-    assert told.keys() == {
+    answer = strict_json(field("map", *given, "--json")[1])
+    assert answer.keys() == {
         "model", "date", "altitude_km", "element", "unit", "least", "greatest", "picture"
     }  # fmt: skip
-    assert told["unit"] == "nT" and told["greatest"]["latitude_deg"] == pytest.approx(80.8, abs=1.0)
+    assert answer["unit"] == "nT" and answer["greatest"]["latitude_deg"] == pytest.approx(
+        80.8, abs=1.0
+    )
 
 
 def test_cone_writes_a_picture_and_a_page(field, strict_json, tmp_path):
@@ -355,20 +359,20 @@ def test_cone_writes_a_picture_and_a_page(field, strict_json, tmp_path):
     assert lines[-1] == "runs/field: cone.png, cone.html"
     assert np.ptp(matplotlib.image.imread(tmp_path / "runs/field/cone.png")) == 1.0
     assert (tmp_path / "runs/field/cone.html").stat().st_size > 1e6
-    told = strict_json(field("cone", *given, "--out", tmp_path / "other", "--json")[1])
-    assert told.keys() == {"orbit", "start", "half_angle_deg", "b0_nt", "models"}
-    assert [each["model"] for each in told["models"]] == list(CONE_MODELS[1:])
-    assert told["models"][0].keys() == {
+    answer = strict_json(field("cone", *given, "--out", tmp_path / "other", "--json")[1])
+    assert answer.keys() == {"orbit", "start", "half_angle_deg", "b0_nt", "models"}
+    assert [each["model"] for each in answer["models"]] == list(CONE_MODELS[1:])
+    assert answer["models"][0].keys() == {
         "model", "least_nt", "mean_nt", "greatest_nt", "greatest_off_cone_deg"
     }  # fmt: skip
-    assert told["half_angle_deg"] == pytest.approx(60.0761, abs=1e-4)
+    assert answer["half_angle_deg"] == pytest.approx(60.0761, abs=1e-4)
 
 
 @pytest.mark.parametrize(
     ("arguments", "line"),
     [
         (["map", "--element", "Q"], "--element: must be one of X, Y, Z, H, F, D, I; received 'Q'"),
-        (["map", "--model", "averaged"], "--model: averaged is tied to an orbit and has no value"),
+        (["map", "--model", "averaged"], "--model: averaged is defined along an orbit only"),
         (["map", "--alt-km", "-100"], "--alt-km: must lie within -10..50000 km; received -100"),
         (["map", "--date", "1899"], "--date: must be a date (2025-07-01), "),
         (["cone"], 'Command "field cone" parameter --inclination-deg requires an argument.'),
@@ -376,7 +380,7 @@ def test_cone_writes_a_picture_and_a_page(field, strict_json, tmp_path):
         (["cone", "--inclination-deg", "5", "--date", "x"], "--date: must be a date (2025-07-01)"),
         (["cone", "--inclination-deg", "5", "--revolutions", "0"],
          "--revolutions: must be a positive number; received 0"),
-        (["cone", "--inclination-deg", "5", "--revolutions", "600"], "--step-s: must cut the time"),
+        (["cone", "--inclination-deg", "5", "--revolutions", "600"], "--step-s: must divide"),
         (["fly"], 'Unknown command "fly"'),
     ],
 )  # fmt: skip

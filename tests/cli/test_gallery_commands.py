@@ -43,10 +43,10 @@ def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, shelf):
     assert [line.split()[0] for line in lines[:-1]] == list(ROW_OF)
     (done,) = [line for line in lines[:-1] if "not yet" not in line]
     assert done.split()[:2] == ["FIELD-10", "agrees"]
-    told = strict_json(call("gallery", "list", "--json")[1])
-    assert [row["id"] for row in told] == list(ROW_OF)
-    assert {row["verdict"] for row in told} == {"agrees", "not yet"}
-    assert set(told[0]) == {"id", "verdict", "content", "expected"}
+    answer = strict_json(call("gallery", "list", "--json")[1])
+    assert [row["id"] for row in answer] == list(ROW_OF)
+    assert {row["verdict"] for row in answer} == {"agrees", "not yet"}
+    assert set(answer[0]) == {"id", "verdict", "content", "expected"}
 
 
 @pytest.mark.parametrize("command", [("run", "FIELD-10"), ("all",)])
@@ -89,7 +89,7 @@ def test_exit_1_if_a_verdict_is_not_the_declared_one(call, shelf, tmp_path, meas
     shelf(make(measured, **keys))
     code, _, err = call("gallery", "all", "--out", tmp_path)
     assert code == 1
-    assert err == f"error: gallery FIELD-10: must come out as declared, {words}\n"
+    assert err == f"error: gallery FIELD-10: must have its declared verdict, {words}\n"
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_exit_1_if_a_verdict_is_not_the_declared_one(call, shelf, tmp_path, meas
          "it: FIELD-3, FIELD-8, FIELD-6"),
         (("run", "FIELD-10", "MGS-12"), "gallery: must be an entry that is done; received MGS-12, "
          "which is not yet; see: gallery list"),
-        (("run",), "gallery run: must have at least one id; received none; see: gallery list"),
+        (("run",), "gallery run: must name at least one id (see `gallery list`); received none"),
     ],
 )  # fmt: skip
 def test_mistakes_are_one_line_and_exit_2(call, shelf, arguments, line):
@@ -157,6 +157,6 @@ def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(tmp_path):
 def test_a_folder_whose_name_is_no_text(call, shelf, tmp_path, strict_json):
     shelf(make(2.72))
     out = tmp_path / "caf\udce9"
-    code, told, err = call("gallery", "run", "FIELD-10", "--json", "--out", out)
-    assert (code, err) == (0, "") and told.isascii()
-    assert strict_json(told) == strict_json((out / "results.json").read_text(encoding="utf-8"))
+    code, answer, err = call("gallery", "run", "FIELD-10", "--json", "--out", out)
+    assert (code, err) == (0, "") and answer.isascii()
+    assert strict_json(answer) == strict_json((out / "results.json").read_text(encoding="utf-8"))

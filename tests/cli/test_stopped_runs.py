@@ -56,7 +56,7 @@ def test_a_law_that_fails_leaves_what_was_computed(
     assert line.startswith(
         "error: law fails: must return a finite dipole; received (nan, 0, 0) at t = 124 s; "
     )
-    assert line.endswith(f"; what was computed is in {out}")
+    assert line.endswith(f"; partial results are in {out}")
     assert strict_json(stdout)["simulated_s"] == 120.0
     result = torquer.load(out / "result.nc")
     assert result.time.values[-1] == 120.0
@@ -92,7 +92,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 130
-    assert f"error: interrupted at t = 124 s; what was computed is in {out}\n" in err
+    assert f"error: interrupted at t = 124 s; partial results are in {out}\n" in err
     assert "Traceback" not in err
     part = torquer.load(out / "result.nc")
     assert part.attrs["ended"] == "interrupted at t = 124 s"
@@ -104,7 +104,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert (code, stdout) == (2, "")
     assert err == (
         f"error: --out: must hold no unfinished run; received {out} (interrupted at t = 124 s): "
-        "go on with --resume, take another --out, or remove it\n"
+        "continue with --resume, choose another --out, or remove it\n"
     )
     assert (out / "result.nc").read_bytes() == before
 
@@ -139,7 +139,7 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
     torquer.save(part, tmp_path / "result.nc")
     code, out, err = call("run", scenario, "--out", tmp_path)
     assert (code, out) == (2, "")
-    assert "(stopped at t = 100 s as asked): go on with --resume" in err
+    assert "(stopped at t = 100 s as asked): continue with --resume" in err
     assert call("run", scenario, "--out", tmp_path, "--resume")[0] == 0
 
 

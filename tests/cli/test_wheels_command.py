@@ -19,10 +19,10 @@ def test_tables(call):
 def test_json(call, strict_json):
     code, out, err = call("wheels", EXAMPLE, "--json")
     assert (code, err) == (0, "")
-    told = strict_json(out)
-    assert told["momentum"]["worst_rate_deg_s"] == pytest.approx(0.1849, abs=1e-4)
-    assert told["demand"]["rate"]["met"] is True
-    assert set(told["allocation"]) == {"minimax_us", "least_squares_us"}
+    answer = strict_json(out)
+    assert answer["momentum"]["worst_rate_deg_s"] == pytest.approx(0.1849, abs=1e-4)
+    assert answer["demand"]["rate"]["met"] is True
+    assert set(answer["allocation"]) == {"minimax_us", "least_squares_us"}
 
 
 def test_pictures_and_page(call, tmp_path):

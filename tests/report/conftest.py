@@ -105,9 +105,9 @@ OFF = {"kind": "off"}
 
 @pytest.fixture(scope="session")
 def report(detumble, tmp_path_factory):
-    """Paths of the report of `detumble`, and the parts done as they were told."""
+    """Paths of the report of `detumble`, and the parts done as reported."""
     from torquer.report import write_report
 
-    told = []
-    paths = write_report(detumble, tmp_path_factory.mktemp("report") / "made", told.append)
-    return paths, told
+    answer = []
+    paths = write_report(detumble, tmp_path_factory.mktemp("report") / "made", answer.append)
+    return paths, answer

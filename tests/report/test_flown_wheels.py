@@ -9,7 +9,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scipy.spatial.transform import Rotation
 
-from torquer.analysis.attitude import held_in
+from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheels import FlownWheels, zero_crossings
 from torquer.control.wheel_pd import WheelPd
@@ -67,7 +67,7 @@ def test_momentum_of_all_wheels_is_what_the_whole_lacks_in_the_body(flown, view)
 def test_orthogonal_wheels_need_what_they_hold():
     momentum = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 3))
     seen = wheels(momentum)
-    np.testing.assert_allclose(seen.needed_share, np.abs(momentum).max(axis=1))
+    np.testing.assert_allclose(seen.minimax_share, np.abs(momentum).max(axis=1))
     np.testing.assert_allclose(seen.total_body, momentum)
 
 
@@ -75,7 +75,7 @@ def test_what_turns_against_each_other_needs_nothing():
     # skew wheel (1, 1, 1)/sqrt(3) against the three others
     null = np.array([1.0, 1.0, 1.0, -np.sqrt(3.0)])
     seen = wheels([0.5 * null, 0.5 * null], "orthogonal_and_skew")
-    np.testing.assert_allclose(seen.needed_share, 0.0, atol=1e-12)
+    np.testing.assert_allclose(seen.minimax_share, 0.0, atol=1e-12)
     assert seen.momentum_shares.max() == pytest.approx(0.5 * np.sqrt(3.0))
 
 
@@ -83,17 +83,17 @@ def test_share_that_is_needed_counts_working_wheels_alone():
     hold = np.tile([0.2, 0.4, -0.1, 0.3], (5, 1))
     failures = [{"wheel": 3, "time_s": 2.0}, {"wheel": 1, "time_s": 3.5}]
     seen = wheels(hold, "orthogonal_and_skew", failures=failures)
-    np.testing.assert_allclose(seen.needed_share[2:4], 0.4)
-    assert np.all(seen.needed_share[:2] < 0.4) and np.isnan(seen.needed_share[4])
+    np.testing.assert_allclose(seen.minimax_share[2:4], 0.4)
+    assert np.all(seen.minimax_share[:2] < 0.4) and np.isnan(seen.minimax_share[4])
 
 
 def test_zero_crossings_are_of_turning_wheels():
     noise = 1e-15 * np.random.default_rng(2).normal(size=200)
     t = np.arange(200)
     momentum = np.stack([np.sin(0.1 * t + 0.5), np.where(t < 100, 0.1, noise), noise], axis=1)
-    assert zero_crossings(wheels(momentum).turning) == 6  # of the sine: 20.4 rad are 6 half turns
+    assert zero_crossings(wheels(momentum).spin_sign) == 6  # of the sine: 20.4 rad are 6 half turns
     standing = wheels([[0.1] * 3, [0.0] * 3, [-0.1] * 3])
-    assert zero_crossings(standing.turning) == 3
+    assert zero_crossings(standing.spin_sign) == 3
 
 
 def test_events_are_told_in_time():
@@ -106,14 +106,14 @@ def test_events_are_told_in_time():
     expected = [
         (3.0, "wheel 0 fails"),
         (5.0, "wheel 1 fails, wheel 2 fails"),
-        (7.0, "wheel 1: noticed"),
+        (7.0, "wheel 1: failure detected"),
     ]
     assert seen.events(100.0) == expected
     assert seen.events(5.0) == expected[:2]
 
 
 def test_held_attitude_is_that_of_the_scenario(flown):
-    held = held_in(flown)
+    held = attitude_error_of(flown)
     # euler_deg = [10, -20, 70] for [10, -20, 30], sequence 321: 40 deg about body x
     np.testing.assert_allclose(held.error_deg[0], [40.0, 0.0, 0.0], atol=1e-9)
     assert held.orbital and held.angle_deg[0] == pytest.approx(40.0)
@@ -123,7 +123,7 @@ def test_held_attitude_is_that_of_the_scenario(flown):
 
 def test_error_and_rate_are_of_one_motion(flown):
     """The turn vector grows at the relative rate where it is small."""
-    held = held_in(flown)
+    held = attitude_error_of(flown)
     rows = slice(20, 400)
     small = np.radians(held.error_deg)
     growth = (small[2:] - small[:-2])[rows] / 4.0
@@ -137,7 +137,7 @@ def test_attitude_that_was_flown_is_told_not_the_scenarios(flown):
     )
     parameters = json.dumps({k: float(v) for k, v in other.law().parameters.items()})
     replaced = flown.assign_attrs(wheel_law_parameters=parameters)
-    assert held_in(replaced).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
+    assert attitude_error_of(replaced).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +145,7 @@ def test_attitude_that_was_flown_is_told_not_the_scenarios(flown):
 )
 def test_nothing_is_said_of_the_attitude_under_a_users_law(flown, name, parameters):
     own = flown.assign_attrs(wheel_law=name, wheel_law_parameters=json.dumps(parameters))
-    assert held_in(own) is None
+    assert attitude_error_of(own) is None
     assert "attitude_error" not in [picture.name for picture in drawn.pictures(view_of(own))]
     assert not any("attitude" in key for key in summary_of(own))
 
@@ -155,11 +155,11 @@ def test_coils_that_hold_an_attitude_are_told_of_it(detumble):
 
     law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
     parameters = json.dumps({k: float(v) for k, v in law.law().parameters.items()})
-    held = held_in(detumble.assign_attrs(law="three_axis", law_parameters=parameters))
+    held = attitude_error_of(detumble.assign_attrs(law="three_axis", law_parameters=parameters))
     turn = Rotation.from_quat(detumble["q_body_to_inertial"].values)
     assert not held.orbital
     np.testing.assert_allclose(held.error_deg, np.degrees(turn.as_rotvec()), atol=1e-9)
-    assert held_in(detumble) is None
+    assert attitude_error_of(detumble) is None
 
 
 # ------------------------------------------------------------------ pictures
@@ -186,7 +186,7 @@ def test_pictures_are_of_what_there_is(detumble, view, view_alone):
 def test_deaths_are_marked(view):
     for picture in drawn.pictures(view):
         labels = [mark.label for panel in picture.panels for mark in panel.marks if mark.label]
-        wanted = ["wheel 2 fails", "wheel 2: noticed"]
+        wanted = ["wheel 2 fails", "wheel 2: failure detected"]
         marked = picture.name in ("attitude_error", "wheels", "momentum")
         assert labels == (wanted if marked else []), picture.name
     first = drawn.pictures(view)[0].panels[0]
@@ -234,7 +234,7 @@ def test_twelve_wheels_can_be_told_apart(view):
 
 def test_the_attitude_is_taken_up_and_held_in_panels_of_their_own(view):
     windows = [panel.window for panel in drawn.pictures(view)[0].panels]
-    taken_up = view.taken_up_s
+    taken_up = view.acquired_s
     assert 30.0 < taken_up < 300.0
     ends = [(0.0, taken_up), (taken_up, view.end_s)]
     assert windows == [None, None, *ends, *ends]
@@ -256,7 +256,7 @@ def test_marks_are_on_the_page(view):
     figure = panel_figure(view, speeds(view, view.marks()))
     upright = [s for s in figure["layout"]["shapes"] if s["x0"] == s["x1"] == 15.0]
     texts = [note["text"] for note in figure["layout"]["annotations"]]
-    assert len(upright) == 1 and {"wheel 2 fails", "wheel 2: noticed"} <= set(texts)
+    assert len(upright) == 1 and {"wheel 2 fails", "wheel 2: failure detected"} <= set(texts)
 
 
 @pytest.mark.filterwarnings("error")
@@ -300,19 +300,21 @@ def test_a_satellite_without_any_actuator_is_reported(detumble):
 
 
 def test_summary_of_wheels(flown):
-    told = summary_of(flown)
+    answer = summary_of(flown)
     share = np.abs(flown["wheel_momentum"].values) / 0.4
     row, wheel = np.unravel_index(np.argmax(share), share.shape)
-    assert told["peak_wheel_momentum_share"] == pytest.approx(share.max())
-    assert told["peak_wheel_momentum_wheel"] == wheel
-    assert told["peak_wheel_momentum_at_s"] == flown["time"].values[row]
-    assert told["peak_wheel_torque_n_m"] == np.abs(flown["wheel_torque"].values).max()
-    assert told["peak_wheel_torque_share"] == pytest.approx(told["peak_wheel_torque_n_m"] / 0.05)
+    assert answer["peak_wheel_momentum_share"] == pytest.approx(share.max())
+    assert answer["peak_wheel_momentum_wheel"] == wheel
+    assert answer["peak_wheel_momentum_at_s"] == flown["time"].values[row]
+    assert answer["peak_wheel_torque_n_m"] == np.abs(flown["wheel_torque"].values).max()
+    assert answer["peak_wheel_torque_share"] == pytest.approx(
+        answer["peak_wheel_torque_n_m"] / 0.05
+    )
     axes = np.array([[1, 1, 1], [1, 1, -1], [1, -1, -1], [1, -1, 1]]) / np.sqrt(3.0)
     last = np.linalg.norm(flown["wheel_momentum"].values[-1] @ axes)
-    assert told["final_wheels_momentum_n_m_s"] == pytest.approx(last, rel=1e-5)
-    assert told["wheel_law"] == "wheel_pd" and told["wheel_law_runs_as"] == "compiled"
-    assert json.loads(json.dumps(told)) == told
+    assert answer["final_wheels_momentum_n_m_s"] == pytest.approx(last, rel=1e-5)
+    assert answer["wheel_law"] == "wheel_pd" and answer["wheel_law_runs_as"] == "compiled"
+    assert json.loads(json.dumps(answer)) == answer
 
 
 def test_time_at_which_a_wheel_is_full(flown):
@@ -321,31 +323,31 @@ def test_time_at_which_a_wheel_is_full(flown):
     assert summary_of(full)["wheel_momentum_limit_reached_at_s"] is None
     momentum[70:80, 3] = -0.4
     full = flown.assign(wheel_momentum=(("time", "wheel"), momentum))
-    told = summary_of(full)
-    assert told["wheel_momentum_limit_reached_at_s"] == 140.0
-    assert told["peak_wheel_momentum_wheel"] == 3
-    assert "wheels at their limit of momentum in 10 of 901 records: 3" in notes(view_of(full))
+    answer = summary_of(full)
+    assert answer["wheel_momentum_limit_reached_at_s"] == 140.0
+    assert answer["peak_wheel_momentum_wheel"] == 3
+    assert "wheels at their momentum limit in 10 of 901 records: 3" in notes(view_of(full))
 
 
 def test_summary_of_the_attitude(flown):
-    told = summary_of(flown)
-    angle = held_in(flown).angle_deg
-    assert told["initial_attitude_error_deg"] == pytest.approx(40.0)
-    assert told["final_attitude_error_deg"] == angle[-1]
+    answer = summary_of(flown)
+    angle = attitude_error_of(flown).angle_deg
+    assert answer["initial_attitude_error_deg"] == pytest.approx(40.0)
+    assert answer["final_attitude_error_deg"] == angle[-1]
     # shorter than a revolution
-    assert told["mean_attitude_error_last_revolution_deg"] is None
-    from_s = told["attitude_error_stays_below_1_deg_from_s"]
+    assert answer["mean_attitude_error_last_revolution_deg"] is None
+    from_s = answer["attitude_error_stays_below_1_deg_from_s"]
     assert np.all(angle[flown["time"].values >= from_s] < 1.0)
     assert angle[flown["time"].values < from_s][-1] >= 1.0
 
 
 def test_last_revolution_of_the_attitude(flown):
     far = flown.assign_coords(time=flown["time"] * 10.0)  # 18000 s, of 5677 s each
-    told, angle = summary_of(far), held_in(far).angle_deg
+    answer, angle = summary_of(far), attitude_error_of(far).angle_deg
     last = angle[far["time"].values >= 18000.0 - 2.0 * np.pi / view_of(far).omega0_rad_s]
     assert 280 < len(last) < 290
-    assert told["mean_attitude_error_last_revolution_deg"] == pytest.approx(last.mean())
-    assert told["peak_attitude_error_last_revolution_deg"] == last.max()
+    assert answer["mean_attitude_error_last_revolution_deg"] == pytest.approx(last.mean())
+    assert answer["peak_attitude_error_last_revolution_deg"] == last.max()
 
 
 def test_rows_are_of_what_there_is(flown, alone, detumble):
@@ -359,19 +361,19 @@ def test_rows_are_of_what_there_is(flown, alone, detumble):
 
 
 def test_setting_tells_hardware_and_both_laws(view, view_alone):
-    told = dict(setting(view))
-    assert told["Wheels"] == (
+    answer = dict(setting(view))
+    assert answer["Wheels"] == (
         "4: four sided pyramid (alpha 54.74 deg, beta 45 deg), momentum up to 0.4 N m s at "
-        "6000 rpm, torque up to 0.05 N m, friction 0.0002 N m, at the highest speed 0.0002 N m"
+        "6000 rpm, torque up to 0.05 N m, friction 0.0002 N m, 0.0002 N m at top speed"
     )
-    assert told["Wheels that fail"] == "wheel 2 at 900 s, noticed 30 s later"
-    assert told["Torque is shared by"].startswith("minimax, kept above 10%")
-    assert told["Law of the coils"].startswith("unloading (gain = 0.001")
-    assert told["Law of the wheels"].startswith("wheel_pd (bandwidth = 0.1, damping = 1")
-    assert told["Cycle"] == "reading every 1 s, dipole and wheels' torque held for as long"
+    assert answer["Wheel failures"] == "wheel 2 at 900 s, detected 30 s later"
+    assert answer["Torque allocation"].startswith("minimax, speeds kept above 10%")
+    assert answer["Coil law"].startswith("unloading (gain = 0.001")
+    assert answer["Wheel law"].startswith("wheel_pd (bandwidth = 0.1, damping = 1")
+    assert answer["Cycle"] == "sample every 1 s, dipole and wheel torque held in between"
     bare = dict(setting(view_alone))
-    assert "Law of the coils" not in bare and "Law" not in bare
-    assert bare["Cycle"] == "reading every 1 s, wheels' torque held for as long"
+    assert "Coil law" not in bare and "Law" not in bare
+    assert bare["Cycle"] == "sample every 1 s, wheel torque held in between"
 
 
 def test_setting_without_wheels_is_as_it_was(detumble):
@@ -397,8 +399,8 @@ def test_hardware_with_limits_of_their_own():
             "Wheels",
             "4: axes, momentum up to 1 / 1 / 2 / 0.5 N m s at 6000 rpm, torque up to 0.1 N m",
         ),
-        ("Torque is shared by", "least squares"),
-        ("Wheels that fail", "wheel 1 from the start"),
+        ("Torque allocation", "least squares"),
+        ("Wheel failures", "wheel 1 from the start"),
     ]
 
 
@@ -416,4 +418,4 @@ def test_a_wheel_law_given_in_the_call_is_reported(flown):
     data["simulation"]["duration_s"] = 20.0
     law = view_of(flown).scenario.control.wheel_law.law()
     result = simulate(Scenario.model_validate(data), wheel_law=law)
-    assert held_in(result).angle_deg[0] == pytest.approx(40.0)
+    assert attitude_error_of(result).angle_deg[0] == pytest.approx(40.0)

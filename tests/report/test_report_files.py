@@ -72,7 +72,7 @@ def parsed(text):
 
 
 def test_files_lie_where_they_should(report):
-    paths, told = report
+    paths, answer = report
     assert set(paths) == {*PICTURES, "report"}
     root = paths["report"].parent
     assert paths["report"].name == "report.html"
@@ -80,7 +80,7 @@ def test_files_lie_where_they_should(report):
         "report.html",
         *(f"plots/{name}.png" for name in PICTURES),
     }
-    assert told == sorted(told) and told[-1] == 1.0 and len(told) > 5
+    assert answer == sorted(answer) and answer[-1] == 1.0 and len(answer) > 5
 
 
 @pytest.mark.parametrize("name", PICTURES)
@@ -129,7 +129,7 @@ def test_page_loads_nothing(text, parsed):
     policy = [value for _, name, value in parsed.attributes if name == "content"]
     assert any(value.startswith("default-src 'none'") and "http" not in value for value in policy)
     assert text.count("Plotly, Inc.") >= 1 and len(text) < 12e6
-    # newer plotly offers to send pictures to a server unless told not to
+    # newer plotly offers to send pictures to a server unless asked not to
     assert "showSendToCloud: false" in text and 'plotlyServerURL: ""' in text
 
 
@@ -162,8 +162,8 @@ def test_scenario_on_the_page_runs_the_same_again(detumble, parsed):
 )
 def test_any_description_survives_as_toml(make, description):
     scenario = make("text", description=description)
-    told = toml_of(json.loads(scenario.model_dump_json(exclude_unset=True)))
-    assert scenario_from_text(told).model_dump() == scenario.model_dump()
+    answer = toml_of(json.loads(scenario.model_dump_json(exclude_unset=True)))
+    assert scenario_from_text(answer).model_dump() == scenario.model_dump()
 
 
 def test_toml_of_nested_and_empty_tables():
@@ -206,8 +206,8 @@ def test_figures_on_the_page_are_those_of_the_result(detumble, parsed):
 def test_packed_numbers_come_back():
     values = np.array([1.5, -2.0, np.nan, 1e30])
     for kind in ("f4", "f8"):
-        told = packed(values, kind)
-        back = np.frombuffer(base64.b64decode(told["bdata"]), dtype=f"<{told['dtype']}")
+        answer = packed(values, kind)
+        back = np.frombuffer(base64.b64decode(answer["bdata"]), dtype=f"<{answer['dtype']}")
         np.testing.assert_allclose(back, values, rtol=1e-7)
 
 

@@ -203,8 +203,8 @@ def test_attitude_error_is_the_turn_that_was_made(seed, degrees, orbital):
     body = wanted * Rotation.from_rotvec(turns, degrees=True)
     if orbital:
         body = frames * body
-    told = attitude_error_deg(body.as_quat(), wanted.as_quat(), frames if orbital else None)
-    np.testing.assert_allclose(told, turns, atol=1e-6)
+    answer = attitude_error_deg(body.as_quat(), wanted.as_quat(), frames if orbital else None)
+    np.testing.assert_allclose(answer, turns, atol=1e-6)
 
 
 def test_settled_once_it_is_as_small_as_later():

@@ -43,7 +43,7 @@ def test_published_numbers_are_in_the_report(report):
     assert len(report["failures"]) == 1 + 4 + 6
     by_name = {row["name"]: row for row in report["layouts"]}
     assert by_name["balanced rates"]["angles"] == "80.5, 45.5"
-    assert by_name["least momenta"]["norm_n_m_s"] == pytest.approx(0.5 * (4.6 + 4.6 + 29.6))
+    assert by_name["minimum momentum"]["norm_n_m_s"] == pytest.approx(0.5 * (4.6 + 4.6 + 29.6))
 
 
 def test_the_layouts_are_best_at_what_they_are_named_for(report):
@@ -52,9 +52,9 @@ def test_the_layouts_are_best_at_what_they_are_named_for(report):
     def best(key):
         return max(report["layouts"], key=lambda row: row[key])["name"]
 
-    assert best("volume_n3_m3_s3") == "greatest volume"
-    assert best("worst_rate_deg_s") in ("best worst rate", "balanced rates")
-    assert min(report["layouts"], key=lambda row: row["norm_n_m_s"])["name"] == "least momenta"
+    assert best("volume_n3_m3_s3") == "maximum volume"
+    assert best("worst_rate_deg_s") in ("best worst-case rate", "balanced rates")
+    assert min(report["layouts"], key=lambda row: row["norm_n_m_s"])["name"] == "minimum momentum"
     assert by_name["given"]["wheel_n_m_s"] > 18.0  # the pseudo-inverse cannot, minimax can
     assert report["demand"]["momentum"]["met"]
 
@@ -104,7 +104,7 @@ def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
     ))  # fmt: skip
     here, there = ({row["name"]: row for row in each["layouts"]} for each in (report, turned))
     assert list(there) == list(here)
-    for name in ("balanced rates", "best worst rate"):
+    for name in ("balanced rates", "best worst-case rate"):
         assert there[name]["worst_rate_deg_s"] == pytest.approx(here[name]["worst_rate_deg_s"])
         assert there[name]["angles"] == here[name]["angles"] + " *"
         lines = np.abs(np.array(there[name]["axes"]) @ turn @ np.array(here[name]["axes"]).T)
@@ -117,7 +117,7 @@ def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
     ("change", "reason"),
     [
         ("momentum_limit_n_m_s = [2.0, 2.0, 2.0, 2.0, 2.0, 1.9]", "the limits are not equal"),
-        ("lost = [2]\nmomentum_limit_n_m_s = 2.0", "wheels are lost"),
+        ("lost = [2]\nmomentum_limit_n_m_s = 2.0", "wheels have failed"),
     ],
 )
 def test_where_no_layouts_are_compared_it_says_why(change, reason):
@@ -140,7 +140,7 @@ def test_six_wheels_get_the_icosahedron_and_seven_a_search():
 
 
 def test_times_are_told_for_people():
-    assert [hours(x) for x in (None, 0.0, 12.34, 480.0)] == ["never", "at once", "12.3 h",
+    assert [hours(x) for x in (None, 0.0, 12.34, 480.0)] == ["never", "immediately", "12.3 h",
                                                              "20.0 days"]  # fmt: skip
 
 
@@ -165,7 +165,7 @@ def test_the_page_is_whole_and_loads_nothing(design, report, tmp_path):
 def test_each_loss_of_the_page_shows_its_own_envelope(design, report):
     figure = figure_of(design, report)
     buttons = figure["layout"]["updatemenus"][0]["buttons"]
-    assert [b["label"] for b in buttons][:3] == ["all wheels", "lost: 0", "lost: 1"]
+    assert [b["label"] for b in buttons][:3] == ["all wheels", "failed: 0", "failed: 1"]
     for number, button in enumerate(buttons):
         shown = [n for n, seen in enumerate(button["args"][0]["visible"]) if seen]
         assert shown == [0, 1 + 2 * number, 2 + 2 * number]

@@ -191,8 +191,8 @@ def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
     assert not any("Python" in note for note in notes(view))
     assert "<h2>Law tuned</h2><pre>\nimport torquer\n" in page(view, ())
     view = view_of(simulate(make(), in_this_package))
-    wanted = "the law in_this_package was given in Python: to fly this again it must be given again"
-    assert wanted in notes(view)
+    wanted = "the law in_this_package was passed from Python: to repeat the run it must be passed "
+    assert f"{wanted}again" in notes(view)
     assert "given_in_python" in page(view, ())
 
 

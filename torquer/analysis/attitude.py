@@ -1,4 +1,4 @@
-"""How well a law held its attitude: the wanted one, and how far the body was from it."""
+"""Attitude error of the laws that hold an attitude, and directions relative to the orbit."""
 
 import json
 from typing import NamedTuple
@@ -11,52 +11,52 @@ from torquer.control.three_axis import ThreeAxis
 from torquer.control.wheel_lyapunov import WheelLyapunov
 from torquer.control.wheel_pd import WheelPd
 
-#: Attributes that name a run's laws, those of the wheels first, and the laws that hold an attitude.
+#: Attributes that name a run's laws, and the laws among them that hold an attitude.
 _HOLDERS = {
     "wheel_law": {spec.model_fields["kind"].default for spec in (WheelPd, WheelLyapunov)},
     "law": {ThreeAxis.model_fields["kind"].default},
 }
 
 
-class Held(NamedTuple):
-    """An attitude that a law held, and the deviation from it at the records; n records."""
+class AttitudeError(NamedTuple):
+    """Deviation from the attitude that a law held, at the n records."""
 
     orbital: bool
     """Whether the reference is the orbital frame; else it is the inertial one."""
     error_deg: np.ndarray
-    """(n, 3): turn vectors from the wanted attitude to the body, in body axes."""
+    """(n, 3): rotation vectors from the reference attitude to the body, in body axes."""
     rate_rad_s: np.ndarray
     """(n, 3): rate relative to the reference, in body axes."""
 
     @property
     def angle_deg(self) -> np.ndarray:
-        """Angle of the whole turn (n,)."""
+        """Angle of the rotation (n,)."""
         return np.linalg.norm(self.error_deg, axis=1)
 
 
-def held_in(result: xr.Dataset) -> Held | None:
-    """The attitude that a built-in law of the run held; None if there was no such law.
+def attitude_error_of(result: xr.Dataset) -> AttitudeError | None:
+    """Error relative to the attitude that a built-in law held; None if there was no such law.
 
-    What was wanted is told by the parameters that were flown, not by the scenario: another law
-    may have taken the place of the scenario's own.
+    The reference comes from the parameters that were flown, not from the scenario, whose law may
+    have been replaced.
     """
     for name, kinds in _HOLDERS.items():
         if result.attrs.get(name) in kinds:
-            return _held_by(result, json.loads(result.attrs[f"{name}_parameters"]))
+            return _error_of(result, json.loads(result.attrs[f"{name}_parameters"]))
     return None
 
 
-def _held_by(result: xr.Dataset, parameters: dict) -> Held | None:
+def _error_of(result: xr.Dataset, parameters: dict) -> AttitudeError | None:
     if not {"orbital", "q_x", "q_y", "q_z", "q_w"} <= set(parameters):
-        return None  # a law of the user's own with a name of ours
+        return None  # a user law of the same name
     orbital = parameters["orbital"] != 0.0
-    wanted = [parameters[f"q_{c}"] for c in "xyzw"]
+    target = [parameters[f"q_{c}"] for c in "xyzw"]
     frame = None
     if orbital:
         frame = orbital_axes(result["position_inertial"].values, result["velocity_inertial"].values)
-    error = attitude_error_deg(result["q_body_to_inertial"].values, wanted, frame)
+    error = attitude_error_deg(result["q_body_to_inertial"].values, target, frame)
     rate = result["omega_orbital" if orbital else "omega_body"].values
-    return Held(orbital, error, rate)
+    return AttitudeError(orbital, error, rate)
 
 
 def orbital_axes(position, velocity):
@@ -69,18 +69,18 @@ def orbital_axes(position, velocity):
     return Rotation.from_matrix(np.stack([np.cross(normal, up), normal, up], axis=2))
 
 
-def attitude_error_deg(q_body_to_inertial, wanted, reference=None) -> np.ndarray:
-    """Turn vectors [deg] (n, 3), in body axes, from the wanted attitude to the body's.
+def attitude_error_deg(q_body_to_inertial, target, reference=None) -> np.ndarray:
+    """Rotation vectors [deg] (n, 3), in body axes, from the reference attitude to the body.
 
-    `wanted`: quaternion from the body to the reference; `reference`: attitudes of that frame to
+    `target`: quaternion from the body to the frame; `reference`: attitudes of that frame to
     the inertial one (`Rotation`), None for the inertial frame itself.
     """
     from scipy.spatial.transform import Rotation
 
-    target = Rotation.from_quat(wanted)
+    aim = Rotation.from_quat(target)
     if reference is not None:
-        target = reference * target
-    return np.degrees((target.inv() * Rotation.from_quat(q_body_to_inertial)).as_rotvec())
+        aim = reference * aim
+    return np.degrees((aim.inv() * Rotation.from_quat(q_body_to_inertial)).as_rotvec())
 
 
 def orbit_normals(result: xr.Dataset) -> np.ndarray:

@@ -26,7 +26,7 @@ class FieldMap:
         return getattr(self.found, f"{element.lower()}_{self.unit_of(element).lower()}")
 
     def extremes(self, element: str) -> dict:
-        """The least and the greatest value on the grid, each with its place."""
+        """Minimum and maximum on the grid with their positions."""
         values = self.values(element)
         return {
             name: self._at(values, np.unravel_index(pick(values), values.shape))

@@ -1,13 +1,10 @@
-"""Series computed from a result: angles, spans of time, sizes."""
+"""Functions of series: angles, spans of time, typical sizes."""
 
 import numpy as np
 
 
 def bands_where(t, inside) -> list[tuple[float, float]]:
-    """Spans of time [s] in which a series (1: inside, 0: outside) is above one half.
-
-    Edges lie where the line between two samples crosses one half.
-    """
+    """Time spans [s] in which a series (1: inside, 0: outside) exceeds one half, interpolated."""
     t, inside = np.asarray(t, dtype=float), np.asarray(inside, dtype=float) - 0.5
     above = inside > 0.0
     change = np.flatnonzero(above[1:] != above[:-1])
@@ -29,24 +26,24 @@ def angle_deg(a, b) -> np.ndarray:
 
 
 def quiet_from(t, size) -> float | None:
-    """Time from which a size stays below a tenth of its greatest, if a good part is left then."""
+    """Time from which a size stays below a tenth of its peak, if enough of the run is left."""
     loud = np.flatnonzero(size > 0.1 * np.max(size))
     first = int(loud[-1]) + 1 if loud.size else len(t)
     return float(t[first]) if first < 0.9 * len(t) and len(t) - first > 20 else None
 
 
 def usual_size(values, part: float = 0.02) -> float:
-    """Size that at most a part of the values exceeds."""
+    """Size that only a small part of the values exceeds."""
     sizes = np.abs(np.asarray(values))
     finite = sizes[np.isfinite(sizes)]
     return float(np.quantile(finite, 1.0 - part)) if finite.size else 0.0
 
 
 def settled_from(t, size, within: float = 3.0) -> float | None:
-    """Time at which a size first comes to `within` times its median over the second half.
+    """Time at which a size first drops to `within` times its median over the second half.
 
-    A 300th of its first value is little enough. None where it was there from the start, or where
-    that takes more than a fifth of the time.
+    A 300th of the initial value also counts as settled. None where it starts settled, or takes
+    more than a fifth of the run.
     """
     size = np.asarray(size)
     level = max(within * np.median(size[len(size) // 2 :]), size[0] / 300.0)

@@ -1,16 +1,16 @@
-"""The numbers of a run that matter first."""
+"""Summary of a run: the key numbers."""
 
 import json
 
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import held_in
+from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.result import scenario_of
 
 _WHEEL_LAW = ("wheel_law", "wheel_law_runs_as")
-#: Records that are looked at together.
+#: Records that are in memory together.
 _PART = 1 << 18
 
 
@@ -18,7 +18,7 @@ def summary_of(result: xr.Dataset) -> dict:
     """Summary as plain data: value by key, unit in the key."""
     scenario = scenario_of(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
-    t, found = result["time"].values, _joined(_taken(part) for part in _parts(result))
+    t, found = result["time"].values, _joined(_series_of(part) for part in _parts(result))
     rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
     return {
         "scenario": scenario.name,
@@ -46,7 +46,7 @@ def summary_of(result: xr.Dataset) -> dict:
 
 
 def _of_steps(result) -> dict:
-    """What the integrator's steps did by themselves, of RK4."""
+    """Numerical damping and phase lag, of RK4."""
     if "rk4_damping" not in result:
         return {}
     return {
@@ -68,20 +68,20 @@ def _of_coils(result, coils) -> dict:
 
 
 def _parts(result: xr.Dataset):
-    """The result some records at a time: a long one is not to be in memory at once."""
+    """The result in pieces: a long one may not fit into memory."""
     for first in range(0, result.sizes["time"], _PART):
         yield result.isel(time=slice(first, first + _PART))
 
 
-def _taken(part: xr.Dataset) -> dict[str, np.ndarray]:
-    """What the summary needs of each record."""
+def _series_of(part: xr.Dataset) -> dict[str, np.ndarray]:
+    """The series that the summary needs."""
     found = {
         "rate": np.linalg.norm(part["omega_body"].values, axis=1),
         "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
     }
-    held, wheels = held_in(part), wheels_of(part, scenario_of(part))
-    if held is not None:
-        found["angle"] = held.angle_deg
+    error, wheels = attitude_error_of(part), wheels_of(part, scenario_of(part))
+    if error is not None:
+        found["angle"] = error.angle_deg
     if wheels is not None:
         shares = wheels.momentum_shares
         found |= {
@@ -90,7 +90,7 @@ def _taken(part: xr.Dataset) -> dict[str, np.ndarray]:
             "torque": np.abs(wheels.torque).max(axis=1),
             "torque_share": wheels.torque_shares.max(axis=1),
             "total": np.linalg.norm(wheels.total_body, axis=1),
-            "turning": wheels.turning,
+            "spin_sign": wheels.spin_sign,
         }
     return found
 
@@ -101,7 +101,7 @@ def _joined(parts) -> dict[str, np.ndarray]:
 
 
 def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
-    """How near the wheels came to their limits, in the record, and what they hold at the end."""
+    """Peak shares of the wheels' limits, and their momentum at the end."""
     if "share" not in found:
         return {}
     share, total = found["share"], found["total"]
@@ -115,12 +115,12 @@ def _of_wheels(t, found: dict[str, np.ndarray]) -> dict:
         "peak_wheel_torque_share": float(found["torque_share"].max()),
         "peak_wheels_momentum_n_m_s": float(total.max()),
         "final_wheels_momentum_n_m_s": float(total[-1]),
-        "wheel_zero_crossings": zero_crossings(found["turning"]),
+        "wheel_zero_crossings": zero_crossings(found["spin_sign"]),
     }
 
 
 def _of_attitude(t, angle, revolution_s: float) -> dict:
-    """How well the attitude was held, if a law held one."""
+    """Attitude errors, if a law held an attitude."""
     if angle is None:
         return {}
     whole = t[-1] - t[0] >= revolution_s

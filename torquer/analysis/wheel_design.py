@@ -1,4 +1,4 @@
-"""What is to be said of a wheel design, as plain data: numbers with their units in the keys."""
+"""Analysis of a wheel design as plain data, with units in the keys."""
 
 import math
 import time
@@ -28,7 +28,7 @@ _VECTORS = 20_000
 
 
 def report_of(design: WheelDesign) -> dict:
-    """The whole report; parts that were not asked for are None."""
+    """All results; parts that were not requested are None."""
     array, inertia = design.wheels.array(), np.array(design.body.inertia_kg_m2)
     growth = design.accumulation and design.accumulation.growth(inertia)
     return {
@@ -104,7 +104,7 @@ def _turns(envelope: Envelope, inertia):
 
 
 def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
-    """Part of the envelope that each demand needs: up to 1 it is met."""
+    """Share of the envelope that each demand takes: met up to 1."""
     demand, held = design.demand, momentum_envelope(array)
     shares = {}
     if demand.rate_deg_s is not None:
@@ -120,7 +120,7 @@ def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
 
 
 def _comparison(array: WheelArray) -> dict | None:
-    """What least squares reaches of the envelope; None for a flat one."""
+    """Share of the envelope that least squares reaches; None for a flat envelope."""
     if momentum_envelope(array).rank < 3:
         return None
     found = least_squares_against_minimax(array)
@@ -133,7 +133,7 @@ def _comparison(array: WheelArray) -> dict | None:
 
 
 def _cost(array: WheelArray) -> dict:
-    """Microseconds for one vector; the best of a few turns, compiled before."""
+    """Microseconds per vector: the best of a few repetitions, after compilation."""
     demands = np.random.default_rng(0).normal(size=(_VECTORS, 3))
     cost = {}
     for method in METHODS:
@@ -148,7 +148,7 @@ def _cost(array: WheelArray) -> dict:
 
 
 def half_spaces(array: WheelArray, method: str) -> np.ndarray:
-    """Rows (m, 3): the array holds H, shared by that method, while all |row . H| <= 1."""
+    """Rows (m, 3): with that allocation the array can store H while all |row . H| <= 1."""
     if method == "least_squares":
         return least_squares_half_spaces(array)
     normals, bounds = momentum_envelope(array).half_spaces
@@ -156,7 +156,7 @@ def half_spaces(array: WheelArray, method: str) -> np.ndarray:
 
 
 def _saturation_h(array: WheelArray, growth: Growth | None, method="minimax") -> float | None:
-    """Hours; None for never, or where nothing is said of accumulation."""
+    """Hours; None for never, or without data on accumulation."""
     if growth is None:
         return None
     return _finite(saturation_time(growth, half_spaces(array, method)) / _HOUR)
@@ -184,9 +184,10 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
 
 
 def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
-    """The given layout and others of as many wheels: name, angles, axes (n, 3).
+    """The given layout and others of the same number of wheels: name, angles, axes (n, 3).
 
-    Pyramids for rates stand on the principal axes, which `*` marks where they are not the body's.
+    Pyramids for rates are aligned with the principal axes; `*` marks where those differ from the
+    body's.
     """
     array = design.wheels.array()
     found, count = [("given", "", np.array(array.axes))], array.count
@@ -198,18 +199,18 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
         lambda p: _pyramid(count, p)[1], search.greatest_worst_rate(moments),
         *(([1.0] * _free(count)), [89.0] * _free(count)), starts=6,
     )  # fmt: skip
-    name = "best worst rate" if best.is_optimal else "good worst rate"
+    name = "best worst-case rate" if best.is_optimal else "good worst-case rate"
     found.append((name, *_turned(_pyramid(count, best.parameters), turn)))
     if design.demand.momentum_n_m_s is not None:
         least = angles.least_four_sided if count == 4 else angles.least_regular
-        found.append(("least momenta", *_pyramid(count, least(design.demand.momentum_n_m_s))))
-    return [*found, ("greatest volume", *_greatest_volume(count))]
+        found.append(("minimum momentum", *_pyramid(count, least(design.demand.momentum_n_m_s))))
+    return [*found, ("maximum volume", *_greatest_volume(count))]
 
 
 def _only_given(array: WheelArray) -> str | None:
     """Why no other layouts are compared; None where they are."""
     if array.lost:
-        return "wheels are lost"
+        return "wheels have failed"
     return None if np.ptp(array.momentum_limits()) == 0.0 else "the limits are not equal"
 
 
@@ -222,8 +223,8 @@ def _principal(inertia) -> tuple[np.ndarray, np.ndarray]:
 
 def _turned(pyramid: tuple[str, np.ndarray], turn) -> tuple[str, np.ndarray]:
     """A pyramid on the principal axes, in the body frame."""
-    told, axes = pyramid
-    return (told, axes) if np.all(turn == np.eye(3)) else (f"{told} *", axes @ turn.T)
+    label, axes = pyramid
+    return (label, axes) if np.all(turn == np.eye(3)) else (f"{label} *", axes @ turn.T)
 
 
 def _free(count: int) -> int:
@@ -257,7 +258,7 @@ def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
 def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[dict]:
     demand, rows = design.demand.momentum_n_m_s, []
     box = None if demand is None else Box(np.array(demand))
-    for name, told, axes in candidates(design):
+    for name, label, axes in candidates(design):
         other = array if name == "given" else _with_axes(array, axes)
         envelope = momentum_envelope(other)
         works = axes[other.momentum_limits() > 0.0]
@@ -265,7 +266,7 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
         rows.append(
             {
                 "name": name,
-                "angles": told,
+                "angles": label,
                 "axes": axes.tolist(),
                 "volume_n3_m3_s3": envelope.volume,
                 "worst_rate_deg_s": math.degrees(worst_case(envelope, inertia).rate),

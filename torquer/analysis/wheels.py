@@ -1,4 +1,4 @@
-"""Reaction wheels as they were flown: shares of the limits, failures, the momentum of all."""
+"""Reaction wheels in flight: shares of their limits, failures, total momentum."""
 
 from dataclasses import dataclass
 
@@ -23,32 +23,32 @@ class FlownWheels:
     momentum: np.ndarray
     """(n, w): relative to the body [N m s]."""
     torque: np.ndarray
-    """(n, w): what the motors were asked for [N m]."""
+    """(n, w): commanded motor torque [N m]."""
     speed_rpm: np.ndarray
     """(n, w): relative to the body."""
 
     @property
     def count(self) -> int:
-        """Number of wheels, dead ones included."""
+        """Number of wheels, failed ones included."""
         return self.momentum.shape[1]
 
     def limits(self, name: str) -> np.ndarray:
-        """A limit of the spec, by its key, for every wheel (w,), dead ones included."""
+        """A limit of the spec, by its key, for every wheel (w,), failed ones included."""
         return np.full(self.count, getattr(self.spec, name), dtype=np.float64)
 
     @property
     def momentum_shares(self) -> np.ndarray:
-        """(n, w): size of the momentum in parts of its limit."""
+        """(n, w): momentum as a share of its limit."""
         return np.abs(self.momentum) / self.limits("momentum_limit_n_m_s")
 
     @property
     def torque_shares(self) -> np.ndarray:
-        """(n, w): size of the motor torque in parts of its limit."""
+        """(n, w): motor torque as a share of its limit."""
         return np.abs(self.torque) / self.limits("torque_limit_n_m")
 
     @property
-    def dead_from_s(self) -> np.ndarray:
-        """(w,): time of each wheel's death; infinite for one that lives on."""
+    def failed_at_s(self) -> np.ndarray:
+        """(w,): time of each wheel's failure; infinite for a healthy one."""
         times = np.full(self.count, np.inf)
         times[list(self.spec.lost)] = 0.0
         for failure in self.spec.failures:
@@ -57,54 +57,53 @@ class FlownWheels:
 
     @property
     def total_body(self) -> np.ndarray:
-        """(n, 3): momentum of all wheels together, in body axes [N m s]."""
+        """(n, 3): total momentum in body axes [N m s]."""
         return total_momentum(self.spec.array().axes, self.momentum)
 
     @property
-    def needed_share(self) -> np.ndarray:
-        """(n,): the least greatest share with which the working wheels could hold what they hold.
+    def minimax_share(self) -> np.ndarray:
+        """(n,): smallest peak share with which the working wheels could store their total momentum.
 
-        Not a number while fewer than three wheels, or three in a plane, work.
+        Not a number while the working wheels do not span space.
         """
-        alive = self.t_s[:, None] < self.dead_from_s
-        held = total_momentum(self.spec.array().axes, np.where(alive, self.momentum, 0.0))
+        working = self.t_s[:, None] < self.failed_at_s
+        held = total_momentum(self.spec.array().axes, np.where(working, self.momentum, 0.0))
         share = np.full(len(self.t_s), np.nan)
-        for state in np.unique(alive, axis=0):
-            rows = np.all(alive == state, axis=1)
+        for state in np.unique(working, axis=0):
+            rows = np.all(working == state, axis=1)
             envelope = momentum_envelope(self.spec.array().without(*np.flatnonzero(~state)))
             if envelope.rank == 3:
                 share[rows] = envelope.share(held[rows])
         return share
 
     @property
-    def turning(self) -> np.ndarray:
-        """(n, w): sign of each wheel's speed; 0 for a standing one, which has a rounding error."""
-        turns = np.abs(self.speed_rpm) > 1e-6 * self.spec.speed_limit_rpm
-        return np.where(turns, np.sign(self.speed_rpm), 0.0).astype(np.int8)
+    def spin_sign(self) -> np.ndarray:
+        """(n, w): sign of each wheel's speed; 0 at rest, within rounding."""
+        spins = np.abs(self.speed_rpm) > 1e-6 * self.spec.speed_limit_rpm
+        return np.where(spins, np.sign(self.speed_rpm), 0.0).astype(np.int8)
 
     def events(self, end_s: float) -> list[tuple[float, str]]:
-        """(Time [s], what happens) until the end: wheels fail, and the computer notices."""
+        """(Time [s], event) until the end: failures of wheels and their detection."""
         happened: dict[float, list[str]] = {}
         for failure in self.spec.failures:
-            told = happened.setdefault(failure.time_s, [])
-            told.append(f"wheel {failure.wheel} fails")
+            happened.setdefault(failure.time_s, []).append(f"wheel {failure.wheel} fails")
             if failure.noticed_after_s > 0.0:
-                noticed = happened.setdefault(failure.time_s + failure.noticed_after_s, [])
-                noticed.append(f"wheel {failure.wheel}: noticed")
-        return [(t, ", ".join(told)) for t, told in sorted(happened.items()) if t <= end_s]
+                detected = happened.setdefault(failure.time_s + failure.noticed_after_s, [])
+                detected.append(f"wheel {failure.wheel}: failure detected")
+        return [(t, ", ".join(events)) for t, events in sorted(happened.items()) if t <= end_s]
 
 
-def zero_crossings(turning: np.ndarray) -> int:
-    """How often a speed changes its sign from one record to another, all wheels together.
+def zero_crossings(spin_sign: np.ndarray) -> int:
+    """Sign changes of speed between records, over all wheels.
 
-    `turning` (n, w): as `FlownWheels.turning` has it.
+    `spin_sign` (n, w): as in `FlownWheels.spin_sign`.
     """
-    signs = (column[column != 0] for column in turning.T)
+    signs = (column[column != 0] for column in spin_sign.T)
     return sum(int(np.count_nonzero(sign[1:] != sign[:-1])) for sign in signs)
 
 
 def wheels_of(result: xr.Dataset, scenario: Scenario) -> FlownWheels | None:
-    """The wheels of a result, None for a satellite without."""
+    """The wheels of a result; None for a satellite without wheels."""
     if scenario.spacecraft.wheels is None:
         return None
     return FlownWheels(

@@ -12,8 +12,8 @@ FAILED_CODE, INTERRUPTED_CODE = 1, 130
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point: exit 0 when all went well, 1 if a run failed or a verdict is not the declared
-    one, 2 on a user's mistake, 130 on an interrupt."""
+    """Entry point: exit 0 on success, 1 if a run failed or a verdict is not the declared one, 2 on
+    a user's mistake, 130 on an interrupt."""
     let_streams_take_any_text()
     try:
         with _interrupts_of_imports():
@@ -28,9 +28,9 @@ def main(arguments: list[str] | None = None) -> None:
 
 @contextlib.contextmanager
 def _interrupts_of_imports():
-    """Within the block an interrupt while something is imported ends the process at once.
+    """Within the block an interrupt during an import ends the process at once.
 
-    An exception there may be taken for a missing module, or come out as one of another kind.
+    An exception there may be mistaken for a missing module or be replaced by another.
     """
     usual = signal.getsignal(signal.SIGINT)
     in_main = threading.current_thread() is threading.main_thread()

@@ -1,4 +1,4 @@
-"""The commands: thin ones over the package; every mistake is one clear line, exit 2."""
+"""The commands: thin layers over the package; a mistake is one clear line and exit code 2."""
 
 from pathlib import Path
 from typing import Annotated
@@ -32,7 +32,7 @@ def run(
     out: Annotated[Path | None, Parameter(help="Output folder [runs/<scenario name>].")] = None,
     json: Json = False,
     resume: Annotated[
-        bool, Parameter(help="Go on with the interrupted run in the output folder.", negative="")
+        bool, Parameter(help="Resume the interrupted run in the output folder.", negative="")
     ] = False,
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
@@ -43,7 +43,7 @@ def run(
 
 @app.command
 def validate(scenario: Path, *, json: Json = False) -> int:
-    """Check SCENARIO without running it: mistakes, and notes on likely surprises."""
+    """Check SCENARIO without running it: errors, and notes on likely problems."""
     from torquer.cli import simulate as work
 
     return work.validate(scenario, json)
@@ -62,19 +62,19 @@ def schema() -> int:
 
 @app.command
 def version(*, json: Json = False) -> int:
-    """Print the versions of torquer and of what it computes with."""
+    """Print the versions of torquer and its numerical dependencies."""
     from torquer.cli import simulate as work
 
     return work.version(json)
 
 
 def answer(arguments: list[str] | None = None) -> int | None:
-    """Carry out a command; its exit code: 2 on a user's mistake, none or 0 when all went well."""
+    """Run a command; return its exit code: 2 on a user's mistake, none or 0 on success."""
     code = 0
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
         finish_output()
-    except BrokenPipeError:  # the reader, `head` say, has seen enough
+    except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         drop_output()
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
         tell_error(str(error) or repr(error))

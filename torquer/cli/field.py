@@ -1,4 +1,4 @@
-"""`torquer field`: which field is where - at a point, along an orbit, over the globe, as a cone."""
+"""`torquer field`: the field at a point, along an orbit, over the globe, as a cone."""
 
 from pathlib import Path
 from typing import Annotated
@@ -22,12 +22,12 @@ Model = Annotated[
 Models = Annotated[
     list[str] | None,
     Parameter(
-        help="As often as wanted: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; "
+        help="Repeatable: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; "
         "igrf14:6 stops at degree 6.",
         negative="",
     ),
 ]
-Degree = Annotated[int | None, Parameter(help="Greatest degree of igrf14 or wmm2025 [all].")]
+Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
 
 
 @app.command
@@ -49,7 +49,7 @@ def point(
     ] = False,
     json: Json = False,
 ) -> int:
-    """X, Y, Z, H, F, D, I at a place and date, and their yearly change."""
+    """X, Y, Z, H, F, D, I at a place and date, and their secular variation."""
     from torquer.cli import field_options as options
     from torquer.cli import field_work as work
 
@@ -59,19 +59,21 @@ def point(
 @app.command
 def orbit(
     *,
-    altitude_km: Annotated[float | None, Parameter(help="Circular orbit: height [km].")] = None,
-    inclination_deg: Annotated[float | None, Parameter(help="Circular orbit.")] = None,
-    raan_deg: Annotated[float | None, Parameter(help="Circular orbit: node [0].")] = None,
+    altitude_km: Annotated[float | None, Parameter(help="Circular orbit: altitude [km].")] = None,
+    inclination_deg: Annotated[
+        float | None, Parameter(help="Circular orbit: inclination [deg].")
+    ] = None,
+    raan_deg: Annotated[float | None, Parameter(help="Circular orbit: RAAN [deg] [0].")] = None,
     tle: Annotated[Path | None, Parameter(help="File with a two-line element set.")] = None,
     scenario: Annotated[
-        Path | None, Parameter(help="File to take orbit, start and first field from.")
+        Path | None, Parameter(help="Scenario file that gives orbit, start and first field.")
     ] = None,
     start: Annotated[
         str | None, Parameter(help="As --date of the other commands [epoch of the TLE].")
     ] = None,
-    revolutions: Annotated[float | None, Parameter(help="How long [1].")] = None,
-    duration_min: Annotated[float | None, Parameter(help="How long, in minutes.")] = None,
-    step_s: Annotated[float, Parameter(help="From instant to instant [s].")] = 30.0,
+    revolutions: Annotated[float | None, Parameter(help="Duration in revolutions [1].")] = None,
+    duration_min: Annotated[float | None, Parameter(help="Duration in minutes.")] = None,
+    step_s: Annotated[float, Parameter(help="Time step [s].")] = 30.0,
     ut1_minus_utc_s: Annotated[
         float | None,
         Parameter(help="UT1 - UTC at the start [s] [that of the scenario, else 0]."),
@@ -87,10 +89,10 @@ def orbit(
     circular = {
         "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
     }  # fmt: skip
-    way = options.way_of(circular, tle, scenario, start)
-    way = options.with_ut1(way, ut1_minus_utc_s)
-    t_s = options.instants(way.orbit.period_s, revolutions, duration_min, step_s)
-    return work.orbit(way, options.with_models(way, model), t_s, out, json)
+    case = options.case_of(circular, tle, scenario, start)
+    case = options.with_ut1(case, ut1_minus_utc_s)
+    t_s = options.instants(case.orbit.period_s, revolutions, duration_min, step_s)
+    return work.orbit(case, options.with_models(case, model), t_s, out, json)
 
 
 @app.command(name="map")
@@ -114,23 +116,23 @@ def map_(
 @app.command
 def cone(
     *,
-    inclination_deg: Annotated[float, Parameter(help="Of the circular orbit.")],
-    altitude_km: Annotated[float, Parameter(help="Of the circular orbit.")] = 550.0,
-    raan_deg: Annotated[float, Parameter(help="Node of the orbit.")] = 0.0,
+    inclination_deg: Annotated[float, Parameter(help="Inclination of the circular orbit.")],
+    altitude_km: Annotated[float, Parameter(help="Altitude of the circular orbit.")] = 550.0,
+    raan_deg: Annotated[float, Parameter(help="RAAN of the orbit.")] = 0.0,
     date: Date = "2025-01-01",
-    revolutions: Annotated[float, Parameter(help="How long the paths are.")] = 1.0,
+    revolutions: Annotated[float, Parameter(help="Length of the paths in revolutions.")] = 1.0,
     model: Models = None,
     out: Annotated[Path, Parameter(help="Folder for cone.png and cone.html.")] = Path("runs/field"),
     json: Json = False,
 ) -> int:
-    """Paths of the field's vector over a circular orbit, and the cone of the averaged field."""
+    """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
     from torquer.cli import field_options as options
     from torquer.cli import field_work as work
 
     circular = {
         "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
     }  # fmt: skip
-    way = options.way_of(circular, None, None, date, "--date")
-    models = options.with_models(way, model, options.CONE_MODELS)
-    t_s = options.instants(way.orbit.period_s, revolutions, None, way.orbit.period_s / 360.0)
-    return work.cone(way, models, t_s, out, json)
+    case = options.case_of(circular, None, None, date, "--date")
+    models = options.with_models(case, model, options.CONE_MODELS)
+    t_s = options.instants(case.orbit.period_s, revolutions, None, case.orbit.period_s / 360.0)
+    return work.cone(case, models, t_s, out, json)

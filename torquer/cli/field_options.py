@@ -17,16 +17,16 @@ from torquer.orbit import AnyOrbit, Circular, Sgp4
 from torquer.time import parse_utc
 
 ELEMENTS = ("X", "Y", "Z", "H", "F", "D", "I")
-#: What `torquer field cone` shows if nothing else is asked for.
+#: Default models of `torquer field cone`.
 CONE_MODELS = ("igrf14", "tilted_dipole", "direct_dipole", "averaged")
 MOST_MODELS = 6
 _MOST_STEPS = 200_000
-#: Heights [km] at which a field of sources in the core alone is worth asking for.
+#: Heights [km] for which a model of the core field is meaningful.
 _LOWEST_KM, _HIGHEST_KM = -10.0, 50_000.0
 
 
-class Way(NamedTuple):
-    """An orbit, when it starts, how the Earth turns, and the field that came with it.
+class OrbitCase(NamedTuple):
+    """Orbit, start, Earth rotation, and the field of the scenario, if any.
 
     `dut1_s`: UT1 - UTC at the start.
     """
@@ -70,10 +70,10 @@ def _within_years(instant: datetime) -> datetime:
 
 def model_of(text: str, degree: int | None = None):
     """The field model of `name` or `name:degree`."""
-    name, _, told = text.partition(":")
+    name, _, digits = text.partition(":")
     if name not in FIELDS:
         raise ValueError(f"--model: must be one of {', '.join(FIELDS)}; received {name!r}")
-    degree = _degree(text, told) if told or text.endswith(":") else degree
+    degree = _degree(text, digits) if digits or text.endswith(":") else degree
     if degree is None:
         return FIELDS[name]()
     if not issubclass(FIELDS[name], Gauss):
@@ -85,14 +85,14 @@ def model_of(text: str, degree: int | None = None):
     return FIELDS[name](degree=degree)
 
 
-def _degree(text: str, told: str) -> int:
-    if not re.fullmatch(r"\d{1,4}", told):
+def _degree(text: str, digits: str) -> int:
+    if not re.fullmatch(r"\d{1,4}", digits):
         raise ValueError(f"--model: must end with a degree, as in igrf14:6; received {text!r}")
-    return int(told)
+    return int(digits)
 
 
 def label(model) -> str:
-    """A model's name in tables and pictures; what differs from the plain model is told."""
+    """A model's name in tables and pictures, marked where it is not the plain model."""
     if model == FIELDS[model.kind]():
         return model.kind
     if isinstance(model, Gauss) and model == FIELDS[model.kind](degree=model.degree):
@@ -101,9 +101,9 @@ def label(model) -> str:
     return f"{model.kind} (scenario)"
 
 
-def with_models(way: Way, names, default=("igrf14",)) -> tuple:
-    """The way's own field and the models named, each once; the default if there is none."""
-    own = () if way.field is None else (way.field,)
+def with_models(case: OrbitCase, names, default=("igrf14",)) -> tuple:
+    """The case's own field and the named models, each once; else the default."""
+    own = () if case.field is None else (case.field,)
     if not own and not names:
         names = default
     models: dict[str, object] = {}
@@ -116,7 +116,7 @@ def with_models(way: Way, names, default=("igrf14",)) -> tuple:
     return tuple(models.values())
 
 
-def way_of(circular: dict, tle, scenario, start: str | None, option: str = "--start") -> Way:
+def case_of(circular: dict, tle, scenario, start: str | None, option: str = "--start") -> OrbitCase:
     """The orbit of one of three sources: a circle, an element set, a scenario."""
     given = [f"--{key.replace('_', '-')}" for key, value in circular.items() if value is not None]
     sources = [*given[:1], *(["--tle"] if tle else []), *(["--scenario"] if scenario else [])]
@@ -127,32 +127,32 @@ def way_of(circular: dict, tle, scenario, start: str | None, option: str = "--st
         )
     begin = None if start is None else moment(start, option)
     if scenario:
-        return _way_of_scenario(scenario, begin)
+        return _case_of_scenario(scenario, begin)
     orbit = _orbit_of_tle(tle) if tle else _circular(circular)
     if begin is None and not tle:
         raise ValueError("--start: must be given with --altitude-km; received nothing")
     name = Path(tle).name if tle else f"{orbit.altitude_km:g} km, {orbit.inclination_deg:g}°"
-    return Way(orbit, begin or _epoch(orbit), Environment().earth_rotation, name=name)
+    return OrbitCase(orbit, begin or _epoch(orbit), Environment().earth_rotation, name=name)
 
 
-def with_ut1(way: Way, ut1_minus_utc_s: float | None) -> Way:
-    """The way with the UT1 - UTC told, if one is."""
+def with_ut1(case: OrbitCase, ut1_minus_utc_s: float | None) -> OrbitCase:
+    """The case with the given UT1 - UTC, if any."""
     if ut1_minus_utc_s is None:
-        return way
+        return case
     if not abs(ut1_minus_utc_s) <= 0.9:
         raise ValueError(
             f"--ut1-minus-utc-s: must lie within -0.9..0.9; received {ut1_minus_utc_s:g}"
         )
-    return way._replace(dut1_s=ut1_minus_utc_s)
+    return case._replace(dut1_s=ut1_minus_utc_s)
 
 
-def _way_of_scenario(path: Path, begin: datetime | None) -> Way:
+def _case_of_scenario(path: Path, begin: datetime | None) -> OrbitCase:
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)
     around = scenario.environment
     start = begin or scenario.start
-    return Way(
+    return OrbitCase(
         scenario.orbit, start, around.earth_rotation, around.field, scenario.name,
         around.ut1_minus_utc_s,
     )  # fmt: skip
@@ -213,7 +213,7 @@ def instants(period_s: float, revolutions, duration_min, step_s: float) -> np.nd
         length = 60.0 * duration_min
     if length / step_s > _MOST_STEPS:
         raise ValueError(
-            f"--step-s: must cut the time into at most {_MOST_STEPS} steps; received "
+            f"--step-s: must divide the time into at most {_MOST_STEPS} steps; received "
             f"{length / step_s:.3g} steps of {step_s:g} s"
         )
     t_s = step_s * np.arange(math.floor(length / step_s) + 1)
@@ -221,7 +221,7 @@ def instants(period_s: float, revolutions, duration_min, step_s: float) -> np.nd
 
 
 def check_place(lat: float, lon: float, alt_km: float) -> None:
-    """Raise `ValueError` for a place that is none, or where the models mean nothing."""
+    """Raise `ValueError` for an invalid place, or one beyond the range of the models."""
     ranges = (
         ("--lat", lat, -90.0, 90.0, "deg"),
         ("--lon", lon, -180.0, 360.0, "deg"),
@@ -239,6 +239,5 @@ def check_earth_fixed(model) -> None:
     if not hasattr(model, "b_earth_fixed"):
         others = ", ".join(k for k, v in FIELDS.items() if hasattr(v, "b_earth_fixed"))
         raise ValueError(
-            f"--model: {model.kind} is tied to an orbit and has no value at a point; must be one "
-            f"of {others}"
+            f"--model: {model.kind} is defined along an orbit only; must be one of {others}"
         )

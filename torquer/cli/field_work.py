@@ -1,4 +1,4 @@
-"""What the field commands do: tables, JSON and pictures out."""
+"""Work of the field commands: tables, JSON and pictures."""
 
 import json as json_
 from datetime import datetime
@@ -8,7 +8,7 @@ import numpy as np
 
 from torquer.cli.field_options import (
     ELEMENTS,
-    Way,
+    OrbitCase,
     check_earth_fixed,
     check_place,
     label,
@@ -19,7 +19,7 @@ from torquer.environment.field.along import FieldsAlong, angles_deg, fields_alon
 from torquer.environment.field.at_point import point_field
 from torquer.time import decimal_year
 
-_TOLD = {
+_NAMES = {
     "X": "north", "Y": "east", "Z": "down", "H": "horizontal", "F": "total",
     "D": "declination", "I": "inclination",
 }  # fmt: skip
@@ -35,20 +35,20 @@ def point(
     check_earth_fixed(model)
     utc = moment(when)
     year = decimal_year(utc)
-    told = _told_point(place, utc, model, geocentric, point_field(model, year, *place, geocentric))
+    data = _point_data(place, utc, model, geocentric, point_field(model, year, *place, geocentric))
     if as_json:
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps(data, indent=2))
         return 0
     where = "geocentric latitude, height above 6371.2 km" if geocentric else "geodetic, WGS84"
     lat, lon, alt_km = place
     print(f"{label(model)}, {_stamp(utc)} ({year:.4f})")
     print(f"latitude {lat:g}, longitude {lon:g} deg, height {alt_km:g} km ({where})")
-    print("\n".join(_point_lines(told)))
+    print("\n".join(_point_lines(data)))
     return 0
 
 
-def _told_point(place, utc: datetime, model, geocentric: bool, found) -> dict:
-    """What `--json` prints; null for an element that is not defined."""
+def _point_data(place, utc: datetime, model, geocentric: bool, found) -> dict:
+    """Data of `--json`; null for an undefined element."""
     lat, lon, alt_km = place
     rates = found.rates and {f"{k}_per_year": _number(v) for k, v in found.rates._asdict().items()}
     return {
@@ -64,43 +64,45 @@ def _told_point(place, utc: datetime, model, geocentric: bool, found) -> dict:
     }
 
 
-def _point_lines(told: dict) -> list[str]:
+def _point_lines(data: dict) -> list[str]:
     lines = []
-    for letter, (key, value) in zip(ELEMENTS, told["elements"].items(), strict=True):
+    for letter, (key, value) in zip(ELEMENTS, data["elements"].items(), strict=True):
         unit, digits = ("nT", 1) if key.endswith("_nt") else ("deg", 4)
-        line = f"{letter}  {_TOLD[letter]:<12}{_fixed(value, digits):>12} {unit:<3}"
-        if told["rates"]:
-            line += f"{_fixed(told['rates'][f'{key}_per_year'], digits, '+'):>12} {unit}/yr"
+        line = f"{letter}  {_NAMES[letter]:<12}{_fixed(value, digits):>12} {unit:<3}"
+        if data["rates"]:
+            line += f"{_fixed(data['rates'][f'{key}_per_year'], digits, '+'):>12} {unit}/yr"
         lines.append(line.rstrip())
     return lines
 
 
-def orbit(way: Way, models: tuple, t_s, out: Path | None, as_json: bool) -> int:
+def orbit(case: OrbitCase, models: tuple, t_s, out: Path | None, as_json: bool) -> int:
     """Print the field along an orbit; draw it if a folder is given."""
     if out is not None:
         make_writable(out)
-    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
+    along = fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
     labels = [label(model) for model in models]
     if out is not None:
         from torquer.report.field.along import draw_along
 
         with writing_to(out):
-            draw_along(along, labels, f"{way.name}, from {_stamp(way.start)}", out)
+            draw_along(along, labels, f"{case.name}, from {_stamp(case.start)}", out)
     if as_json:
-        print(json_.dumps(_told_along(way, along, labels)))
+        print(json_.dumps(_along_data(case, along, labels)))
         return 0
-    print(f"{way.name}, {way.orbit.kind} orbit, from {_stamp(way.start)}, {t_s[-1] / 60.0:.4g} min")
+    print(
+        f"{case.name}, {case.orbit.kind} orbit, from {_stamp(case.start)}, {t_s[-1] / 60.0:.4g} min"
+    )
     print("\n".join(["", *_summary_lines(along, labels), "", *_row_lines(along, labels[0])]))
     if out is not None:
         print(f"\n{out}: inertial.png, orbital.png")
     return 0
 
 
-def _told_along(way: Way, along: FieldsAlong, labels: list[str]) -> dict:
-    """What `--json` prints: the orbit once, then each model's field."""
+def _along_data(case: OrbitCase, along: FieldsAlong, labels: list[str]) -> dict:
+    """Data of `--json`: the orbit once, then the field of each model."""
     return {
-        "orbit": way.orbit.model_dump(),
-        "start": way.start.isoformat(),
+        "orbit": case.orbit.model_dump(),
+        "start": case.start.isoformat(),
         "time_s": _rounded(along.t_s, 6),
         "argument_of_latitude_deg": _rounded(along.u_deg, 6),
         "latitude_deg": _rounded(along.lat_deg, 6),
@@ -122,8 +124,8 @@ def _told_along(way: Way, along: FieldsAlong, labels: list[str]) -> dict:
 def _summary_lines(along: FieldsAlong, labels: list[str]) -> list[str]:
     wide = max(14, *map(len, labels))
     compared = len(labels) > 1
-    head = f"{'':<{wide}}{'|B| least':>11}{'mean':>9}{'greatest nT':>13}"
-    lines = [head + (f"   angle to {labels[0]}: mean, greatest deg" if compared else "")]
+    head = f"{'':<{wide}}{'|B| min':>11}{'mean':>9}{'max nT':>13}"
+    lines = [head + (f"   angle to {labels[0]}: mean, max deg" if compared else "")]
     for name, size, angle in zip(labels, along.strength, along.angle_to_first_deg, strict=True):
         least, mean, most = (1e9 * f(size) for f in (np.min, np.mean, np.max))
         line = f"{name:<{wide}}{least:>11.0f}{mean:>9.0f}{most:>13.0f}"
@@ -137,9 +139,9 @@ def _row_lines(along: FieldsAlong, first: str) -> list[str]:
     """A thinned table of the first model."""
     rows = np.unique(np.linspace(0, len(along.t_s) - 1, _ROWS).round().astype(int))
     lines = [
-        f"{first} in nT, inertial (x y z) and orbital (along the motion, orbit normal, up)",
+        f"{first} in nT, inertial (x y z) and orbital (along-track, orbit normal, radial)",
         f"{'t min':>8}{'u deg':>7}{'lat':>7}{'lon':>8}{'km':>7}"
-        f"{'x':>9}{'y':>8}{'z':>8}{'along':>9}{'normal':>8}{'up':>8}{'|B|':>8}",
+        f"{'x':>9}{'y':>8}{'z':>8}{'along':>9}{'normal':>8}{'radial':>8}{'|B|':>8}",
     ]
     for n in rows:
         place = f"{along.lat_deg[n]:>7.1f}{along.lon_deg[n]:>8.1f}{along.height_km[n]:>7.0f}"
@@ -166,44 +168,42 @@ def globe(element: str, when: str, alt_km: float, model, out: Path, as_json: boo
     title = f"{label(model)}, {utc:%Y-%m-%d}, {alt_km:g} km"
     with writing_to(out):
         path = draw_map(grid, element, title, out / f"map_{element}.png")
-    told = {
+    data = {
         "model": label(model), "date": utc.isoformat(), "altitude_km": alt_km, "element": element,
         "unit": grid.unit_of(element), **grid.extremes(element), "picture": str(path),
     }  # fmt: skip
     if as_json:
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps(data, indent=2))
         return 0
     for name in ("least", "greatest"):
-        at = told[name]
+        at = data[name]
         print(
-            f"{name:<9}{element} {at['value']:.6g} {told['unit']} at latitude "
+            f"{name:<9}{element} {at['value']:.6g} {data['unit']} at latitude "
             f"{at['latitude_deg']:g}, longitude {at['longitude_deg']:g} deg"
         )
     print(path)
     return 0
 
 
-def cone(way: Way, models: tuple, t_s, out: Path, as_json: bool) -> int:
-    """Draw the cone and the hodographs; print how far from it they go."""
+def cone(case: OrbitCase, models: tuple, t_s, out: Path, as_json: bool) -> int:
+    """Draw the cone and the hodographs; print the largest deviation from the cone."""
     from torquer.analysis.field_cone import cone_of
     from torquer.report.field.cone import draw_cone, write_cone_page
 
     make_writable(out)
-    along = fields_along(models, way.orbit, way.start, t_s, way.earth_rotation, way.dut1_s)
-    labels, title = [label(m) for m in models], f"{way.name}, from {_stamp(way.start)}"
-    shape = cone_of(way.orbit)
+    along = fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
+    labels, title = [label(m) for m in models], f"{case.name}, from {_stamp(case.start)}"
+    shape = cone_of(case.orbit)
     with writing_to(out):
         draw_cone(along, labels, shape, title, out / "cone.png")
         write_cone_page(along, labels, shape, title, out / "cone.html")
-    told = _told_cone(way, along, labels, shape)
+    data = _cone_data(case, along, labels, shape)
     if as_json:
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps(data, indent=2))
         return 0
     print(f"{title}: cone of half-angle {shape.half_angle_deg:.3f} deg, {shape.b0_t * 1e9:.0f} nT")
-    print(
-        f"{'':<15}{'|B| least':>10}{'mean':>8}{'greatest nT':>13}{'off the cone':>15} deg at most"
-    )
-    for each in told["models"]:
+    print(f"{'':<15}{'|B| min':>10}{'mean':>8}{'max nT':>13}{'from the cone':>15} deg at most")
+    for each in data["models"]:
         sizes = (f"{each[k]:>{w}.0f}" for k, w in zip(_SIZES, (10, 8, 13), strict=True))
         print(f"{each['model']:<15}{''.join(sizes)}{each['greatest_off_cone_deg']:>15.3f}")
     print(f"{out}: cone.png, cone.html")
@@ -218,7 +218,7 @@ def _sizes_nt(strength_t) -> dict[str, float]:
     return {key: float(1e9 * size) for key, size in zip(_SIZES, found, strict=True)}
 
 
-def _told_cone(way: Way, along: FieldsAlong, labels: list[str], shape) -> dict:
+def _cone_data(case: OrbitCase, along: FieldsAlong, labels: list[str], shape) -> dict:
     off = np.abs(angles_deg(along.b_y, shape.axis_y) - shape.half_angle_deg)
     models = [
         {
@@ -229,8 +229,8 @@ def _told_cone(way: Way, along: FieldsAlong, labels: list[str], shape) -> dict:
         for name, size, each in zip(labels, along.strength, off, strict=True)
     ]
     return {
-        "orbit": way.orbit.model_dump(),
-        "start": way.start.isoformat(),
+        "orbit": case.orbit.model_dump(),
+        "start": case.start.isoformat(),
         "half_angle_deg": shape.half_angle_deg,
         "b0_nt": 1e9 * shape.b0_t,
         "models": models,

@@ -1,4 +1,4 @@
-"""`torquer gallery`: published figures and tables computed anew, beside their numbers."""
+"""`torquer gallery`: published figures and tables, recomputed and compared."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ from cyclopts import App, Parameter
 
 app = App(
     name="gallery",
-    help="Published figures and tables computed anew, beside the printed numbers.",
+    help="Published figures and tables, recomputed and compared with the printed numbers.",
     version_flags=[],
 )
 
@@ -21,7 +21,7 @@ _OUT = Path("runs/gallery")
 
 @app.command(name="list")
 def list_(*, json: Json = False) -> int:
-    """List the catalogue: ids, verdict of those that are done, content."""
+    """List the catalogue: id, verdict if available, content."""
     from torquer.cli import gallery_work as work
 
     return work.show_list(json)
@@ -37,7 +37,7 @@ def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
 
 @app.command(name="all")
 def all_(*, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
-    """Compute every entry that is done; exit 1 if a verdict is not the declared one."""
+    """Compute every available entry; exit 1 if a verdict is not the declared one."""
     from torquer.cli import gallery_work as work
 
     return work.run_all(json, out, docs)

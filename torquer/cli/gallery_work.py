@@ -1,4 +1,4 @@
-"""What the gallery's commands do: a bar on a terminal, a table or JSON, and the exit code."""
+"""Work of the gallery commands: progress bar, table or JSON, exit code."""
 
 import contextlib
 import json as json_
@@ -20,11 +20,11 @@ def show_list(as_json: bool) -> int:
     done = entry_of()
     states = {id_: str(done[id_].declared) if id_ in done else "not yet" for id_ in ROW_OF}
     if as_json:
-        told = [
+        rows = [
             {"id": id_, "verdict": states[id_], "content": row.content, "expected": row.expected}
             for id_, row in ROW_OF.items()
         ]
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps(rows, indent=2))
         return 0
     for id_, row in ROW_OF.items():
         print(f"{id_:<15} {states[id_]:<15} {row.content}")
@@ -35,17 +35,19 @@ def show_list(as_json: bool) -> int:
 def run(ids: tuple[str, ...], as_json: bool, out: Path) -> int:
     """Compute the entries of these ids."""
     if not ids:
-        raise ValueError("gallery run: must have at least one id; received none; see: gallery list")
-    return _told(_computed(wanted(ids), out, None), as_json, out)
+        raise ValueError(
+            "gallery run: must name at least one id (see `gallery list`); received none"
+        )
+    return _print_all(_computed(wanted(ids), out, None), as_json, out)
 
 
 def run_all(as_json: bool, out: Path, docs: Path | None) -> int:
-    """Compute every entry; write the pages if asked."""
+    """Compute every entry; write the pages if a folder is given."""
     small = docs / PICTURES if docs else None
     outcomes = _computed(all_entries(), out, small)
     if docs:
         write_pages(record_of(outcomes), docs)
-    return _told(outcomes, as_json, out)
+    return _print_all(outcomes, as_json, out)
 
 
 def _computed(entries: list[Entry], out: Path, small: Path | None) -> list[Outcome]:
@@ -58,7 +60,7 @@ def _computed(entries: list[Entry], out: Path, small: Path | None) -> list[Outco
 
 @contextlib.contextmanager
 def _progress(total: int):
-    """A callback that moves a bar on a terminal, and does nothing elsewhere."""
+    """Progress callback of a bar on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return
@@ -69,11 +71,10 @@ def _progress(total: int):
         yield lambda name, count: bar.update(task, completed=count, description=name)
 
 
-def _told(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
-    """Print what came out; the exit code."""
+def _print_all(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
+    """Print the outcomes; return the exit code."""
     if as_json:
-        told = [outcome.as_data() for outcome in outcomes]
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps([outcome.as_data() for outcome in outcomes], indent=2))
     else:
         for outcome in outcomes:
             _print(outcome)
@@ -81,7 +82,7 @@ def _told(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
     wrong = [outcome for outcome in outcomes if not outcome.as_declared]
     for outcome in wrong:
         tell_error(
-            f"gallery {outcome.entry.id}: must come out as declared, "
+            f"gallery {outcome.entry.id}: must have its declared verdict, "
             f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'"
         )
     return NOT_AS_DECLARED if wrong else 0
@@ -94,7 +95,9 @@ def _print(outcome: Outcome) -> None:
         limits = shown_limits(check)
         number = shown_number(check | {"fleeting": False})
         mark = check["verdict"].replace(Verdict.DIFFERS, "DIFFERS")
-        told = f" (agrees if {limits})" if limits else ""
-        print(f"  {check['name']}: {number}; printed: {check['expected'] or 'lost'}{told}: {mark}")
+        printed = f"printed: {check['expected'] or 'lost'}"
+        if limits:
+            printed += f" (agrees if {limits})"
+        print(f"  {check['name']}: {number}; {printed}: {mark}")
     if data["reason"]:
         print(f"  why: {data['reason']}")

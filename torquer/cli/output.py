@@ -1,8 +1,8 @@
-"""What the commands write to: streams that take any text, consoles, folders.
+"""Output of the commands: streams that accept any text, consoles, folders.
 
-A code page of Windows, or a pipe in the C locale, has no degree sign, no Greek, and none of what
-a path or a description may hold. Signs that have a plain way of being written are written so, all
-others by their numbers, as in `\\u4e2d`; nothing is lost, and nothing ends in an error.
+A Windows code page, or a pipe in the C locale, lacks the degree sign, Greek, and much of what a
+path or a description may contain. Characters with an ASCII transliteration are replaced by it,
+all others are escaped, as in `\\u4e2d`; nothing is lost, and nothing raises an error.
 """
 
 import codecs
@@ -12,7 +12,7 @@ import warnings
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-#: Plain ways to write the signs that the package itself prints.
+#: ASCII transliterations of the characters that the package itself prints.
 PLAIN = {
     "°": " deg", "²": "^2", "³": "^3", "₀": "0", "µ": "u", "μ": "u", "ω": "omega",
     "·": "*", "×": "x", "±": "+-", "−": "-", "–": "-", "—": "-", "…": "...",  # noqa: RUF001
@@ -22,7 +22,7 @@ _ERRORS = "torquer.plain"
 
 
 def _written_plainly(error: UnicodeError) -> tuple[str, int]:
-    """What stands for signs that an encoding lacks, and where to go on."""
+    """Replacement of characters that an encoding lacks, and where to continue."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     lacking = error.object[error.start : error.end]
@@ -30,26 +30,26 @@ def _written_plainly(error: UnicodeError) -> tuple[str, int]:
 
 
 def let_streams_take_any_text() -> None:
-    """From now on standard output and error end in no encoding error.
+    """From now on standard output and error accept any text.
 
-    Signs that the font of the pictures lacks are shown there as boxes; it is not worth a warning.
+    Characters missing from the font of the pictures appear as boxes, without a warning.
     """
     warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
     codecs.register_error(_ERRORS, _written_plainly)
     for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):  # there may be none, or one of a caller's own
+        if hasattr(stream, "reconfigure"):  # may be None, or replaced by the caller
             stream.reconfigure(errors=_ERRORS)
 
 
 def finish_output() -> None:
-    """Write out what is still held back, so that an error shows now and not at the exit."""
+    """Flush the streams, so that an error shows now and not at exit."""
     for stream in (sys.stdout, sys.stderr):
         if stream is not None:
             stream.flush()
 
 
 def drop_output() -> None:
-    """What cannot be written, to a closed pipe or a full disk, is not tried again at the exit."""
+    """Discard output to a closed pipe or a full disk, so that exit does not retry it."""
     for stream in (sys.stdout, sys.stderr):
         try:
             if stream is not None:
@@ -60,7 +60,7 @@ def drop_output() -> None:
 
 
 def tell_error(text: str) -> None:
-    """Lines on standard error; where even that is full, the exit code has to do."""
+    """Print lines to standard error, if it can be written."""
     with suppress(OSError):
         for line in text.splitlines():
             print(f"error: {line}", file=sys.stderr)
@@ -68,7 +68,7 @@ def tell_error(text: str) -> None:
 
 @contextmanager
 def writing_to(out: Path, option: str = "--out"):
-    """Within the block an error of writing is said to be one of that folder."""
+    """Within the block, report an error of writing as one of that folder."""
     try:
         yield
     except BrokenPipeError:
@@ -81,7 +81,7 @@ def writing_to(out: Path, option: str = "--out"):
 
 
 def make_writable(out: Path, option: str = "--out") -> None:
-    """Find out before the work, not after it, that the results can be written."""
+    """Check before the work that the results can be written."""
     with writing_to(out, option):
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
@@ -90,7 +90,7 @@ def make_writable(out: Path, option: str = "--out") -> None:
 
 
 def console(stderr: bool = False, **keys):
-    """A console whose text is taken as it is: square brackets and colons are no markup."""
+    """A console that prints text verbatim: square brackets and colons are no markup."""
     from rich.console import Console
 
     class Plain(Console):

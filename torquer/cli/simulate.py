@@ -1,4 +1,4 @@
-"""What the commands do: files in, files out, a progress bar and a table on a terminal."""
+"""Work of `run`, `validate` and `version`: files, progress bar, summary table."""
 
 import contextlib
 import json as json_
@@ -51,7 +51,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
     _show(summary, out, as_json)
     _print_notes(notes_on_steps(result))
     if stopped:
-        tell_error(f"{stopped}; what was computed is in {out}")
+        tell_error(f"{stopped}; partial results are in {out}")
     return code
 
 
@@ -71,8 +71,8 @@ def validate(scenario_path: Path, as_json: bool) -> int:
         return 2
     notes = notes_of(scenario)
     if as_json:
-        told = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
-        print(json_.dumps(told, indent=2))
+        data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
+        print(json_.dumps(data, indent=2))
         return 0
     print(f"{scenario.name}: valid, {scenario.steps()} steps of {scenario.simulation.step_s:g} s")
     print(
@@ -94,10 +94,7 @@ def _checked(scenario_path: Path):
 
 
 def check_usable(scenario) -> bool:
-    """Raise `ValueError` if a law or the surroundings of a scenario cannot be used.
-
-    Whether all of its laws are compiled.
-    """
+    """Whether all laws are compiled; `ValueError` if a law or the environment is unusable."""
     specs = [law for law in (scenario.control.law, scenario.control.wheel_law) if law is not None]
     laws = [spec.law() for spec in specs]
     for law in laws:
@@ -133,13 +130,13 @@ def version(as_json: bool) -> int:
 
 
 def _looks(scenario):
-    """Times at which models are tried: both ends of the run, and all around the first orbit."""
+    """Times at which models are checked: both ends of the run, and along the first orbit."""
     end = scenario.steps() * scenario.simulation.step_s
     return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
 
 
 def _keep_interrupted(out: Path) -> None:
-    """A run that can go on is not overwritten by one that begins anew."""
+    """A run that can be resumed is not overwritten."""
     path = out / "result.nc"
     try:
         earlier = attributes_of(path)
@@ -148,12 +145,12 @@ def _keep_interrupted(out: Path) -> None:
     if earlier.get("how_it_ended") in (INTERRUPTED, STOPPED):
         raise ValueError(
             f"--out: must hold no unfinished run; received {out} ({earlier['ended']}): "
-            "go on with --resume, take another --out, or remove it"
+            "continue with --resume, choose another --out, or remove it"
         )
 
 
 def _check_earlier(path: Path, scenario) -> None:
-    """ValueError unless there is a result to go on from, of this scenario."""
+    """Raise `ValueError` unless there is a result of this scenario to resume."""
     if not path.is_file():
         raise ValueError(
             f"--resume: must find an interrupted run; received {path.parent} without result.nc"
@@ -175,7 +172,7 @@ def _check_earlier(path: Path, scenario) -> None:
 
 @contextlib.contextmanager
 def _progress(name: str):
-    """A callback that moves a bar on a terminal, and does nothing elsewhere."""
+    """Progress callback of a bar on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -1,4 +1,4 @@
-"""What `torquer theory` is asked: from options or a scenario; one clear line per mistake."""
+"""The case of `torquer theory`, from options or a scenario; one clear line per mistake."""
 
 import math
 from dataclasses import dataclass, replace
@@ -37,11 +37,11 @@ _POINTED = ("reorientation", "preliminary_1", "preliminary_2")
 
 
 @dataclass(frozen=True)
-class Question:
-    """A law on a satellite and an orbit, as the averaged motion takes them.
+class AveragedCase:
+    """Law, satellite and orbit of an averaged motion.
 
     `gain` None: not given (a design needs none). `rho`, `sigma` [rad], None: any direction.
-    `notes`: what was assumed or left out, one line each. `sampling`: of a law of B-dot's kind.
+    `notes`: assumptions and omissions, one line each. `sampling`: of B-dot and nutation damping.
     """
 
     law: str
@@ -61,10 +61,10 @@ class Question:
         return EVOLUTIONS[self.law]
 
     @property
-    def case(self) -> Case:
+    def constants(self) -> Case:
         """Constants of the equations; eps = 1 without a gain."""
-        case = self.evolution.case(self.gain or 1.0, self.spinner, self.target)
-        return case if self.gain else case._replace(eps=1.0)
+        constants = self.evolution.case(self.gain or 1.0, self.spinner, self.target)
+        return constants if self.gain else constants._replace(eps=1.0)
 
     @property
     def period_s(self) -> float:
@@ -72,9 +72,9 @@ class Question:
         return 2.0 * math.pi / self.spinner.orbital_rate_rad_s
 
 
-def part_of(question: Question, to_percent: float | None) -> float:
-    """What part of the first value is asked for."""
-    grows = question.law == "spin_up"
+def part_of(case: AveragedCase, to_percent: float | None) -> float:
+    """Target fraction of the initial value."""
+    grows = case.law == "spin_up"
     part = (200.0 if grows else 10.0) if to_percent is None else to_percent
     in_range("--to", "to", part, 0.0)
     if grows and not 100.0 < part < math.inf:
@@ -84,8 +84,8 @@ def part_of(question: Question, to_percent: float | None) -> float:
     return part / 100.0
 
 
-def question_of(law, given: dict, scenario: Path | None, design: bool) -> Question:
-    """The question of either source; `ValueError` if both or none answer."""
+def case_of(law, given: dict, scenario: Path | None, design: bool) -> AveragedCase:
+    """The case from either source; `ValueError` if both or neither is given."""
     named = [f"--{key.replace('_', '-')}" for key, value in given.items() if value is not None]
     if law is not None and law not in LAWS:
         raise ValueError(f"LAW: must be one of {', '.join(LAWS)}; received {law!r}")
@@ -103,15 +103,15 @@ def question_of(law, given: dict, scenario: Path | None, design: bool) -> Questi
     return _spun(_of_options(law, given))
 
 
-def _spun(question: Question) -> Question:
-    """Precise reorientation is for a spin about the axis: its nutation is left out."""
-    if question.law != "reorientation" or question.theta < math.radians(1.0):
-        return question
-    told = (
-        f"reorientation is of a spin along the axis: theta0 of {math.degrees(question.theta):.0f} "
-        "deg is left out; damp it first"
+def _spun(case: AveragedCase) -> AveragedCase:
+    """Precise reorientation assumes spin about the axis: its nutation is neglected."""
+    if case.law != "reorientation" or case.theta < math.radians(1.0):
+        return case
+    note = (
+        f"reorientation assumes spin about the axis: theta0 of {math.degrees(case.theta):.0f} "
+        "deg is neglected; damp it first"
     )
-    return replace(question, theta=0.0, notes=(*question.notes, told))
+    return replace(case, theta=0.0, notes=(*case.notes, note))
 
 
 def _positive(**values) -> None:
@@ -132,7 +132,7 @@ def _within(option: str, value: float | None, high: float) -> None:
         raise ValueError(f"{option}: must lie within 0..{high:g} deg; received {value:g}")
 
 
-def _of_options(law: str, given: dict) -> Question:
+def _of_options(law: str, given: dict) -> AveragedCase:
     _positive(**{k: given[k] for k in ("altitude_km", "strength_nt", "gain", "sample_s")})
     in_range("--strength-nt", "strength_nt", given["strength_nt"], 0.0)
     in_range("--gain", "gain_a_m2_per_t", given["gain"], 0.0)
@@ -144,20 +144,20 @@ def _of_options(law: str, given: dict) -> Question:
     radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
     moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
     rate = given["rate_deg_s"] or _RATE_DEG_S
-    notes = () if given["rate_deg_s"] else ("the rate is assumed: give --rate-deg-s",)
+    notes = () if given["rate_deg_s"] else ("the rate is a default: give --rate-deg-s",)
     motion = _spinning(np.diag(moments), np.array([0.0, 0.0, 1.0]), rate)
-    spinner, theta, told = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
+    spinner, theta, remarks = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
     rho = None if given["rho_deg"] is None else math.radians(given["rho_deg"])
     name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {given['inclination_deg']:g} deg"
     sampling = _sampling(law, given["sample_s"], given["lag_s"])
-    return Question(
-        law, given["gain"], spinner, theta, rho, notes=(*notes, *told), name=name,
+    return AveragedCase(
+        law, given["gain"], spinner, theta, rho, notes=(*notes, *remarks), name=name,
         sampling=sampling,
     )  # fmt: skip
 
 
 def _sampling(law: str, sample_s: float | None, lag_s: float | None) -> Sampling | None:
-    """Plain sample and hold, the law as it takes differences."""
+    """Sample and hold at one interval, also that of the law's differences."""
     if sample_s is None and lag_s is None:
         return None
     if law not in _SAMPLED:
@@ -171,7 +171,7 @@ def _sampling(law: str, sample_s: float | None, lag_s: float | None) -> Sampling
 
 
 def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, float]:
-    """Radius [m] and B0 [T]; one of the two may be left to the direct dipole."""
+    """Radius [m] and B0 [T]; the direct dipole supplies one of them if it is not given."""
     equatorial = Averaged().mu_e_t_km3 * 1e9
     if altitude_km is not None:
         radius_m = EARTH_RADIUS_M + 1e3 * altitude_km
@@ -197,7 +197,9 @@ def _spinning(tensor, axis, rate_deg_s) -> tuple:
     momentum = tensor @ rate
     length = float(np.linalg.norm(momentum))
     if length == 0.0:
-        raise ValueError("rate: must not be zero, as the averaged motion is of a fast rotation")
+        raise ValueError(
+            "rate: must not be zero: averaging assumes a fast rotation; received 0 0 0"
+        )
     axial = float(axis @ tensor @ axis)
     transverse = 0.5 * (float(np.trace(tensor)) - axial)
     theta = math.acos(min(1.0, max(-1.0, float(axis @ momentum) / length)))
@@ -210,7 +212,7 @@ def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, t
     transverse, axial, length, theta, spread = motion
     notes: tuple[str, ...] = ()
     if spread > 0.02:
-        notes = (f"the moments across the axis differ by {100 * spread:.0f} %: the mean counts",)
+        notes = (f"the transverse moments differ by {100 * spread:.0f} %: their mean is used",)
     try:
         spinner = Spinner(
             inclination_deg=inclination_deg,
@@ -229,8 +231,8 @@ def _spinner(motion, inclination_deg, b0_t, radius_m) -> tuple[Spinner, float, t
     return spinner, theta, notes
 
 
-def _of_scenario(law: str | None, path: Path) -> Question:
-    """Orbit, field, body, motion, law and its duty from a file."""
+def _of_scenario(law: str | None, path: Path) -> AveragedCase:
+    """Orbit, field, body, motion, law and duty cycle from a scenario file."""
     from torquer.notes.bdot_notes import sampling_of
     from torquer.scenario.load import load_scenario
 
@@ -252,28 +254,28 @@ def _of_scenario(law: str | None, path: Path) -> Question:
     state = scenario.initial.motion(r, v)
     axis = _axis(kind, spec, tensor)
     motion = _spinning(tensor, axis, np.degrees(state[4:]))
-    spinner, theta, told = _spinner(
+    spinner, theta, remarks = _spinner(
         motion, math.degrees(orbit["inclination"]), b0_t, orbit["radius_m"]
     )
     momentum = rotate(tuple(state[:4]), as_vector(tensor @ state[4:]))
     rho, sigma = _polar(_to_z(momentum, orbit))
     gain, duty_note = _gain(spec, scenario.control)
-    question = Question(
+    case = AveragedCase(
         kind, gain, spinner, theta, rho, sigma, name=scenario.name,
-        notes=(*notes, *told, *duty_note, *_saturation(scenario, kind, spinner)),
+        notes=(*notes, *remarks, *duty_note, *_saturation(scenario, kind, spinner)),
         sampling=sampling_of(scenario, spec) if kind in _SAMPLED else None,
     )  # fmt: skip
-    return _spun(_pointed(question, spec, scenario, orbit)) if kind in _POINTED else question
+    return _spun(_pointed(case, spec, scenario, orbit)) if kind in _POINTED else case
 
 
 def _circle(r, v) -> tuple[dict, tuple]:
-    """The circle that stands for an orbit, from its state in the inertial frame."""
+    """Circular approximation of an orbit, from its state in the inertial frame."""
     h = np.cross(r, v)
     size = 1.0 / (2.0 / np.linalg.norm(r) - v @ v / MU_EARTH_M3_S2)
     eccentricity = math.sqrt(max(0.0, 1.0 - h @ h / (MU_EARTH_M3_S2 * size)))
     notes: tuple[str, ...] = ()
     if eccentricity > 0.005:
-        notes = (f"the orbit, of eccentricity {eccentricity:.3f}, is taken as a circle",)
+        notes = (f"the orbit, of eccentricity {eccentricity:.3f}, is approximated by a circle",)
     node = np.array(ascending_node(as_vector(h)))
     inclination = math.atan2(math.hypot(h[0], h[1]), h[2])
     return {"radius_m": float(size), "inclination": inclination, "node": node}, notes
@@ -293,7 +295,7 @@ def _polar(vector) -> tuple[float, float]:
 
 
 def _axis(kind, spec, tensor) -> np.ndarray:
-    """Spin axis of the law; for B-dot the principal axis across which the body is most round."""
+    """Spin axis of the law; for B-dot the principal axis closest to one of symmetry."""
     if kind != "bdot":
         return np.array(spec.axis)
     moments, axes = np.linalg.eigh(tensor)
@@ -302,38 +304,38 @@ def _axis(kind, spec, tensor) -> np.ndarray:
 
 
 def _gain(spec, control) -> tuple[float, tuple]:
-    """Gain, less what a measurement window takes of it."""
+    """Effective gain: the gain times the duty cycle."""
     key = getattr(spec, "gain_key", "gain_a_m2_s_per_t")
     gain = getattr(spec, key)
     if gain is None:
         raise ValueError(
-            f"control.law.{key}: must be given, as a relay has no average here; received a relay "
+            f"control.law.{key}: must be given: averaging does not cover relays; received a relay "
             f"of {spec.relay_dipole_a_m2:g} A m^2"
         )
     if control.measure_s == 0.0:
         return gain, ()
     duty = control.actuate_s / control.cycle_s
-    told = f"the coils work {100 * duty:.0f} % of the time: the gain counts {gain * duty:.4g}"
-    return gain * duty, (told,)
+    note = f"the coils are on {100 * duty:.0f} % of the time: effective gain {gain * duty:.4g}"
+    return gain * duty, (note,)
 
 
 def _saturation(scenario, kind, spinner) -> tuple:
-    """A note if B-dot asks for more than the coils have at first."""
+    """A note if B-dot initially commands more than the coils can produce."""
     limit = np.max(scenario.spacecraft.coils.limit_a_m2)
     if kind != "bdot":
         return ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
-    asked = scenario.control.law.gain_a_m2_s_per_t * rate * spinner.strength_t
-    if asked <= limit:
+    commanded = scenario.control.law.gain_a_m2_s_per_t * rate * spinner.strength_t
+    if commanded <= limit:
         return ()
     return (
-        f"at first the law asks for {asked:.3g} A m^2 of coils that have {limit:.3g}: saturated, "
-        "they brake slower than the averaged motion",
+        f"the law initially commands {commanded:.3g} A m^2 from coils limited to {limit:.3g}: "
+        "saturated, they brake more slowly than the averaged motion",
     )
 
 
-def _pointed(question: Question, spec, scenario, orbit) -> Question:
-    """With the law's target, as far as closed equations know it."""
+def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
+    """With the law's target, as far as closed equations cover it."""
     target = spec.target
     if target == "sun":
         from torquer.environment.sun import sun_position
@@ -342,14 +344,14 @@ def _pointed(question: Question, spec, scenario, orbit) -> Question:
         target = sun_position(np.zeros(1), scenario.start, mode)[0]
     there = _to_z(np.asarray(target, dtype=np.float64), orbit)
     there = there / np.linalg.norm(there)
-    if question.law == "reorientation":
-        length = spec.momentum_n_m_s / question.spinner.momentum_n_m_s
-        return replace(question, target=tuple((length * there).tolist()))
+    if case.law == "reorientation":
+        length = spec.momentum_n_m_s / case.spinner.momentum_n_m_s
+        return replace(case, target=tuple((length * there).tolist()))
     away = math.degrees(math.acos(min(1.0, max(-1.0, there[2]))))
     if away < 1.0:
-        return question
-    told = (
-        f"the target is {away:.0f} deg off the cone axis, for which {question.law} has no closed "
-        "equations: the cone axis is taken"
+        return case
+    note = (
+        f"the target is {away:.0f} deg from the cone axis, where {case.law} has no closed "
+        "equations: the cone axis is used"
     )
-    return replace(question, notes=(*question.notes, told))
+    return replace(case, notes=(*case.notes, note))

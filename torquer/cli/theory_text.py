@@ -1,6 +1,6 @@
 """Closed averaged equations and first integrals in plain text; ' is d/du."""
 
-SHARED = "p = sin^2(Theta)/2, q = 1 - 2p; the momentum's rho, sigma count from the cone axis Z3"
+SHARED = "p = sin^2(Theta)/2, q = 1 - 2p; rho and sigma of the momentum from the cone axis Z3"
 SMALL = {
     "bdot": "k B0^2/(omega0 C)",
     "nutation_damping": "k B0^2/(omega0 A)",

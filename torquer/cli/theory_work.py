@@ -1,4 +1,4 @@
-"""What `torquer theory` does: answers in text and JSON, design tables, pictures."""
+"""Work of `torquer theory`: results in text and JSON, design tables, pictures."""
 
 import json as json_
 import math
@@ -10,8 +10,8 @@ import numpy as np
 
 from torquer.cli import theory_text as text
 from torquer.cli.output import make_writable, writing_to
-from torquer.cli.theory_options import Question, in_range
-from torquer.cli.theory_sampling import sampling_lines, sampling_notes, sampling_told
+from torquer.cli.theory_options import AveragedCase, in_range
+from torquer.cli.theory_sampling import sampling_data, sampling_lines, sampling_notes
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.comparison import resonances
 from torquer.theory.design import (
@@ -32,7 +32,7 @@ from torquer.theory.validity import PRECESSION, SLOW_CHANGE
 _TURN = 2.0 * math.pi
 #: Harmonics of the laws here: 2 in the precession angle, 4 in u; none turns on phi.
 _HARMONICS = int(PRECESSION.least)
-#: Parts of the gain in a design table, and small parameters of one without a gain.
+#: Multiples of the gain in a design table; small parameters of one without a gain.
 _PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _EPS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _GRID = 61
@@ -46,109 +46,109 @@ def _check(revolutions: float | None) -> None:
     in_range("--revolutions", "revolutions", revolutions, 0.0)
 
 
-def show(asked: Question, part, revolutions, latex: bool, out: Path | None, as_json: bool) -> int:
-    """Print what the averaged motion says; draw it if a folder is given."""
+def show(
+    case: AveragedCase, part, revolutions, latex: bool, out: Path | None, as_json: bool
+) -> int:
+    """Print the averaged motion; draw it if a folder is given."""
     _check(revolutions)
     if out is not None:
         make_writable(out)
-    formulas = _latex(asked.law) if latex else None
-    told, courses = _told(asked, part, revolutions)
+    formulas = _latex(case.law) if latex else None
+    answer, motions = _answer(case, part, revolutions)
     if formulas:
-        told["latex"] = formulas
+        answer["latex"] = formulas
     if out is not None:
         with writing_to(out):
-            told["pictures"] = _draw(asked, told["course_revolutions"], courses, out)
+            answer["pictures"] = _draw(case, answer["course_revolutions"], motions, out)
     if as_json:
-        print(json_.dumps(told, indent=2))
+        print(json_.dumps(answer, indent=2))
         return 0
-    print("\n".join(_lines(asked, told)))
+    print("\n".join(_lines(case, answer)))
     return 0
 
 
-def _times(asked: Question, part: float) -> Times:
-    """Slow times to a part of the first value; all the same where the direction is known."""
-    if asked.rho is None:
-        return times_over_directions(asked.evolution, asked.case, asked.theta, part)
-    start = Slow(1.0, asked.rho, asked.sigma, asked.theta)
-    return Times(*3 * (slow_time(asked.evolution, asked.case, start, part),))
+def _times(case: AveragedCase, part: float) -> Times:
+    """Slow times to a fraction of the initial value; all equal where the direction is known."""
+    if case.rho is None:
+        return times_over_directions(case.evolution, case.constants, case.theta, part)
+    start = Slow(1.0, case.rho, case.sigma, case.theta)
+    return Times(*3 * (slow_time(case.evolution, case.constants, start, part),))
 
 
-def _told(asked: Question, part: float, revolutions: float | None) -> tuple[dict, dict]:
-    """The answer as plain data, and the courses that show it."""
-    case, spinner = asked.case, asked.spinner
-    times = _times(asked, part)
-    points = tends_to(find_equilibria(rates_of_evolution(asked.evolution, case)))
-    start = None if asked.rho is None else Slow(1.0, asked.rho, asked.sigma, asked.theta)
-    turns = _turns(times, case.eps)
+def _answer(case: AveragedCase, part: float, revolutions: float | None) -> tuple[dict, dict]:
+    """The results as plain data, and the slow motions behind them."""
+    constants, spinner = case.constants, case.spinner
+    times = _times(case, part)
+    points = tends_to(find_equilibria(rates_of_evolution(case.evolution, constants)))
+    start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
+    turns = _turns(times, constants.eps)
     length = revolutions or _length(turns)
-    courses = _courses(asked, length)
-    told = {
-        "law": asked.law,
-        "gain": asked.gain,
+    motions = _motions(case, length)
+    answer = {
+        "law": case.law,
+        "gain": case.gain,
         "orbit": {
             "inclination_deg": spinner.inclination_deg,
-            "period_s": asked.period_s,
+            "period_s": case.period_s,
             "strength_nt": 1e9 * spinner.strength_t,
-            "p": case.moments[0],
+            "p": constants.moments[0],
             "cone_deg": math.degrees(cone_angle(math.radians(spinner.inclination_deg))),
         },
         "satellite": {
             "transverse_kg_m2": spinner.transverse_kg_m2,
             "axial_kg_m2": spinner.axial_kg_m2,
             "momentum_n_m_s": spinner.momentum_n_m_s,
-            "theta_deg": math.degrees(asked.theta),
-            "rho_deg": None if asked.rho is None else math.degrees(asked.rho),
+            "theta_deg": math.degrees(case.theta),
+            "rho_deg": None if case.rho is None else math.degrees(case.rho),
             "eta": list(spinner.eta),
         },
-        "eps": case.eps,
-        "quantity": GOALS[asked.law].name,
+        "eps": constants.eps,
+        "quantity": GOALS[case.law].name,
         "part": part,
         "revolutions": turns,
-        "seconds": {k: v and v * asked.period_s for k, v in turns.items()},
+        "seconds": {k: v and v * case.period_s for k, v in turns.items()},
         "course_revolutions": length,
         "tends_to": [
-            {
-                "told": each.description.replace("third axis", "cone axis"),
-                "length_rate": each.length_rate,
-            }
+            {"description": each.description.replace("third axis", "cone axis"),
+             "length_rate": each.length_rate}
             for each in points
         ],
-        "equations": list(text.EQUATIONS[asked.law]),
+        "equations": list(text.EQUATIONS[case.law]),
         "first_integrals": [
-            {"name": name, "formula": formula, "at_start": _value(asked, name, start),
-             "drift": _drift(courses, name)}
-            for name, formula in text.INTEGRALS[asked.law].items()
+            {"name": name, "formula": formula, "at_start": _value(case, name, start),
+             "drift": _drift(motions, name)}
+            for name, formula in text.INTEGRALS[case.law].items()
         ],
-        "sampling": sampling_told(asked),
-        "notes": [*asked.notes, *sampling_notes(asked), *_doubts(courses), *_warnings(asked)],
+        "sampling": sampling_data(case),
+        "notes": [*case.notes, *sampling_notes(case), *_caveats(motions), *_warnings(case)],
     }  # fmt: skip
-    return told, courses
+    return answer, motions
 
 
-def _courses(asked: Question, revolutions: float) -> dict:
-    """Slow motions from the direction given, or from some, by name."""
+def _motions(case: AveragedCase, revolutions: float) -> dict:
+    """Slow motions from the given direction, or from several, by name."""
     u = np.linspace(0.0, _TURN * revolutions, 400)
-    some = (20.0, 60.0, 90.0, 120.0, 150.0) if asked.law in _POINTED else (10.0, 30.0, 50.0, 70.0,
+    some = (20.0, 60.0, 90.0, 120.0, 150.0) if case.law in _POINTED else (10.0, 30.0, 50.0, 70.0,
                                                                            85.0)  # fmt: skip
-    starts = np.radians(some) if asked.rho is None else [asked.rho]
+    starts = np.radians(some) if case.rho is None else [case.rho]
     return {
         f"rho₀ {math.degrees(rho):.3g}°": evolve(
-            asked.evolution, asked.case, Slow(1.0, float(rho), asked.sigma, asked.theta), u
+            case.evolution, case.constants, Slow(1.0, float(rho), case.sigma, case.theta), u
         )
         for rho in starts
     }
 
 
-def _drift(courses: dict, name: str) -> float | None:
-    """Greatest drift of a first integral; None where it does not hold, or is infinite."""
-    known = [course.drift.get(name, math.nan) for course in courses.values()]
+def _drift(motions: dict, name: str) -> float | None:
+    """Largest drift of a first integral; None where it is undefined or infinite."""
+    known = [motion.drift.get(name, math.nan) for motion in motions.values()]
     known = [x for x in known if math.isfinite(x)]
     return max(known, default=None)
 
 
-def _doubts(courses: dict) -> list[str]:
-    """What is doubtful on the courses, each once."""
-    return list(dict.fromkeys(note for course in courses.values() for note in course.notes))
+def _caveats(motions: dict) -> list[str]:
+    """Caveats of the motions, each once."""
+    return list(dict.fromkeys(note for motion in motions.values() for note in motion.notes))
 
 
 def _turns(times: Times, eps: float) -> dict:
@@ -160,78 +160,80 @@ def _number(value) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def _value(asked, name, start) -> float | None:
-    """A first integral where the direction is known and no logarithm of zero is asked for."""
+def _value(case, name, start) -> float | None:
+    """A first integral where the direction is known and no logarithm of zero is needed."""
     if start is None:
         return None
     with np.errstate(all="ignore"):
-        return _number(asked.evolution.integrals[name](start, asked.case))
+        return _number(case.evolution.integrals[name](start, case.constants))
 
 
-def _warnings(asked: Question) -> list[str]:
-    """Where the averages are not to be relied upon."""
-    notes, eps, spinner = [], asked.case.eps, asked.spinner
+def _warnings(case: AveragedCase) -> list[str]:
+    """Where averaging is not valid."""
+    notes, eps, spinner = [], case.constants.eps, case.spinner
     precession = spinner.eta[1]
-    slow = Slow(1.0, asked.rho or 1.0, asked.sigma, asked.theta)
+    slow = Slow(1.0, case.rho or 1.0, case.sigma, case.theta)
     near = [n for n in resonances(spinner, slow, greatest=_HARMONICS, width=max(0.05, eps))
             if n[0] == 0 and 0 < abs(n[1]) <= 2]  # fmt: skip
     if precession < _HARMONICS:
         notes.append(
-            f"the precession, {precession:.3g} times the orbital rate, is not fast: the averages "
-            "do not hold"
+            f"the precession, {precession:.3g} times the orbital rate, is not fast: averaging "
+            "is not valid"
         )
     elif near:
         _, b, c = near[0]
-        notes.append(f"resonance near: {b} x precession {c:+d} x orbital rate is about zero")
-    if asked.law == "bdot" and precession > _HARMONICS:
+        notes.append(f"near resonance: {b} x precession {c:+d} x orbital rate is about zero")
+    if case.law == "bdot" and precession > _HARMONICS:
         notes.append(
-            f"the averages hold until the precession passes {_HARMONICS} orbital rates: down to "
+            f"averaging is valid until the precession drops to {_HARMONICS} orbital rates, at "
             f"l = {_HARMONICS / precession:.2g}"
         )
     return notes
 
 
-def _lines(asked: Question, told: dict) -> list[str]:
-    orbit, body = told["orbit"], told["satellite"]
-    unit = text.UNITS[asked.law]
-    rho = "any direction" if asked.rho is None else f"rho0 {body['rho_deg']:.1f} deg"
+def _lines(case: AveragedCase, answer: dict) -> list[str]:
+    orbit, body = answer["orbit"], answer["satellite"]
+    unit = text.UNITS[case.law]
+    rho = "any direction" if case.rho is None else f"rho0 {body['rho_deg']:.1f} deg"
     lines = [
-        f"{asked.law}, gain {asked.gain:g} {unit}: {asked.name}, period {asked.period_s / 60:.1f} "
+        f"{case.law}, gain {case.gain:g} {unit}: {case.name}, period {case.period_s / 60:.1f} "
         f"min, B0 {orbit['strength_nt']:.0f} nT",
         f"A {body['transverse_kg_m2']:.4g}, C {body['axial_kg_m2']:.4g} kg m^2, L0 "
         f"{body['momentum_n_m_s']:.4g} N m s, theta0 {body['theta_deg']:.1f} deg, {rho}",
         "",
-        f"eps = {text.SMALL[asked.law]} = {told['eps']:.4g}",
-        f"{told['quantity']} to {100 * told['part']:g} %: {_span(told['revolutions'])} revolutions",
-        "it tends to:",
-        *(f"  {each['told']}" for each in told["tends_to"]),
-        *sampling_lines(asked),
+        f"eps = {text.SMALL[case.law]} = {answer['eps']:.4g}",
+        f"{answer['quantity']} to {100 * answer['part']:g} %: {_span(answer['revolutions'])}",
+        "tends to:",
+        *(f"  {each['description']}" for each in answer["tends_to"]),
+        *sampling_lines(case),
         "",
         f"equations, {text.SHARED}:",
-        *(told.get("latex") or "\n".join(f"  {line}" for line in told["equations"])).splitlines(),
-        f"constant (drifts in terms of l and radians, over {told['course_revolutions']:.3g} "
+        *(
+            answer.get("latex") or "\n".join(f"  {line}" for line in answer["equations"])
+        ).splitlines(),
+        f"first integrals (drift in units of l and radians over {answer['course_revolutions']:.3g} "
         "revolutions):",
     ]
-    for each in told["first_integrals"]:
+    for each in answer["first_integrals"]:
         value = "" if each["at_start"] is None else f" = {each['at_start']:.5g}"
-        drift = "" if each["drift"] is None else f"; drifts by {each['drift']:.1g}"
+        drift = "" if each["drift"] is None else f"; drift {each['drift']:.1g}"
         lines.append(f"  {each['formula']}{value}{drift}")
-    lines += [f"note: {note}" for note in told["notes"]]
-    return lines + [f"{path}" for path in told.get("pictures", ())]
+    lines += [f"note: {note}" for note in answer["notes"]]
+    return lines + [f"{path}" for path in answer.get("pictures", ())]
 
 
 def _span(times: dict) -> str:
-    """Least, median and greatest in words."""
+    """Range and median in words."""
     least, median, greatest = (
         "never" if value is None else f"{value:.3g}" for value in times.values()
     )
     if least == greatest:
-        return least
-    return f"{least} to {greatest} by direction, median {median},"
+        return f"{least} revolutions"
+    return f"{least} to {greatest} revolutions by direction, median {median}"
 
 
 def _latex(law: str) -> str:
-    """The equations of the very law that flies, averaged by sympy."""
+    """The equations of the law that flies, averaged by sympy."""
     try:
         from torquer.theory import symbolic
     except ImportError:
@@ -254,7 +256,7 @@ def _latex(law: str) -> str:
 
 
 def _symbolic_law(law: str):
-    """The law with a target along the cone axis, its numbers to be replaced by symbols."""
+    """The law with a target along the cone axis, its values replaced by symbols later."""
     from torquer.control import LAWS
 
     up, inertia = {"target": (0.0, 0.0, 1.0)}, {"inertia_kg_m2": (1.0, 1.0, 1.0)}
@@ -272,39 +274,39 @@ def _symbolic_law(law: str):
     return LAWS[kind](**{gain: 1.0}, **others).law()
 
 
-def design(asked: Question, part: float, revolutions: float | None, as_json: bool) -> int:
-    """Print how long each gain takes, and the gain for a time."""
+def design(case: AveragedCase, part: float, revolutions: float | None, as_json: bool) -> int:
+    """Print the time for each gain, and the gain for a given time."""
     _check(revolutions)
-    times = _times(asked, part)
-    evolution, spinner = asked.evolution, asked.spinner
-    gains = [asked.gain * x for x in _PARTS] if asked.gain else [
+    times = _times(case, part)
+    evolution, spinner = case.evolution, case.spinner
+    gains = [case.gain * x for x in _PARTS] if case.gain else [
         gain_of(evolution, spinner, eps) for eps in _EPS
     ]  # fmt: skip
     rows = design_table(evolution, spinner, times, gains)
     wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
     if as_json:
-        print(json_.dumps(_design_data(asked, part, rows, revolutions, wanted), indent=2))
+        print(json_.dumps(_design_data(case, part, rows, revolutions, wanted), indent=2))
         return 0
-    unit = text.UNITS[asked.law]
-    rho = "any direction" if asked.rho is None else f"rho0 {math.degrees(asked.rho):.1f} deg"
+    unit = text.UNITS[case.law]
+    rho = "any direction" if case.rho is None else f"rho0 {math.degrees(case.rho):.1f} deg"
     print(
-        f"{asked.law}, {asked.name}: revolutions of {asked.period_s / 60:.1f} min until the "
-        f"{GOALS[asked.law].name} is {100 * part:g} % (theta0 {math.degrees(asked.theta):.0f} deg, "
+        f"{case.law}, {case.name}: revolutions of {case.period_s / 60:.1f} min until the "
+        f"{GOALS[case.law].name} is {100 * part:g} % (theta0 {math.degrees(case.theta):.0f} deg, "
         f"{rho})"
     )
-    print(f"{'gain ' + unit:>22}{'eps':>10}{'least':>9}{'median':>9}{'greatest':>9}")
+    print(f"{'gain ' + unit:>22}{'eps':>10}{'min':>9}{'median':>9}{'max':>9}")
     print("\n".join(_row_line(row) for row in rows))
     if wanted:
-        told = [f"{x:.4g}" if math.isfinite(x) else "none" for x in wanted]
+        gain = [f"{x:.4g}" if math.isfinite(x) else "none" for x in wanted]
         print(
-            f"{revolutions:g} revolutions: gain {told[2]} {unit} for the slowest direction, "
-            f"{told[1]} for the median, {told[0]} for the fastest"
+            f"{revolutions:g} revolutions: gain {gain[2]} {unit} for the slowest direction, "
+            f"{gain[1]} for the median, {gain[0]} for the fastest"
         )
-    print(*sampling_lines(asked), sep="\n", end="\n" if asked.sampling else "")
-    for note in (*asked.notes, *sampling_notes(asked)):
+    print(*sampling_lines(case), sep="\n", end="\n" if case.sampling else "")
+    for note in (*case.notes, *sampling_notes(case)):
         print(f"note: {note}")
     if any(row.eps > SLOW_CHANGE for row in rows):
-        print(f"note: where eps is above {SLOW_CHANGE:g}, times are rough")
+        print(f"note: times are approximate where eps exceeds {SLOW_CHANGE:g}")
     return 0
 
 
@@ -313,70 +315,70 @@ def _row_line(row: Row) -> str:
     return f"{row.gain:>22.4g}{row.eps:>10.3g}" + "".join(f"{x:>9}" for x in turns)
 
 
-def _design_data(asked, part, rows, revolutions, wanted) -> dict:
+def _design_data(case, part, rows, revolutions, wanted) -> dict:
     def numbers(times):
         return {name: _number(x) for name, x in times._asdict().items()}
 
     return {
-        "law": asked.law,
-        "quantity": GOALS[asked.law].name,
+        "law": case.law,
+        "quantity": GOALS[case.law].name,
         "part": part,
-        "period_s": asked.period_s,
-        "theta_deg": math.degrees(asked.theta),
-        "rho_deg": None if asked.rho is None else math.degrees(asked.rho),
+        "period_s": case.period_s,
+        "theta_deg": math.degrees(case.theta),
+        "rho_deg": None if case.rho is None else math.degrees(case.rho),
         "rows": [
             {"gain": row.gain, "eps": row.eps, "revolutions": numbers(row.revolutions)}
             for row in rows
         ],
         "wanted_revolutions": revolutions,
         "gain_for_it": wanted and numbers(wanted),
-        "sampling": sampling_told(asked),
-        "notes": [*asked.notes, *sampling_notes(asked)],
+        "sampling": sampling_data(case),
+        "notes": [*case.notes, *sampling_notes(case)],
     }
 
 
 def _length(turns: dict) -> float:
-    """Revolutions that the courses show: somewhat more than the median time, or ten."""
+    """Revolutions to compute: somewhat more than the median time, or ten."""
     median = turns["median"]
     return 10.0 if median is None else 1.3 * median
 
 
-def _draw(asked: Question, revolutions: float, courses: dict, out: Path) -> list[str]:
+def _draw(case: AveragedCase, revolutions: float, motions: dict, out: Path) -> list[str]:
     """evolution.png and map.png."""
     from torquer.report.theory.pictures import draw_evolution, draw_map
 
-    case, end, pointed = asked.case, _TURN * revolutions, asked.law in _POINTED
-    u = next(iter(courses.values())).u
-    title = f"{asked.law}, {asked.name}, eps = {case.eps:.3g}"
-    first = draw_evolution(u, courses, title, out / "evolution.png")
+    constants, end, pointed = case.constants, _TURN * revolutions, case.law in _POINTED
+    u = next(iter(motions.values())).u
+    title = f"{case.law}, {case.name}, eps = {constants.eps:.3g}"
+    first = draw_evolution(u, motions, title, out / "evolution.png")
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, 179.0 if pointed else 90.0, _GRID)
-    found = _map(asked, incl, rho, end)
+    found = _map(case, incl, rho, end)
     values, name, unit = {
         "bdot": (found.l, "L / L₀", ""),
         "nutation_damping": (np.degrees(found.theta), "theta", "°"),
         "spin_up": (found.l, "L / L₀", ""),
-    }.get(asked.law, (np.degrees(found.rho), "rho", "°"))
+    }.get(case.law, (np.degrees(found.rho), "rho", "°"))
     title = (
-        f"{asked.law}: {name} after {revolutions:.3g} rev, eps = {case.eps:.3g}, "
-        f"theta₀ = {math.degrees(asked.theta):.0f}°"
+        f"{case.law}: {name} after {revolutions:.3g} rev, eps = {constants.eps:.3g}, "
+        f"theta₀ = {math.degrees(case.theta):.0f}°"
     )
     if np.isnan(values).any():
-        title += ", blank where it stops before"
-    inclination = asked.spinner.inclination_deg
+        title += ", blank where the motion stops earlier"
+    inclination = case.spinner.inclination_deg
     here = (min(inclination, 180.0 - inclination),
-            None if asked.rho is None else math.degrees(asked.rho))  # fmt: skip
+            None if case.rho is None else math.degrees(case.rho))  # fmt: skip
     second = draw_map(incl, rho, values, unit, title, here, out / "map.png")
     return [str(first), str(second)]
 
 
-def _map(asked: Question, incl, rho, end: float) -> Slow:
-    """Slow variables after u = end over (inclination, rho0), by the same eps."""
-    cone = replace(asked, target=(0.0, 0.0, float(np.linalg.norm(asked.target))))
+def _map(case: AveragedCase, incl, rho, end: float) -> Slow:
+    """Slow variables after u = end over (inclination, rho0), with the same eps."""
+    cone = replace(case, target=(0.0, 0.0, float(np.linalg.norm(case.target))))
     fixed = {
-        "sigma_deg": math.degrees(asked.sigma), "theta_deg": math.degrees(asked.theta),
-        "eps": asked.case.eps,
+        "sigma_deg": math.degrees(case.sigma), "theta_deg": math.degrees(case.theta),
+        "eps": case.constants.eps,
     }  # fmt: skip
     return map_of_evolution(
-        asked.evolution, {"inclination_deg": incl, "rho_deg": rho}, fixed, end,
-        spinner=asked.spinner, target=cone.target,
+        case.evolution, {"inclination_deg": incl, "rho_deg": rho}, fixed, end,
+        spinner=case.spinner, target=cone.target,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""`torquer wheels`: a wheel array on a satellite - what it can do, and for how long."""
+"""`torquer wheels`: capability and saturation of a wheel array on a satellite."""
 
 from pathlib import Path
 from typing import Annotated
@@ -21,10 +21,10 @@ def wheels(
     ] = None,
     json: Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")] = False,
 ) -> int:
-    """What the array in the file DESIGN can do, with any one or two wheels lost, and for how long.
+    """Capability of the array in the file DESIGN, with up to two failed wheels; saturation.
 
-    With a folder also envelope.png, failures.png, accumulation.png and wheels.html, where the
-    envelope turns with the mouse.
+    With --out also envelope.png, failures.png, accumulation.png and wheels.html, an interactive
+    view of the envelope.
     """
     from torquer.cli import wheels_work as work
 

@@ -1,4 +1,4 @@
-"""What `torquer wheels` does: tables, JSON and pictures out."""
+"""Work of `torquer wheels`: tables, JSON and pictures."""
 
 import json as json_
 from pathlib import Path
@@ -11,7 +11,7 @@ from torquer.cli.output import console, make_writable, writing_to
 from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
 from torquer.scenario.wheels import load_wheels
 
-#: Width of the tables where the output is no terminal.
+#: Width of the tables where the output is not a terminal.
 _WIDTH = 110
 
 
@@ -46,8 +46,8 @@ def _draw(design, report: dict, out: Path) -> list[str]:
 
 def tables(report: dict) -> list[Table]:
     """The tables of the report."""
-    told = report["description"] or report["name"]
-    summary = Table(title=told, show_header=False, title_justify="left", box=SIMPLE)
+    title = report["description"] or report["name"]
+    summary = Table(title=title, show_header=False, title_justify="left", box=SIMPLE)
     for row in summary_rows(report):
         summary.add_row(*row)
     made = [summary, _table(*failure_rows(report), left=1)]
@@ -57,7 +57,7 @@ def tables(report: dict) -> list[Table]:
 
 
 def _table(title: str, head: tuple[str, ...], rows, left: int) -> Table:
-    """A table, numbers to the right after the first columns."""
+    """A table, numbers right-aligned after the first columns."""
     table = Table(title=title, title_justify="left", box=SIMPLE)
     for n, name in enumerate(head):
         table.add_column(name, justify="left" if n < left else "right", no_wrap=n < left)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from torquer.analysis.attitude import held_in
+from torquer.analysis.attitude import attitude_error_of
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.gallery.wheels import INERTIA
 from torquer.orbit.kepler import mean_motion
@@ -129,7 +129,7 @@ def fly(case: Case, days: float, sample_s: float) -> Flight:
     result = simulate(flown)
     momenta = result["wheel_momentum"].values
     total = total_momentum(flown.spacecraft.wheels.array().axes, momenta)
-    return Flight(result["time"].values, held_in(result).error_deg, total, _node(result))
+    return Flight(result["time"].values, attitude_error_of(result).error_deg, total, _node(result))
 
 
 def _node(result) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What people look at: summary, pictures, self-contained HTML."""
+"""Reports: summary tables, pictures, self-contained HTML, by what they show."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -9,8 +9,8 @@ def write_report(
 ) -> dict[str, Path]:
     """Write `plots/*.png` and `report.html` of a result into a folder; return the paths by name.
 
-    The folder is made if need be. `progress` is called with the part done, 0..1. `ValueError`
-    for a result without a single record.
+    The folder is created if missing. `progress` is called with the fraction done, 0..1.
+    `ValueError` for a result without records.
     """
     from torquer.report.flight.page import write_page
     from torquer.report.flight.panels import pictures
@@ -21,8 +21,8 @@ def write_report(
     shown = pictures(view)
     folder = Path(out_dir)
     (folder / "plots").mkdir(parents=True, exist_ok=True)
-    told = progress or (lambda part: None)
-    paths = draw_all(view, shown, folder / "plots", lambda part: told(0.8 * part))
+    report = progress or (lambda part: None)
+    paths = draw_all(view, shown, folder / "plots", lambda part: report(0.8 * part))
     paths["report"] = write_page(view, shown, folder / "report.html", paths["overview"])
-    told(1.0)
+    report(1.0)
     return paths

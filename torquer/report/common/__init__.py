@@ -1,1 +1,1 @@
-"""What all pictures and pages share: figures, scales, colours, downsampling, HTML."""
+"""Shared by all pictures and pages: figures, scales, colours, downsampling, HTML."""

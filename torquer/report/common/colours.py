@@ -3,6 +3,6 @@
 #: Okabe and Ito's colours, which colour-blind readers can tell apart.
 ORANGE, SKY, GREEN = "#E69F00", "#56B4E9", "#009E73"
 BLUE, RED, PINK = "#0072B2", "#D55E00", "#CC79A7"
-#: Magnitudes; readable on white and on black.
+#: Magnitudes; readable on light and dark backgrounds.
 GREY = "#767676"
 AXES = (("x", RED), ("y", GREEN), ("z", BLUE))

@@ -1,4 +1,4 @@
-"""Long series by a few thousand numbers: means with their ranges, thinned clouds."""
+"""Downsampling of long series: averages with their ranges, thinned point clouds."""
 
 from typing import NamedTuple
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 class Downsampled(NamedTuple):
-    """A series made short: means, and the least and greatest values around them.
+    """A downsampled series: averages with the minimum and maximum around them.
 
     `low` and `high` are None where every value is kept; `stretch_s` is then 0. `fast` marks
-    where the series swings so far within a stretch that a mean says nothing: there `y` has gaps.
+    where the series oscillates too fast for an average to mean anything: there `y` has gaps.
     """
 
     t: np.ndarray
@@ -21,10 +21,10 @@ class Downsampled(NamedTuple):
 
 
 def downsampled(t, y, limit: int = 3000, swing: float = 0.3) -> Downsampled:
-    """A series [n] by at most `limit` numbers: as it is, or mean and range of equal stretches.
+    """A series [n] as at most `limit` numbers: unchanged, or average and range of equal stretches.
 
     Fast oscillation (more than `swing` of the whole range within a stretch) becomes a band with
-    a smooth edge, slow motion stays a line, and no spike is lost.
+    smooth edges, slow motion stays a line, and no spike is lost.
     """
     t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
     if len(t) <= limit:
@@ -49,18 +49,18 @@ def _spread(y) -> float:
 
 
 def _hull(high) -> np.ndarray:
-    """A line over all peaks that follows them closely: never below `high`."""
+    """Smooth envelope of the peaks, never below `high`."""
     return _around(_around(high, np.fmax.reduce, 3), np.fmin.reduce, 3)
 
 
 def _around(values, reduce, neighbours: int) -> np.ndarray:
-    """A value from each element and its neighbours on both sides."""
+    """Reduction over each element and its neighbours on both sides."""
     padded = np.pad(values, neighbours, mode="edge")
     return reduce(np.lib.stride_tricks.sliding_window_view(padded, 2 * neighbours + 1), axis=1)
 
 
 def thinned(t, y, limit: int = 3000) -> Downsampled:
-    """Every so many-th point of a cloud, its least and its greatest: at most `limit` of them."""
+    """Evenly thinned points with their minimum and maximum: at most `limit`."""
     t, y = np.asarray(t, dtype=float), np.asarray(y, dtype=float)
     if len(t) <= limit:
         return Downsampled(t, y)

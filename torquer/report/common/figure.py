@@ -1,6 +1,6 @@
-"""The paper of pictures: figures with a title, places on them, quiet axes, legends out of the way.
+"""Matplotlib figures: sheets with a title, axes at given places, plain axes, legends.
 
-Matplotlib's object interface only: no global state, any thread, no display.
+The object interface only: no global state, any thread, no display.
 """
 
 from textwrap import shorten
@@ -14,9 +14,9 @@ SMALL = 8.5
 
 
 def sheet(width: float, height: float, title: str) -> Figure:
-    """A white figure [inch] with its title at the upper left, cut where it would be too long.
+    """A white figure [inch] with its title at the upper left, shortened to fit.
 
-    A dollar sign is no formula.
+    Dollar signs are plain text.
     """
     figure = Figure(figsize=(width, height), dpi=DPI, facecolor="white")
     figure.text(
@@ -49,7 +49,7 @@ def stacked(title: str, panels: int = 1, height: float = 3.9, **keys) -> tuple[F
 
 
 def quiet(axes, labelsize: float = SMALL) -> None:
-    """A faint grid, and axes that do not shout."""
+    """Faint grid and frame."""
     axes.grid(True, color="#d9d9d9", lw=0.5)
     axes.set_axisbelow(True)
     axes.spines[["top", "right"]].set_visible(False)
@@ -58,7 +58,7 @@ def quiet(axes, labelsize: float = SMALL) -> None:
 
 
 def legend(axes, handles, **keys) -> None:
-    """A row above the right end of the axes."""
+    """Legend in one row, above the axes to the right."""
     axes.legend(
         handles=handles,
         loc="lower right",

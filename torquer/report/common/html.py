@@ -5,7 +5,7 @@ from html import escape
 
 from torquer.report.common.style import CSS, SCRIPT
 
-#: The browser itself is told to load nothing. (plotly.js compiles its shaders' glue by itself.)
+#: Forbids the browser to load anything. (plotly.js compiles its shaders' glue by itself.)
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; worker-src blob:"
@@ -13,7 +13,7 @@ _POLICY = (
 
 
 def document(title: str, sections) -> str:
-    """A whole page around its sections, with all that it needs inside; the title is escaped."""
+    """A whole page around its sections, scripts and style included; the title is escaped."""
     from plotly.offline import get_plotlyjs
 
     return "\n".join(
@@ -50,7 +50,7 @@ def section(name: str, title: str, caption: str, body: str) -> str:
 
 
 def figure_box(figure: dict, attribute: str = "") -> str:
-    """A place for a figure; the page's script draws it once it comes into view."""
+    """Placeholder of a figure, which the page's script draws when it scrolls into view."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     height = figure["layout"]["height"]

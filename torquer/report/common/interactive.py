@@ -20,7 +20,7 @@ def packed(values, kind: str = "f4") -> dict:
 
 
 def layout(height_px: int, **keys) -> dict:
-    """What all figures share; the page's script sets the colours of light or dark paper."""
+    """Layout shared by all figures; the page's script sets light or dark colours."""
     return {
         "height": height_px,
         "margin": dict(MARGIN_PX),
@@ -36,7 +36,7 @@ def layout(height_px: int, **keys) -> dict:
 
 
 def axis(title: str, **keys) -> dict:
-    """An axis with its title, on a quiet grid."""
+    """An axis with its title and a faint grid."""
     return {
         "title": {"text": title, "standoff": 6},
         "gridcolor": GRID,

@@ -1,4 +1,4 @@
-"""Units of axes, where a logarithmic one begins, and places of labels along them."""
+"""Units and limits of axes, and the placement of labels along them."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ class Clock(NamedTuple):
 
 
 def clock_for(span_s: float) -> Clock:
-    """The unit in which a span of time reads well."""
+    """The time unit suited to a span."""
     for longest, unit, seconds in _CLOCKS:
         if span_s <= longest:
             return Clock(unit, seconds)
@@ -25,7 +25,7 @@ def clock_for(span_s: float) -> Clock:
 
 
 def prefixed(values, unit: str) -> tuple[float, str]:
-    """Factor and unit with the SI prefix that suits the greatest of the values."""
+    """Factor and unit with the SI prefix suited to the largest value."""
     finite = np.abs(np.asarray(values)[np.isfinite(values)])
     greatest = finite.max() if finite.size else 0.0
     if greatest == 0.0:
@@ -36,7 +36,7 @@ def prefixed(values, unit: str) -> tuple[float, str]:
 
 
 def log_floor(values, decades: float = 6.0) -> float | None:
-    """Least value worth showing on a logarithmic axis; None if nothing is above zero."""
+    """Lower end of a logarithmic axis; None if no value is positive."""
     values = np.asarray(values)
     positive = values[np.isfinite(values) & (values > 0.0)]
     if positive.size == 0:
@@ -60,10 +60,10 @@ def level_places(levels, y_range, log: bool, gap: float) -> tuple[list[float], l
 
 
 def label_places(places, widths) -> list[tuple[float, int]]:
-    """Left edge and row, from 0, of labels beside ascending places, all in parts of the width.
+    """Left edge and row, from 0, of labels beside ascending places, as fractions of the width.
 
-    A label stands to the right of its place, or to its left where it would run over the edge; in
-    the first row in which it covers no other.
+    A label stands to the right of its place, or to its left near the edge; in the
+    first row in which it overlaps no other.
     """
     ends: list[float] = []
     found = []

@@ -50,7 +50,7 @@ SCRIPT = """
     ? { "font.color": "#c3cad1", "hoverlabel.bgcolor": "#262b30" }
     : { "font.color": "#444b52", "hoverlabel.bgcolor": "#ffffff" };
 
-  // a zoom in one picture of the whole run is followed by all the others
+  // a zoom in one plot of the whole run applies to all others
   function follow(box, event) {
     if (passing) return;
     if (event["xaxis.range[0]"] !== undefined)
@@ -77,7 +77,7 @@ SCRIPT = """
     const stage = document.createElement("div");
     box.append(stage);
     if (narrow) Object.assign(figure.layout, narrowed(figure));
-    // buttons of the moving picture stand where plotly would put its own
+    // the animation's buttons take the place of plotly's
     figure.config = figure.frames ? { ...config, displayModeBar: false } : config;
     await Plotly.newPlot(stage, figure);
     stage.classList.add("drawn");

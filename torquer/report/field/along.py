@@ -1,4 +1,4 @@
-"""The field along an orbit as PNG: components and length of each model, angle to the first."""
+"""The field along an orbit as PNG: components and magnitude, angle to the first model."""
 
 from pathlib import Path
 
@@ -12,14 +12,14 @@ from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
 from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
 from torquer.report.common.scales import clock_for
 
-#: Colours of the models in the order in which they are given.
+#: Colours of the models in the order given.
 COLOURS = (BLUE, RED, GREEN, ORANGE, PINK, SKY)
 #: Sizes [inch].
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.25
 _HEAD, _PLOT, _GAP, _FOOT = 0.62, 1.35, 0.16, 0.5
 
 _INERTIAL = ("x", "y", "z")
-_ORBITAL = ("along the motion", "orbit normal", "up")
+_ORBITAL = ("along-track", "orbit normal", "radial")
 
 
 def draw_along(along: FieldsAlong, labels, title: str, folder: Path) -> dict[str, Path]:
@@ -40,7 +40,7 @@ def draw_along(along: FieldsAlong, labels, title: str, folder: Path) -> dict[str
 
 
 def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figure:
-    """Three components, the length, and with several models the angle to the first."""
+    """Three components, the magnitude, and with several models the angle to the first."""
     rows = [(f"{name} [µT]", b_ut[:, :, k], 0) for k, name in enumerate(names)]
     rows.append(("|B| [µT]", 1e6 * along.strength, 0))
     if len(labels) > 1:
@@ -48,10 +48,10 @@ def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figur
     height = _HEAD + len(rows) * (_PLOT + _GAP) + _FOOT
     figure = sheet(_WIDTH, height, title)
     top, x_label = _HEAD, against[1]
-    for number, (told, values, first) in enumerate(rows):
+    for number, (label, values, first) in enumerate(rows):
         axes = place(figure, _LEFT, top, _WIDTH - _LEFT - _RIGHT, _PLOT)
         last = number == len(rows) - 1
-        handles = _lines(axes, against, values, told, labels, first)
+        handles = _lines(axes, against, values, label, labels, first)
         axes.tick_params(labelbottom=last)
         if number == 0:
             legend(axes, handles)
@@ -61,7 +61,7 @@ def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figur
     return figure
 
 
-def _lines(axes, against, values, told: str, labels, first: int) -> list:
+def _lines(axes, against, values, label: str, labels, first: int) -> list:
     """One row of axes with the models from the first one to be shown; their handles."""
     x, _, whole = against
     quiet(axes)
@@ -77,13 +77,13 @@ def _lines(axes, against, values, told: str, labels, first: int) -> list:
         axes.set_xlim(x[0], x[-1])
         axes.xaxis.set_major_locator(MaxNLocator(12, steps=(1, 2, 5, 10)))
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=(1, 2, 5, 10)))
-    axes.set_ylabel(told, fontsize=SMALL)
+    axes.set_ylabel(label, fontsize=SMALL)
     axes.yaxis.set_label_coords(-0.066, 0.5)
     return handles
 
 
 def unwound(x, y, whole: float) -> tuple[np.ndarray, np.ndarray]:
-    """A line over an angle that starts anew after `whole`: led to the edge, broken there."""
+    """A line over an angle that wraps after `whole`: extended to the edge and broken there."""
     x, y = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
     shown_x, shown_y = [x[:1]], [y[:1]]
     for k in range(1, len(x)):

@@ -1,4 +1,4 @@
-"""The averaged field's cone and the paths of the real vectors: PNG and a self-contained page."""
+"""The cone of the averaged field and the paths of field vectors: PNG and an HTML page."""
 
 import math
 from html import escape
@@ -17,20 +17,20 @@ from torquer.report.field.along import COLOURS
 
 _CONE = "#9aa7b0"
 _UPRIGHT, _NODE = "Earth's axis", "ascending node"
-#: Where a name stands at its line's end: for matplotlib (which part of the text), for plotly.
+#: Placement of labels at line ends: for matplotlib (anchor of the text), for plotly.
 _LEFT = ("right", "center"), "middle left"
 _SIDES = {
     _UPRIGHT: (("center", "bottom"), "top center"),
     _NODE: (("center", "top"), "bottom center"),
 }
-#: Elevation and azimuth [deg] in Y from which the cone is seen at first.
+#: Elevation and azimuth [deg] in Y of the initial view.
 _EYE = (16.0, 32.0)
 _AROUND = np.radians(np.arange(0.0, 361.0, 5.0))
 
 
 def draw_cone(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
-    """Left: in space, in the axes Y. Right: seen along the cone's axis, where it is a circle."""
-    figure = sheet(11.0, 5.5, f"The field's cone · {title}")
+    """Left: 3D view in the axes Y. Right: view along the cone axis."""
+    figure = sheet(11.0, 5.5, f"Field cone · {title}")
     space = place(figure, 0.0, 0.35, 5.75, 5.0, projection="3d", computed_zorder=False)
     flat = place(figure, 6.45, 0.72, 4.25, 4.25)
     handles = _draw_space(space, along, labels, shape)
@@ -71,9 +71,9 @@ def _draw_space(axes, along: FieldsAlong, labels, shape: ConeShape) -> list:
 
 
 def _directions(along: FieldsAlong, shape: ConeShape) -> list[tuple[str, np.ndarray, object]]:
-    """Name, tip in Y [µT] and line of the directions that give the picture its bearings."""
+    """Name, tip in Y [µT] and line style of the reference directions."""
     size = 1e6 * max(along.strength.max(), shape.b0_t)
-    cone_axis = f"cone's axis, Θ = {shape.half_angle_deg:.1f}°"
+    cone_axis = f"cone axis, Θ = {shape.half_angle_deg:.1f}°"
     return [
         (_UPRIGHT, size * np.array([0.0, 0.0, 1.0]), "-"),
         (_NODE, 1.0 * size * np.array([1.0, 0.0, 0.0]), "-"),
@@ -83,7 +83,7 @@ def _directions(along: FieldsAlong, shape: ConeShape) -> list[tuple[str, np.ndar
 
 
 def _frame_space(axes, points) -> None:
-    """No box of axes: the directions tell more; equal scales, all in sight."""
+    """Reference directions instead of axes; equal scales, everything in view."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * (high - low).max()
     for limits, centre in zip((axes.set_xlim, axes.set_ylim, axes.set_zlim), middle, strict=True):
@@ -94,7 +94,7 @@ def _frame_space(axes, points) -> None:
 
 
 def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
-    """Components across the cone's axis."""
+    """Components perpendicular to the cone axis."""
     b = 1e6 * along.b_y @ shape.y_from_z
     quiet(axes)
     radius = 1e6 * shape.b0_t * math.sin(math.radians(shape.half_angle_deg))
@@ -104,22 +104,22 @@ def _draw_flat(axes, along: FieldsAlong, labels, shape: ConeShape) -> None:
         axes.plot(*b[m, 0, :2], "o", ms=4, color=COLOURS[m % len(COLOURS)])
     axes.plot(0.0, 0.0, "+", ms=9, color=INK)
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_title("Seen along the cone's axis; dots: start", loc="left", fontsize=9.5, color=INK)
+    axes.set_title("View along the cone axis; dots: start", loc="left", fontsize=9.5, color=INK)
     axes.set_xlabel("Z1 [µT]", fontsize=SMALL)
     axes.set_ylabel("Z2 [µT]", fontsize=SMALL)
 
 
 def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Path) -> Path:
-    """Write the same picture in space as a page that opens anywhere and loads nothing."""
-    told = (
-        "The tip of the field's vector over the orbit, in the axes Y: Y3 is the Earth's axis, Y1 "
-        "points to the ascending node. Grey: the cone of the averaged field, half-angle "
-        f"{shape.half_angle_deg:.2f} deg, length {1e6 * shape.b0_t:.2f} µT. Turn it with the "
-        "mouse; a click on a name in the legend hides the model."
+    """Write the same view as a self-contained interactive page."""
+    caption = (
+        "Path of the field vector over the orbit in the axes Y: Y3 is the Earth's axis, Y1 points "
+        "to the ascending node. Grey: cone of the averaged field, half-angle "
+        f"{shape.half_angle_deg:.2f} deg, magnitude {1e6 * shape.b0_t:.2f} µT. Drag to rotate; "
+        "click a legend entry to hide it."
     )
     sections = [
-        f"<header><h1>The field's cone · {escape(title)}</h1></header>",
-        f'<section class="card" id="cone"><p>{escape(told)}</p>',
+        f"<header><h1>Field cone · {escape(title)}</h1></header>",
+        f'<section class="card" id="cone"><p>{escape(caption)}</p>',
         figure_box(cone_figure(along, labels, shape)),
         "</section>",
     ]
@@ -128,7 +128,7 @@ def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, pa
 
 
 def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:
-    """The plotly figure: cone, paths with the argument of latitude on hover, three axes."""
+    """The plotly figure: cone, paths with the argument of latitude on hover, directions."""
     b = 1e6 * along.b_y
     data = [*_cone_traces(shape), *_path_traces(along, labels, b)]
     data += [_axis_trace(name, tip) for name, tip, _ in _directions(along, shape)]
@@ -142,7 +142,7 @@ def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:
         "dragmode": "orbit",
     }
     margin = {"l": 0, "r": 0, "t": 30, "b": 0}
-    # (with a list of frames, if an empty one, the page's script takes it for a picture in space)
+    # (a list of frames, even an empty one, marks the figure as one in 3D for the page's script)
     return {"data": data, "frames": [], "layout": layout(640, scene=scene, margin=margin)}
 
 

@@ -12,14 +12,14 @@ from torquer.analysis.field_map import FieldMap
 from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, sheet
 
 _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
-#: Dark where the field is weak: the South Atlantic anomaly catches the eye.
+#: Dark where the field is weak, so that the South Atlantic anomaly stands out.
 _SIZES = LinearSegmentedColormap.from_list(
     "sizes", ["#2b2a5a", "#3d6a96", "#74a9b8", "#bcd5cf", "#f4f1e4"]
 )
 _SIGNED = LinearSegmentedColormap.from_list(
     "signed", ["#2f5d8c", "#8fb3cf", "#f7f5ef", "#dba58a", "#9c4a2f"]
 )
-_TOLD = {
+_NAMES = {
     "F": "Total intensity F",
     "X": "North component X",
     "Y": "East component Y",
@@ -29,7 +29,7 @@ _TOLD = {
     "I": "Inclination I",
 }
 _RED = "#b03a2e"
-#: Where the eye may find its way without coastlines: name, latitude, longitude [deg].
+#: Landmarks in place of coastlines: name, latitude, longitude [deg].
 PLACES = (
     ("London", 51.5, 0.0),
     ("Moscow", 55.8, 37.6),
@@ -50,7 +50,7 @@ PLACES = (
 def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
     """Write the map; contours in µT or deg."""
     wide = _WIDTH - _LEFT - _RIGHT
-    figure = sheet(_WIDTH, _HEAD + 0.5 * wide + _FOOT, f"{_TOLD[element]} · {title}")
+    figure = sheet(_WIDTH, _HEAD + 0.5 * wide + _FOOT, f"{_NAMES[element]} · {title}")
     axes = place(figure, _LEFT, _HEAD, wide, 0.5 * wide)
     bar = place(figure, _LEFT + wide + 0.15, _HEAD + 0.25, 0.15, 0.5 * wide - 0.5)
     filled = _contours(axes, grid, element)
@@ -68,9 +68,9 @@ def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
     figure.colorbar(filled, cax=bar, ticks=_ticks(grid, element)).outline.set_visible(False)
     bar.set_title("deg" if grid.unit_of(element) == "deg" else "µT", fontsize=SMALL)
     bar.tick_params(labelsize=SMALL)
-    told = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
-    told += "   Rings: least and greatest value." if element == "F" else ""
-    foot(figure, told)
+    key = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
+    key += "   Rings: minimum and maximum." if element == "F" else ""
+    foot(figure, key)
     FigureCanvasAgg(figure).print_png(path)
     return path
 
@@ -85,7 +85,7 @@ def _shown(grid: FieldMap, element: str) -> np.ndarray:
 
 
 def _contours(axes, grid: FieldMap, element: str):
-    """Filled shades with labelled lines; what the colour bar shows."""
+    """Filled contours with labelled lines; returns the filling, for the colour bar."""
     values = _shown(grid, element)
     if element == "D":
         return _declination(axes, grid, values)
@@ -117,7 +117,7 @@ def _levels(values, element: str) -> np.ndarray:
 
 
 def _declination(axes, grid: FieldMap, values):
-    """D jumps by 360 deg behind the poles: shades to 90 deg, lines only where it is smooth."""
+    """D jumps by 360 deg beyond the poles: filling up to 90 deg, lines only where it is smooth."""
     shown = np.clip(values, -90.0, 90.0)
     filled = axes.contourf(
         grid.lon_deg,
@@ -179,6 +179,6 @@ def _mark_extremes(axes, grid: FieldMap, element: str) -> None:
         side = "right" if lon > -120.0 else "left"
         keys = {"fontsize": 8, "fontweight": "bold", "color": INK, "ha": side, "zorder": 5}
         shift = (-7.0 if side == "right" else 7.0, -3.0)
-        told = f"{1e-3 * at['value']:.2f} µT"
-        text = axes.annotate(told, (lon, lat), shift, textcoords="offset points", **keys)
+        value = f"{1e-3 * at['value']:.2f} µT"
+        text = axes.annotate(value, (lon, lat), shift, textcoords="offset points", **keys)
         _halo(text, 2.2)

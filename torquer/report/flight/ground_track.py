@@ -15,14 +15,14 @@ from torquer.report.flight.view import View
 _WIDTH, _LEFT, _RIGHT, _TOP, _BELOW = 9.0, 0.82, 0.52, 0.72, 0.42
 #: Height of the interactive map [px].
 TRACK_PX = 440
-#: Pale, so that a track stands out; even steps of lightness.
+#: Pale, so that the track stands out; perceptually even.
 _PALE = ("#fbfaf5", "#cfe0e4", "#9dbccb")
 _COLOUR_MAP = LinearSegmentedColormap.from_list("field", _PALE)
 LIT, DARK = RED, "#1b3a6b"
 
 
 def draw_ground_track(view: View) -> Figure:
-    """Ground track over the map of the field at the orbit's height."""
+    """Ground track over a map of the field at the mean altitude."""
     wide = _WIDTH - _LEFT - _RIGHT - 0.5
     height = _TOP + 0.5 * wide + _BELOW
     figure = sheet(_WIDTH, height, f"Ground track · {view.scenario.name}")
@@ -70,7 +70,9 @@ def _draw_field_map(axes, view: View, bar) -> None:
     grid = view.field_map
     kind = view.scenario.environment.field.kind
     if grid is None:
-        axes.set_title(f"{kind} field: tied to the orbit, no map", loc="left", fontsize=9.5)
+        axes.set_title(
+            f"{kind} field: defined along the orbit only, no map", loc="left", fontsize=9.5
+        )
         if bar:
             bar.remove()
         return

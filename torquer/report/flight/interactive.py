@@ -91,7 +91,7 @@ def _traces(line: Line, clock_s: float) -> list[dict]:
 
 
 def _range_traces(line: Line, base: dict) -> list[dict]:
-    """Shade from least to greatest, with its edges drawn where the series is fast."""
+    """Shading from minimum to maximum, with its edges drawn where the series is fast."""
     series = line.series
     if series.low is None or series.high is None or series.fast is None:
         return []
@@ -103,8 +103,8 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
     }
     fill = {"fill": "tonexty", "fillcolor": _translucent(line.colour)}
     traces = [
-        {**unseen, "y": packed(series.low), "name": f"{line.label} least"},
-        {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} greatest"},
+        {**unseen, "y": packed(series.low), "name": f"{line.label} min"},
+        {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} max"},
     ]
     if not series.fast.any():
         return traces

@@ -1,4 +1,4 @@
-"""What the reader of a report should know before the numbers."""
+"""Caveats on a run, for the head of its report."""
 
 import numpy as np
 
@@ -11,60 +11,60 @@ from torquer.simulation.result import COMPLETE
 
 
 def notes(view: View) -> list[str]:
-    """What the reader should know before the numbers, one line each."""
+    """Caveats that come before the numbers, one line each."""
     attrs = view.result.attrs
-    told = []
+    lines = []
     if attrs["ended"] != COMPLETE:
-        told.append(f"this run is not complete: {attrs['ended']}")
+        lines.append(f"this run is not complete: {attrs['ended']}")
     for name in ("law", "wheel_law"):
         if attrs.get(f"{name}_runs_as", "compiled") != "compiled":
-            told.append(f"the law {attrs[name]} runs as {attrs[f'{name}_runs_as']}")
-    return [*told, *_notes_on_the_laws(view), *_notes_on_the_record(view)]
+            lines.append(f"the law {attrs[name]} runs as {attrs[f'{name}_runs_as']}")
+    return [*lines, *_notes_on_the_laws(view), *_notes_on_the_record(view)]
 
 
 def _notes_on_the_laws(view: View) -> list[str]:
-    """Which laws are not in the scenario's text, and the notes on the scenario."""
+    """Laws that the scenario's text does not hold, and the notes on the scenario."""
     control = view.scenario.control
-    told = [
-        f"the law {law.name} was given in Python: to fly this again it must be given again"
+    lines = [
+        f"the law {law.name} was passed from Python: to repeat the run it must be passed again"
         for law in (control.law, control.wheel_law)
         if isinstance(law, GivenLaw)
     ]
-    return [*told, *notes_of(view.scenario)]
+    return [*lines, *notes_of(view.scenario)]
 
 
 def _notes_on_the_record(view: View) -> list[str]:
-    told = []
+    lines = []
     if view.every > 1:
-        told.append(
-            f"pictures and the notes on the record take one of {view.every} records, "
-            f"{view.record_s:g} s apart; the summary takes all"
+        lines.append(
+            f"plots and the notes on the record use one record in {view.every}, "
+            f"{view.record_s:g} s apart; the summary uses all"
         )
     if not view.can_follow():
-        told.append(
-            f"the body turns up to {view.turn_between_records_deg():.0f} deg between two records "
-            f"({view.record_s:g} s apart): pictures of vectors in body axes "
-            "show the envelope of fast turning, not each turn"
+        lines.append(
+            f"the body rotates by up to {view.turn_between_records_deg():.0f} deg between records "
+            f"({view.record_s:g} s apart): plots in body axes show the envelope of the fast "
+            "rotation, not each turn"
         )
     over = np.abs(view.values("b_body")).max(axis=1) > (
         1e-9 * view.scenario.spacecraft.magnetometer.range_nt
     )
     if over.any():
         part = f"{over.mean():.0%} of the record"
-        told.append(f"the field was beyond the magnetometer's range in {part}")
-    return [*told, *notes_on_steps(view.result), *_notes_on_full_wheels(view)]
+        lines.append(f"the field exceeded the magnetometer's range in {part}")
+    return [*lines, *notes_on_steps(view.result), *_notes_on_full_wheels(view)]
 
 
 def _notes_on_full_wheels(view: View) -> list[str]:
     """Which wheels were at a limit, and for how long."""
     if view.wheels is None:
         return []
-    told, shares = [], (view.wheels.momentum_shares, view.wheels.torque_shares)
+    lines, shares = [], (view.wheels.momentum_shares, view.wheels.torque_shares)
     for of_what, full in zip(("momentum", "torque"), np.array(shares) >= AT_LIMIT, strict=True):
         if full.any():
             numbers = ", ".join(map(str, np.flatnonzero(full.any(axis=0))))
             rows = np.count_nonzero(full.any(axis=1))
-            told.append(
-                f"wheels at their limit of {of_what} in {rows} of {len(full)} records: {numbers}"
+            lines.append(
+                f"wheels at their {of_what} limit in {rows} of {len(full)} records: {numbers}"
             )
-    return told
+    return lines

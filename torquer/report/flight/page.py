@@ -55,7 +55,7 @@ def _without_scripts(overview_png: Path | None) -> str:
         return ""
     data = base64.b64encode(overview_png.read_bytes()).decode("ascii")
     return (
-        "<noscript><p>The pictures below need scripts; this one does not.</p>"
+        "<noscript><p>The interactive plots below need JavaScript; this picture does not.</p>"
         f'<img alt="Overview" src="data:image/png;base64,{data}"></noscript>'
     )
 
@@ -72,22 +72,21 @@ def _picture(view: View, picture: Picture) -> str:
 
 def _track(view: View) -> str:
     field = view.scenario.environment.field
-    tied = not hasattr(field, "b_earth_fixed")
+    along_orbit_only = not hasattr(field, "b_earth_fixed")
     caption = (
-        f"The {field.kind} field is tied to the orbit and has no map."
-        if tied
-        else f"Behind it |B| of the scenario's own field ({field.kind}) at the orbit's mean height."
+        f"The {field.kind} field is defined along the orbit only and has no map."
+        if along_orbit_only
+        else f"Background: |B| of the scenario's field model ({field.kind}) at the mean altitude."
     )
     return section("ground_track", "Ground track", caption, figure_box(track_figure(view)))
 
 
 def _scene(view: View) -> str:
-    told = "; ".join(f"{part.name}: {part.told}" for part in chapters(view))
+    spacing = "; ".join(f"{part.name}: {part.description}" for part in chapters(view))
     caption = (
-        "Directions seen from the satellite, in the inertial frame: body axes x, y, z and a box "
-        "with the body's inertia, the field B, the angular momentum L with its path over the whole "
-        "run (grey), the Sun (grey in eclipse), and down to the Earth. Lengths mean nothing. "
-        f"{told}."
+        "Directions from the satellite in the inertial frame: body axes x, y, z with a box of the "
+        "same inertia, the magnetic field B, the angular momentum L with its path over the run "
+        f"(grey), the Sun (grey in eclipse) and nadir. Lengths are not to scale. {spacing}."
     )
     return section("motion", "Motion in space", caption, figure_box(scene_figure(view)))
 
@@ -97,13 +96,13 @@ def _scenario(view: View) -> str:
     versions = json.loads(view.result.attrs["versions"]).items()
     return (
         '<section class="card" id="scenario"><h2>Scenario</h2>'
-        "<p>Save this text as a .toml file to run the same again.</p>"
+        "<p>Save this text as a .toml file to repeat the run.</p>"
         f"<pre>{escape(text)}</pre>{_law_texts(view)}<h2>Versions</h2>{table(versions)}</section>"
     )
 
 
 def _law_texts(view: View) -> str:
-    """The text of the laws that are not the package's own, as it was flown."""
+    """Source text of user laws, as flown."""
     attrs = view.result.attrs
     keys = [key for key in ("wheel_law", "law") if f"{key}_text" in attrs]
     texts = {attrs[f"{key}_text"]: attrs[key] for key in keys}

@@ -18,7 +18,7 @@ from torquer.report.flight.panels import overview
 from torquer.report.flight.panels.panel import MEASUREMENT, Panel, Picture, about_ranges
 from torquer.report.flight.view import Mark, View
 
-#: Sizes [inch]. Places are laid down, not searched for: that halves the time of drawing.
+#: Sizes [inch]. A fixed layout: searching for one would double the time of drawing.
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
 _HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
 _BANDS = {MEASUREMENT: "#f7f0e0"}
@@ -45,9 +45,9 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     """The panels of a picture, one under the other; revolutions below the last whole run."""
     last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
     counted = view.end_s >= view.revolution_s
-    told = about_ranges(picture)
+    legend_of_ranges = about_ranges(picture)
     height = _HEAD + len(picture.panels) * (_TITLE + _PLOT + _UNDER)
-    height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if told else 0.0)
+    height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if legend_of_ranges else 0.0)
     figure = sheet(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
     top = _HEAD
     for i, panel in enumerate(picture.panels):
@@ -57,7 +57,7 @@ def draw_picture(view: View, picture: Picture) -> Figure:
         if counted and i == last_whole:
             _add_revolutions(axes, view)
             top += _REVOLUTIONS
-    foot(figure, told)
+    foot(figure, legend_of_ranges)
     return figure
 
 
@@ -229,7 +229,7 @@ def _add_revolutions(axes, view: View) -> None:
 
 
 def draw_overview(view: View) -> Figure:
-    """Three panels and the ground track on one page, with the numbers that matter first."""
+    """Three panels and the ground track on one page, with the key numbers."""
     wide, tall = 4.95, 2.475
     figure = sheet(12.2, 7.1, view.scenario.description or view.scenario.name)
     places = ((0.75, 0.68), (6.85, 0.68), (0.75, 3.9), (6.85, 3.9))
@@ -242,24 +242,24 @@ def draw_overview(view: View) -> Figure:
 
 
 def _facts(view: View) -> str:
-    """One line of the most important numbers."""
-    told, clock = view.summary, clock_for(view.end_s)
+    """The key numbers in one line."""
+    summary, clock = view.summary, clock_for(view.end_s)
     facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
-    if view.held is None:
-        below = told["time_to_below_3x_orbital_rate_s"]
+    if view.attitude_error is None:
+        below = summary["time_to_below_3x_orbital_rate_s"]
         facts += [
-            f"rate {told['initial_rate_deg_s']:.3g} → {told['final_rate_deg_s']:.3g} deg/s",
+            f"rate {summary['initial_rate_deg_s']:.3g} → {summary['final_rate_deg_s']:.3g} deg/s",
             "never below 3 ω₀"
             if below is None
             else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
         ]
     else:
-        error = told["initial_attitude_error_deg"], told["final_attitude_error_deg"]
+        error = summary["initial_attitude_error_deg"], summary["final_attitude_error_deg"]
         facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
-    facts.append(f"momentum left {told['momentum_left_n_m_s']:.3g} N m s")
+    facts.append(f"final momentum {summary['momentum_left_n_m_s']:.3g} N m s")
     if view.has_coils:
-        facts.append(f"peak dipole of a coil {told['peak_coil_dipole_a_m2']:.3g} A m²")
+        facts.append(f"peak coil dipole {summary['peak_coil_dipole_a_m2']:.3g} A m²")
     if view.wheels is not None:
-        share = told["peak_wheel_momentum_share"]
+        share = summary["peak_wheel_momentum_share"]
         facts.append(f"wheels up to {share:.0%} of their momentum limit")
     return "   ·   ".join(facts)

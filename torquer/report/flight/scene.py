@@ -10,7 +10,7 @@ from torquer.report.common.interactive import layout
 from torquer.report.common.scales import clock_for
 from torquer.report.flight.view import View
 
-#: Turn of the body [deg] from frame to frame that the eye follows easily.
+#: Rotation of the body [deg] between frames that the eye follows easily.
 _EASY_DEG = 20.0
 _START, _MIDDLE, _END = 50, 40, 60
 _HEIGHT_PX = 600
@@ -36,18 +36,18 @@ _TRIANGLES = np.array(
 
 @dataclass(frozen=True)
 class Chapter:
-    """Frames that are evenly spaced in time, and what to say of them."""
+    """Frames evenly spaced in time, with a description of their spacing."""
 
     name: str
-    told: str
+    description: str
     t_s: np.ndarray
 
 
 def chapters(view: View) -> tuple[Chapter, ...]:
-    """Instants to show: all alike if the eye can follow, else start, braking and end apart.
+    """Instants to show: evenly spaced if the eye can follow, else in three chapters.
 
-    A tumbling body turns hundreds of times before it is braked. At the start and at the end the
-    frames are so close that each turn is seen; between them they are snapshots.
+    A tumbling body rotates hundreds of times while it is braked. At the start and at the end the
+    frames resolve every rotation; between them they are snapshots.
     """
     count, end = _START + _MIDDLE + _END, view.end_s
     if end == 0.0:
@@ -59,18 +59,18 @@ def chapters(view: View) -> tuple[Chapter, ...]:
     closing = _closing_s(view, opening)
     first = _chapter(view, "Start", np.linspace(0.0, opening, _START))
     between = np.linspace(opening, end - closing, _MIDDLE + 2)[1:-1]
-    middle = _chapter(view, "Between", between, "snapshots: the body turns on between them")
+    middle = _chapter(view, "Middle", between, "snapshots: the body rotates further between frames")
     last = _chapter(view, "End", np.linspace(end - closing, end, _END))
     return (first, middle, last)
 
 
-def _chapter(view: View, name: str, t_s, remark: str = "each turn is seen") -> Chapter:
-    """A chapter; at recorded instants only where the record is too coarse to interpolate."""
+def _chapter(view: View, name: str, t_s, remark: str = "every rotation resolved") -> Chapter:
+    """A chapter; at recorded instants only where they are too far apart to interpolate."""
     rows = np.clip(np.searchsorted(view.t_s, [t_s[0], t_s[-1]]), 0, len(view.t_s) - 1)
     if not view.can_follow(max(int(rows[0]) - 1, 0), int(rows[1]) + 1):
         nearest = np.searchsorted(view.t_s, t_s - 0.5 * view.record_s)
         t_s = view.t_s[np.unique(np.clip(nearest, 0, len(view.t_s) - 1))]
-        remark = "the record is too coarse to follow each turn"
+        remark = "records too far apart to resolve each rotation"
     spacing = (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1)
     return Chapter(name, f"frames {_spell(spacing, 3)} apart, {remark}", t_s)
 
@@ -81,13 +81,13 @@ def _spell(seconds: float, digits: int = 4) -> str:
 
 
 def _opening_s(view: View) -> float:
-    """Length of the first chapter [s]: an easy turn between frames, a third of the run at most."""
+    """Length of the first chapter [s]: small rotations, a third of the run at most."""
     rate = math.degrees(float(view.rate[: max(2, len(view.rate) // 50)].max()))
     return min((_START - 1) * _EASY_DEG / rate if rate > 0.0 else math.inf, view.end_s / 3.0)
 
 
 def _closing_s(view: View, opening: float) -> float:
-    """Length of the last chapter [s]: the longest in which the turns are easy to follow."""
+    """Length of the last chapter [s]: the longest in which the rotation is easy to follow."""
     rate = np.degrees(view.rate)
     longest = 0.6 * (view.end_s - opening)
     for length in longest * 0.8 ** np.arange(60):
@@ -137,7 +137,7 @@ def _units(vectors) -> np.ndarray:
 
 
 def _moving(view: View, t) -> list[list[dict]]:
-    """What moves, for each instant: the box, its axes, and the directions from it."""
+    """Moving traces for each instant: the box, its axes and the directions."""
     turn = view.to_inertial(t)
     corners = np.einsum("nij,kj->nki", turn, _box(view))
     dark = np.interp(t, view.t_s, view.values("lit")) < 0.5
@@ -145,7 +145,7 @@ def _moving(view: View, t) -> list[list[dict]]:
     arrows += [
         ("B", PINK, _units(view.at("b_inertial", t)), None),
         ("L", GREY, _units(view.at("momentum_inertial", t)), None),
-        ("down", SKY, -_units(view.at("position_inertial", t)), None),
+        ("nadir", SKY, -_units(view.at("position_inertial", t)), None),
         ("Sun", ORANGE, _units(view.at("sun_inertial", t)), dark),
     ]
     return [[_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))]
@@ -193,7 +193,7 @@ def _looks(name: str, colour: str) -> dict:
 
 
 def _changing(trace: dict) -> dict:
-    """Only what changes from frame to frame. (Labels must not: plotly would rescale them.)"""
+    """The changing part of a trace. (Labels must not change: plotly would rescale them.)"""
     keys = ("type", "x", "y", "z") + (("line", "marker") if trace.get("name") == "Sun" else ())
     return {key: trace[key] for key in keys}
 
@@ -214,7 +214,7 @@ def _named(traces: list[dict]) -> list[dict]:
         "name": "body",
     }
     labels = {"mode": "lines+markers+text", "textposition": "top center", "hoverinfo": "name"}
-    colours = dict(AXES) | {"B": PINK, "down": SKY, "Sun": ORANGE}
+    colours = dict(AXES) | {"B": PINK, "nadir": SKY, "Sun": ORANGE}
     return [
         body,
         *(

@@ -1,4 +1,4 @@
-"""How a run was made, as lines of a table."""
+"""Settings of a run as rows of a table."""
 
 import json
 
@@ -9,17 +9,17 @@ from torquer.spacecraft.wheels import ReactionWheels
 
 
 def setting(view: View) -> list[tuple[str, str]]:
-    """How the run was made: label and value."""
+    """Settings of the run: label and value."""
     scenario, attrs = view.scenario, view.result.attrs
     control, simulation = scenario.control, scenario.simulation
-    height = 1e-3 * view.values("altitude")
-    held = "dipole" if view.wheels is None else "wheels' torque"
+    altitude_km = 1e-3 * view.values("altitude")
+    held = "dipole" if view.wheels is None else "wheel torque"
     if view.wheels is not None and view.has_coils:
-        held = "dipole and wheels' torque"
-    cycle = f"reading every {control.sample_s:g} s, {held} held for as long"
+        held = "dipole and wheel torque"
+    cycle = f"sample every {control.sample_s:g} s, {held} held in between"
     if control.measure_s > 0.0:
         cycle = (
-            f"{control.measure_s:g} s measurement, a reading every {control.sample_s:g} s, "
+            f"{control.measure_s:g} s measurement, sampled every {control.sample_s:g} s, "
             f"then {control.actuate_s:g} s actuation"
         )
     degree = getattr(scenario.environment.field, "degree", None)
@@ -28,8 +28,8 @@ def setting(view: View) -> list[tuple[str, str]]:
         ("Start", f"{scenario.start:%Y-%m-%d %H:%M:%S} UTC"),
         (
             "Orbit",
-            f"{scenario.orbit.kind}, height {height.min():.0f} to {height.max():.0f} km, "
-            f"revolution {view.revolution_s / 60.0:.2f} min",
+            f"{scenario.orbit.kind}, altitude {altitude_km.min():.0f} to "
+            f"{altitude_km.max():.0f} km, period {view.revolution_s / 60.0:.2f} min",
         ),
         ("Eclipse", f"{np.mean(view.values('lit') < 0.5):.0%} of the time"),
         ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
@@ -50,15 +50,15 @@ def _wheels(view: View) -> list[tuple[str, str]]:
 
 
 def _laws(view: View) -> list[tuple[str, str]]:
-    """The law, or those of coils and wheels; how they run."""
+    """The laws of coils and wheels, and how each is executed."""
     attrs, rows = view.result.attrs, []
     both = view.wheels is not None
-    for name, of_what in (("law", "coils"), ("wheel_law", "wheels")):
+    for name, of_what in (("law", "Coil"), ("wheel_law", "Wheel")):
         if name not in attrs or (both and name == "law" and not view.has_coils):
             continue
         parameters = json.loads(attrs[f"{name}_parameters"])
         given = ", ".join(f"{key} = {value:g}" for key, value in parameters.items())
-        label = f"Law of the {of_what}" if both else "Law"
+        label = f"{of_what} law" if both else "Law"
         rows += [
             (label, f"{attrs[name]} ({given})" if given else attrs[name]),
             ("  runs as" if both else "Law runs as", attrs[f"{name}_runs_as"]),
@@ -67,12 +67,12 @@ def _laws(view: View) -> list[tuple[str, str]]:
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:
-    """Label and text for a table: what the wheels are, how they are driven, which ones die."""
+    """Label and value for a table: the wheels, their allocation, their failures."""
     given = spec.layout.model_dump(exclude={"kind", "axes", "count"})
     angles = ", ".join(f"{k.removesuffix('_deg')} {v:.4g} deg" for k, v in given.items())
     kind = spec.layout.kind.replace("_", " ")
     layout = f"{kind} ({angles})" if angles else kind
-    told = [
+    described = [
         f"{len(spec.layout.rows())}: {layout}",
         f"momentum up to {_each(spec.momentum_limit_n_m_s)} N m s at {spec.speed_limit_rpm:g} rpm",
         f"torque up to {_each(spec.torque_limit_n_m)} N m",
@@ -80,20 +80,20 @@ def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:
     if spec.coulomb_friction_n_m or spec.viscous_friction_n_m_s:
         top = spec.viscous_friction_n_m_s * spec.speed_limit_rad_s
         friction = spec.coulomb_friction_n_m
-        told.append(f"friction {friction:.3g} N m, at the highest speed {friction + top:.3g} N m")
+        described.append(f"friction {friction:.3g} N m, {friction + top:.3g} N m at top speed")
     sharing = {"minimax": "minimax", "least_squares": "least squares"}[spec.allocation]
     if spec.minimum_speed_fraction:
         sharing += (
-            f", kept above {spec.minimum_speed_fraction:.0%} of the limits where there is room"
+            f", speeds kept above {spec.minimum_speed_fraction:.0%} of the limit where possible"
         )
-    lines = [("Wheels", ", ".join(told)), ("Torque is shared by", sharing)]
-    deaths = [f"wheel {k} from the start" for k in spec.lost]
-    deaths += [
+    lines = [("Wheels", ", ".join(described)), ("Torque allocation", sharing)]
+    failures = [f"wheel {k} from the start" for k in spec.lost]
+    failures += [
         f"wheel {f.wheel} at {f.time_s:g} s"
-        + (f", noticed {f.noticed_after_s:g} s later" if f.noticed_after_s else "")
+        + (f", detected {f.noticed_after_s:g} s later" if f.noticed_after_s else "")
         for f in spec.failures
     ]
-    return [*lines, ("Wheels that fail", "; ".join(deaths))] if deaths else lines
+    return [*lines, ("Wheel failures", "; ".join(failures))] if failures else lines
 
 
 def _each(values) -> str:

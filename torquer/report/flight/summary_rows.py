@@ -7,37 +7,37 @@ _ROWS = (
     ("Initial rate", "initial_rate_deg_s", "deg/s"),
     ("Final rate", "final_rate_deg_s", "deg/s"),
     ("Final rate", "final_rate_orbital_rates", "orbital rates"),
-    ("Below 3 orbital rates first at", "time_to_below_3x_orbital_rate_s", "s"),
-    ("  and stays there from", "stays_below_3x_orbital_rate_from_s", "s"),
-    ("Below 2 orbital rates first at", "time_to_below_2x_orbital_rate_s", "s"),
-    ("  and stays there from", "stays_below_2x_orbital_rate_from_s", "s"),
-    ("Peak dipole of a coil", "peak_coil_dipole_a_m2", "A m²"),
+    ("First below 3 orbital rates at", "time_to_below_3x_orbital_rate_s", "s"),
+    ("  stays below from", "stays_below_3x_orbital_rate_from_s", "s"),
+    ("First below 2 orbital rates at", "time_to_below_2x_orbital_rate_s", "s"),
+    ("  stays below from", "stays_below_2x_orbital_rate_from_s", "s"),
+    ("Peak coil dipole", "peak_coil_dipole_a_m2", "A m²"),
     ("Coil energy", "coil_energy_j", "J"),
-    ("  the same as full power for", "coil_full_power_s", "coil-seconds"),
-    ("Momentum at first", "initial_momentum_n_m_s", "N m s"),
-    ("Momentum left", "momentum_left_n_m_s", "N m s"),
-    ("Fullest wheel, part of its limit", "peak_wheel_momentum_share", "%"),
-    ("  which is wheel", "peak_wheel_momentum_wheel", ""),
+    ("  equivalent time at full power", "coil_full_power_s", "coil-seconds"),
+    ("Initial momentum", "initial_momentum_n_m_s", "N m s"),
+    ("Final momentum", "momentum_left_n_m_s", "N m s"),
+    ("Peak wheel momentum, share of limit", "peak_wheel_momentum_share", "%"),
+    ("  wheel", "peak_wheel_momentum_wheel", ""),
     ("  at", "peak_wheel_momentum_at_s", "s"),
-    ("A wheel is full first at", "wheel_momentum_limit_reached_at_s", "s"),
-    ("Peak torque of a motor", "peak_wheel_torque_n_m", "N m"),
-    ("  part of its limit", "peak_wheel_torque_share", "%"),
-    ("Momentum of all wheels, at most", "peak_wheels_momentum_n_m_s", "N m s"),
+    ("First wheel saturated at", "wheel_momentum_limit_reached_at_s", "s"),
+    ("Peak motor torque", "peak_wheel_torque_n_m", "N m"),
+    ("  share of limit", "peak_wheel_torque_share", "%"),
+    ("Peak total wheel momentum", "peak_wheels_momentum_n_m_s", "N m s"),
     ("  at the end", "final_wheels_momentum_n_m_s", "N m s"),
-    ("Speeds pass zero", "wheel_zero_crossings", "times"),
-    ("Attitude error at first", "initial_attitude_error_deg", "deg"),
+    ("Zero crossings of wheel speed", "wheel_zero_crossings", ""),
+    ("Initial attitude error", "initial_attitude_error_deg", "deg"),
     ("  at the end", "final_attitude_error_deg", "deg"),
     ("  stays below 1 deg from", "attitude_error_stays_below_1_deg_from_s", "s"),
     ("  mean over the last revolution", "mean_attitude_error_last_revolution_deg", "deg"),
-    ("  greatest over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
-    ("Nutation damped by RK4's steps, at most", "rk4_damping", "%"),
-    ("Phase lag of the rotation by RK4's steps", "rk4_lag_deg", "deg"),
-    ("Table's relative error, at most", "table_relative_error", ""),
+    ("  peak over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
+    ("Numerical damping of nutation by RK4, at most", "rk4_damping", "%"),
+    ("Numerical phase lag of rotation by RK4", "rk4_lag_deg", "deg"),
+    ("Relative error of the environment table, at most", "table_relative_error", ""),
 )
 
 
 def rows_of(summary: dict) -> list[tuple[str, str]]:
-    """Label and value with unit, for tables; of what the satellite has."""
+    """Label and value with unit for every row that applies to the satellite."""
     return [
         (label, _shown(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary
     ]
@@ -45,7 +45,7 @@ def rows_of(summary: dict) -> list[tuple[str, str]]:
 
 def _shown(value, key: str, unit: str) -> str:
     if value is None:
-        return "coil power not given" if key == "coil_energy_j" else "not within this run"
+        return "coil power not given" if key == "coil_energy_j" else "not reached in this run"
     if unit == "%":
         return f"{100.0 * value:.4g} %"
     whole = isinstance(value, int) or (unit == "s" and value >= 1000.0)

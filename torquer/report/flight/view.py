@@ -1,4 +1,4 @@
-"""A result seen by the report: its scenario, its orbit's rhythm, and what must be said about it."""
+"""A result with what its pictures need: scenario, eclipses, wheels, interpolated attitude."""
 
 import math
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.attitude import Held, held_in
+from torquer.analysis.attitude import AttitudeError, attitude_error_of
 from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheels import FlownWheels, wheels_of
@@ -16,9 +16,9 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation.result import scenario_of
 from torquer.time import decimal_year
 
-#: Turn between two records [deg] up to which the attitude between them can be told.
+#: Rotation between records [deg] up to which the attitude can be interpolated.
 _FOLLOWED_DEG = 100.0
-#: Records that pictures are made from; of a longer run every so many-th.
+#: Most records in a picture; longer runs are thinned.
 _MOST_RECORDS = 300_000
 
 
@@ -40,7 +40,7 @@ class View:
     t_s: np.ndarray
     eclipses: tuple[tuple[float, float], ...]
     every: int = 1
-    """How many records there are to each one in `result`."""
+    """Records of the run per record in `result`."""
     summary: dict = field(default_factory=dict)
     """Of all records."""
 
@@ -64,20 +64,22 @@ class View:
         return wheels_of(self.result, self.scenario)
 
     @cached_property
-    def held(self) -> Held | None:
-        """The attitude that the law held; None for a law that holds none, or one unknown."""
-        return held_in(self.result)
+    def attitude_error(self) -> AttitudeError | None:
+        """Attitude error of the law; None for a law that holds no attitude, and for user laws."""
+        return attitude_error_of(self.result)
 
     @cached_property
-    def taken_up_s(self) -> float | None:
-        """Time by which the law had taken up its attitude; None if there was no such time."""
-        settled = None if self.held is None else settled_from(self.t_s, self.held.angle_deg)
+    def acquired_s(self) -> float | None:
+        """Time by which the attitude was acquired; None if there was no such time."""
+        if self.attitude_error is None:
+            return None
+        settled = settled_from(self.t_s, self.attitude_error.angle_deg)
         return None if settled is None else 2.0 * settled
 
     def marks(self, labelled: bool = True) -> tuple[Mark, ...]:
-        """What happened to the wheels, without labels unless `labelled`."""
+        """Failures of the wheels, without labels unless `labelled`."""
         happened = [] if self.wheels is None else self.wheels.events(self.end_s)
-        return tuple(Mark(t, told if labelled else "") for t, told in happened)
+        return tuple(Mark(t, event if labelled else "") for t, event in happened)
 
     @property
     def end_s(self) -> float:
@@ -86,7 +88,7 @@ class View:
 
     @property
     def revolution_s(self) -> float:
-        """Time of a revolution [s]."""
+        """Orbital period [s]."""
         return 2.0 * math.pi / self.omega0_rad_s
 
     @property
@@ -95,11 +97,11 @@ class View:
         return np.linalg.norm(self.values("omega_body"), axis=1)
 
     def turn_between_records_deg(self, first: int = 0, last: int | None = None) -> float:
-        """Greatest turn of the body [deg] between two records among rows first..last."""
+        """Largest rotation of the body [deg] between records in rows first..last."""
         return math.degrees(float(self.rate[first:last].max())) * self.record_s
 
     def can_follow(self, first: int = 0, last: int | None = None) -> bool:
-        """Whether records are close enough to tell the attitude between them."""
+        """Whether records are close enough to interpolate the attitude."""
         return self.turn_between_records_deg(first, last) <= _FOLLOWED_DEG
 
     def to_inertial(self, t_s) -> np.ndarray:
@@ -119,7 +121,7 @@ class View:
     @cached_property
     def field_map(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         """(lon, lat, |B| [µT]) of the scenario's field at the orbit's mean height; None if the
-        model is tied to the orbit and so has no map."""
+        model is defined along the orbit only."""
         model = self.scenario.environment.field
         if not hasattr(model, "b_earth_fixed"):
             return None

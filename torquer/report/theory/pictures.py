@@ -1,4 +1,4 @@
-"""Pictures of the averaged motion: courses over revolutions, and maps with isolines."""
+"""Pictures of the averaged motion: slow variables over revolutions, maps with isolines."""
 
 import math
 from collections.abc import Mapping
@@ -20,9 +20,9 @@ _TURN = 2.0 * math.pi
 
 
 def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
-    """Isolines of `values` `[x, y]` with their numbers, on a pale ground that darkens upwards.
+    """Labelled isolines of `values` `[x, y]` on a pale colour map.
 
-    Returns the ground, for a colour bar.
+    Returns the colour map, for a colour bar.
     """
     values = np.asarray(values).T
     axes.grid(False)
@@ -41,7 +41,7 @@ def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
 def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:
     """l, rho and theta over revolutions, one line for each named path, as a PNG file.
 
-    A cross where a motion stops (see `SlowMotion.ended`).
+    A cross marks where a motion stops (see `SlowMotion.ended`).
     """
     figure, axes = stacked(title, 3, 6.6, sharex=True)
     shown = (
@@ -73,7 +73,7 @@ def _colours(count: int) -> list[str]:
 
 
 def _room(axes) -> None:
-    """At least a thousandth of room for a line that stays where it is."""
+    """At least one per cent of room for a constant line."""
     low, high = axes.get_ylim()
     least = 1e-2 * max(abs(low), abs(high), 1.0)
     if high - low < least:
@@ -94,14 +94,14 @@ def draw_map(
         if here[1] is not None:
             axes.plot(*here, "o", color=RED, ms=7, clip_on=False)
     axes.set_xlabel("inclination [deg]", fontsize=10)
-    axes.set_ylabel("rho at the start [deg]", fontsize=10)
+    axes.set_ylabel("initial rho [deg]", fontsize=10)
     axes.set_xticks(_degrees_between(*axes.get_xlim()))
     axes.set_yticks(_degrees_between(*axes.get_ylim()))
     return _saved(figure, path)
 
 
 def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:
-    """Even levels, or where the values span much 1, 2, 5, 10, ... down to a thousandth."""
+    """Even levels; 1, 2, 5, 10, ... down to a thousandth where the values span decades."""
     if low >= 0.2 * high:
         even = MaxNLocator(9, steps=(1, 2, 2.5, 5, 10)).tick_values(low, high)
         return np.asarray(even)[1:-1], None

@@ -1,4 +1,4 @@
-"""The report on a wheel design as one page with the envelope in space: it loads nothing."""
+"""The report on a wheel design as one self-contained page with the envelope in 3D."""
 
 from html import escape
 from pathlib import Path
@@ -14,19 +14,21 @@ from torquer.wheel_array.demand import Ellipsoid
 from torquer.wheel_array.envelope import Envelope, momentum_envelope
 
 _FACE = "#7fb2d6"
-#: Where the menu of losses stands, over the picture.
+#: Place of the menu of failures, over the figure.
 _MENU = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "showactive": True}
 
 
 def write_page(design, report: dict, path: Path) -> Path:
     """Write the page."""
     title = report["description"] or report["name"]
-    told = (
-        f"Blue: momenta [N m s] within reach. Orange: what turns at {needed(design, report)[1]:.4g}"
-        " deg/s about any axis need. Turn it with the mouse; the menu takes wheels away; a click "
-        "on a name in the legend hides it."
+    caption = (
+        "Blue: momentum envelope [N m s]. Orange: momentum needed to rotate at "
+        f"{needed(design, report)[1]:.4g} deg/s about any axis. Drag to rotate; the menu selects "
+        "failed wheels; click a legend entry to hide it."
     )
-    rows = [section("momentum", "Momentum envelope", told, figure_box(figure_of(design, report)))]
+    rows = [
+        section("momentum", "Momentum envelope", caption, figure_box(figure_of(design, report)))
+    ]
     rows.append(section("summary", "The array", "", table(summary_rows(report))))
     rows.append(section("failures", *_titled(failure_rows(report))))
     if len(report["layouts"]) > 1:
@@ -38,7 +40,7 @@ def write_page(design, report: dict, path: Path) -> Path:
 
 
 def _titled(content) -> tuple[str, str, str]:
-    """Title, words and body of a section with a table."""
+    """Title, units and body of a section with a table."""
     heading, head, rows = content
     title, _, units = heading.partition(": ")
     heads = "".join(f"<th>{escape(name)}</th>" for name in head)
@@ -51,7 +53,7 @@ def _rows(rows) -> str:
 
 
 def figure_of(design, report: dict) -> dict:
-    """The plotly figure: an envelope for each loss, of which one is shown, and the ellipsoid."""
+    """The plotly figure: an envelope per failure case, one of them shown, and the ellipsoid."""
     array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
     cases = [case["lost"] for case in report["failures"]]
     data = [_ellipsoid_trace(ellipsoid, rate)]
@@ -69,7 +71,7 @@ def figure_of(design, report: dict) -> dict:
     menu = {**_MENU, "buttons": [_button(cases, number) for number in range(len(cases))]}
     return {
         "data": data,
-        "frames": [],  # with it the page's script takes the figure for a picture in space
+        "frames": [],  # marks the figure as one in 3D for the page's script
         "layout": layout(640, scene=scene, margin={"l": 0, "r": 0, "t": 40, "b": 0},
                          updatemenus=[menu]),
     }  # fmt: skip
@@ -78,7 +80,7 @@ def figure_of(design, report: dict) -> dict:
 def _button(cases, number: int) -> dict:
     shown = [True] + [n == number for n in range(len(cases)) for _ in range(2)]
     lost = lost_label(cases[number])
-    label = "all wheels" if not cases[number] else f"lost: {lost}"
+    label = "all wheels" if not cases[number] else f"failed: {lost}"
     return {"label": label, "method": "restyle", "args": [{"visible": shown}]}
 
 
@@ -93,7 +95,7 @@ def _envelope_traces(envelope: Envelope, visible: bool) -> list[dict]:
     same = {"visible": visible, "hoverinfo": "skip", "legendgroup": "envelope"}
     faces = {
         "type": "mesh3d", **_xyz(points), "i": i, "j": j, "k": k, "color": _FACE, "opacity": 0.3,
-        "flatshading": True, "name": "within reach", "showlegend": True, **same,
+        "flatshading": True, "name": "envelope", "showlegend": True, **same,
     }  # fmt: skip
     ends = [points[n].round(4).tolist() for pair in envelope.edges for n in pair]
     line = [point for n in range(0, len(ends), 2) for point in (*ends[n : n + 2], [None] * 3)]

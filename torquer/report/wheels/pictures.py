@@ -1,4 +1,4 @@
-"""Envelopes of wheel arrays in space, failures, and momentum over time, as PNG."""
+"""Envelopes of wheel arrays in 3D, failures and momentum build-up, as PNG."""
 
 import math
 from pathlib import Path
@@ -21,19 +21,19 @@ EYE = (18.0, -48.0)
 _NAMES = ("x1", "x2", "x3")
 _FACE = "#7fb2d6"
 _DAY = 86400.0
-#: Revolutions that can be told apart in a picture.
+#: Most revolutions that a picture can resolve.
 _MOST_TURNS = 100
 _METHOD_NAMES = {"minimax": "minimax", "least_squares": "pseudo-inverse"}
 
 
 def needed(design, report: dict) -> tuple[Ellipsoid, float]:
-    """Momenta of the wanted rate, or of the greatest one about every axis, and that rate."""
+    """Momenta of the required rate, or of the largest guaranteed one, and that rate."""
     rate = design.demand.rate_deg_s or report["momentum"]["worst_rate_deg_s"]
     return required(np.array(design.body.inertia_kg_m2), math.radians(rate)), rate
 
 
 def draw_all(design, report: dict, folder: Path) -> list[Path]:
-    """Write envelope.png, failures.png and, where it is asked for, accumulation.png."""
+    """Write envelope.png, failures.png and, if accumulation is given, accumulation.png."""
     made = [
         draw_envelope_page(design, report, folder / "envelope.png"),
         draw_failures(design, report, folder / "failures.png"),
@@ -47,22 +47,22 @@ def draw_all(design, report: dict, folder: Path) -> list[Path]:
 
 
 def draw_envelope_page(design, report: dict, path: Path) -> Path:
-    """The whole array's envelope, and that after the worst single loss, round what is needed."""
+    """Envelopes of the whole array and after the worst single failure, with the demand."""
     array, (ellipsoid, rate) = design.wheels.array(), needed(design, report)
     singles = [case for case in report["failures"] if len(case["lost"]) == 1]
     worst = min(singles, key=lambda case: case["worst_rate_deg_s"])
     figure = sheet(11.0, 5.6, f"Momentum envelope · {report['description'] or report['name']}")
-    after = (array.without(*worst["lost"]), f"wheel {lost_label(worst['lost'])} lost")
-    shown = ((array, "as it is" if array.lost else "all wheels"), after)
-    for left, (each, told) in zip((0.0, 5.5), shown, strict=True):
+    after = (array.without(*worst["lost"]), f"wheel {lost_label(worst['lost'])} failed")
+    shown = ((array, "as given" if array.lost else "all wheels"), after)
+    for left, (each, name) in zip((0.0, 5.5), shown, strict=True):
         axes = place(figure, left, 0.45, 5.5, 4.75, projection="3d", computed_zorder=False)
         draw_envelope(axes, momentum_envelope(each), ellipsoid, momentum_envelope(array))
-        figure.text((left + 0.3) / 11.0, 1.0 - 0.5 / 5.6, told, fontsize=10.5, va="top", color=INK)
+        figure.text((left + 0.3) / 11.0, 1.0 - 0.5 / 5.6, name, fontsize=10.5, va="top", color=INK)
     figure.text(
         0.3 / 11.0,
         0.2 / 5.6,
-        f"Blue: momenta within reach [N m s]. Orange: what turns at {rate:.4g} deg/s about "
-        "any axis need; red: where that is out of reach.",
+        f"Blue: momentum envelope [N m s]. Orange: momentum needed to rotate at {rate:.4g} deg/s "
+        "about any axis; red: outside the envelope.",
         fontsize=SMALL + 0.5,
         color=INK,
     )
@@ -73,8 +73,8 @@ def draw_envelope_page(design, report: dict, path: Path) -> Path:
 def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, frame=None) -> None:
     """An envelope with transparent faces, and an ellipsoid in it, on axes in space.
 
-    The axes must have been made with computed_zorder=False: far faces, ellipsoid, near faces are
-    laid one over the other. `frame`: another envelope to take the scale from.
+    The axes must have been made with computed_zorder=False: far faces, ellipsoid and near faces are
+    drawn in this order. `frame`: another envelope to take the scale from.
     """
     elevation, azimuth = np.radians(EYE)
     eye = np.array([math.cos(elevation) * math.cos(azimuth),
@@ -105,7 +105,7 @@ def _faces(axes, loops, opacity: float, order: int) -> None:
 
 
 def _ellipsoid(axes, ellipsoid: Ellipsoid, envelope: Envelope, eye) -> None:
-    """Its near side; shaded, and red where it is out of the envelope."""
+    """Its near side, shaded; red outside the envelope."""
     points, triangles = ellipsoid.mesh(90, 180)
     corners = points[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -128,7 +128,7 @@ def _rgb(colour: str) -> np.ndarray:
 
 
 def _frame(axes, points) -> None:
-    """Equal scales, sides as long as the set is wide, axes named."""
+    """Equal scales, limits that fit the points, labels."""
     half = 1.08 * np.abs(points).max(axis=0)
     half = np.maximum(half, 0.3 * half.max())
     limits = (axes.set_xlim, axes.set_ylim, axes.set_zlim)
@@ -151,10 +151,10 @@ def _frame(axes, points) -> None:
 
 
 def draw_failures(design, report: dict, path: Path) -> Path:
-    """Bars of the rate that is reached about every axis, loss by loss."""
+    """Bars of the rate guaranteed about any axis, for each failure case."""
     cases = report["failures"]
     height = max(2.4, 1.1 + 0.2 * len(cases))
-    figure = sheet(7.2, height, "Rate about every axis after losses of wheels")
+    figure = sheet(7.2, height, "Rate about any axis after wheel failures")
     axes = place(figure, 0.85, 0.5, 6.1, height - 1.05)
     quiet(axes)
     axes.grid(False, axis="y")
@@ -166,19 +166,19 @@ def draw_failures(design, report: dict, path: Path) -> Path:
     axes.set_ylim(len(cases) - 0.4, -0.6)
     axes.set_xlim(0.0, 1.12 * max(*rates, design.demand.rate_deg_s or 0.0, 1e-12))
     axes.set_xlabel("rate [deg/s]", fontsize=SMALL)
-    axes.set_ylabel("lost", fontsize=SMALL)
+    axes.set_ylabel("failed", fontsize=SMALL)
     if design.demand.rate_deg_s:
         axes.axvline(design.demand.rate_deg_s, color=INK, lw=1.0, ls=(0, (4, 3)))
-        figure.text(0.99, 1.0 - 0.2 / height, "dashed: wanted", fontsize=SMALL, ha="right",
+        figure.text(0.99, 1.0 - 0.2 / height, "dashed: required", fontsize=SMALL, ha="right",
                     va="center")  # fmt: skip
     FigureCanvasAgg(figure).print_png(path)
     return path
 
 
 def draw_accumulation(design, report: dict, path: Path) -> Path:
-    """Momentum that the wheels take up, and the part of the array that it needs, until it is full.
+    """Momentum build-up and the share of the envelope that it takes, until saturation.
 
-    Over a long time the to and fro is drawn as a band, from least to greatest.
+    Over a long time the oscillation is drawn as a band.
     """
     array = design.wheels.array()
     growth = design.accumulation.growth(np.array(design.body.inertia_kg_m2))
@@ -187,21 +187,21 @@ def draw_accumulation(design, report: dict, path: Path) -> Path:
     last = max(2, math.ceil(end_s / growth.held.period_s))
     shown = np.unique(np.linspace(0, last, min(last + 1, 160)).astype(int))
     momenta = growth.over(shown)
-    figure = sheet(8.6, 5.1, f"Momentum of a kept attitude · {report['description'] or ''}")
+    figure = sheet(8.6, 5.1, f"Momentum build-up · {report['description'] or ''}")
     upper = place(figure, 0.75, 0.65, 7.6, 1.85)
     lower = place(figure, 0.75, 2.8, 7.6, 1.7)
     upper.tick_params(labelbottom=False)
     t = (shown[:, None] + np.linspace(0.0, 1.0, momenta.shape[1])) * growth.held.period_s / _DAY
     for k, colour in enumerate((RED, GREEN, BLUE)):
-        _course(upper, t, momenta[..., k], colour, _NAMES[k])
+        _oscillation(upper, t, momenta[..., k], colour, _NAMES[k])
     for method, colour, end in reversed(list(zip(METHODS, (BLUE, ORANGE), ends, strict=True))):
         share = np.abs(momenta @ half_spaces(array, method).T).max(axis=-1)
-        _course(lower, t, 100.0 * share, colour, f"{_METHOD_NAMES[method]}: {hours(end)}")
+        _oscillation(lower, t, 100.0 * share, colour, f"{_METHOD_NAMES[method]}: {hours(end)}")
     lower.axhline(100.0, color=GREY, lw=1.0, ls=(0, (4, 3)))
-    for axes, told in ((upper, "momentum [N m s]"), (lower, "part of what is within reach [%]")):
+    for axes, label in ((upper, "momentum [N m s]"), (lower, "share of the envelope [%]")):
         quiet(axes)
         axes.set_xlim(0.0, t.max())
-        axes.set_ylabel(told, fontsize=SMALL)
+        axes.set_ylabel(label, fontsize=SMALL)
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False,
                     fontsize=SMALL, borderaxespad=0.1)  # fmt: skip
     lower.set_ylim(0.0, 120.0)
@@ -210,8 +210,8 @@ def draw_accumulation(design, report: dict, path: Path) -> Path:
     return path
 
 
-def _course(axes, t, values, colour: str, name: str) -> None:
-    """A line where its turns can be told apart, else a band from least to greatest."""
+def _oscillation(axes, t, values, colour: str, name: str) -> None:
+    """A line while its oscillations can be resolved, else a band from minimum to maximum."""
     if len(t) <= _MOST_TURNS:
         axes.plot(t.ravel(), values.ravel(), color=colour, lw=0.9, label=name)
         return

@@ -4,11 +4,11 @@ _AXES = ("x1", "x2", "x3")
 
 
 def summary_rows(report: dict) -> list[tuple[str, str]]:
-    """Label and value of what is said of the whole array."""
+    """Label and value for the whole array."""
     held, torque = report["momentum"], report["torque"]
     lost = ", ".join(map(str, report["lost"]))
     rows = [
-        ("Wheels", f"{len(report['axes'])}" + (f", lost: {lost}" if lost else "")),
+        ("Wheels", f"{len(report['axes'])}" + (f", failed: {lost}" if lost else "")),
         (
             "Envelope",
             f"{held['vertices']} vertices, {held['edges']} edges, {held['faces']} faces; "
@@ -32,25 +32,25 @@ def summary_rows(report: dict) -> list[tuple[str, str]]:
 
 
 def _along(by_axis: dict, worst: float) -> str:
-    told = ", ".join(f"{name} {by_axis[name]:.4g}" for name in _AXES)
-    return f"{told}; every direction {worst:.4g}"
+    along = ", ".join(f"{name} {by_axis[name]:.4g}" for name in _AXES)
+    return f"{along}; any direction {worst:.4g}"
 
 
 def _met(found: dict) -> str:
     if found["share"] is None:
-        return "NOT MET: out of reach at any scale"
-    return f"{'met' if found['met'] else 'NOT MET'}: {found['share']:.0%} of what the array can do"
+        return "NOT MET: unreachable at any scale"
+    return f"{'met' if found['met'] else 'NOT MET'}: {found['share']:.0%} of the array's capability"
 
 
 def _method_rows(report: dict) -> list[tuple[str, str]]:
     cost, least = report["allocation"], report["least_squares"]
-    told = f"minimax {cost['minimax_us']:.2g} us, pseudo-inverse {cost['least_squares_us']:.2g} us"
-    rows = [("Cost of an allocation", told)]
+    spent = f"minimax {cost['minimax_us']:.2g} us, pseudo-inverse {cost['least_squares_us']:.2g} us"
+    rows = [("Time per allocation", spent)]
     if least:
         rows.insert(0, (
             "Pseudo-inverse reaches",
-            f"{least['volume']:.0%} of the volume; {least['least_extent']:.0%} of the way in the "
-            "worst direction",
+            f"{least['volume']:.0%} of the envelope's volume; {least['least_extent']:.0%} of its "
+            "extent in the worst direction",
         ))  # fmt: skip
     return rows
 
@@ -61,13 +61,13 @@ def _accumulation_rows(found: dict | None) -> list[tuple[str, str]]:
     cyclic = ", ".join(f"{name} {found['cyclic_n_m_s'][name]:.3g}" for name in _AXES)
     return [
         (
-            "Momentum gained a day",
+            "Momentum build-up per day",
             f"{found['along_normal_n_m_s_per_day']:.3g} N m s along the orbit normal, "
             f"{found['across_normal_n_m_s_per_day']:.3g} across it",
         ),
-        ("To and fro under the mean torque", f"{cyclic} N m s at most"),
+        ("Cyclic momentum under the mean torque", f"{cyclic} N m s at most"),
         (
-            "Saturated after",
+            "Saturation after",
             f"{hours(found['saturation_minimax_h'])} (minimax), "
             f"{hours(found['saturation_least_squares_h'])} (pseudo-inverse)",
         ),
@@ -75,21 +75,21 @@ def _accumulation_rows(found: dict | None) -> list[tuple[str, str]]:
 
 
 def hours(value: float | None) -> str:
-    """A time for people; None is never."""
+    """A time in words; None is never."""
     if value is None:
         return "never"
     if value < 0.05:
-        return "at once"
+        return "immediately"
     return f"{value:.1f} h" if value < 240.0 else f"{value / 24.0:.1f} days"
 
 
 def failure_rows(report: dict) -> tuple[str, tuple, list]:
     """Title, head and rows of the failure table; wheels are counted from 0."""
     torque, grows = report["torque"] is not None, report["accumulation"] is not None
-    head = ["lost", "volume", "momentum", "rate"]
+    head = ["failed", "volume", "momentum", "rate"]
     head += ["acceleration"] if torque else []
     head += ["demand"] if report["demand"] else []
-    head += ["saturated"] if grows else []
+    head += ["saturation"] if grows else []
     rows = []
     for case in report["failures"]:
         row = [lost_label(case["lost"]), f"{case['volume']:.0%}"]
@@ -99,7 +99,7 @@ def failure_rows(report: dict) -> tuple[str, tuple, list]:
         row += [hours(case["saturation_h"])] if grows else []
         rows.append(row)
     return (
-        "After losses (wheels from 0): in and about every direction; N m s, deg/s, deg/s^2",
+        "Wheel failures (wheels from 0): guaranteed in any direction; N m s, deg/s, deg/s^2",
         tuple(head),
         rows,
     )
@@ -128,8 +128,8 @@ def layout_rows(report: dict) -> tuple[str, tuple, list]:
             row += [hours(each[key]) for key in keys]
         rows.append(row)
     title = "Layouts: deg, deg/s"
-    title += "; what the demand needs, N m s" if wanted else ""
-    title += "; saturated after" if grows else ""
+    title += "; needed for the demand, N m s" if wanted else ""
+    title += "; saturation after" if grows else ""
     turned = any(each["angles"].endswith("*") for each in report["layouts"])
     title += "; * on principal axes, not the body's" if turned else ""
     return title, tuple(head), rows

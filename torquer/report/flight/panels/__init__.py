@@ -12,14 +12,14 @@ from torquer.report.flight.panels.motion import (
     rate_size,
 )
 from torquer.report.flight.panels.panel import Panel, Picture
-from torquer.report.flight.panels.reaction_wheels import fullest_or_speeds, wheels
+from torquer.report.flight.panels.reaction_wheels import speeds_or_shares, wheels
 from torquer.report.flight.view import View
 
 
 def pictures(view: View) -> tuple[Picture, ...]:
-    """All pictures over time: of what the satellite has, and of what its laws do."""
+    """All pictures over time that apply to the satellite and its laws."""
     makers = (
-        (attitude_error, view.held is not None),
+        (attitude_error, view.attitude_error is not None),
         (rate, True),
         (wheels, view.wheels is not None),
         (momentum, True),
@@ -31,9 +31,9 @@ def pictures(view: View) -> tuple[Picture, ...]:
 
 
 def overview(view: View) -> tuple[Panel, Panel, Panel]:
-    """The three panels that say most."""
-    first = rate_size(view) if view.held is None else angle(view)
+    """The three most telling panels."""
+    first = rate_size(view) if view.attitude_error is None else angle(view)
     if view.wheels is not None:
-        return first, momentum_size(view), fullest_or_speeds(view)
+        return first, momentum_size(view), speeds_or_shares(view)
     last = dipole_whole(view) if view.has_coils else body_axes_from_vertical(view)
     return first, momentum_size(view), last

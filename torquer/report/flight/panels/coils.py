@@ -20,7 +20,7 @@ from torquer.spacecraft.coils import Coils
 
 
 def _reach_levels(view: View) -> tuple[Level, ...]:
-    """Marks at the reach along each axis, one for all axes that share it."""
+    """Limits along each axis, one mark for all axes that share it."""
     reach = np.round(coil_reach(_coils_of(view)), 9)
     levels = []
     for value in dict.fromkeys(reach.tolist()):
@@ -31,16 +31,16 @@ def _reach_levels(view: View) -> tuple[Level, ...]:
 
 
 def dipole_whole(view: View) -> Panel:
-    """Dipole while the coils act, over the whole run."""
+    """Dipole during actuation, over the whole run."""
     control, acting = view.scenario.control, acting_rows(view.scenario, view.t_s)
-    title = "Dipole while the coils act" if control.measure_s > 0.0 else "Dipole of the coils"
+    title = "Dipole during actuation" if control.measure_s > 0.0 else "Dipole of the coils"
     if acting.size == 0:
         acting, title = np.arange(len(view.t_s)), "Dipole at the recorded instants"
     m, reach = view.values("dipole_body")[acting], coil_reach(_coils_of(view))
     keys = {"levels": _reach_levels(view), "y_range": (-1.15 * reach.max(), 1.15 * reach.max())}
     factor, unit = 1.0, "A m²"
     if 0.0 < np.abs(m).max() < 0.25 * reach.min():
-        # limits far away would press the lines flat
+        # distant limits would flatten the lines
         (factor, unit), keys = prefixed(m, unit), {}
         title += f", far below the limit of {reach.min():.3g} A m²"
     lines = xyz(view.t_s[acting], factor * m, width=0.8)
@@ -54,20 +54,20 @@ def dipole_whole(view: View) -> Panel:
 def dipoles(view: View) -> Picture:
     """Dipole of the coils in body axes: the whole run, the first cycles and the last ones."""
     control = view.scenario.control
-    caption = "Dashed: what the coils together can reach along a body axis. "
+    caption = "Dashed: largest dipole of the coil set along a body axis. "
     if control.measure_s > 0.0:
         caption += (
-            f"The coils act for {control.actuate_s:g} s of every {control.cycle_s:g} s; the panel "
-            "of the whole run shows the dipole at those instants, the others show single cycles."
+            f"The coils are on for {control.actuate_s:g} s of every {control.cycle_s:g} s. The "
+            "panel of the whole run shows the dipole during actuation, the others single cycles."
         )
     else:
-        caption += f"The dipole is held for {control.sample_s:g} s from sample to sample."
+        caption += f"The dipole is held constant for {control.sample_s:g} s between samples."
     panels = (dipole_whole(view), *_cycles(view))
     return Picture("dipoles", "Dipole of the coils", caption, panels)
 
 
 def _cycles(view: View, count: int = 6) -> tuple[Panel, ...]:
-    """First and last cycles, if the record is fine enough to show them."""
+    """First and last cycles, if records are close enough to show them."""
     control, span = view.scenario.control, count * view.scenario.control.cycle_s
     shortest = control.sample_s
     if control.measure_s and control.actuate_s:

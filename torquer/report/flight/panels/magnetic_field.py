@@ -18,7 +18,7 @@ from torquer.report.flight.view import View
 
 
 def field(view: View) -> Picture:
-    """Field in body axes, its beginning in detail, and the error of the magnetometer."""
+    """Field in body axes, the first rotations in detail, and the magnetometer error."""
     b = 1e6 * view.values("b_body")
     size = line_of("|B|", view.t_s, np.linalg.norm(b, axis=1), GREY, 1.6)
     panel = whole(
@@ -28,15 +28,15 @@ def field(view: View) -> Picture:
         lines=(*xyz(view.t_s, b, width=0.6), size),
     )
     caption = (
-        "What the magnetometer lives in. Readings are compared with the truth only at records "
-        "that fall on a sampling instant: in between, the last reading is held."
+        "The field at the magnetometer. Readings are compared with the truth only at records that "
+        "coincide with a sampling instant; between samples the last reading is held."
     )
     panels = (panel, *_first_turns(view), *_reading_errors(view))
     return Picture("field", "Geomagnetic field", caption, panels)
 
 
 def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
-    """Field and readings over the first few turns of the body, if they are a small part."""
+    """Field and readings over the first few rotations, if those are a small part of the run."""
     if view.rate[0] == 0.0:
         return ()
     end = turns * 2.0 * np.pi / view.rate[0]
@@ -48,8 +48,8 @@ def _first_turns(view: View, turns: float = 4.0) -> tuple[Panel, ...]:
     fresh = fresh_rows(view.scenario, view.t_s)
     fresh = fresh[view.t_s[fresh] <= end]
     dots = xyz(view.t_s[fresh], 1e6 * view.values("b_measured")[fresh], "dots")
-    dots = tuple(replace(line, label=f"{line.label} read") for line in dots)
-    title = "The first turns: truth (lines) and readings (dots)"
+    dots = tuple(replace(line, label=f"{line.label} measured") for line in dots)
+    title = "First rotations: truth (lines) and readings (dots)"
     return (Panel(title, "B [µT]", (*xyz(t, b, width=1.2), *dots), window=(0.0, end)),)
 
 
@@ -63,6 +63,6 @@ def _reading_errors(view: View) -> tuple[Panel, ...]:
     factor, unit = prefixed(1e9 * errors, "nT") if np.abs(errors).max() < 1e-6 else (1e-3, "µT")
     shown = 1e9 * factor * errors
     spread = ", ".join(f"{s:.3g}" for s in shown.std(axis=0))
-    title = f"Magnetometer: reading less truth (standard deviation {spread} {unit})"
+    title = f"Magnetometer error: reading minus truth (standard deviation {spread} {unit})"
     dots = xyz(view.t_s[rows], shown, "dots", width=0.5)
     return (whole(view, title=title, y_label=f"ΔB [{unit}]", lines=dots),)

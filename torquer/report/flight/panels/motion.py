@@ -38,7 +38,9 @@ def rate(view: View) -> Picture:
     omega = np.degrees(view.values("omega_body"))
     title = "Rate in body axes"
     parts = whole(view, title=title, y_label="[deg/s]", lines=xyz(view.t_s, omega))
-    late = quiet_panels(view, f"{title}, after the fast motion", omega, "deg/s", view.rate, False)
+    late = quiet_panels(
+        view, f"{title}, after the fast motion has decayed", omega, "deg/s", view.rate, False
+    )
     omega0 = f"ω₀ = {np.degrees(view.omega0_rad_s):.4g} deg/s"
     caption = f"Dashed: one, two and three orbital rates, {omega0}."
     return Picture("rate", "Angular velocity", caption, (rate_size(view), parts, *late))
@@ -52,7 +54,7 @@ def momentum_size(view: View) -> Panel:
     if view.wheels is not None:
         held = np.linalg.norm(view.wheels.total_body, axis=1)
         series.append(("wheels", factor * held, ORANGE, 1.0))
-    # wheels may hold nothing at first: the least of theirs does not matter
+    # wheels may start empty: their smallest momentum does not matter
     decades = 6.0 if view.wheels is None else 3.0
     return log_panel(
         view, series, decades=decades, title="Angular momentum", y_label=f"|L| [{unit}]"
@@ -66,8 +68,8 @@ def momentum(view: View) -> Picture:
     factor, unit = prefixed(vectors, "N m s")
     title = "Angular momentum in inertial axes"
     parts = whole(view, title=title, y_label=f"[{unit}]", lines=xyz(view.t_s, factor * vectors))
-    late = quiet_panels(view, f"{title}, after the fast motion", vectors, "N m s", size)
-    caption = "Body and wheels together, in the inertial frame: only outer torques change it."
+    late = quiet_panels(view, f"{title}, after the fast motion has decayed", vectors, "N m s", size)
+    caption = "Body and wheels together, in the inertial frame: only external torques change it."
     panels = (momentum_size(view), parts, *late)
     if view.wheels is not None:
         panels = (momentum_size(view), total_momentum_panel(view), parts, *late)
@@ -75,18 +77,18 @@ def momentum(view: View) -> Picture:
 
 
 def pointing(view: View) -> Picture:
-    """Where the motion points: along and across the field, to the orbit normal, to the vertical."""
-    caption = "Angles by which motion and body axes stand off what is around the satellite."
+    """Angular velocity, momentum and body axes relative to the field and the orbit."""
+    caption = "Directions relative to the field, the orbit normal and the local vertical."
     if view.has_coils:
-        caption = "Coils act only on the part of the rate across the field."
+        caption = "Coils damp only the rate component perpendicular to the field."
     if view.result.attrs["law"].startswith("bdot"):
         caption += (
-            " Left to itself, B-dot ends in a slow turn with the field, near 2 ω₀ about the orbit "
+            " B-dot settles into a slow rotation with the field, at about 2 ω₀ around the orbit "
             "normal."
         )
     return Picture(
         "pointing",
-        "Direction of the motion",
+        "Pointing",
         caption,
         (_rate_parts(view), *_angles(view), body_axes_from_vertical(view)),
     )
@@ -96,7 +98,7 @@ def body_axes_from_vertical(view: View) -> Panel:
     """Angles of the body axes from the local vertical."""
     return whole(
         view,
-        title="Body axes from the local vertical",
+        title="Angles of the body axes from the local vertical",
         y_label="angle [deg]",
         lines=xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7),
         y_range=(0.0, 180.0),
@@ -109,9 +111,9 @@ def _rate_parts(view: View) -> Panel:
     across = np.sqrt(np.maximum(np.sum(omega * omega, axis=1) - along**2, 0.0))
     relative = np.linalg.norm(view.values("omega_orbital"), axis=1)
     parts = (
-        ("along B", np.abs(along), PINK),
-        ("across B", across, ORANGE),
-        ("relative to the orbit", relative, GREY),
+        ("parallel to B", np.abs(along), PINK),
+        ("perpendicular to B", across, ORANGE),
+        ("relative to the orbital frame", relative, GREY),
     )
     series = tuple((label, np.degrees(y), colour, 1.0) for label, y, colour in parts)
     return log_panel(
@@ -119,13 +121,13 @@ def _rate_parts(view: View) -> Panel:
         series,
         _orbital_levels(view),
         decades=4.0,
-        title="Rate by direction",
+        title="Rate components",
         y_label="[deg/s]",
     )
 
 
 def _angles(view: View) -> tuple[Panel, ...]:
-    """Directions of rate and momentum, unless the body has none."""
+    """Angles of rate and momentum, unless both are zero."""
     to_field = angle_deg(view.values("omega_body"), view.values("b_body"))
     to_normal = angle_deg(view.values("momentum_inertial"), orbit_normals(view.result))
     lines = (

@@ -61,15 +61,15 @@ class Picture:
 
 
 def about_ranges(picture: Picture) -> str:
-    """What lines and shades mean where stretches of a series are drawn by their range."""
+    """What lines and shading mean where a downsampled series is drawn by its range."""
     stretch = max(line.series.stretch_s for panel in picture.panels for line in panel.lines)
     if stretch == 0.0:
         return ""
-    return f"Lines: means over {stretch:.3g} s where motion is slow; shades: least to greatest."
+    return f"Lines: averages over {stretch:.3g} s of slow motion; shading: minimum to maximum."
 
 
 def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
-    """A line of a series, made short as its style allows."""
+    """A line of a series, downsampled as its style allows."""
     if style == "steps":
         return Line(label, Downsampled(t, y), colour, width, style)
     shorten = thinned if style == "dots" else downsampled
@@ -77,7 +77,7 @@ def line_of(label, t, y, colour, width=1.0, style="line") -> Line:
 
 
 def mean_line(label, t, y, colour, width) -> Line:
-    """For logarithmic axes, where a swing of three times is not much: the mean everywhere."""
+    """The average everywhere: on a logarithmic axis a factor of three is small."""
     return Line(label, downsampled(t, y, swing=np.inf), colour, width)
 
 
@@ -95,9 +95,9 @@ def whole(view: View, **keys) -> Panel:
 
 
 def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
-    """A logarithmic panel of (label, y, colour, width), from the least value worth showing on.
+    """A logarithmic panel of (label, y, colour, width), from the smallest value worth showing.
 
-    Linear where the values are alike or nothing is above zero.
+    Linear where the values are of one size or none is above zero.
     """
     values = np.concatenate([y for _, y, *_ in series])
     marks = [level.y for level in levels]
@@ -117,7 +117,7 @@ def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:
 def part_of(view: View, title, unit, lines_of, values, window, levels=()) -> Panel:
     """A part of the run, or the whole: `values` [n, k] as `lines_of`(t, values) draws them.
 
-    A few values far beyond the others are cut off: they would press the others flat.
+    A few outliers are cut off: they would flatten the rest.
     """
     began, ended = window
     rows = (view.t_s >= began) & (view.t_s <= ended)
@@ -139,7 +139,7 @@ def part_of(view: View, title, unit, lines_of, values, window, levels=()) -> Pan
 
 
 def with_room(panel: Panel) -> Panel:
-    """The panel with room above its lines for the labels of its marks."""
+    """The panel with headroom for the labels of its marks."""
     if not any(mark.label for mark in panel.marks):
         return panel
     rows = 0.11 * min(len(panel.marks), 3) + 0.03
@@ -150,7 +150,7 @@ def with_room(panel: Panel) -> Panel:
 
 
 def _range_of(lines) -> tuple[float, float]:
-    """Least and greatest of what lines show, and a little more."""
+    """Range of the lines with a small margin."""
     kept = (part for line in lines for part in (line.series.y, line.series.low, line.series.high))
     values = np.concatenate([part for part in kept if part is not None])
     low, high = np.nanmin(values, initial=0.0), np.nanmax(values, initial=0.0)
@@ -159,7 +159,7 @@ def _range_of(lines) -> tuple[float, float]:
 
 
 def quiet_panels(view: View, title, vectors, unit, size, prefix=True) -> tuple[Panel, ...]:
-    """The components once more after the fast motion, where there is such a time."""
+    """The components once the fast motion has decayed, if it does."""
     since = quiet_from(view.t_s, size)
     if since is None:
         return ()

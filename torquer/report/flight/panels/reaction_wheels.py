@@ -21,9 +21,9 @@ from torquer.report.flight.panels.panel import (
 )
 from torquer.report.flight.view import View
 
-#: Six of the colours for six wheels; six more wheels have them with dashes.
+#: Six colours for six wheels; the next six are dashed.
 _COLOURS, _STYLES = (ORANGE, BLUE, PINK, GREEN, SKY, RED), ("line", "dashed")
-#: Part of a limit from which on a picture shows it.
+#: Share of a limit from which a panel shows it.
 _NEAR = 0.5
 _ZERO = Level(0.0, "", solid=True)
 
@@ -31,23 +31,23 @@ _ZERO = Level(0.0, "", solid=True)
 def wheels(view: View) -> Picture:
     """Speeds, shares of the momentum limits and motor torque of the wheels."""
     caption = (
-        "Wheels are numbered from 0; momentum and speed of a wheel reach their limits together. "
-        "As wheels can turn against each other, a second line shows the least part of the limits "
-        "that the working wheels would need for what they hold together. The torque is what a "
-        "motor is asked for: a dead one gives none."
+        "Wheels are numbered from 0; a wheel reaches its momentum and speed limits together. "
+        "Wheels can spin against each other: the minimax share is the smallest peak share of the "
+        "limits with which the working wheels could store the same total momentum. Torque is the "
+        "commanded motor torque; a failed wheel delivers none."
     )
     panels = (speeds(view, view.marks()), shares(view), *_torques(view))
     return Picture("wheels", "Reaction wheels", caption, panels)
 
 
-def fullest_or_speeds(view: View) -> Panel:
-    """Speeds of a few wheels, or how full many are: fit for a small place."""
+def speeds_or_shares(view: View) -> Panel:
+    """Speeds of a few wheels, or the shares of many: for a small panel."""
     marks = view.marks(labelled=False)
     return speeds(view, marks) if _wheels_of(view).count <= 5 else shares(view)
 
 
 def _of_each(t_s, values) -> tuple[Line, ...]:
-    """A line for every wheel; many wheels have their numbers alone for names."""
+    """A line for every wheel; many wheels are named by number alone."""
     count = values.shape[1]
     name = "wheel {}" if count <= 5 else "{}"
     return tuple(
@@ -83,16 +83,16 @@ def speeds(view: View, marks=()) -> Panel:
 
 
 def shares(view: View) -> Panel:
-    """Greatest share of the momentum limits, and the least with which the sum could be held."""
+    """Peak share of the momentum limits, and the minimax share of the same total."""
     flown = _wheels_of(view)
-    greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.needed_share
-    lines = [line_of("fullest wheel", view.t_s, greatest, RED, 1.2)]
+    greatest, needed = 100.0 * flown.momentum_shares.max(axis=1), 100.0 * flown.minimax_share
+    lines = [line_of("most loaded wheel", view.t_s, greatest, RED, 1.2)]
     if np.isfinite(needed).any():
-        lines.append(line_of("least that would do", view.t_s, needed, GREY, 1.2))
+        lines.append(line_of("minimax share", view.t_s, needed, GREY, 1.2))
     near = greatest.max() > 100.0 * _NEAR
     return whole(
         view,
-        title="Part of the momentum limit",
+        title="Share of the momentum limit",
         y_label="[%]",
         lines=tuple(lines),
         levels=(Level(100.0, "limit"),) if near else (),
@@ -102,14 +102,13 @@ def shares(view: View) -> Panel:
 
 
 def _torques(view: View) -> tuple[Panel, ...]:
-    """Torques of the motors: the whole run, and parts of it if the attitude is taken up fast."""
-    torque, taken_up = _wheels_of(view).torque, view.taken_up_s
+    """Motor torques: the whole run, and acquisition and steady state where they differ."""
+    torque, acquired = _wheels_of(view).torque, view.acquired_s
     first = _torque_panel(view, "Motor torque", torque)
-    if taken_up is None:
+    if acquired is None:
         return (first,)
-    parts = ("taken up", (0.0, taken_up)), ("held", (taken_up, view.end_s))
-    told = "Motor torque, attitude"
-    return first, *(_torque_part(view, f"{told} {name}", window) for name, window in parts)
+    parts = ("acquisition", (0.0, acquired)), ("steady state", (acquired, view.end_s))
+    return first, *(_torque_part(view, f"Motor torque: {name}", window) for name, window in parts)
 
 
 def _torque_panel(view: View, title: str, torque) -> Panel:
@@ -134,10 +133,10 @@ def _torque_part(view: View, title: str, window) -> Panel:
 
 
 def total_momentum_panel(view: View) -> Panel:
-    """Momentum of all wheels together, by the body's axes: what unloading takes away."""
+    """Total wheel momentum in body axes, which unloading removes."""
     held = _wheels_of(view).total_body
     factor, unit = prefixed(usual_size(held), "N m s")
-    title = "Momentum of the wheels together, in body axes"
+    title = "Total wheel momentum in body axes"
     panel = part_of(view, title, unit, _with_size, factor * held, (0.0, view.end_s), (_ZERO,))
     return with_room(replace(panel, y_label=f"h [{unit}]", marks=view.marks()))
 
