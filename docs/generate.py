@@ -73,14 +73,14 @@ def scenario_page() -> str:
         "# Scenario files, key by key",
         "",
         "Made from the code by `docs/generate.py`. A scenario is a TOML file; units are in the",
-        'keys. In a table of hardware, `preset = "name"` takes the keys of a shipped preset',
-        "(" + "; ".join(_presets_told()) + "); keys beside it win.",
+        'keys. In a hardware table, `preset = "name"` takes the keys of a shipped preset',
+        "(" + "; ".join(_presets_listed()) + "); keys given beside it take precedence.",
         "",
     ]
     return "\n".join(head + [line for name, spec in TABLES.items() for line in _table(name, spec)])
 
 
-def _presets_told() -> list[str]:
+def _presets_listed() -> list[str]:
     """Each table of hardware that has presets, with their names."""
     fitting = {table: presets(table) for table in Spacecraft.model_fields}
     return [f"`{table}`: {', '.join(names)}" for table, names in fitting.items() if names]
