@@ -1,4 +1,4 @@
-"""What a set of coils can do together."""
+"""Capability of a coil set."""
 
 import numpy as np
 
@@ -6,6 +6,6 @@ from torquer.spacecraft.coils import Coils
 
 
 def coil_reach(coils: Coils) -> np.ndarray:
-    """Greatest dipole [A m^2] that the coils together can make along each body axis [3]."""
+    """Largest dipole [A m^2] of the coil set along each body axis [3]."""
     limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
     return np.abs(np.array(coils.axes)).T @ limits

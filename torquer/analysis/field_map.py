@@ -42,7 +42,7 @@ class FieldMap:
 
     @cached_property
     def dips(self) -> tuple[tuple[float, float], ...]:
-        """Latitude and longitude of the dip poles, north and south, where H is least."""
+        """Latitude and longitude of the dip poles, north and south, where H is smallest."""
         half = self.lat_deg >= 0.0
         found = []
         for side in (half, ~half):

@@ -30,7 +30,7 @@ from torquer.theory.slow_motion import evolve, map_of_evolution
 from torquer.theory.validity import PRECESSION, SLOW_CHANGE
 
 _TURN = 2.0 * math.pi
-#: Harmonics of the laws here: 2 in the precession angle, 4 in u; none turns on phi.
+#: Harmonics of the laws here: 2 in the precession angle, 4 in u; none depends on phi.
 _HARMONICS = int(PRECESSION.least)
 #: Multiples of the gain in a design table; small parameters of one without a gain.
 _PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)

@@ -1,8 +1,8 @@
 """Euler angles: any of the twelve intrinsic sequences, such as "313", "321" or "132".
 
-An intrinsic sequence turns the reference frame about its first axis, then about the new second,
+An intrinsic sequence rotates the reference frame about its first axis, then about the new second,
 then about the newest third axis, until it lies on the body frame. The product of the three
-elementary turns, in this order, takes body components to reference components. For a repeated
+elementary rotations, in this order, takes body components to reference components. For a repeated
 first axis ("313") the middle angle lies in [0, pi], otherwise in [-pi/2, pi/2].
 """
 
@@ -15,13 +15,13 @@ from torquer.engine import kernel
 from torquer.geometry import quaternion
 from torquer.geometry.frames import mat_mul, rot_x, rot_y, rot_z
 
-#: Below this sine (cosine) of the middle angle the outer two turns count as one.
+#: Below this sine (cosine) of the middle angle the outer two rotations are one.
 _LOCK = 1e-12
 
 
 @kernel
 def rot_axis(axis, angle):
-    """Elementary turn about axis 0, 1 or 2 (rows)."""
+    """Elementary rotation about axis 0, 1 or 2 (rows)."""
     if axis == 0:
         return rot_x(angle)
     if axis == 1:
@@ -31,7 +31,7 @@ def rot_axis(axis, angle):
 
 @kernel
 def dcm(axes, angles):
-    """Body to reference direction cosines of three turns [rad] about `axes` (numbers 0, 1, 2)."""
+    """Direction cosines, body to reference, of three rotations [rad] about `axes` (0, 1, 2)."""
     last_two = mat_mul(rot_axis(axes[1], angles[1]), rot_axis(axes[2], angles[2]))
     return mat_mul(rot_axis(axes[0], angles[0]), last_two)
 
@@ -40,7 +40,7 @@ def dcm(axes, angles):
 def angles_of(axes, m):
     """The three angles [rad] of a rotation matrix (rows); in gimbal lock the third is zero.
 
-    The third angle is read off the matrix with the first turn undone, where it is well
+    The third angle is read off the matrix with the first rotation undone, where it is well
     conditioned: the matrix is reproduced to rounding error however close the lock.
     """
     i, j, k = axes

@@ -1,4 +1,4 @@
-"""Turns between the frames of `torquer.conventions`, and geodetic coordinates (WGS84).
+"""Rotations between the frames of `torquer.conventions`, and geodetic coordinates (WGS84).
 
 `dcm_a_to_b` takes components in frame a to components in frame b, v_b = dcm_a_to_b v_a; its
 columns are the axes of a in b. Kernels return tuples of rows; angles are in radians. The geodetic
@@ -20,28 +20,28 @@ _SECOND_ECCENTRICITY_2 = _ECCENTRICITY_2 / (1.0 - _ECCENTRICITY_2)
 
 @kernel
 def rot_x(angle):
-    """Turn by an angle about axis 1: components in the turned frame to those in the old frame."""
+    """Rotation by an angle about axis 1: components in the rotated frame to those in the old."""
     c, s = math.cos(angle), math.sin(angle)
     return ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c))
 
 
 @kernel
 def rot_y(angle):
-    """Turn by an angle about axis 2: components in the turned frame to those in the old frame."""
+    """Rotation by an angle about axis 2: components in the rotated frame to those in the old."""
     c, s = math.cos(angle), math.sin(angle)
     return ((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c))
 
 
 @kernel
 def rot_z(angle):
-    """Turn by an angle about axis 3: components in the turned frame to those in the old frame."""
+    """Rotation by an angle about axis 3: components in the rotated frame to those in the old."""
     c, s = math.cos(angle), math.sin(angle)
     return ((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))
 
 
 @kernel
 def transpose(m):
-    """Transposed 3x3 matrix: the inverse turn."""
+    """Transposed 3x3 matrix: the inverse rotation."""
     return (
         (m[0][0], m[1][0], m[2][0]),
         (m[0][1], m[1][1], m[2][1]),
@@ -51,7 +51,7 @@ def transpose(m):
 
 @kernel
 def mat_mul(m, n):
-    """Product m n of two 3x3 matrices: first the turn n, then m."""
+    """Product m n of two 3x3 matrices: first n, then m."""
     return (mat_t_vec(n, m[0]), mat_t_vec(n, m[1]), mat_t_vec(n, m[2]))
 
 
@@ -105,7 +105,7 @@ def dcm_tws_to_inertial(r, v):
 
 @kernel
 def dcm_body_to_orbital(alpha, beta, gamma):
-    """x to X by aircraft angles, regular for small angles: turns 2-3-1. Source: MAG (1.3.5)."""
+    """x to X by aircraft angles, regular for small angles: rotations 2-3-1. Source: MAG (1.3.5)."""
     return mat_mul(rot_y(alpha), mat_mul(rot_z(beta), rot_x(gamma)))
 
 
@@ -117,7 +117,7 @@ def dcm_l_to_z(rho, sigma):
 
 @kernel
 def dcm_body_to_l(phi, psi, theta):
-    """x to L: Euler turns 3-1-3 by psi, theta (nutation), phi. Source: MAG (1.3.2)."""
+    """x to L: Euler rotations 3-1-3 by psi, theta (nutation), phi. Source: MAG (1.3.2)."""
     return mat_mul(rot_z(psi), mat_mul(rot_x(theta), rot_z(phi)))
 
 

@@ -72,7 +72,7 @@ def normalised(q):
 
 @inlined
 def from_rotation_vector(phi):
-    """Quaternion of the turn by |phi| [rad] about phi (exponential map)."""
+    """Quaternion of the rotation by |phi| [rad] about phi (exponential map)."""
     angle = norm(phi)
     # sin(x/2)/x by its series where the quotient would lose digits
     s = 0.5 - angle * angle / 48.0 if angle < 1e-4 else math.sin(0.5 * angle) / angle

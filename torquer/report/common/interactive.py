@@ -8,7 +8,7 @@ import base64
 
 import numpy as np
 
-#: Seen on light and on dark paper alike.
+#: Visible on light and dark backgrounds.
 GRID = "rgba(128,128,128,0.25)"
 MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
 

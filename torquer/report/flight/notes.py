@@ -44,7 +44,7 @@ def _notes_on_the_record(view: View) -> list[str]:
         lines.append(
             f"the body rotates by up to {view.turn_between_records_deg():.0f} deg between records "
             f"({view.record_s:g} s apart): plots in body axes show the envelope of the fast "
-            "rotation, not each turn"
+            "rotation, not each revolution"
         )
     over = np.abs(view.values("b_body")).max(axis=1) > (
         1e-9 * view.scenario.spacecraft.magnetometer.range_nt
