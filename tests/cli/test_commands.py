@@ -107,7 +107,7 @@ def test_validate_says_what_it_found(call, scenario, strict_json):
 
 
 @needs_jit
-def test_the_size_told_is_that_of_the_result(call, scenario, no_report, strict_json, tmp_path):
+def test_the_printed_size_is_that_of_the_result(call, scenario, no_report, strict_json, tmp_path):
     scenario.write_text(scenario.read_text().replace("record_s = 5.0", "record_s = 1.0"))
     size = strict_json(call("validate", scenario, "--json")[1])["size"]
     call("run", scenario, "--out", tmp_path / "out")
@@ -134,7 +134,7 @@ def test_what_cannot_fit_is_one_line(call, scenario, monkeypatch, name, limit, t
     assert HUGE[limit] in err
 
 
-def test_a_billion_seconds_are_told_before_the_run(call, scenario, monkeypatch):
+def test_a_billion_seconds_are_refused_before_the_run(call, scenario, monkeypatch):
     scenario.write_text(
         scenario.read_text().replace("duration_s = 300", "duration_s = 1e9").replace("5.0", "1.0")
     )

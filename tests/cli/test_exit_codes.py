@@ -74,7 +74,7 @@ def test_files_that_cannot_be_used(call, tmp_path, reader):
     assert err.count("\n") == 1
 
 
-def test_what_is_told_of_a_file(call, tmp_path):
+def test_messages_about_unreadable_files(call, tmp_path):
     must = {
         "nowhere": "must be a readable file; received ",
         "binary": "must be a readable file; received ",

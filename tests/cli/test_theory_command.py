@@ -193,7 +193,7 @@ def test_a_course_that_stops_says_so(theory, strict_json):
     assert all(integral["drift"] is None for integral in answer["first_integrals"])  # infinite
 
 
-def test_the_drift_is_told_in_text(theory):
+def test_the_drift_is_printed(theory):
     out = theory(*BDOT, "--rho-deg", "30")[1]
     assert "first integrals (drift in units of l and radians over " in out
     assert re.search(r"2p ln tan rho = \S+; drift \de-1\d", out)

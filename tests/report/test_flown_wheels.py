@@ -96,7 +96,7 @@ def test_zero_crossings_are_of_turning_wheels():
     assert zero_crossings(standing.spin_sign) == 3
 
 
-def test_events_are_told_in_time():
+def test_events_come_in_order_of_time():
     failures = [
         {"wheel": 1, "time_s": 5.0, "noticed_after_s": 2.0},
         {"wheel": 0, "time_s": 3.0},
@@ -131,7 +131,7 @@ def test_error_and_rate_are_of_one_motion(flown):
     np.testing.assert_allclose(growth, held.rate_rad_s[1:-1][rows], atol=2e-4)
 
 
-def test_attitude_that_was_flown_is_told_not_the_scenarios(flown):
+def test_the_reference_is_that_of_the_flown_law_not_of_the_scenario(flown):
     other = WheelPd(
         bandwidth_rad_s=0.1, inertia_kg_m2=[1.0, 1.2, 1.5], euler_deg=[10.0, -20.0, 50.0]
     )
@@ -150,7 +150,7 @@ def test_nothing_is_said_of_the_attitude_under_a_users_law(flown, name, paramete
     assert not any("attitude" in key for key in summary_of(own))
 
 
-def test_coils_that_hold_an_attitude_are_told_of_it(detumble):
+def test_coils_that_hold_an_attitude_have_an_attitude_error(detumble):
     from torquer.control.three_axis import ThreeAxis
 
     law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
@@ -222,7 +222,7 @@ def test_lines_of_wheels_are_their_speeds(flown, view):
         np.testing.assert_allclose(line.series.y, flown["wheel_speed"].values[:, k] / RPM)
 
 
-def test_twelve_wheels_can_be_told_apart(view):
+def test_twelve_wheels_are_distinguishable(view):
     momentum = np.random.default_rng(3).normal(size=(len(view.t_s), 12))
     twelve = wheels(momentum, "regular_pyramid", {"count": 12, "gamma_deg": 50.0})
     many = replace(view)
@@ -404,7 +404,7 @@ def test_hardware_with_limits_of_their_own():
     ]
 
 
-def test_a_law_in_plain_python_is_told(flown):
+def test_a_law_in_plain_python_is_named_in_the_report(flown):
     slow = flown.assign_attrs(wheel_law_runs_as="plain Python (slow: not decorated)")
     assert any(
         note.startswith("the law wheel_pd runs as plain Python") for note in notes(view_of(slow))

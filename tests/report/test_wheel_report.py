@@ -80,7 +80,7 @@ def test_saturation_is_where_the_envelope_is_left(design, report):
     assert np.abs(rows @ at).max() == pytest.approx(float(envelope.share(at)))
 
 
-def test_a_design_without_extras_is_told_without_them():
+def test_a_design_without_extras_has_a_report_without_them():
     report = report_of(wheels_from_text(SHORT))
     assert report["torque"] is None and report["accumulation"] is None
     assert report["demand"] == {}
@@ -139,7 +139,7 @@ def test_six_wheels_get_the_icosahedron_and_seven_a_search():
                             "momentum": {"volume_n3_m3_s3": 1.0}})[2]) == 4  # fmt: skip
 
 
-def test_times_are_told_for_people():
+def test_times_are_in_words():
     assert [hours(x) for x in (None, 0.0, 12.34, 480.0)] == ["never", "immediately", "12.3 h",
                                                              "20.0 days"]  # fmt: skip
 
