@@ -11,7 +11,10 @@ import torquer
 PACKAGE = Path(torquer.__file__).parent
 #: From the ground up; a room may import rooms of lower floors, and itself.
 FLOORS = (
-    {"conventions", "interface", "engine", "plugin", "validate", "spec", "noise", "time", "lazy"},
+    {
+        *("conventions", "engine", "plugin", "interface", "adapter", "block"),
+        *("validate", "spec", "noise", "time", "lazy"),
+    },
     {"geometry"},
     {"integrate"},
     {"earth"},
@@ -21,9 +24,10 @@ FLOORS = (
     {"spacecraft"},
     {"estimation"},
     {"control"},
+    {"scenario"},
     {"simulation"},
     {"theory"},
-    {"scenario"},
+    {"notes"},
     {"analysis"},
     {"report"},
     {"gallery"},

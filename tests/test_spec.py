@@ -6,8 +6,8 @@ from pydantic import ValidationError
 
 from torquer.control import Bdot
 from torquer.environment.along_orbit import Environment
-from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Control, Simulation
+from torquer.simulation.simulate import simulate
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.spec import checked

@@ -62,12 +62,12 @@ if TYPE_CHECKING:
     from torquer.scenario.load import load_scenario as load_scenario
     from torquer.scenario.load import scenario_from_text as scenario_from_text
     from torquer.scenario.load import scenario_schema as scenario_schema
+    from torquer.scenario.spec import Scenario as Scenario
     from torquer.simulation.result import load as load
     from torquer.simulation.result import save as save
     from torquer.simulation.simulate import RunStopped as RunStopped
     from torquer.simulation.simulate import resume as resume
     from torquer.simulation.simulate import simulate as simulate
-    from torquer.simulation.spec import Scenario as Scenario
     from torquer.theory.gains import bdot_gain as bdot_gain
     from torquer.theory.gains import bdot_greatest_gain as bdot_greatest_gain
     from torquer.theory.gains import sampling_limit_rad_s as sampling_limit_rad_s

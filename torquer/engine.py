@@ -26,6 +26,7 @@ from numba.extending import intrinsic, overload
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
 ROOMS_WITHOUT_KERNELS = (
+    "notes",
     "scenario",
     "analysis",
     "report",

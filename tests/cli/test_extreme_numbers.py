@@ -16,8 +16,8 @@ import torquer
 from torquer import engine
 from torquer.analysis.summary import summary_of
 from torquer.cli.simulate import check_usable
-from torquer.scenario.load import load_scenario, scenario_from_data
 from torquer.notes.notes import notes_of
+from torquer.scenario.load import load_scenario, scenario_from_data
 from torquer.scenario.wheels import WheelsError, load_wheels, wheels_from_text
 from torquer.simulation.simulate import RunStopped, simulate
 

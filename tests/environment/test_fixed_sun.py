@@ -9,8 +9,8 @@ from torquer.environment import sun
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.environment.table import lookup3
 from torquer.orbit import Circular
+from torquer.scenario.spec import Scenario
 from torquer.simulation.simulate import simulate
-from torquer.simulation.spec import Scenario
 from torquer.time import parse_utc
 
 START = "2026-06-01T00:00:00Z"

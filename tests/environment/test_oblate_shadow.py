@@ -7,8 +7,8 @@ from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, SUN_RADIUS_M
 from torquer.environment import sun
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.orbit import Circular
-from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import simulate
 from torquer.time import parse_utc
 
 POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)

@@ -2,8 +2,8 @@
 
 import pytest
 
-from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import simulate
 
 NASTY = "<script>alert('x')</script> & <b>\"bold\"</b> costs $5 and $6"
 

@@ -23,8 +23,8 @@ from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.setting import hardware_lines, setting
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
-from torquer.simulation.simulate import simulate
 from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import simulate
 from torquer.spacecraft.wheels import ReactionWheels
 
 RPM = np.pi / 30.0

@@ -26,9 +26,9 @@ from torquer.report.flight.scene import scene_figure
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_text
+from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.simulate import simulate
-from torquer.scenario.spec import Scenario
 
 PICTURES = ("rate", "momentum", "field", "dipoles", "pointing", "ground_track", "overview")
 #: Tags without an end tag.

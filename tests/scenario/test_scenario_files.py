@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.notes.notes import notes_of
+from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.scenario.spec import Scenario
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.toml"))

@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 import torquer
 from torquer import RunStopped, engine, simulate
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
-from torquer.scenario.load import ScenarioError
 from torquer.notes.notes import notes_of
+from torquer.scenario.load import ScenarioError
 from torquer.scenario.resolution import QUIET_DAMPING, speeds_at_start, step_that_keeps
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

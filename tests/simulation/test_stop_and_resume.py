@@ -14,7 +14,6 @@ from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.control import Bdot
 from torquer.control.off import Off
 from torquer.orbit import Circular
-from torquer.simulation import run as runner
 from torquer.scenario.spec import (
     Body,
     Coils,
@@ -24,6 +23,7 @@ from torquer.scenario.spec import (
     Simulation,
     Spacecraft,
 )
+from torquer.simulation import run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.simulation.spec import Scenario
+from torquer.scenario.spec import Scenario
 
 
 def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:

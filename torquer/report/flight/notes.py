@@ -4,9 +4,9 @@ import numpy as np
 
 from torquer.analysis.wheels import AT_LIMIT
 from torquer.control.user import GivenLaw
+from torquer.notes.notes import notes_of
 from torquer.report.flight.view import View
-from torquer.scenario.notes import notes_of
-from torquer.simulation.resolution import notes_on_steps
+from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.result import COMPLETE
 
 
