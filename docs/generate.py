@@ -9,7 +9,6 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-import torquer
 from torquer.control import LAWS, WHEEL_LAWS, GivenLaw
 from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.along_orbit import Environment
@@ -195,7 +194,7 @@ def _home(place: str, name: str) -> str:
     for node in ast.walk(ast.parse(_source(place))):
         if isinstance(node, ast.ImportFrom) and name in (alias.name for alias in node.names):
             return _home(node.module or "", name)
-    return torquer._HOMES[name] if place == "torquer" else place
+    return place
 
 
 def line_of(place: str, name: str) -> str:

@@ -1,8 +1,7 @@
 """Orbital axes and attitude error against the kernels and rotations of scipy."""
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_deg, orbital_axes

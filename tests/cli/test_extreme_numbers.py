@@ -15,10 +15,10 @@ import pytest
 import torquer
 from torquer import engine
 from torquer.analysis.summary import summary_of
+from torquer.analysis.wheel_file import WheelsError, load_wheels, wheels_from_text
 from torquer.cli.simulate import check_usable
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario, scenario_from_data
-from torquer.scenario.wheels import WheelsError, load_wheels, wheels_from_text
 from torquer.simulation.simulate import RunStopped, simulate
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

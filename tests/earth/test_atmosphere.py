@@ -9,12 +9,17 @@ from pathlib import Path
 import erfa
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from torquer.earth.atmosphere import ATMOSPHERES, AnyAtmosphere, Exponential, Gost, Nrlmsis
-from torquer.earth.atmosphere import gost as gost_room
+from torquer.earth.atmosphere import (
+    ATMOSPHERES,
+    AnyAtmosphere,
+    Exponential,
+    Gost,
+    Nrlmsis,
+    gost as gost_room,
+)
 from torquer.earth.atmosphere.air import NO_AIR, bulge_angle_cosine, density, gost_density
 from torquer.earth.atmosphere.exponential import TABLE
 from torquer.earth.atmosphere.model import heights_km

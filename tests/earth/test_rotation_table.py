@@ -5,8 +5,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 import pytest
 
-from torquer.earth import rotation
-from torquer.earth import rotation_table as room
+from torquer.earth import rotation, rotation_table as room
 from torquer.environment import sun
 
 STARTS = ("2007-09-21T09:10:34Z", "2016-12-30T22:00:00Z", "2031-05-05T00:00:00Z")

@@ -4,13 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.special import ellipe
 
-from torquer.environment.field import Averaged
-from torquer.environment.field import averaged as avg
-from torquer.environment.field import direct_dipole as direct
+from torquer.environment.field import Averaged, averaged as avg, direct_dipole as direct
 from torquer.geometry.frames import dcm_orbital_to_s, dcm_s_to_y, dcm_y_to_j, dcm_z_to_y
 from torquer.geometry.vec3 import mat_vec
 

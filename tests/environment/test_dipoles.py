@@ -4,11 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
-from torquer.environment.field import DirectDipole, TiltedDipole
-from torquer.environment.field import direct_dipole as direct
+from torquer.environment.field import DirectDipole, TiltedDipole, direct_dipole as direct
 from torquer.environment.field.tilted_dipole import b_dipole, b_dipole_many, b_turning_many
 from torquer.geometry.frames import dcm_ecef_to_ned, dcm_orbital_to_s, dcm_s_to_y
 from torquer.geometry.vec3 import mat_vec

@@ -11,8 +11,14 @@ import pytest
 from torquer.conventions import FIELD_RADIUS_M
 from torquer.earth.harmonics import gradient
 from torquer.earth.harmonics_many import LANES, gradient_many
-from torquer.environment.field import Gauss, Igrf14, TiltedDipole, Wmm2025, at_geodetic
-from torquer.environment.field import coefficients as tables
+from torquer.environment.field import (
+    Gauss,
+    Igrf14,
+    TiltedDipole,
+    Wmm2025,
+    at_geodetic,
+    coefficients as tables,
+)
 from torquer.geometry.frames import dcm_ecef_to_ned
 
 RNG = np.random.default_rng(14)

@@ -9,8 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import torquer.gallery
-from torquer.gallery import entries as folder
-from torquer.gallery import shelf
+from torquer.gallery import entries as folder, shelf
 from torquer.gallery.catalogue import ROW_OF, ROWS, SOURCES, known_id
 from torquer.gallery.drawing import new_figure, save_small
 from torquer.gallery.entry import (

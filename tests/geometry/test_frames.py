@@ -5,8 +5,7 @@ import math
 import erfa
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M

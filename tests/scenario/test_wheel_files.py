@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.scenario.wheels import WheelsError, load_wheels, wheels_from_text
+from torquer.analysis.wheel_file import WheelsError, load_wheels, wheels_from_text
 from torquer.wheel_array import layout
 from torquer.wheel_array.presets import LAYOUTS
 

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from torquer.geometry.vec3 import as_symmetric
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square

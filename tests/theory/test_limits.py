@@ -22,8 +22,8 @@ from torquer.theory.pitch_wheel import (
     PitchWheel,
     pitch_offset_averaged_polar,
     pitch_offset_direct_dipole,
+    pitch_wheel_response as pitch_response,
 )
-from torquer.theory.pitch_wheel import pitch_wheel_response as pitch_response
 from torquer.theory.planar_magnet import (
     tracking_motion,
 )

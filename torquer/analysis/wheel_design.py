@@ -6,7 +6,7 @@ from itertools import permutations
 
 import numpy as np
 
-from torquer.scenario.wheels import WheelDesign
+from torquer.analysis.wheel_file import WheelDesign
 from torquer.theory.wheel_accumulation import Growth, cyclic_bounds, saturation_time
 from torquer.wheel_array import angles, layout, search
 from torquer.wheel_array.allocation import allocate

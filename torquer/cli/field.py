@@ -50,8 +50,7 @@ def point(
     json: Json = False,
 ) -> int:
     """X, Y, Z, H, F, D, I at a place and date, and their secular variation."""
-    from torquer.cli import field_options as options
-    from torquer.cli import field_work as work
+    from torquer.cli import field_options as options, field_work as work
 
     return work.point((lat, lon, alt_km), date, options.model_of(model, degree), geocentric, json)
 
@@ -83,8 +82,7 @@ def orbit(
     json: Json = False,
 ) -> int:
     """The field along an orbit, under one model or several side by side [igrf14]."""
-    from torquer.cli import field_options as options
-    from torquer.cli import field_work as work
+    from torquer.cli import field_options as options, field_work as work
 
     circular = {
         "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
@@ -107,8 +105,7 @@ def map_(
     json: Json = False,
 ) -> int:
     """A map of an element of the field over the globe, with its extremes."""
-    from torquer.cli import field_options as options
-    from torquer.cli import field_work as work
+    from torquer.cli import field_options as options, field_work as work
 
     return work.globe(element, date, alt_km, options.model_of(model, degree), out, json)
 
@@ -126,8 +123,7 @@ def cone(
     json: Json = False,
 ) -> int:
     """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
-    from torquer.cli import field_options as options
-    from torquer.cli import field_work as work
+    from torquer.cli import field_options as options, field_work as work
 
     circular = {
         "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg

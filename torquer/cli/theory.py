@@ -58,8 +58,7 @@ def theory(
 
     LAW: bdot, nutation_damping, spin_up, reorientation, preliminary_1 or preliminary_2.
     """
-    from torquer.cli import theory_options as options
-    from torquer.cli import theory_work as work
+    from torquer.cli import theory_options as options, theory_work as work
 
     given = {
         "inclination_deg": inclination_deg, "altitude_km": altitude_km,

@@ -7,9 +7,9 @@ from rich.box import SIMPLE
 from rich.table import Table
 
 from torquer.analysis.wheel_design import report_of
+from torquer.analysis.wheel_file import load_wheels
 from torquer.cli.output import console, make_writable, writing_to
 from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
-from torquer.scenario.wheels import load_wheels
 
 #: Width of the tables where the output is not a terminal.
 _WIDTH = 110

@@ -141,12 +141,19 @@ def command_of(computer, board, number):
     return call_law(function, board.known, parameters, memory_of(block, board))
 
 
+@inlined
+def switch(computer, board):
+    """Switch the modes, and do what the states that have been entered are to set."""
+    known = board.known[0]
+    if switch_modes(computer.modes, board.modes, inputs_of(known)):
+        enter_modes(computer, board, known.t_s)
+
+
 @kernel
 def command_by_modes(computer, board):
     """Switch the modes; the command of the present states' laws, added by their factors."""
-    table, known = computer.modes, board.known[0]
-    if switch_modes(table, board.modes, inputs_of(known)):
-        enter_modes(computer, board, known.t_s)
+    switch(computer, board)
+    table = computer.modes
     dipole, torque = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for region in range(table.regions.shape[0]):
         state = table.states[int(board.modes.regions[region].state)]

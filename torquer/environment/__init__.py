@@ -1,4 +1,3 @@
-# ruff: noqa: F401 (the imports under TYPE_CHECKING are the list of public names)
 """What a satellite meets along its orbit: the geomagnetic field, the Sun, the Earth's shadow.
 
     from torquer.environment import FIELDS, Environment, OrbitEnvironment
@@ -13,12 +12,39 @@ from typing import TYPE_CHECKING
 from torquer.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.environment.along_orbit import Environment, OrbitEnvironment
-    from torquer.environment.field import FIELDS, Elements, FieldModel, at_geodetic, elements
-    from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
-    from torquer.environment.field.at_point import PointField, point_field, yearly_change
-    from torquer.environment.local import LocalEnvironment
-    from torquer.environment.sun import ECLIPSES, Shadow, lit_fraction, shadow_of, sun_position
-    from torquer.environment.table import ProvenTable, Table, build_proven
+    from torquer.environment.along_orbit import (
+        Environment as Environment,
+        OrbitEnvironment as OrbitEnvironment,
+    )
+    from torquer.environment.field import (
+        FIELDS as FIELDS,
+        Elements as Elements,
+        FieldModel as FieldModel,
+        at_geodetic as at_geodetic,
+        elements as elements,
+    )
+    from torquer.environment.field.along import (
+        FieldsAlong as FieldsAlong,
+        angles_deg as angles_deg,
+        fields_along as fields_along,
+    )
+    from torquer.environment.field.at_point import (
+        PointField as PointField,
+        point_field as point_field,
+        yearly_change as yearly_change,
+    )
+    from torquer.environment.local import LocalEnvironment as LocalEnvironment
+    from torquer.environment.sun import (
+        ECLIPSES as ECLIPSES,
+        Shadow as Shadow,
+        lit_fraction as lit_fraction,
+        shadow_of as shadow_of,
+        sun_position as sun_position,
+    )
+    from torquer.environment.table import (
+        ProvenTable as ProvenTable,
+        Table as Table,
+        build_proven as build_proven,
+    )
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -17,8 +17,12 @@ from torquer.control.computer import (
 )
 from torquer.control.law import Law, as_law
 from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.table import NO_MODES, ModeState, ModeTable
-from torquer.control.modes.table import first_state as first_mode_state
+from torquer.control.modes.table import (
+    NO_MODES,
+    ModeState,
+    ModeTable,
+    first_state as first_mode_state,
+)
 from torquer.control.user import spec_of
 from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN

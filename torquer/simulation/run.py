@@ -9,9 +9,11 @@ import numpy as np
 
 from torquer.control.computer import Blocks
 from torquer.control.law import Law
+from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
 from torquer.simulation.advance import environment_at, environment_tables, is_resolved
+from torquer.simulation.boxed import Box, advance, box_of
 from torquer.simulation.host import Host, HostFailed
 from torquer.simulation.prepare import (
     blocks_of,
@@ -108,12 +110,24 @@ class Run:
         return ended
 
     def _advance_within(self, last: int) -> int:
-        host = Host(self) if self.plan.hosted else None
-        ended = self.step_to(last)
-        while ended == loop.WAITING and host is not None:
+        if not self.plan.hosted:
+            return self.step_to(last)
+        host = Host(self)
+        while (ended := advance(host.box, last)) == loop.WAITING:
             host.answer()
-            ended = self.step_to(last)
         return ended
+
+    def box(self) -> Box:
+        """The arguments of the loop, boxed for many short calls within the piece."""
+        arguments = (self.integrator, self.plan, self.tables, self.state, self.record)
+        return box_of(*arguments, self.scenario.seed)
+
+    def accept(self, command: Command) -> None:
+        """Keep a command for the control step that waits for it."""
+        c = self.state.cells[0]
+        for what, vector in (("dipole", command.dipole_a_m2), ("torque", command.torque_n_m)):
+            for axis, value in zip("xyz", vector, strict=True):
+                c[f"{what}_{axis}"] = value
 
     def step_to(self, last: int) -> int:
         """The compiled loop; with a host it stops at every control step."""

@@ -1,4 +1,3 @@
-# ruff: noqa: F401 (the imports under TYPE_CHECKING are the list of public names)
 """Closed-form and averaged theory: gains, slow motion under a law, stability, wheels' momentum.
 
     from torquer.theory import Spinner, bdot_gain, chart, evolve
@@ -20,119 +19,145 @@ from typing import TYPE_CHECKING
 from torquer.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.theory.averaging import averaged_motion, averaged_rates, converged_nodes
-    from torquer.theory.comparison import Comparison, compare, fitted_order, resonances
+    from torquer.theory.averaging import (
+        averaged_motion as averaged_motion,
+        averaged_rates as averaged_rates,
+        converged_nodes as converged_nodes,
+    )
+    from torquer.theory.comparison import (
+        Comparison as Comparison,
+        compare as compare,
+        fitted_order as fitted_order,
+        resonances as resonances,
+    )
     from torquer.theory.design import (
-        design_table,
-        gain_for,
-        gain_of,
-        slow_time,
-        times_over_directions,
+        design_table as design_table,
+        gain_for as gain_for,
+        gain_of as gain_of,
+        slow_time as slow_time,
+        times_over_directions as times_over_directions,
     )
     from torquer.theory.equilibria import (
-        Equilibrium,
-        find_equilibria,
-        rates_of_evolution,
-        rates_of_law,
-        tends_to,
+        Equilibrium as Equilibrium,
+        find_equilibria as find_equilibria,
+        rates_of_evolution as rates_of_evolution,
+        rates_of_law as rates_of_law,
+        tends_to as tends_to,
     )
-    from torquer.theory.evolution import EVOLUTIONS
-    from torquer.theory.evolution.model import Case, Evolution, Slow
-    from torquer.theory.first_integrals import drifts
+    from torquer.theory.evolution import EVOLUTIONS as EVOLUTIONS
+    from torquer.theory.evolution.model import Case as Case, Evolution as Evolution, Slow as Slow
+    from torquer.theory.first_integrals import drifts as drifts
     from torquer.theory.floquet import (
-        Transitions,
-        chart,
-        degree_of_stability,
-        exponents,
-        monodromy,
-        multipliers,
-        transitions,
+        Transitions as Transitions,
+        chart as chart,
+        degree_of_stability as degree_of_stability,
+        exponents as exponents,
+        monodromy as monodromy,
+        multipliers as multipliers,
+        transitions as transitions,
     )
-    from torquer.theory.full_motion import Fast, by_euler, osculating, slow_of, state_of
+    from torquer.theory.full_motion import (
+        Fast as Fast,
+        by_euler as by_euler,
+        osculating as osculating,
+        slow_of as slow_of,
+        state_of as state_of,
+    )
     from torquer.theory.gains import (
-        Sampling,
-        bdot_gain,
-        bdot_greatest_gain,
-        damped_share,
-        damping_efficiency,
-        driven_rate_rad_s,
-        sampling_limit_rad_s,
-        saturated_damping_time_s,
+        Sampling as Sampling,
+        bdot_gain as bdot_gain,
+        bdot_greatest_gain as bdot_greatest_gain,
+        damped_share as damped_share,
+        damping_efficiency as damping_efficiency,
+        driven_rate_rad_s as driven_rate_rad_s,
+        sampling_limit_rad_s as sampling_limit_rad_s,
+        saturated_damping_time_s as saturated_damping_time_s,
     )
     from torquer.theory.mathieu import (
-        Edges,
-        characteristic_values,
-        edges,
-        first_tongue,
-        first_tongue_of_strength,
-        first_tongue_solutions,
-        half_trace,
-        half_trace_series,
-        hill_equation,
-        mathieu_equation,
-        mathieu_parameters,
-        multipliers_from_half_trace,
+        Edges as Edges,
+        characteristic_values as characteristic_values,
+        edges as edges,
+        first_tongue as first_tongue,
+        first_tongue_of_strength as first_tongue_of_strength,
+        first_tongue_solutions as first_tongue_solutions,
+        half_trace as half_trace,
+        half_trace_series as half_trace_series,
+        hill_equation as hill_equation,
+        mathieu_equation as mathieu_equation,
+        mathieu_parameters as mathieu_parameters,
+        multipliers_from_half_trace as multipliers_from_half_trace,
     )
-    from torquer.theory.orbit_field import OrbitField
-    from torquer.theory.periodic_systems import PeriodicSystem, periodic_system
+    from torquer.theory.orbit_field import OrbitField as OrbitField
+    from torquer.theory.periodic_systems import (
+        PeriodicSystem as PeriodicSystem,
+        periodic_system as periodic_system,
+    )
     from torquer.theory.pitch_wheel import (
-        PitchWheel,
-        pitch_offset_averaged_polar,
-        pitch_offset_direct_dipole,
-        pitch_wheel_response,
+        PitchWheel as PitchWheel,
+        pitch_offset_averaged_polar as pitch_offset_averaged_polar,
+        pitch_offset_direct_dipole as pitch_offset_direct_dipole,
+        pitch_wheel_response as pitch_wheel_response,
     )
     from torquer.theory.planar_magnet import (
-        PlanarMagnet,
-        along_field,
-        closed_tongue,
-        dipole_direction,
-        motion_edges,
-        pitch_acceleration,
-        tongue_edges,
-        tracking_half_trace,
-        tracking_motion,
-        uniform_rotation,
+        PlanarMagnet as PlanarMagnet,
+        along_field as along_field,
+        closed_tongue as closed_tongue,
+        dipole_direction as dipole_direction,
+        motion_edges as motion_edges,
+        pitch_acceleration as pitch_acceleration,
+        tongue_edges as tongue_edges,
+        tracking_half_trace as tracking_half_trace,
+        tracking_motion as tracking_motion,
+        uniform_rotation as uniform_rotation,
     )
     from torquer.theory.poincare import (
-        Resonance,
-        Response,
-        departure,
-        forced_response,
-        periodic_motion,
-        remainder,
-        small_parameter,
+        Resonance as Resonance,
+        Response as Response,
+        departure as departure,
+        forced_response as forced_response,
+        periodic_motion as periodic_motion,
+        remainder as remainder,
+        small_parameter as small_parameter,
     )
     from torquer.theory.second_moments import (
-        averaged_moments,
-        closed_moments,
-        direct_dipole_moments,
-        moments_by_quadrature,
-        tilted_dipole_moments,
+        averaged_moments as averaged_moments,
+        closed_moments as closed_moments,
+        direct_dipole_moments as direct_dipole_moments,
+        moments_by_quadrature as moments_by_quadrature,
+        tilted_dipole_moments as tilted_dipole_moments,
     )
-    from torquer.theory.slow_loop import cycle_map, greatest_step
-    from torquer.theory.slow_motion import evolve, evolve_law, map_of_evolution, map_of_law
-    from torquer.theory.slow_result import SlowMotion
-    from torquer.theory.spinner import Spinner
+    from torquer.theory.slow_loop import cycle_map as cycle_map, greatest_step as greatest_step
+    from torquer.theory.slow_motion import (
+        evolve as evolve,
+        evolve_law as evolve_law,
+        map_of_evolution as map_of_evolution,
+        map_of_law as map_of_law,
+    )
+    from torquer.theory.slow_result import SlowMotion as SlowMotion
+    from torquer.theory.spinner import Spinner as Spinner
     from torquer.theory.steady_bdot import (
-        SteadyBdot,
-        mean_offset,
-        motion_from_rest,
-        published_offset,
-        published_swing,
-        steady_bdot_response,
+        SteadyBdot as SteadyBdot,
+        mean_offset as mean_offset,
+        motion_from_rest as motion_from_rest,
+        published_offset as published_offset,
+        published_swing as published_swing,
+        steady_bdot_response as steady_bdot_response,
     )
-    from torquer.theory.symbolic import as_latex, averaged_equations
-    from torquer.theory.validity import Limit, within
+    from torquer.theory.symbolic import (
+        as_latex as as_latex,
+        averaged_equations as averaged_equations,
+    )
+    from torquer.theory.validity import Limit as Limit, within as within
     from torquer.theory.wheel_accumulation import (
-        Growth,
-        Held,
-        air_torque,
-        cyclic_bounds,
-        growth_of,
-        held_torque,
-        momentum_under,
-        orbital_axes,
-        saturation_time,
+        Growth as Growth,
+        Held as Held,
+        air_torque as air_torque,
+        cyclic_bounds as cyclic_bounds,
+        growth_of as growth_of,
+        held_torque as held_torque,
+        momentum_under as momentum_under,
+        orbital_axes as orbital_axes,
+        saturation_time as saturation_time,
     )
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -1,4 +1,3 @@
-# ruff: noqa: F401 (the imports under TYPE_CHECKING are the list of public names)
 """Arrays of reaction wheels: what momentum and torque they reach, and how to share a demand.
 
     from torquer.wheel_array import WheelArray, four_sided_pyramid, momentum_envelope
@@ -13,58 +12,71 @@ from typing import TYPE_CHECKING
 from torquer.lazy import lazily
 
 if TYPE_CHECKING:
-    from torquer.wheel_array.allocation import allocate
+    from torquer.wheel_array.allocation import allocate as allocate
     from torquer.wheel_array.angles import (
-        GREATEST_VOLUME_DEG,
-        balanced_four_sided,
-        balanced_regular,
-        least_four_sided,
-        least_regular,
+        GREATEST_VOLUME_DEG as GREATEST_VOLUME_DEG,
+        balanced_four_sided as balanced_four_sided,
+        balanced_regular as balanced_regular,
+        least_four_sided as least_four_sided,
+        least_regular as least_regular,
     )
     from torquer.wheel_array.demand import (
-        Box,
-        Ellipsoid,
-        Series,
-        greatest_momentum,
-        greatest_norm,
-        greatest_share,
-        greatest_share_of,
+        Box as Box,
+        Ellipsoid as Ellipsoid,
+        Series as Series,
+        greatest_momentum as greatest_momentum,
+        greatest_norm as greatest_norm,
+        greatest_share as greatest_share,
+        greatest_share_of as greatest_share_of,
     )
     from torquer.wheel_array.envelope import (
-        Envelope,
-        momentum_envelope,
-        support,
-        torque_envelope,
-        volume,
+        Envelope as Envelope,
+        momentum_envelope as momentum_envelope,
+        support as support,
+        torque_envelope as torque_envelope,
+        volume as volume,
     )
     from torquer.wheel_array.failures import (
-        Comparison,
-        FailureCase,
-        failure_table,
-        least_squares_against_minimax,
-        least_squares_half_spaces,
+        Comparison as Comparison,
+        FailureCase as FailureCase,
+        failure_table as failure_table,
+        least_squares_against_minimax as least_squares_against_minimax,
+        least_squares_half_spaces as least_squares_half_spaces,
     )
     from torquer.wheel_array.layout import (
-        WheelArray,
-        four_sided_pyramid,
-        icosahedral,
-        orthogonal,
-        orthogonal_and_skew,
-        regular_pyramid,
-        total_momentum,
+        WheelArray as WheelArray,
+        four_sided_pyramid as four_sided_pyramid,
+        icosahedral as icosahedral,
+        orthogonal as orthogonal,
+        orthogonal_and_skew as orthogonal_and_skew,
+        regular_pyramid as regular_pyramid,
+        total_momentum as total_momentum,
     )
-    from torquer.wheel_array.presets import LAYOUTS, Wheels
-    from torquer.wheel_array.rates import WorstCase, rate_about, required, semi_axes, worst_case
+    from torquer.wheel_array.presets import LAYOUTS as LAYOUTS, Wheels as Wheels
+    from torquer.wheel_array.rates import (
+        WorstCase as WorstCase,
+        rate_about as rate_about,
+        required as required,
+        semi_axes as semi_axes,
+        worst_case as worst_case,
+    )
     from torquer.wheel_array.search import (
-        Found,
-        find_layout,
-        free_axes,
-        greatest_volume,
-        greatest_worst_rate,
-        least_norm,
-        least_peak,
-        least_squares_peak,
+        Found as Found,
+        find_layout as find_layout,
+        free_axes as free_axes,
+        greatest_volume as greatest_volume,
+        greatest_worst_rate as greatest_worst_rate,
+        least_norm as least_norm,
+        least_peak as least_peak,
+        least_squares_peak as least_squares_peak,
     )
-    from torquer.wheel_array.steering import Bias, Steering, bias_of, lose, steer, steering_of
+    from torquer.wheel_array.steering import (
+        Bias as Bias,
+        Steering as Steering,
+        bias_of as bias_of,
+        lose as lose,
+        steer as steer,
+        steering_of as steering_of,
+    )
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning, two_states
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from torquer.control.modes.check import findings, joint_states
 from torquer.control.modes.graph import cycles_of, edges_of, least_time_s, reachable

@@ -24,8 +24,8 @@ from torquer.gallery.entries.field_10 import (
     comparison,
     courses,
     ranges,
+    scenario as with_errors,
 )
-from torquer.gallery.entries.field_10 import scenario as with_errors
 from torquer.gallery.entry import Answer, Entry, Verdict
 from torquer.gallery.four_models import MU_E_T_KM3, draw
 from torquer.orbit.circular import Circular
