@@ -9,10 +9,13 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from torquer.control import LAWS, WHEEL_LAWS, GivenLaw
+from torquer.control import LAWS, GivenLaw
+from torquer.control.modes.spec import Condition, Modes, Region, State, Transition
+from torquer.control.scheme import Scheme
 from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
+from torquer.estimation import ESTIMATORS
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS, Drag
 from torquer.scenario.load import presets
@@ -57,7 +60,13 @@ TABLES = {
     "control": Control,
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
     "control.law, kind = 'given_in_python'": GivenLaw,
-    **{f"control.wheel_law, kind = {kind!r}": spec for kind, spec in WHEEL_LAWS.items()},
+    "control.law, kind = 'scheme'": Scheme,
+    **{f"control.estimator, kind = {kind!r}": spec for kind, spec in ESTIMATORS.items()},
+    "control.modes": Modes,
+    "control.modes.regions": Region,
+    "control.modes.regions.states": State,
+    "control.modes.regions.states.transitions": Transition,
+    "control.modes.regions.states.transitions.when": Condition,
     "simulation": Simulation,
 }
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"

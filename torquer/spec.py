@@ -153,21 +153,21 @@ class Spec(BaseModel):
         if not update:
             return super().model_copy(deep=deep)
         kept = {name: getattr(self, name) for name in self.model_fields_set}
-        values = {**(copy.deepcopy(kept) if deep else kept), **_as_data(dict(update))}
+        values = {**(copy.deepcopy(kept) if deep else kept), **as_data(dict(update))}
         return type(self).model_validate(values)
 
 
-def _as_data(value):
+def as_data(value):
     """A value with every spec in it, however deep, as plain data, to be checked anew."""
     if isinstance(value, BaseModel):
-        return {name: _as_data(part) for name, part in value.__dict__.items()}
+        return {name: as_data(part) for name, part in value.__dict__.items()}
     if isinstance(value, Mapping):
-        return {name: _as_data(part) for name, part in value.items()}
+        return {name: as_data(part) for name, part in value.items()}
     if type(value) in (list, tuple):
-        return type(value)(map(_as_data, value))
+        return type(value)(map(as_data, value))
     return value
 
 
 def checked(spec: Spec) -> Spec:
     """The spec, checked anew: it may have been changed or made behind pydantic's back."""
-    return type(spec).model_validate(_as_data(spec))
+    return type(spec).model_validate(as_data(spec))

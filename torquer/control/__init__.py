@@ -9,9 +9,13 @@ from pydantic import Field
 
 from torquer.control.bdot import Bdot as Bdot
 from torquer.control.built_in import BUILT_IN
+from torquer.control.scheme import Scheme
 from torquer.control.user import GivenLaw, UserLaw
 
+#: Laws by the kind that a scenario names.
 LAWS = {**BUILT_IN, "user": UserLaw}
 
 #: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
 AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
+#: The same where it is the only one, which may be a scheme.
+OnlyLaw = Annotated[Union[(*LAWS.values(), Scheme, GivenLaw)], Field(discriminator="kind")]

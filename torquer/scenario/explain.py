@@ -18,7 +18,7 @@ _KINDS = {
     "start": STARTS,
     "atmosphere": ATMOSPHERES,
     "field": FIELDS,
-    "law": LAWS,
+    "law": (*LAWS, "scheme"),
     "laws": LAWS,
     "estimator": ESTIMATORS,
     "layout": LAYOUTS,

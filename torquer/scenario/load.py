@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from torquer.scenario.explain import explain, name_of
 from torquer.scenario.spec import Scenario
+from torquer.spec import as_data
 
 #: More levels of tables and lists than any scenario needs.
 _LEVELS = 32
@@ -80,6 +81,36 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
         return Scenario.model_validate(data)
     except ValidationError as error:
         raise ScenarioError("\n".join(explain(error, data))) from None
+
+
+def replaced(scenario: Scenario, key: str, value) -> Scenario:
+    """The scenario with another value at a dotted key."""
+    data = as_data(scenario)
+    names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
+    table, place = data, ""
+    for name in names[:-1]:
+        table, place = _within(table, name, place)
+    last = names[-1] if names else ""
+    if isinstance(table, list) and not (isinstance(last, int) and last < len(table)):
+        raise ScenarioError(f"{key}: must be one of {len(table)} elements; received {key!r}")
+    table[last] = as_data(value)
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise ScenarioError("\n".join(explain(error, data))) from None
+
+
+def _within(table, name, place: str):
+    """The table or list at a name, and its key; lists may then be changed."""
+    here = f"{place}[{name}]" if isinstance(name, int) else f"{place}.{name}".lstrip(".")
+    known = name in table if isinstance(table, dict) else name in range(len(table))
+    inner = table[name] if known else None
+    if isinstance(inner, tuple):
+        table[name] = inner = list(inner)
+    if not isinstance(inner, dict | list):
+        received = "no such key" if inner is None else repr(inner)
+        raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
+    return inner, here
 
 
 def presets(table: str | None = None) -> dict[str, dict]:

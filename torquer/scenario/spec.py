@@ -208,6 +208,16 @@ class Scenario(Spec):
         hold = 1 if hold_s is None else whole_steps("disturbance.random_hold_s", hold_s, step_s)
         return self.disturbance.pack(hold)
 
+    def replace(self, key: str, value) -> "Scenario":
+        """The scenario with another value at a key, such as "control.laws.bdot.gain_a_m2_s_per_t".
+
+        Checked as a scenario file is; `ScenarioError` names the key, what must hold and what was
+        received. An element of a list has its number in brackets: "spacecraft.parts[0].area_m2".
+        """
+        from torquer.scenario.load import replaced  # which checks scenarios, and so needs this
+
+        return replaced(self, key, value)
+
     def surroundings(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
