@@ -119,7 +119,9 @@ def _record_maker(shape: Shape) -> Callable:
     """Kernel that makes the record of parameters from the array that holds them."""
     names = dict(shape.classes)
     exec(f"def named(p):\n    return {shape.source}", names)
-    return numba.njit(forceinline=True, error_model="numpy")(names["named"])
+    return numba.njit(
+        forceinline=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
+    )(names["named"])
 
 
 def _memory_view(names: tuple | None) -> Callable:
@@ -142,7 +144,7 @@ def _memory_view(names: tuple | None) -> Callable:
     return view
 
 
-@engine.inlined
+@engine.internal
 def _unchanged(value):
     return value
 
@@ -158,7 +160,7 @@ def _guarded_adapter(inputs, parameters, memory):
         return _failed()  # noqa: F821
 
 
-@engine.inlined
+@engine.internal
 def _first_of(records):
     return inputs_of(records[0])
 

@@ -79,6 +79,16 @@ released = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, no
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
+#: The same for what kernels alone call, never Python: the code to be called from there, which
+#: unpacks every array of a nested record, takes longer to compile than the function itself.
+internal = numba.njit(
+    error_model="numpy",
+    fastmath={"contract"},
+    cache=True,
+    forceinline=True,
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+)
 
 
 def _without_owner(context, builder, of_type, value):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined
+from torquer.engine import inlined, internal
 
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
@@ -156,7 +156,7 @@ def put_estimate(k, e):
     k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z = e.gyro_bias_rad_s
 
 
-@inlined
+@internal
 def put_ephemeris(k, e):
     """Write an ephemeris into the record."""
     k.position_x, k.position_y, k.position_z = e.r_inertial_m
@@ -167,7 +167,7 @@ def put_ephemeris(k, e):
     k.lit = e.lit
 
 
-@inlined
+@internal
 def inputs_of(k):
     """The record as inputs; what a function does not use is not read."""
     return Inputs(

@@ -4,26 +4,33 @@ Estimators and laws are called by their addresses, built-in and the user's alike
 and memory are slices of two arrays.
 """
 
+import functools
 from typing import NamedTuple
 
+import numba
 import numpy as np
+from numba import types
 
+from torquer import plugin
 from torquer.block import Block
 from torquer.control.law import LAW_SIGNATURE, Law
 from torquer.control.modes.table import (
     COILS,
     ESTIMATOR,
     LAW,
+    NO_MODES,
     SET,
     WHEELS,
     ModeState,
     ModeTable,
+    first_state,
     switch_modes,
 )
-from torquer.engine import COMPILED, caller, inlined, kernel
+from torquer.engine import COMPILED, caller, internal, kernel
 from torquer.estimation.estimator import ESTIMATE, Estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (
+    KNOWN,
     UNKNOWN_ESTIMATE,
     Command,
     inputs_of,
@@ -40,7 +47,7 @@ BLOCK = np.dtype([(name, np.int64) for name in ("function", "p0", "p1", "m0", "m
 class Computer(NamedTuple):
     """What stays the same: functions and blocks of laws and estimators, mode table.
 
-    `laws`, `estimators`: addresses of the functions. `estimator`: the one that works where no
+    `laws`, `estimators`, `switch`: addresses of the functions. `estimator`: the one that works where no
     mode chooses another.
     """
 
@@ -49,6 +56,7 @@ class Computer(NamedTuple):
     law_blocks: np.ndarray
     estimator_blocks: np.ndarray
     modes: ModeTable
+    switch: np.ndarray
     estimator: int
 
 
@@ -66,17 +74,26 @@ class Board(NamedTuple):
     chosen: np.ndarray
 
 
+def _switch_modes(table, state, known):
+    return switch_modes(table, state, inputs_of(known[0]))
+
+
+_SWITCH = types.boolean(
+    numba.typeof(NO_MODES), numba.typeof(first_state(NO_MODES, [])), numba.from_dtype(KNOWN)[::1]
+)
+#: Called by its address, as laws are: only a run with modes compiles it.
+call_switch = caller(_SWITCH)
 call_law = caller(LAW_SIGNATURE)
 call_estimator = caller(ESTIMATE.in_loop)
 
 
-@inlined
+@internal
 def parameters_of(block, board):
     """Parameters of a block, as cells."""
     return board.parameters[block.p0 : block.p1]
 
 
-@inlined
+@internal
 def memory_of(block, board):
     """Memory of a block, as cells."""
     return board.memory[block.m0 : block.m1]
@@ -91,7 +108,7 @@ def estimate_step(computer, board, number):
     put_estimate(board.known[0], estimate)
 
 
-@inlined
+@internal
 def take_readings(known):
     """The estimate is what attitude sensor and gyro read."""
     known.estimate_s = known.q_s
@@ -101,7 +118,7 @@ def take_readings(known):
     known.estimate_omega_z = known.omega_z
 
 
-@inlined
+@internal
 def estimate(computer, board):
     """Bring the estimate up to date."""
     number = int(board.chosen[0].estimator)
@@ -133,7 +150,7 @@ def enter_modes(computer, board, t_s):
                 chosen.wheels = action.value
 
 
-@inlined
+@internal
 def command_of(computer, board, number):
     """The command of a law."""
     block = computer.law_blocks[number]
@@ -141,11 +158,11 @@ def command_of(computer, board, number):
     return call_law(function, board.known, parameters, memory_of(block, board))
 
 
-@inlined
+@internal
 def switch(computer, board):
     """Switch the modes, and do what the states that have been entered are to set."""
     known = board.known[0]
-    if switch_modes(computer.modes, board.modes, inputs_of(known)):
+    if call_switch(computer.switch[0], computer.modes, board.modes, board.known):
         enter_modes(computer, board, known.t_s)
 
 
@@ -166,7 +183,7 @@ def command_by_modes(computer, board):
     return Command(scale(board.chosen[0].coils, dipole), scale(board.chosen[0].wheels, torque))
 
 
-@inlined
+@internal
 def control_step(computer, board):
     """The command for what the computer knows; without modes that of all laws, added."""
     estimate(computer, board)
@@ -210,7 +227,9 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     rows["p0"], rows["p1"], rows["m0"], rows["m1"] = p[:-1], p[1:], m[:-1], m[1:]
     rows["function"] = [*law_numbers, *numbers]
     split = len(blocks.laws)
-    return Computer(laws, estimators, rows[:split].copy(), rows[split:].copy(), modes, estimator)
+    law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
+    switch = _switch() if len(modes.regions) else _addresses([])
+    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator)
 
 
 def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
@@ -218,9 +237,19 @@ def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
     compiled = [block.in_loop() for block in blocks if block.compiled]
     different = list(dict.fromkeys(compiled))
     numbers = [different.index(block.in_loop()) if block.compiled else 0 for block in blocks]
+    return _addresses(different), numbers
+
+
+def _addresses(functions: list) -> np.ndarray | tuple:
+    """What `caller` takes: addresses, or the functions themselves without the compiler."""
     if not COMPILED:
-        return tuple(different), numbers
-    return np.array([function.address for function in different], dtype=np.int64), numbers
+        return tuple(functions)
+    return np.array([function.address for function in functions], dtype=np.int64)
+
+
+@functools.cache
+def _switch() -> np.ndarray | tuple:
+    return _addresses([plugin.first_class(_switch_modes, _SWITCH, "modes: must compile")])
 
 
 def places_of(blocks: Blocks) -> dict[str, tuple[int, int]]:

@@ -19,7 +19,7 @@ import numba
 
 from torquer.adapter import Kind
 from torquer.block import Block
-from torquer.engine import inlined
+from torquer.engine import internal
 from torquer.interface import NO_COMMAND, Command
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
@@ -27,32 +27,32 @@ _PLAIN_MEMORY = 16
 _COMMAND = numba.typeof(NO_COMMAND)
 
 
-@inlined
+@internal
 def _vector(answer):
     return (float(answer[0]), float(answer[1]), float(answer[2]))
 
 
-@inlined
+@internal
 def dipole_command(answer):
     """The command of a law that answers with a dipole."""
     x, y, z = answer
     return Command((float(x), float(y), float(z)), (0.0, 0.0, 0.0))
 
 
-@inlined
+@internal
 def torque_command(answer):
     """The command of a law that answers with a torque."""
     x, y, z = answer
     return Command((0.0, 0.0, 0.0), (float(x), float(y), float(z)))
 
 
-@inlined
+@internal
 def whole_command(answer):
     """The command of a law that answers with one."""
     return Command(_vector(answer.dipole_a_m2), _vector(answer.torque_n_m))
 
 
-@inlined
+@internal
 def no_number_command():
     """The answer of a law that raised an error."""
     nothing = (math.nan, math.nan, math.nan)

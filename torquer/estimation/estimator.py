@@ -11,16 +11,16 @@ import numba
 
 from torquer.adapter import Kind
 from torquer.block import Block
-from torquer.engine import inlined
+from torquer.engine import internal
 from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 
 
-@inlined
+@internal
 def _numbers(v):
     return (float(v[0]), float(v[1]), float(v[2]))
 
 
-@inlined
+@internal
 def as_estimate(e):
     """What an estimator returned."""
     q = e.q_body_to_inertial
@@ -34,7 +34,7 @@ def as_estimate(e):
     )
 
 
-@inlined
+@internal
 def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)

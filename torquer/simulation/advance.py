@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer.engine import inlined, kernel
+from torquer.engine import inlined, internal, kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.motion import Motion
@@ -66,7 +66,7 @@ class DipolePath(NamedTuple):
     lag_s: float
 
 
-@inlined
+@internal
 def dipole_after(path, t):
     """Dipole t seconds after the event."""
     return add_scaled(path.target, remaining(path.lag_s, t), path.way)
@@ -102,7 +102,7 @@ class Forces(NamedTuple):
     wheels: Wheels | tuple
 
 
-@inlined
+@internal
 def spin_of(wheels, omega, step, h):
     """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
     if len(wheels) == 0:
@@ -110,7 +110,7 @@ def spin_of(wheels, omega, step, h):
     return step_rotors(wheels.rotors, wheels.state, omega, step, h)
 
 
-@inlined
+@internal
 def with_wheel_momentum(rigid, spin, omega, since):
     """The body with the momentum that its wheels have `since` seconds into the step."""
     if len(spin) == 0:
@@ -119,7 +119,7 @@ def with_wheel_momentum(rigid, spin, omega, since):
     return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface)
 
 
-@inlined
+@internal
 def with_reaction(disturbance, spin):
     """The disturbance torque and that of the wheels' motors on the body; () for none of both."""
     if len(spin) == 0:
@@ -129,7 +129,7 @@ def with_reaction(disturbance, spin):
     return add(disturbance, reaction(spin))
 
 
-@inlined
+@internal
 def _flow_at(air, t):
     if len(air) == 0:
         return ()
@@ -143,7 +143,7 @@ def environment_at(tables, t):
     return LocalEnvironment(b, scale(tables.gravity, gravity_gradient), _flow_at(tables.air, t))
 
 
-@inlined
+@internal
 def _rates(rigid, spin, here, path, since, x, torque):
     """Rates of a motion; `since`: seconds after the last event, and into the step."""
     after, into = since
@@ -340,7 +340,7 @@ def environment_tables(plan, tables):
     return EnvironmentTables(tables.orbit, tables.air, plan.plant.gravity)
 
 
-@inlined
+@internal
 def propagate(integrator, plan, tables, state, seed, x, here, first, last):
     """(Motion, environment) after steps first..last-1, in which the coils go to their targets."""
     plant = plan.plant

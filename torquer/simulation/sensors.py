@@ -1,6 +1,6 @@
 """Reading the sensors, and what the on-board computer knows at a control step."""
 
-from torquer.engine import inlined, kernel
+from torquer.engine import internal, kernel
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
@@ -25,7 +25,7 @@ from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
 
 
-@inlined
+@internal
 def put_reading(known, sensor, t, v, w):
     """Let a reading reach the computer."""
     x, y, z = v
@@ -53,7 +53,7 @@ def deliver(late, known, actions):
             put_reading(known, sensor, reading.t_s, v, reading.w)
 
 
-@inlined
+@internal
 def send(plan, state, sensor, t, v, w):
     """Hand a reading to the computer, or send it on its way if it arrives late."""
     if plan.timetable.late & (READ << sensor):
@@ -78,7 +78,7 @@ def read_sun_sensors(plant, tables, q, t, seed, sample):
     return read_sun(plant.sun_sensors, rotate_inverse(q, direction), lit, seed, sample)
 
 
-@inlined
+@internal
 def read_gyro(plant, cells, omega, t, seed, sample):
     """What the gyro reads; its drift goes on from its last reading."""
     c = cells[0]
@@ -89,7 +89,7 @@ def read_gyro(plant, cells, omega, t, seed, sample):
     return read_rate(plant.gyro, omega, drift, seed, sample)
 
 
-@inlined
+@internal
 def read_magnetometer(plant, coils, b_body, seed, sample):
     """What the magnetometer reads, with the field of coils that are on."""
     dipole = (0.0, 0.0, 0.0)
@@ -98,7 +98,7 @@ def read_magnetometer(plant, coils, b_body, seed, sample):
     return read_field(plant.magnetometer, b_body, dipole, seed, sample)
 
 
-@inlined
+@internal
 def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
     """What the tachometers tell: the wheels' momenta, for the allocation; their vector sum."""
     if len(rotors) == 0:
@@ -107,7 +107,7 @@ def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
     return read_tachometers(rotors, noise_rad_s, state.rotors, omega, seed, sample, momenta)
 
 
-@inlined
+@internal
 def read_sensors(plan, tables, state, x, here, actions, step, seed):
     """Read the sensors that are due: a pure function of the state and the step."""
     plant, t = plan.plant, step * plan.step_s
@@ -144,7 +144,7 @@ def ephemeris_at(plant, tables, t):
     return Ephemeris(lookup3(tables.orbit, t), v, b, b_rate, direction, lit)
 
 
-@inlined
+@internal
 def begin_control_step(plan, tables, state, step):
     """Tell the computer the time and, where it needs it, its ephemeris."""
     known, t = state.board.known[0], step * plan.step_s

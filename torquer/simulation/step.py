@@ -8,7 +8,7 @@ import math
 
 from torquer.control.allocation import allocate_torque
 from torquer.control.computer import control_step
-from torquer.engine import inlined, kernel, without_reference_counts
+from torquer.engine import internal, kernel, without_reference_counts
 from torquer.geometry.vec3 import dot
 from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.advance import (
@@ -37,13 +37,13 @@ from torquer.spacecraft.rotors import relative_momentum
 RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING = 0, 1, 2, 3, 4
 
 
-@inlined
+@internal
 def finite3(v):
     """Whether all three components are finite."""
     return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
 
 
-@inlined
+@internal
 def accept(state, command):
     """Keep a command; whether it is one of finite numbers."""
     c = state.cells[0]
@@ -52,7 +52,7 @@ def accept(state, command):
     return finite3(command.dipole_a_m2) and finite3(command.torque_n_m)
 
 
-@inlined
+@internal
 def drive_wheels(allocation, state, torque_body, hold_s, step):
     """Set the motors of the wheels until the next control step."""
     if len(allocation) == 0:
@@ -60,7 +60,7 @@ def drive_wheels(allocation, state, torque_body, hold_s, step):
     allocate_torque(allocation, state.allocation, state.rotors, torque_body, hold_s, step)
 
 
-@inlined
+@internal
 def actuate(plan, state, row, step):
     """Hand the command that is kept to coils and wheels."""
     c = state.cells[0]
@@ -110,7 +110,7 @@ def record_row(plan, state, coils, step, record, number):
         put_estimate(record.estimate[number], estimate_of(known))
 
 
-@inlined
+@internal
 def advance_actuators(plan, state, steps):
     """Let the coils go on to their targets, and add up what they take."""
     cells, t_s = state.cells[0], steps * plan.step_s

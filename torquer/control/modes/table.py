@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.control.modes.signals import signal_value
-from torquer.engine import inlined, without_reference_counts
+from torquer.engine import inlined, internal, without_reference_counts
 
 
 def _record(integers: str, numbers: str = "") -> np.dtype:
@@ -109,7 +109,7 @@ def state_from(like: ModeState, cells: np.ndarray) -> ModeState:
     return ModeState(*(cut.view(part.dtype) for cut, part in zip(parts, like, strict=True)))
 
 
-@inlined
+@internal
 def truth_of_condition(table, state, inputs, place):
     """Whether a condition is true; it remembers that it was (hysteresis)."""
     row, now = table.conditions[place], state.conditions[place]
@@ -122,7 +122,7 @@ def truth_of_condition(table, state, inputs, place):
     return TRUE if beyond or stays else FALSE
 
 
-@inlined
+@internal
 def held_for_s(table, state, inputs, place):
     """How long the conditions of a transition have been true [s]; below zero if they are not."""
     row, now = table.transitions[place], state.transitions[place]
@@ -139,7 +139,7 @@ def held_for_s(table, state, inputs, place):
     return inputs.t_s - now["true_since_s"] if truth == TRUE else -1.0
 
 
-@inlined
+@internal
 def next_state(table, state, inputs, region):
     """The state that a region is to enter; -1: none.
 
@@ -166,7 +166,7 @@ def next_state(table, state, inputs, region):
     return to
 
 
-@inlined
+@internal
 def reset(table, state, place):
     """Forget how long a transition's conditions have held, and that they were true."""
     row = table.transitions[place]
@@ -175,7 +175,7 @@ def reset(table, state, place):
         state.conditions[condition]["latched"] = 0.0
 
 
-@inlined
+@internal
 def enter_next(table, state, t_s, region):
     """Leave the region's state for the next one."""
     now = state.regions[region]
