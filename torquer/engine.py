@@ -89,6 +89,14 @@ internal = numba.njit(
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,
 )
+#: The same, too large to be inlined.
+inner = numba.njit(
+    error_model="numpy",
+    fastmath={"contract"},
+    cache=True,
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+)
 
 
 def _without_owner(context, builder, of_type, value):

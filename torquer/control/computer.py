@@ -26,7 +26,7 @@ from torquer.control.modes.table import (
     first_state,
     switch_modes,
 )
-from torquer.engine import COMPILED, caller, internal, kernel
+from torquer.engine import COMPILED, caller, inner, internal
 from torquer.estimation.estimator import ESTIMATE, Estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (
@@ -47,8 +47,8 @@ BLOCK = np.dtype([(name, np.int64) for name in ("function", "p0", "p1", "m0", "m
 class Computer(NamedTuple):
     """What stays the same: functions and blocks of laws and estimators, mode table.
 
-    `laws`, `estimators`, `switch`: addresses of the functions. `estimator`: the one that works where no
-    mode chooses another.
+    `laws`, `estimators`, `switch`: addresses of the functions. `estimator`: the one that works
+    where no mode chooses another.
     """
 
     laws: np.ndarray
@@ -99,7 +99,7 @@ def memory_of(block, board):
     return board.memory[block.m0 : block.m1]
 
 
-@kernel
+@inner
 def estimate_step(computer, board, number):
     """Let an estimator work."""
     block = computer.estimator_blocks[number]
@@ -130,7 +130,7 @@ def estimate(computer, board):
         estimate_step(computer, board, number)
 
 
-@kernel
+@inner
 def enter_modes(computer, board, t_s):
     """Do what the states that have been entered are to set; estimator and actuators of all."""
     table, chosen = computer.modes, board.chosen[0]
@@ -166,7 +166,7 @@ def switch(computer, board):
         enter_modes(computer, board, known.t_s)
 
 
-@kernel
+@inner
 def command_by_modes(computer, board):
     """Switch the modes; the command of the present states' laws, added by their factors."""
     switch(computer, board)

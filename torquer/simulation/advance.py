@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer.engine import inlined, internal, kernel
+from torquer.engine import inlined, inner, internal, kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.motion import Motion
@@ -297,7 +297,7 @@ def _choose_resolved(integrator, plan, state, x, here):
     return _RESOLVED[integrator.instance_class]
 
 
-@inlined
+@internal
 def momentum_now(rigid, wheels, omega):
     """Angular momentum [N m s, body] of the body and its wheels."""
     momentum = momentum_body(rigid, omega)
@@ -310,7 +310,7 @@ def momentum_now(rigid, wheels, omega):
     return sub(momentum, sym_vec(wheels.rotors.tensor, omega))
 
 
-@kernel
+@inner
 def resolves(integrator, plan, state, x, here):
     """Whether RK4's step resolves the motion; what it does until the next record is added up."""
     plant, h, cells = plan.plant, plan.step_s, state.cells[0]
@@ -326,7 +326,7 @@ def resolves(integrator, plan, state, x, here):
     return followed and square * h * h <= integrator.most_nutation**2
 
 
-@inlined
+@internal
 def wheels_of(rotors, state):
     """The wheels as the integrators take them, () for none."""
     if len(rotors) == 0:
@@ -334,7 +334,7 @@ def wheels_of(rotors, state):
     return Wheels(rotors, state)
 
 
-@inlined
+@internal
 def environment_tables(plan, tables):
     """The tables that move the body."""
     return EnvironmentTables(tables.orbit, tables.air, plan.plant.gravity)

@@ -8,8 +8,10 @@ from numba import types
 from numba.experimental import structref
 
 from torquer.control.computer import command_of, estimate, switch
-from torquer.engine import COMPILED, kernel
-from torquer.simulation.step import run_steps
+from torquer.engine import COMPILED, kernel, released
+from torquer.simulation.advance import environment_at, environment_tables, is_resolved
+from torquer.simulation.state import motion_of
+from torquer.simulation.step import record_row, run_steps
 
 
 @structref.register
@@ -39,7 +41,7 @@ def box_of(integrator, plan, tables, state, record, seed):
     return Box(integrator, plan, tables, state, record, seed)
 
 
-@kernel
+@released
 def advance(box, last):
     """Run on to step `last`, or to the control step that a host is to take; how it ended."""
     return run_steps(box.integrator, box.plan, box.tables, box.state, box.record, box.seed, last)
@@ -61,6 +63,24 @@ def switch_in(box):
 def command_in(box, law):
     """The command of a compiled law."""
     return command_of(box.plan.computer, box.state.board, law)
+
+
+@kernel
+def record_in(box, coils, step, place):
+    """Record an instant; `coils`: their state."""
+    record_row(box.plan, box.state, coils, step, box.record, place)
+
+
+@kernel
+def is_resolved_in(box):
+    """Whether the integrator's step follows the motion where the run stands; adds nothing up."""
+    state, cells = box.state, box.state.cells[0]
+    damping, lag = cells.damping, cells.lag
+    tables = environment_tables(box.plan, box.tables)
+    here = environment_at(tables, state.at[0] * box.plan.step_s)
+    found = is_resolved(box.integrator, box.plan, state, motion_of(state.cells), here)
+    cells.damping, cells.lag = damping, lag
+    return found
 
 
 @kernel

@@ -12,8 +12,7 @@ from torquer.control.law import Law
 from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
-from torquer.simulation.advance import environment_at, environment_tables, is_resolved
-from torquer.simulation.boxed import Box, advance, box_of
+from torquer.simulation.boxed import Box, advance, box_of, is_resolved_in, record_in
 from torquer.simulation.host import Host, HostFailed
 from torquer.simulation.prepare import (
     blocks_of,
@@ -25,7 +24,7 @@ from torquer.simulation.prepare import (
     with_given,
 )
 from torquer.simulation.size import piece_steps
-from torquer.simulation.state import Plan, Record, State, Tables, motion_of
+from torquer.simulation.state import Plan, Record, State, Tables
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.coils import switch_off_coils
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
@@ -111,14 +110,14 @@ class Run:
 
     def _advance_within(self, last: int) -> int:
         if not self.plan.hosted:
-            return self.step_to(last)
+            return advance(self.box(), last)
         host = Host(self)
         while (ended := advance(host.box, last)) == loop.WAITING:
             host.answer()
         return ended
 
     def box(self) -> Box:
-        """The arguments of the loop, boxed for many short calls within the piece."""
+        """The arguments of the loop in this piece, boxed."""
         arguments = (self.integrator, self.plan, self.tables, self.state, self.record)
         return box_of(*arguments, self.scenario.seed)
 
@@ -128,23 +127,6 @@ class Run:
         for what, vector in (("dipole", command.dipole_a_m2), ("torque", command.torque_n_m)):
             for axis, value in zip("xyz", vector, strict=True):
                 c[f"{what}_{axis}"] = value
-
-    def step_to(self, last: int) -> int:
-        """The compiled loop; with a host it stops at every control step."""
-        return loop.run_steps(
-            self.integrator,
-            self.plan,
-            self.tables,
-            self.state,
-            self.record,
-            self.scenario.seed,
-            last,
-        )
-
-    def standing(self) -> tuple:
-        """(Motion, environment) where the run stands."""
-        tables = environment_tables(self.plan, self.tables)
-        return motion_of(self.state.cells), environment_at(tables, self.now_s)
 
 
 def prepare(
@@ -214,8 +196,7 @@ def _resolved_at_the_end(run: Run) -> bool:
     """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
     if run.state.at[0] < run.steps:
         return True
-    state = run.state._replace(cells=run.state.cells.copy())  # this adds nothing up
-    return is_resolved(run.integrator, run.plan, state, *run.standing())
+    return is_resolved_in(run.box())
 
 
 def reason(run: Run, ended: int) -> str:
@@ -249,4 +230,4 @@ def record_this_instant(run: Run) -> None:
     if due == step and actions & COILS_OFF:
         switch_off_coils(plan.plant.coils, coils)
     place = row % len(run.record.rows)
-    loop.record_row(plan, state, coils, step, run.record, place)
+    record_in(run.box(), coils, step, place)

@@ -1,6 +1,6 @@
 """Reading the sensors, and what the on-board computer knows at a control step."""
 
-from torquer.engine import internal, kernel
+from torquer.engine import inner, internal
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
@@ -25,53 +25,37 @@ from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
 
 
-@internal
-def put_reading(known, sensor, t, v, w):
-    """Let a reading reach the computer."""
-    x, y, z = v
-    if sensor == MAGNETOMETER:
-        known.b_s, known.b_x, known.b_y, known.b_z = t, x, y, z
-    elif sensor == SEARCH_COIL:
-        known.b_rate_s, known.b_rate_x, known.b_rate_y, known.b_rate_z = t, x, y, z
-    elif sensor == GYRO:
-        known.omega_s, known.omega_x, known.omega_y, known.omega_z = t, x, y, z
-    elif sensor == SUN_SENSORS:
-        known.sun_s, known.sun_x, known.sun_y, known.sun_z = t, x, y, z
-    elif sensor == ATTITUDE_SENSOR:
-        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t, x, y, z, w
-    else:
-        known.wheels_s, known.wheels_x, known.wheels_y, known.wheels_z = t, x, y, z
-
-
-@kernel
+@inner
 def deliver(late, known, actions):
     """Let the late readings that are due reach the computer."""
-    for sensor in range(late.shape[0]):
-        if actions & (DELIVER << sensor):
-            reading = late[sensor]
-            v = (reading.x, reading.y, reading.z)
-            put_reading(known, sensor, reading.t_s, v, reading.w)
+    if actions & (DELIVER << MAGNETOMETER):
+        r = late[MAGNETOMETER]
+        known.b_s, known.b_x, known.b_y, known.b_z = r.t_s, r.x, r.y, r.z
+    if actions & (DELIVER << GYRO):
+        r = late[GYRO]
+        known.omega_s, known.omega_x, known.omega_y, known.omega_z = r.t_s, r.x, r.y, r.z
+    if actions & (DELIVER << SUN_SENSORS):
+        r = late[SUN_SENSORS]
+        known.sun_s, known.sun_x, known.sun_y, known.sun_z = r.t_s, r.x, r.y, r.z
+    if actions & (DELIVER << ATTITUDE_SENSOR):
+        r = late[ATTITUDE_SENSOR]
+        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = r.t_s, r.x, r.y, r.z, r.w
 
 
 @internal
-def send(plan, state, sensor, t, v, w):
-    """Hand a reading to the computer, or send it on its way if it arrives late."""
-    if plan.timetable.late & (READ << sensor):
-        reading = state.late[sensor]
-        reading.t_s, reading.w = t, w
-        reading.x, reading.y, reading.z = v
-    else:
-        put_reading(state.board.known[0], sensor, t, v, w)
+def put_late(reading, t, x, y, z, w):
+    """Send a reading on its way to the computer."""
+    reading.t_s, reading.x, reading.y, reading.z, reading.w = t, x, y, z, w
 
 
-@kernel
+@inner
 def sun_and_light(plant, tables, t):
     """Unit vector from the satellite to the Sun (inertial), visible part of its disc."""
     r, sun = lookup3(tables.orbit, t), lookup3(tables.sun, t)
     return unit(sub(sun, r)), lit_fraction_at(plant.shadow, r, sun)
 
 
-@kernel
+@inner
 def read_sun_sensors(plant, tables, q, t, seed, sample):
     """What the Sun sensors read at time t."""
     direction, lit = sun_and_light(plant, tables, t)
@@ -110,32 +94,48 @@ def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
 @internal
 def read_sensors(plan, tables, state, x, here, actions, step, seed):
     """Read the sensors that are due: a pure function of the state and the step."""
-    plant, t = plan.plant, step * plan.step_s
+    plant, known, t = plan.plant, state.board.known[0], step * plan.step_s
+    late, delayed = state.late, plan.timetable.late
     q, omega = x
     if actions & ANY_DELIVERY:
-        deliver(state.late, state.board.known[0], actions)
+        deliver(late, known, actions)
     b_body = rotate_inverse(q, here.b_t)
     if actions & (READ << MAGNETOMETER):
-        b = read_magnetometer(plant, state.coils, b_body, seed, step)
-        send(plan, state, MAGNETOMETER, t, b, 0.0)
+        bx, by, bz = read_magnetometer(plant, state.coils, b_body, seed, step)
+        if delayed & (READ << MAGNETOMETER):
+            put_late(late[MAGNETOMETER], t, bx, by, bz, 0.0)
+        else:
+            known.b_s, known.b_x, known.b_y, known.b_z = t, bx, by, bz
     if actions & (READ << SEARCH_COIL):
         turning = rotate_inverse(q, rate_from(tables.orbit, t, 3))
-        send(plan, state, SEARCH_COIL, t, sub(turning, cross(omega, b_body)), 0.0)
+        known.b_rate_x, known.b_rate_y, known.b_rate_z = sub(turning, cross(omega, b_body))
+        known.b_rate_s = t
     if actions & (READ << GYRO):
-        send(plan, state, GYRO, t, read_gyro(plant, state.cells, omega, t, seed, step), 0.0)
+        wx, wy, wz = read_gyro(plant, state.cells, omega, t, seed, step)
+        if delayed & (READ << GYRO):
+            put_late(late[GYRO], t, wx, wy, wz, 0.0)
+        else:
+            known.omega_s, known.omega_x, known.omega_y, known.omega_z = t, wx, wy, wz
     if actions & (READ << SUN_SENSORS):
-        sun = read_sun_sensors(plant, tables, q, t, seed, step)
-        send(plan, state, SUN_SENSORS, t, sun, 0.0)
+        sx, sy, sz = read_sun_sensors(plant, tables, q, t, seed, step)
+        if delayed & (READ << SUN_SENSORS):
+            put_late(late[SUN_SENSORS], t, sx, sy, sz, 0.0)
+        else:
+            known.sun_s, known.sun_x, known.sun_y, known.sun_z = t, sx, sy, sz
     if actions & (READ << ATTITUDE_SENSOR):
-        x, y, z, w = read_attitude(plant.attitude_sensor, q, seed, step)
-        send(plan, state, ATTITUDE_SENSOR, t, (x, y, z), w)
+        qx, qy, qz, qw = read_attitude(plant.attitude_sensor, q, seed, step)
+        if delayed & (READ << ATTITUDE_SENSOR):
+            put_late(late[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
+        else:
+            known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t, qx, qy, qz, qw
     if actions & (READ << TACHOMETERS):
         noise_rad_s = plant.tachometer_noise_rad_s
         momentum = read_wheels(plant.rotors, noise_rad_s, state, omega, seed, step)
-        send(plan, state, TACHOMETERS, t, momentum, 0.0)
+        known.wheels_x, known.wheels_y, known.wheels_z = momentum
+        known.wheels_s = t
 
 
-@kernel
+@inner
 def ephemeris_at(plant, tables, t):
     """Where the computer believes to be: on the orbit, with the field model of the simulation."""
     b, _ = lookup6(tables.orbit, t, 3)

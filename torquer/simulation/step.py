@@ -8,7 +8,7 @@ import math
 
 from torquer.control.allocation import allocate_torque
 from torquer.control.computer import control_step
-from torquer.engine import internal, kernel, without_reference_counts
+from torquer.engine import inner, internal, without_reference_counts
 from torquer.geometry.vec3 import dot
 from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.advance import (
@@ -71,7 +71,7 @@ def actuate(plan, state, row, step):
     drive_wheels(plan.allocation, state, torque, hold_s, step)
 
 
-@kernel
+@inner
 def record_wheels(rotors, state, omega, kept):
     """Write what is kept of the wheels: momentum and motor torque of each."""
     if len(rotors) == 0:
@@ -82,7 +82,7 @@ def record_wheels(rotors, state, omega, kept):
         kept[count + k] = state[k].motor
 
 
-@kernel
+@inner
 def record_row(plan, state, coils, step, record, number):
     """Write what is kept of this instant into a row of the record; `coils`: their state."""
     cells, row, known = state.cells[0], record.rows[number], state.board.known[0]
@@ -121,7 +121,7 @@ def advance_actuators(plan, state, steps):
     cells.peak_dipole_a_m2 = max(cells.peak_dipole_a_m2, greatest)
 
 
-@kernel
+@inner
 def run_steps(integrator, plan, tables, state, record, seed, last):
     """Run on to step `last`; return how it ended. `state.at` tells how far it came.
 
