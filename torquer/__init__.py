@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         sampling_limit_rad_s as sampling_limit_rad_s,
     )
 
-__version__ = "0.2.0.dev0"
+__version__ = "0.2.0"
 
 __getattr__, __dir__, __all__ = lazily(__name__, __file__)
 __all__ += ["__version__"]

@@ -1,4 +1,4 @@
-"""Conventions: frames, symbols, units, and what a control law sees. Read this page first.
+"""Conventions: frames, symbols, units, terms. Read this page first.
 
 Units. SI inside (m, s, rad, T, A m^2, kg m^2, N m). A name carries its unit wherever that
 is not obvious, and always wherever it is not SI (`altitude_km`, `rate_deg_s`). Degrees,
@@ -31,10 +31,29 @@ decimal year: year + (UTC seconds since 1 January 00:00) / (length of that year)
 of a run; it runs on through a leap second, too. The model on board has the same date.
 
 Symbols. u argument of latitude; omega0 orbital rate; i inclination; q0 = (x, y, z, w).
-"""
 
-import math
-from typing import NamedTuple
+Terms.
+  control cycle       a window of measurement, coils off, then one of actuation; or plain
+                      sample and hold
+  control step        the on-board computer's turn: estimator, modes, laws, command
+  timetable           when each sensor is read and the computer controls, in steps
+  inputs              what the computer knows: latest readings with their times, estimate,
+                      ephemeris; never the truth
+  ephemeris           the computer's own position, velocity, model field, direction to the Sun,
+                      visible part of its disc
+  estimate            attitude, rate and gyro bias that the computer believes, with their sigma
+  law                 a function of the inputs that answers with a command
+  command             dipole of the coils and torque on the body by the wheels
+  allocation          how a torque is shared among the wheels, a dipole among the coils
+  mode, region        a state of a state machine of the computer; machines run side by side
+  host                a program outside the loop that takes the control step
+  disturbance torque  constant or random torque beside gravity gradient and air
+  gravity-gradient    radius vector with the length sqrt(3 mu/r^3), of which the torque is made
+    vector
+  local environment   field, gravity-gradient vector and air flow at one instant
+  environment tables  position, field, Sun and air along the orbit, tabulated before the run
+  residual dipole     the satellite's own magnetic dipole, coils off
+"""
 
 #: Geocentric gravitational constant of EGM2008 [m^3/s^2].
 MU_EARTH_M3_S2 = 3.986004415e14
@@ -48,30 +67,3 @@ EARTH_RATE_RAD_S = 7.292115146706979e-5
 #: Radius of the Sun [m] and the astronomical unit [m].
 SUN_RADIUS_M = 6.957e8
 ASTRONOMICAL_UNIT_M = 149597870700.0
-
-
-class Measured(NamedTuple):
-    """All that an on-board computer knows at a sampling instant: never the truth.
-
-    `b_rate_body_t_s` is what a search coil reads (the field's rate of change as the body
-    sees it); the other vectors come from the models of magnetometer, gyro and Sun sensors.
-    `sun_body` is a unit vector, or zeros when no sensor sees the Sun; a satellite whose Sun sensors
-    are left out has an ideal one, which sees all the sky. The attitude comes from an
-    attitude sensor (a star tracker, or what stands for a filter). Position, velocity and what
-    the on-board field model says there are navigation, all inertial; they are not numbers unless
-    the law says that it `navigates`. `wheel_momentum_body_n_m_s` is the vector sum of the wheels'
-    momenta relative to the body, as their tachometers tell it (a fixed momentum of the body is
-    not in it).
-    """
-
-    t_s: float
-    b_body_t: tuple
-    b_rate_body_t_s: tuple
-    omega_body_rad_s: tuple
-    sun_body: tuple
-    q_body_to_inertial: tuple = (0.0, 0.0, 0.0, 1.0)
-    r_inertial_m: tuple = (math.nan, math.nan, math.nan)
-    v_inertial_m_s: tuple = (math.nan, math.nan, math.nan)
-    b_inertial_t: tuple = (math.nan, math.nan, math.nan)
-    b_rate_inertial_t_s: tuple = (math.nan, math.nan, math.nan)
-    wheel_momentum_body_n_m_s: tuple = (0.0, 0.0, 0.0)
