@@ -9,6 +9,7 @@ import numpy as np
 
 from torquer.control.computer import Blocks
 from torquer.control.law import Law
+from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
@@ -34,12 +35,20 @@ _PIECE_S = 0.05
 
 
 class Piece(NamedTuple):
-    """Steps first..last-1 of a run and the environment tabulated for them."""
+    """Steps first..last-1 of a run and the environment tabulated for them.
+
+    `around`: the environment of which the tables are, `step_s`: of the steps; `has_sun`,
+    `has_air`: whether the tables of Sun and air are there.
+    """
 
     first: int
     last: int
     tables: Tables
     relative_error: float
+    around: OrbitEnvironment
+    step_s: float
+    has_sun: bool
+    has_air: bool
 
 
 @dataclass
@@ -133,10 +142,12 @@ def prepare(
     scenario: Scenario,
     law: Law | Callable | None = None,
     laws: Mapping[str, Law | Callable] | None = None,
+    piece: Piece | None = None,
 ) -> Run:
     """Everything that a run needs; `law` and `laws` take the place of the scenario's.
 
-    The run's scenario names the laws that are flown.
+    The run's scenario names the laws that are flown. `piece`: the first piece of another run on
+    the same orbit, whose tables are shared; ValueError if they are not those of this run.
     """
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
@@ -149,20 +160,44 @@ def prepare(
     steps, size = scenario.steps(), piece_steps(scenario)
     record = empty_record(plan, min(steps, size) // plan.record_steps + 1)
     run = Run(scenario, blocks, plan, integrator_of(scenario), state, record, steps, size)
+    if piece is not None:
+        _check_shared(piece, run)
+        run.piece, run.relative_error = piece, piece.relative_error
     run.enter()
     return run
 
 
 def _piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
-    craft, around = scenario.spacecraft, scenario.surroundings()
+    around = scenario.surroundings()
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = around.orbit_table(duration_s, plan.step_s, start_s)
-    # else the Sun's table is never read
-    seen = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris
+    seen, met = _tables_needed(scenario, plan)
     sun = around.sun_table(duration_s, start_s) if seen else orbit.table
-    air = around.air_table(duration_s, start_s) if craft.aerodynamics else ()
-    return Piece(first, last, Tables(orbit.table, sun, air), orbit.relative_error)
+    air = around.air_table(duration_s, start_s) if met else ()
+    tables, error = Tables(orbit.table, sun, air), orbit.relative_error
+    return Piece(first, last, tables, error, around, plan.step_s, seen, met)
+
+
+def _check_shared(piece: Piece, run: Run) -> None:
+    """ValueError unless a piece is what the run would begin with."""
+    own = run.scenario.surroundings(), run.plan.step_s, 0, min(run.piece_steps, run.steps)
+    if (piece.around, piece.step_s, piece.first, piece.last) != own:
+        raise ValueError(
+            "piece: must have the orbit, environment, start and steps of this run; "
+            f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"
+        )
+    sun, air = _tables_needed(run.scenario, run.plan)
+    if (sun and not piece.has_sun) or air != piece.has_air:
+        raise ValueError(
+            "piece: must have the Sun and the air that this run needs; received others"
+        )
+
+
+def _tables_needed(scenario: Scenario, plan: Plan) -> tuple[bool, bool]:
+    """Whether the tables of Sun and air are read."""
+    sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris
+    return sun, bool(scenario.spacecraft.aerodynamics)
 
 
 def next_event(plan: Plan, step: int) -> int:

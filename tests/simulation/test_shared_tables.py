@@ -1,0 +1,56 @@
+"""Runs on one orbit share the tables of the environment: the same bits, and no other run's."""
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer.simulation.run import prepare
+
+SCENARIO = """
+start = 2025-07-01T00:00:00Z
+orbit = { kind = "circular", altitude_km = 550, inclination_deg = 60 }
+environment = { field = { kind = "igrf14", degree = 2 } }
+spacecraft.body.inertia_kg_m2 = [0.03, 0.03, 0.01]
+spacecraft.coils = { limit_a_m2 = 0.2 }
+initial.rate_deg_s = [3, -2, 1]
+control = { law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 } }
+simulation = { duration_s = 600, step_s = 0.5, record_s = 10 }
+"""
+
+
+def end_of(run) -> np.ndarray:
+    run.advance_to(run.steps)
+    return run.state.cells.view(np.float64).copy()
+
+
+def test_a_run_on_shared_tables_has_the_bits_of_its_own():
+    scenario = torquer.scenario_from_text(SCENARIO)
+    first = prepare(scenario)
+    other = scenario.replace("initial.rate_deg_s", [1.0, 1.0, -4.0]).replace("seed", 7)
+    assert np.array_equal(end_of(prepare(other, piece=first.piece)), end_of(prepare(other)))
+    assert prepare(other, piece=first.piece).tables is first.tables
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("orbit.altitude_km", 560.0),
+        ("start", "2025-07-02T00:00:00Z"),
+        ("environment.field.degree", 3),
+        ("simulation.step_s", 1.0),
+        ("simulation.duration_s", 700.0),
+    ],
+)
+def test_tables_of_another_run_are_refused(key, value):
+    scenario = torquer.scenario_from_text(SCENARIO)
+    piece = prepare(scenario).piece
+    with pytest.raises(ValueError, match="piece: must have the orbit, environment, start and"):
+        prepare(scenario.replace(key, value), piece=piece)
+
+
+def test_tables_without_the_sun_are_refused_to_a_law_that_reads_it():
+    scenario = torquer.scenario_from_text(SCENARIO)
+    piece = prepare(scenario).piece
+    seeing = {"axes": [[0, 0, 1]], "half_field_deg": 60}
+    with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
+        prepare(scenario.replace("spacecraft.sun_sensors", seeing), piece=piece)
