@@ -8,7 +8,8 @@ import hypothesis.strategies as st
 import pytest
 from hypothesis import given, settings
 
-from torquer.control import LAWS
+from torquer.control import BUILT_IN, LAWS
+from torquer.estimation import ESTIMATORS
 from torquer.orbit import ORBITS
 from torquer.scenario.load import (
     ScenarioError,
@@ -65,7 +66,32 @@ CASES = [
      "initial.quaternion: either it or euler_deg must be given; received both, euler_deg = "
      "[90.0, 0.0, 0.0]"),
     ({"control.law.kind": 3},
-     f"control.law.kind: must be one of {', '.join(LAWS)}; received 3"),
+     f"control.law.kind: must be one of {', '.join(BUILT_IN)}, scheme, user; received 3"),
+    ({"control": {"laws": {"field": {"kind": "scheme"}}}},
+     f"control.laws.field.kind: must be one of {', '.join(LAWS)}; received 'scheme'"),
+    ({"control.estimator": {"kind": "kalman"}},
+     f"control.estimator.kind: must be one of {', '.join(ESTIMATORS)}; received 'kalman'"),
+    ({"control.estimators": {"law": {"kind": 3}}},
+     f"control.estimators.law.kind: must be one of {', '.join(ESTIMATORS)}; received 3"),
+    # sensors at a rate of their own
+    ({"spacecraft.magnetometer.sample_s": 0.0},
+     "spacecraft.magnetometer.sample_s: must be greater than 0; received 0.0"),
+    ({"spacecraft.gyro.delay_s": 0.5},
+     "spacecraft.gyro.sample_s: must be given with delay_s; received none"),
+    ({"spacecraft.sun_sensors": {"axes": [[1, 0, 0]], "half_field_deg": 60, "sample_s": 1.0,
+                                 "delay_s": 1.5}},
+     "spacecraft.sun_sensors.delay_s: must not exceed sample_s = 1 s; received 1.5 s"),
+    ({"spacecraft.attitude_sensor": {"sample_s": 2.0, "delay_s": -1.0}},
+     "spacecraft.attitude_sensor.delay_s: must be greater than or equal to 0; received -1.0"),
+    ({"spacecraft.magnetometer.sample_s": 1.5},
+     "spacecraft.magnetometer.sample_s: must be a whole multiple of step_s = 1 s; received 1.5 s"),
+    ({"spacecraft.magnetometer": {"sample_s": 2.0, "delay_s": 0.5}},
+     "spacecraft.magnetometer.delay_s: must be a whole multiple of step_s = 1 s; received 0.5 s"),
+    # modes
+    ({"control.modes": {"states": {"a": {"final": True}}}},
+     "control.laws: must be given with modes, by the names that states use"),
+    ({"control": {"laws": {"x": {"kind": "off"}}, "modes": {"states": {"a": {"final": True}}}}},
+     "control.laws.x: must be named by a state of modes; received no such"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
      "tilted_dipole, direct_dipole, averaged; received nothing"),
     ({"orbit": "circular"}, "orbit: must be a table of keys; received 'circular'"),

@@ -3,6 +3,7 @@
 import pytest
 
 import torquer
+from torquer.control import LAWS
 from torquer.scenario.load import ScenarioError
 
 HEAD = """
@@ -19,8 +20,8 @@ WHEELS = {
     "momentum_limit_n_m_s": "2.0",
     "torque_limit_n_m": "0.05",
 }
-PD = 'wheel_law = { kind = "wheel_pd", bandwidth_rad_s = 0.1, inertia_kg_m2 = [1, 1, 1] }'
-LYAPUNOV = 'wheel_law = { kind = "wheel_lyapunov", angle_gain_n_m = 1, inertia_kg_m2 = [1, 1, 1]'
+PD = 'law = { kind = "wheel_pd", bandwidth_rad_s = 0.1, inertia_kg_m2 = [1, 1, 1] }'
+LYAPUNOV = 'law = { kind = "wheel_lyapunov", angle_gain_n_m = 1, inertia_kg_m2 = [1, 1, 1]'
 LAYOUTS = "four_sided_pyramid, regular_pyramid, orthogonal, orthogonal_and_skew, icosahedral, axes"
 ONE_EACH = "must be one number or one per wheel (4)"
 WORKING = "failures: wheel must be another working one from 0 to 3 in each"
@@ -141,46 +142,53 @@ def test_a_mistake_in_the_wheels_is_one_line(keys, line):
     assert str(mistake.value) == f"spacecraft.wheels.{line}"
 
 
-NO_COILS = "spacecraft.coils: must be given for control.law; received none"
-PD_GIVEN = "wheel_law = { kind = 'wheel_pd', inertia_kg_m2 = [1, 1, 1], bandwidth_rad_s = "
+KINDS = ", ".join(LAWS)
+NO_COILS = "spacecraft.coils: must be given for control.{}; received none"
+PD_GIVEN = "law = { kind = 'wheel_pd', inertia_kg_m2 = [1, 1, 1], bandwidth_rad_s = "
 #: (changed part of the scenario, the lines).
 PARTS = [
     ({"with_wheels": False},
-     "spacecraft.wheels: must be given for control.wheel_law; received none"),
-    ({"control": ""}, "control.law: must be given, or wheel_law; received neither"),
+     "spacecraft.wheels: must be given for control.law (wheel_pd); received none"),
+    ({"control": ""}, "control.law: either it or laws must be given; received neither"),
+    ({"control": PD + "\nlaws = { coils = { kind = 'off' } }"},
+     "control.law: either it or laws must be given; received both"),
+    ({"control": "wheel_" + PD}, "control.wheel_law: is called laws.NAME (with NAME of your "
+     "choice) since version 0.2; received wheel_law"),
     ({"integrator": '"splitting"'}, "simulation.integrator: must be 'rk4' or 'dop853' with "
      "spacecraft.wheels; received 'splitting'"),
-    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 1e-3 }"}, NO_COILS),
-    ({"control": "law = { kind = 'bdot', gain_a_m2_s_per_t = 1e4 }"}, NO_COILS),
+    ({"control": "laws.wheels" + PD[3:] + "\nlaws.coils = { kind = 'unloading', gain_per_s = 1 }"},
+     NO_COILS.format("laws.coils (unloading)")),
+    ({"control": "law = { kind = 'bdot', gain_a_m2_s_per_t = 1e4 }"},
+     NO_COILS.format("law (bdot)")),
     ({"control": "law = { kind = 'unloading', gain_per_s = 1e-3 }", "with_wheels": False},
-     NO_COILS),
-    ({"control": "wheel_law = 'off'"},
-     "control.wheel_law: must be a table of keys; received 'off'"),
-    ({"control": "wheel_law = {}"}, "control.wheel_law.kind: must be one of off, wheel_pd, "
-     "wheel_lyapunov, user; received nothing"),
-    ({"control": "wheel_law = { kind = 'bdot' }"}, "control.wheel_law.kind: must be one of off, "
-     "wheel_pd, wheel_lyapunov, user; received 'bdot'"),
-    ({"control": "wheel_law = { kind = 'wheel_pd', bandwidth_rad_s = 1 }"},
-     "control.wheel_law.inertia_kg_m2: must be given; received nothing"),
+     NO_COILS.format("law (unloading)")),
+    ({"control": "laws.wheels = 'off'"},
+     "control.laws.wheels: must be a table of keys; received 'off'"),
+    ({"control": "laws.wheels = {}"},
+     f"control.laws.wheels.kind: must be one of {KINDS}; received nothing"),
+    ({"control": "laws.wheels = { kind = 'pd' }"},
+     f"control.laws.wheels.kind: must be one of {KINDS}; received 'pd'"),
+    ({"control": "law = { kind = 'wheel_pd', bandwidth_rad_s = 1 }"},
+     "control.law.inertia_kg_m2: must be given; received nothing"),
     ({"control": PD_GIVEN + "0 }"},
-     "control.wheel_law.bandwidth_rad_s: must be greater than 0; received 0"),
+     "control.law.bandwidth_rad_s: must be greater than 0; received 0"),
     ({"control": PD_GIVEN + "1, damping = 0 }"},
-     "control.wheel_law.damping: must be greater than 0; received 0"),
+     "control.law.damping: must be greater than 0; received 0"),
     ({"control": PD_GIVEN + "1, reference = 'inertial', orbital_rate_rad_s = 1e-3 }"},
-     "control.wheel_law.orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
+     "control.law.orbital_rate_rad_s: must be left out unless the reference is 'orbital'; "
      "received 0.001"),
     ({"control": PD_GIVEN + "1, reference = 'sun' }"},
-     "control.wheel_law.reference: must be 'orbital' or 'inertial'; received 'sun'"),
+     "control.law.reference: must be 'orbital' or 'inertial'; received 'sun'"),
     ({"control": LYAPUNOV + "}"},
-     "control.wheel_law.rate_gain_n_m_s: must be given; received nothing"),
+     "control.law.rate_gain_n_m_s: must be given; received nothing"),
     ({"control": LYAPUNOV + ", rate_gain_n_m_s = 0 }"},
-     "control.wheel_law.rate_gain_n_m_s: must be greater than 0; received 0"),
+     "control.law.rate_gain_n_m_s: must be greater than 0; received 0"),
     ({"control": LYAPUNOV + ", rate_gain_n_m_s = 1, gravity_feedforward = 3 }"},
-     "control.wheel_law.gravity_feedforward: must be true or false; received 3"),
-    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 0 }"},
-     "control.law.gain_per_s: must be greater than 0; received 0"),
-    ({"control": PD + "\nlaw = { kind = 'unloading', gain_per_s = 1, dead_band_n_m_s = -1 }"},
-     "control.law.dead_band_n_m_s: must be greater than or equal to 0; received -1"),
+     "control.law.gravity_feedforward: must be true or false; received 3"),
+    ({"control": "laws.coils = { kind = 'unloading', gain_per_s = 0 }"},
+     "control.laws.coils.gain_per_s: must be greater than 0; received 0"),
+    ({"control": "laws.coils = { kind = 'unloading', gain_per_s = 1, dead_band_n_m_s = -1 }"},
+     "control.laws.coils.dead_band_n_m_s: must be greater than or equal to 0; received -1"),
 ]  # fmt: skip
 
 
@@ -207,7 +215,7 @@ def test_unloading_needs_wheels():
     with pytest.raises(ScenarioError) as mistake:
         torquer.scenario_from_text(text + "[spacecraft.coils]\nlimit_a_m2 = 1.0")
     assert str(mistake.value) == (
-        "spacecraft.wheels: must be given for control.law 'unloading'; received none"
+        "spacecraft.wheels: must be given for control.law (unloading); received none"
     )
 
 

@@ -17,5 +17,6 @@ LAWS = {**BUILT_IN, "user": UserLaw}
 
 #: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
 AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
-#: The same where it is the only one, which may be a scheme.
-OnlyLaw = Annotated[Union[(*LAWS.values(), Scheme, GivenLaw)], Field(discriminator="kind")]
+
+#: The only law of a scenario may be a scheme.
+LawOrScheme = Annotated[Union[(*LAWS.values(), GivenLaw, Scheme)], Field(discriminator="kind")]

@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
-from torquer.control import AnyLaw, OnlyLaw
+from torquer.control import AnyLaw, LawOrScheme
 from torquer.control.modes.packing import must_be_one_of
 from torquer.control.modes.scheme import modes_of
 from torquer.control.modes.spec import Modes
@@ -40,9 +40,9 @@ class Control(Spec):
     command.
     """
 
-    renamed: ClassVar = {"wheel_law": "one of laws, a table of laws by name ([control.laws.NAME])"}
+    renamed: ClassVar = {"wheel_law": "laws.NAME (with NAME of your choice)"}
 
-    law: OnlyLaw | None = None
+    law: LawOrScheme | None = None
     laws: dict[str, AnyLaw] = Field(default_factory=dict)
     estimator: AnyEstimator = SensorReadings()
     estimators: dict[str, AnyEstimator] = Field(default_factory=dict)

@@ -4,7 +4,7 @@ import re
 
 from pydantic import ValidationError
 
-from torquer.control import LAWS
+from torquer.control import BUILT_IN, LAWS
 from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.field import FIELDS
 from torquer.estimation import ESTIMATORS
@@ -18,12 +18,13 @@ _KINDS = {
     "start": STARTS,
     "atmosphere": ATMOSPHERES,
     "field": FIELDS,
-    "law": (*LAWS, "scheme"),
-    "laws": LAWS,
+    "law": (*BUILT_IN, "scheme", "user"),
     "estimator": ESTIMATORS,
     "layout": LAYOUTS,
     "parts": ("cylinder", "plate", "sphere"),
 }
+#: The same for tables by names of the user's choice, by the word before the name.
+_NAMED_KINDS = {"laws": LAWS, "estimators": ESTIMATORS}
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
 #: What must hold, by pydantic's type of error; the rest is taken from pydantic's message.
@@ -135,11 +136,17 @@ def _line(keys: tuple, mistake: dict) -> str:
     if kind in ("union_tag_not_found", "union_tag_invalid"):
         given = mistake["input"].get("kind")
         received = "nothing" if given is None else _shown(given)
-        known = _KINDS.get(re.sub(r"\[\d+\]$", "", key).rpartition(".")[2], ())
-        known = known or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
+        known = _kinds_at(keys) or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
         return f"{key}.kind: must be one of {', '.join(known)}; received {received}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
+
+
+def _kinds_at(keys: tuple):
+    """Kinds that a table may have."""
+    named = _NAMED_KINDS.get(keys[-2]) if len(keys) > 1 and isinstance(keys[-1], str) else None
+    words = [key for key in keys if isinstance(key, str)]
+    return named or _KINDS.get(words[-1], ())
 
 
 def _own_line(keys: tuple, text: str) -> str:

@@ -23,6 +23,7 @@ from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import Disturbance, DisturbanceTorque
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
+from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sun_sensor import SunSensors
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.spec import Spec, Vector
@@ -171,6 +172,9 @@ class Scenario(Spec):
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
                 f"received {simulation.integrator!r}"
             )
+        for name in Spacecraft.model_fields:
+            if isinstance(sensor := getattr(self.spacecraft, name), Sampled):
+                sampling_steps(f"spacecraft.{name}", sensor, simulation.step_s)
         self._check_actuators()
         if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
             raise ValueError(
@@ -241,6 +245,14 @@ class Scenario(Spec):
                 f"simulation: a run must have 1 to {MOST_STEPS:.0e} steps; received {steps:.3g}"
             )
         return steps
+
+
+def sampling_steps(key: str, sensor: Sampled, step_s: float) -> tuple[int, int]:
+    """Interval and delay of a sensor's readings in steps; (0, 0): read at every control step."""
+    if sensor.sample_s is None:
+        return 0, 0
+    interval = whole_steps(f"{key}.sample_s", sensor.sample_s, step_s)
+    return interval, whole_steps(f"{key}.delay_s", sensor.delay_s, step_s) if sensor.delay_s else 0
 
 
 def check_fits(key: str, law: Law, scenario: Scenario) -> None:

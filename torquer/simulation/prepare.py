@@ -28,7 +28,7 @@ from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
 from torquer.scenario.control import whole_steps
-from torquer.scenario.spec import Scenario, check_fits
+from torquer.scenario.spec import Scenario, check_fits, sampling_steps
 from torquer.simulation.advance import Dop853, Rk4, Splitting
 from torquer.simulation.state import (
     CELLS,
@@ -164,12 +164,9 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
 
 
 def _sampling(sensor: int, spec, step_s: float) -> Sampling:
-    if spec is None or spec.sample_s is None:
+    if spec is None:
         return Sampling()
-    key = f"spacecraft.{SENSORS[sensor]}"
-    interval = whole_steps(f"{key}.sample_s", spec.sample_s, step_s)
-    delay = whole_steps(f"{key}.delay_s", spec.delay_s, step_s) if spec.delay_s else 0
-    return Sampling(interval, delay)
+    return Sampling(*sampling_steps(f"spacecraft.{SENSORS[sensor]}", spec, step_s))
 
 
 def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
