@@ -22,7 +22,7 @@ WELL = {
     "spacecraft.coils": None,
     "spacecraft.body.inertia_kg_m2": [1.0, 1.3, 1.7],
     "spacecraft.wheels": WHEELS,
-    "control.wheel_law": HOLD,
+    "control.law": HOLD,
     "initial": {"euler_deg": [5.0, 0.0, 0.0], "rate_deg_s": [0.1, 0.0, 0.0]},
 }
 
@@ -30,32 +30,79 @@ WELL = {
 @pytest.fixture
 def told(make):
     """Notes of the good scenario with changes."""
-    return lambda changes=(), less=(): notes_of(
-        make({key: value for key, value in (WELL | dict(changes)).items() if key not in less})
-    )
+    return lambda changes=(): notes_of(make(WELL | dict(changes)))
 
 
 def test_nothing_is_said_where_all_is_well(told):
     assert told() == []
 
 
+UNLOADING = {"kind": "unloading", "gain_per_s": 1e-3}
+COILS = {"spacecraft.coils": {"limit_a_m2": 1.0}}
+
+
+def laws(**laws):
+    """Laws by name, in place of the only one."""
+    return {"control": {"laws": laws}}
+
+
 def test_wheels_without_a_law(told):
-    (note,) = told(less=["control.wheel_law"])
-    assert note.startswith("no law drives the wheels (control.wheel_law)")
-    assert told({"control.wheel_law": {"kind": "off"}}) == []
+    damping = laws(coils={"kind": "bdot", "gain_a_m2_s_per_t": 1e4})
+    (note,) = told(COILS | damping)
+    assert note.startswith("no law drives the wheels (control.laws)")
+    assert told({"control.law": {"kind": "off"}}) == []
+    damping["control"]["laws"]["wheels"] = {"kind": "off"}
+    assert told(COILS | damping) == []
 
 
-UNLOADING = {
-    "spacecraft.coils": {"limit_a_m2": 1.0},
-    "control.law": {"kind": "unloading", "gain_per_s": 1e-3},
-}
+def test_a_law_of_the_users_own_may_drive_the_wheels(told):
+    own = {"kind": "user", "file": "own.py", "function": "own"}
+    assert told({"control.law": own}) == []
 
 
-def test_unloading_of_nothing(told, make):
-    assert told(UNLOADING) == []
-    without = told(UNLOADING, less=["control.wheel_law"])
+def test_unloading_of_nothing(told):
+    both = laws(coils=UNLOADING, wheels=HOLD)
+    assert told(COILS | both) == []
+    without = told(COILS | {"control.law": UNLOADING})
     assert len(without) == 2
     assert without[0].startswith("no law of the wheels takes on the torque of the coils")
+
+
+def in_modes(first, second, factor=1.0):
+    """The law `first` at the start, `second` after a minute."""
+    states = {
+        "acquire": {"laws": ["first"], "transitions": [{"to": "hold", "at_most_s": 60.0}]},
+        "hold": {"laws": {"second": factor}, "final": True},
+    }
+    return {"control": {"laws": {"first": first, "second": second}, "modes": {"states": states}}}
+
+
+def test_laws_of_modes_are_told_by_name(told):
+    """Holding is looked at in every mode, the start only in the initial ones."""
+    far = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
+    weak = far | {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-3}}
+    fast = HOLD | {"bandwidth_rad_s": 0.4}
+    (note,) = told(far | in_modes(HOLD, fast))
+    assert note.startswith("second: the law of the wheels has a time of 2.5 s")
+    (note,) = told(weak | in_modes(HOLD, HOLD))
+    assert note.startswith("first: at the start the spring of the law asks for")
+    rest = {"kind": "off"}
+    assert told(weak | in_modes(rest, HOLD)) == []
+
+
+def test_the_factor_of_a_mode_counts(told):
+    """A factor of 1000 on 2 zeta kappa = 0.1 1/s, and held for 1 s."""
+    (note,) = told(in_modes(HOLD, HOLD, 1000.0))
+    assert note.startswith("second: the law of the wheels is unstable with torques held for 1 s")
+
+
+def test_the_pitch_loop_of_a_momentum_bias_may_be_unstable(told):
+    law = {"kind": "bias_momentum", "bias_momentum_n_m_s": 0.1, "pitch_inertia_kg_m2": 1.3,
+           "bandwidth_rad_s": 0.05, "nutation_gain_a_m2_s_per_t": 0.0,
+           "unloading_gain_per_s": 0.0}  # fmt: skip
+    assert told(COILS | {"control.law": law}) == []
+    (note,) = told(COILS | {"control.law": law | {"bandwidth_rad_s": 1.1}})
+    assert "unstable with torques held for 1 s: its damping of 2.2 1/s must be below 2" in note
 
 
 @pytest.mark.parametrize(
@@ -97,7 +144,7 @@ def fall(damping, stiffness, hold_s) -> float:
 def test_unstable_laws_are_told(make, bandwidth, damping, hold_s):
     law = HOLD | {"bandwidth_rad_s": bandwidth, "damping": damping}
     scenario = make(
-        WELL | {"control.wheel_law": law, "control.sample_s": hold_s, "simulation.step_s": 0.5}
+        WELL | {"control.law": law, "control.sample_s": hold_s, "simulation.step_s": 0.5}
     )
     root = fall(2.0 * damping * bandwidth, bandwidth**2, hold_s)
     said = any("unstable with torques held for" in note for note in notes_of(scenario))
@@ -109,7 +156,7 @@ def test_lyapunov_laws_may_be_unstable_too(told):
     def law(rate, angle):
         gains = {"rate_gain_n_m_s": rate, "angle_gain_n_m": angle}
         keys = {k: v for k, v in HOLD.items() if k != "bandwidth_rad_s"}
-        return {"control.wheel_law": keys | gains | {"kind": "wheel_lyapunov"}}
+        return {"control.law": keys | gains | {"kind": "wheel_lyapunov"}}
 
     assert told(law(0.1, 0.005)) == []
     # the lightest axis has 1 kg m^2: d T = 2.1
@@ -124,7 +171,7 @@ def test_lyapunov_laws_may_be_unstable_too(told):
 
 
 def test_coarse_sampling_is_told(told):
-    fast = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
+    fast = {"control.law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
     (note,) = told(fast)
     assert "has a time of 2.5 s, and torques are held for 1 s" in note
     assert told(fast | {"control.sample_s": 0.5, "simulation.step_s": 0.5}) == []
@@ -136,7 +183,7 @@ def test_coarse_sampling_is_told(told):
 def test_torque_beyond_the_wheels(told, allocation):
     """About z: 2 kappa^2 J sin(a/2) = 0.0085 N m at 60 deg and kappa = 0.1."""
     turn = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
-    law = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.1}}
+    law = {"control.law": HOLD | {"bandwidth_rad_s": 0.1}}
     torque = 2.0 * 0.1**2 * 1.7 * 0.5
 
     def wheels(limit):
@@ -151,7 +198,7 @@ def test_torque_beyond_the_wheels(told, allocation):
 def test_sharing_by_least_squares_gives_less(told):
     """Axes x, y, z and (1, 1, 1): about x the pseudo-inverse asks 5/6 of the torque of wheel x."""
     turn = {"initial": {"euler_deg": [0.0, 0.0, 60.0], "rate_deg_s": [0.0] * 3}}
-    law = {"control.wheel_law": HOLD | {"bandwidth_rad_s": 0.1}}
+    law = {"control.law": HOLD | {"bandwidth_rad_s": 0.1}}
     torque = 2.0 * 0.1**2 * 1.0 * 0.5
     for factor, count in ((0.84, 0), (0.82, 1)):
         keys = {"torque_limit_n_m": factor * torque, "allocation": "least_squares"}
@@ -170,9 +217,9 @@ def test_the_wanted_attitude_is_reached_from_any_frame(told):
         "rate_deg_s": [0.0, 0.0, 0.0],
     }
     weak = {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-6}}
-    assert told(weak | {"control.wheel_law": law, "initial": at_rest}) == []
+    assert told(weak | {"control.law": law, "initial": at_rest}) == []
     turned = at_rest | {"euler_deg": [100.0, 60.0, 0.0]}
-    (note,) = told(weak | {"control.wheel_law": law, "initial": turned})
+    (note,) = told(weak | {"control.law": law, "initial": turned})
     assert "asks for" in note
 
 

@@ -91,7 +91,7 @@ def scenario(case: Case, days: float, sample_s: float):
         "spacecraft": spacecraft,
         "initial": {"reference": "orbital", **case.attitude, "rate_deg_s": [0.0, 0.0, 0.0],
                     "rate_relative_to": "orbital"},
-        "control": {"wheel_law": law, "sample_s": sample_s},
+        "control": {"law": law, "sample_s": sample_s},
         "simulation": {"duration_s": days * 86400.0, "step_s": sample_s, "record_s": RECORD_S},
     })  # fmt: skip
 

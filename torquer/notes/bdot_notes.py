@@ -11,9 +11,11 @@ from torquer.control.nutation_damping import (
     NutationDampingDerivative,
     NutationDampingRate,
 )
-from torquer.control.scheme import Scheme
+from torquer.notes.uses import Use, named, uses_of
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.attitude_sensor import AttitudeSensor
+from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.theory.gains import (
     MOST_LAG,
     Sampling,
@@ -45,27 +47,74 @@ class _Turn(NamedTuple):
 
 
 def bdot_notes(scenario: Scenario) -> list[str]:
-    """Notes on the laws at the start that brake by the field's rate of change, one line each."""
-    law = scenario.control.law
-    laws = law.stages[0].laws if isinstance(law, Scheme) else (law,)
-    notes = []
-    for each in laws:
-        if isinstance(each, _BDOT + _NUTATION):
-            notes += _rate_notes(scenario, each) + _own_dipole_notes(scenario, each)
-        if isinstance(each, _BDOT):
-            notes += _gain_notes(scenario, each)
+    """Notes on the laws that brake by the field's rate of change, one line each.
+
+    What depends on the rate at the start is told of the laws that work then.
+    """
+    uses = uses_of(scenario)
+    return [note for use in uses for note in named(uses, use, _notes_on(scenario, use))]
+
+
+def _notes_on(scenario: Scenario, use: Use) -> list[str]:
+    law, notes = use.law, []
+    if not isinstance(law, _BDOT + _NUTATION):
+        return notes
+    if use.at_start:
+        notes += _rate_notes(scenario, law)
+    if use.at_start or isinstance(law, _DIFFERENCES):
+        notes += _own_dipole_notes(scenario, law, use)
+    if isinstance(law, _BDOT):
+        notes += _gain_notes(scenario, law, use)
     return notes
 
 
 def sampling_of(scenario: Scenario, law) -> Sampling:
-    """Times of a law of B-dot's kind in this scenario."""
-    control = scenario.control
+    """Times of a law of B-dot's kind in this scenario.
+
+    Where readings fall differently from cycle to cycle, the greatest of each.
+    """
+    control, sensor = scenario.control, _sensor(scenario, law)
+    difference_s, hold_s, delay_s = control.sample_s, control.sample_s, 0.0
+    if sensor is not None and sensor.sample_s is not None:
+        difference_s, hold_s, delay_s = _reading_times(scenario, sensor)
     return Sampling(
-        control.sample_s if isinstance(law, _DIFFERENCES) else 0.0,
-        control.actuate_s or control.sample_s,
+        difference_s if isinstance(law, _DIFFERENCES) else 0.0,
+        control.actuate_s or hold_s,
         scenario.spacecraft.coils.lag_s,
         control.measure_s,
+        delay_s,
     )
+
+
+def _sensor(scenario: Scenario, law) -> Magnetometer | AttitudeSensor | None:
+    """The sensor whose readings turn with the body; None for a search coil."""
+    if isinstance(law, BdotDerivative | NutationDampingDerivative):
+        return None
+    craft = scenario.spacecraft
+    return craft.attitude_sensor if isinstance(law, BdotModel) else craft.magnetometer
+
+
+def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
+    """Greatest (difference, hold, age) [s] of a sensor's readings when the coils are commanded.
+
+    A law of differences answers anew at the first control step that knows a new reading.
+    """
+    control, step_s = scenario.control, scenario.simulation.step_s
+    interval, late = round(sensor.sample_s / step_s), round(sensor.delay_s / step_s)
+    cycle, sample = round(control.cycle_s / step_s), round(control.sample_s / step_s)
+    window = range(0, round(control.measure_s / step_s) + 1, sample)
+    begins = range(0, 2 * (math.lcm(cycle, interval) + interval), cycle)
+    new: list[tuple[int, int]] = []  # control steps that know a new reading, when it was taken
+    for step in (begin + at for begin in begins for at in window):
+        taken = (step - late) // interval * interval
+        if not new or taken > new[-1][1]:
+            new.append((step, taken))
+    steps, taken_at = np.array(new).T
+    commands = np.array(begins) + window[-1] if control.measure_s > 0.0 else steps
+    last = np.searchsorted(steps, commands, side="right") - 1
+    differences = (taken_at[last] - taken_at[last - 1])[last > 0]
+    ages, holds = commands - taken_at[last], np.diff(steps)
+    return tuple(step_s * float(part.max()) for part in (differences, holds, ages))
 
 
 def _turn(scenario: Scenario, law) -> _Turn:
@@ -92,7 +141,7 @@ def _initial_rate(scenario: Scenario) -> np.ndarray:
 
 def _rate_notes(scenario: Scenario, law) -> list[str]:
     sampling, turn = sampling_of(scenario, law), _turn(scenario, law)
-    limit = sampling_limit_rad_s(*sampling[:3])
+    limit = sampling_limit_rad_s(*sampling.times)
     if turn.rate_rad_s <= _NEAR * limit:
         return []
     side = "above" if turn.rate_rad_s > limit else "near"
@@ -105,7 +154,7 @@ def _rate_notes(scenario: Scenario, law) -> list[str]:
 
 def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
     """What becomes of a rotation near the limit or above it."""
-    steady, times = isinstance(law, _BDOT), sampling[:3]
+    steady, times = isinstance(law, _BDOT), sampling.times
     driven = driven_rate_rad_s(*times)
     if turn.rate_rad_s <= sampling_limit_rad_s(*times):
         left = damping_efficiency(turn.rate_rad_s, *times)
@@ -117,28 +166,36 @@ def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
     return f"the law will drive the {turn.what}{to}"
 
 
-def _gain_notes(scenario: Scenario, law) -> list[str]:
-    sampling = sampling_of(scenario, law)
+def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
+    sampling, gain = sampling_of(scenario, law), use.gain(law.gain_a_m2_s_per_t)
     if sampling.lag_s > MOST_LAG * sampling.hold_s:
         return []  # such coils follow no command
+    if not _is_in_step(sampling):
+        return []
     moments, _ = scenario.spacecraft.body.principal()
     greatest = bdot_greatest_gain(
         float(moments[0]), _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,
         lag_s=sampling.lag_s, measure_s=sampling.measure_s,
     )  # fmt: skip
-    if law.gain_a_m2_s_per_t <= greatest:
+    if gain <= greatest:
         return []
     late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
     return [
-        f"the gain of {law.gain_a_m2_s_per_t:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
+        f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
         f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
     ]
 
 
-def _own_dipole_notes(scenario: Scenario, law) -> list[str]:
+def _is_in_step(sampling: Sampling) -> bool:
+    """Whether readings are taken at control steps, for which the limit of the gain is known."""
+    d, a, _, off_s, delay_s = sampling
+    return delay_s == 0.0 and (d in (0.0, a) if off_s == 0.0 else d <= off_s)
+
+
+def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
     """A note if the magnetometer reads what the coils give, and the law takes that in."""
     per_a_m2 = 1e-9 * abs(scenario.spacecraft.magnetometer.coil_disturbance_nt_per_a_m2)
-    heard = (law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
+    heard = use.gain(law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
     if heard <= _HEARD:
         return []
     return [
@@ -149,7 +206,7 @@ def _own_dipole_notes(scenario: Scenario, law) -> list[str]:
 
 def _rate_heard(scenario: Scenario, law) -> float:
     """What the law makes of a unit of the coils' dipole in the readings, over its gain [1/s]."""
-    d, _, lag_s, off_s = sampling_of(scenario, law)
+    d, _, lag_s, off_s, _ = sampling_of(scenario, law)
     if not isinstance(law, (*_DIFFERENCES, BdotRate, NutationDampingRate)):
         return 0.0  # these take no reading of the field itself
     if off_s > 0.0 and lag_s == 0.0:

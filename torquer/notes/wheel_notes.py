@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from torquer.control.bias_momentum import BiasMomentum
 from torquer.control.pointing import HeldByWheels
 from torquer.control.unloading import Unloading
 from torquer.control.wheel_pd import WheelPd
@@ -11,9 +12,11 @@ from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply
 from torquer.geometry.vec3 import as_matrix
+from torquer.notes.uses import Use, named, uses_of
 from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
+from torquer.spec import Spec
 from torquer.wheel_array.envelope import momentum_envelope, torque_envelope
 from torquer.wheel_array.steering import bias_of
 
@@ -22,26 +25,42 @@ _COARSE = 0.3
 
 
 def wheel_notes(scenario: Scenario) -> list[str]:
-    """Notes on the wheels and on the law that unloads them, one line each."""
-    wheels, law = scenario.spacecraft.wheels, scenario.control.wheel_law
+    """Notes on the wheels and on the laws that drive or unload them, one line each."""
+    wheels, uses = scenario.spacecraft.wheels, uses_of(scenario)
     if wheels is None:
         return []
-    notes = _unloading_notes(scenario)
-    if law is None:
-        notes.append("no law drives the wheels (control.wheel_law): their motors are off")
+    notes = _motor_notes([use.law for use in uses])
     notes += [*_friction_notes(wheels), *_idle_notes(wheels)]
-    if isinstance(law, HeldByWheels):
-        notes += [*_hold_notes(scenario), *_start_notes(scenario)]
+    for use in uses:
+        notes += named(uses, use, _law_notes(scenario, use))
     return notes
 
 
-def _unloading_notes(scenario: Scenario) -> list[str]:
-    if not isinstance(scenario.control.law, Unloading) or scenario.control.wheel_law is not None:
+def _law_notes(scenario: Scenario, use: Use) -> list[str]:
+    notes = []
+    if isinstance(use.law, HeldByWheels | BiasMomentum):
+        notes += _hold_notes(scenario, use)
+    if isinstance(use.law, HeldByWheels) and use.at_start:
+        notes += _start_notes(scenario, use.law)
+    return notes
+
+
+def _motor_notes(laws: list[Spec]) -> list[str]:
+    """Notes if nothing drives the wheels; 'off' says that this is meant."""
+    if any(law.kind == "off" or _may_drive_wheels(law) for law in laws):
         return []
-    return [
-        "no law of the wheels takes on the torque of the coils: 'unloading' turns the body and "
-        "leaves the wheels as they are"
-    ]
+    notes = ["no law drives the wheels (control.laws): their motors are off"]
+    if any(isinstance(law, Unloading) for law in laws):
+        notes.insert(
+            0,
+            "no law of the wheels takes on the torque of the coils: 'unloading' turns the body "
+            "and leaves the wheels as they are",
+        )
+    return notes
+
+
+def _may_drive_wheels(law: Spec) -> bool:
+    return law.kind in ("user", "given_in_python") or law.law().drives_wheels
 
 
 def _friction_notes(wheels: ReactionWheels) -> list[str]:
@@ -74,7 +93,7 @@ def _idle_notes(wheels: ReactionWheels) -> list[str]:
     ]
 
 
-def _hold_notes(scenario: Scenario) -> list[str]:
+def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
     """Torques are held from reading to reading: what that makes of the law's motion.
 
     About an axis the angle x follows x'' = -(d x' + p x) with the right side held for T. The roots
@@ -82,7 +101,7 @@ def _hold_notes(scenario: Scenario) -> list[str]:
     """
     control = scenario.control
     hold_s = max(control.sample_s, control.actuate_s or 0.0)
-    damping, stiffness = _loop(scenario)
+    damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
     if damping * hold_s >= 2.0 or stiffness * hold_s >= 2.0 * damping:
         return [
             f"the law of the wheels is unstable with torques held for {hold_s:g} s: its damping "
@@ -98,21 +117,22 @@ def _hold_notes(scenario: Scenario) -> list[str]:
     ]
 
 
-def _loop(scenario: Scenario) -> tuple[float, float]:
+def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     """Damping [1/s] and stiffness [1/s^2] of small motion about the fastest axis."""
-    law = scenario.control.wheel_law
+    if isinstance(law, BiasMomentum):
+        return 2.0 * law.damping_ratio * law.bandwidth_rad_s, law.bandwidth_rad_s**2
     if isinstance(law, WheelPd):
         return 2.0 * law.damping * law.bandwidth_rad_s, law.bandwidth_rad_s**2
     least = float(scenario.spacecraft.body.principal()[0][0])
     return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
 
 
-def _start_notes(scenario: Scenario) -> list[str]:
+def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     """Whether the wheels have the torque and the momentum for the beginning."""
     wheels = scenario.spacecraft.wheels
     r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
     motion = scenario.initial.motion(r, v)
-    torque = _spring_torque(scenario, motion[:4], r, v)
+    torque = _spring_torque(law, motion[:4], r, v)
     share, notes = _torque_share(wheels, torque), []
     if share > 1.0:
         notes.append(
@@ -120,7 +140,7 @@ def _start_notes(scenario: Scenario) -> list[str]:
             f"{share:.3g} times what the wheels give about that axis: the attitude is taken up "
             "with the torque at its limit, and may overshoot"
         )
-    excess, reach = _excess_momentum(scenario, motion[4:], r, v)
+    excess, reach = _excess_momentum(scenario, law, motion[4:], r, v)
     if excess > reach:
         notes.append(
             f"the satellite starts with {excess:.3g} N m s more than the wanted attitude leaves to "
@@ -129,9 +149,8 @@ def _start_notes(scenario: Scenario) -> list[str]:
     return notes
 
 
-def _spring_torque(scenario: Scenario, q, r, v) -> np.ndarray:
+def _spring_torque(law: HeldByWheels, q, r, v) -> np.ndarray:
     """Size and axis of the spring's torque [N m] on the body."""
-    law = scenario.control.wheel_law
     wanted = euler.to_quaternion(law.sequence, np.radians(law.euler_deg))
     if law.orbital:
         wanted = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r, v))), wanted)
@@ -152,12 +171,12 @@ def _torque_share(wheels: ReactionWheels, torque) -> float:
     return float(np.max(np.abs(asked) / limits[works]))
 
 
-def _excess_momentum(scenario: Scenario, omega, r, v) -> tuple[float, float]:
+def _excess_momentum(scenario: Scenario, law: HeldByWheels, omega, r, v) -> tuple[float, float]:
     """(Least momentum that is left for the wheels in the wanted attitude, most that they hold)."""
     wheels, body = scenario.spacecraft.wheels, scenario.spacecraft.body
     momentum = momentum_at_start(scenario.spacecraft, omega)
     size = float(np.linalg.norm(momentum) - np.linalg.norm(body.wheel_momentum_n_m_s))
-    if scenario.control.wheel_law.orbital:
+    if law.orbital:
         turning = float(np.linalg.norm(np.cross(r, v)) / (r @ r))
         size -= turning * float(body.principal()[0][-1])
     return size, float(np.linalg.norm(momentum_envelope(wheels.array()).vertices, axis=1).max())

@@ -7,10 +7,11 @@ a sphere that turns at the rate w the mean braking is that of the ideal law time
   G(w) = sinc(w d/2) sinc(w a/2) exp(-i w (d + a)/2) / (1 + i w lag),   sinc x = sin x / x,
 
 with d = difference_s, a = hold_s: the difference lags by d/2 on average, the held command by
-another a/2, and the coils lag behind it. The dipole that remains after the hold, in a measurement
-window or in the next hold, is included: E = Re G does not depend on the cycle. It changes
-sign where w (d + a)/2 + atan(w lag) = pi/2; above, the law spins the satellite up. d = 0 stands for
-the forms that take no difference (gyro, search coil, field model).
+another a/2, and the coils lag behind it. Readings that are D old when the command is given
+(`delay_s`) multiply G by exp(-i w D). The dipole that remains after the hold, in a measurement
+window or in the next hold, is included: E = Re G does not depend on the cycle. It changes sign
+where w ((d + a)/2 + D) + atan(w lag) = pi/2; above, the law spins the satellite up. d = 0 stands
+for the forms that take no difference (gyro, search coil, field model).
 """
 
 import math
@@ -26,49 +27,69 @@ MOST_LAG = 1e9
 
 
 class Sampling(NamedTuple):
-    """Timing [s] of a sampled law: difference (0: none), hold, lag of the coils, coils off."""
+    """Timing [s] of a sampled law: difference (0: none), hold, lag of the coils, coils off.
+
+    `delay_s`: age of the newest reading when the command is given.
+    """
 
     difference_s: float
     hold_s: float
     lag_s: float = 0.0
     measure_s: float = 0.0
+    delay_s: float = 0.0
+
+    @property
+    def times(self) -> tuple[float, float, float, float]:
+        """Difference, hold, lag, delay: what the efficiency and the limit depend on."""
+        return self.difference_s, self.hold_s, self.lag_s, self.delay_s
 
     @property
     def in_words(self) -> str:
         """In words: differences over 3 s held for 3 s by coils with a lag of 0.5 s."""
         taken = f"differences over {self.difference_s:g} s" if self.difference_s else "readings"
         late = f" by coils with a lag of {self.lag_s:g} s" if self.lag_s else ""
-        return f"{taken} held for {self.hold_s:g} s{late}"
+        old = f", {self.delay_s:g} s old," if self.delay_s else ""
+        return f"{taken}{old} held for {self.hold_s:g} s{late}"
 
 
-def damping_efficiency(rate_rad_s, difference_s: float, hold_s: float, lag_s: float = 0.0):
+def damping_efficiency(
+    rate_rad_s, difference_s: float, hold_s: float, lag_s: float = 0.0, delay_s: float = 0.0
+):
     """Damping by sampled B-dot over that by the ideal law, at rates [rad/s]; negative: spin-up."""
-    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s)
+    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s, delay_s=delay_s)
     w = np.asarray(rate_rad_s, dtype=np.float64)
     turn_d, turn_a, late = 0.5 * w * difference_s, 0.5 * w * hold_s, w * lag_s
-    in_phase = np.cos(turn_d + turn_a) - late * np.sin(turn_d + turn_a)
+    turn = turn_d + turn_a + w * delay_s
+    in_phase = np.cos(turn) - late * np.sin(turn)
     return np.sinc(turn_d / math.pi) * np.sinc(turn_a / math.pi) * in_phase / (1.0 + late**2)
 
 
-def sampling_limit_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
-    """Greatest rate [rad/s] that sampled B-dot still damps; without lag pi/(difference + hold).
+def sampling_limit_rad_s(
+    difference_s: float, hold_s: float, lag_s: float = 0.0, delay_s: float = 0.0
+) -> float:
+    """Greatest rate [rad/s] that sampled B-dot still damps; without lag pi/(d + a + 2 delay).
 
-    Infinite where d + a = 0.
+    Infinite where d + a = 0 without a delay.
     """
-    return _rate_of_turn(0.5 * math.pi, difference_s, hold_s, lag_s)
+    return _rate_of_turn(0.5 * math.pi, difference_s, hold_s, lag_s, delay_s)
 
 
-def driven_rate_rad_s(difference_s: float, hold_s: float, lag_s: float = 0.0) -> float:
+def driven_rate_rad_s(
+    difference_s: float, hold_s: float, lag_s: float = 0.0, delay_s: float = 0.0
+) -> float:
     """Rate [rad/s] to which sampled B-dot spins up one above its limit: E changes sign again."""
     longest = max(difference_s, hold_s)
     aliased = 2.0 * math.pi / longest if longest > 0.0 else math.inf
-    return min(aliased, _rate_of_turn(1.5 * math.pi, difference_s, hold_s, lag_s))
+    return min(aliased, _rate_of_turn(1.5 * math.pi, difference_s, hold_s, lag_s, delay_s))
 
 
-def _rate_of_turn(turn: float, difference_s: float, hold_s: float, lag_s: float) -> float:
-    """Root w of w (d + a)/2 + atan(w lag) = turn, by Newton's method from the left (concave)."""
-    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s)
-    half = 0.5 * (difference_s + hold_s)
+def _rate_of_turn(
+    turn: float, difference_s: float, hold_s: float, lag_s: float, delay_s: float
+) -> float:
+    """Root w of w ((d + a)/2 + D) + atan(w lag) = turn, by Newton's method from the left
+    (concave)."""
+    _check_times(difference_s=difference_s, hold_s=hold_s, lag_s=lag_s, delay_s=delay_s)
+    half = 0.5 * (difference_s + hold_s) + delay_s
     if half == 0.0:
         return math.inf
     w = turn / (half + lag_s)
