@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numba
+import numpy as np
 from numba import types
 from numba.core import cgutils
 from numba.core.caching import NullCache
@@ -97,6 +98,20 @@ inner = numba.njit(
     no_cpython_wrapper=True,
     no_cfunc_wrapper=True,
 )
+
+
+def with_attributes(value):
+    """Arrays of records, also within tuples, with their fields as attributes, for plain Python."""
+    if isinstance(value, tuple):
+        parts = map(with_attributes, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    named = isinstance(value, np.ndarray) and value.dtype.names is not None
+    return value.view(np.recarray) if named else value
+
+
+def records(value):
+    """The same for kernels: without the compiler they are plain Python."""
+    return value if COMPILED else with_attributes(value)
 
 
 def _without_owner(context, builder, of_type, value):

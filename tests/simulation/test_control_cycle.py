@@ -24,7 +24,7 @@ def phases(result, cycle_s=10.0):
 
 
 @law(memory=1)
-def counting(measured, parameters, memory):
+def counting(inputs, parameters, memory):
     """Asks for as many A m^2 along x as it was asked before."""
     memory[0] += 1.0
     return (memory[0] - 1.0, 0.0, 0.0)
@@ -69,14 +69,14 @@ def test_the_residual_dipole_is_always_there_and_no_command(make):
 
 
 @law(memory=4)
-def difference_of_last_two(measured, parameters, memory):
+def difference_of_last_two(inputs, parameters, memory):
     """-1e5 dB/dt from the last two readings, whenever they were taken."""
     m = (0.0, 0.0, 0.0)
-    b = measured.b_body_t
+    b = inputs.b_body_t
     if memory[0] > 0.0:
-        f = -1e5 / (measured.t_s - memory[0] + 1.0)
+        f = -1e5 / (inputs.t_s - memory[0] + 1.0)
         m = (f * (b[0] - memory[1]), f * (b[1] - memory[2]), f * (b[2] - memory[3]))
-    memory[0] = measured.t_s + 1.0
+    memory[0] = inputs.t_s + 1.0
     memory[1], memory[2], memory[3] = b
     return m
 
@@ -117,7 +117,7 @@ def test_coils_disturb_the_magnetometer_only_while_they_are_on(make, windowed):
 
 
 @law
-def full_ahead(measured, parameters, memory):
+def full_ahead(inputs, parameters, memory):
     """The same dipole always."""
     return (2.0, 0.0, -1.0)
 

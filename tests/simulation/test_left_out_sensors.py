@@ -22,12 +22,12 @@ LAWS = {
 
 
 @torquer.law
-def along_the_sun(measured, parameters, memory):
-    return measured.sun_body
+def along_the_sun(inputs, parameters, memory):
+    return inputs.sun_body
 
 
-def plain(measured, parameters, memory):
-    return measured.sun_body
+def plain(inputs, parameters, memory):
+    return inputs.sun_body
 
 
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS)

@@ -20,9 +20,10 @@ FULL = {
     "spacecraft.coils": {"limit_a_m2": 3.0, "lag_s": 0.7},
     "spacecraft.wheels": {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 1.0,
                           "torque_limit_n_m": 0.01, "speed_noise_rpm": 1.0},
-    "control": {"law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5},
-                "wheel_law": {"kind": "wheel_pd", "bandwidth_rad_s": 0.01, "reference": "inertial",
-                              "inertia_kg_m2": [1.0, 1.3, 1.7]},
+    "control": {"laws": {
+                    "coils": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5},
+                    "wheels": {"kind": "wheel_pd", "bandwidth_rad_s": 0.01,
+                               "reference": "inertial", "inertia_kg_m2": [1.0, 1.3, 1.7]}},
                 "sample_s": 3.0, "measure_s": 6.0, "actuate_s": 4.0},
     "simulation": {"duration_s": 1505.0, "step_s": 0.5, "record_s": 7.0},
     "seed": 7,
@@ -161,9 +162,9 @@ def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, mon
 
 
 @law(memory=1)
-def fails_late(measured, parameters, memory):
+def fails_late(inputs, parameters, memory):
     """A law that fails in the fourth piece or later."""
-    return (1.0 / (0.0 if measured.t_s > 1000.0 else 1.0), 0.0, 0.0)
+    return (1.0 / (0.0 if inputs.t_s > 1000.0 else 1.0), 0.0, 0.0)
 
 
 def test_a_law_that_fails_leaves_its_result_in_the_file(scenario, tmp_path):

@@ -28,41 +28,45 @@ record_s = 60
 """
 
 
-def watched(navigates):
+def watched(*needs):
     """What a law in plain Python was told, at every second, and the run's result."""
     seen = []
 
-    def watch(measured, parameters, memory):
-        seen.append(measured)
+    def watch(inputs, parameters, memory):
+        seen.append(inputs)
         return (0.0, 0.0, 0.0)
 
-    law = Law("watch", watch, compiled=False, navigates=navigates)
+    law = Law("watch", watch, needs=frozenset(needs), compiled=False)
     result = torquer.simulate(torquer.scenario_from_text(SCENARIO), law)
     return seen[::60], result
 
 
-def rotation(measured):
-    return Rotation.from_quat(measured.q_body_to_inertial).as_matrix()
+def rotation(inputs):
+    return Rotation.from_quat(inputs.q_body_to_inertial).as_matrix()
 
 
-def test_a_navigating_law_knows_attitude_position_and_velocity():
-    seen, result = watched(True)
-    for row, measured in enumerate(seen[:10]):
-        there = result.isel(time=row)
-        assert measured.q_body_to_inertial == pytest.approx(
+def test_a_law_that_needs_the_ephemeris_knows_place_field_and_sun():
+    seen, result = watched("ephemeris", "search_coil")
+    for row, inputs in enumerate(seen[:10]):
+        there, place = result.isel(time=row), inputs.ephemeris
+        assert inputs.q_body_to_inertial == pytest.approx(
             tuple(there.q_body_to_inertial.values), abs=1e-15
         )
-        r, v = np.array(measured.r_inertial_m), np.array(measured.v_inertial_m_s)
+        r, v = np.array(place.r_inertial_m), np.array(place.v_inertial_m_s)
         assert np.linalg.norm(r - there.position_inertial.values) < 1e-9 * np.linalg.norm(r)
-        b, b_rate = np.array(measured.b_inertial_t), np.array(measured.b_rate_inertial_t_s)
+        b, b_rate = np.array(place.b_inertial_t), np.array(place.b_rate_inertial_t_s)
         assert np.linalg.norm(b - there.b_inertial.values) < 1e-9 * np.linalg.norm(b)
-        seen = rotation(measured) @ measured.b_rate_body_t_s
-        turned = b_rate - np.cross(rotation(measured) @ measured.omega_body_rad_s, b)
+        seen = rotation(inputs) @ inputs.b_rate_body_t_s
+        turned = b_rate - np.cross(rotation(inputs) @ inputs.omega_body_rad_s, b)
         assert seen == pytest.approx(turned, abs=1e-18)
         assert np.linalg.norm(v - there.velocity_inertial.values) < 1e-6 * np.linalg.norm(v)
+        assert place.sun_inertial == pytest.approx(tuple(there.sun_inertial.values), abs=1e-9)
+        assert place.lit == pytest.approx(float(there.lit), abs=1e-6)
 
 
 def test_other_laws_are_not_told_where_they_are():
-    seen, _ = watched(False)
-    assert np.isnan([*seen[3].r_inertial_m, *seen[3].v_inertial_m_s, *seen[3].b_inertial_t]).all()
+    seen, _ = watched()
+    place = seen[3].ephemeris
+    assert np.isnan([*place.r_inertial_m, *place.v_inertial_m_s, *place.b_inertial_t]).all()
+    assert np.isnan([*place.b_rate_inertial_t_s, *place.sun_inertial, place.lit]).all()
     assert np.isfinite(seen[3].q_body_to_inertial).all()

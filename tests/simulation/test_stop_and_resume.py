@@ -56,13 +56,13 @@ def same(a, b):
 
 
 @law(parameters={"gain": 2e5, "leak": 0.9}, memory=(1.0, 0.0))
-def remembering(measured, parameters, memory):
+def remembering(inputs, parameters, memory):
     """A law that remembers, and whose answer is full of what it remembers."""
-    memory[0] = parameters[1] * memory[0] + measured.b_body_t[0] * 1e4
+    memory[0] = parameters.leak * memory[0] + inputs.b_body_t[0] * 1e4
     memory[1] += 1.0
-    s = parameters[0] * memory[0]
-    b = measured.b_body_t
-    return (s * b[1] + 1e-3 * memory[1], -s * b[0], measured.omega_body_rad_s[2])
+    s = parameters.gain * memory[0]
+    b = inputs.b_body_t
+    return (s * b[1] + 1e-3 * memory[1], -s * b[0], inputs.omega_body_rad_s[2])
 
 
 IN_PYTHON = dataclasses.replace(remembering, name="in_python", compiled=False)
@@ -200,9 +200,9 @@ def test_an_interrupt_before_the_first_step_keeps_the_start(make, monkeypatch):
 def test_an_interrupt_inside_a_law_in_python_leaves_its_memory_as_it_was(make):
     scenario, calls = make(FULL), []
 
-    def own(measured, parameters, memory):
-        answer = remembering.function(measured, parameters, memory)
-        calls.append(measured.t_s)
+    def own(inputs, parameters, memory):
+        answer = remembering.function(inputs, parameters, memory)
+        calls.append(inputs.t_s)
         if len(calls) == 41:
             raise KeyboardInterrupt
         return answer
@@ -304,7 +304,7 @@ def test_plain_python_computes_the_same_as_compiled_code(plain_data):
 
 def test_a_law_that_was_edited_meanwhile_is_not_resumed_with(tmp_path):
     file = tmp_path / "law.py"
-    file.write_text("def mine(measured, parameters, memory):\n    return (0.0, 0.0, 0.0)\n")
+    file.write_text("def mine(inputs, parameters, memory):\n    return (0.0, 0.0, 0.0)\n")
     text = f"""
 start = 2025-03-01T00:00:00Z
 orbit = {{ kind = "circular", altitude_km = 500, inclination_deg = 60 }}
@@ -317,6 +317,6 @@ simulation = {{ duration_s = 40, record_s = 10 }}
 """
     stopped = torquer.simulate(torquer.scenario_from_text(text), until_s=20.0)
     assert torquer.resume(stopped).attrs["how_it_ended"] == "complete"
-    file.write_text("def mine(measured, parameters, memory):\n    return (0.1, 0.0, 0.0)\n")
+    file.write_text("def mine(inputs, parameters, memory):\n    return (0.1, 0.0, 0.0)\n")
     with pytest.raises(ValueError, match="law mine: must be the one with which the run began"):
         torquer.resume(stopped)

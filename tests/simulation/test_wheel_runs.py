@@ -11,7 +11,9 @@ from numba.core.runtime import _nrt_python, rtsys
 
 import torquer
 from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer.control.unloading import Unloading
 from torquer.simulation import run as runner
+from torquer.simulation.result import laws_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -30,25 +32,25 @@ WHEELS = {
         {"wheel": 3, "time_s": 90.0},
     ],
 }
+UNLOADING = {"kind": "unloading", "gain_per_s": 1e-2}
 #: Readings every 1.5 s, records off them; four coils that unload, with a lag.
 BASE = {
     "spacecraft.wheels": WHEELS,
     "spacecraft.coils": {"limit_a_m2": 3.0, "lag_s": 0.7},
     "spacecraft.gyro": {"noise_deg_s": 0.01},
-    "control": {"wheel_law": {"kind": "off"}, "sample_s": 1.5},
-    "control.law": {"kind": "unloading", "gain_per_s": 1e-2},
+    "control": {"laws": {"coils": UNLOADING, "wheels": {"kind": "off"}}, "sample_s": 1.5},
     "simulation": {"duration_s": 140.0, "step_s": 0.5, "record_s": 2.0},
     "seed": 7,
 }
 IDEAL = {"spacecraft.wheels": WHEELS | {"speed_noise_rpm": 0.0, "failures": []}}
 
 
-@law(parameters={"gain": 0.3}, memory=2)
-def braking(measured, parameters, memory):
+@law(parameters={"gain": 0.3}, memory=2, answers="torque")
+def braking(inputs, parameters, memory):
     """A brake that counts its readings and grows with them."""
     memory[0] += 1.0
-    memory[1] = 0.9 * memory[1] - 1e-3 * measured.omega_body_rad_s[1]
-    gain, (x, y, z) = parameters[0], measured.omega_body_rad_s
+    memory[1] = 0.9 * memory[1] - 1e-3 * inputs.omega_body_rad_s[1]
+    gain, (x, y, z) = parameters.gain, inputs.omega_body_rad_s
     return (-gain * x, -gain * y + memory[1], -gain * z - 1e-5 * memory[0])
 
 
@@ -68,7 +70,7 @@ def same(a, b):
 
 
 def test_what_is_recorded_of_the_wheels(craft):
-    result = simulate(craft(IDEAL), wheel_law=braking)
+    result = simulate(craft(IDEAL), laws={"wheels": braking})
     assert result.sizes["wheel"] == 4
     for name, unit in (
         ("wheel_momentum", "N m s"),
@@ -78,8 +80,10 @@ def test_what_is_recorded_of_the_wheels(craft):
     ):
         assert result[name].attrs["units"] == unit
         assert np.isfinite(result[name].values).all()
-    assert result.attrs["wheel_law"] == "braking"
-    assert json.loads(result.attrs["wheel_law_parameters"]) == {"gain": 0.3}
+    told = laws_of(result)
+    assert told["wheels"]["name"] == "braking"
+    assert told["wheels"]["parameters"] == {"gain": 0.3}
+    assert told["coils"]["name"] == "unloading"
     axes = np.array(craft().spacecraft.wheels.array().axes)
     told = -result.wheel_torque.values @ axes
     assert told == pytest.approx(result.torque_command_body.values, abs=1e-15)
@@ -91,7 +95,6 @@ def test_what_is_recorded_of_the_wheels(craft):
 def test_a_satellite_without_wheels_has_no_such_record(make):
     result = simulate(make())
     assert not [name for name in result.variables if "wheel" in name or "torque" in name]
-    assert "wheel_law" not in result.attrs
 
 
 @pytest.mark.parametrize("integrator", ["rk4", "dop853"])
@@ -99,19 +102,19 @@ def test_a_satellite_without_wheels_has_no_such_record(make):
 def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(craft, integrator, stop_s, tmp_path):
     """Also between a failure at 30.2 s and its notice at 55.2 s."""
     scenario = craft({"simulation.integrator": integrator})
-    whole = simulate(scenario, wheel_law=braking)
-    part = simulate(scenario, wheel_law=braking, until_s=stop_s)
+    whole = simulate(scenario, laws={"wheels": braking})
+    part = simulate(scenario, laws={"wheels": braking}, until_s=stop_s)
     assert part.attrs["how_it_ended"] == "stopped"
     assert stop_s <= float(part.checkpoint[0]) * 0.5 <= stop_s + 1.5
     save(part, tmp_path / "part.nc")
-    assert same(resume(load(tmp_path / "part.nc"), wheel_law=braking), whole)
-    again = resume(part, wheel_law=braking, until_s=111.0)
-    assert same(resume(again, wheel_law=braking), whole)
+    assert same(resume(load(tmp_path / "part.nc"), laws={"wheels": braking}), whole)
+    again = resume(part, laws={"wheels": braking}, until_s=111.0)
+    assert same(resume(again, laws={"wheels": braking}), whole)
 
 
 def test_failures_show_in_the_flight_of_these_tests(craft):
     """Else the test above would not mean much."""
-    result = simulate(craft(), wheel_law=braking)
+    result = simulate(craft(), laws={"wheels": braking})
     t, asked = result.time.values, result.wheel_torque.values
     assert np.all(asked[(t > 0.0) & (t < 90.0)][:, 3] != 0.0)
     assert np.all(asked[t < 55.0, 1] != 0.0)
@@ -121,33 +124,33 @@ def test_failures_show_in_the_flight_of_these_tests(craft):
 
 
 def test_results_do_not_depend_on_how_fast_the_machine_is(craft, monkeypatch):
-    fast = simulate(craft(), wheel_law=braking)
+    fast = simulate(craft(), laws={"wheels": braking})
     monkeypatch.setattr(runner, "_PIECE_S", 0.0)
-    assert same(simulate(craft(), wheel_law=braking), fast)
+    assert same(simulate(craft(), laws={"wheels": braking}), fast)
 
 
 def test_the_law_of_the_wheels_must_be_the_one_that_began(craft):
-    part = simulate(craft(), wheel_law=braking, until_s=50.0)
+    part = simulate(craft(), laws={"wheels": braking}, until_s=50.0)
     with pytest.raises(ValueError, match=r"^law braking: must be given again .*; received none$"):
         resume(part)
-    with pytest.raises(ValueError, match=r"^wheel_law: must be .*received braking .*1\.0"):
-        resume(part, wheel_law=braking.with_parameters(gain=1.0))
+    with pytest.raises(ValueError, match=r"^wheels: must be .*received braking .*1\.0"):
+        resume(part, laws={"wheels": braking.with_parameters(gain=1.0)})
 
 
-@law(parameters={"share": 1e-3})
-def telling(measured, parameters, memory):
+@law(parameters={"share": 1e-3}, answers="torque")
+def telling(inputs, parameters, memory):
     """Asks for a thousandth of the momentum that the tachometers tell of, as a torque."""
-    x, y, z = measured.wheel_momentum_body_n_m_s
-    return (parameters[0] * x, parameters[0] * y, parameters[0] * z)
+    x, y, z = inputs.wheel_momentum_body_n_m_s
+    return (parameters.share * x, parameters.share * y, parameters.share * z)
 
 
 def test_noise_of_the_tachometers_by_the_seed(craft):
     """About each body axis: inertia times deviation times the root of the sum of squares."""
     noisy = {"spacecraft.wheels": WHEELS | {"failures": [], "speed_noise_rpm": 5.0}}
-    noisy |= {"control.sample_s": 1.0, "control.law": {"kind": "off"}}
+    noisy |= {"control.sample_s": 1.0, "control.laws.coils": {"kind": "off"}}
     noisy |= {"simulation": {"duration_s": 600.0, "step_s": 0.5, "record_s": 1.0}}
-    first, again = (simulate(craft(noisy), wheel_law=telling) for _ in range(2))
-    other = simulate(craft(noisy | {"seed": 8}), wheel_law=telling)
+    first, again = (simulate(craft(noisy), laws={"wheels": telling}) for _ in range(2))
+    other = simulate(craft(noisy | {"seed": 8}), laws={"wheels": telling})
     assert same(first, again)
     axes = np.array(craft().spacecraft.wheels.array().axes)
     noise = []
@@ -164,30 +167,30 @@ def test_noise_of_the_tachometers_by_the_seed(craft):
 def test_a_plain_function_does_the_same_as_the_compiled_law(craft):
     """Each answer is one product: nothing to be rounded in another way."""
 
-    def plain(measured, parameters, memory):
-        x, y, z = measured.wheel_momentum_body_n_m_s
+    @law(answers="torque", compiled=False)
+    def plain(inputs, parameters, memory):
+        x, y, z = inputs.wheel_momentum_body_n_m_s
         return (1e-3 * x, 1e-3 * y, 1e-3 * z)
 
-    compiled = simulate(craft(), wheel_law=telling)
-    own = simulate(craft(), wheel_law=plain)
+    compiled = simulate(craft(), laws={"wheels": telling})
+    own = simulate(craft(), laws={"wheels": plain})
     for name in ("q_body_to_inertial", "omega_body", "wheel_momentum", "wheel_torque",
                  "command_body"):  # fmt: skip
         assert np.array_equal(own[name].values, compiled[name].values), name
-    assert own.attrs["wheel_law_runs_as"] == "plain Python (slow: not decorated)"
-    assert own.attrs["law_runs_as"] == "compiled"
-    part = simulate(craft(), wheel_law=plain, until_s=44.5)
-    assert same(resume(part, wheel_law=plain), own)
+    assert laws_of(own)["wheels"]["runs_as"] == "plain Python (slow: not decorated)"
+    assert laws_of(own)["coils"]["runs_as"] == "compiled"
+    part = simulate(craft(), laws={"wheels": plain}, until_s=44.5)
+    assert same(resume(part, laws={"wheels": plain}), own)
 
 
 def test_wheels_follow_every_reading_and_hold_their_torque_while_coils_work(craft):
     windows = {
-        "control": {"law": BASE["control.law"], "wheel_law": {"kind": "off"},
+        "control": {"laws": BASE["control"]["laws"],
                     "sample_s": 1.0, "measure_s": 3.0, "actuate_s": 4.0},
-        "control.law": BASE["control.law"],
         "spacecraft.coils": {"limit_a_m2": 3.0},
         "simulation": {"duration_s": 70.0, "step_s": 0.5, "record_s": 0.5},
     }  # fmt: skip
-    result = simulate(craft(windows), wheel_law=braking)
+    result = simulate(craft(windows), laws={"wheels": braking})
     asked, dipole = result.torque_command_body.values[:140], result.dipole_body.values[:140]
     phase = np.arange(140) % 14
     changes = np.flatnonzero(np.any(asked[1:] != asked[:-1], axis=1)) + 1
@@ -202,7 +205,7 @@ def test_a_step_allocates_nothing(craft):
     _nrt_python.memsys_enable_stats()
     try:
         for last in (6, 240):
-            run = runner.prepare(craft(), wheel_law=braking)
+            run = runner.prepare(craft(), laws={"wheels": braking})
             run.advance_to(3)
             before = rtsys.get_allocation_stats().alloc
             run.advance_to(last)
@@ -227,7 +230,7 @@ def test_plain_python_computes_the_same_as_compiled_code(plain_data):
     wheels = WHEELS | {"failures": [{"wheel": 1, "time_s": 4.0, "noticed_after_s": 3.0}]}
     hold = {"kind": "wheel_lyapunov", "rate_gain_n_m_s": 0.3, "angle_gain_n_m": 0.05,
             "inertia_kg_m2": [1.0, 1.3, 1.7]}  # fmt: skip
-    changes = {"spacecraft.wheels": wheels, "control.wheel_law": hold}
+    changes = {"spacecraft.wheels": wheels, "control.laws.wheels": hold}
     changes |= {"simulation.duration_s": 20.0, "simulation.record_s": 5.0}
     data = plain_data(BASE | changes)
     done = subprocess.run(
@@ -244,19 +247,20 @@ def test_plain_python_computes_the_same_as_compiled_code(plain_data):
 # What goes wrong.
 
 
-@law
-def not_a_number(measured, parameters, memory):
-    return (0.0, np.nan if measured.t_s > 20.0 else 1e-3, 0.0)
+@law(answers="torque")
+def not_a_number(inputs, parameters, memory):
+    return (0.0, np.nan if inputs.t_s > 20.0 else 1e-3, 0.0)
 
 
-@law
-def raising(measured, parameters, memory):
-    if measured.t_s > 20.0:
+@law(answers="torque")
+def raising(inputs, parameters, memory):
+    if inputs.t_s > 20.0:
         raise ValueError("too late")
     return (0.0, 0.0, 0.0)
 
 
-def in_plain_python(measured, parameters, memory):
+@law(answers="torque", compiled=False)
+def in_plain_python(inputs, parameters, memory):
     return (1.0, 2.0)
 
 
@@ -273,7 +277,7 @@ def in_plain_python(measured, parameters, memory):
 )  # fmt: skip
 def test_a_law_that_fails_ends_the_run_and_keeps_what_was_computed(craft, own, line):
     with pytest.raises(RunStopped, match=f"^{line}$") as stopped:
-        simulate(craft(), wheel_law=own)
+        simulate(craft(), laws={"wheels": own})
     result = stopped.value.result
     assert result.attrs["how_it_ended"] == "failed"
     assert result.time.values[-1] == (0.0 if own is in_plain_python else 20.0)
@@ -282,10 +286,10 @@ def test_a_law_that_fails_ends_the_run_and_keeps_what_was_computed(craft, own, l
 
 def test_a_law_needs_what_it_is_to_drive(make):
     with pytest.raises(ValueError, match=r"^spacecraft\.wheels: must be given .*; received none$"):
-        simulate(make(), wheel_law=braking)
+        simulate(make(), braking)
     alone = {"spacecraft.coils": None, "spacecraft.wheels": WHEELS}
     with pytest.raises(ValueError, match=r"^spacecraft\.coils: must be given .*; received none$"):
-        simulate(make(alone), braking)
+        simulate(make(alone), Unloading(**UNLOADING).law())
 
 
 @pytest.mark.parametrize("changes", [
@@ -296,7 +300,7 @@ def test_a_law_needs_what_it_is_to_drive(make):
 ])  # fmt: skip
 def test_few_or_no_wheels_are_flown_too(craft, changes):
     """Three with an idle share that they cannot keep, none, none left, all at their limit."""
-    result = simulate(craft({"spacecraft.wheels": WHEELS | changes}), wheel_law=braking)
+    result = simulate(craft({"spacecraft.wheels": WHEELS | changes}), laws={"wheels": braking})
     for name in ("omega_body", "wheel_momentum", "wheel_torque"):
         assert np.isfinite(result[name].values).all()
     lost = changes.get("lost", [])
@@ -304,15 +308,15 @@ def test_few_or_no_wheels_are_flown_too(craft, changes):
     assert np.abs(result.wheel_speed.values).max() <= 200.0 * np.pi * (1.0 + 1e-4)
 
 
-@pytest.mark.parametrize("law_keys", [{}, {"control.wheel_law": {"kind": "off"}}])
-def test_wheels_without_a_law_have_their_motors_off(craft, law_keys):
-    result = simulate(craft(law_keys))
+@pytest.mark.parametrize("laws", [{"coils": UNLOADING}, BASE["control"]["laws"]])
+def test_wheels_without_a_law_have_their_motors_off(craft, laws):
+    result = simulate(craft({"control.laws": laws}))
     assert not result.wheel_torque.values.any()
     assert np.abs(result.wheel_speed.values[-1]).sum() < np.abs(result.wheel_speed.values[0]).sum()
 
 
-@law
-def sideways(measured, parameters, memory):
+@law(answers="torque")
+def sideways(inputs, parameters, memory):
     """A torque about x and y."""
     return (0.01, 0.01, 0.0)
 
@@ -322,15 +326,15 @@ def test_a_full_wheel_does_not_cost_the_others(craft):
     three = {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [-6000.0, 0.0, 0.0],
              "failures": [], "speed_noise_rpm": 0.0, "coulomb_friction_n_m": 0.0,
              "viscous_friction_n_m_s": 0.0, "stiction_n_m": 0.0}  # fmt: skip
-    result = simulate(craft({"spacecraft.wheels": WHEELS | three}), wheel_law=sideways)
+    result = simulate(craft({"spacecraft.wheels": WHEELS | three}), laws={"wheels": sideways})
     torque = result.wheel_torque.values[1:10]
     assert np.abs(torque[:, 0]).max() < 1e-3
     assert torque[:, 1] == pytest.approx(-0.01)
 
 
 def test_what_is_no_law_and_what_is_no_scenario(craft):
-    with pytest.raises(ValueError, match=r"^wheel_law: must be a torquer\.Law .*; received 3$"):
-        simulate(craft(), wheel_law=3)
+    with pytest.raises(ValueError, match=r"^laws\.wheels: must be a torquer\.Law .*; received 3$"):
+        simulate(craft(), laws={"wheels": 3})
     told = r"^scenario: must be a torquer Scenario \(see .*\); received 'file\.toml'$"
     with pytest.raises(ValueError, match=told):
         simulate("file.toml")

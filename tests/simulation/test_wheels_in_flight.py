@@ -33,10 +33,10 @@ HOLD = {
 AT_REST = {"initial.rate_deg_s": [0, 0, 0], "initial.euler_deg": [0, 0, 0]}
 
 
-@law(parameters={"size": 4e-3, "rate": 0.11})
-def swinging(measured, parameters, memory):
+@law(parameters={"size": 4e-3, "rate": 0.11}, answers="torque")
+def swinging(inputs, parameters, memory):
     """A torque that swings about all axes."""
-    size, angle = parameters[0], parameters[1] * measured.t_s
+    size, angle = parameters.size, parameters.rate * inputs.t_s
     return (size * np.sin(angle), size * np.cos(1.3 * angle), size * np.sin(0.7 * angle + 1.0))
 
 
@@ -48,7 +48,7 @@ def craft(make):
         base = {
             "spacecraft.coils": None,
             "spacecraft.wheels": WHEELS | dict(wheels),
-            "control": {"wheel_law": {"kind": "off"}, "sample_s": 2.0},
+            "control": {"law": {"kind": "off"}, "sample_s": 2.0},
             "environment.gravity_gradient": False,
             "simulation": {"duration_s": 120.0, "step_s": 0.5, "record_s": 2.0},
         }
@@ -76,7 +76,7 @@ EVERYTHING = FRICTION | {"failures": FAILURES, "speed_noise_rpm": 1.0}
 @pytest.mark.parametrize("keys", [{"initial_speed_rpm": SPEEDS}, EVERYTHING])
 def test_body_and_wheels_keep_their_momentum_to_rounding(craft, keys):
     scenario = craft(keys, {"simulation.integrator": "dop853", "simulation.tolerance": 1e-14})
-    result = simulate(scenario, wheel_law=swinging)
+    result = simulate(scenario, swinging)
     assert np.ptp(result.wheel_momentum.values, axis=0).min() > 0.01
     if keys is EVERYTHING:  # one ends at a stand, one is turned round
         speeds = result.wheel_speed.values
@@ -89,7 +89,7 @@ def test_rk4_keeps_the_momentum_to_its_order(craft):
     """Also through stands, failures and friction: what a rotor gains, the body loses."""
     for keys in ({"initial_speed_rpm": SPEEDS}, EVERYTHING):
         drifts = [
-            drift_of_momentum(simulate(craft(keys, {"simulation.step_s": h}), wheel_law=swinging))
+            drift_of_momentum(simulate(craft(keys, {"simulation.step_s": h}), swinging))
             for h in (1.0, 0.5, 0.25, 0.125)
         ]
         orders = np.log2(np.array(drifts[:-1]) / drifts[1:])
@@ -182,7 +182,7 @@ FINE = {"duration_s": 60.0, "record_s": 2.0, "integrator": "dop853", "tolerance"
 @pytest.mark.parametrize("gravity", [False, True])
 def test_without_friction_the_motion_is_that_of_an_independent_simulation(craft, gravity):
     changes = {"simulation": FINE | {"step_s": 1.0}, "environment.gravity_gradient": gravity}
-    result = simulate(craft({"initial_speed_rpm": SPEEDS}, changes), wheel_law=swinging)
+    result = simulate(craft({"initial_speed_rpm": SPEEDS}, changes), swinging)
     assert difference(result, gravity=gravity) == pytest.approx([0.0] * 3, abs=1e-12)
     other = difference(result, gravity=not gravity)
     assert max(other) > 1e-7  # which would be seen
@@ -190,7 +190,7 @@ def test_without_friction_the_motion_is_that_of_an_independent_simulation(craft,
 
 def test_rk4_goes_to_the_same_motion(craft):
     changes = {"simulation": FINE | {"step_s": 0.125, "integrator": "rk4"}}
-    result = simulate(craft({"initial_speed_rpm": SPEEDS}, changes), wheel_law=swinging)
+    result = simulate(craft({"initial_speed_rpm": SPEEDS}, changes), swinging)
     assert difference(result) == pytest.approx([0.0] * 3, abs=1e-7)
 
 
@@ -203,7 +203,7 @@ def test_with_friction_the_motion_is_that_of_an_independent_simulation(craft, fr
     """Through stands, to the first order of the step: the bearings feel the rate at its start."""
     coarse, fine = (
         difference(
-            simulate(craft(friction, {"simulation": FINE | {"step_s": h}}), wheel_law=swinging),
+            simulate(craft(friction, {"simulation": FINE | {"step_s": h}}), swinging),
             friction,
         )
         for h in (1.0, 0.125)
@@ -217,7 +217,7 @@ def test_with_friction_the_motion_is_that_of_an_independent_simulation(craft, fr
 
 def test_a_dead_wheel_without_friction_keeps_its_momentum_about_its_axis(craft):
     keys = {"initial_speed_rpm": SPEEDS, "lost": (2,)}
-    result = simulate(craft(keys), wheel_law=swinging)
+    result = simulate(craft(keys), swinging)
     carried = result.omega_body.values @ axes_of(result)[2] / (200.0 * math.pi)
     whole = result.wheel_momentum.values[:, 2] + carried
     assert np.ptp(carried) > 1e-5
@@ -260,7 +260,7 @@ def turn_deg(result):
 def held(craft, keys=(), changes=(), **law):
     """A flight in which the wheels hold the attitude from the start on."""
     base = {
-        "control": {"wheel_law": HOLD | law, "sample_s": 1.0},
+        "control": {"law": HOLD | law, "sample_s": 1.0},
         "simulation": {"duration_s": 600.0, "step_s": 0.5, "record_s": 4.0},
     }
     return simulate(craft(keys, AT_REST | base | dict(changes)))
@@ -316,14 +316,12 @@ def test_an_idle_share_keeps_wheels_turning_and_the_attitude_held(craft):
 
 def test_limits_of_torque_and_speed_at_every_recorded_instant(craft):
     """A demand beyond all limits: the motors go to theirs, the wheels to theirs, and stay."""
-    changes = {"control": {"wheel_law": {"kind": "off"}, "sample_s": 0.5}}
+    changes = {"control": {"law": {"kind": "off"}, "sample_s": 0.5}}
     changes |= {"simulation": FINE | {"duration_s": 120.0, "step_s": 0.5, "record_s": 0.5}}
     for keys in ({}, {"allocation": "least_squares"}, {"speed_noise_rpm": 20.0}):
         wheels = {"initial_speed_rpm": SPEEDS, "momentum_limit_n_m_s": (0.4, 0.5, 0.6, 0.3)}
         wheels |= keys
-        result = simulate(
-            craft(wheels, changes), wheel_law=swinging.with_parameters(size=0.05, rate=0.03)
-        )
+        result = simulate(craft(wheels, changes), swinging.with_parameters(size=0.05, rate=0.03))
         torque, speed = np.abs(result.wheel_torque.values), np.abs(result.wheel_speed.values)
         assert torque.max() == pytest.approx(0.02, rel=1e-9)
         assert torque.max() <= 0.02 * (1.0 + 1e-12)
@@ -362,7 +360,7 @@ def test_failures_in_flight(craft):
 def test_coils_unload_the_wheels_while_the_attitude_is_held(craft):
     """h' = -k (h - b (b.h)) with b along the field, which turns along the orbit."""
     keys, k = {"initial_speed_rpm": (900.0, 300.0, -200.0, 0.0)}, 5e-4
-    unload = {"law": {"kind": "unloading", "gain_per_s": k}, "wheel_law": HOLD}
+    unload = {"laws": {"coils": {"kind": "unloading", "gain_per_s": k}, "wheels": HOLD}}
     changes = {
         "spacecraft.coils": {"limit_a_m2": 20.0},
         "control": unload | {"sample_s": 1.0},

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
-from torquer.engine import kernel
+from torquer.engine import kernel, records
 from torquer.spacecraft import coils as room
-from torquer.spacecraft.coils import NOW, TARGET, Coils
+from torquer.spacecraft.coils import COIL_STATE, Coils
 
 SETS = {
     "body axes": {"limit_a_m2": 2.0},
@@ -30,18 +30,23 @@ vectors = st.tuples(*[st.floats(-20.0, 20.0)] * 3)
 
 # one entry each, so that what is inlined is compiled here once
 @kernel
-def drive(coils, command, state):
-    room.drive(coils, command, state)
+def command_coils(coils, command, state):
+    return room.command_coils(coils, command, state)
 
 
 @kernel
-def follow(coils, state, t_s):
-    return room.follow(coils, state, t_s)
+def advance(coils, state, t_s):
+    return room.advance_coils(coils, state, t_s)
 
 
 @kernel
-def dipole_of(coils, state, row):
-    return room.dipole_of(coils, state, row)
+def switch_off_coils(coils, state):
+    return room.switch_off_coils(coils, state)
+
+
+@kernel
+def present_dipole(coils, state):
+    return room.present_dipole(coils, state)
 
 
 def packed(name, **more):
@@ -50,13 +55,22 @@ def packed(name, **more):
 
 def driven(coils, command):
     """Targets of the coils, and the dipole of the whole set, residual included."""
-    state = np.zeros((2, coils.rows.shape[0]))
-    drive(coils, command, state)
-    return state[TARGET], np.array(dipole_of(coils, state, TARGET))
+    state = state_of(coils)
+    goal = command_coils(coils, command, state)
+    return state["target_a_m2"], np.array(goal.dipole_a_m2)
+
+
+def state_of(coils):
+    return records(np.zeros(len(coils.rows), COIL_STATE))
 
 
 def limits_of(coils):
-    return coils.rows[:, room.LIMIT]
+    return coils.rows["limit_a_m2"]
+
+
+def columns(coils, name):
+    """The vectors of that name of all coils, as rows."""
+    return np.column_stack([coils.rows[f"{name}_{c}"] for c in "xyz"])
 
 
 def reachable(name):
@@ -102,7 +116,7 @@ def test_relay_puts_each_coil_at_its_limit_or_at_zero(name, command):
     coils = packed(name, saturation="relay")
     targets, dipole = driven(coils, command)
     limits = limits_of(coils)
-    share = coils.rows[:, room.SHARE : room.LIMIT] @ command
+    share = columns(coils, "share") @ command
     clear, nothing = (np.abs(share) > part * np.abs(command).sum() for part in (2e-12, 0.5e-12))
     assert np.array_equal(targets[clear], (np.sign(share) * limits)[clear])
     assert not targets[~nothing].any()
@@ -138,7 +152,7 @@ def test_a_small_command_is_carried_out_exactly(name):
 def test_four_coils_share_with_the_least_squares():
     coils = packed("four skew")
     targets, _ = driven(coils, (0.1, 0.2, -0.1))
-    null = np.linalg.svd(coils.rows[:, :3].T)[2][-1]
+    null = np.linalg.svd(columns(coils, "axis").T)[2][-1]
     assert targets @ null == pytest.approx(0.0, abs=1e-16)  # nothing that cancels itself
 
 
@@ -149,11 +163,11 @@ def test_an_endless_command_stays_within_the_limits():
 
 
 def run(coils, command, before, t_s):
-    """(state, energy, greatest) after the coils have gone from `before` to a command."""
-    state = np.zeros((2, coils.rows.shape[0]))
-    state[NOW] = before
-    drive(coils, command, state)
-    energy, greatest = follow(coils, state, t_s)
+    """(state, energy, greatest) after coils with a lag have gone from `before` to a command."""
+    state = state_of(coils)
+    state["dipole_a_m2"] = before
+    command_coils(coils, command, state)
+    energy, greatest = advance(coils, state, t_s)
     return state, energy, greatest
 
 
@@ -168,12 +182,12 @@ def test_lag_and_energy_are_exact(command, before, lag, t_s):
     """m(t) = target + (before - target) exp(-t/lag); power = P (m/limit)^2, by quadrature."""
     coils = packed("four skew", lag_s=lag, power_at_limit_w=0.8)
     state, energy, greatest = run(coils, command, before, t_s)
-    target, limits = state[TARGET], limits_of(coils)
+    target, limits = state["target_a_m2"], limits_of(coils)
 
     def path(t):
         return target + (np.array(before) - target) * np.exp(-t / lag)
 
-    assert state[NOW] == pytest.approx(path(t_s), abs=1e-14)
+    assert state["dipole_a_m2"] == pytest.approx(path(t_s), abs=1e-14)
     edges = np.unique(np.minimum(lag * np.array([0, 0.5, 1, 2, 4, 7, 11, 16, 22, 30, 1e9]), t_s))
     expected = 0.0
     for start, end in itertools.pairwise(edges):
@@ -189,23 +203,38 @@ def test_lag_in_two_legs_is_lag_in_one():
     command, before = (0.4, -2.0, 1.0), (0.3, 0.0, -0.6, 1.0)
     once, energy, _ = run(coils, command, before, 7.0)
     twice, first, _ = run(coils, command, before, 2.0)
-    second, _ = follow(coils, twice, 5.0)
-    assert twice[NOW] == pytest.approx(once[NOW], abs=1e-15)
+    second, _ = advance(coils, twice, 5.0)
+    assert twice["dipole_a_m2"] == pytest.approx(once["dipole_a_m2"], abs=1e-15)
     assert first + second == pytest.approx(energy, rel=1e-13)
 
 
 def test_without_lag_coils_are_at_their_targets_and_take_constant_power():
     coils = packed("unequal limits", power_at_limit_w=2.0)
-    state, energy, greatest = run(coils, (0.5, -1.25, 0.1), (0.0, 0.0, 0.0), 10.0)
-    assert state[NOW] == pytest.approx([0.5, -1.25, 0.1], abs=1e-15)
-    assert energy == pytest.approx(2.0 * 10.0 * (0.5**2 + 0.5**2 + 0.2**2))
-    assert greatest == pytest.approx(1.25)
+    state = state_of(coils)
+    goal = command_coils(coils, (0.5, -1.25, 0.1), state)
+    assert state["dipole_a_m2"] == pytest.approx([0.5, -1.25, 0.1], abs=1e-15)
+    assert present_dipole(coils, state) == goal.dipole_a_m2
+    assert goal.power_w == pytest.approx(2.0 * (0.5**2 + 0.5**2 + 0.2**2))
+    assert goal.greatest_a_m2 == pytest.approx(1.25)
 
 
 def test_energy_of_coils_at_their_limits_is_power_times_time():
-    coils = packed("body axes", power_at_limit_w=1.5, saturation="relay")
-    _, energy, _ = run(coils, (1.0, -1.0, 1.0), (0.0, 0.0, 0.0), 20.0)
+    """Also of lagging ones that are there already."""
+    sharp = packed("body axes", power_at_limit_w=1.5, saturation="relay")
+    assert command_coils(sharp, (1.0, -1.0, 1.0), state_of(sharp)).power_w == pytest.approx(3 * 1.5)
+    lagging = packed("body axes", power_at_limit_w=1.5, saturation="relay", lag_s=2.0)
+    _, energy, _ = run(lagging, (1.0, -1.0, 1.0), (2.0, -2.0, 2.0), 20.0)
     assert energy == pytest.approx(3 * 1.5 * 20.0)
+
+
+def test_coils_that_are_switched_off_go_to_the_residual_dipole():
+    coils = packed("body axes", lag_s=2.0, residual_dipole_a_m2=(0.01, -0.02, 0.03))
+    state = state_of(coils)
+    command_coils(coils, (1.0, -1.0, 1.0), state)
+    goal = switch_off_coils(coils, state)
+    assert goal.dipole_a_m2 == (0.01, -0.02, 0.03)
+    assert (goal.power_w, goal.greatest_a_m2) == (0.0, 0.0)
+    assert not state["target_a_m2"].any()
 
 
 def test_axes_are_scaled_to_length_one():

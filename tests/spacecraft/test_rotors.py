@@ -7,25 +7,17 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 
+from torquer.engine import records
+from torquer.geometry.vec3 import as_symmetric
 from torquer.spacecraft.rotors import (
-    AXIS,
-    BREAKAWAY,
-    CELLS,
-    COULOMB,
-    DEAD_FROM,
-    INERTIA,
-    MOMENTUM,
-    MOTOR,
-    ROW,
-    SPEED_LIMIT,
-    STANDS,
-    VISCOUS,
+    ROTOR,
+    ROTOR_STATE,
     Rotors,
     carried_momentum,
     reaction,
     relative_momentum,
     speed_after,
-    turn_rotors,
+    step_rotors,
 )
 
 FINE = 4000
@@ -34,31 +26,31 @@ SKEW = np.array([[1.0, 2.0, 2.0], [2.0, 1.0, -2.0], [2.0, -2.0, 1.0], [3.0, 4.0,
 SKEW /= np.linalg.norm(SKEW, axis=1)[:, None]
 
 
-def row_of(inertia=2e-3, coulomb=0.0, viscous=0.0, breakaway=None, limit=600.0, axis=(0, 0, 1)):
-    row = np.zeros(ROW)
-    row[AXIS:INERTIA] = axis
-    row[INERTIA], row[SPEED_LIMIT], row[DEAD_FROM] = inertia, limit, NEVER
-    row[COULOMB], row[VISCOUS] = coulomb, viscous
-    row[BREAKAWAY] = coulomb if breakaway is None else breakaway
+def row_of(inertia=2e-3, coulomb=0.0, viscous=0.0, breakaway=None, limit=600.0):
+    row = records(np.zeros(1, ROTOR))[0]
+    row["axis_z"], row["inertia"], row["speed_limit"], row["dead_from"] = 1.0, inertia, limit, NEVER
+    row["coulomb"], row["viscous"] = coulomb, viscous
+    row["breakaway"] = coulomb if breakaway is None else breakaway
     return row
 
 
 def rotors_of(*rows):
     """Rotors about skew axes."""
-    rows = np.array(rows)
-    rows[:, AXIS:INERTIA] = SKEW[: len(rows)]
-    xx, yy, zz, xy, xz, yz = (
-        np.sum(rows[:, INERTIA] * rows[:, i] * rows[:, j])
-        for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    )
-    return Rotors(rows, (xx, yy, zz, xy, xz, yz))
+    rows = records(np.array(list(rows)))
+    axes = SKEW[: len(rows)]
+    rows["axis_x"], rows["axis_y"], rows["axis_z"] = axes.T
+    tensor = np.einsum("k,ki,kj->ij", rows["inertia"], axes, axes)
+    return Rotors(rows, as_symmetric(tensor))
+
+
+def axes_of(rotors):
+    return np.column_stack([rotors.rows[f"axis_{c}"] for c in "xyz"])
 
 
 def state_of(rotors, speed=0.0, omega=(0.0, 0.0, 0.0), motor=0.0, stands=0.0):
-    state = np.zeros((CELLS, len(rotors.rows)))
-    carried = rotors.rows[:, AXIS:INERTIA] @ omega
-    state[MOMENTUM] = rotors.rows[:, INERTIA] * (np.asarray(speed) + carried)
-    state[MOTOR], state[STANDS] = motor, stands
+    state = records(np.zeros(len(rotors.rows), ROTOR_STATE))
+    state["momentum"] = rotors.rows["inertia"] * (np.asarray(speed) + axes_of(rotors) @ omega)
+    state["motor"], state["stands"] = motor, stands
     return state
 
 
@@ -67,19 +59,19 @@ def by_fine_steps(row, speed, stands, motor, t):
     dt = t / FINE
 
     def rate(s, side):
-        return (motor - row[COULOMB] * side - row[VISCOUS] * s) / row[INERTIA]
+        return (motor - row["coulomb"] * side - row["viscous"] * s) / row["inertia"]
 
     for _ in range(FINE):
-        if stands and abs(motor) <= row[BREAKAWAY]:
+        if stands and abs(motor) <= row["breakaway"]:
             continue
         side = math.copysign(1.0, motor if stands or speed == 0.0 else speed)
         stands = False
         middle = speed + 0.5 * dt * rate(speed, side)
         after = speed + dt * rate(middle, side)
         if after * side < 0.0:
-            stands = abs(motor) <= row[BREAKAWAY]
+            stands = abs(motor) <= row["breakaway"]
             after = 0.0
-        speed = min(max(after, -row[SPEED_LIMIT]), row[SPEED_LIMIT])
+        speed = min(max(after, -row["speed_limit"]), row["speed_limit"])
     return speed, stands
 
 
@@ -108,11 +100,11 @@ def rotors_in_motion(draw):
 @example((row_of(1e-3, 0.0, 0.0, 0.0, 150.0), 50.0, False, 1e-2, 50.0))  # at its limit
 def test_speed_follows_fine_steps(case):
     row, speed, stands, motor, t = case
-    assume(abs(abs(motor) - row[BREAKAWAY]) > 1e-9 * row[BREAKAWAY] or motor == 0.0)
+    assume(abs(abs(motor) - row["breakaway"]) > 1e-9 * row["breakaway"] or motor == 0.0)
     after, stands_after = speed_after(row, speed, stands, motor, t)
     expected, stands_expected = by_fine_steps(row, speed, stands, motor, t)
     # the fine steps miss an instant of a stand by up to one of them
-    missed = 2.0 * (abs(motor) + row[COULOMB]) / row[INERTIA] * t / FINE
+    missed = 2.0 * (abs(motor) + row["coulomb"]) / row["inertia"] * t / FINE
     # (below the least normal number halves are rounded, too)
     away = missed + 1e-6 * abs(speed) + np.finfo(float).tiny
     assert after == pytest.approx(expected, abs=away)
@@ -159,15 +151,15 @@ def test_time_to_run_down(viscous):
     inertia, coulomb, speed, h = 2e-3, 3e-4, 80.0, 0.25
     rotors = rotors_of(row_of(inertia, coulomb, viscous))
     state, steps = state_of(rotors, speed), 0
-    while not state[STANDS, 0]:
-        turn_rotors(rotors, state, (0.0, 0.0, 0.0), steps, h)
+    while not state["stands"][0]:
+        step_rotors(rotors, state, (0.0, 0.0, 0.0), steps, h)
         steps += 1
     time_s = inertia * speed / coulomb
     if viscous:
         time_s = inertia / viscous * math.log1p(viscous * speed / coulomb)
     assert 100.0 < time_s < 600.0
     assert steps == math.ceil(time_s / h)
-    assert state[MOMENTUM, 0] == 0.0
+    assert state["momentum"][0] == 0.0
 
 
 def test_viscous_friction_alone_decays_exponentially_and_never_ends():
@@ -195,7 +187,7 @@ def test_a_rotor_at_its_limit_takes_no_more_and_can_leave_it():
     assert speed_after(row, 100.0, False, -1e-2, 5.0)[0] == pytest.approx(50.0)
     rotors = rotors_of(row)
     state = state_of(rotors, 100.0, motor=1e-2)
-    assert turn_rotors(rotors, state, (0.0, 0.0, 0.0), 0, 5.0).torque == (0.0, 0.0, 0.0)
+    assert step_rotors(rotors, state, (0.0, 0.0, 0.0), 0, 5.0).torque == (0.0, 0.0, 0.0)
 
 
 OMEGA = (0.05, -0.02, 0.03)
@@ -204,7 +196,7 @@ OMEGA = (0.05, -0.02, 0.03)
 def four():
     """One without friction, one with, one that stands, one dead from step 7."""
     rows = [row_of(1e-3), row_of(2e-3, 1e-3, 1e-5), row_of(3e-3, 2e-3), row_of(4e-3, 1e-3)]
-    rows[3][DEAD_FROM] = 7.0
+    rows[3]["dead_from"] = 7.0
     return rotors_of(*rows)
 
 
@@ -217,9 +209,9 @@ def four_in_motion(rotors):
 def test_what_the_rotors_gain_is_told_to_the_body(step):
     rotors, h = four(), 0.5
     state = four_in_motion(rotors)
-    before = state[MOMENTUM].copy()
-    spin = turn_rotors(rotors, state, OMEGA, step, h)
-    axes, gained = rotors.rows[:, AXIS:INERTIA], state[MOMENTUM] - before
+    before = state["momentum"].copy()
+    spin = step_rotors(rotors, state, OMEGA, step, h)
+    axes, gained = axes_of(rotors), state["momentum"] - before
     assert spin.momentum == pytest.approx(before @ axes, rel=1e-14)
     assert np.array(spin.torque) * h == pytest.approx(gained @ axes, rel=1e-13)
     assert reaction(spin) == pytest.approx(-(gained @ axes) / h, rel=1e-13)
@@ -232,12 +224,12 @@ def test_what_the_rotors_gain_is_told_to_the_body(step):
 
 def test_a_dead_rotor_without_friction_keeps_its_momentum_to_the_bit():
     rotors = rotors_of(row_of(1e-3))
-    rotors.rows[0, DEAD_FROM] = 0.0
+    rotors.rows["dead_from"][0] = 0.0
     state = state_of(rotors, 30.0, OMEGA, motor=5e-3)
-    before = state[MOMENTUM, 0]
+    before = state["momentum"][0]
     for step, turned in enumerate((OMEGA, (0.5, 0.1, -0.2), (0.0, 0.0, 0.0))):
-        turn_rotors(rotors, state, turned, step, 0.5)
-        assert state[MOMENTUM, 0] == pytest.approx(before, rel=1e-15)
+        step_rotors(rotors, state, turned, step, 0.5)
+        assert state["momentum"][0] == pytest.approx(before, rel=1e-15)
 
 
 def test_a_standing_rotor_turns_with_the_body():
@@ -245,9 +237,9 @@ def test_a_standing_rotor_turns_with_the_body():
     rotors = rotors_of(row_of(2e-3, 1e-3))
     state = state_of(rotors, 0.0, OMEGA, stands=1.0)
     other = (0.3, 0.1, -0.4)
-    turn_rotors(rotors, state, other, 0, 0.5)
-    assert state[STANDS, 0] == 1.0
-    assert state[MOMENTUM, 0] == pytest.approx(2e-3 * SKEW[0] @ other, rel=1e-14)
+    step_rotors(rotors, state, other, 0, 0.5)
+    assert state["stands"][0] == 1.0
+    assert state["momentum"][0] == pytest.approx(2e-3 * SKEW[0] @ other, rel=1e-14)
     assert relative_momentum(rotors.rows, state, other, 0) == pytest.approx(0.0, abs=1e-19)
 
 
@@ -255,8 +247,8 @@ def test_a_rotor_starts_from_a_stand_with_the_rate_of_the_body_as_it_is_now():
     """However the body has turned since the momentum was last reckoned."""
     rotors, other = rotors_of(row_of(2e-3, 1e-3)), (0.3, 0.1, -0.4)
     state = state_of(rotors, 0.0, OMEGA, motor=3e-3, stands=1.0)
-    turn_rotors(rotors, state, other, 0, 0.5)
-    assert state[STANDS, 0] == 0.0
+    step_rotors(rotors, state, other, 0, 0.5)
+    assert state["stands"][0] == 0.0
     told = relative_momentum(rotors.rows, state, other, 0)
     assert told == pytest.approx((3e-3 - 1e-3) * 0.5, rel=1e-13)
 
@@ -265,9 +257,9 @@ def test_momentum_relative_to_the_body():
     rotors = four()
     state = four_in_motion(rotors)
     told = [relative_momentum(rotors.rows, state, OMEGA, k) for k in range(4)]
-    assert told == pytest.approx(rotors.rows[:, INERTIA] * [10.0, -20.0, 0.0, 5.0], abs=1e-16)
-    spin = turn_rotors(rotors, state, OMEGA, 0, 0.5)
-    axes = rotors.rows[:, AXIS:INERTIA]
+    assert told == pytest.approx(rotors.rows["inertia"] * [10.0, -20.0, 0.0, 5.0], abs=1e-16)
+    spin = step_rotors(rotors, state, OMEGA, 0, 0.5)
+    axes = axes_of(rotors)
     assert carried_momentum(spin, OMEGA, 0.0) == pytest.approx(told @ axes, abs=1e-15)
     later = [relative_momentum(rotors.rows, state, (0.1, 0.2, 0.3), k) for k in range(4)]
     assert carried_momentum(spin, (0.1, 0.2, 0.3), 0.5) == pytest.approx(later @ axes, abs=1e-15)

@@ -1,27 +1,21 @@
 """Wheels as the computer has them: what is packed and read, how a torque is shared, failures."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from torquer.spacecraft.body import Body
-from torquer.spacecraft.rotors import (
-    BIAS,
-    BREAKAWAY,
-    COULOMB,
-    DEAD_FROM,
-    INERTIA,
-    MOMENTUM,
-    MOMENTUM_LIMIT,
-    MOTOR,
-    READ,
-    SPEED_LIMIT,
-    STANDS,
-    TORQUE_LIMIT,
-    VISCOUS,
+from torquer.control.allocation import (
+    Allocation,
+    AllocationState,
+    allocate_torque,
+    allocation_of,
+    first_allocation,
 )
-from torquer.spacecraft.wheels import ReactionWheels, drive_wheels, read_wheels
+from torquer.spacecraft.body import Body
+from torquer.spacecraft.rotors import Rotors
+from torquer.spacecraft.wheels import ReactionWheels, read_tachometers
 from torquer.wheel_array.allocation import allocate
 
 RPM = 2.0 * math.pi / 60.0
@@ -35,9 +29,32 @@ def wheels(**changes):
     return ReactionWheels(**(given | changes))
 
 
+class Ready(NamedTuple):
+    """Wheels at the start, and what the computer believes of them."""
+
+    spec: ReactionWheels
+    rotors: Rotors
+    allocation: Allocation
+    state: np.ndarray
+    believed: AllocationState
+
+    def read(self, omega, seed, step):
+        """Read the tachometers; the vector sum of the momenta."""
+        noise = self.spec.speed_noise_rad_s
+        momenta = self.believed.momentum
+        return read_tachometers(self.rotors, noise, self.state, omega, seed, step, momenta)
+
+    def ask(self, torque, interval_s, step):
+        """Let the computer share a torque on the body."""
+        allocate_torque(self.allocation, self.believed, self.state, torque, interval_s, step)
+        assert np.array_equal(self.state["motor"], self.believed.motor)
+        return self.believed.motor
+
+
 def ready(spec, omega=OMEGA, step_s=0.5):
-    driver = spec.pack(np.zeros(0), step_s)
-    return driver, spec.first_state(driver, omega)
+    rotors, allocation = spec.pack(step_s), allocation_of(spec, step_s)
+    state = spec.first_state(rotors, omega)
+    return Ready(spec, rotors, allocation, state, first_allocation(allocation))
 
 
 def axes_of(spec):
@@ -46,18 +63,17 @@ def axes_of(spec):
 
 def shared(spec, torque, step=0, interval_s=1.0):
     """Motor torques for a torque on the body, after a reading."""
-    driver, state = ready(spec)
-    read_wheels(driver, state, OMEGA, 1, step)
-    drive_wheels(driver, state, torque, interval_s, step)
-    return state[MOTOR]
+    flying = ready(spec)
+    flying.read(OMEGA, 1, step)
+    return flying.ask(torque, interval_s, step)
 
 
 def test_momentum_limit_is_reached_at_the_speed_limit():
     spec = wheels(speed_limit_rpm=4500.0)
     assert spec.rotor_inertia_kg_m2() * 4500.0 * RPM == pytest.approx(LIMITS, rel=1e-15)
-    rows = ready(spec)[0].rotors.rows
-    assert rows[:, INERTIA] == pytest.approx(spec.rotor_inertia_kg_m2(), rel=1e-15)
-    assert rows[:, SPEED_LIMIT] == pytest.approx(4500.0 * RPM, rel=1e-15)
+    rows = ready(spec).rotors.rows
+    assert rows["inertia"] == pytest.approx(spec.rotor_inertia_kg_m2(), rel=1e-15)
+    assert rows["speed_limit"] == pytest.approx(4500.0 * RPM, rel=1e-15)
 
 
 def test_rotors_tensor_is_the_sum_over_the_axes():
@@ -66,7 +82,7 @@ def test_rotors_tensor_is_the_sum_over_the_axes():
         i * np.outer(g, g) for i, g in zip(spec.rotor_inertia_kg_m2(), axes_of(spec), strict=True)
     )
     assert spec.rotor_tensor_kg_m2() == pytest.approx(expected, rel=1e-14)
-    (xx, yy, zz, xy, xz, yz) = ready(spec)[0].rotors.tensor
+    (xx, yy, zz, xy, xz, yz) = ready(spec).rotors.tensor
     assert [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]] == pytest.approx(expected, abs=1e-16)
 
 
@@ -82,32 +98,33 @@ def test_rotors_are_part_of_the_body_but_do_not_resist_its_turning():
 
 def test_friction_is_packed_and_stiction_left_out_is_the_coulomb_friction():
     friction = {"coulomb_friction_n_m": 1e-3, "viscous_friction_n_m_s": 2e-6}
-    rows = ready(wheels(**friction))[0].rotors.rows
-    assert rows[:, [COULOMB, VISCOUS, BREAKAWAY]].tolist() == [[1e-3, 2e-6, 1e-3]] * 4
-    rows = ready(wheels(**friction, stiction_n_m=5e-3))[0].rotors.rows
-    assert rows[:, BREAKAWAY].tolist() == [5e-3] * 4
+    rows = ready(wheels(**friction)).rotors.rows
+    assert rows[["coulomb", "viscous", "breakaway"]].tolist() == [(1e-3, 2e-6, 1e-3)] * 4
+    rows = ready(wheels(**friction, stiction_n_m=5e-3)).rotors.rows
+    assert rows["breakaway"].tolist() == [5e-3] * 4
 
 
 @pytest.mark.parametrize("speeds", [0.0, -300.0, (100.0, 0.0, -200.0, 50.0)])
 def test_first_state_has_the_speeds_relative_to_a_turning_body(speeds):
     spec = wheels(initial_speed_rpm=speeds, coulomb_friction_n_m=1e-3)
-    driver, state = ready(spec)
-    total = read_wheels(driver, state, OMEGA, 1, 0)
+    flying = ready(spec)
+    state, believed = flying.state, flying.believed
+    total = flying.read(OMEGA, 1, 0)
     speed = np.broadcast_to(speeds, 4)
     expected = spec.rotor_inertia_kg_m2() * speed * RPM
-    assert state[READ] == pytest.approx(expected, abs=1e-15)
+    assert believed.momentum == pytest.approx(expected, abs=1e-15)
     assert total == pytest.approx(expected @ axes_of(spec), abs=1e-15)
-    assert state[MOMENTUM] - state[READ] == pytest.approx(
+    assert state["momentum"] - believed.momentum == pytest.approx(
         spec.rotor_inertia_kg_m2() * (axes_of(spec) @ OMEGA), rel=1e-10
     )
-    assert state[STANDS].tolist() == (speed == 0.0).tolist()
-    assert state[MOMENTUM_LIMIT].tolist() == list(LIMITS)
-    assert state[TORQUE_LIMIT].tolist() == [0.1] * 4
-    assert not state[BIAS].any()
+    assert state["stands"].tolist() == (speed == 0.0).tolist()
+    assert believed.momentum_limit.tolist() == list(LIMITS)
+    assert believed.torque_limit.tolist() == [0.1] * 4
+    assert not believed.bias.any()
 
 
 def test_without_friction_no_rotor_is_held_at_a_stand():
-    assert not ready(wheels())[1][STANDS].any()
+    assert not ready(wheels()).state["stands"].any()
 
 
 def test_noise_of_the_tachometers():
@@ -116,12 +133,12 @@ def test_noise_of_the_tachometers():
         layout={"kind": "icosahedral"}, momentum_limit_n_m_s=(1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
         speed_noise_rpm=2.0, initial_speed_rpm=500.0,
     )  # fmt: skip
-    driver, state = ready(spec)
+    flying = ready(spec)
     count = 4000
     read = np.empty((count, 6))
     for step in range(count):
-        read_wheels(driver, state, OMEGA, 11, step)
-        read[step] = state[READ]
+        flying.read(OMEGA, 11, step)
+        read[step] = flying.believed.momentum
     noise = (read / spec.rotor_inertia_kg_m2() / RPM - 500.0) / 2.0
     # five standard errors
     assert np.abs(noise.mean(axis=0)).max() < 5.0 / math.sqrt(count)
@@ -131,11 +148,11 @@ def test_noise_of_the_tachometers():
 
 
 def test_noise_is_that_of_the_seed_and_the_step():
-    driver, state = ready(wheels(speed_noise_rpm=2.0))
+    flying = ready(wheels(speed_noise_rpm=2.0))
     readings = []
     for seed, step in ((1, 5), (1, 6), (2, 5), (1, 5)):
-        read_wheels(driver, state, OMEGA, seed, step)
-        readings.append(state[READ].copy())
+        flying.read(OMEGA, seed, step)
+        readings.append(flying.believed.momentum.copy())
     assert np.array_equal(readings[0], readings[3])
     for i, j in ((0, 1), (0, 2), (1, 2)):
         assert np.all(readings[i] != readings[j])
@@ -146,11 +163,11 @@ def test_twelve_wheels_have_twelve_noises_at_every_step():
         layout={"kind": "regular_pyramid", "count": 12, "gamma_deg": 50.0},
         momentum_limit_n_m_s=1.0, speed_noise_rpm=2.0,
     )  # fmt: skip
-    driver, state = ready(spec)
+    flying = ready(spec)
     drawn = []
     for step in range(50):
-        read_wheels(driver, state, OMEGA, 11, step)
-        drawn += state[READ].tolist()
+        flying.read(OMEGA, 11, step)
+        drawn += flying.believed.momentum.tolist()
     assert len(set(drawn)) == 600
 
 
@@ -203,35 +220,36 @@ def test_minimax_gives_more_of_a_torque_beyond_reach_than_least_squares():
 def test_a_wheel_near_its_speed_limit_is_not_asked_beyond(interval_s):
     spec = wheels(initial_speed_rpm=(5990.0, 0.0, 0.0, 0.0), momentum_limit_n_m_s=2.0)
     motors = shared(spec, tuple(-0.5 * axes_of(spec)[0]), interval_s=interval_s)
-    after = ready(spec)[1][MOMENTUM] + motors * interval_s
+    after = ready(spec).state["momentum"] + motors * interval_s
     carried = spec.rotor_inertia_kg_m2() * (axes_of(spec) @ OMEGA)
     assert np.all(np.abs(after - carried) <= 2.0 * (1.0 + 1e-12))
 
 
 def test_an_idle_share_spins_the_wheels_up_without_a_torque_on_the_body():
     spec = wheels(minimum_speed_fraction=0.1, momentum_limit_n_m_s=2.0)
-    driver, state = ready(spec, (0.0, 0.0, 0.0))
+    flying = ready(spec, (0.0, 0.0, 0.0))
+    momentum, bias = flying.state["momentum"], flying.believed.bias
     # a motor's torque is a difference of momenta, over a second, each of which is rounded
-    rounding = 2.0 * len(state[BIAS]) * np.spacing(np.abs(state[BIAS]).max())
+    rounding = 2.0 * len(bias) * np.spacing(np.abs(bias).max())
     for step in range(60):
-        read_wheels(driver, state, (0.0, 0.0, 0.0), 1, step)
-        drive_wheels(driver, state, (0.0, 0.0, 0.0), 1.0, step)
-        assert np.abs(state[MOTOR] @ axes_of(spec)).max() <= rounding
-        state[MOMENTUM] += state[MOTOR]
-    assert np.abs(state[MOMENTUM]).min() >= 0.1 * 2.0
-    assert state[MOMENTUM] == pytest.approx(state[BIAS], abs=1e-14)
+        flying.read((0.0, 0.0, 0.0), 1, step)
+        motors = flying.ask((0.0, 0.0, 0.0), 1.0, step)
+        assert np.abs(motors @ axes_of(spec)).max() <= rounding
+        momentum += motors
+    assert np.abs(momentum).min() >= 0.1 * 2.0
+    assert momentum == pytest.approx(bias, abs=1e-14)
 
 
 def test_failures_become_steps():
     failures = ({"wheel": 2, "time_s": 10.2, "noticed_after_s": 3.0}, {"wheel": 0, "time_s": 0.0})
-    driver, _ = ready(wheels(failures=failures, lost=(1,)), step_s=0.5)
-    assert driver.rotors.rows[:, DEAD_FROM].tolist() == [0.0, 0.0, 21.0, 1e18]
-    assert driver.noticed_from.tolist() == [0.0, 1e18, 27.0, 1e18]
+    flying = ready(wheels(failures=failures, lost=(1,)), step_s=0.5)
+    assert flying.rotors.rows["dead_from"].tolist() == [0.0, 0.0, 21.0, math.inf]
+    assert flying.allocation.noticed_from.tolist() == [0.0, math.inf, 27.0, math.inf]
 
 
 def test_a_time_that_is_a_whole_number_of_steps_but_for_rounding():
-    driver, _ = ready(wheels(failures=({"wheel": 2, "time_s": 0.3},)), step_s=0.1)
-    assert driver.rotors.rows[2, DEAD_FROM] == 3.0
+    flying = ready(wheels(failures=({"wheel": 2, "time_s": 0.3},)), step_s=0.1)
+    assert flying.rotors.rows["dead_from"][2] == 3.0
 
 
 @pytest.mark.parametrize("allocation", ["minimax", "least_squares"])
@@ -275,16 +293,17 @@ def test_after_a_loss_with_a_bias_the_rest_still_adds_up_to_nothing():
     spec = wheels(
         layout=layout, momentum_limit_n_m_s=2.0, minimum_speed_fraction=0.05, failures=failures
     )
-    driver, state = ready(spec)
+    flying = ready(spec)
     for step, lost in ((0, [2]), (10, [2, 4])):
-        read_wheels(driver, state, OMEGA, 1, step)
-        drive_wheels(driver, state, (0.0, 0.0, 0.0), 1.0, step)
-        bias = state[BIAS]
-        assert bias[lost].tolist() == state[MOTOR][lost].tolist() == [0.0] * len(lost)
+        flying.read(OMEGA, 1, step)
+        motors, bias = flying.ask((0.0, 0.0, 0.0), 1.0, step), flying.believed.bias
+        assert bias[lost].tolist() == motors[lost].tolist() == [0.0] * len(lost)
         assert np.abs(np.delete(bias, lost)).min() > 0.05 * 2.0
         assert bias @ axes_of(spec) == pytest.approx(0.0, abs=1e-14)
-        assert state[MOTOR] @ axes_of(spec) == pytest.approx(0.0, abs=1e-15)
+        assert motors @ axes_of(spec) == pytest.approx(0.0, abs=1e-15)
 
 
-def test_no_wheels_are_driven_by_doing_nothing():
-    drive_wheels((), np.zeros((0, 0)), (1.0, 2.0, 3.0), 1.0, 0)
+def test_nothing_is_asked_of_wheels_that_no_law_drives():
+    spec = wheels(minimum_speed_fraction=0.1, momentum_limit_n_m_s=2.0)
+    flying = ready(spec)._replace(allocation=allocation_of(spec, 0.5, driven=False))
+    assert not flying.ask((0.01, -0.02, 0.015), 1.0, 0).any()

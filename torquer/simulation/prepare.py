@@ -24,6 +24,7 @@ from torquer.control.modes.table import (
     first_state as first_mode_state,
 )
 from torquer.control.user import spec_of
+from torquer.engine import records
 from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
@@ -177,7 +178,7 @@ def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = allocation_of(wheels, step_s, driven)
-    return Plan(
+    plan = Plan(
         plant=plant_of(scenario, needs),
         timetable=timetable_for(scenario, needs),
         computer=computer_of(blocks, estimator_numbers(scenario, blocks)["estimator"], table),
@@ -188,6 +189,7 @@ def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         log_cells=np.array([cell for _, _, _, cells in log_of(blocks) for cell in cells], np.int64),
     )
+    return records(plan)
 
 
 def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
@@ -231,24 +233,27 @@ def first_state(
     scenario: Scenario, plan: Plan, blocks: Blocks, modes: ModeState, r_m, v_m_s
 ) -> State:
     """State at the start."""
-    cells = np.zeros(1, CELLS)
+    cells = records(np.zeros(1, CELLS))
     motion = scenario.initial.motion(r_m, v_m_s)
     cells.view(np.float64)[:7] = motion
-    coils = np.zeros(len(plan.plant.coils.rows), COIL_STATE)
+    coils = records(np.zeros(len(plan.plant.coils.rows), COIL_STATE))
     put_goal(cells, goal_of(plan.plant.coils, coils))
+    late = np.zeros(len(SENSORS), LATE)
+    late["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
     if plan.allocation:
         rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
-    return State(
+    state = State(
         at=np.zeros(2, dtype=np.int64),
         cells=cells,
-        late=np.zeros(len(SENSORS), LATE),
+        late=late,
         coils=coils,
         rotors=rotors,
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator),
     )
+    return records(state)
 
 
 def empty_record(plan: Plan, rows: int) -> Record:
@@ -263,4 +268,4 @@ def empty_record(plan: Plan, rows: int) -> Record:
         np.full((rows, len(plan.computer.modes.regions)), np.nan),
     )
     record.rows.view(np.float64)[:] = np.nan
-    return record
+    return records(record)

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.scenario.spec import Scenario, whole_steps
+from torquer.spacecraft.sampling import Sampled
 
-#: Numbers in a row of a result: without wheels, with them, and for each of them.
-_ROW, _ROW_WHEELS, _ROW_WHEEL = 49, 3, 3
+#: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate.
+_ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_ESTIMATE = 49, 3, 3, 13
 #: Copies of its rows that a result in memory needs while it is made.
 _COPIES = 3
 #: Memory [byte] of the package and what it computes with; while tables are made, of those of a
@@ -73,8 +74,19 @@ def size_of(scenario: Scenario, compiled: bool = True) -> Size:
 
 def row_numbers(scenario: Scenario) -> int:
     """How many numbers of eight bytes a row of the result has."""
-    wheels = scenario.spacecraft.wheels
-    return _ROW + (_ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows()) if wheels else 0)
+    wheels, (laws, modes) = scenario.spacecraft.wheels, scenario.control.named()
+    estimators = [spec for spec in _estimators(scenario) if hasattr(spec, "estimator")]
+    blocks = [law.law() for law in laws.values() if law.kind != "given_in_python"]
+    blocks += [spec.estimator() for spec in estimators]
+    logged = sum(count for block in blocks for _, count, _ in block.logged().values())
+    numbers = _ROW + logged + (len(modes.regions) if modes else 0)
+    if wheels:
+        numbers += _ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows())
+    return numbers + (_ROW_ESTIMATE if estimators else 0)
+
+
+def _estimators(scenario: Scenario) -> list:
+    return [scenario.control.estimator, *scenario.control.estimators.values()]
 
 
 def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> float:
@@ -82,6 +94,7 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     duration_s = steps * simulation.step_s
     a_cycle = round(control.measure_s / control.sample_s) + 1
     readings = duration_s / control.cycle_s * a_cycle
+    readings += sum(duration_s / interval_s for interval_s in _own_intervals_s(scenario))
     step_s = _STEP_S[simulation.integrator]
     step_s += _WHEELS_S if craft.wheels or craft.aerodynamics else 0.0
     reading_s = _READING_S + (_WHEELS_READING_S if craft.wheels else 0.0)
@@ -90,6 +103,12 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     if scenario.environment.table_tolerance == 0.0:
         tables_s = _EXACT_S * steps
     return step_s * steps + reading_s * readings + tables_s + _ROW_S * rows
+
+
+def _own_intervals_s(scenario: Scenario) -> list[float]:
+    """Intervals of the sensors that are read at rates of their own."""
+    sensors = [value for _, value in scenario.spacecraft if isinstance(value, Sampled)]
+    return [sensor.sample_s for sensor in sensors if sensor.sample_s is not None]
 
 
 def memory_of_machine() -> float:

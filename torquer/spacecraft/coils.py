@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined, kernel
+from torquer.engine import inlined, kernel, records
 from torquer.geometry.vec3 import as_vector
 from torquer.spec import Spec, Vector
 
@@ -178,4 +178,4 @@ class Coils(Spec):
         rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
         rows["power"] = (self.power_at_limit_w or 1.0) / limits / limits
         residual = as_vector(self.residual_dipole_a_m2)
-        return CoilSet(rows, residual, MODES[self.saturation], self.lag_s)
+        return CoilSet(records(rows), residual, MODES[self.saturation], self.lag_s)

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer import noise
-from torquer.engine import kernel
+from torquer.engine import kernel, records
 from torquer.geometry.vec3 import add_scaled, as_symmetric
 from torquer.spacecraft.rotors import ROTOR, ROTOR_STATE, Rotors, axis_of, relative_momentum
 from torquer.spec import Spec
@@ -146,7 +146,7 @@ class ReactionWheels(Wheels):
         rows["coulomb"], rows["viscous"] = self.coulomb_friction_n_m, self.viscous_friction_n_m_s
         rows["breakaway"] = self.coulomb_friction_n_m if stiction is None else stiction
         rows["dead_from"] = self.dead_from_step(step_s)
-        return Rotors(rows, as_symmetric(self.rotor_tensor_kg_m2()))
+        return Rotors(records(rows), as_symmetric(self.rotor_tensor_kg_m2()))
 
     def dead_from_step(self, step_s: float) -> np.ndarray:
         """The step (n,) from which on each motor is dead; infinite for one that never is."""
@@ -171,4 +171,4 @@ class ReactionWheels(Wheels):
         axes = np.array([axis_of(rows, k) for k in range(len(rows))])
         state["momentum"] = rows["inertia"] * (speed + axes @ omega_body)
         state["stands"] = (speed == 0.0) & (rows["breakaway"] > 0.0)
-        return state
+        return records(state)

@@ -1,0 +1,114 @@
+"""The timetable: its rows against a slow twin that looks at every step by itself."""
+
+import itertools
+import math
+import re
+
+import hypothesis.strategies as st
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from torquer.simulation.timetable import (
+    COILS_OFF,
+    COILS_ON,
+    CONTROL,
+    DELIVER,
+    GYRO,
+    MAGNETOMETER,
+    READ,
+    SENSORS,
+    Sampling,
+    next_row,
+    row_from,
+    timetable_of,
+)
+
+
+def actions_at(step, cycle, measure, sample, read):
+    """Bits of what is due at a step, from the rules alone."""
+    phase = step % cycle
+    controls = phase == measure or (phase < measure and phase % sample == 0)
+    bits = COILS_OFF * (phase == 0 and measure > 0) + CONTROL * controls
+    bits += COILS_ON * (phase == measure)
+    for sensor, (interval, delay) in read.items():
+        reads = step % interval == 0 if interval else controls
+        arrives = interval > 0 and delay > 0 and (step - delay) % interval == 0
+        bits += (READ << sensor) * reads + (DELIVER << sensor) * arrives
+    return bits
+
+
+@st.composite
+def timings(draw):
+    """(cycle, measurement window, control interval, sensors) in steps."""
+    sample, windows = draw(st.integers(1, 6)), draw(st.integers(0, 4))
+    measure = sample * windows
+    cycle = measure + draw(st.integers(1, 8)) if windows else sample
+    sensors = draw(st.sets(st.integers(0, len(SENSORS) - 1), min_size=1, max_size=4))
+    read = {}
+    for sensor in sorted(sensors):
+        interval = draw(st.integers(0, 9))
+        read[sensor] = Sampling(interval, draw(st.integers(0, interval)))
+    return cycle, measure, sample, read
+
+
+@settings(max_examples=200, deadline=None)
+@given(timings(), st.integers(0, 10_000))
+def test_rows_are_what_is_due_at_each_step(timing, from_step):
+    table = timetable_of(*timing)
+    found, step = {}, from_step
+    last = from_step + 2 * table.cycle_steps + 1
+    while step < last:
+        due, actions = next_row(table, step)
+        found[due] = actions
+        step = due + 1
+    every = {step: actions_at(step, *timing) for step in range(from_step, last)}
+    assert {step: bits for step, bits in found.items() if step < last} == {
+        step: bits for step, bits in every.items() if bits
+    }
+
+
+@settings(max_examples=100, deadline=None)
+@given(timings())
+def test_a_command_is_held_until_the_next_control_step(timing):
+    table = timetable_of(*timing)
+    controls = [
+        step for step in range(3 * table.cycle_steps) if actions_at(step, *timing) & CONTROL
+    ]
+    hold = {int(row["step"]): int(row["hold_steps"]) for row in table.rows}
+    for step, following in itertools.pairwise(controls):
+        assert hold[step % table.cycle_steps] == following - step
+
+
+@settings(max_examples=100, deadline=None)
+@given(timings())
+def test_all_repeats_after_the_least_common_multiple(timing):
+    cycle, _, _, read = timing
+    intervals = [sampling.interval for sampling in read.values() if sampling.interval]
+    assert timetable_of(*timing).cycle_steps == math.lcm(cycle, *intervals)
+
+
+def test_the_steps_of_a_run_are_walked_through_cycle_by_cycle():
+    table = timetable_of(10, 6, 2, {MAGNETOMETER: Sampling(), GYRO: Sampling(4, 1)})
+    assert table.cycle_steps == 20
+    assert row_from(table, 19) == (0, 20)  # the next one is the first of the next cycle
+    number, cycle = row_from(table, 47)
+    assert (int(table.rows[number]["step"]), cycle) == (8, 40)
+
+
+def test_intervals_without_a_near_common_multiple_are_refused():
+    told = (
+        "gyro.sample_s: must have a common multiple with the control cycle that comes soon; "
+        "received one after 9999399973 steps"
+    )
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        timetable_of(100003, 0, 100003, {GYRO: Sampling(99991, 0)})
+    with pytest.raises(ValueError, match=r"^magnetometer\.sample_s, gyro\.sample_s: must have"):
+        timetable_of(7919, 0, 7919, {MAGNETOMETER: Sampling(7907), GYRO: Sampling(7901)})
+
+
+def test_readings_that_are_not_late_go_straight_to_the_computer():
+    late = timetable_of(4, 0, 4, {MAGNETOMETER: Sampling(2, 1), GYRO: Sampling(2, 0)}).late
+    assert late == READ << MAGNETOMETER
+    rows = timetable_of(4, 0, 4, {GYRO: Sampling(2, 0)}).rows
+    assert not np.any(rows["actions"] & (DELIVER << GYRO))
