@@ -108,7 +108,8 @@ def as_law(law_or_function, name: str = "law") -> Law:
             f"{name}: must be a torquer.Law or a function; received {law_or_function!r}"
         )
     called = getattr(law_or_function, "__name__", type(law_or_function).__name__)
-    return Law(called, law_or_function, (), _PLAIN_MEMORY, needs=frozenset({"sun"}), compiled=False)
+    needs = frozenset({"sun", "search_coil"})
+    return Law(called, law_or_function, (), _PLAIN_MEMORY, needs=needs, compiled=False)
 
 
 def law(
