@@ -125,9 +125,10 @@ def signals_need(scenario: Scenario) -> frozenset[str]:
     modes = scenario.control.named().modes
     if modes is None:
         return frozenset()
-    wanted = frozenset().union(*(SIGNALS[c.signal].needs for _, c in modes.all_conditions()))
-    sun = modes.target == "sun" and "target" in wanted
-    return wanted | (frozenset({"sun"}) if sun else frozenset())
+    signals = [SIGNALS[condition.signal] for _, condition in modes.all_conditions()]
+    reads = frozenset().union(*(signal.reads for signal in signals))
+    sun = modes.target == "sun" and any("target" in signal.needs for signal in signals)
+    return reads | {"sun"} if sun else reads
 
 
 def integrator_of(scenario: Scenario) -> Rk4 | Splitting | Dop853:

@@ -168,13 +168,14 @@ class Signal(NamedTuple):
 
     `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`) and of the condition
     (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state must
-    not wait for it alone.
+    not wait for it alone. `reads`: what the computer must provide, as for the `needs` of a law.
     """
 
     function: Callable
     unit: str
     needs: tuple[str, ...] = ()
     may_stay_unknown: bool = False
+    reads: frozenset[str] = frozenset()
 
     @property
     def docs(self) -> str:
@@ -189,9 +190,9 @@ SIGNALS = {
     "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2")),
     "axis_to_target_deg": Signal(axis_to_target, "deg", ("axis", "target"), True),
     "momentum_to_target_deg": Signal(momentum_to_target, "deg", ("target", "inertia_kg_m2"), True),
-    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True),
-    "sun_in_view": Signal(sun_in_view, "yes/no"),
-    "lit": Signal(lit, "part"),
+    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, reads=frozenset({"sun"})),
+    "sun_in_view": Signal(sun_in_view, "yes/no", reads=frozenset({"sun"})),
+    "lit": Signal(lit, "part", reads=frozenset({"ephemeris"})),
     "field_nt": Signal(field, "nT"),
     "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s"),
     "estimate_age_s": Signal(estimate_age, "s"),
