@@ -75,6 +75,55 @@ def test_every_form_of_b_dot_has_its_limit(told, kind, words):
     assert told(law(kind), HELD, rate(0.8 * math.degrees(limit))) == []
 
 
+@pytest.mark.parametrize(
+    ("magnetometer", "times", "words"),
+    [
+        ({"sample_s": 0.5, "delay_s": 0.5}, (2.0, 2.0, 0.5, 0.5), "2 s, 0.5 s old, held for 2 s"),
+        ({"sample_s": 2.0, "delay_s": 1.0}, (2.0, 2.0, 0.5, 2.0), "2 s, 2 s old, held for 2 s"),
+        ({"sample_s": 4.0}, (4.0, 4.0, 0.5, 0.0), "4 s held for 4 s"),
+        ({"sample_s": 1.0}, (2.0, 2.0, 0.5, 0.0), "2 s held for 2 s"),
+        ({"sample_s": 3.0}, (3.0, 4.0, 0.5, 1.0), "3 s, 1 s old, held for 4 s"),
+    ],
+)
+def test_the_magnetometers_own_rate_and_delay_count(told, magnetometer, times, words):
+    """Readings every 3 s, control every 2 s: at 4 s the one of 3 s is known, held until 6 s."""
+    own = {"spacecraft.magnetometer": magnetometer, "simulation.step_s": 0.5}
+    limit = math.degrees(sampling_limit_rad_s(*times))
+    (note,) = told(law(), HELD, own, rate(1.02 * limit))
+    assert f"above the {limit:.3g} deg/s that B-dot can brake with differences over {words}" in note
+    assert told(law(), HELD, own, rate(0.8 * limit)) == []
+
+
+def test_late_readings_in_a_measurement_window(told):
+    """Readings every 3 s reach the computer 2 s later: at the window's end, 6 s, those of 0 and
+    3 s are known."""
+    own = {"spacecraft.magnetometer": {"sample_s": 3.0, "delay_s": 2.0}}
+    limit = math.degrees(sampling_limit_rad_s(3.0, 3.0, 0.0, 3.0))
+    (note,) = told(law(), WINDOW, own, rate(1.02 * limit))
+    assert "differences over 3 s, 3 s old, held for 3 s" in note
+
+
+def test_laws_of_modes_are_told_by_name_with_their_greatest_gain(make, told):
+    """The first works at the start; the gain of the second is set, and its command multiplied."""
+    least = float(make().spacecraft.body.principal()[0][0])
+    greatest = bdot_greatest_gain(least, 5e-5, 2.0, lag_s=0.5)
+
+    def modes(gain, factor):
+        to_second = [{"to": "second", "at_most_s": 60.0}]
+        states = {
+            "first": {"laws": ["first"], "transitions": to_second},
+            "second": {"laws": {"second": factor}, "set": {"second.gain": gain}, "final": True},
+        }
+        laws = {name: law()["control.law"] for name in states}
+        control = {"laws": laws, "modes": {"states": states}, "sample_s": 2.0}
+        return {"control": control, "spacecraft.coils.lag_s": 0.5}
+
+    rated, gained = told(modes(0.26 * greatest, 4.0), rate(40.0))
+    assert rated.startswith("first: the initial rate of 40 deg/s is above the 36.2 deg/s")
+    assert gained.startswith(f"second: the gain of {1.04 * greatest:.3g} A m^2 s/T is above")
+    assert told(modes(0.24 * greatest, 4.0), rate(10.0)) == []
+
+
 @pytest.mark.parametrize("kind", ["nutation_damping", "nutation_damping_rate",
                                   "nutation_damping_derivative"])  # fmt: skip
 def test_nutation_damping_is_told_of_the_precession(told, kind):

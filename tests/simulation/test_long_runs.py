@@ -5,7 +5,9 @@ import pytest
 
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.environment.table import build, lookup3
-from torquer.simulation import run as runner, size as sizes
+from torquer.scenario.load import scenario_from_data
+from torquer.simulation import run as runner
+from torquer.simulation import size as sizes
 from torquer.simulation.size import piece_steps, size_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -183,6 +185,39 @@ def test_a_table_may_begin_anywhere():
     table = build(sample, 100.0, 10.0, 5, start_s=1e6)
     for t in (1e6, 1e6 + 33.3, 1e6 + 100.0):
         assert lookup3(table, t) == pytest.approx(sample(np.array([t]))[0], abs=1e-8)
+
+
+LOGGING = """
+import torquer
+
+@torquer.law(memory={"a": 0.0, "b": (0, 0, 0)}, log={"a": "1", "b": "T"})
+def logging(inputs, parameters, memory):
+    return (0.0, 0.0, 0.0)
+"""
+MODES = {"regions": {name: {"states": {"on": {"laws": [name], "final": True}}}
+                     for name in ("coils", "wheels")}}  # fmt: skip
+SENSED = {"estimator": {"kind": "rate_from_field"}}
+LAWS = FULL["control"]["laws"]
+
+
+@pytest.mark.parametrize("control", [
+    {"law": LAWS["coils"]},
+    {"laws": LAWS, "modes": MODES},
+    {"law": LAWS["coils"], **SENSED},
+    {"law": {"kind": "user", "file": "logging.py"}},
+], ids=["plain", "modes", "estimator", "log"])  # fmt: skip
+@pytest.mark.parametrize("wheels", [True, False])
+def test_a_row_has_as_many_numbers_as_told(plain_data, tmp_path, control, wheels):
+    if "laws" in control and not wheels:
+        pytest.skip("a law of these drives wheels")
+    (tmp_path / "logging.py").write_text(LOGGING)
+    changes = {"control": control, "simulation.duration_s": 20.0}
+    if wheels:
+        changes["spacecraft.wheels"] = FULL["spacecraft.wheels"]
+    scenario = scenario_from_data(plain_data(changes), tmp_path)
+    result = simulate(scenario)
+    rows = {name: v for name, v in result.variables.items() if "time" in v.dims}
+    assert sizes.row_numbers(scenario) == sum(v.size for v in rows.values()) / len(result.time)
 
 
 def test_memory_is_that_of_a_piece_for_a_file(make, monkeypatch):

@@ -64,6 +64,56 @@ def test_a_law_that_needs_the_ephemeris_knows_place_field_and_sun():
         assert place.lit == pytest.approx(float(there.lit), abs=1e-6)
 
 
+@torquer.law(
+    needs=("ephemeris",),
+    memory={"r": (0, 0, 0), "v": (0, 0, 0), "b": (0, 0, 0), "sun": (0, 0, 0), "lit": 0.0},
+    log={"r": "m", "v": "m/s", "b": "T", "sun": "1", "lit": "1"},
+)
+def noting(inputs, parameters, memory):
+    """Logs the ephemeris."""
+    e = inputs.ephemeris
+    for k in range(3):
+        memory.r[k], memory.v[k], memory.b[k] = (
+            e.r_inertial_m[k],
+            e.v_inertial_m_s[k],
+            e.b_inertial_t[k],
+        )
+        memory.sun[k] = e.sun_inertial[k]
+    memory.lit = e.lit
+    return (0.0, 0.0, 0.0)
+
+
+DAY = SCENARIO.replace("63.0", "20.0").replace("duration_s = 600", "duration_s = 7200")
+SUNS = {
+    "": (None, True),
+    "[environment]\nsun_direction = [0, 2, 0]\n": ((0.0, 1.0, 0.0), True),
+    "[environment]\nsun_direction = [1, 0, 1]\neclipse = 'none'\n": (
+        (0.5**0.5, 0, 0.5**0.5),
+        False,
+    ),
+}
+
+
+@pytest.mark.parametrize("environment", SUNS, ids=["true", "fixed", "fixed, no eclipse"])
+def test_what_a_law_knows_is_what_the_result_tells(environment):
+    """Through the shadow, with the Sun where it is or where it is held."""
+    fixed, eclipses = SUNS[environment]
+    result = torquer.simulate(torquer.scenario_from_text(environment + DAY), noting)
+    result = result.isel(time=slice(0, -1))
+    for name, told in (("r", "position_inertial"), ("v", "velocity_inertial"),
+                       ("b", "b_inertial"), ("sun", "sun_inertial")):  # fmt: skip
+        size = np.abs(result[told].values).max()
+        away = np.abs(result[f"law.{name}"].values - result[told].values).max()
+        assert away < (1e-6 if name == "v" else 1e-8) * size, name
+    lit = result["law.lit"].values
+    assert lit == pytest.approx(result.lit.values, abs=1e-4)
+    assert (lit.min() == 0.0) is eclipses
+    assert lit.max() == 1.0
+    if fixed is not None:
+        sun = result["law.sun"].values
+        assert np.abs(sun - fixed).max() < 1e-4  # the parallax in a low orbit
+
+
 def test_other_laws_are_not_told_where_they_are():
     seen, _ = watched()
     place = seen[3].ephemeris

@@ -45,6 +45,7 @@ def turning(make, case, changes):
         "environment.gravity_gradient": False,
         "spacecraft.body.inertia_kg_m2": changes.pop("inertia", [1.0, 1.0, 1.0]),
         "spacecraft.coils": coils | {"saturation": changes.pop("saturation", "scale")},
+        "spacecraft.magnetometer": changes.pop("magnetometer", {}),
         "initial": changes.pop("initial"),
         "control": {
             "law": {"kind": law, "gain_a_m2_s_per_t": changes.pop("gain")},
@@ -67,9 +68,9 @@ def lost(make, case, rate, cycles, tilt=0.0, **changes):
     return size[first] - size[-1]
 
 
-def limit_by_runs(make, case, cycles, **changes):
+def limit_by_runs(make, case, cycles, age_s=0.0, **changes):
     """Rate [deg/s] at which a run neither brakes nor drives, by bisection."""
-    about = sampling_limit_rad_s(*times_of(*case)[:3])
+    about = sampling_limit_rad_s(*times_of(*case)[:3], age_s)
     found = brentq(
         lambda w: lost(make, case, w, cycles, **changes), 0.5 * about, 1.5 * about, xtol=1e-7
     )
@@ -113,6 +114,30 @@ def test_a_sphere_that_turns_at_any_angle_to_the_field_has_the_same_limit(make, 
     case = ("bdot", 2.0, 0.0, 2.0, 0.5)
     found = limit_by_runs(make, case, **WEAK, tilt=math.radians(tilt_deg))
     assert found == pytest.approx(math.degrees(sampling_limit_rad_s(2.0, 2.0, 0.5)), rel=1e-5)
+
+
+#: Magnetometers at rates of their own, and the age of their readings at control steps every 2 s.
+LATE = [
+    ({"sample_s": 0.5, "delay_s": 0.5}, 0.5),
+    ({"sample_s": 2.0, "delay_s": 0.5}, 2.0),
+    ({"sample_s": 0.2, "delay_s": 0.15}, 0.2),
+    ({"sample_s": 1.0}, 0.0),
+]
+
+
+@pytest.mark.parametrize(("magnetometer", "age_s"), LATE)
+@pytest.mark.parametrize("lag_s", [0.0, 0.5])
+def test_late_readings_turn_the_damping_by_their_age(make, magnetometer, age_s, lag_s):
+    case, rate = ("bdot", 2.0, 0.0, 2.0, lag_s), math.radians(20.0)
+    late, ideal = (
+        lost(make, case, rate, **WEAK, magnetometer=sampled) for sampled in (magnetometer, {})
+    )
+    times = times_of(*case)[:3]
+    expected = damping_efficiency(rate, *times, age_s) / damping_efficiency(rate, *times)
+    assert late / ideal == pytest.approx(expected, rel=1e-4)
+    found = limit_by_runs(make, case, **WEAK, age_s=age_s, magnetometer=magnetometer)
+    limit = sampling_limit_rad_s(*times, age_s)
+    assert found == pytest.approx(math.degrees(limit), rel=1e-4)
 
 
 def test_a_sphere_above_the_limit_is_driven_to_the_next_change_of_sign(make):
