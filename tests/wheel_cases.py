@@ -1,16 +1,11 @@
 """What tests of wheels' laws share: an orbit, readings on it, a law as a function of them."""
 
-import math
-
 import numpy as np
+from law_cases import UNKNOWN, ZERO, answer_of, compiled, inputs
 from scipy.spatial.transform import Rotation
 
-from torquer import engine
-from torquer.control.law import compile_law
-from torquer.conventions import Measured
 from torquer.orbit import kepler
 
-ZERO = (0.0, 0.0, 0.0)
 AXIS_M = 7.2e6
 RATE = kepler.mean_motion(AXIS_M)
 
@@ -28,19 +23,13 @@ def orbital_frame(r, v):
     return Rotation.from_matrix(np.column_stack([np.cross(normal, up), normal, up]))
 
 
-def row(q, omega, h=ZERO, r=None, v=None):
-    """What is measured; position and velocity are not numbers unless given."""
-    place = (math.nan,) * 3
-    known = [place if x is None else tuple(np.asarray(x).tolist()) for x in (r, v)]
-    vectors = [tuple(np.asarray(x, dtype=float).tolist()) for x in (omega, q, h)]
-    omega, q, h = vectors
-    return Measured(0.0, ZERO, ZERO, omega, ZERO, q, *known, place, place, h)
+def row(q, omega, h=ZERO, r=UNKNOWN, v=UNKNOWN):
+    """What is known at an instant; position and velocity are not numbers unless given."""
+    return inputs(q=q, omega=omega, wheels=h, r=r, v=v)
 
 
 def machine(spec):
-    """A law's compiled function of a row alone; under a disabled compiler the plain one."""
+    """A law's compiled function of its inputs alone: dipole or torque."""
     law = spec.law()
-    found = compile_law(law.function)
-    function = found.compiled if engine.COMPILED else found
-    parameters, memory = law.pack(), np.array(law.memory)
-    return lambda measured: np.array(function(measured, parameters, memory))
+    function, parameters, memory = compiled(law), law.pack(), law.first_memory()
+    return lambda known: answer_of(law, function(known, parameters, memory))

@@ -2,30 +2,28 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from law_cases import ZERO, inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer.control.bdot import (
+    PREVIOUS_READING,
     Bdot,
     BdotDerivative,
     BdotRate,
+    Gain,
     bdot_derivative,
     bdot_difference,
     bdot_rate,
 )
-from torquer.conventions import Measured
 
 MANY = settings(max_examples=80, deadline=None)
-ZERO = (0.0, 0.0, 0.0)
 #: Whole nanoteslas and microradians per second: zero or not, but nothing whose square vanishes.
 fields = st.tuples(*[st.integers(-60_000, 60_000).map(lambda n: 1e-9 * n)] * 3)
 rates = st.tuples(*[st.integers(-500_000, 500_000).map(lambda n: 1e-6 * n)] * 3)
 gains = st.floats(1.0, 1e6)
-
-
-def measured(t=0.0, b=ZERO, b_rate=ZERO, omega=ZERO):
-    return Measured(float(t), tuple(b), tuple(b_rate), tuple(omega), ZERO)
 
 
 def lever_of(b, omega):
@@ -33,14 +31,16 @@ def lever_of(b, omega):
     return np.linalg.norm(b) * np.linalg.norm(omega)
 
 
-def parameters(gain):
-    return np.array([float(gain)])
+def no_reading():
+    """Memory of the finite difference at the start."""
+    law = Bdot(gain_a_m2_s_per_t=1.0).law()
+    return law.record_of(law.first_memory())
 
 
 @MANY
 @given(fields, rates, gains)
 def test_rate_form_is_the_formula_and_its_torque_only_brakes(b, omega, gain):
-    m = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
+    m = bdot_rate(inputs(b=b, omega=omega), Gain(gain), ())
     lever = lever_of(b, omega)
     assert m == pytest.approx(gain * np.cross(omega, b), rel=0.0, abs=1e-15 * gain * lever)
     power = np.dot(np.cross(m, b), omega)
@@ -54,7 +54,7 @@ def test_rate_form_is_the_formula_and_its_torque_only_brakes(b, omega, gain):
 @given(fields, rates, gains)
 def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it(b, omega, gain):
     """-k (B^2 omega - B (B.omega)), as the module says."""
-    torque = np.cross(bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0)), b)
+    torque = np.cross(bdot_rate(inputs(b=b, omega=omega), Gain(gain), ()), b)
     expected = -gain * (np.dot(b, b) * np.array(omega) - np.array(b) * np.dot(b, omega))
     size = gain * np.linalg.norm(b) * lever_of(b, omega)
     assert torque == pytest.approx(expected, rel=0.0, abs=1e-14 * size)
@@ -64,18 +64,18 @@ def test_torque_takes_out_the_rate_across_the_field_and_leaves_the_rate_along_it
 @given(fields, rates, gains)
 def test_derivative_form_is_the_formula_and_in_a_steady_field_the_rate_form(b, omega, gain):
     b_rate = tuple(-np.cross(omega, b))
-    m = bdot_derivative(measured(b=b, b_rate=b_rate, omega=omega), parameters(gain), np.zeros(0))
+    m = bdot_derivative(inputs(b=b, b_rate=b_rate, omega=omega), Gain(gain), ())
     assert m == pytest.approx(-gain * np.array(b_rate), abs=0.0)
-    same = bdot_rate(measured(b=b, omega=omega), parameters(gain), np.zeros(0))
+    same = bdot_rate(inputs(b=b, omega=omega), Gain(gain), ())
     assert m == pytest.approx(same, rel=0.0, abs=1e-15 * gain * lever_of(b, omega))
 
 
 @MANY
 @given(fields, fields, gains, st.floats(0.01, 100.0), st.floats(0.0, 1e6))
 def test_difference_form_is_the_formula(before, b, gain, dt, t):
-    memory = np.zeros(5)
-    assert bdot_difference(measured(t, before), parameters(gain), memory) == ZERO
-    m = bdot_difference(measured(t + dt, b), parameters(gain), memory)
+    memory = no_reading()
+    assert bdot_difference(inputs(t, before), Gain(gain), memory) == ZERO
+    m = bdot_difference(inputs(t + dt, b), Gain(gain), memory)
     steps = (t + dt) - t
     expected = -gain * np.subtract(b, before) / steps
     assert m == pytest.approx(expected, rel=1e-12, abs=1e-22 * gain)
@@ -85,9 +85,9 @@ def test_difference_form_is_the_formula(before, b, gain, dt, t):
 @given(fields, fields, fields, gains)
 def test_a_constant_bias_cancels_in_the_difference(before, b, bias, gain):
     def answer(add):
-        memory = np.zeros(5)
-        bdot_difference(measured(0.0, np.add(before, add)), parameters(gain), memory)
-        return bdot_difference(measured(1.0, np.add(b, add)), parameters(gain), memory)
+        memory = no_reading()
+        bdot_difference(inputs(0.0, np.add(before, add)), Gain(gain), memory)
+        return bdot_difference(inputs(1.0, np.add(b, add)), Gain(gain), memory)
 
     assert answer(bias) == pytest.approx(answer(ZERO), abs=1e-19 * gain)
 
@@ -100,9 +100,9 @@ def test_difference_tends_to_the_derivative_with_the_first_power_of_the_interval
 
     errors = []
     for dt in (0.4, 0.2, 0.1):
-        memory = np.zeros(5)
-        bdot_difference(measured(10.0 - dt, field(10.0 - dt)), parameters(gain), memory)
-        m = bdot_difference(measured(10.0, field(10.0)), parameters(gain), memory)
+        memory = no_reading()
+        bdot_difference(inputs(10.0 - dt, field(10.0 - dt)), Gain(gain), memory)
+        m = bdot_difference(inputs(10.0, field(10.0)), Gain(gain), memory)
         exact = gain * np.cross(omega, field(10.0))
         errors.append(np.linalg.norm(m - exact))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(1.0, abs=0.05)
@@ -110,25 +110,26 @@ def test_difference_tends_to_the_derivative_with_the_first_power_of_the_interval
 
 
 def test_difference_remembers_the_last_reading_only():
-    memory, gain = np.zeros(5), parameters(2.0)
+    memory, gain = no_reading(), Gain(2.0)
     for t, b in ((0.0, 1.0), (1.0, 2.0), (3.0, 8.0)):
-        m = bdot_difference(measured(t, (b, 0.0, -b)), gain, memory)
+        m = bdot_difference(inputs(t, (b, 0.0, -b)), gain, memory)
     assert m == (-6.0, -0.0, 6.0)
-    assert memory.tolist() == [1.0, 3.0, 8.0, 0.0, -8.0]
+    assert (memory.has_reading, memory.t_s) == (1.0, 3.0)
+    assert memory.b_body_t.tolist() == [8.0, 0.0, -8.0]
 
 
 @pytest.mark.parametrize("law", [bdot_rate, bdot_derivative, bdot_difference])
 def test_no_field_no_dipole(law):
-    memory = np.zeros(5)
+    memory = no_reading()
     for t in (0.0, 1.0, 2.0):
-        m = law(measured(t, ZERO, ZERO, (0.1, 0.2, 0.3)), parameters(1e5), memory)
+        m = law(inputs(t, ZERO, ZERO, (0.1, 0.2, 0.3)), Gain(1e5), memory)
         assert np.array_equal(np.abs(m), np.zeros(3))
 
 
 @pytest.mark.parametrize(
     ("spec", "kernel", "memory"),
     [
-        (Bdot, bdot_difference, (0.0,) * 5),
+        (Bdot, bdot_difference, PREVIOUS_READING),
         (BdotRate, bdot_rate, ()),
         (BdotDerivative, bdot_derivative, ()),
     ],

@@ -4,7 +4,9 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from law_cases import ZERO, inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
@@ -17,11 +19,9 @@ from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
 from torquer.control.spin_up import SpinUp
-from torquer.conventions import Measured
-from torquer.spacecraft.coils import TARGET, Coils, drive
+from torquer.spacecraft.coils import COIL_STATE, Coils, command_coils
 
 MANY = settings(max_examples=60, deadline=None)
-ZERO = (0.0, 0.0, 0.0)
 J = np.array([[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]])
 AXIS = (0.48, -0.6, 0.64)
 #: Whole nanoteslas and microradians per second: zero or not, but nothing whose square vanishes.
@@ -31,14 +31,12 @@ turns = st.integers(0, 10_000).map(lambda n: Rotation.random(random_state=n))
 units = turns.map(lambda turn: tuple(turn.as_matrix()[2].tolist()))
 
 
-def row(b=ZERO, omega=ZERO, q=(0.0, 0.0, 0.0, 1.0), t=0.0, b_rate=ZERO, sun=ZERO):
-    return Measured(t, *(tuple(map(float, v)) for v in (b, b_rate, omega, sun, q)))
+def row(b=ZERO, omega=ZERO, q=(0.0, 0.0, 0.0, 1.0), **known):
+    return inputs(b=b, omega=omega, q=q, **known)
 
 
-def answer(spec, measured, memory=None):
-    law = spec.law()
-    memory = np.array(law.memory) if memory is None else memory
-    return np.array(law(measured, law.pack(), memory))
+def answer(spec, known, memory=None):
+    return np.array(spec.law()(known, memory=memory))
 
 
 def pointed(target=(0.0, 0.0, 1.0), axis=AXIS, gain=2e5, momentum=0.3):
@@ -72,9 +70,10 @@ def test_nutation_damping_is_b_dot_through_one_coil_and_only_takes_energy(b, ome
 @given(fields, fields, units)
 def test_nutation_damping_from_two_readings_and_from_a_search_coil(before, b, axis):
     spec = NutationDamping(gain_a_m2_s_per_t=3e5, axis=axis)
-    memory, e3 = np.zeros(5), np.array(spec.axis)
-    assert answer(spec, row(before, t=1.0), memory).tolist() == pytest.approx([0.0] * 3, abs=0.0)
-    m = answer(spec, row(b, t=3.0), memory)
+    law, e3 = spec.law(), np.array(spec.axis)
+    memory = law.record_of(law.first_memory())
+    assert answer(spec, row(before, t_s=1.0), memory).tolist() == pytest.approx([0.0] * 3, abs=0.0)
+    m = answer(spec, row(b, t_s=3.0), memory)
     rate = np.subtract(b, before) / 2.0
     expected = -3e5 * np.dot(rate, e3) * e3
     assert m == pytest.approx(expected, rel=0.0, abs=1e-14 * 3e5 * 1e-4)
@@ -164,9 +163,9 @@ def test_a_relay_keeps_the_sign_of_the_linear_law(spec):
     rng = np.random.default_rng(1)
     linear = spec.model_copy(update={"relay_dipole_a_m2": None, spec.gain_key: 7.0})
     for _ in range(50):
-        measured = row(3e-5 * rng.normal(size=3), 0.1 * rng.normal(size=3))
-        sign = np.sign(answer(linear, measured)[2])
-        assert answer(spec, measured).tolist() == [0.0, 0.0, 0.8 * sign]
+        known = row(3e-5 * rng.normal(size=3), 0.1 * rng.normal(size=3))
+        sign = np.sign(answer(linear, known)[2])
+        assert answer(spec, known).tolist() == [0.0, 0.0, 0.8 * sign]
     assert not answer(spec, row()).any()
 
 
@@ -180,11 +179,11 @@ def test_the_relays_of_spin_up_switch_each_coil_alone():
 
 def test_coils_in_relay_mode_leave_the_coils_off_that_a_one_coil_law_does_not_use():
     """Their sign is that of nothing wanted: zero, not plus."""
-    coils, state = Coils(limit_a_m2=0.8, saturation="relay").pack(), np.zeros((2, 3))
+    coils, state = Coils(limit_a_m2=0.8, saturation="relay").pack(), np.zeros(3, COIL_STATE)
     for bx in (1e-5, -1e-5):
         m = answer(NutationDampingRate(gain_a_m2_s_per_t=1.0), row((bx, 0, 2e-5), (0.0, 0.1, 0.0)))
-        drive(coils, tuple(m), state)
-        assert state[TARGET].tolist() == [0.0, 0.0, -0.8 * np.sign(bx)]
+        command_coils(coils, tuple(m), state)
+        assert state["target_a_m2"].tolist() == [0.0, 0.0, -0.8 * np.sign(bx)]
 
 
 def test_axes_are_kept_as_unit_vectors():

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from law_cases import inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer.control.three_axis import ThreeAxis
-from torquer.conventions import Measured
 from torquer.geometry import euler
 
 R, V = (7e6, 0.0, 0.0), (0.0, 2e3, 7e3)
@@ -16,13 +16,10 @@ TO_INERTIAL = Rotation.from_matrix(
     np.column_stack([np.cross(NORMAL, [1, 0, 0]), NORMAL, [1, 0, 0]])
 )
 B = (1e-5, -2e-5, 3e-5)
-ZERO = (0.0, 0.0, 0.0)
 
 
 def answer(spec, attitude, omega):
-    law = spec.law()
-    row = Measured(0.0, B, ZERO, tuple(omega), ZERO, tuple(attitude.as_quat()), R, V)
-    return np.array(law(row, law.pack(), np.zeros(0)))
+    return np.array(spec.law()(inputs(b=B, omega=omega, q=attitude.as_quat(), r=R, v=V)))
 
 
 @pytest.mark.parametrize("reference", ["orbital", "inertial"])

@@ -1,16 +1,17 @@
-"""A scheme is a chain of modes: it switches at the readings at which the scheme's kernel does."""
+"""A scheme is a chain of modes: it switches at the readings at which a scheme's rules say."""
 
 import math
 
 import numpy as np
 import pytest
 from flown_modes import Flown, J, Z, reading
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scheme_twin import SchemeTwin
 
 from torquer.control.modes.scheme import DONE, modes_of
 from torquer.control.recommended import recommended_scheme, standard_scheme
-from torquer.control.scheme import STAGE, Scheme
-from torquer.conventions import Measured
+from torquer.control.scheme import Scheme
 
 UNTIL = {
     "nutation_below_deg": st.sampled_from([5.0, 30.0, 80.0, 120.0]),
@@ -59,14 +60,16 @@ def flight(seed, count=80):
     return rows
 
 
+def reading_of(row):
+    """A row of a flight as inputs."""
+    t, omega, sun, q = row
+    return reading(t, sun=sun, omega_body_rad_s=omega, q_body_to_inertial=q)
+
+
 def stages_of(scheme, rows):
-    """The stage after each reading, by the scheme's own kernel."""
-    law, found = scheme.law(), []
-    parameters, memory = law.pack(), np.array(law.memory)
-    for t, omega, sun, q in rows:
-        law(Measured(t, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), omega, sun, q), parameters, memory)
-        found.append(int(memory[STAGE]))
-    return found
+    """The stage after each reading, by the twin in plain Python."""
+    twin = SchemeTwin(scheme)
+    return [twin(reading_of(row)) for row in rows]
 
 
 @settings(deadline=None, max_examples=300, derandomize=True)
@@ -74,9 +77,7 @@ def stages_of(scheme, rows):
 def test_it_switches_when_the_scheme_does(scheme, seed):
     rows = flight(seed)
     flown = Flown(modes_of(scheme)[0])
-    found = flown.states(
-        reading(t, sun=sun, omega_body_rad_s=w, q_body_to_inertial=q) for t, w, sun, q in rows
-    )
+    found = flown.states(map(reading_of, rows))
     assert [flown.names.index(name) + 1 for name in found] == stages_of(scheme, rows)
 
 
@@ -87,7 +88,7 @@ def test_rest_ends_a_hold_of_the_momentum_as_in_the_scheme(key):
     scheme = Scheme(target=Z, inertia_kg_m2=J, stages=[{"laws": OFF, "until": until}])
     spins = [0.1, 0.1, 0.1, 0.1, 0.0, 0.1, 0.1, 0.1, 0.1, 0.1]
     rows = [(float(t), (0.0, 0.0, w), Z, (0.0, 0.0, 0.0, 1.0)) for t, w in enumerate(spins)]
-    found = Flown(modes_of(scheme)[0]).states(reading(t, omega_body_rad_s=w) for t, w, _, _ in rows)
+    found = Flown(modes_of(scheme)[0]).states(map(reading_of, rows))
     assert found == ["stage_1"] * 8 + ["done"] * 2
     assert stages_of(scheme, rows) == [1] * 8 + [2] * 2
 

@@ -1,0 +1,72 @@
+"""What tests of laws share: what a computer knows at an instant, a law as the loop calls it."""
+
+import math
+
+import numpy as np
+
+from torquer import engine
+from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+
+ZERO = (0.0, 0.0, 0.0)
+UNKNOWN = (math.nan, math.nan, math.nan)
+NO_TURN = (0.0, 0.0, 0.0, 1.0)
+
+
+def floats(v):
+    """A tuple of Python's floats."""
+    return tuple(float(x) for x in v)
+
+
+def inputs(
+    t_s=0.0,
+    b=ZERO,
+    b_rate=ZERO,
+    omega=ZERO,
+    sun=ZERO,
+    q=NO_TURN,
+    wheels=ZERO,
+    r=UNKNOWN,
+    v=UNKNOWN,
+    model_b=UNKNOWN,
+    model_b_rate=UNKNOWN,
+):
+    """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
+    t_s, omega, q = float(t_s), floats(omega), floats(q)
+    place = (floats(x) for x in (r, v, model_b, model_b_rate))
+    return Inputs(
+        t_s,
+        floats(b),
+        floats(b_rate),
+        omega,
+        floats(sun),
+        q,
+        floats(wheels),
+        ReadingTimes(*[t_s] * len(ReadingTimes._fields)),
+        Estimate(t_s, q, omega),
+        Ephemeris(*place),
+    )
+
+
+def compiled(law):
+    """A law's compiled function (inputs, packed parameters, cells of memory) -> command.
+
+    Under a disabled compiler the same adapter in plain Python.
+    """
+    made = law.compile()
+    return made.compiled if engine.COMPILED else made
+
+
+def by_hand(law):
+    """The same of the plain Python function, its answer in the terms of the law."""
+
+    def call(known, packed, cells):
+        return law(known, law.record_from(packed), law.record_of(cells))
+
+    return call
+
+
+def answer_of(law, command):
+    """What the law answers with, of its command: dipole, torque, or all six numbers."""
+    dipole, torque = np.array(command.dipole_a_m2), np.array(command.torque_n_m)
+    both = np.concatenate([dipole, torque])
+    return {"dipole": dipole, "torque": torque, "command": both}[law.answers]

@@ -1,0 +1,41 @@
+"""The on-board computer without a satellite: laws and modes asked reading by reading."""
+
+import numpy as np
+
+from torquer.control.computer import (
+    SENSOR_READINGS,
+    Blocks,
+    computer_of,
+    control_step,
+    first_board,
+    places_of,
+)
+from torquer.control.modes.table import NO_MODES, first_state
+
+
+def numbers_of(known):
+    """All numbers of nested tuples, in order: inputs as the record of the loop holds them."""
+    return np.hstack([numbers_of(x) if isinstance(x, tuple) else x for x in known])
+
+
+class OnBoard:
+    """Laws by name (and a mode table) as the loop has them; the estimate is what sensors read."""
+
+    def __init__(self, laws, modes=None):
+        self.blocks, self.modes = Blocks(laws, {}), modes
+        table, state = NO_MODES, first_state(NO_MODES, [])
+        if modes is not None:
+            numbers = {name: number for number, name in enumerate(laws)}
+            table, state = modes.pack(numbers, {}, places_of(self.blocks))
+        self.computer = computer_of(self.blocks, SENSOR_READINGS, table)
+        self.board = first_board(self.blocks, state, SENSOR_READINGS)
+
+    def __call__(self, known):
+        """The command."""
+        self.board.known.view(np.float64)[:] = numbers_of(known)
+        return control_step(self.computer, self.board)
+
+    def memory_of(self, name):
+        """What a law remembers, by its names."""
+        row = self.computer.law_blocks[list(self.blocks.laws).index(name)]
+        return self.blocks.laws[name].record_of(self.board.memory[row["m0"] : row["m1"]])
