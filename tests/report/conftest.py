@@ -72,8 +72,8 @@ WITH_WHEELS = {
         "rate_relative_to": "orbital",
     },
     "control": {
-        "law": {"kind": "unloading", "gain_per_s": 1e-3},
-        "wheel_law": HOLD,
+        "law": None,
+        "laws": {"coils": {"kind": "unloading", "gain_per_s": 1e-3}, "wheels": HOLD},
         "sample_s": 1.0,
         "measure_s": 0.0,
         "actuate_s": None,
@@ -97,10 +97,8 @@ def alone():
 def without_coils(sections: dict) -> dict:
     """Sections of a scenario without coils and their law."""
     spacecraft = {**sections["spacecraft"], "coils": None}
-    return {**sections, "spacecraft": spacecraft, "control": sections["control"] | {"law": OFF}}
-
-
-OFF = {"kind": "off"}
+    control = sections["control"] | {"law": None, "laws": {"wheels": HOLD}}
+    return {**sections, "spacecraft": spacecraft, "control": control}
 
 
 @pytest.fixture(scope="session")

@@ -24,6 +24,7 @@ from torquer.report.flight.setting import hardware_lines, setting
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.spec import Scenario
+from torquer.simulation.result import scenario_of
 from torquer.simulation.simulate import simulate
 from torquer.spacecraft.wheels import ReactionWheels
 
@@ -131,20 +132,24 @@ def test_error_and_rate_are_of_one_motion(flown):
     np.testing.assert_allclose(growth, held.rate_rad_s[1:-1][rows], atol=2e-4)
 
 
-def test_the_reference_is_that_of_the_flown_law_not_of_the_scenario(flown):
+def test_the_reference_is_that_of_the_flown_law_not_of_the_scenarios_own(flown):
     other = WheelPd(
         bandwidth_rad_s=0.1, inertia_kg_m2=[1.0, 1.2, 1.5], euler_deg=[10.0, -20.0, 50.0]
     )
-    parameters = json.dumps({k: float(v) for k, v in other.law().parameters.items()})
-    replaced = flown.assign_attrs(wheel_law_parameters=parameters)
-    assert attitude_error_of(replaced).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
+    result = simulate(scenario_of(flown), laws={"wheels": other.law()}, until_s=2.0)
+    assert attitude_error_of(result).error_deg[0] == pytest.approx([20.0, 0.0, 0.0], abs=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("name", "parameters"), [("mine", {"orbital": 1.0}), ("wheel_pd", {"gain": 1.0})]
-)
-def test_nothing_is_said_of_the_attitude_under_a_users_law(flown, name, parameters):
-    own = flown.assign_attrs(wheel_law=name, wheel_law_parameters=json.dumps(parameters))
+def with_control(result, **keys):
+    """A result whose scenario has other keys of `control`."""
+    data = json.loads(result.attrs["scenario"])
+    data["control"] |= keys
+    return result.assign_attrs(scenario=json.dumps(data))
+
+
+def test_nothing_is_said_of_the_attitude_under_a_users_law(flown):
+    given = {"kind": "given_in_python", "name": "wheel_pd", "parameters": {"orbital": 1.0}}
+    own = with_control(flown, laws={"wheels": given})
     assert attitude_error_of(own) is None
     assert "attitude_error" not in [picture.name for picture in drawn.pictures(view_of(own))]
     assert not any("attitude" in key for key in summary_of(own))
@@ -154,12 +159,34 @@ def test_coils_that_hold_an_attitude_have_an_attitude_error(detumble):
     from torquer.control.three_axis import ThreeAxis
 
     law = ThreeAxis(rate_gain_n_m_s_per_t2=1.0, angle_gain_n_m_per_t2=1.0, reference="inertial")
-    parameters = json.dumps({k: float(v) for k, v in law.law().parameters.items()})
-    held = attitude_error_of(detumble.assign_attrs(law="three_axis", law_parameters=parameters))
+    held = attitude_error_of(with_control(detumble, law=law.model_dump()))
     turn = Rotation.from_quat(detumble["q_body_to_inertial"].values)
     assert not held.orbital
     np.testing.assert_allclose(held.error_deg, np.degrees(turn.as_rotvec()), atol=1e-9)
     assert attitude_error_of(detumble) is None
+
+
+def test_two_laws_of_one_attitude_have_an_error_and_of_two_attitudes_none(flown):
+    laws = json.loads(flown.attrs["scenario"])["control"]["laws"]
+    again = laws["wheels"] | {"bandwidth_rad_s": 0.05}
+    twice = with_control(flown, laws=laws | {"slow": again})
+    np.testing.assert_array_equal(
+        attitude_error_of(twice).error_deg, attitude_error_of(flown).error_deg
+    )
+    apart = with_control(flown, laws=laws | {"slow": again | {"euler_deg": [0.0, 0.0, 0.0]}})
+    assert attitude_error_of(apart) is None
+
+
+@pytest.mark.parametrize(("parameter", "value", "one"), [
+    ("wheels.bandwidth", 0.2, True), ("wheels.q_wanted", (0.0, 0.0, 0.0, 1.0), False),
+])  # fmt: skip
+def test_modes_that_turn_the_wanted_attitude_leave_no_one_error(flown, parameter, value, one):
+    states = {
+        "first": {"laws": ["wheels"], "transitions": [{"to": "then", "at_least_s": 60.0}]},
+        "then": {"laws": ["wheels", "coils"], "set": {parameter: value}, "final": True},
+    }
+    changing = with_control(flown, modes={"states": states})
+    assert (attitude_error_of(changing) is not None) is one
 
 
 # ------------------------------------------------------------------ pictures
@@ -290,7 +317,8 @@ def test_partial_results_are_reported(alone, rows):
 def test_a_satellite_without_any_actuator_is_reported(detumble):
     bare = json.loads(detumble.attrs["scenario"])
     bare["spacecraft"]["coils"], bare["control"]["law"] = None, {"kind": "off"}
-    result = detumble.assign_attrs(scenario=json.dumps(bare), law="off", law_parameters="{}")
+    off = {"law": {"name": "off", "parameters": {}, "text": "", "runs_as": "compiled"}}
+    result = detumble.assign_attrs(scenario=json.dumps(bare), laws=json.dumps(off))
     text = reported(result)
     assert "Reaction wheels" not in text and "Dipole of the coils" not in text
     assert not any("coil" in key for key in summary_of(result))
@@ -313,7 +341,10 @@ def test_summary_of_wheels(flown):
     axes = np.array([[1, 1, 1], [1, 1, -1], [1, -1, -1], [1, -1, 1]]) / np.sqrt(3.0)
     last = np.linalg.norm(flown["wheel_momentum"].values[-1] @ axes)
     assert answer["final_wheels_momentum_n_m_s"] == pytest.approx(last, rel=1e-5)
-    assert answer["wheel_law"] == "wheel_pd" and answer["wheel_law_runs_as"] == "compiled"
+    assert answer["laws"] == {
+        "coils": {"name": "unloading", "runs_as": "compiled"},
+        "wheels": {"name": "wheel_pd", "runs_as": "compiled"},
+    }
     assert json.loads(json.dumps(answer)) == answer
 
 
@@ -368,11 +399,12 @@ def test_setting_tells_hardware_and_both_laws(view, view_alone):
     )
     assert answer["Wheel failures"] == "wheel 2 at 900 s, detected 30 s later"
     assert answer["Torque allocation"].startswith("minimax, speeds kept above 10%")
-    assert answer["Coil law"].startswith("unloading (gain = 0.001")
-    assert answer["Wheel law"].startswith("wheel_pd (bandwidth = 0.1, damping = 1")
+    assert answer["Law coils"].startswith("unloading (gain = 0.001, ")
+    assert answer["Law wheels"].startswith("wheel_pd (bandwidth = 0.1, damping = 1, orbital = 1, ")
+    assert "inertia = [1, 1.2, 1.5, 0, 0, 0]" in answer["Law wheels"]
     assert answer["Cycle"] == "sample every 1 s, dipole and wheel torque held in between"
     bare = dict(setting(view_alone))
-    assert "Coil law" not in bare and "Law" not in bare
+    assert [label for label in bare if "Law" in label] == ["Law wheels", "Law wheels runs as"]
     assert bare["Cycle"] == "sample every 1 s, wheel torque held in between"
 
 
@@ -405,17 +437,17 @@ def test_hardware_with_limits_of_their_own():
 
 
 def test_a_law_in_plain_python_is_named_in_the_report(flown):
-    slow = flown.assign_attrs(wheel_law_runs_as="plain Python (slow: not decorated)")
-    assert any(
-        note.startswith("the law wheel_pd runs as plain Python") for note in notes(view_of(slow))
-    )
+    laws = json.loads(flown.attrs["laws"])
+    laws["wheels"]["runs_as"] = "plain Python (slow: not decorated)"
+    slow = view_of(flown.assign_attrs(laws=json.dumps(laws)))
+    assert any(note.startswith("the law wheel_pd runs as plain Python") for note in notes(slow))
+    assert dict(setting(slow))["Law wheels runs as"] == laws["wheels"]["runs_as"]
 
 
-def test_a_wheel_law_given_in_the_call_is_reported(flown):
-    """The scenario has none; `simulate` gets one: its attitude is shown."""
+def test_a_law_of_wheels_given_in_the_call_is_reported(flown):
+    """The scenario's does nothing; `simulate` gets one: its attitude is shown."""
     data = json.loads(flown.attrs["scenario"])
-    data["control"]["wheel_law"] = None
-    data["simulation"]["duration_s"] = 20.0
-    law = view_of(flown).scenario.control.wheel_law.law()
-    result = simulate(Scenario.model_validate(data), wheel_law=law)
+    law = scenario_of(flown).control.laws["wheels"].law()
+    data["control"]["laws"]["wheels"] = {"kind": "off"}
+    result = simulate(Scenario.model_validate(data), laws={"wheels": law}, until_s=20.0)
     assert attitude_error_of(result).angle_deg[0] == pytest.approx(40.0)

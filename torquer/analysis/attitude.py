@@ -1,21 +1,14 @@
 """Attitude error of the laws that hold an attitude, and directions relative to the orbit."""
 
-import json
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from torquer.analysis.series import angle_deg
-from torquer.control.three_axis import ThreeAxis
-from torquer.control.wheel_lyapunov import WheelLyapunov
-from torquer.control.wheel_pd import WheelPd
-
-#: Attributes that name a run's laws, and the laws among them that hold an attitude.
-_HOLDERS = {
-    "wheel_law": {spec.model_fields["kind"].default for spec in (WheelPd, WheelLyapunov)},
-    "law": {ThreeAxis.model_fields["kind"].default},
-}
+from torquer.control.pointing import HeldAttitude
+from torquer.scenario.control import Control
+from torquer.simulation.result import scenario_of
 
 
 class AttitudeError(NamedTuple):
@@ -35,28 +28,34 @@ class AttitudeError(NamedTuple):
 
 
 def attitude_error_of(result: xr.Dataset) -> AttitudeError | None:
-    """Error relative to the attitude that a built-in law held; None if there was no such law.
+    """Error relative to the attitude that built-in laws held, from the first record on.
 
-    The reference comes from the parameters that were flown, not from the scenario, whose law may
-    have been replaced.
+    None if there was no such law, or if laws held different attitudes.
     """
-    for name, kinds in _HOLDERS.items():
-        if result.attrs.get(name) in kinds:
-            return _error_of(result, json.loads(result.attrs[f"{name}_parameters"]))
-    return None
-
-
-def _error_of(result: xr.Dataset, parameters: dict) -> AttitudeError | None:
-    if not {"orbital", "q_x", "q_y", "q_z", "q_w"} <= set(parameters):
-        return None  # a user law of the same name
-    orbital = parameters["orbital"] != 0.0
-    target = [parameters[f"q_{c}"] for c in "xyzw"]
+    held = held_attitudes(scenario_of(result).control)
+    if len(held) != 1:
+        return None
+    ((orbital, wanted),) = held
     frame = None
     if orbital:
         frame = orbital_axes(result["position_inertial"].values, result["velocity_inertial"].values)
-    error = attitude_error_deg(result["q_body_to_inertial"].values, target, frame)
+    error = attitude_error_deg(result["q_body_to_inertial"].values, wanted, frame)
     rate = result["omega_orbital" if orbital else "omega_body"].values
     return AttitudeError(orbital, error, rate)
+
+
+def held_attitudes(control: Control) -> set[tuple[bool, tuple[float, ...]]]:
+    """What laws hold, at any time: (whether to the orbital frame, wanted attitude to it)."""
+    laws, modes = control.named()
+    holders = {name: law for name, law in laws.items() if isinstance(law, HeldAttitude)}
+    held: set[tuple[bool, tuple[float, ...]]] = set()
+    held |= {(law.orbital, law.q_wanted()) for law in holders.values()}
+    for state in modes.states() if modes else ():
+        for key, wanted in state.set.items():
+            name, _, parameter = key.partition(".")
+            if name in holders and parameter == "q_wanted" and isinstance(wanted, tuple):
+                held.add((holders[name].orbital, wanted))
+    return held
 
 
 def orbital_axes(position, velocity):

@@ -6,10 +6,10 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.modes import state_uses
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
-from torquer.simulation.result import scenario_of
+from torquer.simulation.result import laws_of, scenario_of
 
-_WHEEL_LAW = ("wheel_law", "wheel_law_runs_as")
 #: Records that are in memory together.
 _PART = 1 << 18
 
@@ -37,9 +37,11 @@ def summary_of(result: xr.Dataset) -> dict:
         **_of_attitude(t, angle, 2.0 * np.pi / omega0),
         **_of_steps(result),
         "table_relative_error": float(result.attrs["table_relative_error"]),
-        "law": result.attrs["law"],
-        "law_runs_as": result.attrs["law_runs_as"],
-        **{key: result.attrs[key] for key in _WHEEL_LAW if key in result.attrs},
+        "laws": {
+            key: {"name": law["name"], "runs_as": law["runs_as"]}
+            for key, law in laws_of(result).items()
+        },
+        **_of_modes(result),
         "seed": int(result.attrs["seed"]),
         "versions": json.loads(result.attrs["versions"]),
     }
@@ -53,6 +55,14 @@ def _of_steps(result) -> dict:
         "rk4_damping": float(result["rk4_damping"]),
         "rk4_lag_deg": float(np.degrees(result["rk4_lag"])),
     }
+
+
+def _of_modes(result) -> dict:
+    """Use of every state by region, where there are modes or a scheme."""
+    uses = state_uses(result)
+    if not uses:
+        return {}
+    return {"modes": {name: {s: use._asdict() for s, use in u.items()} for name, u in uses.items()}}
 
 
 def _of_coils(result, coils) -> dict:

@@ -50,6 +50,22 @@ def validate(scenario: Path, *, json: Json = False) -> int:
 
 
 @app.command
+def modes(
+    scenario: Path,
+    *,
+    mermaid: Annotated[
+        bool, Parameter(help="Print the diagram as text of Mermaid.", negative="")
+    ] = False,
+    svg: Annotated[Path | None, Parameter(help="File for the diagram as a picture.")] = None,
+    json: Json = False,
+) -> int:
+    """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
+    from torquer.cli import modes_work as work
+
+    return work.show(scenario, mermaid, svg, json)
+
+
+@app.command
 def schema() -> int:
     """Print the JSON schema of scenario files, for editors."""
     import json

@@ -10,10 +10,12 @@ import numpy as np
 
 import torquer
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
+from torquer.cli.modes_work import mode_findings
 from torquer.cli.output import console, make_writable, tell_error, writing_to
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario
 from torquer.scenario.resolution import notes_on_steps
+from torquer.simulation.prepare import blocks_of, modes_for
 from torquer.simulation.result import (
     COMPLETE,
     INTERRUPTED,
@@ -69,16 +71,19 @@ def validate(scenario_path: Path, as_json: bool) -> int:
             raise
         print(json_.dumps({"valid": False, "errors": str(error).splitlines()}, indent=2))
         return 2
-    notes = notes_of(scenario)
+    notes, found = notes_of(scenario), mode_findings(scenario)
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
-        print(json_.dumps(data, indent=2))
+        print(json_.dumps(data | {"modes": [each._asdict() for each in found]}, indent=2))
         return 0
     print(f"{scenario.name}: valid, {scenario.steps()} steps of {scenario.simulation.step_s:g} s")
     print(
         f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
         f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
     )
+    for finding in found:
+        if not finding.is_fault:  # the notes tell the faults
+            print(f"modes: {finding.message}")
     for note in notes:
         print(f"note: {note}")
     return 0
@@ -94,13 +99,13 @@ def _checked(scenario_path: Path):
 
 
 def check_usable(scenario) -> bool:
-    """Whether all laws are compiled; `ValueError` if a law or the environment is unusable."""
-    specs = [law for law in (scenario.control.law, scenario.control.wheel_law) if law is not None]
-    laws = [spec.law() for spec in specs]
-    for law in laws:
-        law.pack()
+    """Whether all laws are compiled; `ValueError` if laws, modes or environment are unusable."""
+    blocks = blocks_of(scenario)
+    for block in blocks.all():
+        block.pack()
+    modes_for(scenario, blocks)
     check_surroundings(scenario)
-    return all(law.compiled for law in laws)
+    return blocks.compiled
 
 
 def check_surroundings(scenario) -> None:

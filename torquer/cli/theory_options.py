@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from torquer import validate
+from torquer.control.pointing import HeldByWheels
 from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.environment.field.averaged import (
     Averaged,
@@ -237,11 +238,12 @@ def _of_scenario(law: str | None, path: Path) -> AveragedCase:
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)
-    spec = scenario.control.law
+    key, spec = _only_law(scenario.control)
     kind = _SAME.get(spec.kind, spec.kind)
     if kind not in LAWS:
         raise ValueError(
-            f"control.law.kind: must be one of {', '.join(LAWS)} to be averaged; received {kind!r}"
+            f"control.{key}.kind: must be one of {', '.join(LAWS)} to be averaged; "
+            f"received {kind!r}"
         )
     if law not in (None, kind):
         raise ValueError(f"LAW: must be the scenario's, {kind}, or left out; received {law!r}")
@@ -259,13 +261,24 @@ def _of_scenario(law: str | None, path: Path) -> AveragedCase:
     )
     momentum = rotate(tuple(state[:4]), as_vector(tensor @ state[4:]))
     rho, sigma = _polar(_to_z(momentum, orbit))
-    gain, duty_note = _gain(spec, scenario.control)
+    gain, duty_note = _gain(key, spec, scenario.control)
     case = AveragedCase(
         kind, gain, spinner, theta, rho, sigma, name=scenario.name,
-        notes=(*notes, *remarks, *duty_note, *_saturation(scenario, kind, spinner)),
+        notes=(*notes, *remarks, *duty_note, *_saturation(scenario, spec, kind, spinner)),
         sampling=sampling_of(scenario, spec) if kind in _SAMPLED else None,
     )  # fmt: skip
     return _spun(_pointed(case, spec, scenario, orbit)) if kind in _POINTED else case
+
+
+def _only_law(control) -> tuple:
+    """Key and spec of the law of the coils that always works."""
+    laws, modes = control.named()
+    coils = {key: law for key, law in laws.items() if not isinstance(law, HeldByWheels)}
+    if modes is not None or len(coils) != 1:
+        received = "modes or a scheme" if modes is not None else f"{len(coils)} laws of the coils"
+        raise ValueError(f"control.law: must be one law to be averaged; received {received}")
+    ((name, spec),) = coils.items()
+    return control.key_of(name), spec
 
 
 def _circle(r, v) -> tuple[dict, tuple]:
@@ -303,14 +316,14 @@ def _axis(kind, spec, tensor) -> np.ndarray:
     return axes[:, 0 if first else 2]
 
 
-def _gain(spec, control) -> tuple[float, tuple]:
-    """Effective gain: the gain times the duty cycle."""
-    key = getattr(spec, "gain_key", "gain_a_m2_s_per_t")
-    gain = getattr(spec, key)
+def _gain(key: str, spec, control) -> tuple[float, tuple]:
+    """Effective gain: the gain times the duty cycle; `key`: that of the law in `control`."""
+    gain_key = getattr(spec, "gain_key", "gain_a_m2_s_per_t")
+    gain = getattr(spec, gain_key)
     if gain is None:
         raise ValueError(
-            f"control.law.{key}: must be given: averaging does not cover relays; received a relay "
-            f"of {spec.relay_dipole_a_m2:g} A m^2"
+            f"control.{key}.{gain_key}: must be given: averaging does not cover relays; received "
+            f"a relay of {spec.relay_dipole_a_m2:g} A m^2"
         )
     if control.measure_s == 0.0:
         return gain, ()
@@ -319,13 +332,13 @@ def _gain(spec, control) -> tuple[float, tuple]:
     return gain * duty, (note,)
 
 
-def _saturation(scenario, kind, spinner) -> tuple:
+def _saturation(scenario, spec, kind, spinner) -> tuple:
     """A note if B-dot initially commands more than the coils can produce."""
     limit = np.max(scenario.spacecraft.coils.limit_a_m2)
     if kind != "bdot":
         return ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
-    commanded = scenario.control.law.gain_a_m2_s_per_t * rate * spinner.strength_t
+    commanded = spec.gain_a_m2_s_per_t * rate * spinner.strength_t
     if commanded <= limit:
         return ()
     return (
@@ -338,10 +351,7 @@ def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
     """With the law's target, as far as closed equations cover it."""
     target = spec.target
     if target == "sun":
-        from torquer.environment.sun import sun_position
-
-        mode = scenario.environment.earth_rotation
-        target = sun_position(np.zeros(1), scenario.start, mode)[0]
+        target = scenario.surroundings().sun(np.zeros(1))[0]
     there = _to_z(np.asarray(target, dtype=np.float64), orbit)
     there = there / np.linalg.norm(there)
     if case.law == "reorientation":

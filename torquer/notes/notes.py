@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from torquer.notes.bdot_notes import bdot_notes
+from torquer.notes.mode_notes import mode_notes
 from torquer.notes.wheel_notes import wheel_notes
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
@@ -27,6 +28,7 @@ def notes_of(scenario: Scenario) -> list[str]:
         *_step_notes(scenario),
         *_orbit_notes(scenario),
         *wheel_notes(scenario),
+        *mode_notes(scenario),
     ]
 
 

@@ -21,6 +21,11 @@ class Finding(NamedTuple):
     states: tuple[str, ...]
     message: str
 
+    @property
+    def is_fault(self) -> bool:
+        """Whether something is doubtful, not only explained."""
+        return self.kind not in ("hysteresis", "switching rate")
+
 
 def findings(modes: Modes) -> list[Finding]:
     """All that is doubtful, region by region; then conflicts between regions."""

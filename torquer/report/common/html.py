@@ -43,6 +43,13 @@ def table(rows) -> str:
     return f"<table>{''.join(cells)}</table>"
 
 
+def grid(header, rows) -> str:
+    """A table with a header and any number of columns."""
+    first = "".join(f"<th>{escape(text)}</th>" for text in header)
+    others = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in rows)
+    return f"<table><tr>{first}</tr>{''.join(f'<tr>{row}</tr>' for row in others)}</table>"
+
+
 def section(name: str, title: str, caption: str, body: str) -> str:
     """A card with its title, its caption unless that is empty, and its body (HTML)."""
     words = f"<p>{escape(caption)}</p>" if caption else ""

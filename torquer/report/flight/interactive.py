@@ -4,10 +4,10 @@ import numpy as np
 
 from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed
 from torquer.report.common.scales import clock_for, label_places, level_places
-from torquer.report.flight.panels.panel import MEASUREMENT, Line, Panel
+from torquer.report.flight.panels.panel import MEASUREMENT, Bar, Line, Panel, shown_times
 from torquer.report.flight.view import View
 
-PANEL_PX = 300
+PANEL_PX, STRIP_PX = 300, 70
 #: Width of the axes on a page that is as wide as can be.
 _PLOT_WIDTH_PX = 930.0
 _BANDS = {MEASUREMENT: "rgba(214,170,80,0.18)"}
@@ -18,9 +18,9 @@ _MOST_BANDS = 400
 
 def panel_figure(view: View, panel: Panel) -> dict:
     """One panel over time."""
-    began, ended = panel.window or (0.0, view.end_s)
-    if ended == began:
-        began, ended = began - 0.5, ended + 0.5
+    if panel.bars:
+        return strip_figure(view, panel)
+    began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
     data = [trace for line in panel.lines for trace in _traces(line, clock.seconds)]
     bands = panel.bands if len(panel.bands) <= _MOST_BANDS else ()
@@ -42,6 +42,42 @@ def panel_figure(view: View, panel: Panel) -> dict:
             + marks,
             annotations=notes + labels,
         ),
+    }
+
+
+def strip_figure(view: View, panel: Panel) -> dict:
+    """A strip of states, without labels of the time: it stands above a panel that has them."""
+    began, ended = shown_times(view, panel)
+    clock = clock_for(ended - began)
+    x_range = [began / clock.seconds, ended / clock.seconds]
+    return {
+        "data": [_bar_trace(bar, clock.seconds) for bar in panel.bars],
+        "layout": layout(
+            STRIP_PX,
+            margin={**MARGIN_PX, "b": 8},
+            hovermode="closest",
+            showlegend=True,
+            xaxis=axis("", range=x_range, showticklabels=False, ticks="", showgrid=False),
+            yaxis={"visible": False, "range": [0, 1], "fixedrange": True},
+        ),
+    }
+
+
+def _bar_trace(bar: Bar, clock_s: float) -> dict:
+    """A step function, 1 within the spans and 0 without, filled."""
+    edges = np.repeat(np.array(bar.spans) / clock_s, 2)
+    colour = _translucent(bar.colour, bar.opacity)
+    return {
+        "type": "scatter",
+        "x": packed(edges, "f8"),
+        "y": packed(np.tile([0.0, 1.0, 1.0, 0.0], len(bar.spans))),
+        "name": bar.label,
+        "mode": "lines",
+        "line": {"width": 0, "color": colour},
+        "fill": "tozeroy",
+        "fillcolor": colour,
+        "hoveron": "fills",
+        "hoverinfo": "name",
     }
 
 

@@ -16,18 +16,19 @@ def notes(view: View) -> list[str]:
     lines = []
     if attrs["ended"] != COMPLETE:
         lines.append(f"this run is not complete: {attrs['ended']}")
-    for name in ("law", "wheel_law"):
-        if attrs.get(f"{name}_runs_as", "compiled") != "compiled":
-            lines.append(f"the law {attrs[name]} runs as {attrs[f'{name}_runs_as']}")
+    lines += [
+        f"the {view.kind_of(key)} {law['name']} runs as {law['runs_as']}"
+        for key, law in view.laws.items()
+        if law["runs_as"] != "compiled"
+    ]
     return [*lines, *_notes_on_the_laws(view), *_notes_on_the_record(view)]
 
 
 def _notes_on_the_laws(view: View) -> list[str]:
     """Laws that the scenario's text does not hold, and the notes on the scenario."""
-    control = view.scenario.control
     lines = [
         f"the law {law.name} was passed from Python: to repeat the run it must be passed again"
-        for law in (control.law, control.wheel_law)
+        for law in view.scenario.control.named().laws.values()
         if isinstance(law, GivenLaw)
     ]
     return [*lines, *notes_of(view.scenario)]

@@ -8,6 +8,7 @@ from pathlib import Path
 from torquer.report.common.html import document, figure_box, section, table
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
+from torquer.report.flight.modes import modes_section
 from torquer.report.flight.notes import notes
 from torquer.report.flight.panels.panel import Picture, about_ranges
 from torquer.report.flight.scene import chapters, scene_figure
@@ -30,6 +31,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
         [
             _head(view),
             _without_scripts(overview_png),
+            _modes(view),
             *(_picture(view, picture) for picture in pictures),
             _track(view),
             _scene(view),
@@ -58,6 +60,11 @@ def _without_scripts(overview_png: Path | None) -> str:
         "<noscript><p>The interactive plots below need JavaScript; this picture does not.</p>"
         f'<img alt="Overview" src="data:image/png;base64,{data}"></noscript>'
     )
+
+
+def _modes(view: View) -> str:
+    modes = view.scenario.control.named().modes
+    return modes_section(view, modes) if modes else ""
 
 
 def _picture(view: View, picture: Picture) -> str:
@@ -102,12 +109,9 @@ def _scenario(view: View) -> str:
 
 
 def _law_texts(view: View) -> str:
-    """Source text of user laws, as flown."""
-    attrs = view.result.attrs
-    keys = [key for key in ("wheel_law", "law") if f"{key}_text" in attrs]
-    texts = {attrs[f"{key}_text"]: attrs[key] for key in keys}
+    """Source text of user laws, as flown, each once."""
+    texts = {law["text"]: (key, law["name"]) for key, law in view.laws.items() if law["text"]}
     return "".join(
-        f"<h2>Law {escape(name)}</h2><pre>{escape(text)}</pre>"
-        for text, name in reversed(texts.items())
-        if text
+        f"<h2>{view.kind_of(key).capitalize()} {escape(name)}</h2><pre>{escape(text)}</pre>"
+        for text, (key, name) in texts.items()
     )

@@ -15,12 +15,20 @@ from torquer.report.common.figure import FAINT, INK, SMALL, foot, legend, place,
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.ground_track import draw_ground_track, draw_track
 from torquer.report.flight.panels import overview
-from torquer.report.flight.panels.panel import MEASUREMENT, Panel, Picture, about_ranges
+from torquer.report.flight.panels.panel import (
+    MEASUREMENT,
+    Panel,
+    Picture,
+    about_ranges,
+    shown_times,
+)
 from torquer.report.flight.view import Mark, View
 
 #: Sizes [inch]. A fixed layout: searching for one would double the time of drawing.
 _WIDTH, _LEFT, _RIGHT = 9.0, 0.82, 0.52
 _HEAD, _TITLE, _PLOT, _UNDER, _REVOLUTIONS, _FOOT = 0.42, 0.30, 1.62, 0.42, 0.40, 0.24
+#: Height of a strip and the space below it.
+_STRIP, _UNDER_STRIP = 0.2, 0.04
 _BANDS = {MEASUREMENT: "#f7f0e0"}
 _NIGHT = "#e3e6ef"
 _DASHES = (0, (5, 2))
@@ -46,14 +54,15 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     last_whole = max(i for i, panel in enumerate(picture.panels) if panel.window is None)
     counted = view.end_s >= view.revolution_s
     legend_of_ranges = about_ranges(picture)
-    height = _HEAD + len(picture.panels) * (_TITLE + _PLOT + _UNDER)
+    sizes = [(_STRIP, _UNDER_STRIP) if panel.bars else (_PLOT, _UNDER) for panel in picture.panels]
+    height = _HEAD + sum(_TITLE + tall + under for tall, under in sizes)
     height += (_REVOLUTIONS if counted else 0.0) + (_FOOT if legend_of_ranges else 0.0)
     figure = sheet(_WIDTH, height, f"{picture.title} · {view.scenario.name}")
     top = _HEAD
-    for i, panel in enumerate(picture.panels):
-        axes = place(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, _PLOT)
-        draw_panel(axes, view, panel)
-        top += _TITLE + _PLOT + _UNDER
+    for i, (panel, (tall, under)) in enumerate(zip(picture.panels, sizes, strict=True)):
+        axes = place(figure, _LEFT, top + _TITLE, _WIDTH - _LEFT - _RIGHT, tall)
+        (draw_strip if panel.bars else draw_panel)(axes, view, panel)
+        top += _TITLE + tall + under
         if counted and i == last_whole:
             _add_revolutions(axes, view)
             top += _REVOLUTIONS
@@ -61,11 +70,28 @@ def draw_picture(view: View, picture: Picture) -> Figure:
     return figure
 
 
+def draw_strip(axes, view: View, panel: Panel) -> None:
+    """Bars of a strip; a state's name is in its longest bar, if it fits, and in the legend."""
+    began, ended = shown_times(view, panel)
+    axes.set_xlim(began, ended)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_axis_off()
+    for bar in panel.bars:
+        spans = [(a, b - a) for a, b in bar.spans]
+        axes.broken_barh(spans, (0.0, 1.0), color=bar.colour, alpha=bar.opacity, lw=0)
+        first, last = max(bar.spans, key=lambda span: span[1] - span[0])
+        if (last - first) / (ended - began) * _inches_wide(axes) > 0.075 * len(bar.label):
+            axes.text(
+                (first + last) / 2, 0.45, bar.label, ha="center", va="center", fontsize=SMALL - 0.5
+            )
+    axes.set_title(panel.title, loc="left", fontsize=9.5, color=INK)
+    handles = [Patch(color=b.colour, alpha=b.opacity, lw=0, label=b.label) for b in panel.bars]
+    _legend(axes, handles, panel.title)
+
+
 def draw_panel(axes, view: View, panel: Panel) -> None:
     """One panel with its lines, levels, bands, legend and labels."""
-    began, ended = panel.window or (0.0, view.end_s)
-    if ended == began:
-        began, ended = began - 0.5, ended + 0.5
+    began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
     _style(axes)
     handles = [_draw_line(axes, line, clock) for line in panel.lines]

@@ -1,7 +1,5 @@
 """Settings of a run as rows of a table."""
 
-import json
-
 import numpy as np
 
 from torquer.report.flight.view import View
@@ -50,20 +48,21 @@ def _wheels(view: View) -> list[tuple[str, str]]:
 
 
 def _laws(view: View) -> list[tuple[str, str]]:
-    """The laws of coils and wheels, and how each is executed."""
-    attrs, rows = view.result.attrs, []
-    both = view.wheels is not None
-    for name, of_what in (("law", "Coil"), ("wheel_law", "Wheel")):
-        if name not in attrs or (both and name == "law" and not view.has_coils):
-            continue
-        parameters = json.loads(attrs[f"{name}_parameters"])
-        given = ", ".join(f"{key} = {value:g}" for key, value in parameters.items())
-        label = f"{of_what} law" if both else "Law"
-        rows += [
-            (label, f"{attrs[name]} ({given})" if given else attrs[name]),
-            ("  runs as" if both else "Law runs as", attrs[f"{name}_runs_as"]),
-        ]
+    """Laws and estimators, and how they are executed."""
+    rows = []
+    for key, law in view.laws.items():
+        kind = view.kind_of(key).capitalize()
+        label = kind if key == kind.lower() else f"{kind} {key}"
+        given = ", ".join(f"{name} = {told(value)}" for name, value in law["parameters"].items())
+        rows.append((label, f"{law['name']} ({given})" if given else law["name"]))
+        if len(view.laws) == 1 or law["runs_as"] != "compiled":
+            rows.append((f"{label} runs as", law["runs_as"]))
     return rows
+
+
+def told(value) -> str:
+    """A parameter's number or vector, however nested."""
+    return f"[{', '.join(map(told, value))}]" if isinstance(value, list) else f"{value:g}"
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:

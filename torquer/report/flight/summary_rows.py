@@ -1,5 +1,7 @@
 """The summary as rows of a table: label, value, unit."""
 
+from torquer.control.modes.spec import MAIN
+
 _ROWS = (
     ("Simulated", "simulated_s", "s"),
     ("Revolutions", "revolutions", ""),
@@ -38,9 +40,26 @@ _ROWS = (
 
 def rows_of(summary: dict) -> list[tuple[str, str]]:
     """Label and value with unit for every row that applies to the satellite."""
-    return [
+    rows = [
         (label, _shown(summary[key], key, unit)) for label, key, unit in _ROWS if key in summary
     ]
+    return rows + _rows_of_modes(summary.get("modes", {}))
+
+
+def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
+    """What part of the time each region was in its states, the most first."""
+    rows = []
+    for region, uses in modes.items():
+        used = sorted(uses.items(), key=lambda item: -item[1]["share"])
+        shares = [f"{state} {use['share']:.1%}" for state, use in used if use["entries"]]
+        label = "Time by mode" if region == MAIN else f"Time by mode of {region}"
+        rows.append((label, ", ".join(shares)))
+    return rows
+
+
+def time_or_never(t_s: float | None) -> str:
+    """A time [s] in words."""
+    return "never" if t_s is None else _shown(t_s, "", "s")
 
 
 def _shown(value, key: str, unit: str) -> str:

@@ -8,12 +8,13 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import AttitudeError, attitude_error_of
+from torquer.analysis.modes import RegionRecord, regions_of
 from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheels import FlownWheels, wheels_of
 from torquer.environment.field import at_geodetic
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import scenario_of
+from torquer.simulation.result import laws_of, scenario_of
 from torquer.time import decimal_year
 
 #: Rotation between records [deg] up to which the attitude can be interpolated.
@@ -64,8 +65,22 @@ class View:
         return wheels_of(self.result, self.scenario)
 
     @cached_property
+    def laws(self) -> dict[str, dict]:
+        """Laws and estimators that were flown, by key."""
+        return laws_of(self.result)
+
+    def kind_of(self, key: str) -> str:
+        """What stands at a key of `laws`: a law or an estimator."""
+        return "law" if key in self.scenario.control.named().laws else "estimator"
+
+    @cached_property
+    def regions(self) -> list[RegionRecord]:
+        """Regions of a run with modes or a scheme."""
+        return regions_of(self.result)
+
+    @cached_property
     def attitude_error(self) -> AttitudeError | None:
-        """Attitude error of the law; None for a law that holds no attitude, and for user laws."""
+        """Attitude error; None where no built-in law held one attitude."""
         return attitude_error_of(self.result)
 
     @cached_property

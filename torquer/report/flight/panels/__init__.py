@@ -2,7 +2,9 @@
 
 from torquer.report.flight.panels.attitude import angle, attitude_error
 from torquer.report.flight.panels.coils import dipole_whole, dipoles
+from torquer.report.flight.panels.logs import logged, logs
 from torquer.report.flight.panels.magnetic_field import field
+from torquer.report.flight.panels.modes import with_modes
 from torquer.report.flight.panels.motion import (
     body_axes_from_vertical,
     momentum,
@@ -17,7 +19,7 @@ from torquer.report.flight.view import View
 
 
 def pictures(view: View) -> tuple[Picture, ...]:
-    """All pictures over time that apply to the satellite and its laws."""
+    """All pictures over time that apply to the satellite and its laws, below its modes."""
     makers = (
         (attitude_error, view.attitude_error is not None),
         (rate, True),
@@ -26,8 +28,9 @@ def pictures(view: View) -> tuple[Picture, ...]:
         (field, True),
         (dipoles, view.has_coils),
         (pointing, True),
+        (logs, bool(logged(view))),
     )
-    return tuple(make(view) for make, made in makers if made)
+    return tuple(with_modes(view, make(view)) for make, made in makers if made)
 
 
 def overview(view: View) -> tuple[Panel, Panel, Panel]:

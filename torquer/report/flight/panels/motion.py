@@ -81,7 +81,7 @@ def pointing(view: View) -> Picture:
     caption = "Directions relative to the field, the orbit normal and the local vertical."
     if view.has_coils:
         caption = "Coils damp only the rate component perpendicular to the field."
-    if view.result.attrs["law"].startswith("bdot"):
+    if [law["name"].startswith("bdot") for law in view.laws.values()] == [True]:
         caption += (
             " B-dot settles into a slow rotation with the field, at about 2 ω₀ around the orbit "
             "normal."

@@ -35,8 +35,21 @@ class Level:
 
 
 @dataclass(frozen=True)
+class Bar:
+    """When a region was in a state: the spans of a strip that have its colour and opacity."""
+
+    label: str
+    spans: Spans
+    colour: str
+    opacity: float
+
+
+@dataclass(frozen=True)
 class Panel:
-    """One set of axes: `window` None shows the whole run; `y_range` None fits the data."""
+    """One set of axes: `window` None shows the whole run; `y_range` None fits the data.
+
+    With `bars` it is a strip of these instead, without a y axis.
+    """
 
     title: str
     y_label: str
@@ -48,6 +61,7 @@ class Panel:
     bands: Spans = ()
     bands_label: str = ECLIPSE
     marks: tuple[Mark, ...] = ()
+    bars: tuple[Bar, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -58,6 +72,12 @@ class Picture:
     title: str
     caption: str
     panels: tuple[Panel, ...]
+
+
+def shown_times(view: View, panel: Panel) -> tuple[float, float]:
+    """First and last time [s] of a panel's axis."""
+    began, ended = panel.window or (0.0, view.end_s)
+    return (began, ended) if ended > began else (began - 0.5, ended + 0.5)
 
 
 def about_ranges(picture: Picture) -> str:
