@@ -101,6 +101,74 @@ def without_coils(sections: dict) -> dict:
     return {**sections, "spacecraft": spacecraft, "control": control}
 
 
+#: B-dot until the rotation is slow, then a pitch wheel and the coils; day and night beside it.
+SWITCHING = {
+    "spacecraft": {"wheels": {k: v for k, v in PYRAMID.items() if k != "failures"}},
+    "initial": {"rate_deg_s": [0.6, -0.4, 0.5]},
+    "control": {
+        "law": None,
+        "laws": {
+            "damping": {"kind": "bdot", "gain_a_m2_s_per_t": 2e6},
+            "pitch": {
+                "kind": "bias_momentum",
+                "bias_momentum_n_m_s": 0.1,
+                "pitch_inertia_kg_m2": 1.2,
+                "bandwidth_rad_s": 0.05,
+                "nutation_gain_a_m2_s_per_t": 1e5,
+                "unloading_gain_per_s": 1e-4,
+            },
+        },
+        "modes": {
+            "regions": {
+                "task": {
+                    "states": {
+                        "detumble": {
+                            "laws": ["damping"],
+                            "transitions": [
+                                {
+                                    "to": "hold",
+                                    "when": {"signal": "rate_deg_s", "below": 0.4},
+                                    "for_s": 60.0,
+                                }
+                            ],
+                        },
+                        "hold": {
+                            "laws": ["pitch"],
+                            "transitions": [
+                                {"to": "safe", "when": {"signal": "rate_deg_s", "above": 20.0}}
+                            ],
+                        },
+                        "safe": {"wheels": "off", "final": True},
+                    }
+                },
+                "light": {
+                    "states": {
+                        "day": {
+                            "transitions": [
+                                {"to": "night", "when": {"signal": "lit", "below": 0.4}}
+                            ]
+                        },
+                        "night": {
+                            "transitions": [{"to": "day", "when": {"signal": "lit", "above": 0.6}}]
+                        },
+                    }
+                },
+            }
+        },
+        "sample_s": 1.0,
+        "measure_s": 0.0,
+        "actuate_s": None,
+    },
+    "simulation": {"duration_s": 7200.0, "step_s": 0.5, "record_s": 5.0},
+}
+
+
+@pytest.fixture(scope="session")
+def switched():
+    """A run with two regions of modes; the second of its laws logs two quantities."""
+    return simulate(scenario("switched", **SWITCHING))
+
+
 @pytest.fixture(scope="session")
 def report(detumble, tmp_path_factory):
     """Paths of the report of `detumble`, and the parts done as reported."""

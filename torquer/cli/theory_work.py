@@ -243,11 +243,12 @@ def _latex(law: str) -> str:
         ) from None
     import sympy
 
-    made, symbols = _symbolic_law(law), {"gain": sympy.Symbol("k", positive=True)}
-    if "j_xx" in made.parameters:
-        symbols |= {"j_xx": symbolic.transverse, "j_yy": symbolic.transverse,
-                    "j_zz": symbolic.axial}  # fmt: skip
-    if "momentum" in made.parameters:
+    made = _symbolic_law(law)
+    symbols: dict[str, Any] = {"gain": sympy.Symbol("k", positive=True)}
+    if "inertia" in made.values():
+        moments = (symbolic.transverse, symbolic.transverse, symbolic.axial)
+        symbols["inertia"] = (*moments, 0.0, 0.0, 0.0)
+    if "momentum" in made.values():
         symbols["momentum"] = symbolic.momentum
     found: Any = symbolic.averaged_equations(made, symbols)
     if law == "reorientation":  # a spin about the axis
