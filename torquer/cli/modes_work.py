@@ -4,7 +4,6 @@ import json
 import os
 from pathlib import Path
 
-from torquer.cli.output import writing_to
 from torquer.control.modes.check import Finding, findings
 from torquer.control.modes.diagram import mermaid, svg
 from torquer.control.modes.spec import MAIN, Modes
@@ -25,8 +24,7 @@ def show(scenario_path: Path, as_mermaid: bool, picture: Path | None, as_json: b
     if modes is None:
         raise ValueError("control.modes: must be given, or a scheme as control.law; received none")
     if picture is not None:
-        with writing_to(picture, "--svg"):
-            picture.write_text(svg(modes), encoding="utf-8")
+        _write(svg(modes), picture)
     found = mode_findings(scenario)
     if as_json:
         print(json.dumps({"mermaid": mermaid(modes), "findings": [f._asdict() for f in found]}))
@@ -40,6 +38,16 @@ def show(scenario_path: Path, as_mermaid: bool, picture: Path | None, as_json: b
     if picture is not None:
         print(os.fspath(picture))
     return 0
+
+
+def _write(drawn: str, picture: Path) -> None:
+    try:
+        picture.write_text(drawn, encoding="utf-8")
+    except OSError as error:
+        raise ValueError(
+            f"--svg: must be a file that can be written; received {picture} "
+            f"({error.strerror or error})"
+        ) from None
 
 
 def _tell(found: list[Finding], mark: str = "") -> None:
