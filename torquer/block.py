@@ -13,7 +13,7 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Block:
 
     name: str
     function: Callable
-    parameters: tuple = ()
+    parameters: Any = ()
     memory: tuple | Mapping = ()
     log: Mapping[str, str] = field(default_factory=dict)
     needs: frozenset[str] = frozenset()
@@ -126,6 +126,7 @@ class Block:
         """First cell, number of cells and unit of each logged part of the memory."""
         if not self.log:
             return {}
+        assert isinstance(self.memory, Mapping)  # cells without names cannot be logged
         places = _places(self.memory)
         return {name: (*places[name], unit) for name, unit in self.log.items()}
 

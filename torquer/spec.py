@@ -7,7 +7,7 @@ A spec is checked once, on creation; `pack()`, where a spec has it, gives the tu
 import copy
 import math
 from collections.abc import Mapping
-from typing import Annotated, ClassVar, NamedTuple, Self
+from typing import Annotated, ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, GetCoreSchemaHandler, model_validator
@@ -168,6 +168,9 @@ def as_data(value):
     return value
 
 
-def checked(spec: Spec) -> Spec:
+AnySpec = TypeVar("AnySpec", bound=Spec)
+
+
+def checked(spec: AnySpec) -> AnySpec:
     """The spec, checked anew: it may have been changed or made behind pydantic's back."""
     return type(spec).model_validate(as_data(spec))

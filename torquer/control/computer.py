@@ -51,8 +51,8 @@ class Computer(NamedTuple):
     where no mode chooses another.
     """
 
-    laws: np.ndarray
-    estimators: np.ndarray
+    laws: np.ndarray | tuple
+    estimators: np.ndarray | tuple
     law_blocks: np.ndarray
     estimator_blocks: np.ndarray
     modes: ModeTable

@@ -16,4 +16,4 @@ class NoEstimator(Spec):
     """Attitude and rate are not known; laws may use sensors' readings only."""
 
     kind: Literal["none"] = "none"
-    gives: ClassVar = frozenset()
+    gives: ClassVar[frozenset[str]] = frozenset()

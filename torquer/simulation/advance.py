@@ -5,7 +5,7 @@ that crosses a call costs reference counting, and a smaller function compiles to
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba.extending import overload
@@ -16,7 +16,7 @@ from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add, add_scaled, dot, scale, sub, sym_vec
-from torquer.integrate.dop853 import DONE, dop853, rates_of
+from torquer.integrate.dop853 import DONE, Workspace, dop853, rates_of
 from torquer.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
 from torquer.simulation.state import goal_dipole
@@ -55,7 +55,7 @@ class Dop853(NamedTuple):
     """Dormand-Prince of order 8 with steps of its own; `work`: space to write to."""
 
     tolerance: float
-    work: np.ndarray
+    work: Workspace
 
 
 class DipolePath(NamedTuple):
@@ -284,7 +284,7 @@ def is_resolved(integrator, plan, state, x, here):
     return _RESOLVED[type(integrator)](integrator, plan, state, x, here)
 
 
-_OPTIONS = {"error_model": "numpy", "fastmath": {"contract"}}
+_OPTIONS: Any = {"error_model": "numpy", "fastmath": {"contract"}}
 
 
 @overload(steps_by, jit_options=_OPTIONS)

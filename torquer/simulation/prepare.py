@@ -6,7 +6,12 @@ import numpy as np
 
 from torquer.block import Block
 from torquer.control import LAWS
-from torquer.control.allocation import NO_ALLOCATION_STATE, allocation_of, first_allocation
+from torquer.control.allocation import (
+    NO_ALLOCATION_STATE,
+    Allocation,
+    allocation_of,
+    first_allocation,
+)
 from torquer.control.computer import (
     NO_ESTIMATOR,
     SENSOR_READINGS,
@@ -175,7 +180,8 @@ def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
     """Constants of a run for the kernels."""
     simulation, step_s = scenario.simulation, scenario.simulation.step_s
     needs = needs_of(blocks) | signals_need(scenario)
-    wheels, allocation = scenario.spacecraft.wheels, ()
+    wheels = scenario.spacecraft.wheels
+    allocation: Allocation | tuple[()] = ()
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = allocation_of(wheels, step_s, driven)
@@ -242,7 +248,7 @@ def first_state(
     late = np.zeros(len(SENSORS), LATE)
     late["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
-    if plan.allocation:
+    if plan.plant.rotors and plan.allocation:
         rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
     state = State(

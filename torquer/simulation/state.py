@@ -42,7 +42,7 @@ class Plant(NamedTuple):
 
     rigid: Rigid
     coils: CoilSet
-    rotors: Rotors | tuple
+    rotors: Rotors | tuple[()]
     magnetometer: MagnetometerSet
     gyro: GyroSet
     sun_sensors: SunSensorSet
@@ -63,7 +63,7 @@ class Plan(NamedTuple):
     plant: Plant
     timetable: Timetable
     computer: Computer
-    allocation: Allocation | tuple
+    allocation: Allocation | tuple[()]
     needs_ephemeris: bool
     hosted: bool
     step_s: float

@@ -89,7 +89,7 @@ def find_equilibria(rates: Rates, length: float = 1.0) -> list[Equilibrium]:
     size = max(flows)
     if not 0.0 < size < math.inf:
         raise ValueError(f"rates: must be finite and not all zero; received up to {size:g}")
-    found = {}
+    found: dict = {}
     for start in starts:
         settled = _newton(rates, length, start, size)
         if settled is not None:
