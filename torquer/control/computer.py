@@ -87,24 +87,13 @@ call_law = caller(LAW_SIGNATURE)
 call_estimator = caller(ESTIMATE.in_loop)
 
 
-@internal
-def parameters_of(block, board):
-    """Parameters of a block, as cells."""
-    return board.parameters[block.p0 : block.p1]
-
-
-@internal
-def memory_of(block, board):
-    """Memory of a block, as cells."""
-    return board.memory[block.m0 : block.m1]
-
-
 @inner
 def estimate_step(computer, board, number):
     """Let an estimator work."""
     block = computer.estimator_blocks[number]
-    function, parameters = computer.estimators[block.function], parameters_of(block, board)
-    estimate = call_estimator(function, board.known, parameters, memory_of(block, board))
+    parameters = board.parameters[block.p0 : block.p1]
+    memory = board.memory[block.m0 : block.m1]
+    estimate = call_estimator(computer.estimators[block.function], board.known, parameters, memory)
     put_estimate(board.known[0], estimate)
 
 
@@ -154,8 +143,9 @@ def enter_modes(computer, board, t_s):
 def command_of(computer, board, number):
     """The command of a law."""
     block = computer.law_blocks[number]
-    function, parameters = computer.laws[block.function], parameters_of(block, board)
-    return call_law(function, board.known, parameters, memory_of(block, board))
+    parameters = board.parameters[block.p0 : block.p1]
+    memory = board.memory[block.m0 : block.m1]
+    return call_law(computer.laws[block.function], board.known, parameters, memory)
 
 
 @internal
