@@ -136,7 +136,8 @@ def lose(steering, wheel):
     """
     axes, limit, bias = steering.wheels.axes, steering.momentum_limit, steering.bias
     limit[wheel] = steering.torque_limit[wheel] = 0.0
-    bias[:] = steering.bias_after[wheel]
+    for k in range(limit.shape[0]):
+        bias[k] = steering.bias_after[wheel, k]
     least_squares(axes, limit, _total(axes, limit, bias), steering.work[WANTED])
     for k in range(limit.shape[0]):
         bias[k] = bias[k] - steering.work[WANTED, k] if limit[k] > 0.0 else 0.0

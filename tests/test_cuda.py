@@ -1,0 +1,189 @@
+"""The whole loop compiles for CUDA: PTX of sm_90, made without a device.
+
+`numba-cuda` recompiles the kernels that the loop calls. What it cannot take is replaced by name in
+the rebuilt functions, and stands in `replacements`: nothing else of the loop is CUDA's own.
+"""
+
+import math
+from types import FunctionType, ModuleType, SimpleNamespace
+
+import numba
+import numpy as np
+import pytest
+
+from torquer import adapter, engine
+from torquer.estimation import RateFromField
+from torquer.simulation import advance, step
+from torquer.simulation.run import prepare
+
+pytest.importorskip("numba_cuda", reason="needs the extra 'cuda'")
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="compiles by Numba")
+
+from numba import cuda  # noqa: E402  (of numba-cuda, which has been found)
+from numba.cuda import compiler, dispatcher, libdevice  # noqa: E402
+
+SM_90 = (9, 0)
+BDOT = {"kind": "bdot", "gain_a_m2_s_per_t": 1e6}
+#: All sensors with their errors, coils with lag, a measurement window.
+PLANT = {
+    "spacecraft.coils": {"limit_a_m2": 3.2, "saturation": "clip", "lag_s": 0.5},
+    "spacecraft.magnetometer": {"noise_nt": 50.0, "resolution_nt": 8.0, "sample_s": 1.0,
+                                "delay_s": 0.5},
+    "spacecraft.gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
+    "spacecraft.sun_sensors": {"axes": [[1, 0, 0]], "half_field_deg": 60.0, "noise_deg": 0.5},
+    "spacecraft.attitude_sensor": {"noise_deg": 0.1},
+    "simulation.step_s": 0.5,
+}  # fmt: skip
+MODES = {
+    "control.law": None,
+    "control.laws": {"strong": BDOT, "weak": BDOT | {"gain_a_m2_s_per_t": 1e5}},
+    "control.estimator": {"kind": "rate_from_field"},
+    "control.modes.regions": {
+        "damping": {
+            "states": {
+                "fast": {
+                    "laws": ["strong"],
+                    "transitions": [
+                        {"to": "slow", "when": {"signal": "rate_deg_s", "below": 0.5}, "for_s": 60}
+                    ],
+                },
+                "slow": {
+                    "laws": ["weak"],
+                    "transitions": [{"to": "fast", "when": {"signal": "rate_deg_s", "above": 1.0}}],
+                },
+            }
+        },
+        "actuators": {
+            "states": {
+                "on": {"transitions": [{"to": "off", "when": {"signal": "lit", "below": 0.5}}]},
+                "off": {
+                    "coils": "off",
+                    "transitions": [{"to": "on", "when": {"signal": "lit", "above": 0.5}}],
+                },
+            }
+        },
+    },
+}
+WHEELS = {
+    "spacecraft.wheels": {
+        "layout": {"kind": "regular_pyramid", "count": 4, "gamma_deg": 54.7},
+        "momentum_limit_n_m_s": 1.0,
+        "torque_limit_n_m": 0.02,
+        "coulomb_friction_n_m": 5e-4,
+        "stiction_n_m": 1e-3,
+        "speed_noise_rpm": 1.0,
+    }
+}
+
+
+@cuda.jit(device=True)
+def unchanged(value):
+    """In place of `without_reference_counts`: on a device nothing is counted."""
+    return value
+
+
+@cuda.jit(device=True)
+def sign(x):
+    """In place of `np.sign`: CUDA's table of ufuncs has neither it nor `np.floor`."""
+    return math.copysign(1.0, x) if x != 0.0 else x
+
+
+@cuda.jit(device=True)
+def floor(x):
+    """In place of `np.floor`."""
+    return libdevice.floor(x)
+
+
+def scalar_numpy():
+    """NumPy for kernels on numbers, in place of `np`."""
+    parts = {"floor": floor, "sign": sign, "nan": np.nan, "inf": np.inf, "pi": np.pi}
+    module = ModuleType("np")
+    vars(module).update(parts)
+    return module
+
+
+def rebuilt(function, instead, known):
+    """A kernel and all kernels that it calls by name, with the replacements among its globals."""
+    plain = function.py_func
+    if plain not in known:
+        names = dict(plain.__globals__)
+        copy = FunctionType(plain.__code__, names, plain.__name__, plain.__defaults__)
+        known[plain] = cuda.jit(copy, device=True)
+        for name in set(plain.__code__.co_names) & names.keys():
+            if name in instead:
+                names[name] = instead[name]
+            elif hasattr(names[name], "py_func") and not names[name].py_func.__closure__:
+                names[name] = rebuilt(names[name], instead, known)
+    return known[plain]
+
+
+def called_directly(block):
+    """A law or an estimator behind its adapter, in place of the call by address."""
+    names = adapter.names_of(block.memory)
+    parts = {
+        "_function": block.function,
+        "_inputs": adapter._first_of,
+        "_unify": block.kind.unify,
+        "_named": adapter._record_maker(adapter.Shape(block.parameters)),
+        "_cells": adapter._memory_view(names),
+    }
+    answer = cuda.jit(FunctionType(adapter._plain_adapter.__code__, parts), device=True)
+
+    @cuda.jit(device=True)
+    def call(address, records, parameters, memory):
+        return answer(records, parameters, memory)
+
+    return call
+
+
+def replacements(run):
+    """All that CUDA cannot take as it is, by the names that the kernels use."""
+    law = next(iter(run.blocks.laws.values()))
+    plain = {"without_reference_counts": unchanged, "np": scalar_numpy()}
+    by_rk4 = rebuilt(advance.by_rk4, plain, {})
+    resolves = rebuilt(advance.resolves, plain, {})
+
+    @cuda.jit(device=True)
+    def steps_by(integrator, forces, x, here, first, last, h):
+        return by_rk4(forces, x, here, first, last, h)
+
+    @cuda.jit(device=True)
+    def is_resolved(integrator, plan, state, x, here):
+        return resolves(integrator, plan, state, x, here)
+
+    return plain | {
+        "call_law": called_directly(law),
+        "call_estimator": called_directly(RateFromField().estimator()),
+        "steps_by": steps_by,
+        "is_resolved": is_resolved,
+    }
+
+
+@pytest.fixture
+def no_device(monkeypatch):
+    """Compile for a device that is not there."""
+    device = SimpleNamespace(compute_capability=SM_90)
+    for module in (compiler, dispatcher):
+        monkeypatch.setattr(module, "get_current_device", lambda: device)
+
+
+def ptx_of_loop(run):
+    """PTX of a kernel that runs the loop of a prepared run."""
+    loop = rebuilt(step.run_steps, replacements(run), {})
+
+    def one_run(integrator, plan, tables, state, record, seed, last, ended):
+        ended[0] = loop(integrator, plan, tables, state, record, seed, last)
+
+    arguments = (run.integrator, run.plan, run.tables, run.state, run.record, 7, run.steps)
+    types = tuple(map(numba.typeof, (*arguments, np.zeros(1, np.int64))))
+    ptx, _ = cuda.compile(one_run, types, device=False, cc=SM_90, output="ptx", abi="numba")
+    return ptx
+
+
+@pytest.mark.parametrize("changes", [{}, MODES, WHEELS], ids=["bdot", "modes", "wheels"])
+def test_the_loop_compiles_to_ptx_that_calls_nothing_outside(make, no_device, changes, tmp_path):
+    """Neither an allocation nor a function of the host is left: all of it is in the PTX."""
+    ptx = ptx_of_loop(prepare(make(PLANT | {"control.law": BDOT} | changes)))
+    assert ".target sm_90" in ptx
+    assert ".visible .entry" in ptx
+    assert ".extern" not in ptx
