@@ -11,7 +11,7 @@ from torquer.control.computer import command_of, estimate, switch
 from torquer.engine import COMPILED, kernel, released
 from torquer.simulation.advance import environment_at, environment_tables, is_resolved
 from torquer.simulation.state import motion_of
-from torquer.simulation.step import record_row, run_steps
+from torquer.simulation.step import WAITING, record_row, run_steps
 
 
 @structref.register
@@ -85,7 +85,8 @@ def is_resolved_in(box):
 
 @kernel
 def exchange(box, last):
-    """Run on to the next control step, and bring the estimate up to date."""
-    ended = run_steps(box.integrator, box.plan, box.tables, box.state, box.record, box.seed, last)
-    estimate(box.plan.computer, box.state.board)
+    """Run on to the next control step, if there is one, and bring the estimate up to date."""
+    ended = advance(box, last)
+    if ended == WAITING:
+        estimate(box.plan.computer, box.state.board)
     return ended

@@ -21,7 +21,13 @@ from torquer.simulation import step as loop
 from torquer.simulation.boxed import exchange
 from torquer.simulation.host import HostFailed, inputs_from
 from torquer.simulation.result import COMPLETE, FAILED, STOPPED
-from torquer.simulation.run import prepare, reason, record_this_instant
+from torquer.simulation.run import (
+    Piece,
+    is_resolved_at_the_end,
+    prepare,
+    reason,
+    record_this_instant,
+)
 from torquer.simulation.simulate import RunStopped
 from torquer.simulation.state import CELLS, arrays_of
 from torquer.simulation.store import InMemory
@@ -31,15 +37,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 _ZERO = (0.0, 0.0, 0.0)
-#: All that the computer can be given.
-_NEEDS = frozenset({"sun", "search_coil", "attitude", "rate", "ephemeris"})
+#: All that the computer can be given, whatever the estimator.
+_NEEDS = frozenset({"sun", "search_coil", "ephemeris"})
 
 
 class Snapshot(NamedTuple):
     """A flight at one instant; `software`: what was handed over with it."""
 
     arrays: list[np.ndarray]
-    parts: int
+    piece: Piece
+    relative_error: float
+    parts: list[xr.Dataset]
     waits: bool
     software: object
 
@@ -65,7 +73,7 @@ class Flight:
         answers = drives.get((craft.coils is not None, craft.wheels is not None), "dipole")
         self._coils, self._wheels = craft.coils is not None, craft.wheels is not None
         outside = Law("flight", _outside, needs=_NEEDS, compiled=False, answers=answers)
-        self._run = prepare(scenario, outside if self._coils or self._wheels else None)
+        self._run = prepare(scenario, outside)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False
@@ -111,18 +119,17 @@ class Flight:
         """
         run = self._run
         arrays = [part.copy() for part in arrays_of((run.state, run.record))]
-        return Snapshot(arrays, len(self._store.parts), self._waits, copy.deepcopy(software))
+        parts, kept = list(self._store.parts), copy.deepcopy(software)
+        return Snapshot(arrays, run.piece, run.relative_error, parts, self._waits, kept)
 
     def restore(self, snapshot: Snapshot) -> object:
         """Go back to a snapshot of this flight; returns a copy of the software's state."""
         run = self._run
-        run.state.at[:] = snapshot.arrays[0]
-        run.piece = None
-        run.enter()
         for part, kept in zip(arrays_of((run.state, run.record)), snapshot.arrays, strict=True):
             part[...] = kept
+        run.piece, run.relative_error = snapshot.piece, snapshot.relative_error
+        self._store.parts[:] = snapshot.parts
         self._waits = snapshot.waits
-        del self._store.parts[snapshot.parts :]
         self._enter()
         return copy.deepcopy(snapshot.software)
 
@@ -149,10 +156,15 @@ class Flight:
             self._waits = True
             return True
         if ended != loop.RUNNING:
-            why = reason(self._run, ended)
-            record_this_instant(self._run)
-            raise RunStopped(why, self._store.result(self._run, FAILED, why), False)
+            self._stop(ended)
+        if not is_resolved_at_the_end(self._run):
+            self._stop(loop.COARSE_STEP)
         return False
+
+    def _stop(self, ended: int) -> None:
+        why = reason(self._run, ended)
+        record_this_instant(self._run)
+        raise RunStopped(why, self._store.result(self._run, FAILED, why), False)
 
 
 def _outside(inputs, parameters, memory):

@@ -224,10 +224,10 @@ def advance_in_pieces(run: Run, last: int, progress: Callable[[float], None] | N
             piece *= 2
         if progress:
             progress(int(run.state.at[0]) / run.steps)
-    return "" if _resolved_at_the_end(run) else reason(run, loop.COARSE_STEP)
+    return "" if is_resolved_at_the_end(run) else reason(run, loop.COARSE_STEP)
 
 
-def _resolved_at_the_end(run: Run) -> bool:
+def is_resolved_at_the_end(run: Run) -> bool:
     """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
     if run.state.at[0] < run.steps:
         return True
