@@ -388,19 +388,19 @@ print(*case.final_state())
 
 def test_without_the_compiler_a_flight_is_the_same(make, tmp_path):
     """The same exchange in plain Python, to rounding, with a snapshot on the way."""
-    case = f"""
+    case = """
 from torquer import Flight, scenario_from_text
 
 SCENARIO = '''
 start = 2025-03-01T00:00:00Z
-orbit = {{ kind = "circular", altitude_km = 500, inclination_deg = 60 }}
-environment = {{ field = {{ kind = "direct_dipole" }}, table_tolerance = 1e-6 }}
+orbit = { kind = "circular", altitude_km = 500, inclination_deg = 60 }
+environment = { field = { kind = "direct_dipole" }, table_tolerance = 1e-6 }
 spacecraft.body.inertia_kg_m2 = [1.0, 1.2, 1.5]
 spacecraft.coils.limit_a_m2 = 1.0
 spacecraft.magnetometer.noise_nt = 20
 initial.rate_deg_s = [1, 2, 3]
-control = {{ law = {{ kind = "off" }}, sample_s = 2.0 }}
-simulation = {{ duration_s = 20, record_s = 10 }}
+control = { law = { kind = "off" }, sample_s = 2.0 }
+simulation = { duration_s = 20, record_s = 10 }
 '''
 
 def final_state():

@@ -6,8 +6,7 @@ import pytest
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.environment.table import build, lookup3
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation import run as runner
-from torquer.simulation import size as sizes
+from torquer.simulation import run as runner, size as sizes
 from torquer.simulation.size import piece_steps, size_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

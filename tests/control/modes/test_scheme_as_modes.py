@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 from flown_modes import Flown, J, Z, reading
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scheme_twin import SchemeTwin
 
 from torquer.control.modes.scheme import DONE, modes_of
