@@ -9,6 +9,7 @@ from pydantic import Field
 
 from torquer.control.bdot import Bdot as Bdot
 from torquer.control.built_in import BUILT_IN
+from torquer.control.scheme import Scheme
 from torquer.control.user import GivenLaw, UserLaw
 
 #: Laws by the kind that a scenario names.
@@ -16,3 +17,5 @@ LAWS = {**BUILT_IN, "user": UserLaw}
 
 #: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
 AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
+#: The same for the only law of a scenario, which may be a scheme.
+OnlyLaw = Annotated[Union[(*LAWS.values(), GivenLaw, Scheme)], Field(discriminator="kind")]

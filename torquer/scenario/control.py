@@ -1,11 +1,11 @@
 """The `control` table of a scenario: laws, estimator, modes, and when they work."""
 
 import math
-from typing import Annotated, ClassVar, NamedTuple, Union
+from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
 
-from torquer.control import LAWS, AnyLaw, GivenLaw
+from torquer.control import AnyLaw, OnlyLaw
 from torquer.control.modes.packing import must_be_one_of
 from torquer.control.modes.scheme import modes_of
 from torquer.control.modes.spec import Modes
@@ -15,8 +15,6 @@ from torquer.estimation.sensors import SensorReadings
 from torquer.spec import Spec
 
 Positive = Annotated[float, Field(gt=0.0)]
-#: The only law of a scenario; told apart by its kind, so that a mistake is told of that kind alone.
-OnlyLaw = Annotated[Union[(*LAWS.values(), GivenLaw, Scheme)], Field(discriminator="kind")]
 #: More steps than any run can take: years of computing.
 MOST_STEPS = 10**13
 

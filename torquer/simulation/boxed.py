@@ -4,6 +4,8 @@ Handing plan, tables, state and record over argument by argument costs 20 to 50 
 once, a call costs less than one. The box shares all arrays with the run.
 """
 
+from collections import namedtuple
+
 from numba import types
 from numba.experimental import structref
 
@@ -20,19 +22,14 @@ class _BoxType(types.StructRef):
         return tuple((name, types.unliteral(of_type)) for name, of_type in fields)
 
 
-class Box(structref.StructRefProxy if COMPILED else object):
+class Box(structref.StructRefProxy):
     """The arguments of the loop, boxed."""
 
-    if not COMPILED:
 
-        def __init__(self, *fields):
-            self.integrator, self.plan, self.tables, self.state, self.record, self.seed = fields
-
-
-if COMPILED:
-    structref.define_proxy(
-        Box, _BoxType, ["integrator", "plan", "tables", "state", "record", "seed"]
-    )
+_PARTS = ["integrator", "plan", "tables", "state", "record", "seed"]
+structref.define_proxy(Box, _BoxType, _PARTS)
+if not COMPILED:  # plain Python reads the same names of a plain record
+    Box = namedtuple("Box", _PARTS)  # type: ignore[misc,no-redef]
 
 
 @kernel

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -69,9 +69,10 @@ class Flight:
             )
         scenario = checked(scenario)
         craft = scenario.spacecraft
-        drives = {(True, True): "command", (False, True): "torque"}
-        answers = drives.get((craft.coils is not None, craft.wheels is not None), "dipole")
         self._coils, self._wheels = craft.coils is not None, craft.wheels is not None
+        answers: Literal["dipole", "torque", "command"] = "command" if self._coils else "torque"
+        if not self._wheels:
+            answers = "dipole"
         outside = Law("flight", _outside, needs=_NEEDS, compiled=False, answers=answers)
         self._run = prepare(scenario, outside)
         self._store = InMemory()
