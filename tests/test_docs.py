@@ -1,14 +1,22 @@
-"""Generated pages are up to date, and the README's example runs as it stands there."""
+"""Generated pages are up to date; examples of README and tutorials run as they stand there."""
 
+import contextlib
 import importlib.util
 import inspect
+import io
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
+import torquer
+from torquer import engine
+
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 ROOT = Path(__file__).parents[1]
 
 
@@ -70,3 +78,83 @@ def test_readme_links_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
         assert (ROOT / target).exists(), target
+
+
+# ------------------------------------------------------------------ the tutorial on modes
+
+MODES_PAGE = (ROOT / "docs/tutorials/modes.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", MODES_PAGE, re.S | re.M)
+
+
+def shown(*arguments):
+    """What `torquer modes` prints."""
+    from torquer.cli import modes_work
+
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        modes_work.show(*arguments)
+    return printed.getvalue()
+
+
+@pytest.fixture(scope="module")
+def satellites(tmp_path_factory):
+    """The tutorial's scenario, as it is and with each of the two ways back that follow it."""
+    whole, *ways = [text for kind, text in BLOCKS if kind == "toml"]
+    paths = [tmp_path_factory.mktemp("tutorial") / f"{k}.toml" for k in range(len(ways) + 1)]
+    for path, way in zip(paths, ["", *ways], strict=True):
+        path.write_text(whole + way)
+    return paths
+
+
+def test_the_tutorial_prints_what_the_checker_says(satellites):
+    outputs = [text for kind, text in BLOCKS if kind == ""]
+    first, chatter, bounded, spinner, pointing = outputs
+    assert shown(satellites[0], False, None, False) == first
+    for path, line in zip(satellites[1:], (chatter, bounded), strict=True):
+        assert shown(path, False, None, False).endswith(f"\n{line}")
+    assert shown(ROOT / "examples/spinner_modes.toml", False, None, False) == spinner
+    assert pointing in shown(ROOT / "examples/sun_pointing.toml", False, None, False)
+
+
+def test_the_tutorial_shows_the_diagram_of_the_example():
+    (drawn,) = [text for kind, text in BLOCKS if kind == "mermaid"]
+    printed = shown(ROOT / "examples/sun_pointing.toml", True, None, False)
+    assert printed.startswith(drawn)
+    assert all(line.startswith("%% ") for line in printed.removeprefix(drawn).splitlines())
+
+
+def test_the_tutorial_names_every_signal():
+    from torquer.control.modes.signals import SIGNALS
+
+    assert [name for name in SIGNALS if f"`{name}`" not in MODES_PAGE] == []
+
+
+@needs_jit
+def test_the_tutorials_satellite_chatters_until_it_has_two_thresholds(satellites):
+    counts = []
+    for path in satellites[1:]:
+        result = torquer.simulate(torquer.load_scenario(path))
+        counts.append(int(result["mode_entries"].sel(mode="main.detumbling")))
+    assert counts[0] > 100 and counts[1] == 1
+    assert f"enters `detumbling` {counts[0]} times" in MODES_PAGE
+
+
+@needs_jit
+def test_the_tutorials_spinner_takes_the_times_that_it_says():
+    result = torquer.simulate(torquer.load_scenario(ROOT / "examples/spinner_modes.toml"))
+    entered = {str(name): float(t) for name, t in result["mode_entered"].to_series().items()}
+    minutes = [round(entered[f"main.{state}"] / 60.0) for state in ("spin_up", "pointing")]
+    assert minutes == [97, 117]
+    axis = Rotation.from_quat(result["q_body_to_inertial"].values[-1]).as_matrix()[:, 2]
+    off_deg = np.degrees(np.arccos(axis @ [1.0, 1.0, 0.0] / np.sqrt(2.0)))
+    assert round(off_deg) == 5
+
+
+@needs_jit
+def test_the_tutorials_third_attempt_points_to_the_sun():
+    result = torquer.simulate(torquer.load_scenario(ROOT / "examples/sun_pointing.toml"))
+    t, wrong = result["time"].values, result["mode_capture"].values == 1
+    began_min = t[1:][wrong[1:] & ~wrong[:-1]] / 60.0
+    assert [int(minute) for minute in began_min] == [172, 292, 431]
+    axes = Rotation.from_quat(result["q_body_to_inertial"].values).as_matrix()[:, :, 2]
+    off_deg = np.degrees(np.arccos(np.sum(axes * result["sun_inertial"].values, axis=1)))
+    assert off_deg[t < 431 * 60.0].max() > 170.0 and 8.0 < off_deg[t > 36000.0].max() < 9.0
