@@ -325,9 +325,16 @@ def test_targets_of_scenarios(scenario):
         'kind = "reorientation", gain_a_m2_per_n_m_s_t = 1e4, momentum_n_m_s = 0.2, '
         f"inertia_kg_m2 = [1.5, 1.5, 1.2], target = {[math.cos(node), math.sin(node), 0.0]}"
     )
-    asked = case_of(None, {}, scenario(law, "0, 0, 5"), False)
+    path = scenario(law, "0, 0, 5")
+    asked = case_of(None, {}, path, False)
     length = 0.2 / (1.2 * math.radians(5.0))
     assert asked.target == pytest.approx((length, 0.0, 0.0), abs=1e-12)
+    # the Sun fixed in that direction is the same target
+    text = path.read_text().replace(law[law.index("target") :], 'target = "sun" ')
+    fixed = f"\nsun_direction = {[math.cos(node), math.sin(node), 0.0]}\nearth_rotation"
+    path.write_text(text.replace("\nearth_rotation", fixed) + "\n")
+    to_sun = case_of(None, {}, path, False)
+    assert to_sun.target == pytest.approx((length, 0.0, 0.0), abs=1e-3)
     assert asked.notes == ()
 
 
@@ -403,6 +410,44 @@ def test_mistakes_in_scenarios_are_one_line(theory, scenario, law, more, line):
     code, out, err = theory(*more, "--scenario", scenario(law))
     assert (code, out) == (2, "")
     assert err.startswith(f"error: {line}"), err
+
+
+BDOT_LAW = 'kind = "bdot", gain_a_m2_s_per_t = 4e4'
+WHEELS = """
+[spacecraft.wheels]
+layout = { kind = "orthogonal" }
+momentum_limit_n_m_s = 1.0
+torque_limit_n_m = 0.1
+"""
+HOLD = 'hold = { kind = "wheel_pd", bandwidth_rad_s = 0.01, inertia_kg_m2 = [1.5, 1.5, 1.2] }'
+
+
+def in_laws(path, more):
+    """The scenario with its law in a table of laws, beside others."""
+    text, law = path.read_text(), "law = { " + BDOT_LAW + " }\n"
+    assert law in text
+    laws = "[control.laws]\ncoils = { " + BDOT_LAW + " }\n" + more
+    path.write_text(text.replace(law, laws))
+    return path
+
+
+def test_the_law_of_the_coils_is_averaged_beside_one_of_wheels(theory, scenario):
+    alone = theory("--scenario", scenario(BDOT_LAW))[1]
+    code, out, err = theory("--scenario", in_laws(scenario(BDOT_LAW), HOLD + WHEELS))
+    assert (code, err, out) == (0, "", alone)
+
+
+@pytest.mark.parametrize(
+    ("more", "received"),
+    [
+        ("again = { " + BDOT_LAW + " }", "2 laws of the coils"),
+        ('[control.modes.states.only]\nlaws = ["coils"]', "modes or a scheme"),
+    ],
+)
+def test_only_one_law_that_always_works_can_be_averaged(theory, scenario, more, received):
+    code, out, err = theory("--scenario", in_laws(scenario(BDOT_LAW), more + "\n"))
+    assert (code, out) == (2, "")
+    assert err == f"error: control.law: must be one law to be averaged; received {received}\n"
 
 
 def test_help(theory):
