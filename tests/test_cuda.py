@@ -12,7 +12,9 @@ import numpy as np
 import pytest
 
 from torquer import adapter, engine
+from torquer.control import computer
 from torquer.estimation import RateFromField
+from torquer.interface import inputs_of
 from torquer.simulation import advance, step
 from torquer.simulation.run import prepare
 
@@ -151,7 +153,14 @@ def replacements(run):
     def is_resolved(integrator, plan, state, x, here):
         return resolves(integrator, plan, state, x, here)
 
+    switch_modes = rebuilt(computer.switch_modes, plain, {})
+
+    @cuda.jit(device=True)
+    def call_switch(address, table, state, known):
+        return switch_modes(table, state, inputs_of(known[0]))
+
     return plain | {
+        "call_switch": call_switch,
         "call_law": called_directly(law),
         "call_estimator": called_directly(RateFromField().estimator()),
         "steps_by": steps_by,

@@ -74,6 +74,22 @@ def test_readme_example_runs(tmp_path, monkeypatch):
     assert (tmp_path / "runs/quickstart/report.html").stat().st_size > 1e5
 
 
+def test_flight_tutorial_runs_and_its_claims_hold():
+    """The software outside, the board at the socket and the law on board fly the same bits."""
+    text = (ROOT / "docs/tutorials/flight.md").read_text(encoding="utf-8")
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", text, re.S):
+        exec(block, names)
+    law = {"kind": "bdot", "gain_a_m2_s_per_t": 2e4}
+    scenario = names["torquer"].with_changes(names["scenario"], {"control.law": law})
+    on_board = names["torquer"].simulate(scenario).omega_body.values
+    assert (names["result"].omega_body.values == on_board).all()
+    assert (names["over_the_link"].omega_body.values == on_board).all()
+    speeds = np.degrees(np.linalg.norm(on_board[[0, -1]], axis=1))
+    assert [f"{speed:.2g}" for speed in speeds] == ["9.9", "0.46"]
+    assert [f"{rate:.3f}" for rate in names["rates"].values()] == ["0.120", "0.103", "0.096"]
+
+
 def test_readme_links_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):

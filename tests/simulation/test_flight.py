@@ -70,6 +70,11 @@ def fly(flight, software, most=None):
     return answered
 
 
+def numbers(inputs):
+    """All numbers of inputs as text: equal for equal ones, unknown or not."""
+    return repr(inputs)
+
+
 def same_flight(a, b):
     """Whether all that was recorded is the same, bit for bit."""
     names = set(a.variables) - set(ON_BOARD)
@@ -118,7 +123,7 @@ def test_what_is_read_is_what_a_law_is_given(make):
     simulate(scenario, watching)
     flight = Flight(scenario)
     fly(flight, lambda inputs: shown.append(inputs) or (0.1, 0.0, 0.0))
-    assert shown == given
+    assert list(map(numbers, shown)) == list(map(numbers, given))
     assert type(shown[0]) is torquer.Inputs
     assert np.all(np.isfinite(shown[0].ephemeris.b_inertial_t))
 
@@ -127,7 +132,7 @@ def test_reading_again_changes_nothing(make):
     flight, calm = Flight(make(FULL)), Flight(make(FULL))
     for _ in range(20):
         first = flight.read()
-        assert flight.read() == first == calm.read()
+        assert numbers(flight.read()) == numbers(first) == numbers(calm.read())
         assert flight.now_s == first.t_s
         flight.command((0.3, 0.0, 0.0))
         calm.command((0.3, 0.0, 0.0))
@@ -178,7 +183,7 @@ def test_snapshots_of_several_instants_are_restored_in_any_order(make, short_pie
     for k in (0, 180, 3, 90, 91, 20, 0):
         inputs, snapshot = snapshots[k]
         software = flight.restore(snapshot)
-        assert flight.read() == inputs
+        assert numbers(flight.read()) == numbers(inputs)
         fly(flight, software)
         assert same_flight(flight.result(), whole)
 
@@ -195,16 +200,16 @@ def test_software_handed_over_is_copied(make):
 
 
 def test_a_snapshot_between_read_and_command_waits_for_the_command(make):
-    flight = Flight(make(FULL))
+    flight = Flight(make(FULL | {"control": {"law": {"kind": "off"}, "sample_s": 3.0}}))
     inputs = flight.read()
     waiting = flight.snapshot()
     ends = []
     for dipole in ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (1.0, 0.0, 0.0)):
         flight.restore(waiting)
-        assert flight.read() == inputs
+        assert numbers(flight.read()) == numbers(inputs)
         flight.command(dipole)
         fly(flight, lambda inputs: (0.0, 0.0, 0.0), 5)
-        ends.append(flight.read())
+        ends.append(numbers(flight.read()))
     assert ends[0] == ends[2] != ends[1]
 
 
@@ -298,19 +303,21 @@ def test_motion_that_the_step_does_not_follow_stops_the_flight(make):
 
 def test_the_last_row_too_must_be_followed(make):
     """As in `simulate`: the loop itself looks at the step only where it goes on."""
-    changes = {"spacecraft.coils.limit_a_m2": 1e5, "simulation.duration_s": 10.0}
-    scenario, dipole = make(changes), (1e5, 0.0, 0.0)
+    scenario = make({"spacecraft.coils.limit_a_m2": 1e5, "simulation.duration_s": 20.0})
+
+    def late(inputs):
+        return (1e5 if inputs.t_s >= 15.0 else 0.0, 0.0, 0.0)
 
     @law(compiled=False)
     def strong(inputs, parameters, memory):
-        return dipole
+        return late(inputs)
 
     with pytest.raises(RunStopped) as own:
         simulate(scenario, strong)
     with pytest.raises(RunStopped) as outside:
-        fly(Flight(scenario), lambda inputs: dipole)
+        fly(Flight(scenario), late)
     assert str(outside.value) == str(own.value)
-    assert "t = 10 s" in str(own.value)
+    assert "t = 20 s" in str(own.value)
 
 
 @pytest.mark.parametrize(
@@ -336,7 +343,7 @@ def test_a_command_that_cannot_be_is_refused_and_the_next_one_taken(make, comman
     inputs = flight.read()
     with pytest.raises(ValueError, match=f"^{message}"):
         flight.command(**command)
-    assert flight.read() == inputs
+    assert numbers(flight.read()) == numbers(inputs)
     flight.command((0.1, 0.0, 0.0))
     assert flight.read().t_s > inputs.t_s
 
@@ -351,9 +358,7 @@ def test_a_dipole_without_coils_is_refused(make):
 
 def test_a_command_must_follow_a_read(make):
     flight = Flight(make(FULL))
-    with pytest.raises(
-        ValueError, match=r"^command: must follow a read of its own; received a"
-    ):
+    with pytest.raises(ValueError, match=r"^command: must follow a read of its own; received a"):
         flight.command((0.1, 0.0, 0.0))
     flight.read()
     flight.command((0.1, 0.0, 0.0))
@@ -380,20 +385,10 @@ def test_the_result_can_be_read_back_with_its_scenario(make):
     assert "flight" in result.attrs["laws"]
 
 
-WITHOUT_JIT = """
-import sys
-sys.path.insert(0, sys.argv[1])
-import test_flight_case as case
-print(*case.final_state())
-"""
-
-
-def test_without_the_compiler_a_flight_is_the_same(make, tmp_path):
-    """The same exchange in plain Python, to rounding, with a snapshot on the way."""
-    case = """
+CASE = """
 from torquer import Flight, scenario_from_text
 
-SCENARIO = '''
+flight = Flight(scenario_from_text('''
 start = 2025-03-01T00:00:00Z
 orbit = { kind = "circular", altitude_km = 500, inclination_deg = 60 }
 environment = { field = { kind = "direct_dipole" }, table_tolerance = 1e-6 }
@@ -403,27 +398,26 @@ spacecraft.magnetometer.noise_nt = 20
 initial.rate_deg_s = [1, 2, 3]
 control = { law = { kind = "off" }, sample_s = 2.0 }
 simulation = { duration_s = 20, record_s = 10 }
-'''
-
-def final_state():
-    flight = Flight(scenario_from_text(SCENARIO))
-    for k in range(10):
-        b = flight.read().b_body_t
-        before = flight.snapshot(k)
-        flight.command((1.0, 1.0, 1.0))
-        flight.read()
-        assert flight.restore(before) == k
-        flight.command((3e4 * b[1], -2e4 * b[0], 0.0))
-    assert flight.read() is None
-    result = flight.result()
-    return [*result.q_body_to_inertial.values[-1], *result.omega_body.values[-1]]
+'''))
+for k in range(10):
+    b = flight.read().b_body_t
+    before = flight.snapshot(k)
+    flight.command((1.0, 1.0, 1.0))
+    flight.read()
+    assert flight.restore(before) == k
+    flight.command((3e4 * b[1], -2e4 * b[0], 0.0))
+assert flight.read() is None
+result = flight.result()
+print(*result.q_body_to_inertial.values[-1], *result.omega_body.values[-1])
 """
-    (tmp_path / "test_flight_case.py").write_text(case.replace("{{", "{").replace("}}", "}"))
-    here = str(Path(torquer.__file__).parents[1])
-    found = []
+
+
+def test_without_the_compiler_a_flight_is_the_same():
+    """The same exchange in plain Python, to rounding, with a snapshot on the way."""
+    here, found = str(Path(torquer.__file__).parents[1]), []
     for disabled in ("0", "1"):
         done = subprocess.run(
-            [sys.executable, "-c", WITHOUT_JIT, str(tmp_path)],
+            [sys.executable, "-c", CASE],
             capture_output=True, text=True, timeout=300,
             env={**os.environ, "PYTHONPATH": here, "NUMBA_DISABLE_JIT": disabled},
         )  # fmt: skip
