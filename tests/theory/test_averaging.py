@@ -167,10 +167,10 @@ def test_laws_that_switch_need_a_coarser_tolerance(satellite):
 
 def test_a_user_law_is_averaged_as_any_other(satellite):
     @torquer.law(parameters={"gain": GAIN})
-    def mine(measured, parameters, memory):
-        x, y, z = measured.omega_body_rad_s
-        bx, by, bz = measured.b_body_t
-        k = parameters[0]
+    def mine(inputs, parameters, memory):
+        x, y, z = inputs.omega_body_rad_s
+        bx, by, bz = inputs.b_body_t
+        k = parameters.gain
         return (k * (y * bz - z * by), k * (z * bx - x * bz), k * (x * by - y * bx))
 
     slow, spinner = Slow(0.7, 0.9, 0.4, 1.1), satellite(50.0)
@@ -206,8 +206,8 @@ def test_averaging_allocates_nothing(satellite):
     assert counts[0] == counts[1] <= 8
 
 
-def navigating(measured, parameters, memory):
-    return measured.r_inertial_m
+def navigating(inputs, parameters, memory):
+    return inputs.ephemeris.r_inertial_m
 
 
 @pytest.mark.parametrize(
@@ -215,9 +215,9 @@ def navigating(measured, parameters, memory):
     [
         (
             Bdot(gain_a_m2_s_per_t=1.0).law(),
-            r"law bdot: must have no memory to be averaged .* received 5 cells",
+            r"law bdot: must have no memory to be averaged .* received 8 cells",
         ),
-        (Law("far", navigating, navigates=True), "law far: must not use the position"),
+        (Law("far", navigating, needs={"ephemeris"}), "law far: must not use the ephemeris"),
     ],
 )
 def test_laws_without_an_average_are_refused(law, message, satellite):

@@ -37,7 +37,7 @@ K, L1, L2, L3 = sympy.symbols("k L1 L2 L3", real=True)
 ACROSS = 2 * p + (1 - 3 * p) * sympy.sin(rho) ** 2
 PATH = (3 * p - 1) * sympy.sin(rho) * sympy.cos(rho)
 SIN, COS = sympy.sin(theta), sympy.cos(theta)
-INERTIA = {"j_xx": transverse, "j_yy": transverse, "j_zz": axial}
+INERTIA = {"inertia": (transverse, transverse, axial, 0.0, 0.0, 0.0)}
 ROUND = {"inertia_kg_m2": (1.0, 1.0, 1.0)}
 UP = {"target": (0, 0, 1)}
 
@@ -103,7 +103,7 @@ def test_preliminary_2():
 def test_reorientation_of_a_pure_spin_has_not_the_printed_second_equation():
     """MAG (3.3.2): p stands where p cos^2 rho + q sin^2 rho comes out."""
     law = Reorientation(gain_a_m2_per_n_m_s_t=1.0, momentum_n_m_s=1.0, **UP, **ROUND).law()
-    target = {"target_x": L1, "target_y": L2, "target_z": L3, "momentum": momentum}
+    target = {"target": (L1, L2, L3), "momentum": momentum}
     found = averaged_equations(law, {"gain": K, **INERTIA, **target})
     eps = K * strength**2 / rate
     cs, ss, cr, sr = sympy.cos(sigma), sympy.sin(sigma), sympy.cos(rho), sympy.sin(rho)
@@ -121,10 +121,10 @@ def test_any_polynomial_law_agrees_with_its_numeric_average():
     """A law of the user's own, that singles out body axes."""
 
     @torquer.law(parameters={"gain": 3.0})
-    def mine(measured, parameters, memory):
-        x, y, z = measured.omega_body_rad_s
-        bx, by, bz = measured.b_body_t
-        return (parameters[0] * bx * by, 0.5 * (z * bx - x * bz), y * bz)
+    def mine(inputs, parameters, memory):
+        x, y, z = inputs.omega_body_rad_s
+        bx, by, bz = inputs.b_body_t
+        return (parameters.gain * bx * by, 0.5 * (z * bx - x * bz), y * bz)
 
     spinner = Spinner(inclination_deg=63.0, transverse_kg_m2=1.7, axial_kg_m2=1.2)
     slow = Slow(0.8, 0.9, 0.4, 1.1)
@@ -149,14 +149,14 @@ def test_latex():
 
 
 @torquer.law
-def rooted(measured, parameters, memory):
-    x = measured.b_body_t[0]
+def rooted(inputs, parameters, memory):
+    x = inputs.b_body_t[0]
     return (math.sqrt(x * x + 1.0), 0.0, 0.0)
 
 
 @torquer.law
-def divided(measured, parameters, memory):
-    return (measured.b_body_t[0] / measured.b_body_t[1], 0.0, 0.0)
+def divided(inputs, parameters, memory):
+    return (inputs.b_body_t[0] / inputs.b_body_t[1], 0.0, 0.0)
 
 
 @pytest.mark.parametrize("law", [rooted, divided], ids=["root", "quotient"])
@@ -167,7 +167,7 @@ def test_other_laws_are_refused(law):
 
 
 def test_memory_and_unknown_symbols_are_refused():
-    with pytest.raises(ValueError, match=r"^law bdot: must have no memory and no navigation"):
+    with pytest.raises(ValueError, match=r"^law bdot: must have no memory and need no ephemeris"):
         averaged_equations(Bdot(gain_a_m2_s_per_t=1.0).law())
     law = BdotRate(gain_a_m2_s_per_t=1.0).law()
     with pytest.raises(ValueError, match=r"^law bdot_rate: must have the parameters speed"):

@@ -234,13 +234,20 @@ def _mean_torque(law: Law, algebra: Algebra, parameters):
         yield algebra.reduced(x)
 
 
+def _in_ring(algebra: Algebra, value):
+    """A symbol, a number or a vector of them as laws take it."""
+    if isinstance(value, tuple):
+        return tuple(_in_ring(algebra, part) for part in value)
+    return value if isinstance(value, float | int) else algebra.of(value)
+
+
 def averaged_equations(law: Law, symbols: Mapping | None = None) -> Slow:
     """Derivatives of l, rho, sigma, theta by u as formulas, averaged over psi, phi and u.
 
     `symbols` puts symbols in place of the law's parameters by name, such as
-    {"gain": sympy.Symbol("k")}; the others keep their numbers. The result holds these, the symbols
-    of this module (l, L0, B0, A, C, omega0, p) and rho, sigma, theta. ValueError for a law with
-    memory, and for one that is not a polynomial.
+    {"gain": sympy.Symbol("k")}, a tuple of them for a vector; the others keep their numbers. The
+    result holds these, the symbols of this module (l, L0, B0, A, C, omega0, p) and rho, sigma,
+    theta. ValueError for a law with memory, and for one that is not a polynomial.
     """
     if len(law.first_memory()) or "ephemeris" in law.needs:
         raise ValueError(
@@ -251,10 +258,7 @@ def averaged_equations(law: Law, symbols: Mapping | None = None) -> Slow:
         raise ValueError(f"law {law.name}: must have the parameters {', '.join(sorted(unknown))}")
     free = {s for value in (symbols or {}).values() for s in sympy.sympify(value).free_symbols}
     algebra = Algebra(sorted(free, key=str))
-    replaced = {
-        name: value if isinstance(value, float | int) else algebra.of(value)
-        for name, value in (symbols or {}).items()
-    }
+    replaced = {name: _in_ring(algebra, value) for name, value in (symbols or {}).items()}
     parameters = law.parameters._replace(**replaced) if replaced else law.parameters
     try:
         means = [algebra.printed(x) for x in _mean_torque(law, algebra, parameters)]
