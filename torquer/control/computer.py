@@ -5,6 +5,7 @@ and memory are slices of two arrays.
 """
 
 import functools
+import math
 from typing import NamedTuple
 
 import numba
@@ -31,6 +32,7 @@ from torquer.estimation.estimator import ESTIMATE, Estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (
     KNOWN,
+    NO_COMMAND,
     UNKNOWN_ESTIMATE,
     Command,
     inputs_of,
@@ -40,8 +42,14 @@ from torquer.interface import (
 
 #: In place of an estimator's number: attitude sensor and gyro as they read; nothing known.
 SENSOR_READINGS, NO_ESTIMATOR = -1, -2
-#: A block: its function's number, first and last place of its parameters and of its memory.
-BLOCK = np.dtype([(name, np.int64) for name in ("function", "p0", "p1", "m0", "m1")])
+#: A block: its function's number, first and last place of its parameters and of its memory, and
+#: whether it needs the estimated attitude and rate.
+BLOCK = np.dtype(
+    [
+        (name, np.int64)
+        for name in ("function", "p0", "p1", "m0", "m1", "needs_attitude", "needs_rate")
+    ]
+)
 
 
 class Computer(NamedTuple):
@@ -140,9 +148,19 @@ def enter_modes(computer, board, t_s):
 
 
 @internal
+def is_informed(block, known):
+    """Whether the estimate has what a law needs."""
+    lacks_attitude = block.needs_attitude == 1 and not math.isfinite(known.estimate_q_x)
+    lacks_rate = block.needs_rate == 1 and not math.isfinite(known.estimate_omega_x)
+    return not (lacks_attitude or lacks_rate)
+
+
+@internal
 def command_of(computer, board, number):
-    """The command of a law."""
+    """The command of a law; none while what it needs of the estimate is not known."""
     block = computer.law_blocks[number]
+    if not is_informed(block, board.known[0]):
+        return NO_COMMAND
     parameters = board.parameters[block.p0 : block.p1]
     memory = board.memory[block.m0 : block.m1]
     return call_law(computer.laws[block.function], board.known, parameters, memory)
@@ -216,6 +234,8 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     rows = np.zeros(len(blocks.all()), BLOCK)
     rows["p0"], rows["p1"], rows["m0"], rows["m1"] = p[:-1], p[1:], m[:-1], m[1:]
     rows["function"] = [*law_numbers, *numbers]
+    for need in ("attitude", "rate"):
+        rows[f"needs_{need}"] = [need in block.needs for block in blocks.all()]
     split = len(blocks.laws)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
     switch = _switch() if len(modes.regions) else _addresses([])

@@ -24,6 +24,8 @@ from torquer.interface import NO_COMMAND, Command
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16
+#: What a user's law may say that it needs; Sun sensors and search coil are always read for it.
+_NEEDS = ("ephemeris", "attitude", "rate")
 _COMMAND = numba.typeof(NO_COMMAND)
 
 
@@ -127,9 +129,10 @@ def law(
     `parameters` maps names to default numbers or vectors; `memory`: names with initial numbers or
     vectors, or a number of cells; `log` maps names of the memory to units: these values are
     written to the result. `needs`: "ephemeris" for position, velocity, model field and the
-    direction to the Sun. `answers`: what three returned numbers are, "dipole" or "torque";
-    "command" for a law that returns `torquer.Command` and drives coils and wheels. `compiled`:
-    False for a law that runs as plain Python (slower).
+    direction to the Sun; "attitude", "rate" of the estimate, without which the law is not called.
+    `answers`: what three returned numbers are, "dipole" or "torque"; "command" for a law that
+    returns `torquer.Command` and drives coils and wheels. `compiled`: False for a law that runs as
+    plain Python (slower).
 
         @torquer.law(parameters={"gain": 4e4}, memory={"t_s": 0.0, "b_body_t": (0, 0, 0)})
         def my_law(inputs, parameters, memory):
@@ -140,9 +143,9 @@ def law(
     if function is None:
         return functools.partial(law, **options, answers=answers, compiled=compiled)
     for need in needs:
-        if need not in ("ephemeris",):
+        if need not in _NEEDS:
             raise ValueError(
-                f"law {function.__name__}: needs must be 'ephemeris'; received {need!r}"
+                f"law {function.__name__}: needs must be of {', '.join(_NEEDS)}; received {need!r}"
             )
     return Law(
         function.__name__,

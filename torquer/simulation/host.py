@@ -19,7 +19,7 @@ from torquer.block import Block
 from torquer.control.law import Law
 from torquer.control.modes.table import LAW
 from torquer.geometry.vec3 import add_scaled, scale
-from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import KNOWN, NO_COMMAND, Command, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.simulation import boxed
 from torquer.simulation.state import arrays_of
 
@@ -164,6 +164,10 @@ class Host:
         law = self.laws[number]
         if law.compiled:
             return Command(*boxed.command_in(self.box, number))
+        estimate = inputs_from(self.known).estimate
+        known = {"attitude": estimate.q_body_to_inertial[0], "rate": estimate.omega_body_rad_s[0]}
+        if any(need in law.needs and not math.isfinite(part) for need, part in known.items()):
+            return NO_COMMAND
         row = self.run.plan.computer.law_blocks[number]
         return self._called(law, row, self.run.state.board.memory)
 

@@ -121,6 +121,8 @@ class Run:
         if not self.plan.hosted:
             return advance(self.box(), last)
         host = Host(self)
+        if self.state.at[1] == 1:  # interrupted there
+            host.answer()
         while (ended := advance(host.box, last)) == loop.WAITING:
             host.answer()
         return ended
