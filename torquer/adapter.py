@@ -251,11 +251,13 @@ def floats(value):
 def _placed(adapter: FunctionType, plain, shape: Shape, names, parts: dict) -> FunctionType:
     """The adapter of one function, which passes for a function of that function's own file.
 
-    There, by a name that tells functions of one line and records of other structure apart, the
-    cache looks for it. (A closure over the function is never found by another process.)
+    There, by a name that tells functions of one line, records of other structure and other answers
+    apart, the cache looks for it. (A closure over the function is never found by another process.)
     """
     own = plain.__code__
-    structure = f"{shape.source} {[c.__qualname__ for _, c in shape.classes]} {names}"
+    records = [(c.__qualname__, c._fields) for _, c in shape.classes]
+    answer = plugin.plain_of(parts["_unify"]).__name__
+    structure = f"{shape.source} {records} {names} {answer}"
     numbers = repr([c for c in own.co_consts if isinstance(c, int | float)])
     mark = hashlib.sha256(own.co_code + numbers.encode() + structure.encode())
     name = f"{plain.__name__}_{mark.hexdigest()[:12]}"

@@ -66,12 +66,12 @@ class Block:
                     f"{self._said}: parameter must be one of: {', '.join(known) or 'none'}; "
                     f"received {name!r}"
                 )
-            if np.shape(value) != np.shape(known[name]):
-                shape = np.shape(known[name]) or "a number"
+            if _sizes(value) != _sizes(known[name]):
+                shape = _said_of(_sizes(known[name]))
                 raise ValueError(
                     f"{self._said}: parameter {name} must be {shape}; received {value!r}"
                 )
-        made = {name: _nested(value) for name, value in values.items()}
+        made = {name: filled(known[name], iter(flat(value))) for name, value in values.items()}
         parameters = self.parameters._replace(**made) if made else self.parameters
         return replace(self, parameters=parameters, spec=None)
 
@@ -181,6 +181,21 @@ def _what(value) -> str:
     return "finite numbers" if isinstance(value, tuple | list) else "a finite number"
 
 
+def _sizes(value) -> tuple | None:
+    """How numbers are nested: None for a number, a tuple of these for what holds several."""
+    if isinstance(value, tuple | list | np.ndarray):
+        return tuple(map(_sizes, value))
+    return None
+
+
+def _said_of(sizes: tuple | None) -> str:
+    if sizes is None:
+        return "a number"
+    if all(size is None for size in sizes):
+        return f"{len(sizes)} numbers"
+    return f"({', '.join(map(_said_of, sizes))})"
+
+
 def _nested(value):
     """Lists and arrays, however deep, as tuples."""
     if isinstance(value, np.ndarray):
@@ -207,6 +222,12 @@ def _as_memory(name: str, memory, log: Mapping):
             )
         memory = {}
     if isinstance(memory, Mapping):
+        # in plain Python the record would answer with NumPy's attribute
+        if taken := [key for key in (*memory, *log) if hasattr(np.record, key)]:
+            raise ValueError(
+                f"{name}: a name in memory must not be an attribute of NumPy's records; "
+                f"received {taken[0]!r}"
+            )
         added = {key: 0.0 for key in log if key not in memory}
         return {key: _nested(value) for key, value in {**memory, **added}.items()}
     return tuple(float(cell) for cell in memory)

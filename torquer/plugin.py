@@ -89,6 +89,13 @@ def compiled(function: Callable, signature, must: str, **options):
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
         raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
+    except KeyError as error:  # Numba's answer to a field that a record does not have
+        raise ValueError(f"{must}; received one whose memory has no {error}") from None
+    except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple
+        raise ValueError(
+            f"{must}; received: {error!r} (in compiled code a named tuple, such as "
+            "torquer.Command, must be given all its fields)"
+        ) from None
 
 
 def first_class(function: Callable, signature, must: str):

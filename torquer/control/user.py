@@ -16,8 +16,8 @@ from torquer import plugin
 from torquer.control.law import Law, as_law
 from torquer.spec import Spec
 
-#: A value of a parameter: a number, or a vector.
-Parameter = float | tuple[float, ...]
+#: A value of a parameter: a number, a vector, or a record of these.
+Parameter = float | tuple[float | tuple[float, ...], ...]
 
 
 class UserLaw(Spec):
