@@ -3,27 +3,31 @@
 import math
 
 import erfa
+import numpy as np
 from detumble_task import YEAR, Task
 
 import torquer
-from torquer.geometry.vec3 import scale, sub
+from torquer.geometry.vec3 import put_vector, scale, sub, vector_of
 from torquer.simulation.run import prepare
+from torquer.simulation.state import arrays_of
 from torquer.time import decimal_year, julian_dates
 
 #: A start whose decimal year is that of the task's coefficients, as close as a second allows.
 START = "2012-03-03T05:16:48Z"
 
 
-@torquer.law(parameters={"gain": 1e6}, memory=5)
-def user_law(measured, parameters, memory):
+@torquer.law(
+    parameters={"gain": 1e6}, memory={"has_reading": 0.0, "t_s": 0.0, "b_body_t": (0.0, 0.0, 0.0)}
+)
+def user_law(inputs, parameters, memory):
     """The built-in finite-difference B-dot as a user would write it."""
-    b = measured.b_body_t
+    b = inputs.b_body_t
     m = (0.0, 0.0, 0.0)
-    if memory[0] == 1.0:
-        before = (memory[2], memory[3], memory[4])
-        m = scale(-parameters[0] / (measured.t_s - memory[1]), sub(b, before))
-    memory[0], memory[1] = 1.0, measured.t_s
-    memory[2], memory[3], memory[4] = b
+    if memory.has_reading == 1.0:
+        difference = sub(b, vector_of(memory.b_body_t))
+        m = scale(-parameters.gain / (inputs.t_s - memory.t_s), difference)
+    memory.has_reading, memory.t_s = 1.0, inputs.t_s
+    put_vector(memory.b_body_t, b)
     return m
 
 
@@ -77,17 +81,17 @@ class TorquerSide:
         self.scenario = scenario_of(task, table_tolerance)
         self.law = law
         self.ready = prepare(self.scenario, law)
-        self._first = [array.copy() for array in self.ready.state]
+        self._first = [array.copy() for array in arrays_of(self.ready.state)]
 
     def step(self):
         """Step the prepared run from its start; the final quaternion and rate."""
-        for array, first in zip(self.ready.state, self._first, strict=True):
+        for array, first in zip(arrays_of(self.ready.state), self._first, strict=True):
             array[...] = first
         self.ready.advance_to(self.ready.steps)
-        return self.ready.state.cells[:7].copy()
+        return self.ready.state.cells.view(np.float64)[:7].copy()
 
     def whole(self):
         """Prepare, table included, and step."""
         run = prepare(self.scenario, self.law)
         run.advance_to(run.steps)
-        return run.state.cells[:7].copy()
+        return run.state.cells.view(np.float64)[:7].copy()

@@ -11,15 +11,16 @@ from pydantic import BaseModel
 
 from torquer.control import LAWS, GivenLaw
 from torquer.control.modes.spec import Condition, Modes, Region, State, Transition
-from torquer.control.scheme import Scheme
+from torquer.control.scheme import Scheme, Stage, Until
 from torquer.earth.atmosphere import ATMOSPHERES
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field import FIELDS
 from torquer.estimation import ESTIMATORS
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS, Drag
+from torquer.scenario.control import Control
 from torquer.scenario.load import presets
-from torquer.scenario.spec import Control, InitialMotion, Scenario, Simulation, Spacecraft
+from torquer.scenario.spec import InitialMotion, Scenario, Simulation, Spacecraft
 from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate, Sphere
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
@@ -61,12 +62,14 @@ TABLES = {
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
     "control.law, kind = 'given_in_python'": GivenLaw,
     "control.law, kind = 'scheme'": Scheme,
+    "control.law.stages (scheme)": Stage,
+    "control.law.stages.until (scheme)": Until,
     **{f"control.estimator, kind = {kind!r}": spec for kind, spec in ESTIMATORS.items()},
     "control.modes": Modes,
-    "control.modes.regions": Region,
-    "control.modes.regions.states": State,
-    "control.modes.regions.states.transitions": Transition,
-    "control.modes.regions.states.transitions.when": Condition,
+    "control.modes.regions.NAME": Region,
+    "control.modes.states.NAME": State,
+    "control.modes.states.NAME.transitions": Transition,
+    "control.modes.states.NAME.transitions.when": Condition,
     "simulation": Simulation,
 }
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
