@@ -13,8 +13,10 @@ import pytest
 import torquer
 from torquer import engine
 from torquer.engine import (
+    address_of,
     cache_of,
     cache_root,
+    caller,
     is_own,
     keep_off_disk,
     kernel,
@@ -211,3 +213,97 @@ def test_arrays_without_reference_counts_are_the_same_memory_and_their_owners_ar
     assert twice_without_reference_counts(Nested(0.5, (first, second))) == 10.5
     assert (first[0], second[0]) == (2.0, 10.0)
     assert (sys.getrefcount(first), sys.getrefcount(second)) == counts
+
+
+SIGNATURE = numba.types.float64(numba.types.float64, numba.types.float64[::1])
+call = caller(SIGNATURE)
+
+
+@kernel
+def adding(x, cells):
+    cells[0] += x
+    return cells[0]
+
+
+@kernel
+def multiplying(x, cells):
+    cells[0] *= x
+    return cells[0]
+
+
+@kernel
+def call_twice(function, x, cells):
+    return call(function, x, cells) + call(function, x + 1.0, cells)
+
+
+@kernel
+def call_all(functions, cells):
+    for k in range(functions.shape[0]):
+        call(functions[k], 3.0, cells)
+
+
+WITH_ADDRESSES = pytest.mark.skipif(
+    not engine.COMPILED, reason="without a compiler functions have no address"
+)
+
+
+@WITH_ADDRESSES
+def test_a_function_is_called_by_its_address_and_the_caller_compiled_once_for_all():
+    for function, total, left in ((adding, 7.0 + 10.0, 10.0), (multiplying, 10.0 + 30.0, 30.0)):
+        cells = np.array([5.0])
+        assert call_twice(address_of(function, SIGNATURE), 2.0, cells) == total
+        assert cells.tolist() == [left]
+    assert len(call_twice.signatures) == 1
+
+
+@WITH_ADDRESSES
+def test_addresses_may_stand_in_an_array():
+    cells = np.array([5.0])
+    order = [address_of(f, SIGNATURE) for f in (adding, multiplying, adding)]
+    call_all(np.array(order), cells)
+    assert cells.tolist() == [27.0]
+
+
+@WITH_ADDRESSES
+def test_an_address_is_that_of_one_function():
+    assert address_of(adding, SIGNATURE) == address_of(adding, SIGNATURE)
+    assert address_of(adding, SIGNATURE) != address_of(multiplying, SIGNATURE)
+
+
+def test_a_plain_function_in_place_of_an_address_is_called_as_it_is():
+    cells = np.array([5.0])
+    assert call(lambda x, cells: cells[0] - x, 2.0, cells) == 3.0
+    plain = getattr(call_twice, "py_func", call_twice)
+    assert plain(lambda x, cells: x * cells[0], 2.0, cells) == 25.0
+
+
+@WITH_ADDRESSES
+def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alone():
+    cells = np.array([1.0])
+    address, count = address_of(multiplying, SIGNATURE), sys.getrefcount(cells)
+    for _ in range(100):
+        call_twice(address, 0.0, cells)
+    assert sys.getrefcount(cells) == count
+
+
+BY_ADDRESS = """
+import numba
+import numpy as np
+from torquer.control.bdot import BdotRate
+from torquer.control.computer import SENSOR_READINGS, Blocks, computer_of, control_step, first_board
+from torquer.control.modes.table import NO_MODES, first_state
+
+blocks = Blocks({"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}, {})
+computer = computer_of(blocks, SENSOR_READINGS, NO_MODES)
+board = first_board(blocks, first_state(NO_MODES, []), SENSOR_READINGS)
+board.known["b_x"], board.known["omega_y"] = 1.0, 3.0
+print(control_step(computer, board).dipole_a_m2[2])
+print(sum(control_step.stats.cache_hits.values()))
+"""
+
+
+@WITH_ADDRESSES
+def test_what_calls_by_address_is_found_in_the_cache_by_a_later_process(tmp_path):
+    here = {"TORQUER_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
+    assert in_a_process(BY_ADDRESS, **here) == ["-6.0", "0"]
+    assert in_a_process(BY_ADDRESS, **here) == ["-6.0", "1"]

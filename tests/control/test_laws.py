@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 from law_cases import UNKNOWN, ZERO, by_hand, compiled, inputs
+from law_examples import EXAMPLES
 from numba.core.runtime import _nrt_python, rtsys
+from on_board import numbers_of
 from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
@@ -26,68 +28,6 @@ def braking(inputs, parameters, memory):
     k = parameters.gain / memory.calls
     return (k * (y * bz - z * by), k * (z * bx - x * bz), k * (x * by - y * bx))
 """
-#: One line per law: the keys of an example.
-EXAMPLES = {
-    "off": {},
-    "bdot": {"gain_a_m2_s_per_t": 1e5},
-    "bdot_rate": {"gain_a_m2_s_per_t": 1e5},
-    "bdot_derivative": {"gain_a_m2_s_per_t": 1e5},
-    "bdot_model": {"gain_a_m2_s_per_t": 1e5},
-    "nutation_damping": {"gain_a_m2_s_per_t": 1e5, "axis": [0.0, 0.6, 0.8]},
-    "nutation_damping_rate": {"gain_a_m2_s_per_t": 1e5},
-    "nutation_damping_derivative": {"relay_dipole_a_m2": 0.8, "axis": [1.0, 2.0, -2.0]},
-    "spin_up": {
-        "relay_dipole_a_m2": 0.1,
-        "target_rate_deg_s": 2.0,
-        "axis": [0.0, -1.0, 0.0],
-        "first_coil": [1.0, 0.0, 1.0],
-    },
-    "reorientation": {
-        "gain_a_m2_per_n_m_s_t": 1e6,
-        "target": [1.0, 1.0, 0.0],
-        "momentum_n_m_s": 0.05,
-        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
-    },
-    "preliminary_1": {"gain_a_m2_per_t": 5e5, "target": "sun", "axis": [0.0, 0.6, 0.8]},
-    "preliminary_2": {
-        "gain_a_m2_per_t": 5e5,
-        "target": [0.0, -0.6, 0.8],
-        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
-    },
-    "three_axis": {
-        "rate_gain_n_m_s_per_t2": 1e5,
-        "angle_gain_n_m_per_t2": 30.0,
-        "euler_deg": [40, 20, -10],
-    },
-    "wheel_pd": {
-        "bandwidth_rad_s": 0.1,
-        "euler_deg": [40, 20, -10],
-        "orbital_rate_rad_s": 1e-3,
-        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
-    },
-    "wheel_lyapunov": {
-        "rate_gain_n_m_s": 0.1,
-        "angle_gain_n_m": 0.01,
-        "euler_deg": [40, 20, -10],
-        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
-    },
-    "unloading": {
-        "gain_per_s": 1e-3,
-        "wanted_momentum_n_m_s": [0.1, 0.2, -0.1],
-        "dead_band_n_m_s": 0.3,
-    },
-    "bias_momentum": {
-        "pitch_axis": [0.0, 0.6, -0.8],
-        "bias_momentum_n_m_s": 0.4,
-        "pitch_inertia_kg_m2": 1.5,
-        "bandwidth_rad_s": 0.05,
-        "integral_time_s": 200.0,
-        "nutation_gain_a_m2_s_per_t": 1e5,
-        "unloading_gain_per_s": 1e-3,
-        "euler_deg": [40, 20, -10],
-    },
-    "user": {"file": "law.py", "parameters": {"gain": 5e4}},
-}
 #: Keys that hold vectors and tensors in body axes: other body axes, other numbers.
 OF_THE_BODY = {
     "axis": (0.0, 0.0, 1.0),
@@ -266,11 +206,6 @@ def test_the_loop_gets_the_same_from_the_record_of_the_inputs(kind, example):
         command = made.compiled(known, parameters, memory)
         found.append([*command.dipole_a_m2, *command.torque_n_m])
     assert np.array_equal(found, whole) and np.array_equal(memory, kept)
-
-
-def numbers_of(row):
-    """All numbers of nested tuples, in the order of the record."""
-    return np.hstack([numbers_of(x) if isinstance(x, tuple) else x for x in row])
 
 
 @kernel

@@ -1,0 +1,174 @@
+"""What holds for every estimator, and which laws may fly with it."""
+
+import numpy as np
+import pytest
+from law_cases import UNKNOWN, by_hand, compiled, inputs
+from law_examples import EXAMPLES
+from on_board import OnBoard
+from pydantic import TypeAdapter
+from scipy.spatial.transform import Rotation
+
+import torquer
+from torquer import engine, simulate
+from torquer.control import LAWS, AnyLaw
+from torquer.estimation import ESTIMATORS, AnyEstimator
+from torquer.interface import UNKNOWN_ESTIMATE
+from torquer.scenario.load import ScenarioError
+
+#: Keys of an example of each estimator.
+KEYS = {"attitude_sensor": {}, "none": {}, "rate_from_field": {"interval_s": 1.5}}
+WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
+EVERY = pytest.mark.parametrize("kind", WORKING)
+SPECS = TypeAdapter(AnyEstimator)
+
+
+def example(kind):
+    return SPECS.validate_python({"kind": kind, **KEYS[kind]}).estimator()
+
+
+def readings(n=40, turn=None):
+    """What a computer reads while it turns; `turn` (matrix): the same in other body axes."""
+    rng, rows = np.random.default_rng(3), []
+    turn = np.eye(3) if turn is None else turn
+    for i in range(n):
+        vectors = (turn @ (size * rng.normal(size=3)) for size in (3e-5, 1e-6, 0.1, 1.0))
+        q = Rotation.random(random_state=i) * Rotation.from_matrix(turn.T)
+        place = [size * rng.normal(size=3) for size in (7e6, 7e3, 3e-5, 1e-7)]
+        rows.append(inputs(0.5 * i, *vectors, q.as_quat(), turn @ rng.normal(size=3), *place))
+    return rows
+
+
+def estimates(function, estimator, rows):
+    """Numbers of each estimate, and the memory that is left."""
+    packed, cells = estimator.pack(), estimator.first_memory()
+    found = [function(row, packed, cells) for row in rows]
+    return [np.hstack([np.ravel(part) for part in estimate]) for estimate in found], cells
+
+
+def test_every_estimator_has_its_example_here():
+    assert set(KEYS) == set(ESTIMATORS)
+
+
+@pytest.mark.parametrize("kind", ESTIMATORS)
+def test_kind_is_the_key_and_specs_survive_json(kind):
+    spec = SPECS.validate_python({"kind": kind, **KEYS[kind]})
+    assert type(spec) is ESTIMATORS[kind] and spec.kind == kind
+    assert SPECS.validate_json(SPECS.dump_json(spec)) == spec
+
+
+@EVERY
+def test_plain_python_gives_the_same(kind):
+    estimator, rows = example(kind), readings()
+    one, memory = estimates(by_hand(estimator), estimator, rows)
+    other, kept = estimates(compiled(estimator), estimator, rows)
+    assert np.array(other) == pytest.approx(np.array(one), rel=1e-12, abs=1e-15, nan_ok=True)
+    assert kept == pytest.approx(memory, rel=1e-12, nan_ok=True)
+
+
+@EVERY
+def test_what_it_says_to_give_becomes_known_and_nothing_else(kind):
+    found, _ = estimates(compiled(example(kind)), example(kind), readings())
+    gives = ESTIMATORS[kind].gives
+    for need, part in (("attitude", slice(1, 5)), ("rate", slice(5, 8))):
+        assert np.isfinite(found[-1][part]).all() == (need in gives)
+        assert np.isnan(found[-1][part]).all() == (need not in gives)
+
+
+@EVERY
+def test_the_rate_turns_with_the_body_axes(kind):
+    turn = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
+    one, _ = estimates(compiled(example(kind)), example(kind), readings())
+    other, _ = estimates(compiled(example(kind)), example(kind), readings(turn=turn))
+    expected = np.array(one)[:, 5:8] @ turn.T
+    assert np.array(other)[:, 5:8] == pytest.approx(expected, rel=1e-9, abs=1e-12, nan_ok=True)
+
+
+@EVERY
+def test_all_that_it_remembers_is_its_memory(kind):
+    estimator, rows = example(kind), readings()
+    whole, _ = estimates(compiled(estimator), estimator, rows)
+    _, cells = estimates(compiled(estimator), estimator, rows[:17])
+    packed = estimator.pack()
+    rest = [compiled(estimator)(row, packed, cells) for row in rows[17:]]
+    rest = [np.hstack([np.ravel(part) for part in estimate]) for estimate in rest]
+    assert np.array_equal(whole[17:], rest, equal_nan=True)
+
+
+#: A satellite with all that any law drives.
+WHEELS = {"layout": {"kind": "orthogonal"}, "momentum_limit_n_m_s": 1.0, "torque_limit_n_m": 0.1}
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("kind", [kind for kind in LAWS if kind != "user"])
+def test_a_law_that_needs_what_an_estimator_does_not_give_is_refused(make, kind, estimator):
+    law = {"kind": kind, **EXAMPLES[kind]}
+    needs = TypeAdapter(AnyLaw).validate_python(law).law().needs
+    missing = [need for need in ("attitude", "rate") if need in needs - ESTIMATORS[estimator].gives]
+    control = {"law": law, "estimator": {"kind": estimator, **KEYS[estimator]}}
+    if not missing:
+        assert make({"control": control, "spacecraft.wheels": WHEELS}).control.estimator
+        return
+    with pytest.raises(ScenarioError) as error:
+        make({"control": control, "spacecraft.wheels": WHEELS})
+    assert str(error.value) == (
+        f"control.estimator: must give the {missing[0]}, which control.law ({kind}) needs; "
+        f"received '{estimator}'"
+    )
+
+
+def test_some_laws_need_no_estimate():
+    """Else the test above would refuse everything, or nothing."""
+    specs = [
+        TypeAdapter(AnyLaw).validate_python({"kind": kind, **EXAMPLES[kind]})
+        for kind in LAWS
+        if kind != "user"
+    ]
+    uninformed = {spec.kind for spec in specs if not spec.law().needs & {"attitude", "rate"}}
+    assert {"off", "bdot", "bdot_derivative", "unloading"} < uninformed < set(LAWS)
+
+
+@torquer.law(needs=("rate",))
+def needs_the_rate(inputs, parameters, memory):
+    return inputs.estimate.omega_body_rad_s
+
+
+@torquer.law(needs=("attitude",))
+def needs_the_attitude(inputs, parameters, memory):
+    x, y, z, _ = inputs.estimate.q_body_to_inertial
+    return (x, y, z)
+
+
+def test_a_law_is_not_called_while_the_estimate_lacks_what_it_needs():
+    laws = {"rate": needs_the_rate, "attitude": needs_the_attitude}
+    q, omega = (0.5, 0.5, 0.5, 0.5), (1.0, 2.0, 3.0)
+    unknown = UNKNOWN_ESTIMATE.q_body_to_inertial
+    for row, dipole in (
+        (inputs(q=q, omega=omega), (1.5, 2.5, 3.5)),
+        (inputs(q=unknown, omega=omega), (1.0, 2.0, 3.0)),
+        (inputs(q=q, omega=UNKNOWN), (0.5, 0.5, 0.5)),
+        (inputs(q=unknown, omega=UNKNOWN), (0.0, 0.0, 0.0)),
+    ):
+        assert OnBoard(laws)(row).dipole_a_m2 == dipole
+
+
+def test_what_a_law_may_need_is_told():
+    with pytest.raises(ValueError) as error:
+        torquer.law(needs=("sun",))(lambda inputs, parameters, memory: (0.0, 0.0, 0.0))
+    assert str(error.value) == (
+        "law <lambda>: needs must be of ephemeris, attitude, rate; received 'sun'"
+    )
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_without_an_estimator_a_law_sees_the_readings_and_no_estimate(make):
+    @torquer.law(log={"known": "1"})
+    def looking(inputs, parameters, memory):
+        omega, q = inputs.estimate.omega_body_rad_s, inputs.estimate.q_body_to_inertial
+        memory.known = 1.0 if omega[0] == omega[0] or q[3] == q[3] else 0.0
+        return inputs.omega_body_rad_s
+
+    for kind, known in (("none", 0.0), ("attitude_sensor", 1.0)):
+        control = {"law": {"kind": "off"}, "estimator": {"kind": kind}}
+        result = simulate(make({"control": control, "simulation.duration_s": 50.0}), law=looking)
+        assert np.array_equal(result["law.known"], np.full(6, known))
+        assert np.abs(result["command_body"]).max() > 0.001

@@ -1,0 +1,228 @@
+"""Blocks of the computer: parameters by name, vectors, memory as a record, log; what is refused."""
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from law_cases import by_hand, compiled, inputs
+
+import torquer
+from torquer import engine
+from torquer.control.law import Law
+
+ROW = inputs(2.0, b=(1.0, 2.0, 3.0))
+BOTH = pytest.mark.parametrize("call", [compiled, by_hand])
+COMPILED = pytest.mark.skipif(
+    not engine.COMPILED, reason="what does not compile is told by the compiler"
+)
+
+
+class Gains(NamedTuple):
+    """A record within the parameters."""
+
+    rate: float
+    axis: tuple
+
+
+@torquer.law(
+    parameters={"gain": 2.0, "axis": (0.0, 0.6, 0.8), "inner": Gains(3.0, (1.0, 0.0, -1.0))},
+    memory={"calls": 1.0, "last_t": (0.0, 0.0, 0.0), "flag": 0.0},
+    log={"calls": "1", "field": "T"},
+)
+def named(inputs, parameters, memory):
+    p, b = parameters, inputs.b_body_t
+    memory.calls += 1.0
+    memory.field = (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]) ** 0.5
+    memory.last_t[0], memory.last_t[1], memory.last_t[2] = b
+    along = p.axis[0] * b[0] + p.axis[1] * b[1] + p.axis[2] * b[2]
+    return (p.gain * along, p.inner.rate * p.inner.axis[2], memory.calls)
+
+
+def answer(call, law, row=ROW, cells=None):
+    """The dipole, and the cells of memory that are left."""
+    cells = law.first_memory() if cells is None else cells
+    found = call(law)(row, law.pack(), cells)
+    return getattr(found, "dipole_a_m2", found), cells
+
+
+@BOTH
+def test_parameters_are_read_by_name_vectors_and_records_of_them(call):
+    dipole, _ = answer(call, named)
+    assert dipole == pytest.approx((2.0 * 3.6, -3.0, 2.0), rel=1e-15)
+    other = named.with_parameters(axis=[1, 0, 0], gain=5, inner=Gains(1.0, (0.0, 0.0, 7.0)))
+    dipole, _ = answer(call, other)
+    assert dipole == pytest.approx((5.0, 7.0, 2.0), rel=1e-15)
+
+
+@BOTH
+def test_a_record_of_memory_shares_the_cells(call):
+    _, cells = answer(call, named)
+    assert cells == pytest.approx([2.0, 1.0, 2.0, 3.0, 0.0, 14.0**0.5], rel=1e-15)
+    cells[0] = 41.0
+    dipole, cells = answer(call, named, cells=cells)
+    assert dipole[2] == cells[0] == 42.0
+
+
+def test_parameters_may_be_read_by_place_too():
+    @torquer.law(parameters={"gain": 2.0, "axis": (3.0, 4.0, 5.0)})
+    def by_place(inputs, parameters, memory):
+        return (parameters[0], parameters[1][2], 0.0)
+
+    assert answer(compiled, by_place)[0] == (2.0, 5.0, 0.0)
+
+
+def test_places_in_arrays_are_those_of_the_names():
+    assert named.pack().tolist() == [2.0, 0.0, 0.6, 0.8, 3.0, 1.0, 0.0, -1.0]
+    assert named.places() == {"gain": (0, 1), "axis": (1, 3), "inner": (4, 4)}
+    assert named.first_memory().tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    assert named.logged() == {"calls": (0, 1, "1"), "field": (5, 1, "T")}
+    assert named.record_from(named.pack()) == named.parameters
+    record = named.record_of(np.arange(6.0))
+    assert (record.calls, record.flag, record.field) == (0.0, 4.0, 5.0)
+    assert record.last_t.tolist() == [1.0, 2.0, 3.0]
+
+
+def test_blocks_of_other_numbers_are_compiled_once_and_of_another_shape_again():
+    @torquer.law(parameters={"axis": (1.0, 2.0, 3.0)})
+    def law(inputs, parameters, memory):
+        return (parameters.axis[0], parameters.axis[1], float(len(parameters.axis)))
+
+    other = law.with_parameters(axis=(4.0, 5.0, 6.0))
+    assert other.compile() is law.compile() and other.in_loop() is law.in_loop()
+    shorter = Law("law", law.function, {"axis": (1.0, 2.0)})
+    assert shorter.compile() is not law.compile()
+    assert answer(compiled, shorter)[0] == (1.0, 2.0, 2.0)
+    assert answer(compiled, other)[0] == (4.0, 5.0, 3.0)
+
+
+@BOTH
+def test_one_function_may_have_parameters_of_several_types(call):
+    """Names tell them apart, not only sizes."""
+
+    def f(inputs, parameters, memory):
+        return (parameters.x, parameters.y, 0.0)
+
+    one, two = Law("f", f, {"x": 1.0, "y": 2.0}), Law("f", f, {"y": 1.0, "x": 2.0})
+    assert answer(call, one)[0] == (1.0, 2.0, 0.0)
+    assert answer(call, two)[0] == (2.0, 1.0, 0.0)
+
+
+def test_a_law_may_answer_with_a_dipole_a_torque_or_a_command():
+    def three(inputs, parameters, memory):
+        return inputs.b_body_t
+
+    def both(inputs, parameters, memory):
+        return torquer.Command(inputs.b_body_t, (4.0, 5.0, 6.0))
+
+    def one_part(inputs, parameters, memory):
+        return torquer.Command(torque_n_m=inputs.b_body_t, dipole_a_m2=(0.0, 0.0, 0.0))
+
+    zero, b = (0.0, 0.0, 0.0), (1.0, 2.0, 3.0)
+    for law, dipole, torque in (
+        (Law("three", three), b, zero),
+        (Law("three", three, answers="torque"), zero, b),
+        (Law("both", both, answers="command"), b, (4.0, 5.0, 6.0)),
+        (Law("one_part", one_part, answers="command"), zero, b),
+    ):
+        command = compiled(law)(ROW, law.pack(), law.first_memory())
+        assert (command.dipole_a_m2, command.torque_n_m) == (dipole, torque)
+
+
+@COMPILED
+@pytest.mark.parametrize(
+    ("answers", "body", "told"),
+    [
+        ("dipole", "return torquer.Command()", r"\(x, y, z\); received one that returns Command"),
+        ("torque", "return (1.0, 2.0)", r"\(x, y, z\); received one that returns UniTuple"),
+        ("command", "return inputs.b_body_t", "torquer.Command; received one that returns UniTu"),
+        ("command", "return 1.0", "torquer.Command; received one that returns float64"),
+        ("dipole", "return (parameters.speed, 0.0, 0.0)", r".*attribute 'speed'"),
+        ("dipole", "return (memory.speed, 0.0, 0.0)", r".*memory has no 'speed'"),
+        ("dipole", "return parameters.axis[3]", r".*"),
+        ("command", "return torquer.Command()", "torquer.Command; received one that returns Comma"),
+        (
+            "command",
+            "return torquer.Command(torque_n_m=inputs.b_body_t)",
+            ".*must be given all its fields",
+        ),
+    ],
+)
+def test_a_wrong_answer_or_name_is_one_clear_line(tmp_path, answers, body, told):
+    file = tmp_path / "law.py"
+    file.write_text(
+        "import torquer\n\n\n@torquer.law(parameters={'gain': 1.0, 'axis': (1.0, 0.0, 0.0)}, "
+        f"memory={{'t_s': 0.0}}, answers={answers!r})\n"
+        f"def mine(inputs, parameters, memory):\n    {body}\n"
+    )
+    from torquer.control.user import load_law
+
+    must = r"law mine: must compile as \(inputs, parameters, memory\) -> "
+    with pytest.raises(ValueError, match=f"^{must}{told}") as caught:
+        load_law(file)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("values", "told"),
+    [
+        ({"speed": 1.0}, "parameter must be one of: gain, axis, inner; received 'speed'"),
+        ({"axis": 1.0}, "parameter axis must be 3 numbers; received 1.0"),
+        ({"axis": (1.0, 2.0)}, "parameter axis must be 3 numbers; received (1.0, 2.0)"),
+        (
+            {"inner": (1.0, 2.0)},
+            "parameter inner must be (a number, 3 numbers); received (1.0, 2.0)",
+        ),
+        ({"gain": (1.0,)}, "parameter gain must be a number; received (1.0,)"),
+    ],
+)
+def test_unknown_parameters_and_other_shapes_are_refused(values, told):
+    with pytest.raises(ValueError, match=f"^{re.escape('law named: ' + told)}$"):
+        named.with_parameters(**values)
+
+
+def test_vectors_must_be_finite_numbers():
+    law = named.with_parameters(axis=(0.0, float("nan"), 0.0))
+    told = "law named: parameter axis must be finite numbers; received (0.0, nan, 0.0)"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        law.pack()
+
+
+def test_memory_at_the_start_may_be_given_as_cells():
+    law = named.with_memory([5.0, 1.0, 2.0, 3.0, 4.0, 6.0])
+    assert law.memory == {"calls": 5.0, "last_t": (1.0, 2.0, 3.0), "flag": 4.0, "field": 6.0}
+    told = "law named: memory must have 6 cells, as the block has; received 2"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        named.with_memory([1.0, 2.0])
+
+
+@pytest.mark.parametrize("key", ["size", "T", "mean", "dtype"])
+def test_names_that_records_have_for_themselves_are_refused(key):
+    told = f"f: a name in memory must not be an attribute of NumPy's records; received '{key}'"
+    for keys in ({"memory": {key: 0.0}}, {"log": {key: "1"}}):
+        with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+            Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), **keys)
+
+
+def test_a_log_needs_memory_by_names():
+    def f(inputs, parameters, memory):
+        return (0.0, 0.0, 0.0)
+
+    told = "f: memory must be given by names for a log; received cells without names"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        Law("f", f, (), 3, log={"x": "T"})
+    assert Law("f", f, (), 0, log={"x": "T"}).memory == {"x": 0.0}
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+@pytest.mark.parametrize("plain", [False, True])
+def test_what_a_law_logs_is_in_the_result(make, plain):
+    import dataclasses
+
+    law = dataclasses.replace(named, compiled=not plain)
+    result = torquer.simulate(make({"simulation.duration_s": 60.0}), law=law)
+    size = np.linalg.norm(result["b_measured"], axis=1)
+    assert result["law.field"].values == pytest.approx(size, rel=1e-14)
+    assert result["law.field"].attrs["units"] == "T"
+    # at the end of a run the computer is not asked any more
+    assert result["law.calls"].values.tolist() == [2.0 + t for t in range(0, 60, 10)] + [61.0]
