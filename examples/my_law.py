@@ -6,14 +6,20 @@ Try it: torquer run examples/my_law.toml
 import torquer
 
 
-@torquer.law(parameters={"gain": 2e4}, memory=5)
-def transverse_bdot(measured, parameters, memory):
-    """-k dB/dt from two readings, x and y coils only. Memory: started, time, field (3)."""
-    bx, by, bz = measured.b_body_t
-    mx, my = 0.0, 0.0
-    if memory[0] == 1.0:
-        rate = parameters[0] / (measured.t_s - memory[1])
-        mx, my = -rate * (bx - memory[2]), -rate * (by - memory[3])
-    memory[0], memory[1] = 1.0, measured.t_s
-    memory[2], memory[3], memory[4] = bx, by, bz
-    return (mx, my, 0.0)
+@torquer.law(
+    parameters={"gain": 2e4},
+    memory={"has_reading": 0.0, "t_s": 0.0, "b_body_t": (0.0, 0.0, 0.0)},
+    log={"field_rate_t_s": "T/s"},
+)
+def transverse_bdot(inputs, parameters, memory):
+    """-k dB/dt from two readings, x and y coils only; logs the size of dB/dt across z."""
+    bx, by, bz = inputs.b_body_t
+    rate_x, rate_y = 0.0, 0.0
+    if memory.has_reading == 1.0:
+        interval_s = inputs.t_s - memory.t_s
+        rate_x = (bx - memory.b_body_t[0]) / interval_s
+        rate_y = (by - memory.b_body_t[1]) / interval_s
+    memory.has_reading, memory.t_s = 1.0, inputs.t_s
+    memory.b_body_t[0], memory.b_body_t[1], memory.b_body_t[2] = bx, by, bz
+    memory.field_rate_t_s = (rate_x * rate_x + rate_y * rate_y) ** 0.5
+    return (-parameters.gain * rate_x, -parameters.gain * rate_y, 0.0)
