@@ -73,6 +73,13 @@ def allocate_torque(allocation, state, rotors, torque_body, interval_s, step):
         rotors[k].motor = state.motor[k]
 
 
+@kernel
+def switch_off_motors(state, rotors):
+    """Leave the wheels to their friction."""
+    for k in range(state.motor.shape[0]):
+        state.motor[k] = rotors[k].motor = 0.0
+
+
 def allocation_of(wheels: ReactionWheels, step_s: float, driven: bool = True) -> Allocation:
     """Constants of the allocation; `driven`: whether a law drives the wheels."""
     return Allocation(

@@ -6,7 +6,7 @@ bit.
 
 import math
 
-from torquer.control.allocation import allocate_torque
+from torquer.control.allocation import allocate_torque, switch_off_motors
 from torquer.control.computer import control_step
 from torquer.engine import inner, internal, without_reference_counts
 from torquer.geometry.vec3 import dot
@@ -56,6 +56,9 @@ def accept(state, command):
 def drive_wheels(allocation, state, torque_body, hold_s, step):
     """Set the motors of the wheels until the next control step."""
     if len(allocation) == 0:
+        return
+    if state.board.chosen[0].wheels == 0.0:
+        switch_off_motors(state.allocation, state.rotors)
         return
     allocate_torque(allocation, state.allocation, state.rotors, torque_body, hold_s, step)
 
