@@ -260,12 +260,12 @@ def test_an_edited_law_is_noticed(with_law, folder):
         (
             "counts_and_raises",
             33.0,
-            r"return a finite dipole and must not raise; received \(nan, n",
+            "must return finite numbers and must not raise; received nan, nan, nan, nan, nan, nan",
         ),
         (
             "knows_nothing",
             33.0,
-            r"return a finite dipole and must not raise; received \(nan, nan, ",
+            r"must return a finite dipole; received \(nan, nan, nan\) at t = 33 s",
         ),
         ("answers_two", 0.0, r"must return three numbers; received \(1, 2\) at t = 0 s"),
         ("answers_nothing", 0.0, "must return three numbers; received None at t = 0 s"),

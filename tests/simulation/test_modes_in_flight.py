@@ -126,6 +126,7 @@ def believed(inputs, parameters, memory):
 
 
 def test_a_state_chooses_the_estimator(make):
+    """Which works from the next control step on."""
     modes = timed(
         sensors={"laws": ["x"], "estimator": "attitude_sensor"},
         field={"laws": ["x"], "estimator": "from_field"},
@@ -136,15 +137,15 @@ def test_a_state_chooses_the_estimator(make):
     result = flown(make, modes, {"x": believed}, control=control)
     asked, omega = 1e-3 * result.command_body.values, result.omega_body.values
     b = result.b_body.values / np.linalg.norm(result.b_body.values, axis=1)[:, None]
-    read = np.r_[0:60, 180:300]
+    read = np.r_[0:61, 181:300]
     assert asked[read] == pytest.approx(omega[read], abs=1e-15)
     across = omega - b * np.sum(omega * b, axis=1)[:, None]
     assert asked[70:120] == pytest.approx(across[70:120], abs=3e-3)  # the field turns, too
     assert np.abs(asked[70:120] - omega[70:120]).max() > 6e-3
-    assert not asked[120:180].any()
-    assert np.isnan(result.omega_estimated.values[121:180]).all()
+    assert not asked[121:181].any()
+    assert np.isnan(result.omega_estimated.values[121:181]).all()
     assert 1e3 * result.omega_estimated.values[70:300] == pytest.approx(
-        np.where(np.arange(70, 300)[:, None] // 60 == 2, np.nan, 1e3 * asked[70:300]), nan_ok=True
+        np.where(np.arange(69, 299)[:, None] // 60 == 2, np.nan, 1e3 * asked[70:300]), nan_ok=True
     )
 
 
