@@ -11,6 +11,13 @@ from torquer.control.computer import (
     places_of,
 )
 from torquer.control.modes.table import NO_MODES, first_state
+from torquer.engine import kernel
+
+
+@kernel
+def control_step_from_python(computer, board):
+    """The control step, which has no way in from Python of its own."""
+    return control_step(computer, board)
 
 
 def numbers_of(known):
@@ -33,7 +40,7 @@ class OnBoard:
     def __call__(self, known):
         """The command."""
         self.board.known.view(np.float64)[:] = numbers_of(known)
-        return control_step(self.computer, self.board)
+        return control_step_from_python(self.computer, self.board)
 
     def memory_of(self, name):
         """What a law remembers, by its names."""

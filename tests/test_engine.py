@@ -286,14 +286,15 @@ def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alo
     assert sys.getrefcount(cells) == count
 
 
-BY_ADDRESS = """
-import numba
-import numpy as np
+BY_ADDRESS = f"""
+import sys
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from on_board import control_step_from_python as control_step
 from torquer.control.bdot import BdotRate
-from torquer.control.computer import SENSOR_READINGS, Blocks, computer_of, control_step, first_board
+from torquer.control.computer import SENSOR_READINGS, Blocks, computer_of, first_board
 from torquer.control.modes.table import NO_MODES, first_state
 
-blocks = Blocks({"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}, {})
+blocks = Blocks({{"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}}, {{}})
 computer = computer_of(blocks, SENSOR_READINGS, NO_MODES)
 board = first_board(blocks, first_state(NO_MODES, []), SENSOR_READINGS)
 board.known["b_x"], board.known["omega_y"] = 1.0, 3.0
