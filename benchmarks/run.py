@@ -18,6 +18,7 @@ from basilisk_peer import measure as measure_basilisk
 from build import compiler_version
 from cpp_peer import CppPeer
 from detumble_task import DEGREE, Task, read_coefficients
+from on_board import measure as measure_on_board
 from scipy_loop import run as run_scipy
 from torquer_side import TorquerSide, task_at_start, user_law, year_at_start
 
@@ -162,6 +163,7 @@ def main() -> None:
         ),
         "field": field_alone(g, h),
         "start_up_s": start_up(),
+        "on_board": measure_on_board(TURNS),
     }
     text = json.dumps(results, indent=2)
     (HERE / "results.json").write_text(text + "\n", encoding="utf-8")
