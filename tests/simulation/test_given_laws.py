@@ -185,7 +185,7 @@ def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
 
     result = simulate(make({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}}),
                       of_the_file(file, "tuned", gain=3e5))  # fmt: skip
-    assert torquer.summary_of(result)["law"] == "tuned"
+    assert torquer.summary_of(result)["laws"]["law"]["name"] == "tuned"
     text = toml_of(json.loads(result.attrs["scenario"]))
     assert same(simulate(scenario_from_text(text)), result)
     view = view_of(result)
