@@ -19,7 +19,7 @@ import numba
 
 from torquer.adapter import Kind
 from torquer.block import Block
-from torquer.engine import internal
+from torquer.engine import inlined, internal
 from torquer.interface import NO_COMMAND, Command
 from torquer.plugin import names_in
 
@@ -30,7 +30,7 @@ _NEEDS = ("ephemeris", "attitude", "rate")
 _COMMAND = numba.typeof(NO_COMMAND)
 
 
-@internal
+@inlined  # a host calls it, too
 def _vector(answer):
     return (float(answer[0]), float(answer[1]), float(answer[2]))
 

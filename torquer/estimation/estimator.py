@@ -11,11 +11,11 @@ import numba
 
 from torquer.adapter import Kind
 from torquer.block import Block
-from torquer.engine import internal
+from torquer.engine import inlined, internal
 from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 
 
-@internal
+@inlined  # a host calls it, too
 def _numbers(v):
     return (float(v[0]), float(v[1]), float(v[2]))
 
