@@ -15,8 +15,8 @@ from torquer.engine import kernel
 
 
 @kernel
-def control_step_from_python(computer, board):
-    """The control step, which has no way in from Python of its own."""
+def command_at(computer, board):
+    """The computer's control step, which has no form of its own for the interpreter."""
     return control_step(computer, board)
 
 
@@ -40,7 +40,7 @@ class OnBoard:
     def __call__(self, known):
         """The command."""
         self.board.known.view(np.float64)[:] = numbers_of(known)
-        return control_step_from_python(self.computer, self.board)
+        return command_at(self.computer, self.board)
 
     def memory_of(self, name):
         """What a law remembers, by its names."""

@@ -288,18 +288,15 @@ def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alo
 
 BY_ADDRESS = f"""
 import sys
-sys.path.insert(0, {str(Path(__file__).parent)!r})
-from on_board import control_step_from_python as control_step
-from torquer.control.bdot import BdotRate
-from torquer.control.computer import SENSOR_READINGS, Blocks, computer_of, first_board
-from torquer.control.modes.table import NO_MODES, first_state
 
-blocks = Blocks({{"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}}, {{}})
-computer = computer_of(blocks, SENSOR_READINGS, NO_MODES)
-board = first_board(blocks, first_state(NO_MODES, []), SENSOR_READINGS)
-board.known["b_x"], board.known["omega_y"] = 1.0, 3.0
-print(control_step(computer, board).dipole_a_m2[2])
-print(sum(control_step.stats.cache_hits.values()))
+sys.path.append({str(Path(__file__).parent)!r})
+from law_cases import inputs
+from on_board import OnBoard, command_at
+from torquer.control.bdot import BdotRate
+
+computer = OnBoard({{"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}})
+print(computer(inputs(b=(1.0, 0.0, 0.0), omega=(0.0, 3.0, 0.0))).dipole_a_m2[2])
+print(sum(command_at.stats.cache_hits.values()))
 """
 
 

@@ -1,5 +1,7 @@
 """What holds for every estimator, and which laws may fly with it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from law_cases import UNKNOWN, by_hand, compiled, inputs
@@ -14,6 +16,7 @@ from torquer.control import LAWS, AnyLaw
 from torquer.estimation import ESTIMATORS, AnyEstimator
 from torquer.interface import UNKNOWN_ESTIMATE
 from torquer.scenario.load import ScenarioError
+from torquer.simulation.run import prepare
 
 #: Keys of an example of each estimator.
 KEYS = {"attitude_sensor": {}, "none": {}, "rate_from_field": {"interval_s": 1.5}}
@@ -172,3 +175,22 @@ def test_without_an_estimator_a_law_sees_the_readings_and_no_estimate(make):
         result = simulate(make({"control": control, "simulation.duration_s": 50.0}), law=looking)
         assert np.array_equal(result["law.known"], np.full(6, known))
         assert np.abs(result["command_body"]).max() > 0.001
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_an_estimator_in_plain_python_gives_the_same_run(make):
+    """The host takes its estimates; the law stays compiled."""
+    control = {
+        "law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e6},
+        "estimator": {"kind": "rate_from_field"},
+    }
+    run = prepare(make({"control": control, "simulation.duration_s": 100.0}))
+    plain = run.blocks.estimators["estimator"]
+    hosted = prepare(run.scenario)
+    hosted.blocks.estimators["estimator"] = dataclasses.replace(plain, compiled=False)
+    hosted.plan = hosted.plan._replace(hosted=True)
+    for each in (run, hosted):
+        each.advance_to(each.steps)
+    one, other = run.record.rows, hosted.record.rows
+    for name in ("omega_x", "dipole_y", "q_z"):
+        assert other[name] == pytest.approx(one[name], rel=1e-12, abs=1e-15, nan_ok=True)
