@@ -11,7 +11,7 @@ from torquer.control.computer import (
     places_of,
 )
 from torquer.control.modes.table import NO_MODES, first_state
-from torquer.engine import kernel
+from torquer.engine import kernel, records
 
 
 @kernel
@@ -34,8 +34,8 @@ class OnBoard:
         if modes is not None:
             numbers = {name: number for number, name in enumerate(laws)}
             table, state = modes.pack(numbers, {}, places_of(self.blocks))
-        self.computer = computer_of(self.blocks, SENSOR_READINGS, table)
-        self.board = first_board(self.blocks, state, SENSOR_READINGS)
+        self.computer = records(computer_of(self.blocks, SENSOR_READINGS, table))
+        self.board = records(first_board(self.blocks, state, SENSOR_READINGS))
 
     def __call__(self, known):
         """The command."""
