@@ -81,6 +81,9 @@ def with_given(
         changed = {"law": None, "laws": control.laws | own}
     else:
         return scenario, {}
+    for name, each in given.items():
+        if each.name != "off":
+            check_fits("law" if law is not None else f"laws.{name}", each, scenario)
     return scenario.model_copy(update={"control": control.model_copy(update=changed)}), given
 
 
