@@ -210,3 +210,9 @@ def test_a_given_law_in_a_file_is_one_line(plain_data):
     scenario = scenario_from_data(plain_data({"control.law": told}))
     with pytest.raises(ValueError, match="law mine: must be given again"):
         simulate(scenario)
+
+
+def test_laws_by_name_do_not_take_the_place_of_an_only_law_silently(make):
+    scenario = make({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}})
+    with pytest.raises(ValueError, match=r"^laws: must be left out for a scenario with control"):
+        simulate(scenario, laws={"a": Off().law()})

@@ -76,6 +76,11 @@ def with_given(
         given = {"law": as_law(law, "law")}
         changed = {"law": _spec(given["law"]), "laws": {}, "modes": None, "estimators": {}}
     elif laws:
+        if control.law is not None and control.law.kind != "off":
+            raise ValueError(
+                "laws: must be left out for a scenario with control.law, in whose place only `law` "
+                f"can be given; received {', '.join(laws)}"
+            )
         given = {name: as_law(each, f"laws.{name}") for name, each in laws.items()}
         own = {name: _spec(each) for name, each in given.items()}
         changed = {"law": None, "laws": control.laws | own}
