@@ -184,7 +184,7 @@ def test_modes_know_day_and_night(make, signal):
 @law(
     parameters={"gain": 2e5},
     memory={"calls": 0.0, "leaky": (1.0, 0.0, 0.0)},
-    log={"calls": "1", "leaky": "T", "size": "A m^2"},
+    log={"calls": "1", "leaky": "T", "dipole_size": "A m^2"},
 )
 def telling(inputs, parameters, memory):
     """A law that remembers, and logs what it does."""
@@ -192,7 +192,7 @@ def telling(inputs, parameters, memory):
     for k in range(3):
         memory.leaky[k] = 0.9 * memory.leaky[k] + inputs.b_body_t[k]
     x = parameters.gain * memory.leaky[1]
-    memory.size = abs(x)
+    memory.dipole_size = abs(x)
     return (x, -parameters.gain * memory.leaky[0], 0.0)
 
 
@@ -205,7 +205,7 @@ def test_the_result_has_what_laws_log(make):
     assert result["own.leaky"].dims == ("time", "axis")
     asked = result.command_body.values[:60]
     assert asked[:, 0] == pytest.approx(2e5 * result["own.leaky"].values[:60, 1], rel=1e-14)
-    assert np.array_equal(result["own.size"].values[:60], np.abs(asked[:, 0]))
+    assert np.array_equal(result["own.dipole_size"].values[:60], np.abs(asked[:, 0]))
     alone = simulate(make({"simulation.record_s": 1.0}), telling)
     assert alone["law.calls"].values[-2] == 600.0
 
