@@ -169,7 +169,19 @@ def scenario_schema() -> dict:
     for table, told in specs["Spacecraft"]["properties"].items():
         if fitting := presets(table):
             _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
+    _let_modes_be_short(specs)
     return schema
+
+
+def _let_modes_be_short(specs: dict) -> None:
+    """The short forms of mode tables: one region's keys, one condition, laws without factors."""
+    modes, state, way = specs["Modes"], specs["State"]["properties"], specs["Transition"]
+    modes["properties"] |= specs["Region"]["properties"]
+    modes.pop("required", None)
+    names = {"type": "array", "items": {"type": "string"}}
+    state["laws"] = {"anyOf": [state["laws"], names]}
+    when = way["properties"]["when"]
+    way["properties"]["when"] = {"anyOf": [when, {"$ref": "#/$defs/Condition"}]}
 
 
 def _let_preset_stand(table: dict, fitting: list[str]) -> None:
