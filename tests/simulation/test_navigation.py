@@ -98,7 +98,7 @@ SUNS = {
 def test_what_a_law_knows_is_what_the_result_tells(environment):
     """Through the shadow, with the Sun where it is or where it is held."""
     fixed, eclipses = SUNS[environment]
-    result = torquer.simulate(torquer.scenario_from_text(environment + DAY), noting)
+    result = torquer.simulate(torquer.scenario_from_text(DAY + environment), noting)
     result = result.isel(time=slice(0, -1))
     for name, told in (("r", "position_inertial"), ("v", "velocity_inertial"),
                        ("b", "b_inertial"), ("sun", "sun_inertial")):  # fmt: skip
@@ -107,7 +107,7 @@ def test_what_a_law_knows_is_what_the_result_tells(environment):
         assert away < (1e-6 if name == "v" else 1e-8) * size, name
     lit = result["law.lit"].values
     assert lit == pytest.approx(result.lit.values, abs=1e-4)
-    assert (lit.min() == 0.0) is eclipses
+    assert (lit.min() < 1e-9) == eclipses
     assert lit.max() == 1.0
     if fixed is not None:
         sun = result["law.sun"].values
