@@ -1,4 +1,4 @@
-"""A decorated law has the sensors that it or what it calls names; others are not read."""
+"""A decorated law has the sensors that it names, itself or in what it calls; others are not read."""
 
 import numba
 import pytest
