@@ -68,27 +68,6 @@ def _codes_in(code: CodeType) -> list[CodeType]:
     return inner + [part for each in inner for part in _codes_in(each)]
 
 
-def names_in(function: Callable, known: set | None = None) -> set[str]:
-    """All names that a function's code uses, and that of the functions which it calls by name."""
-    plain, known = plain_of(function), set() if known is None else known
-    if not isinstance(plain, FunctionType) or plain.__code__ in known:
-        return set()
-    known.add(plain.__code__)
-    closed = {cell.cell_contents for cell in plain.__closure__ or () if _is_function(cell)}
-    names = {
-        name for code in [plain.__code__, *_codes_in(plain.__code__)] for name in code.co_names
-    }
-    called = [plain.__globals__.get(name) for name in names]
-    return names.union(*(names_in(each, known) for each in (*called, *closed)))
-
-
-def _is_function(cell) -> bool:
-    try:
-        return isinstance(plain_of(cell.cell_contents), FunctionType)
-    except ValueError:  # an empty cell
-        return False
-
-
 def cache_beside(file: Path | None):
     """Within the block, compile into the cache of this user's file and those beside it."""
     return engine.cache_of(_beside(file)) if file else contextlib.nullcontext()

@@ -21,7 +21,6 @@ from torquer.adapter import Kind
 from torquer.block import Block
 from torquer.engine import inlined, internal
 from torquer.interface import NO_COMMAND, Command
-from torquer.plugin import names_in
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16
@@ -99,17 +98,6 @@ class Law(Block):
         return self.answers != "dipole"
 
 
-#: Sensors that are read for the laws alone that ask for them: a reading of the Sun costs as much as
-#: a step. The names by which a law reads them.
-_READ_BY = {"sun_body": "sun", "sun_sensors_s": "sun", "b_rate_body_t_s": "search_coil"}
-
-
-def _sensors_read(function: Callable) -> set[str]:
-    """Which of these sensors a function reads, by the names that it and what it calls use."""
-    names = names_in(function)
-    return {sensor for name, sensor in _READ_BY.items() if name in names}
-
-
 def as_law(law_or_function, name: str = "law") -> Law:
     """A law as it is; a function without the decorator as a law that runs as plain Python.
 
@@ -138,7 +126,6 @@ def law(
 ):
     """Decorator that makes a plain function a control law.
 
-    Inputs are to be read by name (`inputs.sun_body`): a sensor that no law names is not read.
     `parameters` maps names to default numbers or vectors; `memory`: names with initial numbers or
     vectors, or a number of cells; `log` maps names of the memory to units: these values are
     written to the result. `needs`: "ephemeris" for position, velocity, model field and the
@@ -166,7 +153,7 @@ def law(
         parameters or (),
         memory,
         log or {},
-        frozenset({*needs, *_sensors_read(function)}),
+        frozenset({*needs, "sun", "search_coil"}),
         compiled,
         answers=answers,
     )
