@@ -120,8 +120,7 @@ class Host:
         if not self.run.plan.needs_ephemeris:
             unknown = " (the ephemeris is not numbers unless a law needs 'ephemeris')"
         return (
-            f"law {names}: must return finite numbers and must not raise; received ({shown})"
-            f"{unknown}"
+            f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
         )
 
     def _command(self) -> Command:
