@@ -84,7 +84,7 @@ class Shape:
     def __init__(self, example):
         self.example = example
         classes: dict[str, type] = {}
-        self.source, self.count = _expression(example, 0, classes)
+        self.source, _ = _expression(example, 0, classes)
         self.classes = tuple(classes.items())
         self.fixed = all(_is_importable(made) for made in classes.values())
 

@@ -16,6 +16,7 @@ import sys
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -73,31 +74,22 @@ _use_cache()
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT
 
-#: The one decorator for kernels. 'contract' allows fused multiply-add and nothing else.
-kernel = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True)
+#: How all kernels are compiled; 'contract' allows fused multiply-add and nothing else.
+OPTIONS: Any = {"error_model": "numpy", "fastmath": {"contract"}}
+#: Without the code to be called from Python: that unpacks every array of a nested record and takes
+#: longer to compile than the function itself. (Called from there it ends the process.)
+_KERNELS_ONLY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+#: The one decorator for kernels.
+kernel = numba.njit(**OPTIONS, cache=True)
 #: The same, letting other threads run meanwhile: for maps and charts on all cores.
-released = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, nogil=True)
+released = numba.njit(**OPTIONS, cache=True, nogil=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
-inlined = numba.njit(error_model="numpy", fastmath={"contract"}, cache=True, forceinline=True)
-#: The same for what kernels alone call, never Python: the code to be called from there, which
-#: unpacks every array of a nested record, takes longer to compile than the function itself.
-internal = numba.njit(
-    error_model="numpy",
-    fastmath={"contract"},
-    cache=True,
-    forceinline=True,
-    no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
-)
-#: The same, too large to be inlined.
-inner = numba.njit(
-    error_model="numpy",
-    fastmath={"contract"},
-    cache=True,
-    no_cpython_wrapper=True,
-    no_cfunc_wrapper=True,
-)
+inlined = numba.njit(**OPTIONS, cache=True, forceinline=True)
+#: The same for what kernels alone call, never Python.
+internal = numba.njit(**OPTIONS, cache=True, forceinline=True, **_KERNELS_ONLY)
+#: For what kernels alone call and is too large to be inlined.
+inner = numba.njit(**OPTIONS, cache=True, **_KERNELS_ONLY)
 
 
 def with_attributes(value):

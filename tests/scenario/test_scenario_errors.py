@@ -92,6 +92,15 @@ CASES = [
      "control.laws: must be given with modes, by the names that states use"),
     ({"control": {"laws": {"x": {"kind": "off"}}, "modes": {"states": {"a": {"final": True}}}}},
      "control.laws.x: must be named by a state of modes; received no such"),
+    ({"control.estimators": {"none": {"kind": "rate_from_field"}}},
+     "control.estimators.none: must not be named attitude_sensor, none, estimator: these exist "
+     "already; received 'none'"),
+    ({"control": {"laws": {"x": {"kind": "off"}},
+                  "estimators": {"x": {"kind": "rate_from_field"}},
+                  "modes": {"states": {"a": {"laws": ["x"], "final": True}}}}},
+     "control.laws.x: must have a name that no estimator has; received 'x'"),
+    ({"control": {"laws": {"estimator": {"kind": "off"}}}},
+     "control.laws.estimator: must have a name that no estimator has; received 'estimator'"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
      "tilted_dipole, direct_dipole, averaged; received nothing"),
     ({"orbit": "circular"}, "orbit: must be a table of keys; received 'circular'"),

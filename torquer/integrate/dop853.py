@@ -47,7 +47,7 @@ def rates_of(problem_class):
             engine.keep_off_disk(_attempt, dop853)
         rates.register(problem_class)(function)
 
-        @overload(rates, jit_options={"error_model": "numpy", "fastmath": {"contract"}})
+        @overload(rates, jit_options=engine.OPTIONS)
         def choose(problem, t, y, dy):
             if getattr(problem, "instance_class", None) is problem_class:
                 return function

@@ -15,6 +15,8 @@ from torquer.estimation.sensors import SensorReadings
 from torquer.spec import Spec
 
 Positive = Annotated[float, Field(gt=0.0)]
+#: Names by which a mode chooses an estimator that is not in the table of them.
+_ESTIMATORS_KNOWN = ("attitude_sensor", "none", "estimator")
 #: More steps than any run can take: years of computing.
 MOST_STEPS = 10**13
 
@@ -59,6 +61,21 @@ class Control(Spec):
         return self
 
     @model_validator(mode="after")
+    def _names_differ(self):
+        for name in self.estimators:
+            if name in _ESTIMATORS_KNOWN:
+                raise ValueError(
+                    f"estimators.{name}: must not be named {', '.join(_ESTIMATORS_KNOWN)}: "
+                    f"these exist already; received {name!r}"
+                )
+        for name in self.laws:
+            if name in ("estimator", *self.estimators):
+                raise ValueError(
+                    f"laws.{name}: must have a name that no estimator has; received {name!r}"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _windows_fit(self):
         if self.measure_s > 0.0:
             if self.actuate_s is None:
@@ -84,7 +101,7 @@ class Control(Spec):
         used = {name for state in self.modes.states() for name in state.laws}
         if idle := [name for name in self.laws if name not in used]:
             raise ValueError(f"laws.{idle[0]}: must be named by a state of modes; received no such")
-        known = {"attitude_sensor", "none", "estimator", *self.estimators}
+        known = {*_ESTIMATORS_KNOWN, *self.estimators}
         for state in self.modes.states():
             if state.estimator is not None:
                 must_be_one_of("modes: a state's estimator", sorted(known), state.estimator)

@@ -5,12 +5,12 @@ that crosses a call costs reference counting, and a smaller function compiles to
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba.extending import overload
 
-from torquer.engine import inlined, inner, internal, kernel
+from torquer.engine import OPTIONS, inlined, inner, internal, kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.motion import Motion
@@ -284,15 +284,12 @@ def is_resolved(integrator, plan, state, x, here):
     return _RESOLVED[type(integrator)](integrator, plan, state, x, here)
 
 
-_OPTIONS: Any = {"error_model": "numpy", "fastmath": {"contract"}}
-
-
-@overload(steps_by, jit_options=_OPTIONS)
+@overload(steps_by, jit_options=OPTIONS)
 def _choose_steps(integrator, forces, x, here, first, last, h):
     return _STEPS[integrator.instance_class]
 
 
-@overload(is_resolved, jit_options=_OPTIONS)
+@overload(is_resolved, jit_options=OPTIONS)
 def _choose_resolved(integrator, plan, state, x, here):
     return _RESOLVED[integrator.instance_class]
 

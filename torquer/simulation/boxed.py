@@ -1,7 +1,7 @@
 """A prepared run in a box that compiled code opens for nothing.
 
-Handing plan, tables, state and record over argument by argument costs 20 to 50 us a call; boxed
-once, a call costs less than one. The box shares all arrays with the run.
+Handing plan, tables, state and record over argument by argument costs 20 to 50 us a call.
+Boxing costs 14 us once; then a call costs 1.3. The box shares all arrays with the run.
 """
 
 from collections import namedtuple

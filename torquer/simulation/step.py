@@ -146,7 +146,8 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
                 if row.actions & COILS_OFF:
                     put_goal(state.cells, switch_off_coils(plan.plant.coils, state.coils))
                 read_sensors(plan, tables, state, x, here, row.actions, step, seed)
-                begin_control_step(plan, tables, state, step)
+                if row.actions & CONTROL:
+                    begin_control_step(plan, tables, state, step)
             if row.actions & CONTROL:
                 if not plan.hosted:
                     if not accept(state, control_step(plan.computer, state.board)):

@@ -21,8 +21,8 @@ MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = ran
 #: Actions, in the order in which they are done: late readings arrive, coils off, sensors are read,
 #: the computer controls, coils on. A sensor has the bit of the first one shifted by its number.
 DELIVER, READ, COILS_OFF, CONTROL, COILS_ON = 1, 1 << 6, 1 << 12, 1 << 13, 1 << 14
-#: All readings; all deliveries.
-ANY_DELIVERY, ANY_READING = 0b111111 * DELIVER, 0b111111 * READ
+#: All deliveries.
+ANY_DELIVERY = 0b111111 * DELIVER
 #: Rows that a timetable may have.
 _MOST_ROWS = 100_000
 #: A row: step within the cycle, bits of its actions, steps to the next row that controls.

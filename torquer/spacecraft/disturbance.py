@@ -24,7 +24,7 @@ class DisturbanceTorque(NamedTuple):
 def disturbance_torque_at(disturbance, step, seed):
     """Torque [N m, body] during a step; () for a satellite that nothing disturbs.
 
-    An empty tuple is a type of its own: zeros would cost 5 to 10 % of a step.
+    An empty tuple is a type of its own: zeros cost 5 to 9 ns of the 68 of an RK4 step.
     """
     if len(disturbance) == 0:
         return ()

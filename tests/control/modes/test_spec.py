@@ -117,6 +117,8 @@ def condition(**keys):
         ({"states": {}}, "states: must hold one state or more; received none"),
         ({"regions": {}}, "regions: must hold one region or more; received none"),
         ({}, "states: must be given; received nothing"),
+        ({"regions": {"entries": {"states": {"a": {}}}}},
+         "regions.entries: must not be named entered or entries: mode_entries is another variable"),
         ({**two_states(when=RATE), "initial": "x"}, "initial: must be one of a, b; received 'x'"),
         ({"states": {"a": {"transitions": [{"to": "x", "when": RATE}]}, "b": {}}},
          f"{WAY}.to: must be one of a, b; received 'x'"),

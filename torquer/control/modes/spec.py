@@ -22,6 +22,8 @@ from torquer.spec import Inertia, Spec
 
 #: The region of a table that gives its states directly.
 MAIN = "main"
+#: Names that variables of a result have after `mode_`, where a region's name would stand.
+_RESULTS_OWN = ("entered", "entries")
 _Time = Annotated[float, Field(gt=0.0)]
 
 
@@ -195,6 +197,11 @@ class Modes(Spec):
         if not self.regions:
             raise ValueError("regions: must hold one region or more; received none")
         for name, region in self.regions.items():
+            if name in _RESULTS_OWN:
+                raise ValueError(
+                    f"regions.{name}: must not be named {' or '.join(_RESULTS_OWN)}: "
+                    f"mode_{name} is another variable of a result; received {name!r}"
+                )
             key, states = self.key_of(name), region.states
             if not states:
                 raise ValueError(f"{key}states: must hold one state or more; received none")
