@@ -86,27 +86,38 @@ def in_nanoseconds(times: dict) -> dict:
 
 
 def control_step(turns: int) -> dict:
-    """Gyro B-dot every second and every 1000 s: the difference is the control step."""
-    running = {name: Version(checkout) for name, checkout in versions().items()}
+    """Gyro B-dot every second and every 1000 s: the difference is the control step.
+
+    Medians over processes that take turns: the addresses that a process happens to get change a
+    step by up to 40 %.
+    """
     asked = {
-        (name, sample_s): lambda version=version, sample_s=sample_s: version("gyro", sample_s)
-        for name, version in running.items()
+        (name, sample_s): lambda checkout=checkout, sample_s=sample_s: best_in_process(
+            checkout, sample_s
+        )
+        for name, checkout in versions().items()
         for sample_s in (1.0, 1000.0)
     }
     ns = in_nanoseconds(medians(asked, turns))
-    for version in running.values():
-        version.close()
     found = {
         name: {
             "ns_per_second_of_flight": ns[name, 1.0],
             "ns_without_control": ns[name, 1000.0],
             "ns_of_control_step": ns[name, 1.0] - ns[name, 1000.0],
         }
-        for name in running
+        for name in versions()
     }
     if "peer" in found:
         found["ratio_to_peer"] = {k: v / found["peer"][k] for k, v in found["this"].items()}
     return found
+
+
+def best_in_process(checkout: Path, sample_s: float) -> float:
+    """Seconds per step of 1 s, the least of a few runs in one process."""
+    version = Version(checkout)
+    least = min(version("gyro", sample_s) for _ in range(5))
+    version.close()
+    return least
 
 
 def with_modes(plain):

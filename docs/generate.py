@@ -146,7 +146,7 @@ def equations_page() -> str:
     return "\n".join([*head, "| formula | home |", "|---|---|", *rows, ""])
 
 
-#: Packages with public names, and modules of published formulas, whose functions are all public.
+#: Packages with public names, and modules whose functions are all public.
 PACKAGES = (
     "torquer",
     "torquer.earth.atmosphere",
@@ -155,7 +155,11 @@ PACKAGES = (
     "torquer.theory",
     "torquer.wheel_array",
 )
-FORMULAS = (
+MODULES = (
+    "torquer.geometry.frames",
+    "torquer.geometry.euler",
+    "torquer.geometry.quaternion",
+    "torquer.geometry.vec3",
     "torquer.environment.field.averaged",
     "torquer.environment.field.direct_dipole",
     "torquer.theory.evolution.bdot",
@@ -170,7 +174,7 @@ FORMULAS = (
 def api_page() -> str:
     """Public names of the package and its documented parts, one line each."""
     head = ["# Public names", "", "Made from the code by `docs/generate.py`.", ""]
-    tables = [*((p, public_names(p)) for p in PACKAGES), *((m, _functions_of(m)) for m in FORMULAS)]
+    tables = [*((p, public_names(p)) for p in PACKAGES), *((m, _functions_of(m)) for m in MODULES)]
     return "\n".join(head + [line for each in tables for line in _names_table(*each)])
 
 
@@ -184,7 +188,7 @@ def _names_table(place: str, names) -> list[str]:
     about = (ast.get_docstring(ast.parse(_source(place))) or "").split("\n")[0]
     rows = [[f"`{n}`", line_of(place, n), f"`{_home(place, n)}`"] for n in names]
     table = [["name", "what it is", "home"], ["---"] * 3, *rows]
-    columns = 2 if place in FORMULAS else 3
+    columns = 2 if place in MODULES else 3
     lines = ["| " + " | ".join(row[:columns]) + " |" for row in table]
     return [f"## {place}", "", about, "", *lines, ""]
 

@@ -6,6 +6,7 @@ cannot be compiled is a `ValueError` of one line.
 """
 
 import contextlib
+import dis
 import inspect
 import re
 from collections.abc import Callable
@@ -66,6 +67,30 @@ def _codes_in(code: CodeType) -> list[CodeType]:
     """All functions' code in a file's, however deep."""
     inner = [part for part in code.co_consts if isinstance(part, CodeType)]
     return inner + [part for each in inner for part in _codes_in(each)]
+
+
+def attributes_read(function: Callable) -> set[str] | None:
+    """Attributes of its first argument that a function reads; None if it may read others.
+
+    Known only where every use of the argument is `argument.name`.
+    """
+    plain = plain_of(function)
+    if not isinstance(plain, FunctionType) or plain.__code__.co_argcount == 0:
+        return None
+    code, found = plain.__code__, set()
+    argument = code.co_varnames[0]
+    if argument in code.co_cellvars:
+        return None
+    steps = [each for each in dis.get_instructions(code) if each.opname != "CACHE"]
+    for step, after in zip(steps, [*steps[1:], None], strict=True):
+        names = step.argval if isinstance(step.argval, tuple) else (step.argval,)
+        if argument not in names or step.opcode in dis.hasname or step.opcode in dis.hasconst:
+            continue
+        loaded = step.opname.startswith("LOAD_FAST") and names.index(argument) == len(names) - 1
+        if not loaded or after is None or after.opname not in ("LOAD_ATTR", "LOAD_METHOD"):
+            return None
+        found.add(after.argval)
+    return found
 
 
 def cache_beside(file: Path | None):

@@ -174,6 +174,29 @@ def test_penumbra_is_continuous_at_both_edges():
         assert np.abs(sun.lit_fraction(near, SUN) - value).max() < 5e-3
 
 
+@pytest.mark.parametrize("au", (0.983, 1.017))
+@pytest.mark.parametrize("radius", (6.3782e6, 6.6e6, 7.5e6, 4.2e7, 3e8, 1.05e9, 1.5e9))
+def test_all_is_lit_or_dark_where_the_discs_are_apart_or_covered(radius, au):
+    # the umbra and full sunlight are found without comparing the discs
+    rng = np.random.default_rng(7)
+    there = au * SUN
+    offset = np.concatenate([rng.uniform(0.0, np.pi, 3000), np.linspace(1.5, 1.65, 3000)])
+    edge = np.arcsin(min(EARTH_RADIUS_M / radius, 1.0))
+    offset = np.append(offset, np.abs(edge + rng.uniform(-0.03, 0.03, 6000)))
+    r = behind_earth(radius, offset)
+    to_sun = there - r
+    far = np.linalg.norm(to_sun, axis=1)
+    sizes = np.arcsin(SUN_RADIUS_M / far), np.full(len(r), edge)
+    apart = np.arctan2(
+        np.linalg.norm(np.cross(to_sun, r), axis=1), -np.einsum("ni,ni->n", to_sun, r)
+    )
+    lit = sun.lit_fraction(r, there)
+    assert np.all(lit[apart > sizes[0] + sizes[1] + 1e-9] == 1.0)
+    assert np.all(lit[apart < sizes[1] - sizes[0] - 1e-9] == 0.0)
+    between = np.abs(apart - sizes[1]) < sizes[0] - 1e-9
+    assert np.all((lit[between] > 0.0) & (lit[between] < 1.0))
+
+
 def test_cylindrical_shadow():
     aside = np.arcsin(EARTH_RADIUS_M / 7e6)
     r = behind_earth(7e6, [0.0, aside - 1e-9, aside + 1e-9, np.pi - aside + 1e-3, np.pi])

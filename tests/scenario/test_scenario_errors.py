@@ -87,6 +87,15 @@ CASES = [
      "spacecraft.magnetometer.sample_s: must be a whole multiple of step_s = 1 s; received 1.5 s"),
     ({"spacecraft.magnetometer": {"sample_s": 2.0, "delay_s": 0.5}},
      "spacecraft.magnetometer.delay_s: must be a whole multiple of step_s = 1 s; received 0.5 s"),
+    # times of readings
+    ({"simulation.step_s": 0.001, "control.sample_s": 100.003, "simulation.record_s": 100.003,
+      "spacecraft.gyro": {"sample_s": 99.991}},
+     "spacecraft.gyro.sample_s: must let control steps and readings repeat after at most 100000 "
+     "of them; received a common multiple of 9.9994e+06 s"),
+    ({"simulation.step_s": 0.001, "control.sample_s": 0.001, "control.measure_s": 1000.0,
+      "control.actuate_s": 1.0, "simulation.record_s": 1001.0},
+     "control.sample_s: must let control steps and readings repeat after at most 100000 of them; "
+     "received a common multiple of 1001 s"),
     # modes
     ({"control.modes": {"states": {"a": {"final": True}}}},
      "control.laws: must be given with modes, by the names that states use"),

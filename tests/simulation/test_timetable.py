@@ -2,11 +2,9 @@
 
 import itertools
 import math
-import re
 
 import hypothesis.strategies as st
 import numpy as np
-import pytest
 from hypothesis import given, settings
 
 from torquer.simulation.timetable import (
@@ -94,17 +92,6 @@ def test_the_steps_of_a_run_are_walked_through_cycle_by_cycle():
     assert row_from(table, 19) == (0, 20)  # the next one is the first of the next cycle
     number, cycle = row_from(table, 47)
     assert (int(table.rows[number]["step"]), cycle) == (8, 40)
-
-
-def test_intervals_without_a_near_common_multiple_are_refused():
-    told = (
-        "gyro.sample_s: must have a common multiple with the control cycle that comes soon; "
-        "received one after 9999399973 steps"
-    )
-    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
-        timetable_of(100003, 0, 100003, {GYRO: Sampling(99991, 0)})
-    with pytest.raises(ValueError, match=r"^magnetometer\.sample_s, gyro\.sample_s: must have"):
-        timetable_of(7919, 0, 7919, {MAGNETOMETER: Sampling(7907), GYRO: Sampling(7901)})
 
 
 def test_readings_that_are_not_late_go_straight_to_the_computer():

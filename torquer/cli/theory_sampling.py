@@ -11,7 +11,7 @@ def sampling_data(case: AveragedCase) -> dict | None:
     """The analysis as plain data; None without sampling."""
     if case.sampling is None:
         return None
-    times, rate = case.sampling[:3], _rate(case)
+    times, rate = case.sampling.times, _rate(case)
     return {
         **case.sampling._asdict(),
         "limit_deg_s": math.degrees(sampling_limit_rad_s(*times)),
@@ -33,7 +33,7 @@ def _rate(case: AveragedCase) -> float:
 
 def _greatest_gain(case: AveragedCase) -> float | None:
     spinner, sampling = case.spinner, case.sampling
-    if case.law != "bdot" or sampling is None:
+    if case.law != "bdot" or sampling is None or not sampling.is_in_step:
         return None
     return bdot_greatest_gain(
         min(spinner.transverse_kg_m2, spinner.axial_kg_m2), spinner.strength_t, sampling.hold_s,

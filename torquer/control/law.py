@@ -21,11 +21,18 @@ from torquer.adapter import Kind
 from torquer.block import Block
 from torquer.engine import inlined, internal
 from torquer.interface import NO_COMMAND, Command
+from torquer.plugin import attributes_read
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16
-#: What a user's law may say that it needs; Sun sensors and search coil are always read for it.
+#: What a user's law may say that it needs.
 _NEEDS = ("ephemeris", "attitude", "rate")
+#: Inputs that cost a reading which the run makes only for laws that use it.
+_READINGS = {
+    "sun_body": ("sun",),
+    "b_rate_body_t_s": ("search_coil",),
+    "read_at": ("sun", "search_coil"),
+}
 _COMMAND = numba.typeof(NO_COMMAND)
 
 
@@ -110,8 +117,15 @@ def as_law(law_or_function, name: str = "law") -> Law:
             f"{name}: must be a torquer.Law or a function; received {law_or_function!r}"
         )
     called = getattr(law_or_function, "__name__", type(law_or_function).__name__)
-    needs = frozenset({"sun", "search_coil"})
+    needs = readings_of(law_or_function)
     return Law(called, law_or_function, (), _PLAIN_MEMORY, needs=needs, compiled=False)
+
+
+def readings_of(function: Callable) -> frozenset[str]:
+    """Readings to be made for a user's law: those that it uses, all if it hands its inputs on."""
+    used = attributes_read(function)
+    used = _READINGS.keys() if used is None else used
+    return frozenset(reading for name in used for reading in _READINGS.get(name, ()))
 
 
 def law(
@@ -153,7 +167,7 @@ def law(
         parameters or (),
         memory,
         log or {},
-        frozenset({*needs, "sun", "search_coil"}),
+        frozenset(needs) | readings_of(function),
         compiled,
         answers=answers,
     )

@@ -6,7 +6,6 @@ reference, and add a damper and a spring: then dV/dt = -k_w w^2, and V falls unt
 in the wanted attitude. (At rest at exactly 180 deg the spring does not pause: it pulls one way.)
 """
 
-import math
 from typing import Literal, NamedTuple
 
 from pydantic import Field
@@ -19,21 +18,18 @@ from torquer.control.pointing import (
     reference_motion,
     short_way,
 )
-from torquer.conventions import MU_EARTH_M3_S2
-from torquer.earth.gravity import gravity_gradient_torque
+from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
 from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, dot, scale, sub, sym_vec
+from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, sub, sym_vec
 
 
 @inlined
 def known_gravity_torque(inputs, inertia):
     """Gravity-gradient torque [N m] in the body at the position that the computer knows."""
-    r = inputs.ephemeris.r_inertial_m
-    square = dot(r, r)
-    size = math.sqrt(3.0 * MU_EARTH_M3_S2 / (square * math.sqrt(square)) / square)
-    gravity_gradient = rotate_inverse(inputs.estimate.q_body_to_inertial, scale(size, r))
-    return gravity_gradient_torque(inertia, gravity_gradient)
+    gravity_gradient = gravity_gradient_at(inputs.ephemeris.r_inertial_m)
+    q = inputs.estimate.q_body_to_inertial
+    return gravity_gradient_torque(inertia, rotate_inverse(q, gravity_gradient))
 
 
 class WheelLyapunovParameters(NamedTuple):

@@ -3,6 +3,7 @@
 Frames: Earth-fixed for EGM2008; the rest in any one frame.
 """
 
+import math
 from functools import cache
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from torquer.conventions import MU_EARTH_M3_S2
 from torquer.earth import harmonics
 from torquer.earth.harmonics import Harmonics
 from torquer.engine import inlined, kernel
-from torquer.geometry.vec3 import cross, dot, sym_vec
+from torquer.geometry.vec3 import cross, dot, scale, sym_vec
 
 FOLDER = Path(__file__).parent / "coefficients"
 #: Degree and order to which coefficients are shipped.
@@ -81,8 +82,18 @@ def gravity_gradient_torque(inertia, gravity_gradient_body):
     return cross(gravity_gradient_body, sym_vec(inertia, gravity_gradient_body))
 
 
-def gravity_gradient_vector(r_m: np.ndarray) -> np.ndarray:
-    """Radius vectors [n, 3] of length sqrt(3 mu/r^3) [1/s], the argument of the torque."""
-    square = np.einsum("ni,ni->n", r_m, r_m)
-    scale = np.sqrt(3.0 * MU_EARTH_M3_S2) / (square * np.sqrt(np.sqrt(square)))  # of r^(5/2)
-    return scale[:, None] * r_m
+@inlined
+def gravity_gradient_at(r_m):
+    """Radius vector of length sqrt(3 mu/r^3) [1/s], the argument of the torque, at a position."""
+    square = dot(r_m, r_m)
+    return scale(math.sqrt(3.0 * MU_EARTH_M3_S2) / (square * math.sqrt(math.sqrt(square))), r_m)
+
+
+@kernel
+def gravity_gradient_vector(r_m):
+    """The same at positions [n, 3] m."""
+    out = np.empty_like(r_m)
+    for i in range(len(r_m)):
+        found = gravity_gradient_at((r_m[i, 0], r_m[i, 1], r_m[i, 2]))
+        out[i, 0], out[i, 1], out[i, 2] = found
+    return out

@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from torquer import validate
-from torquer.conventions import ASTRONOMICAL_UNIT_M, EARTH_RATE_RAD_S
+from torquer.conventions import ASTRONOMICAL_UNIT_M
 from torquer.earth.atmosphere import AnyAtmosphere
+from torquer.earth.atmosphere.air import air_velocities
 from torquer.earth.gravity import gravity_gradient_vector
 from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
@@ -134,12 +135,9 @@ class OrbitEnvironment:
         r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
         around = self.environment
         density = around.atmosphere.density(t_s, self.start, r_ecef, around.ut1_minus_utc_s)
-        wind = (
-            EARTH_RATE_RAD_S * np.cross(to_ecef[:, 2, :], r)
-            if around.co_rotating_atmosphere
-            else 0.0
-        )
-        return np.sqrt(density)[:, None] * (v - wind)
+        if around.co_rotating_atmosphere:
+            v = air_velocities(r, v, to_ecef[:, 2, :])
+        return np.sqrt(density)[:, None] * v
 
     @property
     def segment_s(self) -> float:

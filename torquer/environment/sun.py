@@ -21,6 +21,8 @@ from torquer.time import julian_dates
 
 #: Models of the Earth's shadow: cone of a sphere, cone of the ellipsoid WGS84, cylinder, no shadow.
 ECLIPSES = ("conical", "oblate", "cylindrical", "none")
+#: Slope above that of any ray that touches Earth and Sun: 0.0048 at perihelion.
+_PENUMBRA = 0.006
 #: Equatorial over polar radius of the Earth, less one.
 _OBLATENESS = EARTH_FLATTENING / (1.0 - EARTH_FLATTENING)
 
@@ -97,6 +99,9 @@ def lit_fraction_at(shadow, r, sun):
     pole = shadow.pole
     r = add_scaled(r, shadow.oblateness * dot(r, pole), pole)
     sun = add_scaled(sun, shadow.oblateness * dot(sun, pole), pole)
+    side = _side_of_penumbra(shadow.radius_m, r, sun)
+    if side != 0.0:
+        return max(side, 0.0)
     to_sun = sub(sun, r)
     size_sun = math.asin(SUN_RADIUS_M / norm(to_sun))
     size_earth = math.asin(min(shadow.radius_m / norm(r), 1.0))
@@ -105,12 +110,29 @@ def lit_fraction_at(shadow, r, sun):
 
 
 @kernel
+def _side_of_penumbra(radius, r, sun):
+    """1 in full sunlight, -1 in the umbra, 0 near the penumbra: the discs must be compared."""
+    behind = -dot(r, sun) / norm(sun)
+    square = dot(r, r)
+    margin = _PENUMBRA * math.sqrt(square)
+    if behind < -margin:
+        return 1.0
+    beside = square - behind * behind
+    if beside > (radius + margin) ** 2:
+        return 1.0
+    if behind > margin and radius > margin and beside < (radius - margin) ** 2:
+        return -1.0
+    return 0.0
+
+
+@kernel
 def _overlap(a, b, c):
     """Common area of discs of radii a and b whose centres lie c apart [rad^2, flat sky]."""
     if c >= a + b:
         return 0.0
     if c <= abs(a - b):
-        return math.pi * min(a, b) ** 2
+        least = min(a, b)
+        return math.pi * least * least
     x = (c * c + (a - b) * (a + b)) / (2.0 * c)
     y = math.sqrt(max((a - x) * (a + x), 0.0))
     return a * a * math.atan2(y, x) + b * b * math.atan2(y, c - x) - c * y

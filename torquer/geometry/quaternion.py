@@ -8,8 +8,6 @@ import math
 from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
-IDENTITY = (0.0, 0.0, 0.0, 1.0)
-
 
 @inlined
 def multiply(p, q):

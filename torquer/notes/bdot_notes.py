@@ -170,7 +170,7 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
     sampling, gain = sampling_of(scenario, law), use.gain(law.gain_a_m2_s_per_t)
     if sampling.lag_s > MOST_LAG * sampling.hold_s:
         return []  # such coils follow no command
-    if not _is_in_step(sampling):
+    if not sampling.is_in_step:
         return []
     moments, _ = scenario.spacecraft.body.principal()
     greatest = bdot_greatest_gain(
@@ -184,12 +184,6 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
         f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
         f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
     ]
-
-
-def _is_in_step(sampling: Sampling) -> bool:
-    """Whether readings are taken at control steps, for which the limit of the gain is known."""
-    d, a, _, off_s, delay_s = sampling
-    return delay_s == 0.0 and (d in (0.0, a) if off_s == 0.0 else d <= off_s)
 
 
 def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:

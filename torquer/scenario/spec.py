@@ -32,6 +32,8 @@ from torquer.time import parse_utc
 Positive = Annotated[float, Field(gt=0.0)]
 #: A run that starts in the last year may go on into the next.
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
+#: Control steps and readings until the timetable repeats: all of them are in memory.
+_MOST_INSTANTS = 100_000
 
 
 class Spacecraft(Spec):
@@ -172,9 +174,7 @@ class Scenario(Spec):
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
                 f"received {simulation.integrator!r}"
             )
-        for name in Spacecraft.model_fields:
-            if isinstance(sensor := getattr(self.spacecraft, name), Sampled):
-                sampling_steps(f"spacecraft.{name}", sensor, simulation.step_s)
+        self._check_sampling()
         self._check_actuators()
         if self.spacecraft.aerodynamics and self.environment.atmosphere is None:
             raise ValueError(
@@ -183,6 +183,23 @@ class Scenario(Spec):
         self._check_end()
         self.disturbance_torque()
         return self
+
+    def _check_sampling(self) -> None:
+        """Readings fall on steps, and their times repeat after a number of steps."""
+        control, step_s = self.control, self.simulation.step_s
+        cycle = whole_steps("cycle", control.cycle_s, step_s)
+        intervals = {"control.sample_s": cycle}
+        for name in Spacecraft.model_fields:
+            if isinstance(sensor := getattr(self.spacecraft, name), Sampled):
+                interval, _ = sampling_steps(f"spacecraft.{name}", sensor, step_s)
+                intervals |= {f"spacecraft.{name}.sample_s": interval} if interval else {}
+        whole = math.lcm(*intervals.values())
+        windows = round(control.measure_s / control.sample_s) * (whole // cycle)
+        if sum(whole // each for each in intervals.values()) + windows > _MOST_INSTANTS:
+            raise ValueError(
+                f"{[*intervals][-1]}: must let control steps and readings repeat after at most "
+                f"{_MOST_INSTANTS} of them; received a common multiple of {whole * step_s:g} s"
+            )
 
     def _check_end(self) -> None:
         """Models of the surroundings hold for the years in which a run may start."""

@@ -49,17 +49,10 @@ def put_late(reading, t, x, y, z, w):
 
 
 @inner
-def sun_and_light(plant, tables, t):
+def sun_and_light(shadow, orbit, sun, t):
     """Unit vector from the satellite to the Sun (inertial), visible part of its disc."""
-    r, sun = lookup3(tables.orbit, t), lookup3(tables.sun, t)
-    return unit(sub(sun, r)), lit_fraction_at(plant.shadow, r, sun)
-
-
-@inner
-def read_sun_sensors(plant, tables, q, t, seed, sample):
-    """What the Sun sensors read at time t."""
-    direction, lit = sun_and_light(plant, tables, t)
-    return read_sun(plant.sun_sensors, rotate_inverse(q, direction), lit, seed, sample)
+    r, sun_m = lookup3(orbit, t), lookup3(sun, t)
+    return unit(sub(sun_m, r)), lit_fraction_at(shadow, r, sun_m)
 
 
 @internal
@@ -117,7 +110,9 @@ def read_sensors(plan, tables, state, x, here, actions, step, seed):
         else:
             known.omega_s, known.omega_x, known.omega_y, known.omega_z = t, wx, wy, wz
     if actions & (READ << SUN_SENSORS):
-        sx, sy, sz = read_sun_sensors(plant, tables, q, t, seed, step)
+        direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+        sun_body = rotate_inverse(q, direction)
+        sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, seed, step)
         if delayed & (READ << SUN_SENSORS):
             put_late(late[SUN_SENSORS], t, sx, sy, sz, 0.0)
         else:
@@ -139,7 +134,7 @@ def read_sensors(plan, tables, state, x, here, actions, step, seed):
 def ephemeris_at(plant, tables, t):
     """Where the computer believes to be: on the orbit, with the field model of the simulation."""
     b, _ = lookup6(tables.orbit, t, 3)
-    direction, lit = sun_and_light(plant, tables, t)
+    direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
     v, b_rate = rate_from(tables.orbit, t, 0), rate_from(tables.orbit, t, 3)
     return Ephemeris(lookup3(tables.orbit, t), v, b, b_rate, direction, lit)
 

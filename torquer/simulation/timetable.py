@@ -23,8 +23,6 @@ MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = ran
 DELIVER, READ, COILS_OFF, CONTROL, COILS_ON = 1, 1 << 6, 1 << 12, 1 << 13, 1 << 14
 #: All deliveries.
 ANY_DELIVERY = 0b111111 * DELIVER
-#: Rows that a timetable may have.
-_MOST_ROWS = 100_000
 #: A row: step within the cycle, bits of its actions, steps to the next row that controls.
 ROW = np.dtype([("step", np.int64), ("actions", np.int64), ("hold_steps", np.int64)])
 
@@ -73,15 +71,6 @@ def timetable_of(
     control = [*range(0, measure_steps, sample_steps), measure_steps]
     own = {sensor: s for sensor, s in read.items() if s.interval}
     whole = math.lcm(cycle_steps, *(s.interval for s in own.values()))
-    if (
-        sum(whole // s.interval for s in own.values()) + len(control) * (whole // cycle_steps)
-        > _MOST_ROWS
-    ):
-        named = ", ".join(f"{SENSORS[sensor]}.sample_s" for sensor in own)
-        raise ValueError(
-            f"{named}: must have a common multiple with the control cycle that comes soon; "
-            f"received one after {whole} steps"
-        )
     rows: dict[int, int] = {}
 
     def add(step: int, action: int) -> None:

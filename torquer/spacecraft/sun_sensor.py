@@ -7,8 +7,8 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from torquer import noise, validate
-from torquer.engine import kernel
-from torquer.geometry.vec3 import add_scaled, as_vector, unit
+from torquer.engine import inlined
+from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
 from torquer.spacecraft.sampling import Sampled
 from torquer.spec import Vector
 
@@ -23,16 +23,15 @@ class SunSensorSet(NamedTuple):
     noise_rad: float
 
 
-@kernel
+@inlined
 def read_sun(sensors, sun_body, lit, seed, sample):
     """Unit vector to the Sun [body], or zeros where no sensor sees it.
 
     `lit` is the visible fraction of the Sun's disc; half a disc is enough to read.
     """
-    best = -1.0
-    for i in range(sensors.axes.shape[0]):
-        a = sensors.axes[i]
-        best = max(best, a[0] * sun_body[0] + a[1] * sun_body[1] + a[2] * sun_body[2])
+    axes, best = sensors.axes, -1.0
+    for i in range(axes.shape[0]):
+        best = max(best, dot((axes[i, 0], axes[i, 1], axes[i, 2]), sun_body))
     if best < sensors.cos_half_field or lit < 0.5:
         return (0.0, 0.0, 0.0)
     if sensors.noise_rad == 0.0:

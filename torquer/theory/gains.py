@@ -44,6 +44,15 @@ class Sampling(NamedTuple):
         return self.difference_s, self.hold_s, self.lag_s, self.delay_s
 
     @property
+    def is_in_step(self) -> bool:
+        """Whether readings are taken at control steps: then `bdot_greatest_gain` knows the case."""
+        if self.delay_s > 0.0:
+            return False
+        if self.measure_s > 0.0:
+            return self.difference_s <= self.measure_s
+        return self.difference_s in (0.0, self.hold_s)
+
+    @property
     def in_words(self) -> str:
         """In words: differences over 3 s held for 3 s by coils with a lag of 0.5 s."""
         taken = f"differences over {self.difference_s:g} s" if self.difference_s else "readings"

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
-from torquer.conventions import EARTH_RATE_RAD_S
+from torquer.earth.atmosphere.air import air_velocities
 from torquer.earth.gravity import gravity_gradient_torque
 from torquer.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.geometry.vec3 import as_symmetric, as_vector
@@ -80,15 +80,13 @@ def air_torque(
     within(RATE, rate_rad_s)
     within(DENSITY, density_kg_m3)
     within(RADIUS, radius_m)
-    if inclination_rad is None:
-        wind = np.zeros((PHASES, 2))
-    else:
+    velocity = np.tile([0.0, radius_m * rate_rad_s, 0.0], (PHASES, 1))  # up, along, normal
+    if inclination_rad is not None:
         u = 2.0 * np.pi * np.arange(PHASES) / PHASES
-        wind = EARTH_RATE_RAD_S * np.column_stack(
-            [np.full(PHASES, np.cos(inclination_rad)), -np.sin(inclination_rad) * np.cos(u)]
-        )
-    along, across = radius_m * (rate_rad_s - wind[:, 0]), -radius_m * wind[:, 1]
-    velocity = along[:, None] * axes[1] + across[:, None] * axes[2]
+        sine, cosine = np.sin(inclination_rad), np.cos(inclination_rad)
+        pole = np.column_stack([sine * np.sin(u), sine * np.cos(u), np.full(PHASES, cosine)])
+        velocity = air_velocities(np.tile([radius_m, 0.0, 0.0], (PHASES, 1)), velocity, pole)
+    velocity = velocity @ np.array(axes)
     flows = (flow(density_kg_m3, as_vector(v)) for v in velocity)
     return np.array([aerodynamic_force_and_torque(surface, each)[1] for each in flows])
 

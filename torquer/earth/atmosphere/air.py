@@ -135,3 +135,14 @@ def density(air, r_ecef_m, sun_ecef, day):
 def air_velocity(r, v, pole):
     """Velocity [m/s] relative to an atmosphere that co-rotates about the pole (unit vector)."""
     return sub(v, scale(EARTH_RATE_RAD_S, cross(pole, r)))
+
+
+@kernel
+def air_velocities(r, v, pole):
+    """The same for positions, velocities and poles [n, 3]."""
+    out = np.empty_like(v)
+    for i in range(len(v)):
+        place, way = (r[i, 0], r[i, 1], r[i, 2]), (v[i, 0], v[i, 1], v[i, 2])
+        found = air_velocity(place, way, (pole[i, 0], pole[i, 1], pole[i, 2]))
+        out[i, 0], out[i, 1], out[i, 2] = found
+    return out
