@@ -93,9 +93,10 @@ def _error_norm(work, h, y, rtol, atol):
             e3 += work.tableau[_ERROR_3, s] * work.rows[s, i]
         sum5 += (e5 / allowed) ** 2
         sum3 += (e3 / allowed) ** 2
-    if sum5 == 0.0 and sum3 == 0.0:
+    weight = (sum5 + 0.01 * sum3) * y.size
+    if weight == 0.0:  # also where 0.01 sum3 underflows
         return 0.0
-    return abs(h) * sum5 / np.sqrt((sum5 + 0.01 * sum3) * y.size)
+    return abs(h) * sum5 / np.sqrt(weight)
 
 
 @kernel
