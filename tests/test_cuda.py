@@ -146,7 +146,7 @@ def replacements(run):
     resolves = rebuilt(advance.resolves, plain, {})
 
     @cuda.jit(device=True)
-    def steps_by(integrator, forces, x, here, first, last, h):
+    def steps_by(integrator, forces, cells, x, here, first, last, h):
         return by_rk4(forces, x, here, first, last, h)
 
     @cuda.jit(device=True)

@@ -27,6 +27,7 @@ rate_deg_s = [1.0, -2.0, 3.0]
 sample_s = 2.0
 law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }
 [simulation]
+step_s = 1.0
 duration_s = 300
 record_s = 5.0
 """

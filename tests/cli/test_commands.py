@@ -99,7 +99,7 @@ def test_wrong_arguments_are_one_line_and_exit_2(call, arguments, says):
 def test_validate_says_what_it_found(call, scenario, strict_json):
     code, out, err = call("validate", scenario)
     valid, size = out.splitlines()
-    assert (code, valid, err) == (0, "short: valid, 300 steps of 1 s", "")
+    assert (code, valid, err) == (0, "short: valid, 5 min of flight; rk4, steps of 1 s", "")
     assert size.startswith("a run: 61 rows, result of about 23.9 kB, about 30")
     assert size.endswith(" of memory and less than 1 s of computing")
     code, out, err = call("validate", scenario, "--json")
@@ -164,7 +164,7 @@ MISTAKES = [
     ("[1.0, 1.2, 1.5]", "[1.0, 1.2, -1.5]", ["spacecraft.body.inertia_kg_m2: must be positive "
      "definite; received principal moments -1.5, 1, 1.2 kg m^2"]),
     ("limit_a_m2 = 3.0", "", ["spacecraft.coils.limit_a_m2: must be given; received nothing"]),
-    ("duration_s = 300", "duration = 300\nstep_s = 0",
+    ("step_s = 1.0\nduration_s = 300", "duration = 300\nstep_s = 0",
      ["simulation.step_s: must be greater than 0; received 0",
       "simulation.duration: must be a known key; received 300"]),
     ('field = { kind = "averaged" }', 'field = { kind = "wmm2025" }',

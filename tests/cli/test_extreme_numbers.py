@@ -92,7 +92,8 @@ def run(scenario) -> None:
     except RunStopped as error:
         result = error.result
         ended = (
-            "the state stopped being finite after t = .* s; last|simulation.step_s: .*; received"
+            "the state stopped being finite after t = .* s; last|simulation.step_s: .*; received|"
+            "the motion is too fast for adaptive steps after t = .* s"
         )
         assert re.match(ended, str(error))
     for name, values in result.data_vars.items():
@@ -148,7 +149,11 @@ def test_extremes_in_the_examples_run(name):
     "change",
     [
         {"initial.rate_deg_s": [0.0, 0.0, 0.0]},
-        {"initial.rate_deg_s": [1e6, 1e6, -1e6], "simulation.integrator": "splitting"},
+        {
+            "initial.rate_deg_s": [1e6, 1e6, -1e6],
+            "simulation.integrator": "splitting",
+            "simulation.step_s": 1.0,
+        },
         {"initial.rate_deg_s": [1e-300, 0.0, 0.0]},
         {"spacecraft.body.inertia_kg_m2": [1e12, 1e12, 1e12]},
         {"spacecraft.body.inertia_kg_m2": [1e-12, 1e-12, 1e-12]},

@@ -73,7 +73,7 @@ def surroundings(orbit, **environment):
             "spacecraft": {"body": {"inertia_kg_m2": (1, 1.2, 1.4)}, "coils": {"limit_a_m2": 1}},
             "initial": {"rate_deg_s": (1, 2, 3)},
             "control": {"law": {"kind": "off"}},
-            "simulation": {"duration_s": 100},
+            "simulation": {"duration_s": 100, "step_s": 1.0},
         }
     ).surroundings()
 

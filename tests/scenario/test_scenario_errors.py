@@ -235,7 +235,7 @@ CASES = [
      "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
      "received 'dop853'"),
     ({"simulation.integrator": "euler"},
-     "simulation.integrator: must be 'rk4', 'splitting' or 'dop853'; received 'euler'"),
+     "simulation.integrator: must be 'auto', 'rk4', 'splitting' or 'dop853'; received 'euler'"),
     # presets
     ({"spacecraft.magnetometer.preset": "fancy"},
      "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'fancy'"),

@@ -11,7 +11,7 @@ start = 2025-03-01T00:00:00Z
 orbit = {{ kind = "circular", altitude_km = 600, inclination_deg = 63.0 }}
 initial.rate_deg_s = [0.5, -0.4, 0.3]
 spacecraft.body.inertia_kg_m2 = [2.6, 3.1, 1.9]
-simulation = {{ duration_s = 200, integrator = {integrator} }}
+simulation = {{ duration_s = 200, step_s = 1.0, integrator = {integrator} }}
 [control]
 {control}
 """

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from integrators import INTEGRATORS
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
@@ -37,12 +38,14 @@ law = { kind = "off" }
 duration_s = 3000
 record_s = 5
 integrator = "INTEGRATOR"
+STEP
 """
 GOST = 'atmosphere = { kind = "gost", f107 = 150, ap = 12 }'
 
 
 def scenario(integrator="rk4", air=GOST):
-    text = SCENARIO.replace("INTEGRATOR", integrator).replace("AIR", air)
+    step = "" if integrator == "auto" else "step_s = 1.0"
+    text = SCENARIO.replace("INTEGRATOR", integrator).replace("AIR", air).replace("STEP", step)
     return torquer.scenario_from_text(text)
 
 
@@ -64,7 +67,7 @@ def torque_inertial(made, result):
     return attitude.apply(-(rho * size**2)[:, None] * (plate + sphere))
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_momentum_gained_is_the_integral_of_the_torque(integrator):
     made = scenario(integrator)
     result = torquer.simulate(made)

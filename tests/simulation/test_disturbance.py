@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from integrators import INTEGRATORS
 
 import torquer
 
@@ -31,8 +32,8 @@ sample_s = 10
 duration_s = {duration}
 record_s = 10
 integrator = "{integrator}"
+{step}
 """
-INTEGRATORS = ("rk4", "splitting", "dop853")
 CONSTANT = "constant_torque_n_m = [1e-3, -2e-3, 0.5e-3]"
 RANDOM = "random_torque_n_m = 1e-3\nrandom_hold_s = 2"
 
@@ -41,6 +42,7 @@ def run(disturbance, integrator="rk4", inertia=(1.0, 1.3, 1.6), rate=(0, 0, 0), 
     text = SCENARIO.format(
         disturbance=disturbance,
         integrator=integrator,
+        step="" if integrator == "auto" else "step_s = 1.0",
         inertia=list(inertia),
         rate=list(rate),
         seed=keys.get("seed", 1),
@@ -86,7 +88,7 @@ def test_a_random_torque_makes_the_momentum_walk():
 def test_a_random_torque_is_the_same_for_the_same_seed_and_wherever_a_run_is_stopped():
     text = SCENARIO.format(
         disturbance=RANDOM, integrator="rk4", inertia=[1, 1.3, 1.6], rate=[1, 2, 3], seed=5,
-        duration=100,
+        duration=100, step="step_s = 1.0",
     )  # fmt: skip
     scenario = torquer.scenario_from_text(text)
     whole = torquer.simulate(scenario)

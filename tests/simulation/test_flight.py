@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from integrators import INTEGRATORS, by
 
 import torquer
 from torquer import Flight, RunStopped, engine, law, simulate
@@ -92,9 +93,9 @@ def short_pieces(monkeypatch):
     monkeypatch.setattr(size, "_PIECE_ROWS", 10)
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_bdot_outside_flies_as_bdot_on_board(make, integrator):
-    scenario = make(FULL | {"simulation.integrator": integrator})
+    scenario = make(FULL | by(integrator))
     flight = Flight(scenario)
     assert fly(flight, Bdot()) == 60 * 3 + 1  # of each cycle, at 0, 3 and 6 s; the last at 600 s
     assert flight.done and flight.now_s == 602.0

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from integrators import by
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -73,9 +74,12 @@ FAILURES = ({"wheel": 1, "time_s": 31.0, "noticed_after_s": 20.0},)
 EVERYTHING = FRICTION | {"failures": FAILURES, "speed_noise_rpm": 1.0}
 
 
+@pytest.mark.parametrize("exact", [{"tolerance": 1e-14}, {"tolerance_deg": 1e-9}])
 @pytest.mark.parametrize("keys", [{"initial_speed_rpm": SPEEDS}, EVERYTHING])
-def test_body_and_wheels_keep_their_momentum_to_rounding(craft, keys):
-    scenario = craft(keys, {"simulation.integrator": "dop853", "simulation.tolerance": 1e-14})
+def test_body_and_wheels_keep_their_momentum_to_rounding(craft, keys, exact):
+    integrator = by("dop853" if "tolerance" in exact else "auto")
+    tolerance = {f"simulation.{key}": value for key, value in exact.items()}
+    scenario = craft(keys, integrator | tolerance)
     result = simulate(scenario, swinging)
     assert np.ptp(result.wheel_momentum.values, axis=0).min() > 0.01
     if keys is EVERYTHING:  # one ends at a stand, one is turned round
@@ -213,6 +217,19 @@ def test_with_friction_the_motion_is_that_of_an_independent_simulation(craft, fr
     assert rate < 3e-5  # of 0.05 rad/s
     assert speed < 2e-3  # of 150 rad/s
     assert np.all(np.array(fine) < np.array(coarse) / 5.0)
+
+
+@pytest.mark.parametrize(
+    "friction", [{"initial_speed_rpm": SPEEDS}, VISCOUS, DRY, FRICTION],
+    ids=["none", "viscous", "dry", "all"],
+)  # fmt: skip
+def test_adaptive_steps_follow_the_friction_through_stands(craft, friction):
+    steps = {"duration_s": 60.0, "record_s": 2.0, "tolerance_deg": 1e-6}
+    result = simulate(craft(friction, {"simulation": steps}), swinging)
+    quaternion, rate, speed = difference(result, friction)
+    assert quaternion < 1e-9
+    assert rate < 1e-10  # of 0.05 rad/s
+    assert speed < 1e-7  # of 150 rad/s
 
 
 def test_a_dead_wheel_without_friction_keeps_its_momentum_about_its_axis(craft):

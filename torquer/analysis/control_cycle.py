@@ -11,7 +11,7 @@ def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:
     Between samples the record holds the last reading, which a turning body has left behind. The
     last row is such a one as well: it is written before the sensors are read again.
     """
-    control, step_s = scenario.control, scenario.simulation.step_s
+    control, step_s = scenario.control, scenario.grid_s
     measure, sample = round(control.measure_s / step_s), round(control.sample_s / step_s)
     phase = _phase(scenario, t_s)
     fresh = (phase <= measure) & (phase % sample == 0)
@@ -23,12 +23,12 @@ def acting_rows(scenario: Scenario, t_s) -> np.ndarray:
 
     The last row is none of them: it is written before the coils are switched on.
     """
-    measure = round(scenario.control.measure_s / scenario.simulation.step_s)
+    measure = round(scenario.control.measure_s / scenario.grid_s)
     return np.flatnonzero(_phase(scenario, t_s)[:-1] >= measure)
 
 
 def _phase(scenario: Scenario, t_s) -> np.ndarray:
     """Steps since the start of the control cycle."""
-    step_s = scenario.simulation.step_s
+    step_s = scenario.grid_s
     steps = np.round(np.asarray(t_s) / step_s).astype(np.int64)
     return steps % round(scenario.control.cycle_s / step_s)

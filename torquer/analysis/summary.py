@@ -48,7 +48,13 @@ def summary_of(result: xr.Dataset) -> dict:
 
 
 def _of_steps(result) -> dict:
-    """Numerical damping and phase lag, of RK4."""
+    """Error and length of adaptive steps; numerical damping and phase lag of RK4."""
+    if "integration_error" in result:
+        return {
+            "integration_error_deg": float(np.degrees(result["integration_error"])),
+            "mean_step_s": float(result["mean_step"]),
+            "least_step_s": float(result["least_step"]),
+        }
     if "rk4_damping" not in result:
         return {}
     return {

@@ -76,7 +76,8 @@ def validate(scenario_path: Path, as_json: bool) -> int:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
         print(json_.dumps(data | {"modes": [each._asdict() for each in found]}, indent=2))
         return 0
-    print(f"{scenario.name}: valid, {scenario.steps()} steps of {scenario.simulation.step_s:g} s")
+    length = told_time(scenario.steps() * scenario.grid_s)
+    print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
     print(
         f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
         f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
@@ -136,7 +137,7 @@ def version(as_json: bool) -> int:
 
 def _looks(scenario):
     """Times at which models are checked: both ends of the run, and along the first orbit."""
-    end = scenario.steps() * scenario.simulation.step_s
+    end = scenario.steps() * scenario.grid_s
     return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
 
 

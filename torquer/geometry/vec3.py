@@ -98,6 +98,15 @@ def sym_vec(s, a):
 
 
 @inlined
+def sym_inverse(s):
+    """Inverse of a symmetric matrix (xx, yy, zz, xy, xz, yz), in the same form."""
+    xx, yy, zz = s[1] * s[2] - s[5] * s[5], s[0] * s[2] - s[4] * s[4], s[0] * s[1] - s[3] * s[3]
+    xy, xz, yz = s[4] * s[5] - s[3] * s[2], s[3] * s[5] - s[4] * s[1], s[3] * s[4] - s[0] * s[5]
+    d = 1.0 / (s[0] * xx + s[3] * xy + s[4] * xz)
+    return (d * xx, d * yy, d * zz, d * xy, d * xz, d * yz)
+
+
+@inlined
 def solve(m, b):
     """Solution x of the 3x3 system m x = b (Cramer's rule; m given by its rows)."""
     c0 = cross(m[1], m[2])

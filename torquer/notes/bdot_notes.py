@@ -99,7 +99,7 @@ def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
 
     A law of differences answers anew at the first control step that knows a new reading.
     """
-    control, step_s = scenario.control, scenario.simulation.step_s
+    control, step_s = scenario.control, scenario.grid_s
     interval, late = round(sensor.sample_s / step_s), round(sensor.delay_s / step_s)
     cycle, sample = round(control.cycle_s / step_s), round(control.sample_s / step_s)
     window = range(0, round(control.measure_s / step_s) + 1, sample)

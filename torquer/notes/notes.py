@@ -52,7 +52,7 @@ def _initial_rate(scenario: Scenario) -> float:
 
 
 def _step_notes(scenario: Scenario) -> list[str]:
-    turn = _initial_rate(scenario) * scenario.simulation.step_s
+    turn = _initial_rate(scenario) * scenario.grid_s
     if scenario.simulation.integrator == "splitting":
         return _gyrostat_notes(scenario, turn)
     if scenario.simulation.integrator != "rk4":
@@ -62,13 +62,13 @@ def _step_notes(scenario: Scenario) -> list[str]:
     other = "dop853" if scenario.spacecraft.wheels else "splitting"
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
-        f"{scenario.simulation.step_s:g} s: take a shorter step_s, or integrator '{other}'"
+        f"{scenario.grid_s:g} s: take a shorter step_s, or integrator '{other}'"
     ]
 
 
 def _nutation_notes(scenario: Scenario) -> list[str]:
     """What RK4 damps by itself, if the nutation stays what it is at the start."""
-    step_s = scenario.simulation.step_s
+    step_s = scenario.grid_s
     duration_s = scenario.steps() * step_s
     speed = speeds_at_start(scenario.spacecraft, scenario.initial).nutation
     lost = lost_amplitude(speed, step_s, duration_s)
@@ -85,11 +85,11 @@ def _nutation_notes(scenario: Scenario) -> list[str]:
 def _gyrostat_notes(scenario: Scenario, turn: float) -> list[str]:
     body = scenario.spacecraft.body
     wheels = float(np.linalg.norm(body.wheel_momentum_n_m_s))
-    swing = wheels / float(body.principal()[0][0]) * scenario.simulation.step_s
+    swing = wheels / float(body.principal()[0][0]) * scenario.grid_s
     if turn * swing < 1e-2:
         return []
     return [
         f"with wheels the splitting is of order 2 only: their {wheels:g} N m s turn the rate by "
-        f"{math.degrees(swing):.3g} deg within one step of {scenario.simulation.step_s:g} s, "
+        f"{math.degrees(swing):.3g} deg within one step of {scenario.grid_s:g} s, "
         f"the body turns by {math.degrees(turn):.3g} deg; take a shorter step_s, or 'dop853'"
     ]

@@ -1,6 +1,7 @@
 """The `control` table of a scenario: laws, estimator, modes, and when they work."""
 
 import math
+from fractions import Fraction
 from typing import Annotated, ClassVar, NamedTuple
 
 from pydantic import Field, model_validator
@@ -17,6 +18,8 @@ from torquer.spec import Spec
 Positive = Annotated[float, Field(gt=0.0)]
 #: Names by which a mode chooses an estimator that is not in the table of them.
 _ESTIMATORS_KNOWN = ("attitude_sensor", "none", "estimator")
+#: Least interval of the time grid [s].
+LEAST_STEP = Fraction(1, 10**9)
 #: More steps than any run can take: years of computing.
 MOST_STEPS = 10**13
 
@@ -124,6 +127,23 @@ class Control(Spec):
     def cycle_s(self) -> float:
         """Length of the whole cycle."""
         return self.measure_s + self.actuate_s if self.measure_s > 0.0 else self.sample_s
+
+
+def common_divisor(times_s: dict[str, float]) -> float:
+    """Greatest common divisor of times as decimal numbers [s], by key; at least a nanosecond.
+
+    Of twelve digits: 0.1 + 0.2 is 0.3.
+    """
+    parts = [Fraction(f"{time_s:.12g}") for time_s in times_s.values()]
+    below = math.lcm(*(part.denominator for part in parts))
+    divisor = Fraction(math.gcd(*(int(part * below) for part in parts)), below)
+    if divisor < LEAST_STEP:
+        finest = max(times_s, key=lambda key: Fraction(f"{times_s[key]:.12g}").denominator)
+        raise ValueError(
+            f"{finest}: must have a common divisor of 1e-9 s or more with the other times; "
+            f"received {times_s[finest]!r} s"
+        )
+    return float(divisor)
 
 
 def whole_steps(name: str, length_s: float, step_s: float, step_name: str = "step_s") -> int:

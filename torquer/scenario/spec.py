@@ -1,6 +1,7 @@
 """What a run needs, as specs in edge units; `Scenario` is the whole of it."""
 
 import math
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
@@ -14,7 +15,7 @@ from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
-from torquer.scenario.control import MOST_STEPS, Control, whole_steps
+from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
 from torquer.scenario.resolution import check_step, speeds_at_start
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
@@ -32,6 +33,8 @@ from torquer.time import parse_utc
 Positive = Annotated[float, Field(gt=0.0)]
 #: A run that starts in the last year may go on into the next.
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
+#: Default of the error that adaptive steps may add to the attitude in a revolution.
+_TOLERANCE_DEG = 1e-4
 #: Control steps and readings until the timetable repeats: all of them are in memory.
 _MOST_INSTANTS = 100_000
 
@@ -110,20 +113,67 @@ class InitialMotion(Spec):
 class Simulation(Spec):
     """How the run is computed.
 
-    Duration: `duration_s` or `revolutions`. `step_s`: step of the integrator. `record_s`:
-    interval of the record (a run lasts whole intervals: the duration is rounded up to them, and
-    must not be shorter than one). `integrator`: 'rk4', 'splitting' (exact free rotation between
-    kicks: large steps for a fast spinner) or 'dop853' (adaptive within a step, `tolerance`).
-    A long run is computed in pieces and its result written piece by piece; `torquer validate`
-    tells its rows, memory, disk and computing time, and refuses what cannot fit.
+    Duration: `duration_s` or `revolutions`. `record_s`: interval of the record (a run lasts whole
+    intervals: the duration is rounded up to them, and must not be shorter than one).
+    `integrator`: 'auto' takes steps of its own, of order 8, that add at most `tolerance_deg` to the
+    error of the attitude in each revolution of the orbit; the result states the estimated error.
+    With `step_s` steps are fixed: 'rk4', the default then, or 'splitting' (exact free rotation
+    between kicks: large steps for a fast spinner). 'dop853' is for comparison (relative
+    `tolerance`). All that happens at given times falls on multiples of `step_s`, or of the greatest
+    common divisor of these times where it is left out. A long run is computed in pieces and its
+    result written piece by piece; `torquer validate` tells its rows, memory, disk and computing
+    time, and refuses what cannot fit.
     """
 
     duration_s: Positive | None = None
     revolutions: Positive | None = None
-    step_s: Positive = 1.0
+    step_s: Positive | None = None
     record_s: Positive = 10.0
-    integrator: Literal["rk4", "splitting", "dop853"] = "rk4"
+    integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
+    tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
     tolerance: float = Field(default=1e-10, ge=1e-14, le=1e-3)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fixed_steps_are_of_rk4(cls, data):
+        if isinstance(data, Mapping) and data.get("step_s") is not None:
+            return {"integrator": "rk4", **data}
+        return data
+
+    @model_validator(mode="after")
+    def _steps_are_of_one_kind(self):
+        if self.integrator == "auto" and self.step_s is not None:
+            raise ValueError(
+                "step_s: must be left out with integrator 'auto', whose accuracy is tolerance_deg; "
+                f"received {self.step_s:g} s"
+            )
+        if self.integrator in ("rk4", "splitting") and self.step_s is None:
+            raise ValueError(
+                f"step_s: must be given with integrator {self.integrator!r}; received none"
+            )
+        if self.integrator != "auto" and self.tolerance_deg != _TOLERANCE_DEG:
+            raise ValueError(
+                "tolerance_deg: must be left out except with integrator 'auto'; received "
+                f"{self.tolerance_deg:g} with {self.integrator!r}"
+            )
+        return self
+
+    @property
+    def in_words(self) -> str:
+        """The integrator and its steps or its tolerance."""
+        if self.step_s is not None:
+            return f"{self.integrator}, steps of {self.step_s:g} s"
+        if self.integrator == "auto":
+            return f"steps with errors below {self.tolerance_deg:g} deg a revolution"
+        return f"{self.integrator}, relative tolerance {self.tolerance:g}"
+
+    def error_rates(self, period_s: float) -> tuple[float, float]:
+        """Error that steps may add to the attitude [rad] and to the rate [rad/s] in a second.
+
+        An error of the rate at the start of a revolution turns the attitude by its end.
+        """
+        attitude = math.radians(self.tolerance_deg) / period_s
+        return attitude, attitude / period_s
 
     @model_validator(mode="after")
     def _one_duration(self):
@@ -164,11 +214,12 @@ class Scenario(Spec):
     @model_validator(mode="after")
     def _steps_fit(self):
         control, simulation = self.control, self.simulation
-        whole_steps("control.sample_s", control.sample_s, simulation.step_s)
-        whole_steps("control: measure_s + actuate_s", control.cycle_s, simulation.step_s)
-        whole_steps("simulation.record_s", simulation.record_s, simulation.step_s)
+        step_s = self.grid_s
+        whole_steps("control.sample_s", control.sample_s, step_s)
+        whole_steps("control: measure_s + actuate_s", control.cycle_s, step_s)
+        whole_steps("simulation.record_s", simulation.record_s, step_s)
         if simulation.integrator == "rk4":
-            check_step(speeds_at_start(self.spacecraft, self.initial), simulation.step_s)
+            check_step(speeds_at_start(self.spacecraft, self.initial), step_s)
         if self.environment.table_tolerance == 0.0 and simulation.integrator != "rk4":
             raise ValueError(
                 "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
@@ -186,7 +237,7 @@ class Scenario(Spec):
 
     def _check_sampling(self) -> None:
         """Readings fall on steps, and their times repeat after a number of steps."""
-        control, step_s = self.control, self.simulation.step_s
+        control, step_s = self.control, self.grid_s
         cycle = whole_steps("cycle", control.cycle_s, step_s)
         intervals = {"control.sample_s": cycle}
         for name in Spacecraft.model_fields:
@@ -203,7 +254,7 @@ class Scenario(Spec):
 
     def _check_end(self) -> None:
         """Models of the surroundings hold for the years in which a run may start."""
-        length_s = self.steps() * self.simulation.step_s
+        length_s = self.steps() * self.grid_s
         if length_s > (_LATEST_END - self.start).total_seconds():
             raise ValueError(
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
@@ -225,9 +276,8 @@ class Scenario(Spec):
         """The disturbance torque for kernels, () for none."""
         if self.disturbance is None:
             return ()
-        hold_s, step_s = self.disturbance.random_hold_s, self.simulation.step_s
-        hold = 1 if hold_s is None else whole_steps("disturbance.random_hold_s", hold_s, step_s)
-        return self.disturbance.pack(hold)
+        hold_s = self.disturbance.random_hold_s or self.control.sample_s
+        return self.disturbance.pack(whole_steps("disturbance.random_hold_s", hold_s, self.grid_s))
 
     def replace(self, key: str, value) -> "Scenario":
         """The scenario with another value at a key, such as "control.laws.bdot.gain_a_m2_s_per_t".
@@ -243,10 +293,40 @@ class Scenario(Spec):
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
 
+    @property
+    def grid_s(self) -> float:
+        """Interval of the time grid [s] on which all events fall: the step of fixed steps.
+
+        Without fixed steps the greatest common divisor of all given times.
+        """
+        if self.simulation.step_s is not None:
+            return self.simulation.step_s
+        return common_divisor(self._times())
+
+    def _times(self) -> dict[str, float]:
+        """Times [s] that events keep to, by key."""
+        control, craft = self.control, self.spacecraft
+        times: dict[str, float | None] = {
+            "control.sample_s": control.sample_s,
+            "control.measure_s": control.measure_s,
+            "control.actuate_s": control.actuate_s,
+            "simulation.record_s": self.simulation.record_s,
+        }
+        if self.disturbance is not None:
+            times["disturbance.random_hold_s"] = self.disturbance.random_hold_s
+        for name in Spacecraft.model_fields:
+            if isinstance(sensor := getattr(craft, name), Sampled):
+                times[f"spacecraft.{name}.sample_s"] = sensor.sample_s
+                times[f"spacecraft.{name}.delay_s"] = sensor.delay_s
+        if craft.wheels is not None:
+            for k, failure in enumerate(craft.wheels.failures):
+                times[f"spacecraft.wheels.failures[{k}].time_s"] = failure.time_s
+        return {key: time_s for key, time_s in times.items() if time_s}
+
     def steps(self) -> int:
         """Number of integration steps: the duration, rounded up to whole record intervals."""
         s = self.simulation
-        per_record = whole_steps("simulation.record_s", s.record_s, s.step_s)
+        per_record = whole_steps("simulation.record_s", s.record_s, self.grid_s)
         try:
             duration = s.duration_s or s.revolutions * self.orbit.period_s
             if duration < s.record_s * (1.0 - 1e-9):

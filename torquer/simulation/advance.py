@@ -1,8 +1,4 @@
-"""The motion between two events of the loop, by the integrator that the run has chosen.
-
-The innermost loops. They take just the numbers that they need, not the whole plan: every array
-that crosses a call costs reference counting, and a smaller function compiles to better code.
-"""
+"""The motion between two events of the loop, by the integrator that the run has chosen."""
 
 import math
 from typing import NamedTuple
@@ -10,27 +6,34 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer.engine import OPTIONS, inlined, inner, internal, kernel
-from torquer.environment.local import LocalEnvironment
-from torquer.environment.table import Table, lookup3, lookup6
+from torquer.engine import OPTIONS, inner, internal, kernel
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
-from torquer.geometry.vec3 import add, add_scaled, dot, scale, sub, sym_vec
+from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec
 from torquer.integrate.dop853 import DONE, Workspace, dop853, rates_of
 from torquer.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
 from torquer.integrate.splitting import NODES, drift, kick
+from torquer.simulation.adaptive import Auto, by_auto
+from torquer.simulation.forces import (
+    DipolePath,
+    EnvironmentTables,
+    Forces,
+    dipole_after,
+    environment_at,
+    environment_tables,
+    rates_at,
+    spin_of,
+    wheels_of,
+    with_reaction,
+)
 from torquer.simulation.state import goal_dipole
-from torquer.spacecraft.body import Rigid, momentum_body, motion_rates, torque_body
-from torquer.spacecraft.coils import present_dipole, remaining
-from torquer.spacecraft.disturbance import DisturbanceTorque, disturbance_torque_at
+from torquer.spacecraft.body import Rigid, momentum_body, torque_body
+from torquer.spacecraft.coils import present_dipole
+from torquer.spacecraft.disturbance import disturbance_torque_at
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 from torquer.spacecraft.rotors import (
-    Rotors,
     axis_of,
-    carried_momentum,
-    reaction,
     relative_momentum,
-    step_rotors,
 )
 
 
@@ -58,99 +61,6 @@ class Dop853(NamedTuple):
     work: Workspace
 
 
-class DipolePath(NamedTuple):
-    """Dipole [A m^2, body] from an event on: `target` + `way` exp(-t/lag)."""
-
-    target: tuple
-    way: tuple
-    lag_s: float
-
-
-@internal
-def dipole_after(path, t):
-    """Dipole t seconds after the event."""
-    return add_scaled(path.target, remaining(path.lag_s, t), path.way)
-
-
-class EnvironmentTables(NamedTuple):
-    """What the orbit brings: table of position, field and gravity-gradient vector; of the air's
-    flow, () for none.
-
-    `gravity`: 1, or 0 for a run without gravity gradient.
-    """
-
-    orbit: Table
-    air: Table | tuple
-    gravity: float
-
-
-class Wheels(NamedTuple):
-    """The rotors of the wheels and their state, which a step changes."""
-
-    rotors: Rotors
-    state: np.ndarray
-
-
-class Forces(NamedTuple):
-    """What moves the body between two events; `disturbance`, `wheels`: () for none."""
-
-    rigid: Rigid
-    tables: EnvironmentTables
-    path: DipolePath
-    disturbance: DisturbanceTorque | tuple
-    seed: int
-    wheels: Wheels | tuple
-
-
-@internal
-def spin_of(wheels, omega, step, h):
-    """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
-    if len(wheels) == 0:
-        return ()
-    return step_rotors(wheels.rotors, wheels.state, omega, step, h)
-
-
-@internal
-def with_wheel_momentum(rigid, spin, omega, since):
-    """The body with the momentum that its wheels have `since` seconds into the step."""
-    if len(spin) == 0:
-        return rigid
-    momentum = add(rigid.wheel_momentum, carried_momentum(spin, omega, since))
-    return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface)
-
-
-@internal
-def with_reaction(disturbance, spin):
-    """The disturbance torque and that of the wheels' motors on the body; () for none of both."""
-    if len(spin) == 0:
-        return disturbance
-    if len(disturbance) == 0:
-        return reaction(spin)
-    return add(disturbance, reaction(spin))
-
-
-@internal
-def _flow_at(air, t):
-    if len(air) == 0:
-        return ()
-    return lookup3(air, t)
-
-
-@inlined
-def environment_at(tables, t):
-    """The environment at time t [s]."""
-    b, gravity_gradient = lookup6(tables.orbit, t, 3)
-    return LocalEnvironment(b, scale(tables.gravity, gravity_gradient), _flow_at(tables.air, t))
-
-
-@internal
-def _rates(rigid, spin, here, path, since, x, torque):
-    """Rates of a motion; `since`: seconds after the last event, and into the step."""
-    after, into = since
-    body = with_wheel_momentum(rigid, spin, x.omega, into)
-    return motion_rates(body, here, dipole_after(path, after), x, torque)
-
-
 @kernel
 def by_rk4(forces, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
@@ -165,10 +75,13 @@ def by_rk4(forces, x, here, first, last, h):
         since = (step - first) * h
         spin = spin_of(wheels, x.omega, step, h)
         torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
-        k1 = _rates(rigid, spin, here, path, (since, 0.0), x, torque)
-        k2 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k1), torque)
-        k3 = _rates(rigid, spin, middle, path, (since + half, half), moved(x, half, k2), torque)
-        k4 = _rates(rigid, spin, end, path, (since + h, h), moved(x, h, k3), torque)
+        # before the stages: a call of `exp` between them would empty the registers
+        m1, m2 = dipole_after(path, since), dipole_after(path, since + half)
+        m4 = dipole_after(path, since + h)
+        k1 = rates_at(rigid, spin, here, m1, 0.0, x, torque)
+        k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
+        k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
+        k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
         x, here = rk4_sum(x, h, k1, k2, k3, k4), end
     return x, here
 
@@ -218,7 +131,7 @@ def _smooth_rates(problem, t, y, dy):
     rigid, tables, path, torque, spin, start_s, since_s = problem
     here = environment_at(tables, start_s + t)
     x = Motion((y[0], y[1], y[2], y[3]), (y[4], y[5], y[6]))
-    rate = _rates(rigid, spin, here, path, (since_s + t, t), x, torque)
+    rate = rates_at(rigid, spin, here, dipole_after(path, since_s + t), t, x, torque)
     dy[0], dy[1], dy[2], dy[3] = rate.q
     dy[4], dy[5], dy[6] = rate.omega
 
@@ -247,17 +160,21 @@ def by_dop853(forces, integrator, x, first, last, h):
     return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6]))
 
 
-def _steps_by_rk4(integrator, forces, x, here, first, last, h):
+def _steps_by_auto(integrator, forces, cells, x, here, first, last, h):
+    return by_auto(integrator, forces, cells, x, here, first, last, h)
+
+
+def _steps_by_rk4(integrator, forces, cells, x, here, first, last, h):
     return by_rk4(forces, x, here, first, last, h)
 
 
-def _steps_by_splitting(integrator, forces, x, here, first, last, h):
+def _steps_by_splitting(integrator, forces, cells, x, here, first, last, h):
     moments, axes = integrator
     x = by_splitting(forces, moments, axes, x, first, last, h)
     return x, environment_at(forces.tables, last * h)
 
 
-def _steps_by_dop853(integrator, forces, x, here, first, last, h):
+def _steps_by_dop853(integrator, forces, cells, x, here, first, last, h):
     x = by_dop853(forces, integrator, x, first, last, h)
     return x, environment_at(forces.tables, last * h)
 
@@ -270,13 +187,23 @@ def _resolved_always(integrator, plan, state, x, here):
     return True
 
 
-_STEPS = {Rk4: _steps_by_rk4, Splitting: _steps_by_splitting, Dop853: _steps_by_dop853}
-_RESOLVED = {Rk4: _resolved_by_rk4, Splitting: _resolved_always, Dop853: _resolved_always}
+_STEPS = {
+    Auto: _steps_by_auto,
+    Rk4: _steps_by_rk4,
+    Splitting: _steps_by_splitting,
+    Dop853: _steps_by_dop853,
+}
+_RESOLVED = {
+    Auto: _resolved_always,
+    Rk4: _resolved_by_rk4,
+    Splitting: _resolved_always,
+    Dop853: _resolved_always,
+}
 
 
-def steps_by(integrator, forces, x, here, first, last, h):
+def steps_by(integrator, forces, cells, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1, by the integrator's type."""
-    return _STEPS[type(integrator)](integrator, forces, x, here, first, last, h)
+    return _STEPS[type(integrator)](integrator, forces, cells, x, here, first, last, h)
 
 
 def is_resolved(integrator, plan, state, x, here):
@@ -285,7 +212,7 @@ def is_resolved(integrator, plan, state, x, here):
 
 
 @overload(steps_by, jit_options=OPTIONS)
-def _choose_steps(integrator, forces, x, here, first, last, h):
+def _choose_steps(integrator, forces, cells, x, here, first, last, h):
     return _STEPS[integrator.instance_class]
 
 
@@ -324,23 +251,9 @@ def resolves(integrator, plan, state, x, here):
 
 
 @internal
-def wheels_of(rotors, state):
-    """The wheels as the integrators take them, () for none."""
-    if len(rotors) == 0:
-        return ()
-    return Wheels(rotors, state)
-
-
-@internal
-def environment_tables(plan, tables):
-    """The tables that move the body."""
-    return EnvironmentTables(tables.orbit, tables.air, plan.plant.gravity)
-
-
-@internal
 def propagate(integrator, plan, tables, state, seed, x, here, first, last):
     """(Motion, environment) after steps first..last-1, in which the coils go to their targets."""
-    plant = plan.plant
+    plant, cells = plan.plant, state.cells[0]
     target = goal_dipole(state.cells)
     way = (0.0, 0.0, 0.0)
     if plant.coils.lag_s > 0.0:
@@ -349,4 +262,4 @@ def propagate(integrator, plan, tables, state, seed, x, here, first, last):
     around = environment_tables(plan, tables)
     wheels = wheels_of(plant.rotors, state.rotors)
     forces = Forces(plant.rigid, around, path, plant.disturbance, seed, wheels)
-    return steps_by(integrator, forces, x, here, first, last, plan.step_s)
+    return steps_by(integrator, forces, cells, x, here, first, last, plan.step_s)

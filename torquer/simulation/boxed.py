@@ -11,7 +11,8 @@ from numba.experimental import structref
 
 from torquer.control.computer import command_of, estimate, switch
 from torquer.engine import COMPILED, kernel, released
-from torquer.simulation.advance import environment_at, environment_tables, is_resolved
+from torquer.simulation.advance import is_resolved
+from torquer.simulation.forces import environment_at, environment_tables
 from torquer.simulation.state import motion_of
 from torquer.simulation.step import WAITING, record_row, run_steps
 

@@ -35,11 +35,12 @@ from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
 from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario, check_fits, sampling_steps
+from torquer.simulation.adaptive import Auto
 from torquer.simulation.advance import Dop853, Rk4, Splitting
 from torquer.simulation.state import (
     CELLS,
-    LATE,
     ROW,
+    SENSOR,
     Plan,
     Plant,
     Record,
@@ -61,6 +62,10 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
 from torquer.spacecraft.rotors import ROTOR_STATE
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
+from torquer.spacecraft.turning import WORK_ROWS
+
+#: The first step that adaptive steps try [s].
+_FIRST_STEP_S = 1.0
 
 
 def with_given(
@@ -144,9 +149,13 @@ def signals_need(scenario: Scenario) -> frozenset[str]:
     return reads | {"sun"} if sun else reads
 
 
-def integrator_of(scenario: Scenario) -> Rk4 | Splitting | Dop853:
+def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting | Dop853:
     """The integrator; its type chooses the code of the loop."""
     simulation = scenario.simulation
+    if simulation.integrator == "auto":
+        count = len(wheels.layout.rows()) if (wheels := scenario.spacecraft.wheels) else 0
+        rates = simulation.error_rates(scenario.orbit.period_s)
+        return Auto(*rates, np.zeros((WORK_ROWS, count)), workspace(7).tableau)
     if simulation.integrator == "splitting":
         return Splitting(*scenario.spacecraft.body.pack_principal())
     if simulation.integrator == "dop853":
@@ -156,7 +165,7 @@ def integrator_of(scenario: Scenario) -> Rk4 | Splitting | Dop853:
 
 def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
     """When the sensors that are needed are read and the computer controls."""
-    craft, control, step_s = scenario.spacecraft, scenario.control, scenario.simulation.step_s
+    craft, control, step_s = scenario.spacecraft, scenario.control, scenario.grid_s
     specs = {
         MAGNETOMETER: craft.magnetometer,
         GYRO: craft.gyro,
@@ -186,7 +195,7 @@ def _sampling(sensor: int, spec, step_s: float) -> Sampling:
 
 def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
     """Constants of a run for the kernels."""
-    simulation, step_s = scenario.simulation, scenario.simulation.step_s
+    simulation, step_s = scenario.simulation, scenario.grid_s
     needs = needs_of(blocks) | signals_need(scenario)
     wheels = scenario.spacecraft.wheels
     allocation: Allocation | tuple[()] = ()
@@ -214,7 +223,7 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
     return Plant(
         rigid=craft.body.pack(craft.aerodynamics, tensor),
         coils=craft.coils.pack() if craft.coils else NO_COILS,
-        rotors=wheels.pack(scenario.simulation.step_s) if wheels else (),
+        rotors=wheels.pack(scenario.grid_s) if wheels else (),
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
         sun_sensors=_sun_sensors(scenario, needs),
@@ -253,8 +262,9 @@ def first_state(
     cells.view(np.float64)[:7] = motion
     coils = records(np.zeros(len(plan.plant.coils.rows), COIL_STATE))
     put_goal(cells, goal_of(plan.plant.coils, coils))
-    late = np.zeros(len(SENSORS), LATE)
-    late["t_s"] = -np.inf  # as long as none is on its way
+    cells["next_step_s"], cells["least_step_s"] = _FIRST_STEP_S, np.inf
+    sensors = np.zeros(len(SENSORS), SENSOR)
+    sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
     if plan.plant.rotors and plan.allocation:
         rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
@@ -262,7 +272,7 @@ def first_state(
     state = State(
         at=np.zeros(2, dtype=np.int64),
         cells=cells,
-        late=late,
+        sensors=sensors,
         coils=coils,
         rotors=rotors,
         allocation=allocation,

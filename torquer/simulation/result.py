@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 from pathlib import Path
@@ -261,7 +262,9 @@ def _totals(run: Run) -> dict:
 
 
 def _of_steps(run: Run) -> dict:
-    """What RK4 did to the motion by itself."""
+    """What the steps did to the motion by themselves."""
+    if run.scenario.simulation.integrator == "auto":
+        return _of_adaptive_steps(run)
     if run.scenario.simulation.integrator != "rk4":
         return {}
     taken = "part of the amplitude of nutation and libration that RK4's steps took, at most"
@@ -271,6 +274,30 @@ def _of_steps(run: Run) -> dict:
     return {
         "rk4_damping": ((), float(damping), {"units": "1", "long_name": taken}),
         "rk4_lag": ((), float(lag), {"units": "rad", "long_name": behind}),
+    }
+
+
+def _of_adaptive_steps(run: Run) -> dict:
+    """Estimated error, number and lengths of the steps."""
+    cells, flown_s = run.state.cells[0], float(run.state.at[0]) * run.plan.step_s
+    error, steps = float(cells["error_rad"]), float(cells["steps"])
+    mean_s = flown_s / steps if steps else math.nan
+    return {
+        "integration_error": (
+            (),
+            error,
+            {
+                "units": "rad",
+                "long_name": "estimated error of the attitude at the end by the steps",
+            },
+        ),
+        "steps": ((), steps, {"units": "1", "long_name": "number of integration steps"}),
+        "mean_step": ((), mean_s, {"units": "s", "long_name": "mean step"}),
+        "least_step": (
+            (),
+            float(cells["least_step_s"]),
+            {"units": "s", "long_name": "shortest step"},
+        ),
     }
 
 

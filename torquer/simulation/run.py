@@ -13,6 +13,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
+from torquer.simulation.adaptive import LEAST_STEP_S, MOST_STEPS
 from torquer.simulation.boxed import Box, advance, box_of, is_resolved_in, record_in
 from torquer.simulation.host import Host, HostFailed
 from torquer.simulation.prepare import (
@@ -240,6 +241,12 @@ def reason(run: Run, ended: int) -> str:
     """What made the loop stop, with the time and the state: one line."""
     t, cells = run.now_s, run.state.cells.view(np.float64)
     shown = ", ".join(f"{x:.6g}" for x in cells[:7])
+    if ended == loop.BAD_STATE and run.state.cells[0]["next_step_s"] <= LEAST_STEP_S:
+        return (
+            f"the motion is too fast for adaptive steps after t = {t:g} s: they became shorter "
+            f"than {LEAST_STEP_S:g} s, or more than {MOST_STEPS} to the next event; last "
+            f"quaternion and rate: {shown}"
+        )
     if ended == loop.BAD_STATE:
         return (
             f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"

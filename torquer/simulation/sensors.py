@@ -25,20 +25,28 @@ from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
 
 
+@internal
+def count_reading(sensor):
+    """Number of a sensor's reading, from 0: it is the key of the reading's noise."""
+    number = int(sensor.count)
+    sensor.count += 1.0
+    return number
+
+
 @inner
-def deliver(late, known, actions):
+def deliver(sensors, known, actions):
     """Let the late readings that are due reach the computer."""
     if actions & (DELIVER << MAGNETOMETER):
-        r = late[MAGNETOMETER]
+        r = sensors[MAGNETOMETER]
         known.b_s, known.b_x, known.b_y, known.b_z = r.t_s, r.x, r.y, r.z
     if actions & (DELIVER << GYRO):
-        r = late[GYRO]
+        r = sensors[GYRO]
         known.omega_s, known.omega_x, known.omega_y, known.omega_z = r.t_s, r.x, r.y, r.z
     if actions & (DELIVER << SUN_SENSORS):
-        r = late[SUN_SENSORS]
+        r = sensors[SUN_SENSORS]
         known.sun_s, known.sun_x, known.sun_y, known.sun_z = r.t_s, r.x, r.y, r.z
     if actions & (DELIVER << ATTITUDE_SENSOR):
-        r = late[ATTITUDE_SENSOR]
+        r = sensors[ATTITUDE_SENSOR]
         known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = r.t_s, r.x, r.y, r.z, r.w
 
 
@@ -88,15 +96,16 @@ def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
 def read_sensors(plan, tables, state, x, here, actions, step, seed):
     """Read the sensors that are due: a pure function of the state and the step."""
     plant, known, t = plan.plant, state.board.known[0], step * plan.step_s
-    late, delayed = state.late, plan.timetable.late
+    sensors, delayed = state.sensors, plan.timetable.late
     q, omega = x
     if actions & ANY_DELIVERY:
-        deliver(late, known, actions)
+        deliver(sensors, known, actions)
     b_body = rotate_inverse(q, here.b_t)
     if actions & (READ << MAGNETOMETER):
-        bx, by, bz = read_magnetometer(plant, state.coils, b_body, seed, step)
+        number = count_reading(sensors[MAGNETOMETER])
+        bx, by, bz = read_magnetometer(plant, state.coils, b_body, seed, number)
         if delayed & (READ << MAGNETOMETER):
-            put_late(late[MAGNETOMETER], t, bx, by, bz, 0.0)
+            put_late(sensors[MAGNETOMETER], t, bx, by, bz, 0.0)
         else:
             known.b_s, known.b_x, known.b_y, known.b_z = t, bx, by, bz
     if actions & (READ << SEARCH_COIL):
@@ -104,28 +113,32 @@ def read_sensors(plan, tables, state, x, here, actions, step, seed):
         known.b_rate_x, known.b_rate_y, known.b_rate_z = sub(turning, cross(omega, b_body))
         known.b_rate_s = t
     if actions & (READ << GYRO):
-        wx, wy, wz = read_gyro(plant, state.cells, omega, t, seed, step)
+        number = count_reading(sensors[GYRO])
+        wx, wy, wz = read_gyro(plant, state.cells, omega, t, seed, number)
         if delayed & (READ << GYRO):
-            put_late(late[GYRO], t, wx, wy, wz, 0.0)
+            put_late(sensors[GYRO], t, wx, wy, wz, 0.0)
         else:
             known.omega_s, known.omega_x, known.omega_y, known.omega_z = t, wx, wy, wz
     if actions & (READ << SUN_SENSORS):
         direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
         sun_body = rotate_inverse(q, direction)
-        sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, seed, step)
+        number = count_reading(sensors[SUN_SENSORS])
+        sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, seed, number)
         if delayed & (READ << SUN_SENSORS):
-            put_late(late[SUN_SENSORS], t, sx, sy, sz, 0.0)
+            put_late(sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
         else:
             known.sun_s, known.sun_x, known.sun_y, known.sun_z = t, sx, sy, sz
     if actions & (READ << ATTITUDE_SENSOR):
-        qx, qy, qz, qw = read_attitude(plant.attitude_sensor, q, seed, step)
+        number = count_reading(sensors[ATTITUDE_SENSOR])
+        qx, qy, qz, qw = read_attitude(plant.attitude_sensor, q, seed, number)
         if delayed & (READ << ATTITUDE_SENSOR):
-            put_late(late[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
+            put_late(sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
         else:
             known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t, qx, qy, qz, qw
     if actions & (READ << TACHOMETERS):
         noise_rad_s = plant.tachometer_noise_rad_s
-        momentum = read_wheels(plant.rotors, noise_rad_s, state, omega, seed, step)
+        number = count_reading(sensors[TACHOMETERS])
+        momentum = read_wheels(plant.rotors, noise_rad_s, state, omega, seed, number)
         known.wheels_x, known.wheels_y, known.wheels_z = momentum
         known.wheels_s = t
 

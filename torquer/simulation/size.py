@@ -3,10 +3,13 @@
 The costs were measured on one core of a 2020s server; they are meant to a factor of three.
 """
 
+import math
 import os
 import shutil
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from torquer.scenario.spec import Scenario, whole_steps
 from torquer.spacecraft.sampling import Sampled
@@ -20,7 +23,9 @@ _COPIES = 3
 _BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
 #: Computing time [s]: of a step by its integrator, with wheels or air; of a reading and its laws,
 #: with wheels, in plain Python; of tables by the revolution or, exact, by the step; of a row.
-_STEP_S = {"rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
+_STEP_S = {"auto": 3e-7, "rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
+#: Turn of the body [rad] in an adaptive step.
+_AUTO_TURN = 0.5
 _WHEELS_S, _READING_S, _WHEELS_READING_S, _PYTHON_S = 2e-7, 1.5e-7, 1.3e-6, 6e-5
 _REVOLUTION_S, _EXACT_S, _ROW_S = 3e-3, 2e-6, 6e-6
 
@@ -35,7 +40,7 @@ def piece_steps(scenario: Scenario) -> int:
 
     It does not depend on the duration, nor on where the result is kept: that would change bits.
     """
-    simulation, step_s = scenario.simulation, scenario.simulation.step_s
+    simulation, step_s = scenario.simulation, scenario.grid_s
     record = whole_steps("record_s", simulation.record_s, step_s)
     tabulated = _PIECE_EXACT_STEPS
     if scenario.environment.table_tolerance > 0.0:
@@ -60,9 +65,9 @@ class Size(NamedTuple):
 def size_of(scenario: Scenario, compiled: bool = True) -> Size:
     """Estimate for a run; `compiled`: whether its laws are."""
     steps, simulation = scenario.steps(), scenario.simulation
-    rows = steps // whole_steps("record_s", simulation.record_s, simulation.step_s) + 1
+    rows = steps // whole_steps("record_s", simulation.record_s, scenario.grid_s) + 1
     row_bytes, piece = 8.0 * row_numbers(scenario), min(steps, piece_steps(scenario))
-    revolutions = piece * simulation.step_s / scenario.orbit.period_s
+    revolutions = piece * scenario.grid_s / scenario.orbit.period_s
     tables = _REVOLUTION_BYTES * revolutions
     if scenario.environment.table_tolerance == 0.0:
         tables = _EXACT_BYTES * piece
@@ -91,10 +96,13 @@ def _estimators(scenario: Scenario) -> list:
 
 def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> float:
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
-    duration_s = steps * simulation.step_s
+    duration_s = steps * scenario.grid_s
     a_cycle = round(control.measure_s / control.sample_s) + 1
     readings = duration_s / control.cycle_s * a_cycle
     readings += sum(duration_s / interval_s for interval_s in _own_intervals_s(scenario))
+    # adaptive steps: one for each reading, more for a fast rotation
+    turns = duration_s * math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))
+    taken = max(readings, turns / _AUTO_TURN) if simulation.integrator == "auto" else steps
     step_s = _STEP_S[simulation.integrator]
     step_s += _WHEELS_S if craft.wheels or craft.aerodynamics else 0.0
     reading_s = _READING_S + (_WHEELS_READING_S if craft.wheels else 0.0)
@@ -102,7 +110,7 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     tables_s = _REVOLUTION_S * duration_s / scenario.orbit.period_s
     if scenario.environment.table_tolerance == 0.0:
         tables_s = _EXACT_S * steps
-    return step_s * steps + reading_s * readings + tables_s + _ROW_S * rows
+    return step_s * taken + reading_s * readings + tables_s + _ROW_S * rows
 
 
 def _own_intervals_s(scenario: Scenario) -> list[float]:

@@ -79,15 +79,17 @@ def _xyz(*names: str) -> list[str]:
     return [f"{name}_{c}" for name in names for c in "xyz"]
 
 
-#: A late reading: when it was taken, and up to four numbers.
-LATE = _record("t_s", "x", "y", "z", "w")
+#: A sensor: number of its readings so far; the reading on its way: when it was taken, its numbers.
+SENSOR = _record("count", "t_s", "x", "y", "z", "w")
 #: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
-#: the rotation; what the coils go to (`Goal`).
+#: the rotation; adaptive steps: next one to try, shortest, their number, sums of their errors; what
+#: the coils go to (`Goal`).
 CELLS = _record(
     *("q_x", "q_y", "q_z", "q_w"),
     *_xyz("omega", "dipole", "torque", "drift"),
     *("drift_s", "coil_energy_j", "peak_dipole_a_m2", "damping", "lag"),
+    *("next_step_s", "least_step_s", "steps", "error_rad", "error_rad_s"),
     *_xyz("goal"),
     *("goal_power_w", "goal_greatest_a_m2"),
 )
@@ -101,13 +103,13 @@ ROW = _record(
 class State(NamedTuple):
     """All that changes: a few arrays, so that a run can be stored and resumed exactly.
 
-    `at`: steps done, and 1 while a host is to answer; `cells`: one record; `late`: readings on
-    their way to the computer, of each sensor; `coils`, `rotors`: state of each.
+    `at`: steps done, and 1 while a host is to answer; `cells`: one record; `sensors`, `coils`,
+    `rotors`: state of each.
     """
 
     at: np.ndarray
     cells: np.ndarray
-    late: np.ndarray
+    sensors: np.ndarray
     coils: np.ndarray
     rotors: np.ndarray
     allocation: AllocationState

@@ -11,12 +11,8 @@ from torquer.control.computer import control_step
 from torquer.engine import inner, internal, without_reference_counts
 from torquer.geometry.vec3 import dot
 from torquer.interface import estimate_of, put_estimate
-from torquer.simulation.advance import (
-    environment_at,
-    environment_tables,
-    is_resolved,
-    propagate,
-)
+from torquer.simulation.advance import is_resolved, propagate
+from torquer.simulation.forces import environment_at, environment_tables
 from torquer.simulation.sensors import begin_control_step, read_sensors
 from torquer.simulation.state import motion_of, put_goal, put_motion
 from torquer.simulation.timetable import (

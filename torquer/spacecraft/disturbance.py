@@ -36,8 +36,8 @@ class Disturbance(Spec):
     """Disturbance torque fixed in the body.
 
     `constant_torque_n_m`: always there. `random_torque_n_m`: standard deviation about each axis
-    of a torque drawn anew every `random_hold_s` (left out: every step). What a random torque does
-    depends on how long it is held: its spectral density is sigma^2 times that interval.
+    of a torque drawn anew every `random_hold_s` (left out: every `control.sample_s`). What a random
+    torque does depends on how long it is held: its spectral density is sigma^2 times that interval.
     """
 
     constant_torque_n_m: Vector = (0.0, 0.0, 0.0)

@@ -36,8 +36,7 @@ def setting(view: View) -> list[tuple[str, str]]:
         ("Cycle", cycle),
         (
             "Integration",
-            f"{simulation.integrator}, step {simulation.step_s:g} s, "
-            f"record every {simulation.record_s:g} s",
+            f"{simulation.in_words}, record every {simulation.record_s:g} s",
         ),
         ("Seed", attrs["seed"]),
     ]

@@ -1,0 +1,9 @@
+"""Changes of a scenario that make it one of another integrator."""
+
+INTEGRATORS = ("auto", "rk4", "splitting", "dop853")
+
+
+def by(integrator: str) -> dict:
+    """Keys for `make`: adaptive steps leave the step out."""
+    steps = {"simulation.step_s": None} if integrator == "auto" else {}
+    return {"simulation.integrator": integrator} | steps
