@@ -117,7 +117,7 @@ def test_steps_cover_the_duration_in_whole_records(make):
 def test_notes_tell_of_too_long_a_step(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0]}
     (note,) = notes_of(make(fast))
-    assert note.startswith("the body turns 60 deg within one step of 1 s: take a shorter step_s")
+    assert note.startswith("the body turns 60 deg within one step of 1 s: take shorter steps")
     assert notes_of(make(fast | {"simulation.integrator": "splitting"})) == []
     assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from integrators import by
 
-from torquer import RunStopped, engine, simulate, summary_of
+from torquer import RunStopped, engine, integration_error, simulate, summary_of
 from torquer.integrate import dop853_stages, dop853_tableau
 from torquer.scenario.control import common_divisor
 from torquer.scenario.load import ScenarioError
@@ -34,7 +34,8 @@ def adaptive(make, changes=(), **simulation):
 def attitude_error(a, b):
     """Greatest angle [rad] between two attitudes over a run."""
     p, q = a.q_body_to_inertial.values, b.q_body_to_inertial.values
-    return 2.0 * min(np.abs(p - q).max(), np.abs(p + q).max())
+    apart = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    return 2.0 * apart.max()
 
 
 @needs_jit
@@ -84,6 +85,22 @@ def test_the_error_falls_with_the_tolerance_and_is_below_what_is_told(make):
         assert errors[-1] < float(result.integration_error)
         assert errors[-1] < math.radians(tolerance_deg)
     assert errors[0] > 10.0 * errors[1] > 100.0 * errors[2]
+
+
+@needs_jit
+@pytest.mark.parametrize("steps", [{"tolerance_deg": 1.0}, {"step_s": 2.0}, {"step_s": 0.5}])
+def test_the_measured_error_is_the_error(make, steps):
+    changes = {
+        "initial.rate_deg_s": [6.0, -4.0, 5.0],
+        "control": {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e5}, "sample_s": 20.0},
+    }
+    coarse = make(changes | {"simulation": {"duration_s": 600.0, "record_s": 20.0, **steps}})
+    finest = by("dop853") | {"simulation.tolerance": 1e-13, "simulation.record_s": 20.0}
+    true = attitude_error(simulate(coarse), simulate(make(changes | finest)))
+    measured = integration_error(coarse)
+    assert float(measured.attitude_error.max()) == pytest.approx(true, rel=0.2)
+    assert float(measured.attitude_error[0]) == float(measured.rate_error[0]) == 0.0
+    assert 0.0 < float(measured.rate_error.max()) < true
 
 
 @needs_jit

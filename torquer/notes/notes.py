@@ -59,10 +59,9 @@ def _step_notes(scenario: Scenario) -> list[str]:
         return []
     if turn < 0.5:
         return _nutation_notes(scenario)
-    other = "dop853" if scenario.spacecraft.wheels else "splitting"
     return [
         f"the body turns {math.degrees(turn):.0f} deg within one step of "
-        f"{scenario.grid_s:g} s: take a shorter step_s, or integrator '{other}'"
+        f"{scenario.grid_s:g} s: take shorter steps, or adaptive ones (no step_s)"
     ]
 
 
@@ -77,8 +76,8 @@ def _nutation_notes(scenario: Scenario) -> list[str]:
     enough = step_that_keeps(QUIET_DAMPING, speed, duration_s)
     return [
         f"RK4 with a step of {step_s:g} s damps a nutation of {math.degrees(speed):.3g} deg/s by "
-        f"itself, by {100.0 * lost:.3g} % of its amplitude in this run: take a step_s of "
-        f"{enough:.2g} s or less, or integrator 'dop853'"
+        f"itself, by {100.0 * lost:.3g} % of its amplitude in this run: take steps of "
+        f"{enough:.2g} s or less, or adaptive ones (no step_s)"
     ]
 
 
@@ -91,5 +90,6 @@ def _gyrostat_notes(scenario: Scenario, turn: float) -> list[str]:
     return [
         f"with wheels the splitting is of order 2 only: their {wheels:g} N m s turn the rate by "
         f"{math.degrees(swing):.3g} deg within one step of {scenario.grid_s:g} s, "
-        f"the body turns by {math.degrees(turn):.3g} deg; take a shorter step_s, or 'dop853'"
+        f"the body turns by {math.degrees(turn):.3g} deg; take shorter steps, or adaptive ones "
+        "(no step_s)"
     ]

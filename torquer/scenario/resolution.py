@@ -53,7 +53,7 @@ def check_step(speeds: Speeds, step_s: float) -> None:
         if speed * step_s > most:
             raise ValueError(
                 f"simulation.step_s: must be at most {most / speed:.3g} s for RK4 to follow the "
-                f"{what} of {math.degrees(speed):.3g} deg/s, or the integrator 'dop853'; "
+                f"{what} of {math.degrees(speed):.3g} deg/s, or left out for adaptive steps; "
                 f"received {step_s:g} s"
             )
 
@@ -77,11 +77,11 @@ def notes_on_steps(result) -> list[str]:
     if damping >= QUIET_DAMPING:
         told.append(
             f"the steps of RK4 took up to {100.0 * damping:.3g} % of the amplitude of nutation or "
-            "libration during this run: take a shorter step_s, or integrator 'dop853'"
+            "libration during this run: take shorter steps, or adaptive ones (no step_s)"
         )
     if lag_deg >= QUIET_LAG_DEG:
         told.append(
             f"the steps of RK4 let the rotation lag by about {lag_deg:.3g} deg during this run: "
-            "take a shorter step_s, or integrator 'dop853'"
+            "take shorter steps, or adaptive ones (no step_s)"
         )
     return told

@@ -268,7 +268,7 @@ class Scenario(Spec):
                 check_fits(self.control.key_of(name), spec.law(), self)
         if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
-                "simulation.integrator: must be 'rk4' or 'dop853' with spacecraft.wheels; "
+                "simulation.integrator: must be 'auto', 'rk4' or 'dop853' with spacecraft.wheels; "
                 "received 'splitting'"
             )
 

@@ -254,7 +254,7 @@ def reason(run: Run, ended: int) -> str:
     if ended == loop.COARSE_STEP:
         return (
             f"simulation.step_s: must be shorter for RK4 to follow the motion from t = {t:g} s on, "
-            f"or the integrator 'dop853'; received {run.plan.step_s:g} s; quaternion and rate: "
+            f"or left out for adaptive steps; received {run.plan.step_s:g} s; quaternion and rate: "
             f"{shown}"
         )
     return f"{Host(run).what_failed()} at t = {t:g} s; quaternion and rate: {shown}"
