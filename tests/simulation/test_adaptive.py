@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from integrators import by
+from scipy.integrate import RK45
 
 from torquer import RunStopped, engine, integration_error, simulate, summary_of
-from torquer.integrate import dop853_stages, dop853_tableau
+from torquer.geometry.motion import Motion
+from torquer.integrate import dop853_stages, dop853_tableau, dp5_stages
 from torquer.scenario.control import common_divisor
 from torquer.scenario.load import ScenarioError
 
@@ -150,29 +152,46 @@ def test_a_motion_that_is_too_fast_ends_with_one_line(make):
     assert stopped.value.result.attrs["how_it_ended"] == "failed"
 
 
-def test_the_stages_written_out_are_those_of_the_tableau():
-    """Each stage and sum is linear in the derivatives: unit derivatives give back the weights."""
-    from torquer.geometry.motion import Motion
+def weights_of(function, row, start, h):
+    """What a sum of stages weighs its derivatives with: unit derivatives tell one by one."""
+    used = [k for k, weight in enumerate(row) if weight != 0.0]
+    nothing = Motion((0.0,) * 4, (0.0,) * 3)
+    one = Motion((0.0, 0.0, 1.0, 0.0), (0.0, 1.0, 0.0))
+    weights = np.zeros(len(row))
+    for k in used:
+        found = function(*start, h, *(one if k == other else nothing for other in used))
+        assert found.q[2] == found.omega[1]
+        weights[k] = found.q[2] / h
+    return weights
 
-    def unit(k):
-        return Motion((float(k), 0.0, 0.0, 0.0), (0.0, float(k) ** 2, 0.0))
 
-    zero, h = Motion((0.0,) * 4, (0.0,) * 3), 0.5
-    rows = {f"stage_{s}": dop853_tableau.A[s, :s] for s in range(1, 12)}
-    for name, row in rows.items():
-        used = [k for k, weight in enumerate(row) if weight != 0.0]
-        found = getattr(dop853_stages, name)(zero, h, *(unit(k + 1) for k in used))
-        assert found.q[0] == pytest.approx(h * sum(row[k] * (k + 1) for k in used), abs=1e-13)
-        assert found.omega[1] == pytest.approx(h * sum(row[k] * (k + 1) ** 2 for k in used), 1e-13)
-    for name, row, start in (
-        ("sum_8", dop853_tableau.B, (zero,)),
-        ("error_5", dop853_tableau.ERROR_5[:12], ()),
-        ("error_3", dop853_tableau.ERROR_3[:12], ()),
-    ):
-        used = [k for k, weight in enumerate(row) if weight != 0.0]
-        found = getattr(dop853_stages, name)(*start, h, *(unit(k + 1) for k in used))
-        assert found.q[0] == pytest.approx(h * sum(row[k] * (k + 1) for k in used), abs=1e-12)
-    assert tuple(dop853_tableau.C) == dop853_stages.C
+@pytest.mark.parametrize(
+    ("stages", "tableau", "sums"),
+    [
+        (
+            dop853_stages,
+            (dop853_tableau.A, dop853_tableau.C),
+            {
+                "sum_8": dop853_tableau.B,
+                "error_5": dop853_tableau.ERROR_5[:12],
+                "error_3": dop853_tableau.ERROR_3[:12],
+            },
+        ),
+        (dp5_stages, (RK45.A, RK45.C), {"sum_5": RK45.B, "error_4": -RK45.E}),
+    ],
+    ids=["8(5,3)", "5(4)"],
+)
+def test_the_stages_written_out_are_those_of_the_tableau(stages, tableau, sums):
+    """Of order 5(4): as SciPy has it."""
+    start = (Motion((0.0,) * 4, (0.0,) * 3),)
+    a, c = tableau
+    for s in range(1, len(c)):
+        found = weights_of(getattr(stages, f"stage_{s}"), a[s, :s], start, 0.5)
+        assert np.abs(found - a[s, :s]).max() < 1e-14
+    for name, row in sums.items():
+        found = weights_of(getattr(stages, name), row, start if "sum" in name else (), 0.5)
+        assert np.abs(found - row).max() < 1e-14
+    assert stages.C[: len(c)] == pytest.approx(tuple(c), abs=1e-16)
 
 
 TIMES = st.lists(st.integers(1, 10**7), min_size=1, max_size=5)

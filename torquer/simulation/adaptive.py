@@ -18,6 +18,7 @@ from torquer.engine import inlined, inner, internal
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add, add_scaled, dot
+from torquer.integrate import dp5_stages
 from torquer.integrate.dop853_stages import (
     C,
     error_3,
@@ -57,6 +58,8 @@ _ORDER = 7.0
 #: The ratio of error to tolerance below which a step grows as far as it may; and half as much.
 _TINY, _EASY = (_SAFETY / _GROWTH) ** _ORDER, (_SAFETY / 1.5) ** _ORDER
 _GROWTH_WHEN_EASY = 1.5
+#: How the interval that order 5 is tried on changes: when it fails, and with every step of order 8.
+_LESS, _MORE = 0.6, 1.02
 #: Shortest step [s]: a motion that needs a shorter one is none of a satellite.
 LEAST_STEP_S = 1e-7
 #: Most steps from one event to the next.
@@ -187,6 +190,28 @@ def attempt(smooth, here, t, x, h):
     return Motion(normalised(y.q), y.omega), end, Error(attitude, rate)
 
 
+@internal
+def attempt_5(smooth, here, x, h):
+    """The same from the start, of order 5: for slow motion. The error is that of order 4."""
+    lag_s, since_s = smooth.path.lag_s, smooth.since_s
+    c = dp5_stages.C
+    left, left_1 = remaining(lag_s, since_s), remaining(lag_s, since_s + c[1] * h)
+    left_2, left_3 = remaining(lag_s, since_s + c[2] * h), remaining(lag_s, since_s + c[3] * h)
+    left_4, left_5 = remaining(lag_s, since_s + c[4] * h), remaining(lag_s, since_s + h)
+    end = environment_at(smooth.tables, smooth.start_s + h)
+    k0 = _rates(smooth, here, left, x, h, 0)
+    k1 = _rates_after(smooth, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1)
+    k2 = _rates_after(smooth, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2)
+    k3 = _rates_after(smooth, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3)
+    k4 = _rates_after(smooth, c[4] * h, left_4, dp5_stages.stage_4(x, h, k0, k1, k2, k3), h, 4)
+    k5 = _rates(smooth, end, left_5, dp5_stages.stage_5(x, h, k0, k1, k2, k3, k4), h, 5)
+    y = dp5_stages.sum_5(x, h, k0, k2, k3, k4, k5)
+    k6 = _rates(smooth, end, left_5, y, h, 6)
+    e = dp5_stages.error_4(h, k0, k2, k3, k4, k5, k6)
+    error = Error(2.0 * math.sqrt(_square(e.q)), math.sqrt(dot(e.omega, e.omega)))
+    return Motion(normalised(y.q), y.omega), end, error
+
+
 @inlined
 def _square(q):
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
@@ -210,6 +235,14 @@ def _ratio(integrator, x, h, error):
     return max(error.attitude / attitude, error.rate / rate)
 
 
+@inlined
+def _growth(ratio):
+    """By what a step may grow after one of this ratio; below 1: must shrink."""
+    if ratio <= _TINY:  # spares the power
+        return _GROWTH
+    return max(_SAFETY * ratio ** (-1.0 / _ORDER), _REDUCTION)
+
+
 @inner
 def in_steps(integrator, smooth, cells, x, here, length_s):
     """(Motion, environment) after an interval, in equal steps; not a number where they vanish."""
@@ -222,9 +255,7 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
         h = left if whole else left / math.ceil(left / cells.next_step_s)
         y, end, error = attempt(smooth, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
-        factor = _GROWTH
-        if ratio > _TINY:
-            factor = max(_SAFETY * ratio ** (-1.0 / _ORDER), _REDUCTION)
+        factor = _growth(ratio)
         if ratio <= 1.0:
             t = length_s if whole else t + h
             x, here = y, end
@@ -256,9 +287,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
         h = min(wanted, time_to_change(turning), shorter)
         y, end, error = attempt(now, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
-        factor = _GROWTH
-        if ratio > _TINY:
-            factor = max(_SAFETY * ratio ** (-1.0 / _ORDER), _REDUCTION)
+        factor = _growth(ratio)
         if ratio <= 1.0:
             part = part_to_change(turning, h, y.omega)
             if part < 1.0:
@@ -289,12 +318,25 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
     """(Motion, environment) after an interval without events: in one step if it is good enough."""
     if len(wheels) > 0:
         return in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step)
+    if cells.slow_step_s >= length_s:
+        y, end, error = attempt_5(smooth, here, x, length_s)
+        ratio = _ratio(integrator, x, length_s, error)
+        if ratio <= 1.0:
+            _count(cells, length_s, error)
+            if ratio <= _EASY:
+                cells.slow_step_s = max(cells.slow_step_s, _GROWTH_WHEN_EASY * length_s)
+            return y, end
+        cells.slow_step_s = _LESS * length_s
+    cells.slow_step_s *= _MORE
     if cells.next_step_s >= length_s:
         y, end, error = attempt(smooth, here, 0.0, x, length_s)
-        if _ratio(integrator, x, length_s, error) <= _EASY:
+        ratio = _ratio(integrator, x, length_s, error)
+        if ratio <= 1.0:
             _count(cells, length_s, error)
-            cells.next_step_s = max(cells.next_step_s, _GROWTH_WHEN_EASY * length_s)
+            cells.next_step_s = length_s * _growth(ratio)
             return y, end
+        if ratio < math.inf:
+            cells.next_step_s = length_s * min(_growth(ratio), _SAFETY)
     return in_steps(integrator, smooth, cells, x, here, length_s)
 
 

@@ -262,7 +262,8 @@ def first_state(
     cells.view(np.float64)[:7] = motion
     coils = records(np.zeros(len(plan.plant.coils.rows), COIL_STATE))
     put_goal(cells, goal_of(plan.plant.coils, coils))
-    cells["next_step_s"], cells["least_step_s"] = _FIRST_STEP_S, np.inf
+    cells["next_step_s"] = cells["slow_step_s"] = _FIRST_STEP_S
+    cells["least_step_s"] = np.inf
     sensors = np.zeros(len(SENSORS), SENSOR)
     sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE

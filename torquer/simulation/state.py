@@ -83,13 +83,13 @@ def _xyz(*names: str) -> list[str]:
 SENSOR = _record("count", "t_s", "x", "y", "z", "w")
 #: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
-#: the rotation; adaptive steps: next one to try, shortest, their number, sums of their errors; what
-#: the coils go to (`Goal`).
+#: the rotation; adaptive steps: next one to try, of orders 8 and 5; shortest, their number, sums
+#: of their errors; what the coils go to (`Goal`).
 CELLS = _record(
     *("q_x", "q_y", "q_z", "q_w"),
     *_xyz("omega", "dipole", "torque", "drift"),
     *("drift_s", "coil_energy_j", "peak_dipole_a_m2", "damping", "lag"),
-    *("next_step_s", "least_step_s", "steps", "error_rad", "error_rad_s"),
+    *("next_step_s", "slow_step_s", "least_step_s", "steps", "error_rad", "error_rad_s"),
     *_xyz("goal"),
     *("goal_power_w", "goal_greatest_a_m2"),
 )
