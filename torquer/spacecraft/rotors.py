@@ -66,7 +66,7 @@ def _along(speed, torque, viscous, inertia, t):
 
 
 @inlined
-def _time_to_stand(speed, torque, viscous, inertia):
+def time_to_stand(speed, torque, viscous, inertia):
     """Time [s] until a torque against the speed has stopped it."""
     if viscous == 0.0:
         return -speed * inertia / torque
@@ -83,7 +83,7 @@ def speed_after(rotor, speed, stands, motor, t):
     side = np.sign(motor) if stands or speed == 0.0 else np.sign(speed)
     after = _along(speed, motor - coulomb * side, viscous, inertia, t)
     if after * side < 0.0:
-        left = t - _time_to_stand(speed, motor - coulomb * side, viscous, inertia)
+        left = t - time_to_stand(speed, motor - coulomb * side, viscous, inertia)
         if abs(motor) <= breakaway:
             return 0.0, True
         after = _along(0.0, motor - coulomb * np.sign(motor), viscous, inertia, left)

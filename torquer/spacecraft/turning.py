@@ -13,7 +13,7 @@ import numpy as np
 
 from torquer.engine import inlined, internal, kernel
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
-from torquer.spacecraft.rotors import _time_to_stand, axis_of
+from torquer.spacecraft.rotors import axis_of, time_to_stand
 
 #: Rows of the scratch space: derivatives of the stages, then these of each rotor: momentum at the
 #: start; 1 if it turns by itself; sense of its friction; speed at which it is held; motor torque.
@@ -140,7 +140,7 @@ def time_to_change(turning):
         speed = turning.work[_HELD, k]
         torque = turning.work[_MOTOR, k] - rotor.coulomb * side
         if torque * side < 0.0 < speed * side:
-            first = min(first, _time_to_stand(speed, torque, rotor.viscous, rotor.inertia))
+            first = min(first, time_to_stand(speed, torque, rotor.viscous, rotor.inertia))
         elif torque * side > rotor.viscous * rotor.speed_limit:
             first = min(first, _time_to_limit(rotor, abs(speed), abs(torque)))
     return first

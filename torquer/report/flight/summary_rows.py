@@ -32,7 +32,7 @@ _ROWS = (
     ("  stays below 1 deg from", "attitude_error_stays_below_1_deg_from_s", "s"),
     ("  mean over the last revolution", "mean_attitude_error_last_revolution_deg", "deg"),
     ("  peak over the last revolution", "peak_attitude_error_last_revolution_deg", "deg"),
-    ("Estimated integration error at the end", "integration_error_deg", "deg"),
+    ("Integration error at the end, upper estimate", "integration_error_deg", "deg"),
     ("  mean step", "mean_step_s", "s"),
     ("  shortest step", "least_step_s", "s"),
     ("Numerical damping of nutation by RK4, at most", "rk4_damping", "%"),
