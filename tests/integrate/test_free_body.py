@@ -214,17 +214,21 @@ def test_energy_and_inertial_momentum_stay_to_rounding_however_long(moments, ome
 
 @SEVERAL
 @given(bodies(), rates, st.floats(0.1, 10.0))
+@example((0.02, 1.9036646041121752, 1.9036646041121752), (0.01, -0.39404415417050487, 3.0), 5.0)
 def test_running_backwards_and_in_two_legs(moments, omega, t):
+    """Attitudes to the rounding of the phase L t/A, 1425 rad in the example (8e-16 of it seen)."""
     q, after = free_rotation(moments, Q0, omega, t)
     i1, i2, i3 = moments
     growth = math.sqrt((i2 - i1) * (i3 - i2) / (i1 * i3)) * np.linalg.norm(omega) * t
     tolerance = 1e-12 + 1e-15 * math.exp(min(growth, 25.0))
+    phase = np.linalg.norm(momentum(moments, Q0, omega)) * t / i1
+    angle = tolerance + 2e-15 * phase
     q_back, back = free_rotation(moments, q, after, -t)
     assert back == pytest.approx(omega, abs=tolerance)
-    assert (Rotation.from_quat(q_back).inv() * Rotation.from_quat(Q0)).magnitude() < tolerance
+    assert (Rotation.from_quat(q_back).inv() * Rotation.from_quat(Q0)).magnitude() < angle
     half = free_rotation(moments, *free_rotation(moments, Q0, omega, 0.3 * t), 0.7 * t)
     assert half[1] == pytest.approx(after, abs=tolerance)
-    assert (Rotation.from_quat(half[0]).inv() * Rotation.from_quat(q)).magnitude() < tolerance
+    assert (Rotation.from_quat(half[0]).inv() * Rotation.from_quat(q)).magnitude() < angle
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
