@@ -88,8 +88,7 @@ def in_nanoseconds(times: dict) -> dict:
 def control_step(turns: int) -> dict:
     """Gyro B-dot every second and every 1000 s: the difference is the control step.
 
-    Medians over processes that take turns: the addresses that a process happens to get change a
-    step by up to 40 %.
+    Medians over processes that take turns: a step may take 40 % more in one than in another.
     """
     asked = {
         (name, sample_s): lambda checkout=checkout, sample_s=sample_s: best_in_process(

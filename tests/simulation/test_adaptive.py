@@ -105,6 +105,12 @@ def test_the_measured_error_is_the_error(make, steps):
     assert 0.0 < float(measured.rate_error.max()) < true
 
 
+def test_there_is_nothing_finer_than_the_finest_tolerance(make):
+    told = "simulation.tolerance_deg: must be above 1e-10 for a finer one to compare with"
+    with pytest.raises(ValueError, match=f"^{told}; received 1e-10$"):
+        integration_error(adaptive(make, tolerance_deg=1e-10))
+
+
 @needs_jit
 def test_readings_have_the_same_noise_whatever_the_steps(make):
     results = [
@@ -236,6 +242,9 @@ def test_a_step_means_rk4_and_none_adaptive_steps(make):
         ({"step_s": 0.5, "tolerance_deg": 1e-3},
          "simulation.tolerance_deg: must be left out except with integrator 'auto'; received 0.001 "
          "with 'rk4'"),
+        ({"tolerance": 1e-6},
+         "simulation.tolerance: must be left out with integrator 'auto', whose accuracy is "
+         "tolerance_deg; received 1e-06"),
         ({"record_s": 10.0000000001},
          "scenario.simulation.record_s: must have a common divisor of 1e-9 s or more with the "
          "other times; received 10.0000000001 s"),

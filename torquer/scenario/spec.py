@@ -35,6 +35,8 @@ Positive = Annotated[float, Field(gt=0.0)]
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 #: Default of the error that adaptive steps may add to the attitude in a revolution.
 _TOLERANCE_DEG = 1e-4
+#: Default of DOP853's relative tolerance.
+_TOLERANCE = 1e-10
 #: Control steps and readings until the timetable repeats: all of them are in memory.
 _MOST_INSTANTS = 100_000
 
@@ -131,7 +133,7 @@ class Simulation(Spec):
     record_s: Positive = 10.0
     integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
     tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
-    tolerance: float = Field(default=1e-10, ge=1e-14, le=1e-3)
+    tolerance: float = Field(default=_TOLERANCE, ge=1e-14, le=1e-3)
 
     @model_validator(mode="before")
     @classmethod
@@ -150,6 +152,11 @@ class Simulation(Spec):
         if self.integrator in ("rk4", "splitting") and self.step_s is None:
             raise ValueError(
                 f"step_s: must be given with integrator {self.integrator!r}; received none"
+            )
+        if self.integrator == "auto" and self.tolerance != _TOLERANCE:
+            raise ValueError(
+                "tolerance: must be left out with integrator 'auto', whose accuracy is "
+                f"tolerance_deg; received {self.tolerance:g}"
             )
         if self.integrator != "auto" and self.tolerance_deg != _TOLERANCE_DEG:
             raise ValueError(

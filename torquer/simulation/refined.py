@@ -15,13 +15,21 @@ _LEAST = {"tolerance_deg": 1e-10, "tolerance": 1e-14}
 
 
 def with_finer_steps(scenario: Scenario) -> Scenario:
-    """The same scenario with a tolerance 1000 times finer, or with a quarter of the step."""
+    """The same scenario with a tolerance 1000 times finer, or with a quarter of the step.
+
+    ValueError where the tolerance is the finest already.
+    """
     simulation = scenario.simulation
     if simulation.step_s is not None and simulation.integrator != "dop853":
         return scenario.replace("simulation.step_s", _FINER_STEP * simulation.step_s)
     name = "tolerance_deg" if simulation.integrator == "auto" else "tolerance"
-    finer = max(_FINER_TOLERANCE * getattr(simulation, name), _LEAST[name])
-    return scenario.replace(f"simulation.{name}", finer)
+    tolerance = getattr(simulation, name)
+    if tolerance <= _LEAST[name]:
+        raise ValueError(
+            f"simulation.{name}: must be above {_LEAST[name]:g} for a finer one to compare with; "
+            f"received {tolerance:g}"
+        )
+    return scenario.replace(f"simulation.{name}", max(_FINER_TOLERANCE * tolerance, _LEAST[name]))
 
 
 def integration_error(
