@@ -80,6 +80,12 @@ def _growth(ratio):
     return max(_SAFETY * ratio ** (-1.0 / _ORDER), _REDUCTION)
 
 
+@inlined
+def _shrunk(h, ratio):
+    """The step to try after one that failed; also of a ratio that is not a number."""
+    return h * min(_growth(ratio), _SAFETY) if ratio < math.inf else 0.1 * h
+
+
 @inner
 def in_steps(integrator, smooth, cells, x, here, length_s):
     """(Motion, environment) after an interval, in equal steps; not a number where they vanish."""
@@ -92,15 +98,13 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
         h = left if whole else left / math.ceil(left / cells.next_step_s)
         y, end, error = attempt(smooth, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
-        factor = _growth(ratio)
         if ratio <= 1.0:
             t = length_s if whole else t + h
             x, here = y, end
             _count(cells, h, error)
-            cells.next_step_s = h * factor
+            cells.next_step_s = h * _growth(ratio)
         else:
-            # also reached by a ratio that is not a number
-            cells.next_step_s = h * min(factor, _SAFETY) if ratio < math.inf else 0.1 * h
+            cells.next_step_s = _shrunk(h, ratio)
             if cells.next_step_s <= LEAST_STEP_S:
                 break
     cells.next_step_s = 0.0
@@ -124,7 +128,6 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
         h = min(wanted, time_to_change(turning), shorter)
         y, end, error = attempt(now, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
-        factor = _growth(ratio)
         if ratio <= 1.0:
             part = part_to_change(turning, h, y.omega)
             if part < 1.0:
@@ -134,9 +137,10 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
             t = length_s if h >= left else t + h
             x, here, shorter = y, end, math.inf
             _count(cells, h, error)
-            cells.next_step_s = h * factor if h == wanted else max(cells.next_step_s, h * factor)
+            grown = h * _growth(ratio)
+            cells.next_step_s = grown if h == wanted else max(cells.next_step_s, grown)
         else:
-            cells.next_step_s = h * min(factor, _SAFETY) if ratio < math.inf else 0.1 * h
+            cells.next_step_s = _shrunk(h, ratio)
             if cells.next_step_s <= LEAST_STEP_S:
                 break
     cells.next_step_s = 0.0
@@ -165,8 +169,7 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
             _count(cells, length_s, error)
             cells.next_step_s = length_s * _growth(ratio)
             return y, end
-        if ratio < math.inf:
-            cells.next_step_s = length_s * min(_growth(ratio), _SAFETY)
+        cells.next_step_s = _shrunk(length_s, ratio)
     return in_steps(integrator, smooth, cells, x, here, length_s)
 
 
