@@ -1,6 +1,7 @@
 """The command line: outputs, exit codes, and one line per mistake."""
 
 import json
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -227,6 +228,28 @@ def test_run_writes_everything_and_is_quiet_in_a_pipe(scenario, tmp_path, strict
     result = torquer.load(out / "result.nc")
     assert same(result, torquer.simulate(torquer.load_scenario(scenario)))
     assert {p.name for p in out.iterdir()} == {"result.nc", "summary.json", "report.html", "plots"}
+
+
+@needs_jit
+def test_run_measures_the_error_of_the_steps_when_asked(call, scenario, no_report, tmp_path):
+    code, out, err = call("run", scenario, "--out", tmp_path / "out", "--check-steps")
+    assert (code, err) == (0, "")
+    assert "Integration error, measured" in out
+    found = json.loads((tmp_path / "out" / "summary.json").read_text())
+    errors = torquer.integration_error(torquer.load_scenario(scenario)).attitude_error
+    measured_rad = math.radians(found["integration_error_measured_deg"])
+    assert measured_rad == pytest.approx(float(errors.max()), rel=1e-12) and measured_rad > 0.0
+
+
+@needs_jit
+def test_steps_whose_check_stops_are_told(call, scenario, no_report, tmp_path, monkeypatch):
+    def stopped(result, progress):
+        raise torquer.RunStopped("interrupted at t = 10 s", result, True)
+
+    monkeypatch.setattr("torquer.simulation.refined.integration_error", stopped)
+    code, _, err = call("run", scenario, "--out", tmp_path / "out", "--check-steps")
+    assert (code, err) == (0, "note: the steps are not checked: interrupted at t = 10 s\n")
+    assert "measured" not in (tmp_path / "out" / "summary.json").read_text()
 
 
 @needs_jit

@@ -105,10 +105,37 @@ def test_the_measured_error_is_the_error(make, steps):
     assert 0.0 < float(measured.rate_error.max()) < true
 
 
-def test_there_is_nothing_finer_than_the_finest_tolerance(make):
-    told = "simulation.tolerance_deg: must be above 1e-10 for a finer one to compare with"
-    with pytest.raises(ValueError, match=f"^{told}; received 1e-10$"):
-        integration_error(adaptive(make, tolerance_deg=1e-10))
+@needs_jit
+def test_there_is_nothing_finer_than_the_finest_tolerance_of_dop853(make):
+    told = "simulation.tolerance: must be above 1e-14 for a finer one to compare with"
+    with pytest.raises(ValueError, match=f"^{told}; received 1e-14$"):
+        integration_error(make(by("dop853") | {"simulation.tolerance": 1e-14}))
+
+
+@needs_jit
+def test_the_error_of_steps_that_events_end_is_measured_too(make):
+    """Both tolerances are kept by steps as long as the intervals: only shorter ones tell more."""
+    slow = {"initial.rate_deg_s": [0.6, -0.4, 0.5], "control.sample_s": 20.0}
+    result = simulate(adaptive(make, slow, tolerance_deg=10.0))
+    assert 9.0 < float(result.mean_step) < 10.0  # records each 10 s; the first steps are shorter
+    exact = simulate(make(slow | by("dop853") | {"simulation.tolerance": 1e-13}))
+    measured = float(integration_error(result).attitude_error.max())
+    assert measured == pytest.approx(attitude_error(result, exact), rel=0.1)
+
+
+@needs_jit
+def test_no_step_is_longer_than_the_longest_allowed(make):
+    slow = {"initial.rate_deg_s": [0.1, 0.0, 0.1], "control.sample_s": 10.0}
+    result = simulate(adaptive(make, slow, max_step_s=4.0))
+    assert 180 <= float(result.steps) < 184  # three in 10 s, the first ones shorter
+
+
+@needs_jit
+def test_the_error_of_a_run_that_ended_early_is_not_measured(make):
+    early = simulate(adaptive(make), until_s=100.0)
+    told = "flown: must be a complete run; received one that stopped at t = 100 s as asked"
+    with pytest.raises(ValueError, match=f"^{told}$"):
+        integration_error(early)
 
 
 @needs_jit
@@ -241,6 +268,9 @@ def test_a_step_means_rk4_and_none_adaptive_steps(make):
          "simulation.step_s: must be given with integrator 'splitting'; received none"),
         ({"step_s": 0.5, "tolerance_deg": 1e-3},
          "simulation.tolerance_deg: must be left out except with integrator 'auto'; received 0.001 "
+         "with 'rk4'"),
+        ({"step_s": 0.5, "max_step_s": 2.0},
+         "simulation.max_step_s: must be left out except with integrator 'auto'; received 2 s "
          "with 'rk4'"),
         ({"tolerance": 1e-6},
          "simulation.tolerance: must be left out with integrator 'auto', whose accuracy is "

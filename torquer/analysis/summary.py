@@ -6,12 +6,15 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.conserved import conserved_of, drifts_of
 from torquer.analysis.modes import state_uses
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.result import laws_of, scenario_of
 
 #: Records that are in memory together.
 _PART = 1 << 18
+#: Conserved quantities among the series.
+_CONSERVED = "conserved_"
 
 
 def summary_of(result: xr.Dataset) -> dict:
@@ -36,6 +39,7 @@ def summary_of(result: xr.Dataset) -> dict:
         **_of_wheels(t, found),
         **_of_attitude(t, angle, 2.0 * np.pi / omega0),
         **_of_steps(result),
+        **_of_conserved(found),
         "table_relative_error": float(result.attrs["table_relative_error"]),
         "laws": {
             key: {"name": law["name"], "runs_as": law["runs_as"]}
@@ -48,19 +52,30 @@ def summary_of(result: xr.Dataset) -> dict:
 
 
 def _of_steps(result) -> dict:
-    """Error and length of adaptive steps; numerical damping and phase lag of RK4."""
+    """Error and length of adaptive steps; numerical damping and phase lag of RK4; error found."""
+    measured = {}
+    if "integration_error_measured" in result:
+        error = float(np.degrees(result["integration_error_measured"]))
+        measured = {"integration_error_measured_deg": error}
     if "integration_error" in result:
-        return {
+        return measured | {
             "integration_error_deg": float(np.degrees(result["integration_error"])),
             "mean_step_s": float(result["mean_step"]),
             "least_step_s": float(result["least_step"]),
         }
     if "rk4_damping" not in result:
-        return {}
-    return {
+        return measured
+    return measured | {
         "rk4_damping": float(result["rk4_damping"]),
         "rk4_lag_deg": float(np.degrees(result["rk4_lag"])),
     }
+
+
+def _of_conserved(found: dict[str, np.ndarray]) -> dict:
+    """Relative drift of what the motion conserves."""
+    kept = {key: values for key, values in found.items() if key.startswith(_CONSERVED)}
+    drifts = drifts_of(kept)
+    return {f"{key.removeprefix(_CONSERVED)}_drift": drift for key, drift in drifts.items()}
 
 
 def _of_modes(result) -> dict:
@@ -95,6 +110,7 @@ def _series_of(part: xr.Dataset) -> dict[str, np.ndarray]:
         "rate": np.linalg.norm(part["omega_body"].values, axis=1),
         "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
     }
+    found |= {_CONSERVED + name: values for name, values in conserved_of(part).items()}
     error, wheels = attitude_error_of(part), wheels_of(part, scenario_of(part))
     if error is not None:
         found["angle"] = error.angle_deg

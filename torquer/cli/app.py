@@ -34,11 +34,15 @@ def run(
     resume: Annotated[
         bool, Parameter(help="Resume the interrupted run in the output folder.", negative="")
     ] = False,
+    check_steps: Annotated[
+        bool,
+        Parameter(help="Measure the integration error by a second, finer run.", negative=""),
+    ] = False,
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
     from torquer.cli import simulate as work
 
-    return work.run(scenario, out, json, resume)
+    return work.run(scenario, out, json, resume, check_steps)
 
 
 @app.command

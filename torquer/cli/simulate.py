@@ -28,7 +28,9 @@ from torquer.simulation.size import check_disk, check_memory, size_of, told_byte
 from torquer.simulation.store import lazily
 
 
-def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> int:
+def run(
+    scenario_path: Path, out: Path | None, as_json: bool, go_on: bool, check_steps: bool
+) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
     scenario = load_scenario(scenario_path)
     out = out or Path("runs") / scenario.name
@@ -49,12 +51,26 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, go_on: bool) -> in
         except RunStopped as error:
             result, stopped = error.result, str(error)
             code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
+        if check_steps and not stopped:
+            result = _with_measured_error(result, progress)
         summary = _write(result, out)
     _show(summary, out, as_json)
     _print_notes(notes_on_steps(result))
     if stopped:
         tell_error(f"{stopped}; partial results are in {out}")
     return code
+
+
+def _with_measured_error(result, progress):
+    """The result with the error that a second, finer run finds; as it is if that run stops."""
+    from torquer.simulation.refined import integration_error
+
+    try:
+        errors = integration_error(result, progress=progress)
+    except RunStopped as error:
+        _print_notes([f"the steps are not checked: {error}"])
+        return result
+    return result.assign(integration_error_measured=errors.attitude_error.max())
 
 
 def _print_notes(notes: list[str]) -> None:

@@ -119,6 +119,7 @@ class Simulation(Spec):
     intervals: the duration is rounded up to them, and must not be shorter than one).
     `integrator`: 'auto' takes steps of its own, of order 8, that add at most `tolerance_deg` to the
     error of the attitude in each revolution of the orbit; the result states the estimated error.
+    None of its steps is longer than `max_step_s`, if given.
     With `step_s` steps are fixed: 'rk4', the default then, or 'splitting' (exact free rotation
     between kicks: large steps for a fast spinner). 'dop853' is for comparison (relative
     `tolerance`). All that happens at given times falls on multiples of `step_s`, or of the greatest
@@ -133,6 +134,7 @@ class Simulation(Spec):
     record_s: Positive = 10.0
     integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
     tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
+    max_step_s: float | None = Field(default=None, ge=1e-3)
     tolerance: float = Field(default=_TOLERANCE, ge=1e-14, le=1e-3)
 
     @model_validator(mode="before")
@@ -162,6 +164,11 @@ class Simulation(Spec):
             raise ValueError(
                 "tolerance_deg: must be left out except with integrator 'auto'; received "
                 f"{self.tolerance_deg:g} with {self.integrator!r}"
+            )
+        if self.integrator != "auto" and self.max_step_s is not None:
+            raise ValueError(
+                "max_step_s: must be left out except with integrator 'auto'; received "
+                f"{self.max_step_s:g} s with {self.integrator!r}"
             )
         return self
 

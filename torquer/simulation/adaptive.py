@@ -45,11 +45,12 @@ MOST_STEPS = 1_000_000
 class Auto(NamedTuple):
     """Adaptive steps: the error that they may make in a second, of attitude and rate.
 
-    `work`, `tableau`: space and weights for the wheels' rotors.
+    `longest_s`: no step is longer. `work`, `tableau`: space and weights for the wheels' rotors.
     """
 
     attitude_rad_s: float
     rate_rad_s2: float
+    longest_s: float
     work: np.ndarray
     tableau: np.ndarray
 
@@ -94,8 +95,9 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
         if t == length_s:
             return x, here
         left = length_s - t
-        whole = cells.next_step_s >= left
-        h = left if whole else left / math.ceil(left / cells.next_step_s)
+        wanted = min(cells.next_step_s, integrator.longest_s)
+        whole = wanted >= left
+        h = left if whole else left / math.ceil(left / wanted)
         y, end, error = attempt(smooth, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
         if ratio <= 1.0:
@@ -124,7 +126,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
         )  # fmt: skip
         now = with_turning(smooth, turning)
         left = length_s - t
-        wanted = left / max(math.ceil(left / cells.next_step_s), 1.0)
+        wanted = left / math.ceil(left / min(cells.next_step_s, integrator.longest_s))
         h = min(wanted, time_to_change(turning), shorter)
         y, end, error = attempt(now, here, t, x, h)
         ratio = _ratio(integrator, x, h, error)
@@ -152,6 +154,8 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
     """(Motion, environment) after an interval without events: in one step if it is good enough."""
     if len(wheels) > 0:
         return in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step)
+    if length_s > integrator.longest_s:
+        return in_steps(integrator, smooth, cells, x, here, length_s)
     if cells.slow_step_s >= length_s:
         y, end, error = attempt_5(smooth, here, x, length_s)
         ratio = _ratio(integrator, x, length_s, error)

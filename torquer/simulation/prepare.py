@@ -1,5 +1,6 @@
 """From a scenario to what the loop takes: plan, integrator, state, record."""
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -155,7 +156,8 @@ def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting | Dop853:
     if simulation.integrator == "auto":
         count = len(wheels.layout.rows()) if (wheels := scenario.spacecraft.wheels) else 0
         rates = simulation.error_rates(scenario.orbit.period_s)
-        return Auto(*rates, np.zeros((WORK_ROWS, count)), workspace(7).tableau)
+        longest_s = simulation.max_step_s or math.inf
+        return Auto(*rates, longest_s, np.zeros((WORK_ROWS, count)), workspace(7).tableau)
     if simulation.integrator == "splitting":
         return Splitting(*scenario.spacecraft.body.pack_principal())
     if simulation.integrator == "dop853":

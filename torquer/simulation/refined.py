@@ -7,42 +7,57 @@ import xarray as xr
 
 from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
+from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.simulate import simulate
 
-#: How much finer the tolerance is in the second run; and the fixed steps, of order 4 or less.
-_FINER_TOLERANCE, _FINER_STEP = 1e-3, 0.25
+#: How much finer the tolerance is in the second run, and how much shorter the steps.
+_FINER_TOLERANCE, _SHORTER, _SHORTER_FIXED = 1e-3, 0.5, 0.25
 _LEAST = {"tolerance_deg": 1e-10, "tolerance": 1e-14}
 
 
-def with_finer_steps(scenario: Scenario) -> Scenario:
-    """The same scenario with a tolerance 1000 times finer, or with a quarter of the step.
+def with_finer_steps(result: xr.Dataset) -> Scenario:
+    """The scenario of a result with finer steps.
 
-    ValueError where the tolerance is the finest already.
+    A tolerance 1000 times finer or, with fixed steps, a quarter of the step. Adaptive steps are
+    shorter than half of the mean step too, as those may be much better than their tolerance which
+    an event ended. ValueError where `tolerance` is the finest already.
     """
+    scenario = scenario_of(result)
     simulation = scenario.simulation
-    if simulation.step_s is not None and simulation.integrator != "dop853":
-        return scenario.replace("simulation.step_s", _FINER_STEP * simulation.step_s)
-    name = "tolerance_deg" if simulation.integrator == "auto" else "tolerance"
-    tolerance = getattr(simulation, name)
-    if tolerance <= _LEAST[name]:
+    if simulation.integrator == "auto":
+        shorter_s = max(_SHORTER * float(result["mean_step"]), 1e-3)
+        return _finer(scenario, "tolerance_deg").replace("simulation.max_step_s", shorter_s)
+    if simulation.integrator != "dop853":
+        return scenario.replace("simulation.step_s", _SHORTER_FIXED * simulation.step_s)
+    if simulation.tolerance <= _LEAST["tolerance"]:
         raise ValueError(
-            f"simulation.{name}: must be above {_LEAST[name]:g} for a finer one to compare with; "
-            f"received {tolerance:g}"
+            f"simulation.tolerance: must be above {_LEAST['tolerance']:g} for a finer one to "
+            f"compare with; received {simulation.tolerance:g}"
         )
+    return _finer(scenario, "tolerance")
+
+
+def _finer(scenario: Scenario, name: str) -> Scenario:
+    tolerance = getattr(scenario.simulation, name)
     return scenario.replace(f"simulation.{name}", max(_FINER_TOLERANCE * tolerance, _LEAST[name]))
 
 
 def integration_error(
-    scenario: Scenario,
+    flown: Scenario | xr.Dataset,
     law: Law | Callable | None = None,
     laws: Mapping[str, Law | Callable] | None = None,
+    progress: Callable[[float], None] | None = None,
 ) -> xr.Dataset:
     """How far a run is from the same run with finer steps, at the recorded instants.
 
-    `attitude_error` (time) [rad], `rate_error` (time) [rad/s]; both runs have the same readings'
-    noise and the same laws. Takes a few times the computing of the run itself.
+    `flown`: the result of a complete run, or a scenario, which is run first. `attitude_error`
+    (time) [rad], `rate_error` (time) [rad/s]; both runs have the same readings' noise and the same
+    laws. Takes a few times the computing of the run itself. ValueError for a run that ended early.
     """
-    plain, fine = (simulate(s, law, laws=laws) for s in (scenario, with_finer_steps(scenario)))
+    plain = simulate(flown, law, laws=laws) if isinstance(flown, Scenario) else flown
+    if plain.attrs["how_it_ended"] != COMPLETE:
+        raise ValueError(f"flown: must be a complete run; received one that {plain.attrs['ended']}")
+    fine = simulate(with_finer_steps(plain), law, laws=laws, progress=progress)
     p, q = plain.q_body_to_inertial.values, fine.q_body_to_inertial.values
     apart = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
     rate = np.linalg.norm(plain.omega_body.values - fine.omega_body.values, axis=1)

@@ -288,7 +288,7 @@ def _of_adaptive_steps(run: Run) -> dict:
             error,
             {
                 "units": "rad",
-                "long_name": "error of the attitude at the end by the steps, upper estimate",
+                "long_name": "error of the attitude at the end, sum of the steps' estimates",
             },
         ),
         "steps": ((), steps, {"units": "1", "long_name": "number of integration steps"}),
