@@ -1,0 +1,75 @@
+"""How the differences between integrators grow in closed loops with noise: docs/img/growth.png.
+
+Chibis-M is damped, and the differences with it. The other satellite turns slowly and is too weakly
+controlled against the gravity gradient: its motion is chaotic, and any difference grows until the
+runs have nothing in common. The readings have the same noise in all runs.
+"""
+
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt
+import numpy as np
+
+import torquer
+from torquer.scenario.load import load_scenario, scenario_from_text
+
+ROOT = Path(__file__).parents[1]
+WEAK = """
+start = 2012-03-04T10:31:47Z
+orbit = { kind = "circular", altitude_km = 550, inclination_deg = 60 }
+spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
+spacecraft.coils.limit_a_m2 = 0.3
+spacecraft.magnetometer.noise_nt = 50.0
+initial = { rate_deg_s = [0.05, 0.03, 0.02], euler_deg = [20.0, -35.0, 70.0] }
+control = { law = { kind = "bdot", gain_a_m2_s_per_t = 1e4 }, sample_s = 10.0 }
+simulation = { revolutions = 60, record_s = 50.0 }
+"""
+SCENARIOS = {
+    "Chibis-M stops tumbling": load_scenario(ROOT / "examples" / "chibis_m_detumble.toml"),
+    "slow and weakly controlled: chaotic": scenario_from_text(WEAK),
+}
+STEPS = {
+    "RK4, 0.5 s": {"step_s": 0.5},
+    "RK4, 0.1 s": {"step_s": 0.1},
+    "DOP853, 1e-12": {"integrator": "dop853", "tolerance": 1e-12},
+    "adaptive, default": {},
+}
+#: What the others are compared with.
+FINE = {"tolerance_deg": 1e-9}
+
+
+def flown(scenario, steps):
+    """The run of a scenario with other steps."""
+    keys = scenario.simulation.model_dump(exclude_none=True, exclude_defaults=True)
+    return torquer.simulate(scenario.replace("simulation", keys | steps))
+
+
+def apart_deg(a, b) -> np.ndarray:
+    """Angle between two attitudes at the records."""
+    p, q = a.q_body_to_inertial.values, b.q_body_to_inertial.values
+    chord = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    return np.degrees(4.0 * np.arcsin(0.5 * chord))
+
+
+def draw(path: Path) -> None:
+    """One panel a scenario, one line an integrator."""
+    figure, axes = plt.subplots(1, len(SCENARIOS), figsize=(10, 4), sharey=True)
+    for axis, (name, scenario) in zip(axes, SCENARIOS.items(), strict=True):
+        fine = flown(scenario, FINE)
+        for label, steps in STEPS.items():
+            angle = apart_deg(flown(scenario, steps), fine)
+            print(f"{name}, {label}: at most {angle.max():.1e}, at the end {angle[-1]:.1e} deg")
+            axis.semilogy(fine.time / scenario.orbit.period_s, angle, label=label, linewidth=0.9)
+        axis.set(title=name, xlabel="revolutions", ylim=(1e-13, 1e3))
+        axis.grid(alpha=0.3)
+    axes[0].set_ylabel("distance from the finest run [deg]")
+    axes[1].legend(loc="lower right", fontsize="small")
+    figure.tight_layout()
+    figure.savefig(path, dpi=110)
+
+
+if __name__ == "__main__":
+    draw(ROOT / "docs" / "img" / "growth.png")
