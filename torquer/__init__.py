@@ -34,9 +34,10 @@ if TYPE_CHECKING:
         scenario_schema as scenario_schema,
     )
     from torquer.scenario.spec import Scenario as Scenario
+    from torquer.simulation.file import load as load, save as save
     from torquer.simulation.flight import Flight as Flight
     from torquer.simulation.refined import integration_error as integration_error
-    from torquer.simulation.result import laws_of as laws_of, load as load, save as save
+    from torquer.simulation.result import laws_of as laws_of
     from torquer.simulation.simulate import (
         RunStopped as RunStopped,
         resume as resume,

@@ -18,6 +18,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numba
 import numpy as np
 from numba import types
@@ -203,6 +204,15 @@ def address_of(dispatcher, signature) -> int:
     """Address of a compiled function for `caller`; valid as long as the dispatcher lives."""
     compiled = dispatcher.get_compile_result(signature)
     return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
+
+
+def processor() -> str:
+    """Kind of processor that is compiled for: its name and a mark of its instructions."""
+    name = numba.config.CPU_NAME or llvm.get_host_cpu_name()
+    features = numba.config.CPU_FEATURES
+    if features is None:
+        features = llvm.get_host_cpu_features().flatten()
+    return f"{name} ({hashlib.sha256(features.encode()).hexdigest()[:8]})"
 
 
 def is_own(function) -> bool:

@@ -5,6 +5,7 @@ there is always noticed; what has no file (a notebook's) is compiled for this pr
 cannot be compiled is a `ValueError` of one line.
 """
 
+import ast
 import contextlib
 import dis
 import inspect
@@ -37,13 +38,41 @@ def _beside(file: Path) -> list[Path]:
     return sorted(file.parent.glob("*.py"))
 
 
+def _imported_from_beside(file: Path) -> list[Path]:
+    """A file and those of its folder that it imports, and they in turn."""
+    found, to_read = [], [file]
+    while to_read:
+        each = to_read.pop()
+        if each in found or not each.is_file():
+            continue
+        found.append(each)
+        for name in _names_imported(each):
+            to_read.append(file.parent / f"{name}.py")
+            to_read += sorted((file.parent / name).rglob("*.py"))
+    return sorted(found)
+
+
+def _names_imported(file: Path) -> set[str]:
+    """First names of the modules that a file imports."""
+    names = set()
+    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {node.module} if node.module else {alias.name for alias in node.names}
+    return {name.partition(".")[0] for name in names}
+
+
 def source_mark(function: Callable) -> str:
-    """Mark of all Python files beside a user's function; '' for the package's and typed ones."""
+    """Mark of a user's function's file and of those beside it that it imports.
+
+    '' for the package's and typed ones.
+    """
     plain = plain_of(function)
     file = file_of(plain)
     if file is None or engine.is_own(plain):
         return ""
-    return engine.mark_of(_beside(file))
+    return engine.mark_of(_imported_from_beside(file))
 
 
 def source_text(function: Callable) -> str:

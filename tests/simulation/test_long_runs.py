@@ -6,8 +6,9 @@ import pytest
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.environment.table import build, lookup3
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation import run as runner, size as sizes
+from torquer.simulation import pieces, run as runner, size as sizes
 from torquer.simulation.size import piece_steps, size_of
+from torquer.simulation.store import parts_folder
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -96,7 +97,7 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
         if part > 0.6:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr(runner, "_PIECE_S", 1e9)
+    monkeypatch.setattr(pieces, "_PIECE_S", 1e9)
     with pytest.raises(RunStopped, match="interrupted at t = ") as stopped:
         simulate(scenario, to=path, progress=impatient)
     stopped.value.result.close()
@@ -117,9 +118,11 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
     monkeypatch.setattr(runner, "_piece", own)
     kept = load(path)
     assert kept.attrs["how_it_ended"] == "interrupted"
-    assert kept.checkpoint.values[0] == 3 * piece_steps(scenario)
+    assert kept.checkpoint.values[0] == piece_steps(scenario)
+    assert len(list(parts_folder(path).iterdir())) == 2
     with resume(path) as ended:
         assert same(ended, whole)
+    assert not parts_folder(path).exists()
 
 
 def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_path):

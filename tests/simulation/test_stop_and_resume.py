@@ -24,7 +24,7 @@ from torquer.scenario.spec import (
     Simulation,
     Spacecraft,
 )
-from torquer.simulation import run as runner
+from torquer.simulation import pieces, run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -109,7 +109,7 @@ def test_results_do_not_depend_on_how_fast_the_machine_is(make, integrator, monk
     """The run is cut into pieces by the wall clock."""
     scenario = make(FULL | by(integrator) | {"simulation.duration_s": 3003.0})
     fast = simulate(scenario)
-    monkeypatch.setattr(runner, "_PIECE_S", 0.0)
+    monkeypatch.setattr(pieces, "_PIECE_S", 0.0)
     assert same(simulate(scenario), fast)
 
 

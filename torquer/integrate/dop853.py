@@ -58,6 +58,10 @@ def rates_of(problem_class):
     return register
 
 
+#: Most steps of a call: some seconds.
+MOST_STEPS = 1_000_000
+
+
 class Workspace(NamedTuple):
     """Tableau and scratch memory: kernels cannot hold large constants if they are to be cached.
 
@@ -138,7 +142,7 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
             h = 1e-6 * abs(span)
     h = min(abs(h), abs(span))
     sign = 1.0 if span >= 0.0 else -1.0
-    for steps in range(10_000_000):
+    for steps in range(MOST_STEPS):
         left = abs(t_end - t)
         if left <= 1e-15 * max(abs(t), abs(t_end)):
             return DONE, h, steps
@@ -156,4 +160,4 @@ def dop853(problem, t, t_end, y, rtol, atol, h, work):
             h = abs(step) * max(0.333, 0.9 * error ** (-1.0 / 8.0)) if error < 1e30 else 0.1 * h
             if not h >= 1e-14 * max(abs(t), abs(span)):
                 return STEP_TOO_SMALL, h, steps
-    return TOO_MANY_STEPS, h, 10_000_000
+    return TOO_MANY_STEPS, h, MOST_STEPS

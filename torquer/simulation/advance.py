@@ -138,7 +138,7 @@ def _smooth_rates(problem, t, y, dy):
 
 @kernel
 def by_dop853(forces, integrator, x, first, last, h):
-    """Motion after steps first..last-1, in steps of its own; not a number if it fails.
+    """(Motion, steps taken) after steps first..last-1, in own steps; not a number if it fails.
 
     A torque that jumps, as that of the wheels' bearings, is smooth within a step only.
     """
@@ -147,6 +147,7 @@ def by_dop853(forces, integrator, x, first, last, h):
     y = np.empty(7)
     y[0], y[1], y[2], y[3] = x.q
     y[4], y[5], y[6] = x.omega
+    taken = 0
     jumps = len(wheels) + len(disturbance) > 0
     stride = 1 if jumps else last - first
     for step in range(first, last, stride):
@@ -155,9 +156,11 @@ def by_dop853(forces, integrator, x, first, last, h):
         torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
         problem = SmoothMotion(rigid, tables, path, torque, spin, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
+        taken += ended[2]
         if ended[0] != DONE:
             y[4] = np.nan
-    return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6]))
+            break
+    return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6])), taken
 
 
 def _steps_by_auto(integrator, forces, cells, x, here, first, last, h):
@@ -175,7 +178,8 @@ def _steps_by_splitting(integrator, forces, cells, x, here, first, last, h):
 
 
 def _steps_by_dop853(integrator, forces, cells, x, here, first, last, h):
-    x = by_dop853(forces, integrator, x, first, last, h)
+    x, taken = by_dop853(forces, integrator, x, first, last, h)
+    cells.steps += taken
     return x, environment_at(forces.tables, last * h)
 
 

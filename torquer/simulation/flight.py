@@ -20,14 +20,9 @@ from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
 from torquer.simulation.boxed import exchange
 from torquer.simulation.host import HostFailed, inputs_from
+from torquer.simulation.pieces import is_resolved_at_the_end
 from torquer.simulation.result import COMPLETE, FAILED, STOPPED
-from torquer.simulation.run import (
-    Piece,
-    is_resolved_at_the_end,
-    prepare,
-    reason,
-    record_this_instant,
-)
+from torquer.simulation.run import Piece, prepare, reason, record_this_instant
 from torquer.simulation.simulate import RunStopped
 from torquer.simulation.state import CELLS, arrays_of
 from torquer.simulation.store import InMemory

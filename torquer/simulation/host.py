@@ -22,6 +22,7 @@ from torquer.geometry.vec3 import add_scaled, scale
 from torquer.interface import KNOWN, NO_COMMAND, Command, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.simulation import boxed
 from torquer.simulation.state import arrays_of
+from torquer.simulation.stopping import heeded
 
 if TYPE_CHECKING:
     from torquer.simulation.run import Run
@@ -84,6 +85,7 @@ class Host:
     def __init__(self, run: Run):
         self.run = run
         self.box = run.box()
+        self.signals = heeded()
         self.known = run.state.board.known.view(np.float64)
         self.laws = list(run.blocks.laws.values())
         self.estimators = list(run.blocks.estimators.values())
@@ -176,11 +178,14 @@ class Host:
         parameters = block.record_from(board.parameters[row["p0"] : row["p1"]])
         cells = block.record_of(memory[row["m0"] : row["m1"]])
         try:
+            self.signals.heed_at_once(True)
             answer = block(inputs_from(self.known), parameters, cells)
         except (Exception, SystemExit) as error:
             raise HostFailed(
                 f"{block.kind.name} {block.name}: must not raise; received {error!r}"
             ) from error
+        finally:
+            self.signals.heed_at_once(False)
         return _unified(block, answer)
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
-import os
 import platform
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 import torquer
+from torquer.engine import processor
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.plugin import source_mark, source_text
 from torquer.scenario.spec import Scenario
@@ -24,13 +24,11 @@ from torquer.wheel_array.layout import total_momentum
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
     import xarray as xr
 
-#: What a stored result takes beside its numbers, and some more [bytes].
-_OVERHEAD = 2**18
 #: How a run can have ended: at its end, at the time asked for, by the keyboard, by a failure.
 COMPLETE, STOPPED, INTERRUPTED, FAILED = "complete", "stopped", "interrupted", "failed"
 _XYZ = ("time", "axis")
 #: Recorded vectors: name, name in the record, unit, frame, meaning.
-_RECORDED = (
+RECORDED = (
     ("q_body_to_inertial", "q", "1", "body to J", "attitude quaternion (x, y, z, w)"),
     ("omega_body", "omega", "rad/s", "body", "absolute angular velocity"),
     ("dipole_body", "dipole", "A m^2", "body", "dipole of the coils, residual dipole included"),
@@ -39,13 +37,13 @@ _RECORDED = (
     ("sun_measured", "sun_measured", "1", "body", "last Sun sensor reading (zeros: not seen)"),
     ("command_body", "command", "A m^2", "body", "dipole that the computer asked for last"),
 )
-_TORQUE = (
+TORQUE = (
     "torque_command_body", "torque", "N m", "body",
     "torque on the body that the computer asked the wheels for last",
 )  # fmt: skip
 
 
-def _places(name: str) -> list[int]:
+def places(name: str) -> list[int]:
     """Places of a vector in a row of the record."""
     return [k for k, cell in enumerate(ROW.names) if cell.rpartition("_")[0] == name]
 
@@ -55,8 +53,8 @@ def _vectors(rows: np.ndarray, recorded) -> dict:
     cells = rows.view(np.float64).reshape(len(rows), len(ROW.names))
     return {
         name: (
-            ("time", "component" if len(_places(key)) == 4 else "axis"),
-            cells[:, _places(key)],
+            ("time", "component" if len(places(key)) == 4 else "axis"),
+            cells[:, places(key)],
             {"units": unit, "frame": frame, "long_name": meaning},
         )
         for name, key, unit, frame, meaning in recorded
@@ -67,7 +65,7 @@ def part_of(run: Run) -> xr.Dataset:
     """The record of the run's piece so far and all that follows from it."""
     record = run.rows()
     t_s = record.rows["step"] * run.plan.step_s
-    variables = _vectors(record.rows, _RECORDED) | _logged(run, record) | _of_modes(run, record)
+    variables = _vectors(record.rows, RECORDED) | logged(run, record) | modes_recorded(run, record)
     coordinates = _coordinates(run.scenario, t_s)
     if run.plan.plant.rotors:
         variables |= _of_wheels(run, record)
@@ -88,7 +86,8 @@ def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
     modes = _entered(run)
     data = part.assign(_totals(run)).assign(_checkpoint(run)).assign(modes)
     data = data.set_coords("mode") if modes else data
-    return data.assign_attrs(_attributes(run, how, ended))
+    data = data.assign_attrs(_attributes(run, how, ended))
+    return data.assign_attrs(digest=digest_of(data))
 
 
 def of_the_whole(result: xr.Dataset) -> list[str]:
@@ -118,10 +117,10 @@ def _of_wheels(run: Run, record: Record) -> dict:
         name: (("time", "wheel"), values, {"units": unit, "frame": "wheel axis", "long_name": text})
         for name, values, unit, text in kept
     }
-    return {**shown, **_vectors(record.rows, [_TORQUE])}
+    return {**shown, **_vectors(record.rows, [TORQUE])}
 
 
-def _logged(run: Run, record: Record) -> dict:
+def logged(run: Run, record: Record) -> dict:
     """What laws and estimators log, named by their keys."""
     variables, at = {}, 0
     for name, block, unit, cells in log_of(run.blocks):
@@ -138,10 +137,10 @@ def _logged(run: Run, record: Record) -> dict:
     return variables
 
 
-def _of_modes(run: Run, record: Record) -> dict:
+def modes_recorded(run: Run, record: Record) -> dict:
     """The state of every region, as numbers with their meanings."""
     variables, first = {}, 0
-    for k, (name, region) in enumerate(_regions(run.scenario).items()):
+    for k, (name, region) in enumerate(regions_of(run.scenario).items()):
         meanings = " ".join(region.states)
         values = np.where(np.isnan(record.modes[:, k]), -1, record.modes[:, k] - first)
         attributes = {
@@ -154,7 +153,7 @@ def _of_modes(run: Run, record: Record) -> dict:
     return variables
 
 
-def _regions(scenario: Scenario) -> dict:
+def regions_of(scenario: Scenario) -> dict:
     """Regions of a mode table or a scheme; none for laws that always work."""
     modes = scenario.control.named().modes
     return modes.regions if modes else {}
@@ -162,7 +161,7 @@ def _regions(scenario: Scenario) -> dict:
 
 def _entered(run: Run) -> dict:
     """When each state was entered last, and how often."""
-    regions, states = _regions(run.scenario), run.state.board.modes.states
+    regions, states = regions_of(run.scenario), run.state.board.modes.states
     if not regions:
         return {}
     names = [f"{name}.{state}" for name, region in regions.items() for state in region.states]
@@ -176,7 +175,7 @@ def _entered(run: Run) -> dict:
 
 
 #: What is kept of an estimate: name, names in the record, dimension, unit, meaning.
-_ESTIMATED = (
+ESTIMATED = (
     ("q_estimated", "estimate_q", "component", "1", "estimated attitude (x, y, z, w)"),
     ("omega_estimated", "estimate_omega", "axis", "rad/s", "estimated angular velocity"),
     ("gyro_bias_estimated", "estimate_bias", "axis", "rad/s", "estimated bias of the gyro"),
@@ -186,7 +185,7 @@ _ESTIMATED = (
 )
 
 
-def _names_in(key: str, dimension: str | None) -> list[str]:
+def names_in(key: str, dimension: str | None) -> list[str]:
     parts = {"component": "xyzw", "axis": "xyz"}
     return [f"{key}_{c}" for c in parts[dimension]] if dimension else [key]
 
@@ -194,8 +193,8 @@ def _names_in(key: str, dimension: str | None) -> list[str]:
 def _of_estimate(estimate: np.ndarray) -> dict:
     """What the estimator believes."""
     variables = {}
-    for name, key, dimension, unit, meaning in _ESTIMATED:
-        values = np.column_stack([estimate[part] for part in _names_in(key, dimension)])
+    for name, key, dimension, unit, meaning in ESTIMATED:
+        values = np.column_stack([estimate[part] for part in names_in(key, dimension)])
         attributes = {"units": unit, "frame": "body", "long_name": meaning}
         dims = ("time", dimension) if dimension else ("time",)
         variables[name] = (dims, values if dimension else values[:, 0], attributes)
@@ -308,12 +307,13 @@ def _matrices(q: np.ndarray) -> np.ndarray:
     return Rotation.from_quat(q).as_matrix()
 
 
-def _attributes(run: Run, how: str, ended: str) -> dict:
+def versions() -> dict[str, str]:
+    """Versions of what bits depend on."""
     import numba
     import scipy
     import xarray as xr
 
-    versions = {
+    return {
         "torquer": torquer.__version__,
         "python": platform.python_version(),
         "numpy": np.__version__,
@@ -321,28 +321,40 @@ def _attributes(run: Run, how: str, ended: str) -> dict:
         "scipy": scipy.__version__,
         "xarray": xr.__version__,
     }
+
+
+def _attributes(run: Run, how: str, ended: str) -> dict:
     return {
         "scenario": run.scenario.model_dump_json(),
-        **_law_attributes(run),
+        **law_attributes(run),
         "seed": str(run.scenario.seed),
         "how_it_ended": how,
         "ended": ended,
-        "versions": json.dumps(versions),
+        "versions": json.dumps(versions()),
+        "processor": processor(),
         "table_relative_error": run.relative_error,
         "conventions": "see torquer.conventions; SI units; quaternions scalar-last",
     }
 
 
-def _stored(state: State) -> list[np.ndarray]:
+def arrays_stored(state: State) -> list[np.ndarray]:
     """The arrays that hold the loop's state between steps, as numbers of eight bytes."""
     return [part.view(np.float64) for part in arrays_of(state[1:])]
 
 
 def _checkpoint(run: Run) -> dict:
     """The loop's state, bit for bit, as one vector."""
-    values = np.concatenate([run.state.at, *(array.ravel() for array in _stored(run.state))])
+    values = np.concatenate([run.state.at, *(array.ravel() for array in arrays_stored(run.state))])
     meaning = {"long_name": "state of the loop, to resume"}
     return {"checkpoint": ("checkpoint_cell", values, meaning)}
+
+
+def digest_of(result: xr.Dataset) -> str:
+    """Digest of what a run goes on from: scenario, laws, state."""
+    digest = hashlib.sha256(np.ascontiguousarray(result["checkpoint"].values).tobytes())
+    for name in ("scenario", "laws", "seed", "how_it_ended", "ended", "table_relative_error"):
+        digest.update(str(result.attrs[name]).encode())
+    return digest.hexdigest()
 
 
 def scenario_of(result: xr.Dataset) -> Scenario:
@@ -350,7 +362,7 @@ def scenario_of(result: xr.Dataset) -> Scenario:
     return Scenario.model_validate_json(result.attrs["scenario"])
 
 
-def _law_attributes(run: Run) -> dict[str, str]:
+def law_attributes(run: Run) -> dict[str, str]:
     """What a result says of its laws and estimators: by key, as JSON."""
     said = {
         key: {
@@ -367,117 +379,3 @@ def _law_attributes(run: Run) -> dict[str, str]:
 def laws_of(result: xr.Dataset) -> dict[str, dict]:
     """Laws and estimators that were flown, by key: name, parameters, text, how they ran."""
     return json.loads(result.attrs["laws"])
-
-
-def restore(run: Run, result: xr.Dataset) -> None:
-    """Bring a freshly prepared run to where a result of the same scenario and laws stopped."""
-    given, began = json.loads(_law_attributes(run)["laws"]), laws_of(result)
-    for key, law in given.items():
-        was = began.get(key, {"name": "none", "parameters": {}, "source": ""})
-        if (law["name"], law["parameters"]) != (was["name"], was["parameters"]):
-            raise ValueError(
-                f"{key}: must be {_in_words(was)}, with which the run began; "
-                f"received {_in_words(law)}"
-            )
-        if law["source"] != was["source"]:
-            raise ValueError(
-                f"{key} {law['name']}: must be the one with which the run began; its file, or one "
-                "beside it, has been edited since"
-            )
-    _restore_state(run, result["checkpoint"].values)
-    run.piece, run.relative_error = None, float(result.attrs["table_relative_error"])
-    run.enter()
-    _restore_record(run, result)
-
-
-def _in_words(law: dict) -> str:
-    return f"{law['name']} {json.dumps(law['parameters'])}"
-
-
-def _restore_state(run: Run, cells: np.ndarray) -> None:
-    arrays, at = _stored(run.state), len(run.state.at)
-    size = at + sum(array.size for array in arrays)
-    if cells.shape != (size,):
-        raise ValueError(
-            f"result: its checkpoint must have {size} cells, as this scenario and law have; "
-            f"received {cells.size}"
-        )
-    run.state.at[:] = cells[:at].astype(np.int64)
-    for array in arrays:
-        array.flat = cells[at : at + array.size]
-        at += array.size
-
-
-def _restore_record(run: Run, result: xr.Dataset) -> None:
-    """The rows of the piece in which the run stands; those before are complete as they are."""
-    steps = np.arange(result.sizes["time"]) * run.plan.record_steps
-    due = -(-int(run.state.at[0]) // run.plan.record_steps)
-    t_s = result["time"].values
-    if len(t_s) < due or not np.array_equal(t_s, steps * run.plan.step_s):
-        raise ValueError(
-            f"result: must have every row of its record to go on from; received {len(t_s)} rows, "
-            f"of {due} or more"
-        )
-    record, count = run.record, len(run.record.rows)
-    here = slice(run.first_row, min(len(t_s), run.first_row + count))
-    rows = np.arange(here.start, here.stop) % count
-    part = result.isel(time=here)
-    cells = record.rows.view(np.float64).reshape(count, len(ROW.names))
-    cells[rows, 0] = steps[here]
-    wheels = bool(run.plan.plant.rotors)
-    for name, key, *_ in (*_RECORDED, *([_TORQUE] if wheels else ())):
-        cells[np.ix_(rows, _places(key))] = part[name].values
-    if wheels:
-        names = ("wheel_momentum", "wheel_torque")
-        record.wheels[rows] = np.hstack([part[name].values for name in names])
-    for name, key, dimension, *_ in _ESTIMATED if len(record.estimate) else ():
-        values = part[name].values.reshape(len(rows), -1)
-        for k, cell in enumerate(_names_in(key, dimension)):
-            record.estimate[cell][rows] = values[:, k]
-    for k, name in enumerate(_of_modes(run, run.rows())):
-        first = sum(len(r.states) for r in list(_regions(run.scenario).values())[:k])
-        record.modes[rows, k] = part[name].values + first
-    at = 0
-    for name, (_, values, _) in _logged(run, run.rows()).items():
-        width = values.shape[1] if values.ndim == 2 else 1
-        record.log[rows, at : at + width] = part[name].values.reshape(len(rows), width)
-        at += width
-
-
-def save(result: xr.Dataset, path, how: dict | None = None) -> None:
-    """Write a result as NetCDF; what stood there before is replaced when all is written.
-
-    `how`: more arguments of `xarray.Dataset.to_netcdf`.
-    """
-    path = Path(path)
-    unfinished = path.with_name(path.name + ".part")
-    _reserve(unfinished, result.nbytes + _OVERHEAD)
-    result.to_netcdf(unfinished, engine="h5netcdf", **(how or {}))
-    os.replace(unfinished, path)
-
-
-def _reserve(path: Path, size: int) -> None:
-    """OSError if a file cannot have that size: HDF5 itself crashes on a full disk."""
-    if not hasattr(os, "posix_fallocate"):  # not on Windows
-        return
-    try:
-        with path.open("wb") as file:
-            os.posix_fallocate(file.fileno(), 0, size)
-    except OSError:
-        path.unlink(missing_ok=True)
-        raise
-
-
-def load(path) -> xr.Dataset:
-    """Read a result back."""
-    import xarray as xr
-
-    return xr.load_dataset(path, engine="h5netcdf")
-
-
-def attributes_of(path) -> dict:
-    """What a stored result says of itself, without its numbers."""
-    import h5py
-
-    with h5py.File(path) as file:
-        return dict(file.attrs)

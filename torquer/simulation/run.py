@@ -1,6 +1,5 @@
 """A prepared run: constants, tables, state and record; and its way on, step by step."""
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -14,8 +13,8 @@ from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
 from torquer.simulation.adaptive import LEAST_STEP_S, MOST_STEPS
-from torquer.simulation.boxed import Box, advance, box_of, is_resolved_in, record_in
-from torquer.simulation.host import Host, HostFailed
+from torquer.simulation.boxed import Box, advance, box_of, record_in
+from torquer.simulation.host import Host
 from torquer.simulation.prepare import (
     blocks_of,
     empty_record,
@@ -30,9 +29,6 @@ from torquer.simulation.state import Plan, Record, State, Tables
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.coils import switch_off_coils
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
-
-#: Wall-clock time between looks at the progress and at the keyboard [s].
-_PIECE_S = 0.05
 
 
 class Piece(NamedTuple):
@@ -210,31 +206,6 @@ def next_event(plan: Plan, step: int) -> int:
     that the bits of a result do not depend on where the run was stopped.
     """
     return min(next_row(plan.timetable, step)[0], step + -step % plan.record_steps)
-
-
-def advance_in_pieces(run: Run, last: int, progress: Callable[[float], None] | None) -> str:
-    """Run on to a step, with a look at the keyboard now and then; what made it stop, or ""."""
-    piece = 1000
-    while (done := int(run.state.at[0])) < last:
-        clock = time.perf_counter()
-        try:
-            ended = run.advance_to(next_event(run.plan, min(done + piece, last)))
-        except HostFailed as error:
-            return f"{error} at t = {run.now_s:g} s"
-        if ended != loop.RUNNING:
-            return reason(run, ended)
-        if time.perf_counter() - clock < _PIECE_S:
-            piece *= 2
-        if progress:
-            progress(int(run.state.at[0]) / run.steps)
-    return "" if is_resolved_at_the_end(run) else reason(run, loop.COARSE_STEP)
-
-
-def is_resolved_at_the_end(run: Run) -> bool:
-    """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
-    if run.state.at[0] < run.steps:
-        return True
-    return is_resolved_in(run.box())
 
 
 def reason(run: Run, ended: int) -> str:

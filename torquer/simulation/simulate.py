@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import math
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
+from torquer.simulation.file import lazily
+from torquer.simulation.pieces import CHECKPOINT_S, Checkpoints, advance_in_pieces
+from torquer.simulation.restore import check_version, of_one_run, other_bits, restore
 from torquer.simulation.result import (
     COMPLETE,
     FAILED,
     INTERRUPTED,
     STOPPED,
     of_the_whole,
-    restore,
     scenario_of,
 )
-from torquer.simulation.run import Run, advance_in_pieces, prepare, record_this_instant
+from torquer.simulation.run import Run, prepare, record_this_instant
 from torquer.simulation.size import check_disk, check_memory, size_of
-from torquer.simulation.store import InFile, InMemory, lazily
+from torquer.simulation.stopping import heeding
+from torquer.simulation.store import InFile, InMemory, drop_parts, gather
 from torquer.spec import checked
 
 if TYPE_CHECKING:
@@ -46,6 +50,7 @@ def simulate(
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
     to: str | os.PathLike | None = None,
+    checkpoint_s: float = CHECKPOINT_S,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
@@ -54,8 +59,10 @@ def simulate(
     result names the laws that were flown.
     `until_s` stops the run early, at the next instant of a reading, of a control cycle or of the
     record; `resume` goes on from there. `progress` is called with the part done, 0..1.
-    `to`: a file (NetCDF) for the result. A long run is written to it piece by piece, in bounded
-    memory; the result returned then reads its numbers from the file when they are asked for.
+    `to`: a file (NetCDF) for the result. A long run is written piece by piece, in bounded memory;
+    the result returned then reads its numbers from the file when they are asked for. What is
+    computed is written every `checkpoint_s` seconds of computing, so that `resume` can go on from
+    there if the process is killed; seldom enough to take 1 % of the time at most.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
@@ -66,8 +73,12 @@ def simulate(
         )
     scenario = checked(scenario)
     _check_size(scenario, to)
-    store = InMemory() if to is None else InFile(Path(to))
-    return finish(prepare(scenario, law, laws), store, until_s, progress)
+    with heeding():
+        run = prepare(scenario, law, laws)
+        if to is None:
+            return finish(run, InMemory(), until_s, progress)
+        drop_parts(Path(to))
+        return finish(run, InFile(Path(to)), until_s, progress, checkpoint_s)
 
 
 def resume(
@@ -77,29 +88,42 @@ def resume(
     laws: Mapping[str, Law | Callable] | None = None,
     until_s: float | None = None,
     progress: Callable[[float], None] | None = None,
+    scenario: Scenario | None = None,
+    checkpoint_s: float = CHECKPOINT_S,
 ) -> xr.Dataset:
     """Go on from where a result stopped; the whole is the same bits as an unbroken run.
 
     `result`: a result, or the file of one, in which the run then goes on. A law that was given in
-    Python must be given again, unless it is in a file to load it from.
+    Python must be given again, unless it is in a file to load it from. `scenario`: that of the run,
+    if the files of its laws lie elsewhere now; its name and description may have changed.
+    ValueError for a result that is damaged, of another version of torquer or of another run; a
+    warning where the last bits may differ, as on another kind of processor.
     """
-    if isinstance(result, str | os.PathLike):
-        return _resume_in_file(Path(result), law, laws, until_s, progress)
-    scenario = scenario_of(result)
-    _check_size(scenario, None)
+    with heeding():
+        if not isinstance(result, str | os.PathLike):
+            run = _restored(result, law, laws, scenario, None)
+            earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
+            return finish(run, InMemory(earlier), until_s, progress)
+        path = Path(result)
+        gather(path)
+        with lazily(path) as earlier:
+            run = _restored(earlier, law, laws, scenario, path)
+        return finish(run, InFile(path), until_s, progress, checkpoint_s)
+
+
+def _restored(result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path | None) -> Run:
+    """The run of a result, where it stopped."""
+    check_version(result)
+    began = scenario_of(result)
+    if scenario is not None and not of_one_run(began, scenario):
+        raise ValueError("scenario: must be the one that the run began with; received another")
+    scenario = scenario or began
+    _check_size(scenario, to)
     run = prepare(scenario, law, laws)
     restore(run, result)
-    earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
-    return finish(run, InMemory(earlier), until_s, progress)
-
-
-def _resume_in_file(path: Path, law, laws, until_s, progress) -> xr.Dataset:
-    with lazily(path) as result:
-        scenario = scenario_of(result)
-        _check_size(scenario, path)
-        run = prepare(scenario, law, laws)
-        restore(run, result)
-    return finish(run, InFile(path), until_s, progress)
+    for line in other_bits(result):
+        warnings.warn(line, stacklevel=3)
+    return run
 
 
 def _check_size(scenario: Scenario, to) -> None:
@@ -109,13 +133,15 @@ def _check_size(scenario: Scenario, to) -> None:
         check_disk(size, Path(to).parent)
 
 
-def finish(run: Run, store, until_s: float | None = None, progress=None) -> xr.Dataset:
+def finish(
+    run: Run, store, until_s: float | None = None, progress=None, checkpoint_s=CHECKPOINT_S
+) -> xr.Dataset:
     """Run on to the end (or to `until_s`) and return the result so far, which goes to a store."""
     last = run.steps if until_s is None else _last_step(run, until_s)
     run.keep = store.keep
     interrupted = False
     try:
-        reason = advance_in_pieces(run, last, progress)
+        reason = advance_in_pieces(run, last, progress, Checkpoints(store.checkpoint, checkpoint_s))
     except KeyboardInterrupt:
         reason, interrupted = f"interrupted at t = {run.now_s:g} s", True
     run.enter()

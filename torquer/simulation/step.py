@@ -29,6 +29,8 @@ from torquer.spacecraft.coils import (
 )
 from torquer.spacecraft.rotors import relative_momentum
 
+#: Adaptive steps after which the loop returns at the next event, for a look at signals.
+_STEPS_TO_LOOK = 100_000
 #: How a piece of the run ended; WAITING: a host is to answer.
 RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING = 0, 1, 2, 3, 4
 
@@ -124,6 +126,7 @@ def advance_actuators(plan, state, steps):
 def run_steps(integrator, plan, tables, state, record, seed, last):
     """Run on to step `last`; return how it ended. `state.at` tells how far it came.
 
+    It may end at an event before, RUNNING, where many adaptive steps were needed.
     With a host it stops at every control step, when the sensors have been read, and goes on from
     there when the host has put its command into the state.
     """
@@ -135,6 +138,7 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
     number, cycle = row_from(timetable, step)
     due = cycle + timetable.rows[number].step
     to_record = step + -step % plan.record_steps
+    enough = state.cells[0].steps + _STEPS_TO_LOOK
     while step < last:
         if step == due:
             row = timetable.rows[number]
@@ -170,4 +174,6 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
         put_motion(state.cells, x)
         advance_actuators(plan, state, until - step)
         step = at[0] = until
+        if state.cells[0].steps > enough:
+            break
     return RUNNING

@@ -1,13 +1,15 @@
-"""Where the pieces of a run are kept: in memory, or appended to a file as they are completed."""
+"""Where the pieces of a run are kept: in memory, or in files as the run goes on."""
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.simulation.result import INTERRUPTED, of_the_whole, part_of, save, with_state
+from torquer.simulation.file import join, lazily, save
+from torquer.simulation.result import INTERRUPTED, of_the_whole, part_of, with_state
 from torquer.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -27,6 +29,9 @@ class InMemory:
         """Keep the run's piece, which is complete."""
         self.parts.append(part_of(run))
 
+    def checkpoint(self, run: Run) -> None:
+        """Nothing: what is in memory is lost with the process in any case."""
+
     def result(self, run: Run, how: str, ended: str) -> xr.Dataset:
         """The whole of what was computed."""
         parts = [*self.parts, part_of(run)]
@@ -39,35 +44,58 @@ class InMemory:
 
 
 class InFile:
-    """Appends the pieces to a file, which can be gone on from whenever the process ends."""
+    """Keeps the first piece in a file, later ones in files of a folder beside it until the end.
+
+    Each of them is written whole and has the state at its end: the run can go on from the last
+    one, however the process ended.
+    """
 
     def __init__(self, path: Path):
         self.path = path
 
     def keep(self, run: Run) -> None:
-        """Write the run's piece, which is complete."""
+        """Write the run's piece, complete or not."""
         self._write(run, INTERRUPTED, f"interrupted at t = {run.now_s:g} s")
+
+    checkpoint = keep
 
     def result(self, run: Run, how: str, ended: str) -> xr.Dataset:
         """Write what there is of the last piece; the result, read from the file if it is long."""
         part = self._write(run, how, ended)
-        return part if run.piece.first == 0 else lazily(self.path)
+        if run.piece.first == 0:
+            return part
+        gather(self.path)
+        return lazily(self.path)
 
     def _write(self, run: Run, how: str, ended: str) -> xr.Dataset:
         part = with_state(part_of(run), run, how, ended)
+        path = self.path
         if run.piece.first > 0:
-            _append(part, self.path, run.first_row)
-        else:
-            grows = run.steps > run.piece.last
-            save(part, self.path, _growing(part) if grows else None)
+            path = parts_folder(self.path) / f"{run.first_row:012d}.nc"
+            path.parent.mkdir(exist_ok=True)
+        grows = run.steps > run.piece.last and run.piece.first == 0
+        save(part, path, _growing(part) if grows else None)
         return part
 
 
-def lazily(path: Path) -> xr.Dataset:
-    """A stored result whose numbers are read when they are asked for, and not kept in memory."""
-    import xarray as xr
+def parts_folder(path: Path) -> Path:
+    """Folder of the pieces after the first of an unfinished run."""
+    return path.with_name(path.name + ".parts")
 
-    return xr.open_dataset(path, engine="h5netcdf", cache=False)
+
+def gather(path: Path) -> None:
+    """Append the pieces after the first of an unfinished run to its file, if there are any."""
+    folder = parts_folder(path)
+    if not folder.is_dir():
+        return
+    join(path, sorted(folder.glob("*.nc")), _append)
+    shutil.rmtree(folder)
+
+
+def drop_parts(path: Path) -> None:
+    """Remove what an earlier run has left in pieces."""
+    if parts_folder(path).is_dir():
+        shutil.rmtree(parts_folder(path))
 
 
 def _growing(part: xr.Dataset) -> dict:
@@ -79,12 +107,13 @@ def _growing(part: xr.Dataset) -> dict:
     return {"unlimited_dims": ("time",), "encoding": encoding}
 
 
-def _append(part: xr.Dataset, path: Path, first_row: int) -> None:
+def _append(path: Path, part: xr.Dataset) -> None:
     """Write a part's rows at their place in a file, the state and attributes anew."""
     import h5netcdf
 
-    end = first_row + part.sizes["time"]
     with h5netcdf.File(path, "r+") as file:
+        first_row = int(np.searchsorted(file.variables["time"][:], part["time"].values[0]))
+        end = first_row + part.sizes["time"]
         file.resize_dimension("time", end)
         for name, values in part.variables.items():
             if "time" in values.dims:

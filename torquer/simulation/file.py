@@ -1,0 +1,157 @@
+"""Results as NetCDF files: written whole or not at all, believed only as they were written.
+
+A file ends with a digest of all before it, which NetCDF and HDF5 do not read. It is compared
+before HDF5 sees the file: HDF5 ends the process on some damaged files, and on a full disk. So
+files are also built in memory, and what grows has its place on the disk before it grows.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import io
+import os
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from torquer.simulation.stopping import heeded
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+_SEAL = b"\nsha256 of the above, by torquer: "
+_SEAL_BYTES = len(_SEAL) + 64
+_BLOCK = 1 << 22
+#: What a stored result takes beside its numbers, and some more [bytes].
+OVERHEAD = 1 << 20
+
+
+class Damaged(ValueError):
+    """A file that is not as it was written."""
+
+
+def save(result: xr.Dataset, path, how: dict | None = None) -> None:
+    """Write a result as NetCDF; what stood there before is replaced when all is written.
+
+    `how`: more arguments of `xarray.Dataset.to_netcdf`.
+    """
+    data = memoryview(result.to_netcdf(None, engine="h5netcdf", **(how or {})))
+    with heeded().writing(), replacing(Path(path)) as unfinished, unfinished.open("wb") as file:
+        file.write(data)
+        file.write(_SEAL + hashlib.sha256(data).hexdigest().encode())
+        _to_disk(file)
+
+
+def load(path) -> xr.Dataset:
+    """Read a result back; ValueError for a file that is not as it was written."""
+    import xarray as xr
+
+    path = Path(path)
+    data = path.read_bytes()
+    _check(path, io.BytesIO(data), len(data))
+    return xr.load_dataset(io.BytesIO(data), engine="h5netcdf")
+
+
+def lazily(path) -> xr.Dataset:
+    """A stored result whose numbers are read when they are asked for, and not kept in memory."""
+    import xarray as xr
+
+    check(path)
+    return xr.open_dataset(path, engine="h5netcdf", cache=False)
+
+
+def check(path) -> None:
+    """Raise `Damaged` unless a file is as it was written; reads all of it."""
+    path = Path(path)
+    with path.open("rb") as file:
+        _check(path, file, path.stat().st_size)
+
+
+def attributes_of(path) -> dict:
+    """What a stored result says of itself, without its numbers."""
+    import h5py
+
+    check(path)
+    with h5py.File(path) as file:
+        return dict(file.attrs)
+
+
+def join(first, others: Iterable, grow) -> None:
+    """Append files to the first one, which is replaced when all is done.
+
+    `grow(path, part)` appends the dataset of a file; the disk has room for it then.
+    """
+    first, others = Path(first), list(others)
+    with heeded().writing(), replacing(first) as unfinished:
+        shutil.copyfile(first, unfinished)
+        room = sum(other.stat().st_size + OVERHEAD for other in others)
+        with unfinished.open("r+b") as file:
+            _reserve(file, unfinished.stat().st_size, room)
+        for other in others:
+            grow(unfinished, load(other))
+        _seal(unfinished)
+
+
+@contextlib.contextmanager
+def replacing(path: Path):
+    """A path to write beside the given one, which takes its place at the end of the block."""
+    unfinished = path.with_name(path.name + ".part")
+    try:
+        yield unfinished
+        os.replace(unfinished, path)
+    except BaseException:
+        with contextlib.suppress(OSError):
+            unfinished.unlink(missing_ok=True)
+        raise
+    _folder_to_disk(path.parent)
+
+
+def _seal(path: Path) -> None:
+    """Write the digest of all that HDF5 left in a file behind it."""
+    with path.open("r+b") as file:
+        digest = _digest_of(file, path.stat().st_size)
+        file.seek(0, os.SEEK_END)
+        file.write(_SEAL + digest)
+        _to_disk(file)
+
+
+def _check(path: Path, file: BinaryIO, size: int) -> None:
+    length = size - _SEAL_BYTES
+    if length > 0:
+        file.seek(length)
+        seal = file.read()
+        file.seek(0)
+        if seal == _SEAL + _digest_of(file, length):
+            return
+    raise Damaged(f"result: must be as torquer wrote it; received {path}, damaged or edited since")
+
+
+def _digest_of(file: BinaryIO, length: int) -> bytes:
+    digest, left = hashlib.sha256(), length
+    while left > 0 and (block := file.read(min(_BLOCK, left))):
+        digest.update(block)
+        left -= len(block)
+    return digest.hexdigest().encode()
+
+
+def _to_disk(file: BinaryIO) -> None:
+    file.flush()
+    os.fsync(file.fileno())
+
+
+def _folder_to_disk(folder: Path) -> None:
+    """A new name is on the disk when its folder is."""
+    with contextlib.suppress(OSError):  # not on every system
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _reserve(file: BinaryIO, size: int, room: int) -> None:
+    """OSError unless the disk has room behind a file's end."""
+    if hasattr(os, "posix_fallocate"):  # not on Windows
+        os.posix_fallocate(file.fileno(), size, room)

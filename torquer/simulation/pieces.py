@@ -1,0 +1,69 @@
+"""A run in pieces of a fraction of a second, between which signals and the clock are looked at."""
+
+import time
+from collections.abc import Callable
+
+from torquer.simulation import step as loop
+from torquer.simulation.boxed import is_resolved_in
+from torquer.simulation.host import HostFailed
+from torquer.simulation.run import Run, next_event, reason, record_this_instant
+from torquer.simulation.stopping import heeded
+
+#: Computing time of a piece [s]: it doubles up to this, and is halved where it takes longer.
+_PIECE_S = 0.05
+_FIRST_STEPS = 16
+#: Time [s] from one checkpoint on the disk to the next, and what part they may take of it.
+CHECKPOINT_S = 5.0
+_CHECKPOINT_SHARE = 0.01
+
+
+class Checkpoints:
+    """Saves a run every so often, and less often where that takes long."""
+
+    def __init__(self, save: Callable[[Run], None], interval_s: float):
+        if not interval_s > 0.0:
+            raise ValueError(f"checkpoint_s: must be greater than 0; received {interval_s}")
+        self.save, self.interval_s = save, interval_s
+        self._due_s = time.monotonic() + interval_s
+
+    def look(self, run: Run) -> None:
+        """Save the run if it is time to."""
+        begun_s = time.monotonic()
+        if begun_s < self._due_s:
+            return
+        run.enter()
+        record_this_instant(run)
+        self.save(run)
+        ended_s = time.monotonic()
+        self._due_s = ended_s + max(self.interval_s, (ended_s - begun_s) / _CHECKPOINT_SHARE)
+
+
+def advance_in_pieces(
+    run: Run, last: int, progress: Callable[[float], None] | None, checkpoints: Checkpoints
+) -> str:
+    """Run on to a step; what made it stop, or "". Raises KeyboardInterrupt on a signal."""
+    signals, steps = heeded(), _FIRST_STEPS
+    while (done := int(run.state.at[0])) < last:
+        if signals.asked:
+            raise KeyboardInterrupt
+        begun_s = time.perf_counter()
+        try:
+            ended = run.advance_to(next_event(run.plan, min(done + steps, last)))
+        except HostFailed as error:
+            return f"{error} at t = {run.now_s:g} s"
+        if ended != loop.RUNNING:
+            return reason(run, ended)
+        took_s = time.perf_counter() - begun_s
+        steps = max(steps // 2, 1) if took_s > 2.0 * _PIECE_S else steps
+        steps = 2 * steps if took_s < _PIECE_S else steps
+        if progress:
+            progress(int(run.state.at[0]) / run.steps)
+        checkpoints.look(run)
+    return "" if is_resolved_at_the_end(run) else reason(run, loop.COARSE_STEP)
+
+
+def is_resolved_at_the_end(run: Run) -> bool:
+    """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
+    if run.state.at[0] < run.steps:
+        return True
+    return is_resolved_in(run.box())

@@ -1,0 +1,179 @@
+"""A prepared run brought to where a result stopped, if that result can be believed."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import torquer
+from torquer.engine import processor
+from torquer.scenario.spec import Scenario
+from torquer.simulation.result import (
+    ESTIMATED,
+    RECORDED,
+    TORQUE,
+    arrays_stored,
+    digest_of,
+    law_attributes,
+    laws_of,
+    logged,
+    modes_recorded,
+    names_in,
+    places,
+    regions_of,
+    versions,
+)
+from torquer.simulation.run import Run
+from torquer.simulation.state import ROW
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def restore(run: Run, result: xr.Dataset) -> None:
+    """Bring a freshly prepared run to where a result of the same scenario and laws stopped.
+
+    ValueError for a result of another version of torquer, of other laws, or changed since.
+    """
+    check_version(result)
+    _check_laws(run, result)
+    cells = result["checkpoint"].values
+    _check_state(run, cells)
+    if result.attrs.get("digest") != digest_of(result):
+        raise ValueError(
+            "result: must be as the run left it; received one whose scenario, laws or state have "
+            "been changed since"
+        )
+    _restore_state(run, cells)
+    run.piece, run.relative_error = None, float(result.attrs["table_relative_error"])
+    run.enter()
+    _restore_record(run, result)
+
+
+def check_version(result: xr.Dataset) -> None:
+    """ValueError for a result of another version of torquer: its state may mean other things."""
+    theirs = _versions_in(result).get("torquer", "an unknown version")
+    if theirs != torquer.__version__:
+        raise ValueError(
+            f"result: must be of torquer {torquer.__version__} to go on from; received one of "
+            f"{theirs}"
+        )
+
+
+def other_bits(result: xr.Dataset) -> list[str]:
+    """What is not as it was when the run began, and may change its last bits: one line each."""
+    began, now = _versions_in(result), versions()
+    pairs = [(name, began.get(name), now[name]) for name in ("python", "numpy", "numba", "scipy")]
+    pairs.append(("processor", result.attrs.get("processor"), processor()))
+    return [
+        f"the run began with {name} {was} and goes on with {name} {this}: the last bits may differ"
+        for name, was, this in pairs
+        if was != this
+    ]
+
+
+def of_one_run(a: Scenario, b: Scenario) -> bool:
+    """Whether two scenarios are the same run: but for names, and where the files of laws lie.
+
+    What is in those files is compared by itself.
+    """
+    return _flown(a.model_dump(exclude={"name", "description"})) == _flown(
+        b.model_dump(exclude={"name", "description"})
+    )
+
+
+def _flown(value):
+    """Data without the places of files."""
+    if isinstance(value, dict):
+        return {key: _flown(each) for key, each in value.items() if key != "file"}
+    if isinstance(value, list | tuple):
+        return [_flown(each) for each in value]
+    return value
+
+
+def _versions_in(result: xr.Dataset) -> dict:
+    try:
+        return dict(json.loads(result.attrs["versions"]))
+    except (KeyError, TypeError, ValueError):
+        return {}
+
+
+def _check_laws(run: Run, result: xr.Dataset) -> None:
+    given, began = json.loads(law_attributes(run)["laws"]), laws_of(result)
+    for key, law in given.items():
+        was = began.get(key, {"name": "none", "parameters": {}, "source": ""})
+        if (law["name"], law["parameters"]) != (was["name"], was["parameters"]):
+            raise ValueError(
+                f"{key}: must be {_in_words(was)}, with which the run began; "
+                f"received {_in_words(law)}"
+            )
+        if law["source"] != was["source"]:
+            raise ValueError(
+                f"{key} {law['name']}: must be the one with which the run began; its file, or one "
+                "that it imports from beside it, has been edited since"
+            )
+
+
+def _in_words(law: dict) -> str:
+    return f"{law['name']} {json.dumps(law['parameters'])}"
+
+
+def _check_state(run: Run, cells: np.ndarray) -> None:
+    """ValueError unless a checkpoint is one of this run: its size, and where it stands."""
+    size = len(run.state.at) + sum(array.size for array in arrays_stored(run.state))
+    if cells.shape != (size,):
+        raise ValueError(
+            f"result: its checkpoint must have {size} cells, as this scenario and law have; "
+            f"received {cells.size}"
+        )
+    step, waiting = cells[: len(run.state.at)]
+    if not (step in range(run.steps + 1) and waiting in (0.0, 1.0)):
+        raise ValueError(
+            f"result: its checkpoint must be at a step from 0 to {run.steps}; received {step:g}"
+        )
+
+
+def _restore_state(run: Run, cells: np.ndarray) -> None:
+    at = len(run.state.at)
+    run.state.at[:] = cells[:at].astype(np.int64)
+    for array in arrays_stored(run.state):
+        array.flat = cells[at : at + array.size]
+        at += array.size
+
+
+def _restore_record(run: Run, result: xr.Dataset) -> None:
+    """The rows of the piece in which the run stands; those before are complete as they are."""
+    steps = np.arange(result.sizes["time"]) * run.plan.record_steps
+    due = -(-int(run.state.at[0]) // run.plan.record_steps)
+    t_s = result["time"].values
+    if len(t_s) < due or not np.array_equal(t_s, steps * run.plan.step_s):
+        raise ValueError(
+            f"result: must have every row of its record to go on from; received {len(t_s)} rows, "
+            f"of {due} or more"
+        )
+    record, count = run.record, len(run.record.rows)
+    here = slice(run.first_row, min(len(t_s), run.first_row + count))
+    rows = np.arange(here.start, here.stop) % count
+    part = result.isel(time=here)
+    cells = record.rows.view(np.float64).reshape(count, len(ROW.names))
+    cells[rows, 0] = steps[here]
+    wheels = bool(run.plan.plant.rotors)
+    for name, key, *_ in (*RECORDED, *([TORQUE] if wheels else ())):
+        cells[np.ix_(rows, places(key))] = part[name].values
+    if wheels:
+        names = ("wheel_momentum", "wheel_torque")
+        record.wheels[rows] = np.hstack([part[name].values for name in names])
+    for name, key, dimension, *_ in ESTIMATED if len(record.estimate) else ():
+        values = part[name].values.reshape(len(rows), -1)
+        for k, cell in enumerate(names_in(key, dimension)):
+            record.estimate[cell][rows] = values[:, k]
+    for k, name in enumerate(modes_recorded(run, run.rows())):
+        first = sum(len(r.states) for r in list(regions_of(run.scenario).values())[:k])
+        record.modes[rows, k] = part[name].values + first
+    at = 0
+    for name, (_, values, _) in logged(run, run.rows()).items():
+        width = values.shape[1] if values.ndim == 2 else 1
+        record.log[rows, at : at + width] = part[name].values.reshape(len(rows), width)
+        at += width

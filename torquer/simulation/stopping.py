@@ -1,0 +1,97 @@
+"""Requests to stop by signals: noted at once, heeded where nothing can be lost by it.
+
+An exception inside the glue of compiled code, or inside a write, loses the run. So a signal is
+noted; the run looks at the note between its pieces, and laws in plain Python are left at once.
+"""
+
+import contextlib
+import signal
+import threading
+import time
+from collections.abc import Iterator
+
+#: A run that has not heeded a signal after this time [s] is ended by the next one.
+PATIENCE_S = 2.0
+#: What runs heed by themselves, and what the command line does.
+INTERRUPT = (signal.SIGINT,)
+ALL = tuple(
+    getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+
+
+class Stop:
+    """The signals that came: the last one's number, how many, since when."""
+
+    def __init__(self) -> None:
+        self.number, self.count = 0, 0
+        self._since_s = 0.0
+        self._at_once = False
+        self._writing = 0
+
+    @property
+    def asked(self) -> bool:
+        """Whether a signal came."""
+        return self.count > 0
+
+    def note(self, number: int, frame) -> None:
+        """The handler of a signal."""
+        now_s = time.monotonic()
+        impatient = self.asked and now_s - self._since_s > PATIENCE_S
+        if not self.asked:
+            self._since_s = now_s
+        self.number, self.count = number, self.count + 1
+        if not self._writing and (self._at_once or impatient):
+            raise KeyboardInterrupt
+
+    def forget(self) -> None:
+        """As if no signal had come yet."""
+        self.count = 0
+
+    def heed_at_once(self, at_once: bool) -> None:
+        """Whether a signal raises KeyboardInterrupt from now on, where nothing is lost by it."""
+        self._at_once = at_once
+        if at_once and self.asked:
+            raise KeyboardInterrupt
+
+    @contextlib.contextmanager
+    def writing(self) -> Iterator[None]:
+        """Within the block nothing is raised; after it, if there was more than one signal."""
+        self._writing += 1
+        try:
+            yield
+        finally:
+            self._writing -= 1
+        if self.count > 1 and not self._writing:
+            raise KeyboardInterrupt
+
+
+_heeded: Stop | None = None
+
+
+def heeded() -> Stop:
+    """The signals that are noted now; one that nothing comes to, if none are."""
+    return Stop() if _heeded is None else _heeded
+
+
+@contextlib.contextmanager
+def heeding(signals: tuple = INTERRUPT) -> Iterator[Stop]:
+    """Within the block signals are noted; an inner block shares the notes of the outer one.
+
+    Left alone: signals that the caller handles or ignores, and all of them outside the main thread.
+    """
+    global _heeded
+    if _heeded is not None or threading.current_thread() is not threading.main_thread():
+        yield heeded()
+        return
+    usual = {number: signal.getsignal(number) for number in signals}
+    free = (signal.SIG_DFL, signal.default_int_handler)
+    ours = [number for number, handler in usual.items() if handler in free]
+    _heeded = Stop()
+    try:
+        for number in ours:
+            signal.signal(number, _heeded.note)
+        yield _heeded
+    finally:
+        for number in ours:
+            signal.signal(number, usual[number])
+        _heeded = None
