@@ -8,7 +8,9 @@ import threading
 
 from torquer.cli.output import let_streams_take_any_text
 
-FAILED_CODE, INTERRUPTED_CODE = 1, 130
+#: A signal ends a command with this code and its own number.
+SIGNAL_CODE = 128
+FAILED_CODE, INTERRUPTED_CODE = 1, SIGNAL_CODE + signal.SIGINT
 
 
 def main(arguments: list[str] | None = None) -> None:

@@ -25,6 +25,14 @@ app.command(theory)
 app.command(wheels_app)
 
 
+NoUserCode = Annotated[
+    bool, Parameter(help="Refuse laws in Python files, which are executed.", negative="")
+]
+CodeFromAnywhere = Annotated[
+    bool, Parameter(help="Allow laws in files beyond SCENARIO's folder.", negative="")
+]
+
+
 @app.command
 def run(
     scenario: Path,
@@ -34,23 +42,39 @@ def run(
     resume: Annotated[
         bool, Parameter(help="Resume the interrupted run in the output folder.", negative="")
     ] = False,
+    overwrite: Annotated[
+        bool, Parameter(help="Replace an unfinished run in the output folder.", negative="")
+    ] = False,
     check_steps: Annotated[
         bool,
         Parameter(help="Measure the integration error by a second, finer run.", negative=""),
     ] = False,
+    checkpoint_s: Annotated[
+        float, Parameter(help="Seconds from one save of a long run to the next.")
+    ] = 5.0,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
     from torquer.cli import simulate as work
 
-    return work.run(scenario, out, json, resume, check_steps)
+    allowed = not no_user_code
+    how = work.How(resume, overwrite, check_steps, checkpoint_s, allowed, code_from_anywhere)
+    return work.run(scenario, out, json, how)
 
 
 @app.command
-def validate(scenario: Path, *, json: Json = False) -> int:
+def validate(
+    scenario: Path,
+    *,
+    json: Json = False,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
+) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
     from torquer.cli import simulate as work
 
-    return work.validate(scenario, json)
+    return work.validate(scenario, json, not no_user_code, code_from_anywhere)
 
 
 @app.command

@@ -1,6 +1,5 @@
 """Work of the field commands: tables, JSON and pictures."""
 
-import json as json_
 from datetime import datetime
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from torquer.cli.field_options import (
     label,
     moment,
 )
-from torquer.cli.output import make_writable, writing_to
+from torquer.cli.output import json_text, make_writable, writing_to
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
 from torquer.environment.field.at_point import point_field
 from torquer.time import decimal_year
@@ -37,7 +36,7 @@ def point(
     year = decimal_year(utc)
     data = _point_data(place, utc, model, geocentric, point_field(model, year, *place, geocentric))
     if as_json:
-        print(json_.dumps(data, indent=2))
+        print(json_text(data))
         return 0
     where = "geocentric latitude, height above 6371.2 km" if geocentric else "geodetic, WGS84"
     lat, lon, alt_km = place
@@ -87,7 +86,7 @@ def orbit(case: OrbitCase, models: tuple, t_s, out: Path | None, as_json: bool) 
         with writing_to(out):
             draw_along(along, labels, f"{case.name}, from {_stamp(case.start)}", out)
     if as_json:
-        print(json_.dumps(_along_data(case, along, labels)))
+        print(json_text(_along_data(case, along, labels), None))
         return 0
     print(
         f"{case.name}, {case.orbit.kind} orbit, from {_stamp(case.start)}, {t_s[-1] / 60.0:.4g} min"
@@ -173,7 +172,7 @@ def globe(element: str, when: str, alt_km: float, model, out: Path, as_json: boo
         "unit": grid.unit_of(element), **grid.extremes(element), "picture": str(path),
     }  # fmt: skip
     if as_json:
-        print(json_.dumps(data, indent=2))
+        print(json_text(data))
         return 0
     for name in ("least", "greatest"):
         at = data[name]
@@ -199,7 +198,7 @@ def cone(case: OrbitCase, models: tuple, t_s, out: Path, as_json: bool) -> int:
         write_cone_page(along, labels, shape, title, out / "cone.html")
     data = _cone_data(case, along, labels, shape)
     if as_json:
-        print(json_.dumps(data, indent=2))
+        print(json_text(data))
         return 0
     print(f"{title}: cone of half-angle {shape.half_angle_deg:.3f} deg, {shape.b0_t * 1e9:.0f} nT")
     print(f"{'':<15}{'|B| min':>10}{'mean':>8}{'max nT':>13}{'from the cone':>15} deg at most")

@@ -1,11 +1,10 @@
 """Work of the gallery commands: progress bar, table or JSON, exit code."""
 
 import contextlib
-import json as json_
 import sys
 from pathlib import Path
 
-from torquer.cli.output import console, make_writable, tell_error, writing_to
+from torquer.cli.output import console, json_text, make_writable, tell_error, writing_to
 from torquer.gallery.catalogue import ROW_OF
 from torquer.gallery.entry import Entry, Outcome, Verdict
 from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
@@ -24,7 +23,7 @@ def show_list(as_json: bool) -> int:
             {"id": id_, "verdict": states[id_], "content": row.content, "expected": row.expected}
             for id_, row in ROW_OF.items()
         ]
-        print(json_.dumps(rows, indent=2))
+        print(json_text(rows))
         return 0
     for id_, row in ROW_OF.items():
         print(f"{id_:<15} {states[id_]:<15} {row.content}")
@@ -74,7 +73,7 @@ def _progress(total: int):
 def _print_all(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
     """Print the outcomes; return the exit code."""
     if as_json:
-        print(json_.dumps([outcome.as_data() for outcome in outcomes], indent=2))
+        print(json_text([outcome.as_data() for outcome in outcomes]))
     else:
         for outcome in outcomes:
             _print(outcome)

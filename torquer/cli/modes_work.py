@@ -1,9 +1,9 @@
 """Work of `modes`: the mode table of a scenario in words, as a diagram, and what is doubtful."""
 
-import json
 import os
 from pathlib import Path
 
+from torquer.cli.output import json_text
 from torquer.control.modes.check import Finding, findings
 from torquer.control.modes.diagram import mermaid, svg
 from torquer.control.modes.spec import MAIN, Modes
@@ -27,7 +27,9 @@ def show(scenario_path: Path, as_mermaid: bool, picture: Path | None, as_json: b
         _write(svg(modes), picture)
     found = mode_findings(scenario)
     if as_json:
-        print(json.dumps({"mermaid": mermaid(modes), "findings": [f._asdict() for f in found]}))
+        print(
+            json_text({"mermaid": mermaid(modes), "findings": [f._asdict() for f in found]}, None)
+        )
         return 0
     if as_mermaid:
         print(mermaid(modes), end="")

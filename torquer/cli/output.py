@@ -6,7 +6,10 @@ all others are escaped, as in `\\u4e2d`; nothing is lost, and nothing raises an 
 """
 
 import codecs
+import json
+import math
 import os
+import re
 import sys
 import warnings
 from contextlib import contextmanager, suppress
@@ -59,11 +62,34 @@ def drop_output() -> None:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
+#: Characters that a terminal obeys or that turn text around, but for the end of a line and tabs.
+_OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+
+
+def harmless(text: str) -> str:
+    """Text from outside with all that a terminal would obey written as escapes."""
+    return _OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
+
+
 def tell_error(text: str) -> None:
     """Print lines to standard error, if it can be written."""
     with suppress(OSError):
-        for line in text.splitlines():
-            print(f"error: {line}", file=sys.stderr)
+        for line in harmless(text).split("\n"):
+            if line:
+                print(f"error: {line}", file=sys.stderr)
+
+
+def json_text(data, indent: int | None = 2) -> str:
+    """Data as strict JSON: a number that is not finite is null."""
+    return json.dumps(_finite(data), indent=indent, allow_nan=False)
+
+
+def _finite(value):
+    if isinstance(value, dict):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager
@@ -94,6 +120,9 @@ def console(stderr: bool = False, **keys):
     from rich.console import Console
 
     class Plain(Console):
+        def render_str(self, text: str, **given):
+            return super().render_str(harmless(text), **given)
+
         def on_broken_pipe(self) -> None:
             raise  # the command ends as it does without a console
 

@@ -1,64 +1,101 @@
 """Work of `run`, `validate` and `version`: files, progress bar, summary table."""
 
 import contextlib
-import json as json_
 import os
+import signal
 import sys
+import warnings
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 import torquer
-from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
+from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE
+from torquer.cli.claim import claimed
 from torquer.cli.modes_work import mode_findings
-from torquer.cli.output import console, make_writable, tell_error, writing_to
+from torquer.cli.output import (
+    console,
+    harmless,
+    json_text,
+    make_writable,
+    tell_error,
+    writing_to,
+)
+from torquer.cli.user_code import check_code, code_of
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario
 from torquer.scenario.resolution import notes_on_steps
+from torquer.simulation.file import attributes_of, lazily, replacing
 from torquer.simulation.prepare import blocks_of, modes_for
-from torquer.simulation.result import (
-    COMPLETE,
-    INTERRUPTED,
-    STOPPED,
-    attributes_of,
-    scenario_of,
-)
+from torquer.simulation.restore import OtherBits, check_version, of_one_run
+from torquer.simulation.result import COMPLETE, INTERRUPTED, STOPPED, scenario_of
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
-from torquer.simulation.store import lazily
+from torquer.simulation.stopping import ALL, Stop, heeding
 
 
-def run(
-    scenario_path: Path, out: Path | None, as_json: bool, go_on: bool, check_steps: bool
-) -> int:
+class How(NamedTuple):
+    """How `run` goes about it, as its options say."""
+
+    resume: bool = False
+    overwrite: bool = False
+    check_steps: bool = False
+    checkpoint_s: float = 5.0
+    user_code: bool = True
+    code_from_anywhere: bool = False
+
+
+def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
     scenario = load_scenario(scenario_path)
+    check_code(scenario, scenario_path, how.user_code, how.code_from_anywhere)
     out = out or Path("runs") / scenario.name
     check_surroundings(scenario)
     make_writable(out)
-    path = out / "result.nc"
-    if not go_on:
-        _keep_interrupted(out)
-    _print_notes(notes_of(scenario))
-    code, stopped = 0, None
-    with writing_to(out), _progress(scenario.name) as progress:
+    with claimed(out), heeding(ALL) as signals, writing_to(out):
         try:
-            if go_on:
-                _check_earlier(path, scenario)
-                result = resume(path, progress=progress)
-            else:
-                result = simulate(scenario, progress=progress, to=path)
-        except RunStopped as error:
-            result, stopped = error.result, str(error)
-            code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
-        if check_steps and not stopped:
-            result = _with_measured_error(result, progress)
-        summary = _write(result, out)
+            result, stopped, code = _flown(scenario, out / "result.nc", how)
+            if signals.asked and stopped:
+                code = SIGNAL_CODE + signals.number
+                signals.forget()
+            summary = _write(result, out, signals)
+        except KeyboardInterrupt:
+            tell_error(f"interrupted; what there is stands in {out}: --resume goes on")
+            return SIGNAL_CODE + (signals.number or signal.SIGINT)
     _show(summary, out, as_json)
     _print_notes(notes_on_steps(result))
     if stopped:
         tell_error(f"{stopped}; partial results are in {out}")
     return code
+
+
+def _flown(scenario, path: Path, how: How):
+    """(Result, what made the run stop or "", exit code) of a run that writes its file."""
+    if how.resume:
+        complete = _check_earlier(path, scenario)
+    elif not how.overwrite:
+        _keep_unfinished(path)
+    _print_notes(notes_of(scenario))
+    with _progress(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", OtherBits)
+        result, stopped, code = None, "", 0
+        try:
+            if how.resume and complete:
+                result = lazily(path)
+            elif how.resume:
+                result = resume(path, progress=progress, scenario=scenario)
+            else:
+                result = simulate(
+                    scenario, progress=progress, to=path, checkpoint_s=how.checkpoint_s
+                )
+        except RunStopped as error:
+            result, stopped = error.result, str(error)
+            code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
+        if how.check_steps and not stopped:
+            result = _with_measured_error(result, progress)
+    _print_notes([str(each.message) for each in told if each.category is OtherBits])
+    return result, stopped, code
 
 
 def _with_measured_error(result, progress):
@@ -78,19 +115,24 @@ def _print_notes(notes: list[str]) -> None:
         console(stderr=True).print(f"note: {note}", style="yellow", soft_wrap=True)
 
 
-def validate(scenario_path: Path, as_json: bool) -> int:
+def validate(
+    scenario_path: Path, as_json: bool, user_code: bool = True, code_from_anywhere: bool = False
+) -> int:
     """Check a scenario and its law; print notes."""
     try:
-        scenario, size = _checked(scenario_path)
+        scenario = load_scenario(scenario_path)
+        check_code(scenario, scenario_path, user_code, code_from_anywhere)
+        size = _checked_size(scenario)
     except ValueError as error:
         if not as_json:
             raise
-        print(json_.dumps({"valid": False, "errors": str(error).splitlines()}, indent=2))
+        print(json_text({"valid": False, "errors": str(error).splitlines()}))
         return 2
     notes, found = notes_of(scenario), mode_findings(scenario)
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
-        print(json_.dumps(data | {"modes": [each._asdict() for each in found]}, indent=2))
+        data["executes"] = sorted(str(file) for file in code_of(scenario).values())
+        print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
     length = told_time(scenario.steps() * scenario.grid_s)
     print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
@@ -98,6 +140,8 @@ def validate(scenario_path: Path, as_json: bool) -> int:
         f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
         f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
     )
+    for name, file in code_of(scenario).items():
+        print(f"executes {harmless(str(file))} (law {name}); --no-user-code refuses it")
     for finding in found:
         if not finding.is_fault:  # the notes tell the faults
             print(f"modes: {finding.message}")
@@ -106,13 +150,12 @@ def validate(scenario_path: Path, as_json: bool) -> int:
     return 0
 
 
-def _checked(scenario_path: Path):
-    """The scenario and its size, if its law, field, date and orbit can be used and it can fit."""
-    scenario = load_scenario(scenario_path)
+def _checked_size(scenario):
+    """The size of a run, if its law, field, date and orbit can be used and it can fit."""
     size = size_of(scenario, check_usable(scenario))
     check_memory(size, to_file=True)
     check_disk(size, Path())
-    return scenario, size
+    return size
 
 
 def check_usable(scenario) -> bool:
@@ -145,7 +188,7 @@ def version(as_json: bool) -> int:
     versions = {"torquer": torquer.__version__} | {name: of(name) for name in names}
     versions["python"] = sys.version.split()[0]
     if as_json:
-        print(json_.dumps(versions, indent=2))
+        print(json_text(versions))
     else:
         print("\n".join(f"{name} {number}" for name, number in versions.items()))
     return 0
@@ -157,39 +200,39 @@ def _looks(scenario):
     return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
 
 
-def _keep_interrupted(out: Path) -> None:
-    """A run that can be resumed is not overwritten."""
-    path = out / "result.nc"
+def _keep_unfinished(path: Path) -> None:
+    """Raise `ValueError` where a run that can be resumed, or a file of unknown content, stands."""
+    if not path.exists():
+        return
     try:
         earlier = attributes_of(path)
     except (OSError, ValueError):
-        return  # none, or no result of a run
+        raise ValueError(
+            f"--out: must hold no result that cannot be read; received {path}, damaged or not "
+            "written by torquer: choose another --out, or replace it with --overwrite"
+        ) from None
     if earlier.get("how_it_ended") in (INTERRUPTED, STOPPED):
         raise ValueError(
-            f"--out: must hold no unfinished run; received {out} ({earlier['ended']}): "
-            "continue with --resume, choose another --out, or remove it"
+            f"--out: must hold no unfinished run; received {path.parent} ({earlier['ended']}): "
+            "continue with --resume, choose another --out, or replace it with --overwrite"
         )
 
 
-def _check_earlier(path: Path, scenario) -> None:
-    """Raise `ValueError` unless there is a result of this scenario to resume."""
+def _check_earlier(path: Path, scenario) -> bool:
+    """Whether an earlier result is complete; `ValueError` if it is not of this scenario."""
     if not path.is_file():
         raise ValueError(
             f"--resume: must find an interrupted run; received {path.parent} without result.nc"
         )
     try:
         with lazily(path) as earlier:
+            check_version(earlier)
             began_with, how = scenario_of(earlier), earlier.attrs["how_it_ended"]
     except (OSError, ValueError, KeyError) as error:
-        raise ValueError(
-            f"--resume: must find a result of a run; received {path} ({error})"
-        ) from None
-    if began_with != scenario:
+        raise ValueError(f"--resume: must find a result of a run; received {error}") from None
+    if not of_one_run(began_with, scenario):
         raise ValueError(f"--resume: the scenario must be the one that {path} began with")
-    if how == COMPLETE:
-        raise ValueError(
-            f"--resume: must find an interrupted run; received a complete one in {path}"
-        )
+    return how == COMPLETE
 
 
 @contextlib.contextmanager
@@ -205,20 +248,25 @@ def _progress(name: str):
         yield lambda part: bar.update(task, completed=part)
 
 
-def _write(result, out: Path) -> dict:
+def _write(result, out: Path, signals: Stop) -> dict:
+    """Write summary and report, whose drawing a signal ends."""
     from torquer.analysis.summary import summary_of
     from torquer.report import write_report
 
     summary = summary_of(result)
-    (out / "summary.json").write_text(json_.dumps(summary, indent=2) + "\n", encoding="utf-8")
-    with contextlib.suppress(KeyboardInterrupt):
+    with replacing(out / "summary.json") as path:
+        path.write_text(json_text(summary) + "\n", encoding="utf-8")
+    try:
+        signals.heed_at_once(True)
         write_report(result, out)
+    finally:
+        signals.heed_at_once(False)
     return summary
 
 
 def _show(summary: dict, out: Path, as_json: bool) -> None:
     if as_json:
-        print(json_.dumps(summary, indent=2))
+        print(json_text(summary))
         return
     from rich.table import Table
 

@@ -1,6 +1,5 @@
 """Work of `torquer theory`: results in text and JSON, design tables, pictures."""
 
-import json as json_
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from torquer.cli import theory_text as text
-from torquer.cli.output import make_writable, writing_to
+from torquer.cli.output import json_text, make_writable, writing_to
 from torquer.cli.theory_options import AveragedCase, in_range
 from torquer.cli.theory_sampling import sampling_data, sampling_lines, sampling_notes
 from torquer.environment.field.averaged import cone_angle
@@ -61,7 +60,7 @@ def show(
         with writing_to(out):
             answer["pictures"] = _draw(case, answer["course_revolutions"], motions, out)
     if as_json:
-        print(json_.dumps(answer, indent=2))
+        print(json_text(answer))
         return 0
     print("\n".join(_lines(case, answer)))
     return 0
@@ -286,7 +285,7 @@ def design(case: AveragedCase, part: float, revolutions: float | None, as_json: 
     rows = design_table(evolution, spinner, times, gains)
     wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
     if as_json:
-        print(json_.dumps(_design_data(case, part, rows, revolutions, wanted), indent=2))
+        print(json_text(_design_data(case, part, rows, revolutions, wanted)))
         return 0
     unit = text.UNITS[case.law]
     rho = "any direction" if case.rho is None else f"rho0 {math.degrees(case.rho):.1f} deg"

@@ -1,6 +1,5 @@
 """Work of `torquer wheels`: tables, JSON and pictures."""
 
-import json as json_
 from pathlib import Path
 
 from rich.box import SIMPLE
@@ -8,7 +7,7 @@ from rich.table import Table
 
 from torquer.analysis.wheel_design import report_of
 from torquer.analysis.wheel_file import load_wheels
-from torquer.cli.output import console, make_writable, writing_to
+from torquer.cli.output import console, json_text, make_writable, writing_to
 from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
 
 #: Width of the tables where the output is not a terminal.
@@ -23,7 +22,7 @@ def show(path: Path, out: Path | None, as_json: bool) -> int:
     report = report_of(design)
     made = [] if out is None else _draw(design, report, out)
     if as_json:
-        print(json_.dumps(report, indent=2))
+        print(json_text(report))
         return 0
     screen = console()
     if not screen.is_terminal:

@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+class OtherBits(UserWarning):
+    """A run goes on where its last bits may come out differently."""
+
+
 def restore(run: Run, result: xr.Dataset) -> None:
     """Bring a freshly prepared run to where a result of the same scenario and laws stopped.
 
@@ -139,7 +143,7 @@ def _restore_state(run: Run, cells: np.ndarray) -> None:
     at = len(run.state.at)
     run.state.at[:] = cells[:at].astype(np.int64)
     for array in arrays_stored(run.state):
-        array.flat = cells[at : at + array.size]
+        array[...] = cells[at : at + array.size].reshape(array.shape)
         at += array.size
 
 
@@ -161,7 +165,7 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     cells[rows, 0] = steps[here]
     wheels = bool(run.plan.plant.rotors)
     for name, key, *_ in (*RECORDED, *([TORQUE] if wheels else ())):
-        cells[np.ix_(rows, places(key))] = part[name].values
+        cells[np.ix_(rows, np.array(places(key)))] = part[name].values
     if wheels:
         names = ("wheel_momentum", "wheel_torque")
         record.wheels[rows] = np.hstack([part[name].values for name in names])

@@ -13,7 +13,7 @@ from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
 from torquer.simulation.file import lazily
 from torquer.simulation.pieces import CHECKPOINT_S, Checkpoints, advance_in_pieces
-from torquer.simulation.restore import check_version, of_one_run, other_bits, restore
+from torquer.simulation.restore import OtherBits, check_version, of_one_run, other_bits, restore
 from torquer.simulation.result import (
     COMPLETE,
     FAILED,
@@ -122,7 +122,7 @@ def _restored(result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path
     run = prepare(scenario, law, laws)
     restore(run, result)
     for line in other_bits(result):
-        warnings.warn(line, stacklevel=3)
+        warnings.warn(line, OtherBits, stacklevel=3)
     return run
 
 

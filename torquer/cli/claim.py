@@ -1,0 +1,54 @@
+"""An output folder claimed by one run: a second one is refused before it computes."""
+
+import contextlib
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+if sys.platform == "win32":
+    import msvcrt
+else:
+    import fcntl
+
+_NAME = ".claimed"
+
+
+@contextlib.contextmanager
+def claimed(out: Path) -> Iterator[None]:
+    """Within the block the folder is this process's; the system ends the claim with the process.
+
+    ValueError if another process has it.
+    """
+    path = out / _NAME
+    file = _locked(path)
+    if file is None:
+        raise ValueError(f"--out: must not be in use by another run; received {out}")
+    try:
+        yield
+    finally:
+        with contextlib.suppress(OSError):
+            path.unlink()
+        file.close()
+
+
+def _locked(path: Path):
+    """The file, open and locked; None if another process has locked it."""
+    while True:
+        file = path.open("a")
+        try:
+            _lock(file.fileno())
+        except OSError:
+            file.close()
+            return None
+        with contextlib.suppress(OSError):
+            if os.path.samestat(os.fstat(file.fileno()), path.stat()):
+                return file
+        file.close()  # the one that had it has removed it meanwhile
+
+
+def _lock(descriptor: int) -> None:
+    if sys.platform == "win32":
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
