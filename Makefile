@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
-.PHONY: run test test-processors lint bench gallery lock clean
+.PHONY: run test test-processors lint bench bench-precision gallery lock clean
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
@@ -23,6 +23,10 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
+
+# cost and error of all integrators; heyoka and Basilisk (bsk) only where they are installed
+bench-precision: $(STAMP)
+	$(BIN)/python benchmarks/precision.py
 
 # every published figure and table anew, with the pages of docs/gallery; then the slow tests
 gallery: $(STAMP)
