@@ -11,18 +11,9 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine
-from torquer.engine import (
-    address_of,
-    cache_of,
-    cache_root,
-    caller,
-    is_own,
-    keep_off_disk,
-    kernel,
-    source_key,
-    without_reference_counts,
-)
+from torquer import code_cache, engine
+from torquer.code_cache import cache_of, cache_root, keep_off_disk, source_key
+from torquer.engine import address_of, caller, is_own, kernel, without_reference_counts
 
 
 @pytest.fixture
@@ -39,7 +30,7 @@ def package(tmp_path, monkeypatch):
         file = tmp_path / place
         file.parent.mkdir(exist_ok=True)
         file.write_text("x = 1\n")
-    monkeypatch.setattr(engine, "PACKAGE", tmp_path)
+    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path)
     return tmp_path
 
 
@@ -79,7 +70,7 @@ def test_the_key_knows_the_compiler(package, monkeypatch):
 
 
 def test_every_room_without_kernels_exists_or_is_to_come_and_holds_none():
-    for room in engine.ROOMS_WITHOUT_KERNELS:
+    for room in code_cache.ROOMS_WITHOUT_KERNELS:
         place = engine.PACKAGE / room
         files = [place] if place.suffix else place.rglob("*.py")
         for file in files:

@@ -14,7 +14,7 @@ PACKAGE = Path(torquer.__file__).parent
 #: From the ground up; a room may import rooms of lower floors, and itself.
 FLOORS = (
     {
-        *("conventions", "engine", "plugin", "interface", "adapter", "block"),
+        *("conventions", "code_cache", "engine", "plugin", "interface", "adapter", "block"),
         *("validate", "spec", "noise", "time", "lazy"),
     },
     {"geometry"},

@@ -202,7 +202,7 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
     with plugin.cache_beside(file if known and not own else None):
         placed = _placed(adapter, plain, shape, names, parts)
         try:
-            made = plugin.compiled(placed, signature, must, error_model="numpy", cache=known)
+            made = plugin.compiled(placed, signature, must, keep=known, error_model="numpy")
         except ValueError:
             _explain(inner, shape, names, must)
             raise

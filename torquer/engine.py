@@ -1,20 +1,12 @@
-"""The compute engine: one decorator for every kernel, and a compiled cache that cannot go stale.
+"""The compute engine: one decorator for every kernel.
 
 A *kernel* is a pure function of numbers, tuples and `float64` arrays: no
 allocation, no exceptions, no strings, no globals that change. Vectors are
 3-tuples, so they live in registers.
-
-Numba's own disk cache does not notice an edited callee in another file. The
-cache folder is therefore named by a hash of all sources that hold kernels:
-edit one, and the next process compiles afresh.
 """
 
-import contextlib
 import hashlib
-import os
-import sys
-import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,54 +15,9 @@ import numba
 import numpy as np
 from numba import types
 from numba.core import cgutils
-from numba.core.caching import NullCache
 from numba.extending import intrinsic, overload
 
-PACKAGE = Path(__file__).parent
-#: Rooms without kernels: editing them must not throw compiled code away.
-ROOMS_WITHOUT_KERNELS = (
-    "notes",
-    "scenario",
-    "analysis",
-    "report",
-    "gallery",
-    "cli",
-    "__init__.py",
-    "__main__.py",
-)
-
-
-def source_key() -> str:
-    """Hash of the Numba version and of every source file that can hold a kernel."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
-    for path in sorted(PACKAGE.rglob("*.py")):
-        place = path.relative_to(PACKAGE)
-        if place.parts[0] not in ROOMS_WITHOUT_KERNELS:
-            digest.update(str(place).encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def cache_root() -> Path:
-    """Folder of compiled kernels; `TORQUER_CACHE_DIR` moves it."""
-    if chosen := os.environ.get("TORQUER_CACHE_DIR"):
-        return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
-    return (Path(base) if base else Path.home() / ".cache") / "torquer"
-
-
-def _use_cache() -> None:
-    folder = cache_root() / source_key()
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:  # a read-only home: compiled code is still kept for this machine and user
-        # (the name must not be importable: a script in the temporary folder would find it first)
-        user = getattr(os, "getuid", lambda: "user")()
-        folder = Path(tempfile.gettempdir()) / f"torquer-cache-{user}" / source_key()
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    numba.config.CACHE_DIR = str(folder)
-
-
-_use_cache()
+from torquer.code_cache import PACKAGE, kept
 
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT
@@ -80,17 +27,24 @@ OPTIONS: Any = {"error_model": "numpy", "fastmath": {"contract"}}
 #: Without the code to be called from Python: that unpacks every array of a nested record and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
 _KERNELS_ONLY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+def _decorator(**options) -> Callable:
+    compiled = numba.njit(**OPTIONS, **options)
+    return lambda function: kept(compiled(function))
+
+
 #: The one decorator for kernels.
-kernel = numba.njit(**OPTIONS, cache=True)
+kernel = _decorator()
 #: The same, letting other threads run meanwhile: for maps and charts on all cores.
-released = numba.njit(**OPTIONS, cache=True, nogil=True)
+released = _decorator(nogil=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
-inlined = numba.njit(**OPTIONS, cache=True, forceinline=True)
+inlined = _decorator(forceinline=True)
 #: The same for what kernels alone call, never Python.
-internal = numba.njit(**OPTIONS, cache=True, forceinline=True, **_KERNELS_ONLY)
+internal = _decorator(forceinline=True, **_KERNELS_ONLY)
 #: For what kernels alone call and is too large to be inlined.
-inner = numba.njit(**OPTIONS, cache=True, **_KERNELS_ONLY)
+inner = _decorator(**_KERNELS_ONLY)
 
 
 def with_attributes(value):
@@ -218,28 +172,3 @@ def processor() -> str:
 def is_own(function) -> bool:
     """Whether a Python function is from this package, whose sources name the cache folder."""
     return Path(function.__code__.co_filename).resolve().is_relative_to(PACKAGE.resolve())
-
-
-def keep_off_disk(*kernels) -> None:
-    """From now on compile these kernels for this process alone."""
-    for each in kernels if COMPILED else ():
-        each._cache = NullCache()
-
-
-def mark_of(files: Iterable[Path]) -> str:
-    """Hash of the names and the content of files."""
-    digest = hashlib.sha256()
-    for path in files:
-        digest.update(path.name.encode() + path.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-@contextlib.contextmanager
-def cache_of(files: Iterable[Path]) -> Iterator[None]:
-    """Compile, within the block, into a cache folder named by the content of the user's files."""
-    usual = numba.config.CACHE_DIR
-    numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_of(files)}")
-    try:
-        yield
-    finally:
-        numba.config.CACHE_DIR = usual

@@ -15,8 +15,10 @@ from pathlib import Path
 from types import CodeType, FunctionType
 
 import numba
+from numba.core.typeinfer import register_dispatcher
 
 from torquer import engine
+from torquer.code_cache import cache_of, kept, mark_of
 
 
 def plain_of(function: Callable) -> Callable:
@@ -72,7 +74,7 @@ def source_mark(function: Callable) -> str:
     file = file_of(plain)
     if file is None or engine.is_own(plain):
         return ""
-    return engine.mark_of(_imported_from_beside(file))
+    return mark_of(_imported_from_beside(file))
 
 
 def source_text(function: Callable) -> str:
@@ -124,7 +126,7 @@ def attributes_read(function: Callable) -> set[str] | None:
 
 def cache_beside(file: Path | None):
     """Within the block, compile into the cache of this user's file and those beside it."""
-    return engine.cache_of(_beside(file)) if file else contextlib.nullcontext()
+    return cache_of(_beside(file)) if file else contextlib.nullcontext()
 
 
 def check_arguments(plain: Callable, count: int, must: str) -> None:
@@ -134,10 +136,19 @@ def check_arguments(plain: Callable, count: int, must: str) -> None:
         raise ValueError(f"{must}; received one that takes {taken} arguments")
 
 
-def compiled(function: Callable, signature, must: str, **options):
-    """The function by Numba; `must` says what must hold, and begins the message if it does not."""
+def compiled(function: Callable, signature, must: str, keep: bool = False, **options):
+    """The function by Numba; `must` says what must hold, and begins the message if it does not.
+
+    `keep`: whether the compiled code is kept on the disk.
+    """
     try:
-        return numba.njit(signature, fastmath={"contract"}, **options)(function)
+        found = numba.njit(fastmath={"contract"}, **options)(function)
+        if keep:
+            kept(found)
+        with register_dispatcher(found):
+            found.compile(signature)
+        found.disable_compile()
+        return found
     except numba.core.errors.NumbaError as error:
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
@@ -161,5 +172,5 @@ def first_class(function: Callable, signature, must: str):
     file, own = file_of(plain), engine.is_own(plain)
     known = file is not None and plain.__closure__ is None
     with cache_beside(file if known and not own else None):
-        found = compiled(plain, signature, must, error_model="numpy", cache=known)
+        found = compiled(plain, signature, must, keep=known, error_model="numpy")
         return engine.FirstClass(found, signature)

@@ -32,11 +32,18 @@ def _written_plainly(error: UnicodeError) -> tuple[str, int]:
     return "".join(PLAIN.get(sign) or ascii(sign)[1:-1] for sign in lacking), error.end
 
 
+def _shown_as_note(message, category, filename, lineno, file=None, line=None) -> None:
+    """A warning as a line that a user can read."""
+    with suppress(OSError):
+        print(f"note: {harmless(str(message))}", file=file or sys.stderr)
+
+
 def let_streams_take_any_text() -> None:
     """From now on standard output and error accept any text.
 
     Characters missing from the font of the pictures appear as boxes, without a warning.
     """
+    warnings.showwarning = _shown_as_note
     warnings.filterwarnings("ignore", r"Glyph \d+ .* missing from font", UserWarning)
     codecs.register_error(_ERRORS, _written_plainly)
     for stream in (sys.stdout, sys.stderr):

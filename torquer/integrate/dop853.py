@@ -13,6 +13,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer import engine
+from torquer.code_cache import keep_off_disk
 from torquer.engine import kernel
 from torquer.integrate import dop853_tableau as tableau
 
@@ -44,7 +45,7 @@ def rates_of(problem_class):
             )
         if not engine.is_own(function):
             # the key of the compiled cache does not see that file: an edit would go unnoticed
-            engine.keep_off_disk(_attempt, dop853)
+            keep_off_disk(_attempt, dop853)
         rates.register(problem_class)(function)
 
         @overload(rates, jit_options=engine.OPTIONS)

@@ -1,0 +1,74 @@
+"""Signals at random instants: what was recorded is kept, and the run goes on to the same bits."""
+
+import os
+import random
+import signal
+import time
+
+import numpy as np
+import pytest
+from reliability_processes import KINDS, done
+
+import torquer
+from torquer import engine
+
+pytestmark = [
+    pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT"),
+    pytest.mark.skipif(os.name == "nt", reason="signals of another kind"),
+]
+#: Flights [s] that take about three seconds, by kind of law.
+DURATIONS_S = {"built-in": 1.2e7, "compiled": 1.2e7, "plain": 4e5}
+SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "twice", "SIGKILL")
+
+
+def same(a, b):
+    """Whether two results are the same bits."""
+    return set(a.variables) == set(b.variables) and all(
+        np.array_equal(a[name].values, b[name].values, equal_nan=a[name].dtype.kind == "f")
+        for name in a.variables
+    )
+
+
+def hit(process, name, out, after_s):
+    """Send a signal that long after the run began to compute."""
+    deadline_s = time.monotonic() + 100.0
+    while not (out / "result.nc").exists() and time.monotonic() < deadline_s:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.01)
+    time.sleep(after_s)
+    process.send_signal(getattr(signal, "SIGINT" if name == "twice" else name))
+    if name == "twice":
+        time.sleep(random.random())
+        process.send_signal(signal.SIGINT)
+
+
+def check(process, scenario_file, tmp_path, law, name, after_s):
+    """One try: the run is hit, what is there is sound, resumed it is the unbroken run."""
+    path, out = scenario_file(law, DURATIONS_S[law], record_s=DURATIONS_S[law] / 100.0), None
+    out = tmp_path / f"{law}-{name}-{after_s}"
+    run = process("run", path, "--out", out, "--checkpoint-s", 0.2)
+    hit(run, name, out, after_s)
+    code, _, _ = done(run)
+    codes = {"SIGINT": {130, 0}, "SIGTERM": {143, 0}, "SIGHUP": {129, 0}, "SIGKILL": {-9, 0}}
+    assert code in codes.get(name, {130, 0})
+    assert torquer.load(out / "result.nc").attrs["how_it_ended"] in ("interrupted", "complete")
+    assert done(process("run", path, "--out", out, "--resume"))[0] == 0
+    return torquer.load(out / "result.nc")
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory):
+    """The unbroken run by kind of law, each computed once."""
+    return {}
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("law", KINDS)
+def test_a_signal_loses_nothing_that_was_recorded(
+    process, scenario_file, tmp_path, unbroken, law, name
+):
+    generator = random.Random(f"{law} {name}")
+    result = check(process, scenario_file, tmp_path, law, name, generator.uniform(0.0, 1.5))
+    if law not in unbroken:
+        unbroken[law] = torquer.simulate(torquer.scenario_of(result))
+    assert same(result, unbroken[law])

@@ -1,0 +1,204 @@
+"""Compiled code on the disk: in a folder of the user's own, every file sealed by a digest.
+
+Numba believes what it finds in its cache, and what it finds is executed. So a folder in which
+others can write is not used, and what is damaged is compiled anew. Numba does not notice an edited
+callee in another file either: the folder is named by a hash of all sources that hold kernels.
+"""
+
+import contextlib
+import hashlib
+import io
+import os
+import stat
+import sys
+import tempfile
+import warnings
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numba
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+
+PACKAGE = Path(__file__).parent
+#: Rooms without kernels: editing them must not throw compiled code away.
+ROOMS_WITHOUT_KERNELS = (
+    "notes",
+    "scenario",
+    "analysis",
+    "report",
+    "gallery",
+    "cli",
+    "__init__.py",
+    "__main__.py",
+)
+_SEAL_BYTES = 32
+
+
+class CacheNote(UserWarning):
+    """Compiled code could not be kept, or not be used as it was found."""
+
+
+_told: set[str] = set()
+
+
+def _tell(text: str) -> None:
+    """Say something once in a process."""
+    if text not in _told:
+        _told.add(text)
+        warnings.warn(text, CacheNote, stacklevel=2)
+
+
+def source_key() -> str:
+    """Hash of the Numba version and of every source file that can hold a kernel."""
+    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+    for path in sorted(PACKAGE.rglob("*.py")):
+        place = path.relative_to(PACKAGE)
+        if place.parts[0] not in ROOMS_WITHOUT_KERNELS:
+            digest.update(str(place).encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def cache_root() -> Path:
+    """Folder of compiled kernels; `TORQUER_CACHE_DIR` moves it. OSError for a user without home."""
+    if chosen := os.environ.get("TORQUER_CACHE_DIR"):
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    try:
+        return (Path(base) if base else Path.home() / ".cache") / "torquer"
+    except RuntimeError as error:
+        raise OSError(str(error)) from None
+
+
+def _root_for_now() -> Path:
+    """Folder of this user among the temporary ones; its name is none that could be imported."""
+    user = getattr(os, "getuid", lambda: "user")()
+    return Path(tempfile.gettempdir()) / f"torquer-cache-{user}"
+
+
+def _made_private(root: Path) -> Path:
+    """The folder, made if it is missing; OSError unless it is ours and nobody else can write."""
+    root.mkdir(mode=0o700, parents=True, exist_ok=True)
+    if hasattr(os, "getuid"):  # Windows keeps users apart by itself
+        found = root.stat() if root.is_symlink() and _is_ours(root.lstat()) else root.lstat()
+        if not stat.S_ISDIR(found.st_mode) or not _is_ours(found) or found.st_mode & 0o022:
+            raise PermissionError(f"{root} belongs to, or can be written by, others")
+    return root
+
+
+def _is_ours(found: os.stat_result) -> bool:
+    return found.st_uid in (os.getuid(), 0)
+
+
+def _folder() -> Path | None:
+    """Folder for compiled code; None if there is none in which it can be kept."""
+    reasons = []
+    for root_of in (cache_root, _root_for_now):
+        try:
+            folder = _made_private(root_of()) / source_key()
+            folder.mkdir(mode=0o700, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return folder
+        except OSError as error:
+            reasons.append(str(error))
+    _tell(
+        "compiled code is not kept, so that every start compiles for about half a minute: "
+        + "; ".join(reasons)
+    )
+    return None
+
+
+FOLDER = _folder()
+if FOLDER:
+    numba.config.CACHE_DIR = str(FOLDER)
+
+
+class _SealedFile(IndexDataCacheFile):
+    """Numba's files of an entry, each with a digest behind its content."""
+
+    def _load_index(self):
+        return super()._load_index() if _is_sound(self._index_path) else {}
+
+    def _load_data(self, name):
+        if not _is_sound(path := self._data_path(name)):
+            raise OSError(f"{path} is damaged")  # taken as missing
+        return super()._load_data(name)
+
+    @contextlib.contextmanager
+    def _open_for_write(self, filepath):
+        content = io.BytesIO()
+        yield content
+        with super()._open_for_write(filepath) as file:
+            file.write(content.getvalue())
+            file.write(hashlib.sha256(content.getbuffer()).digest())
+
+
+def _is_sound(path: str) -> bool:
+    """Whether a file is as it was written, or not there."""
+    try:
+        content = memoryview(Path(path).read_bytes())
+    except FileNotFoundError:
+        return True
+    except OSError as error:
+        _tell(f"compiled code is compiled anew: {error}")
+        return False
+    if hashlib.sha256(content[:-_SEAL_BYTES]).digest() == content[-_SEAL_BYTES:]:
+        return True
+    _tell(f"damaged compiled code in {os.path.dirname(path)} is compiled anew")
+    return False
+
+
+class _SealedCache(FunctionCache):
+    """Numba's cache of a function, in such files."""
+
+    def __init__(self, py_func):
+        super().__init__(py_func)
+        stamp = self._impl.locator.get_source_stamp()
+        self._cache_file = _SealedFile(self._cache_path, self._impl.filename_base, stamp)
+
+    def save_overload(self, sig, data):
+        """Keep compiled code if there is room for it."""
+        try:
+            super().save_overload(sig, data)
+        except OSError as error:
+            _tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
+
+
+def kept(function):
+    """A function of Numba, not compiled yet, whose compiled code is kept on the disk."""
+    if FOLDER is None or not hasattr(function, "enable_caching"):
+        return function
+    try:
+        cache = _SealedCache(function.py_func)
+    except (RuntimeError, OSError) as error:
+        _tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
+        return function
+    if Path(cache.cache_path).is_relative_to(FOLDER):  # Numba may have chosen another place
+        function._cache = cache
+    return function
+
+
+def keep_off_disk(*kernels) -> None:
+    """From now on compile these kernels for this process alone."""
+    for each in kernels:
+        if hasattr(each, "_cache"):
+            each._cache = NullCache()
+
+
+def mark_of(files: Iterable[Path]) -> str:
+    """Hash of the names and the content of files."""
+    digest = hashlib.sha256()
+    for path in files:
+        digest.update(path.name.encode() + path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def cache_of(files: Iterable[Path]) -> Iterator[None]:
+    """Compile, within the block, into a cache folder named by the content of the user's files."""
+    usual = numba.config.CACHE_DIR
+    if FOLDER:
+        numba.config.CACHE_DIR = str(Path(usual) / f"user-{mark_of(files)}")
+    try:
+        yield
+    finally:
+        numba.config.CACHE_DIR = usual
