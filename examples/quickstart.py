@@ -9,7 +9,7 @@ spacecraft.body.inertia_kg_m2 = [0.03, 0.03, 0.01]
 spacecraft.coils.limit_a_m2 = 0.2
 initial.rate_deg_s = [8, -5, 3]
 control = { law = { kind = "bdot", gain_a_m2_s_per_t = 2e4 }, sample_s = 1.0 }
-simulation = { revolutions = 3, step_s = 0.5, record_s = 5.0 }
+simulation = { revolutions = 3, record_s = 5.0 }
 """)
 result = torquer.simulate(scenario)  # an xarray.Dataset: units, frames, scenario attached
 for label, value in torquer.rows_of(torquer.summary_of(result)):
