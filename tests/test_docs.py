@@ -91,6 +91,23 @@ def test_flight_tutorial_runs_and_its_claims_hold():
     assert [f"{rate:.3f}" for rate in names["rates"].values()] == ["0.120", "0.103", "0.096"]
 
 
+@needs_jit
+def test_steps_tutorial_prints_what_it_shows(monkeypatch):
+    text = (ROOT / "docs/tutorials/steps.md").read_text(encoding="utf-8")
+    code, shown = re.search(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S).groups()
+    monkeypatch.chdir(ROOT)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names := {})
+    error = r"[\d.]+e[-+]\d+"
+    assert re.sub(error, "", printed.getvalue()) == re.sub(error, "", shown)
+    numbers = [list(map(float, re.findall(error, each))) for each in (printed.getvalue(), shown)]
+    assert numbers[0] == pytest.approx(numbers[1], rel=0.5)
+    rows = dict(torquer.rows_of(torquer.summary_of(torquer.simulate(names["scenario"]))))
+    for line in re.search(r"```\n(Integration error.*?)```", text, re.S)[1].splitlines():
+        label, value, unit = re.fullmatch(r"(.*?)  +(\S+) (\S+)", line).groups()
+        assert rows[label] == f"{value} {unit}"
+
+
 def test_readme_links_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
