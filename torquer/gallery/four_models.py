@@ -69,8 +69,7 @@ def scenario(case: Case, model: str, node_deg: float = 0.0):
                     "rate_relative_to": "orbital"},
         "control": {"law": {"kind": "bdot_derivative",
                             "gain_a_m2_s_per_t": case.gain_a_m2_s_per_t}, "sample_s": 1.0},
-        "simulation": {"revolutions": case.revolutions, "step_s": 1.0,
-                       "record_s": case.record_s},
+        "simulation": {"revolutions": case.revolutions, "record_s": case.record_s},
     })  # fmt: skip
 
 

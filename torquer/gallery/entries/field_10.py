@@ -86,7 +86,7 @@ def scenario(law, model, node_deg=0.0, *, moments=STABLE, wheel_n_m_s=0.0, revol
         "initial": {"euler_deg": list(FIRST_ANGLES_DEG), "sequence": "321", "reference": "orbital",
                     "rate_deg_s": [rate, rate, rate], "rate_relative_to": "orbital"},
         "control": {"law": law, "sample_s": 1.0},
-        "simulation": {"revolutions": revolutions, "step_s": 1.0, "record_s": 10.0},
+        "simulation": {"revolutions": revolutions, "record_s": 10.0},
     })  # fmt: skip
 
 

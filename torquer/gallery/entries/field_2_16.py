@@ -50,7 +50,7 @@ def scenario(model, pitch_rad):
                     "rate_relative_to": "orbital"},
         "control": {"law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": GAIN_A_M2_S_PER_T},
                     "sample_s": 1.0},
-        "simulation": {"revolutions": REVOLUTIONS, "step_s": 1.0, "record_s": 10.0},
+        "simulation": {"revolutions": REVOLUTIONS, "record_s": 10.0},
     })  # fmt: skip
 
 

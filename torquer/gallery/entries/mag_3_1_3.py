@@ -30,7 +30,7 @@ def scenario(coils: str, start=STARTS[0]):
                        "coils": {"limit_a_m2": 3.2, "axes": COILS[coils]}},
         "initial": {"rate_deg_s": [10.0, 10.0, 10.0], "euler_deg": list(start[0])},
         "control": {"law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": 5e6}, "sample_s": 1.0},
-        "simulation": {"duration_s": 15000.0, "step_s": 1.0, "record_s": 10.0},
+        "simulation": {"duration_s": 15000.0, "record_s": 10.0},
     })  # fmt: skip
 
 

@@ -84,7 +84,7 @@ def scenario(inclination_deg: float, case: Case = CHOSEN):
         "initial": {"euler_deg": list(case.euler_deg), "reference": case.reference,
                     "rate_deg_s": [math.degrees(x) for x in (0.1, 0.1, 0.01)]},
         "control": {"law": law, "sample_s": 1.0},
-        "simulation": {"duration_s": 12000.0, "step_s": 1.0, "record_s": 5.0},
+        "simulation": {"duration_s": 12000.0, "record_s": 5.0},
     })  # fmt: skip
 
 

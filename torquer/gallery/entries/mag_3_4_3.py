@@ -39,8 +39,7 @@ def scenario(inertia, azimuth_deg: float = 0.0):
         "initial": {"rate_deg_s": [RATE_DEG_S] * 3},
         "control": {"law": {"kind": "scheme", "target": aside(12.0, azimuth_deg),
                             "stages": [{"laws": laws}]}, "sample_s": 1.0},
-        "simulation": {"revolutions": 20.0, "step_s": 1.0, "record_s": 20.0,
-                       "integrator": "splitting"},
+        "simulation": {"revolutions": 20.0, "record_s": 20.0},
     })  # fmt: skip
 
 

@@ -73,7 +73,7 @@ def scenario(model: str, start=None, revolutions=REVOLUTIONS, longitude_deg=None
                     "rate_deg_s": [float(x) for x in np.degrees(momentum_body / INERTIA)]},
         "control": {"law": {"kind": "bdot_derivative", "gain_a_m2_s_per_t": GAIN},
                     "sample_s": 1.0},
-        "simulation": {"revolutions": revolutions, "step_s": 1.0, "record_s": 10.0},
+        "simulation": {"revolutions": revolutions, "record_s": 10.0},
     })  # fmt: skip
 
 
