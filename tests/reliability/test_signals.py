@@ -17,7 +17,7 @@ pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="signals of another kind"),
 ]
 #: Flights [s] that take about three seconds, by kind of law.
-DURATIONS_S = {"built-in": 1.2e7, "compiled": 1.2e7, "plain": 4e5}
+DURATIONS_S = {"built-in": 2e6, "compiled": 2e6, "plain": 4e4}
 SIGNALS = ("SIGINT", "SIGTERM", "SIGHUP", "twice", "SIGKILL")
 
 
@@ -44,15 +44,15 @@ def hit(process, name, out, after_s):
 
 def check(process, scenario_file, tmp_path, law, name, after_s):
     """One try: the run is hit, what is there is sound, resumed it is the unbroken run."""
-    path, out = scenario_file(law, DURATIONS_S[law], record_s=DURATIONS_S[law] / 100.0), None
+    path = scenario_file(law, DURATIONS_S[law], record_s=DURATIONS_S[law] / 100.0)
     out = tmp_path / f"{law}-{name}-{after_s}"
-    run = process("run", path, "--out", out, "--checkpoint-s", 0.2)
+    run = process("run", path, "--out", out, "--no-report", "--checkpoint-s", 0.1)
     hit(run, name, out, after_s)
     code, _, _ = done(run)
     codes = {"SIGINT": {130, 0}, "SIGTERM": {143, 0}, "SIGHUP": {129, 0}, "SIGKILL": {-9, 0}}
     assert code in codes.get(name, {130, 0})
     assert torquer.load(out / "result.nc").attrs["how_it_ended"] in ("interrupted", "complete")
-    assert done(process("run", path, "--out", out, "--resume"))[0] == 0
+    assert done(process("run", path, "--out", out, "--resume", "--no-report"))[0] == 0
     return torquer.load(out / "result.nc")
 
 
@@ -62,13 +62,28 @@ def unbroken(tmp_path_factory):
     return {}
 
 
-@pytest.mark.parametrize("name", SIGNALS)
-@pytest.mark.parametrize("law", KINDS)
+def try_once(process, scenario_file, tmp_path, unbroken, law, name, number=0):
+    after_s = random.Random(f"{law} {name} {number}").uniform(0.0, 1.2)
+    result = check(process, scenario_file, tmp_path, law, name, after_s)
+    if law not in unbroken:
+        unbroken[law] = torquer.simulate(torquer.load_scenario(tmp_path / "scenario.toml"))
+    assert same(result, unbroken[law])
+
+
+@pytest.mark.parametrize(
+    ("law", "name"),
+    [("built-in", "SIGKILL"), ("compiled", "SIGTERM"), ("plain", "SIGINT"), ("plain", "twice")],
+)
 def test_a_signal_loses_nothing_that_was_recorded(
     process, scenario_file, tmp_path, unbroken, law, name
 ):
-    generator = random.Random(f"{law} {name}")
-    result = check(process, scenario_file, tmp_path, law, name, generator.uniform(0.0, 1.5))
-    if law not in unbroken:
-        unbroken[law] = torquer.simulate(torquer.scenario_of(result))
-    assert same(result, unbroken[law])
+    try_once(process, scenario_file, tmp_path, unbroken, law, name)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", range(14))
+@pytest.mark.parametrize("name", SIGNALS)
+@pytest.mark.parametrize("law", KINDS)
+def test_signals_at_many_instants(process, scenario_file, tmp_path, unbroken, law, name, number):
+    """14 for each of 15 pairs of law and signal: 210 tries."""
+    try_once(process, scenario_file, tmp_path, unbroken, law, name, number)

@@ -52,14 +52,19 @@ def run(
     checkpoint_s: Annotated[
         float, Parameter(help="Seconds from one save of a long run to the next.")
     ] = 5.0,
+    no_report: Annotated[
+        bool, Parameter(help="Write no report and no pictures.", negative="")
+    ] = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
     from torquer.cli import simulate as work
 
-    allowed = not no_user_code
-    how = work.How(resume, overwrite, check_steps, checkpoint_s, allowed, code_from_anywhere)
+    how = work.How(
+        resume, overwrite, check_steps, checkpoint_s, not no_report, not no_user_code,
+        code_from_anywhere,
+    )  # fmt: skip
     return work.run(scenario, out, json, how)
 
 

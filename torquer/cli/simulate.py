@@ -27,9 +27,10 @@ from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.file import attributes_of, lazily, replacing
+from torquer.simulation.pieces import CHECKPOINT_S
 from torquer.simulation.prepare import blocks_of, modes_for
-from torquer.simulation.restore import OtherBits, check_version, of_one_run
-from torquer.simulation.result import COMPLETE, INTERRUPTED, STOPPED, scenario_of
+from torquer.simulation.restore import OtherBits, check_version, of_one_run, scenario_in
+from torquer.simulation.result import COMPLETE, INTERRUPTED, STOPPED
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
 from torquer.simulation.stopping import ALL, Stop, heeding
@@ -41,7 +42,8 @@ class How(NamedTuple):
     resume: bool = False
     overwrite: bool = False
     check_steps: bool = False
-    checkpoint_s: float = 5.0
+    checkpoint_s: float = CHECKPOINT_S
+    report: bool = True
     user_code: bool = True
     code_from_anywhere: bool = False
 
@@ -59,11 +61,11 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
             if signals.asked and stopped:
                 code = SIGNAL_CODE + signals.number
                 signals.forget()
-            summary = _write(result, out, signals)
+            summary = _write(result, out, signals, how.report)
         except KeyboardInterrupt:
             tell_error(f"interrupted; what there is stands in {out}: --resume goes on")
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
-    _show(summary, out, as_json)
+    _show(summary, out, as_json, how.report)
     _print_notes(notes_on_steps(result))
     if stopped:
         tell_error(f"{stopped}; partial results are in {out}")
@@ -227,7 +229,7 @@ def _check_earlier(path: Path, scenario) -> bool:
     try:
         with lazily(path) as earlier:
             check_version(earlier)
-            began_with, how = scenario_of(earlier), earlier.attrs["how_it_ended"]
+            began_with, how = scenario_in(earlier), earlier.attrs["how_it_ended"]
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"--resume: must find a result of a run; received {error}") from None
     if not of_one_run(began_with, scenario):
@@ -248,14 +250,17 @@ def _progress(name: str):
         yield lambda part: bar.update(task, completed=part)
 
 
-def _write(result, out: Path, signals: Stop) -> dict:
+def _write(result, out: Path, signals: Stop, report: bool) -> dict:
     """Write summary and report, whose drawing a signal ends."""
     from torquer.analysis.summary import summary_of
-    from torquer.report import write_report
 
     summary = summary_of(result)
     with replacing(out / "summary.json") as path:
         path.write_text(json_text(summary) + "\n", encoding="utf-8")
+    if not report:
+        return summary
+    from torquer.report import write_report
+
     try:
         signals.heed_at_once(True)
         write_report(result, out)
@@ -264,7 +269,7 @@ def _write(result, out: Path, signals: Stop) -> dict:
     return summary
 
 
-def _show(summary: dict, out: Path, as_json: bool) -> None:
+def _show(summary: dict, out: Path, as_json: bool, report: bool) -> None:
     if as_json:
         print(json_text(summary))
         return
@@ -276,4 +281,5 @@ def _show(summary: dict, out: Path, as_json: bool) -> None:
     for row in rows_of(summary):
         table.add_row(*row)
     console().print(table)
-    print(f"{os.fspath(out)}: result.nc, summary.json, report.html, plots/")
+    drawn = ", report.html, plots/" if report else ""
+    print(f"{os.fspath(out)}: result.nc, summary.json{drawn}")

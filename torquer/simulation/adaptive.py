@@ -132,6 +132,8 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
         ratio = _ratio(integrator, x, h, error)
         if ratio <= 1.0:
             part = part_to_change(turning, h, y.omega)
+            if part == 0.0:
+                continue
             if part < 1.0:
                 shorter = h * part
                 continue

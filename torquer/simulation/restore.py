@@ -23,6 +23,7 @@ from torquer.simulation.result import (
     names_in,
     places,
     regions_of,
+    scenario_of,
     versions,
 )
 from torquer.simulation.run import Run
@@ -76,6 +77,15 @@ def other_bits(result: xr.Dataset) -> list[str]:
         for name, was, this in pairs
         if was != this
     ]
+
+
+def scenario_in(result: xr.Dataset) -> Scenario:
+    """The scenario of a result; ValueError of one line where it is none."""
+    try:
+        return scenario_of(result)
+    except (KeyError, ValueError) as error:
+        lines = str(error).splitlines()
+        raise ValueError(f"result: must hold a scenario; received {' '.join(lines[:3])}") from None
 
 
 def of_one_run(a: Scenario, b: Scenario) -> bool:

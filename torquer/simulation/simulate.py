@@ -13,14 +13,20 @@ from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
 from torquer.simulation.file import lazily
 from torquer.simulation.pieces import CHECKPOINT_S, Checkpoints, advance_in_pieces
-from torquer.simulation.restore import OtherBits, check_version, of_one_run, other_bits, restore
+from torquer.simulation.restore import (
+    OtherBits,
+    check_version,
+    of_one_run,
+    other_bits,
+    restore,
+    scenario_in,
+)
 from torquer.simulation.result import (
     COMPLETE,
     FAILED,
     INTERRUPTED,
     STOPPED,
     of_the_whole,
-    scenario_of,
 )
 from torquer.simulation.run import Run, prepare, record_this_instant
 from torquer.simulation.size import check_disk, check_memory, size_of
@@ -114,7 +120,7 @@ def resume(
 def _restored(result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path | None) -> Run:
     """The run of a result, where it stopped."""
     check_version(result)
-    began = scenario_of(result)
+    began = scenario_in(result)
     if scenario is not None and not of_one_run(began, scenario):
         raise ValueError("scenario: must be the one that the run began with; received another")
     scenario = scenario or began

@@ -16,11 +16,12 @@ from torquer.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
 from torquer.spacecraft.rotors import axis_of, time_to_stand
 
 #: Rows of the scratch space: derivatives of the stages, then these of each rotor: momentum at the
-#: start; 1 if it turns by itself; sense of its friction; speed at which it is held; motor torque.
-_START, _FREE, _SIDE, _HELD, _MOTOR = range(12, 17)
-WORK_ROWS = 17
-#: A rotor this close [s] to a change has changed.
-_AT_ONCE_S = 1e-9
+#: start; 1 if it turns by itself; sense of its friction; speed at which it is held; motor torque;
+#: 1 if a step has shown that the body's rotation alone drives it over its limit.
+_START, _FREE, _SIDE, _HELD, _MOTOR, _DRIVEN = range(12, 18)
+WORK_ROWS = 18
+#: A rotor this close [s] to a change has changed; the rounding of its greatest speed.
+_AT_ONCE_S, _ROUNDING = 1e-9, 1e-12
 
 
 class Turning(NamedTuple):
@@ -36,24 +37,29 @@ class Turning(NamedTuple):
     inverse: tuple
 
 
+@inlined
+def _rubs(rotor):
+    """Whether zero speed is anything special to a rotor."""
+    return rotor.coulomb > 0.0 or rotor.breakaway > 0.0
+
+
 @internal
-def _changes(rotor, state, speed, motor):
+def _changes(rotor, state, speed, motor, driven):
     """(Whether a rotor turns by itself, sense of its friction, whether it stands)."""
-    resting = state.stands == 1.0
-    side = np.sign(speed)
-    if not resting and side != 0.0:
-        # one that is about to pass zero speed is there
-        stopping = (motor - rotor.coulomb * side) * side < 0.0
-        near = abs(speed) * rotor.inertia <= _AT_ONCE_S * abs(motor - rotor.coulomb * side)
-        resting = stopping and near
-    elif side == 0.0:
-        resting = True
-    if resting:
-        return abs(motor) > rotor.breakaway, np.sign(motor), abs(motor) <= rotor.breakaway
+    side = np.sign(speed) if speed != 0.0 else np.sign(motor)
+    if _rubs(rotor):
+        resting = state.stands == 1.0 or speed == 0.0
+        if not resting:
+            # one that is about to pass zero speed is there
+            stopping = (motor - rotor.coulomb * side) * side < 0.0
+            near = abs(speed) * rotor.inertia <= _AT_ONCE_S * abs(motor - rotor.coulomb * side)
+            resting = stopping and near
+        if resting:
+            return abs(motor) > rotor.breakaway, np.sign(motor), abs(motor) <= rotor.breakaway
     torque = motor - rotor.coulomb * side - rotor.viscous * speed
     left = (rotor.speed_limit - abs(speed)) * rotor.inertia
     full = torque * side > 0.0 and left <= _AT_ONCE_S * abs(torque)
-    return not full, side, False
+    return not (full or driven), side, False
 
 
 @inlined
@@ -79,7 +85,7 @@ def begin_turning(rotors, state, work, tableau, inertia, omega, step):
         rotor, axis = rows[k], axis_of(rows, k)
         motor = state[k].motor if step < rotor.dead_from else 0.0
         speed = state[k].momentum / rotor.inertia - dot(axis, omega)
-        free, side, stands = _changes(rotor, state[k], speed, motor)
+        free, side, stands = _changes(rotor, state[k], speed, motor, work[_DRIVEN, k] == 1.0)
         # without friction a rotor is never held
         free = free or (rotor.breakaway == 0.0 and stands)
         state[k].stands = 1.0 if stands and not free else 0.0
@@ -127,6 +133,7 @@ def end_turning(turning, state, h, omega):
         else:
             carried = dot(axis_of(turning.rows, k), omega)
             state[k].momentum = rotor.inertia * (turning.work[_HELD, k] + carried)
+        turning.work[_DRIVEN, k] = 0.0
 
 
 @kernel
@@ -139,7 +146,7 @@ def time_to_change(turning):
         rotor, side = turning.rows[k], turning.work[_SIDE, k]
         speed = turning.work[_HELD, k]
         torque = turning.work[_MOTOR, k] - rotor.coulomb * side
-        if torque * side < 0.0 < speed * side:
+        if _rubs(rotor) and torque * side < 0.0 < speed * side:
             first = min(first, time_to_stand(speed, torque, rotor.viscous, rotor.inertia))
         elif torque * side > rotor.viscous * rotor.speed_limit:
             first = min(first, _time_to_limit(rotor, abs(speed), abs(torque)))
@@ -156,7 +163,10 @@ def _time_to_limit(rotor, speed, torque):
 
 @kernel
 def part_to_change(turning, h, omega):
-    """Part of a step after which the first rotor has passed zero speed or its limit; 1: none."""
+    """Part of a step after which the first rotor has passed zero speed or its limit; 1: none.
+
+    0: one that was at its limit has passed it, and is held there from now on.
+    """
     part = 1.0
     for k in range(turning.rows.shape[0]):
         if turning.work[_FREE, k] == 0.0:
@@ -166,8 +176,13 @@ def part_to_change(turning, h, omega):
         carried = dot(axis_of(turning.rows, k), omega)
         after = (_momentum(turning, 12, h, k) / rotor.inertia - carried) * side
         near = _AT_ONCE_S * (abs(turning.work[_MOTOR, k]) + rotor.coulomb) / rotor.inertia
-        if after < -near and before > 0.0:
+        near_limit = near + _ROUNDING * rotor.speed_limit
+        if _rubs(rotor) and after < -near and before > 0.0:
             part = min(part, before / (before - after))
-        elif after > rotor.speed_limit + near and after > before:
-            part = min(part, (rotor.speed_limit - before) / (after - before))
+        elif after > rotor.speed_limit + near_limit and after > before:
+            if before >= rotor.speed_limit - near_limit:
+                turning.work[_DRIVEN, k] = 1.0
+                part = 0.0
+            else:
+                part = min(part, (rotor.speed_limit - before) / (after - before))
     return part
