@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
-.PHONY: run test test-processors lint bench bench-precision gallery lock clean
+.PHONY: run test test-processors lint bench bench-precision gallery lock clean torture
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
@@ -31,7 +31,11 @@ bench-precision: $(STAMP)
 # every published figure and table anew, with the pages of docs/gallery; then the slow tests
 gallery: $(STAMP)
 	$(BIN)/torquer gallery all --docs docs/gallery
-	$(BIN)/python -m pytest -m slow
+	$(BIN)/python -m pytest -m slow --ignore tests/reliability
+
+# signals, damaged files and random scenarios by the hundreds: about half an hour
+torture: $(STAMP)
+	$(BIN)/python -m pytest -m slow tests/reliability
 
 # pin all dependencies anew (needs `uv`)
 lock:

@@ -108,7 +108,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert (code, stdout) == (2, "")
     assert err == (
         f"error: --out: must hold no unfinished run; received {out} (interrupted at t = 124 s): "
-        "continue with --resume, choose another --out, or remove it\n"
+        "continue with --resume, choose another --out, or replace it with --overwrite\n"
     )
     assert (out / "result.nc").read_bytes() == before
 
@@ -118,22 +118,26 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     unbroken = torquer.simulate(torquer.load_scenario(scenario))
     assert same(torquer.load(out / "result.nc"), unbroken)
 
+    before = (out / "result.nc").read_bytes()
     code, stdout, err = call("run", scenario, "--out", out, "--resume")
-    assert (code, stdout) == (2, "")
-    assert err.startswith("error: --resume: must find an interrupted run; received a complete one")
+    assert (code, err) == (0, "")  # the report of a complete run is drawn anew
+    assert (out / "result.nc").read_bytes() == before
 
 
 @needs_jit
 def test_what_cannot_go_on_gives_way_to_a_new_run(call, scenario, no_report, tmp_path):
-    """A failed run, a complete one, and what is no result of a run."""
+    """A failed run and a complete one; what is no result of a run, if it is asked to."""
     out = tmp_path / "out"
     good = scenario.read_text()
     assert call("run", with_law(scenario, "fails"), "--out", out)[0] == 1
     scenario.write_text(good)
     for before in (None, None, b"no netCDF at all"):
+        asked = ()
         if before:
             (out / "result.nc").write_bytes(before)
-        assert call("run", scenario, "--out", out)[0] == 0
+            assert call("run", scenario, "--out", out)[0] == 2
+            asked = ("--overwrite",)
+        assert call("run", scenario, "--out", out, *asked)[0] == 0
         assert torquer.load(out / "result.nc").attrs["how_it_ended"] == "complete"
 
 
@@ -189,7 +193,10 @@ def test_resume_from_what_is_no_result(call, scenario, tmp_path):
         write()
         code, out, err = call("run", scenario, "--out", tmp_path, "--resume")
         assert (code, out) == (2, "")
-        assert err.startswith(f"error: --resume: must find a result of a run; received {path} (")
+        assert err == (
+            "error: --resume: must find a result of a run; received result: must be as torquer "
+            f"wrote it; received {path}, damaged or edited since\n"
+        )
         assert err.count("\n") == 1
 
 

@@ -253,21 +253,19 @@ def test_a_scenario_built_in_python_is_stored_with_its_result(tmp_path):
 
 
 def test_saving_replaces_the_file_only_when_all_is_written(make, tmp_path, monkeypatch):
-    import xarray
-
     path = tmp_path / "result.nc"
     result = simulate(make())
     save(result, path)
 
-    def full_disk(self, file, **_):
-        file.write_bytes(b"half")
+    def full_disk(file):
         raise OSError("No space left on device")
 
-    monkeypatch.setattr(xarray.Dataset, "to_netcdf", full_disk)
+    monkeypatch.setattr("torquer.simulation.file._to_disk", full_disk)
     with pytest.raises(OSError, match="No space"):
         save(result, path)
     monkeypatch.undo()
     assert same(load(path), result)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 _SHORT = {
@@ -325,3 +323,16 @@ simulation = {{ duration_s = 40, record_s = 10 }}
     file.write_text("def mine(inputs, parameters, memory):\n    return (0.1, 0.0, 0.0)\n")
     with pytest.raises(ValueError, match="law mine: must be the one with which the run began"):
         torquer.resume(stopped)
+
+
+@pytest.mark.parametrize(("stop_s", "spare"), [(105.0, 1), (107.5, 0)])
+def test_every_row_that_is_due_must_be_there_and_no_more(make, stop_s, spare):
+    """A row of the very instant of the stop is written anew; all before it are needed."""
+    scenario = make(FULL | by("rk4") | {"simulation": FULL["simulation"]})
+    whole, part = simulate(scenario), simulate(scenario, until_s=stop_s)
+    at_s = float(part.checkpoint[0]) * scenario.grid_s
+    assert (at_s % 7.0 == 0.0) == (spare == 1)
+    rows = part.sizes["time"]
+    assert same(resume(part.isel(time=slice(0, rows - spare))), whole)
+    with pytest.raises(ValueError, match=f"every row .* received {rows - spare - 1} rows, of "):
+        resume(part.isel(time=slice(0, rows - spare - 1)))

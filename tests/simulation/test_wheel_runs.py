@@ -13,7 +13,7 @@ from numba.core.runtime import _nrt_python, rtsys
 import torquer
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.control.unloading import Unloading
-from torquer.simulation import run as runner
+from torquer.simulation import pieces, run as runner
 from torquer.simulation.result import laws_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -126,7 +126,7 @@ def test_failures_show_in_the_flight_of_these_tests(craft):
 
 def test_results_do_not_depend_on_how_fast_the_machine_is(craft, monkeypatch):
     fast = simulate(craft(), laws={"wheels": braking})
-    monkeypatch.setattr(runner, "_PIECE_S", 0.0)
+    monkeypatch.setattr(pieces, "_PIECE_S", 0.0)
     assert same(simulate(craft(), laws={"wheels": braking}), fast)
 
 

@@ -8,7 +8,18 @@ from torquer.wheel_array import layout
 from torquer.wheel_array.allocation import minimax, wheel_set
 from torquer.wheel_array.envelope import momentum_envelope
 from torquer.wheel_array.layout import WheelArray
-from torquer.wheel_array.steering import bias_of, biased, lose, steer, steer_nearest, steering_of
+from torquer.wheel_array.steering import (
+    CENTRE,
+    HALF,
+    ROWS,
+    _torque_box,
+    bias_of,
+    biased,
+    lose,
+    steer,
+    steer_nearest,
+    steering_of,
+)
 
 ARRAYS = {
     "four": layout.four_sided_pyramid(80.5, 45.5),
@@ -299,3 +310,22 @@ def test_a_lasting_torque_ends_at_the_momentum_farthest_along_it(name):
         if np.abs(momenta - before).max() < 1e-9:
             break
     assert momenta @ np.array(wheels.axes) @ torque == pytest.approx(farthest, rel=1e-6)
+
+
+def test_the_box_of_torques_is_that_of_both_limits():
+    """Also for wheels beyond their limit of momentum, which can only come back."""
+    random = np.random.default_rng(5)
+    limit, most, step_s = np.array([1.0, 2.0, 0.5]), np.array([0.1, 0.2, 0.3]), 2.0
+    work = np.zeros((ROWS, 3))
+    for _ in range(200):
+        momenta = limit * random.uniform(-1.6, 1.6, 3)
+        _torque_box(limit, most, step_s, momenta, work)
+        torques = np.linspace(-most, most, 4001)
+        after = momenta + torques * step_s
+        for k in range(3):
+            below, above = after[:, k] <= limit[k] + 1e-9, after[:, k] >= -limit[k] - 1e-9
+            greatest = torques[below, k].max() if below.any() else -most[k]
+            least = torques[above, k].min() if above.any() else most[k]
+            high, low = work[CENTRE, k] + work[HALF, k], work[CENTRE, k] - work[HALF, k]
+            assert high == pytest.approx(greatest, abs=most[k] / 1000.0)
+            assert low == pytest.approx(least, abs=most[k] / 1000.0)

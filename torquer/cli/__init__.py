@@ -39,14 +39,15 @@ def _interrupts_of_imports():
     if usual is not signal.default_int_handler or not in_main:  # ignored, or a caller's own
         yield
         return
-    signal.signal(signal.SIGINT, _leave_or_raise)
+    signal.signal(signal.SIGINT, leave_or_raise)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, usual)
 
 
-def _leave_or_raise(number, frame) -> None:
+def leave_or_raise(number, frame) -> None:
+    """Handler of an interrupt: end the process during an import, else raise KeyboardInterrupt."""
     while frame:
         if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
             os.write(2, b"error: interrupted\n")

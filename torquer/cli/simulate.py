@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 import torquer
-from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE
+from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.cli.claim import claimed
 from torquer.cli.modes_work import mode_findings
 from torquer.cli.output import (
@@ -55,7 +55,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
     out = out or Path("runs") / scenario.name
     check_surroundings(scenario)
     make_writable(out)
-    with claimed(out), heeding(ALL) as signals, writing_to(out):
+    with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
         try:
             result, stopped, code = _flown(scenario, out / "result.nc", how)
             if signals.asked and stopped:
@@ -64,6 +64,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
             summary = _write(result, out, signals, how.report)
         except KeyboardInterrupt:
             tell_error(f"interrupted; what there is stands in {out}: --resume goes on")
+            signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
     _show(summary, out, as_json, how.report)
     _print_notes(notes_on_steps(result))

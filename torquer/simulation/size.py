@@ -145,12 +145,15 @@ def check_memory(size: Size, to_file: bool) -> None:
 
 
 def check_disk(size: Size, folder: Path) -> None:
-    """ValueError for a result that does not fit on the disk of a folder."""
-    if size.disk_bytes > (there := free_disk(folder.absolute())):
+    """ValueError for a result that does not fit on the disk of a folder.
+
+    Twice: it is replaced by its successor when that is written.
+    """
+    if 2.0 * size.disk_bytes > (there := free_disk(folder.absolute())):
         raise ValueError(
             f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
             f"the {told_bytes(there)} that are free at {folder}; received a result of "
-            f"about {told_bytes(size.disk_bytes)}"
+            f"about {told_bytes(size.disk_bytes)}, for a moment twice on the disk"
         )
 
 

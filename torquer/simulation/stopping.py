@@ -74,24 +74,28 @@ def heeded() -> Stop:
 
 
 @contextlib.contextmanager
-def heeding(signals: tuple = INTERRUPT) -> Iterator[Stop]:
+def heeding(signals: tuple = INTERRUPT, instead_of: tuple = ()) -> Iterator[Stop]:
     """Within the block signals are noted; an inner block shares the notes of the outer one.
 
-    Left alone: signals that the caller handles or ignores, and all of them outside the main thread.
+    A signal that the block leaves noted, when it ends without an error, is sent again after it.
+    Left alone: signals that the caller handles or ignores, but for handlers in `instead_of`, and
+    all of them outside the main thread.
     """
     global _heeded
     if _heeded is not None or threading.current_thread() is not threading.main_thread():
         yield heeded()
         return
+    stop = _heeded = Stop()
     usual = {number: signal.getsignal(number) for number in signals}
-    free = (signal.SIG_DFL, signal.default_int_handler)
+    free = (signal.SIG_DFL, signal.default_int_handler, *instead_of)
     ours = [number for number, handler in usual.items() if handler in free]
-    _heeded = Stop()
     try:
         for number in ours:
-            signal.signal(number, _heeded.note)
-        yield _heeded
+            signal.signal(number, stop.note)
+        yield stop
     finally:
         for number in ours:
             signal.signal(number, usual[number])
         _heeded = None
+    if stop.asked:
+        signal.raise_signal(stop.number)
