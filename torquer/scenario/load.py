@@ -11,6 +11,8 @@ from torquer.scenario.explain import explain, name_of
 from torquer.scenario.spec import Scenario
 from torquer.spec import as_data
 
+#: Characters of the longest line that is told.
+_LONGEST = 1000
 #: More levels of tables and lists than any scenario needs.
 _LEVELS = 32
 _PRESETS = Path(__file__).with_name("presets")
@@ -18,6 +20,14 @@ _PRESETS = Path(__file__).with_name("presets")
 
 class ScenarioError(ValueError):
     """What is wrong with a file: one line per mistake."""
+
+    def __init__(self, told: str):
+        super().__init__("\n".join(map(_shortened, told.split("\n"))))
+
+
+def _shortened(line: str) -> str:
+    """A line without the middle of a value that fills pages."""
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-100:]}"
 
 
 def load_scenario(path) -> Scenario:
