@@ -87,7 +87,9 @@ def _flown(scenario, path: Path, how: How):
             if how.resume and complete:
                 result = lazily(path)
             elif how.resume:
-                result = resume(path, progress=progress, scenario=scenario)
+                result = resume(
+                    path, progress=progress, scenario=scenario, checkpoint_s=how.checkpoint_s
+                )
             else:
                 result = simulate(
                     scenario, progress=progress, to=path, checkpoint_s=how.checkpoint_s

@@ -68,7 +68,7 @@ def simulate(
     `to`: a file (NetCDF) for the result. A long run is written piece by piece, in bounded memory;
     the result returned then reads its numbers from the file when they are asked for. What is
     computed is written every `checkpoint_s` seconds of computing, so that `resume` can go on from
-    there if the process is killed; seldom enough to take 1 % of the time at most.
+    there if the process is killed; after a save that took long, a hundred times as long later.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
