@@ -14,6 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import torquer
+from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import load_scenario, scenario_from_text
 
 ROOT = Path(__file__).parents[1]
@@ -50,8 +51,7 @@ def flown(scenario, steps):
 def apart_deg(a, b) -> np.ndarray:
     """Angle between two attitudes at the records."""
     p, q = a.q_body_to_inertial.values, b.q_body_to_inertial.values
-    chord = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
-    return np.degrees(4.0 * np.arcsin(0.5 * chord))
+    return np.degrees(angle_between(p, q))
 
 
 def draw(path: Path) -> None:

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 from torquer.scenario.spec import Scenario
 
@@ -172,5 +173,4 @@ def exact_gyrostat(task: Task) -> np.ndarray:
 
 def angle(p: np.ndarray, q: np.ndarray) -> float:
     """Greatest angle [rad] between attitudes."""
-    apart = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
-    return float(4.0 * np.arcsin(0.5 * apart).max())
+    return float(angle_between(p, q).max())

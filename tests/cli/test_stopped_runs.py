@@ -107,8 +107,8 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     code, stdout, err = call("run", scenario, "--out", out)
     assert (code, stdout) == (2, "")
     assert err == (
-        f"error: --out: must hold no unfinished run; received {out} (interrupted at t = 124 s): "
-        "continue with --resume, choose another --out, or replace it with --overwrite\n"
+        f"error: --out: must hold no unfinished run; received {out / 'result.nc'} (interrupted at "
+        "t = 124 s): --resume goes on, --overwrite replaces it; or choose another --out\n"
     )
     assert (out / "result.nc").read_bytes() == before
 
@@ -147,7 +147,7 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
     torquer.save(part, tmp_path / "result.nc")
     code, out, err = call("run", scenario, "--out", tmp_path)
     assert (code, out) == (2, "")
-    assert "(stopped at t = 100 s as asked): continue with --resume" in err
+    assert "(stopped at t = 100 s as asked): --resume goes on" in err
     assert call("run", scenario, "--out", tmp_path, "--resume")[0] == 0
 
 

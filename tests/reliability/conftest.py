@@ -22,12 +22,11 @@ def scenario_file(tmp_path):
 
 
 @pytest.fixture
-def process():
-    """`process("run", path)`: the command in a process of its own, ended with the test."""
+def shell():
+    """`shell("sh", "-c", text)`: a command in a process of its own, ended with the test."""
     begun = []
 
-    def begin(*arguments, before=None, **environment):
-        command = [sys.executable, "-m", "torquer", *map(str, arguments)]
+    def begin(*command, before=None, **environment):
         begun.append(
             subprocess.Popen(
                 command,
@@ -45,3 +44,13 @@ def process():
         if each.poll() is None:
             each.kill()
         each.communicate()
+
+
+@pytest.fixture
+def process(shell):
+    """`process("run", path)`: `torquer run path` in a process of its own."""
+
+    def begin(*arguments, **how):
+        return shell(sys.executable, "-m", "torquer", *map(str, arguments), **how)
+
+    return begin

@@ -13,6 +13,7 @@ from reliability_processes import KINDS, SCENARIO, done
 import torquer
 from torquer import engine
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.restore import scenario_in
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -142,14 +143,25 @@ def test_a_full_disk_keeps_what_stood_there(stored, room):
     assert list(path.parent.iterdir()) == [path]
 
 
+def test_an_unfinished_run_is_replaced_only_if_asked(stopped, stored):
+    path, content = stored
+    scenario = scenario_in(stopped)
+    with pytest.raises(ValueError, match=r"^to: must hold no unfinished run; .*overwrite=True"):
+        torquer.simulate(scenario, to=path)
+    assert path.read_bytes() == content
+    torquer.simulate(scenario, to=path, overwrite=True)
+    torquer.simulate(scenario, to=path)
+    assert torquer.load(path).attrs["how_it_ended"] == "complete"
+
+
 def test_an_unfinished_or_damaged_result_is_not_overwritten(process, scenario_file, stored):
     path, content = stored
     scenario, out = scenario_file("built-in"), path.parent
-    told = r"error: --out: must hold no unfinished run; .*replace it with --overwrite\n"
+    told = r"error: --out: must hold no unfinished run; .*--overwrite replaces it; .*\n"
     code, _, err = done(process("run", scenario, "--out", out, "--no-report"))
     assert code == 2 and re.fullmatch(told, err)
     path.write_bytes(content[:-1])
-    told = r"error: --out: must hold no result that cannot be read; .*replace it with --overwrite\n"
+    told = r"error: --out: must hold no file that cannot be read; .*--overwrite replaces it; .*\n"
     code, _, err = done(process("run", scenario, "--out", out, "--no-report"))
     assert code == 2 and re.fullmatch(told, err)
     assert path.read_bytes() == content[:-1]

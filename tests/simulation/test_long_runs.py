@@ -1,5 +1,7 @@
 """Long runs are computed in pieces: the same bits wherever the result goes and a run stops."""
 
+import errno
+
 import numpy as np
 import pytest
 
@@ -7,8 +9,9 @@ from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.environment.table import build, lookup3
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation import pieces, run as runner, size as sizes
+from torquer.simulation.pieces import NotSaved
 from torquer.simulation.size import piece_steps, size_of
-from torquer.simulation.store import parts_folder
+from torquer.simulation.store import InFile, parts_folder
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -123,6 +126,31 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
     with resume(path) as ended:
         assert same(ended, whole)
     assert not parts_folder(path).exists()
+
+
+def test_a_run_killed_as_it_wrote_its_second_piece_goes_on(scenario, tmp_path):
+    whole, path = simulate(scenario), tmp_path / "result.nc"
+    simulate(scenario, until_s=100.0, to=path).close()
+    parts_folder(path).mkdir()
+    (parts_folder(path) / "000000000400.nc.part").write_bytes(b"begun")
+    with resume(path) as ended:
+        assert same(ended, whole)
+    assert not parts_folder(path).exists()
+
+
+def test_a_checkpoint_that_cannot_be_written_is_told_and_the_run_goes_on(
+    scenario, tmp_path, monkeypatch
+):
+    def full(self, run):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    whole = simulate(scenario)
+    monkeypatch.setattr(InFile, "checkpoint", full)
+    with (
+        pytest.warns(NotSaved, match=r"^nothing saved at t = \d+ s: No space left on device$"),
+        simulate(scenario, to=tmp_path / "result.nc", checkpoint_s=1e-9) as flown,
+    ):
+        assert same(flown, whole)
 
 
 def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_path):

@@ -91,11 +91,14 @@ def modes(
     ] = False,
     svg: Annotated[Path | None, Parameter(help="File for the diagram as a picture.")] = None,
     json: Json = False,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
     from torquer.cli import modes_work as work
 
-    return work.show(scenario, mermaid, svg, json)
+    code = (not no_user_code, code_from_anywhere)
+    return work.show(scenario, mermaid, svg, json, *code)
 
 
 @app.command

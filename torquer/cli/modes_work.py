@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 
 from torquer.cli.output import json_text
+from torquer.cli.user_code import check_code
 from torquer.control.modes.check import Finding, findings
 from torquer.control.modes.diagram import mermaid, svg
 from torquer.control.modes.spec import MAIN, Modes
@@ -17,9 +18,17 @@ def mode_findings(scenario) -> list[Finding]:
     return findings(modes) if modes else []
 
 
-def show(scenario_path: Path, as_mermaid: bool, picture: Path | None, as_json: bool) -> int:
+def show(
+    scenario_path: Path,
+    as_mermaid: bool,
+    picture: Path | None,
+    as_json: bool,
+    user_code: bool = True,
+    code_from_anywhere: bool = False,
+) -> int:
     """Print or write the diagram, print the findings."""
     scenario = load_scenario(scenario_path)
+    check_code(scenario, scenario_path, user_code, code_from_anywhere)
     modes = scenario.control.named().modes
     if modes is None:
         raise ValueError("control.modes: must be given, or a scheme as control.law; received none")

@@ -26,14 +26,18 @@ from torquer.cli.user_code import check_code, code_of
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario
 from torquer.scenario.resolution import notes_on_steps
-from torquer.simulation.file import attributes_of, lazily, replacing
-from torquer.simulation.pieces import CHECKPOINT_S
+from torquer.simulation.file import lazily, replacing
+from torquer.simulation.pieces import CHECKPOINT_S, NotSaved
 from torquer.simulation.prepare import blocks_of, modes_for
 from torquer.simulation.restore import OtherBits, check_version, of_one_run, scenario_in
-from torquer.simulation.result import COMPLETE, INTERRUPTED, STOPPED
+from torquer.simulation.result import COMPLETE
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
 from torquer.simulation.stopping import ALL, Stop, heeding
+from torquer.simulation.store import check_free
+
+#: Warnings of a run that are printed as notes.
+_TOLD = (OtherBits, NotSaved)
 
 
 class How(NamedTuple):
@@ -78,10 +82,13 @@ def _flown(scenario, path: Path, how: How):
     if how.resume:
         complete = _check_earlier(path, scenario)
     elif not how.overwrite:
-        _keep_unfinished(path)
+        check_free(
+            path, "--out", "--resume goes on, --overwrite replaces it; or choose another --out"
+        )
     _print_notes(notes_of(scenario))
     with _progress(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", OtherBits)
+        for kind in _TOLD:
+            warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
         try:
             if how.resume and complete:
@@ -92,14 +99,15 @@ def _flown(scenario, path: Path, how: How):
                 )
             else:
                 result = simulate(
-                    scenario, progress=progress, to=path, checkpoint_s=how.checkpoint_s
-                )
+                    scenario, progress=progress, to=path, checkpoint_s=how.checkpoint_s,
+                    overwrite=True,
+                )  # fmt: skip
         except RunStopped as error:
             result, stopped = error.result, str(error)
             code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
         if how.check_steps and not stopped:
             result = _with_measured_error(result, progress)
-    _print_notes([str(each.message) for each in told if each.category is OtherBits])
+    _print_notes([str(each.message) for each in told if each.category in _TOLD])
     return result, stopped, code
 
 
@@ -145,8 +153,8 @@ def validate(
         f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
         f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
     )
-    for name, file in code_of(scenario).items():
-        print(f"executes {harmless(str(file))} (law {name}); --no-user-code refuses it")
+    for key, file in code_of(scenario).items():
+        print(f"executes {harmless(str(file))} (control.{key}); --no-user-code refuses it")
     for finding in found:
         if not finding.is_fault:  # the notes tell the faults
             print(f"modes: {finding.message}")
@@ -203,24 +211,6 @@ def _looks(scenario):
     """Times at which models are checked: both ends of the run, and along the first orbit."""
     end = scenario.steps() * scenario.grid_s
     return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
-
-
-def _keep_unfinished(path: Path) -> None:
-    """Raise `ValueError` where a run that can be resumed, or a file of unknown content, stands."""
-    if not path.exists():
-        return
-    try:
-        earlier = attributes_of(path)
-    except (OSError, ValueError):
-        raise ValueError(
-            f"--out: must hold no result that cannot be read; received {path}, damaged or not "
-            "written by torquer: choose another --out, or replace it with --overwrite"
-        ) from None
-    if earlier.get("how_it_ended") in (INTERRUPTED, STOPPED):
-        raise ValueError(
-            f"--out: must hold no unfinished run; received {path.parent} ({earlier['ended']}): "
-            "continue with --resume, choose another --out, or replace it with --overwrite"
-        )
 
 
 def _check_earlier(path: Path, scenario) -> bool:

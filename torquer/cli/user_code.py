@@ -7,21 +7,22 @@ from torquer.scenario.spec import Scenario
 
 
 def code_of(scenario: Scenario) -> dict[str, Path]:
-    """Python files that a run of the scenario executes, by the key of the law."""
-    laws, _ = scenario.control.named()
-    return {name: Path(law.file) for name, law in laws.items() if isinstance(law, UserLaw)}
+    """Python files that a run of the scenario executes, by the key of the law in `control`."""
+    control = scenario.control
+    laws = {control.key_of(name): law for name, law in control.named().laws.items()}
+    return {key: Path(law.file) for key, law in laws.items() if isinstance(law, UserLaw)}
 
 
 def check_code(scenario: Scenario, path: Path, allowed: bool, from_anywhere: bool) -> None:
     """ValueError for a law's file where none is allowed, or not there."""
     folder = path.resolve().parent
-    for name, file in code_of(scenario).items():
+    for key, file in code_of(scenario).items():
         if not allowed:
             raise ValueError(
-                f"control.laws.{name}.file: must not be given with --no-user-code; received {file}"
+                f"control.{key}.file: must not be given with --no-user-code; received {file}"
             )
         if not (from_anywhere or file.resolve().is_relative_to(folder)):
             raise ValueError(
-                f"control.laws.{name}.file: must lie in the scenario's folder, or be allowed by "
+                f"control.{key}.file: must lie in the scenario's folder, or be allowed by "
                 f"--code-from-anywhere; received {file}"
             )

@@ -5,6 +5,8 @@
 
 import math
 
+import numpy as np
+
 from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
@@ -101,3 +103,9 @@ def from_dcm(m):
     else:
         q = (m[0][2] + m[2][0], m[2][1] + m[1][2], 1.0 + 2.0 * m[2][2] - trace, m[1][0] - m[0][1])
     return normalised(q)
+
+
+def angle_between(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Angle [rad] of the rotation between attitudes (n, 4), exact for small ones too."""
+    chord = np.minimum(np.linalg.norm(p - q, axis=-1), np.linalg.norm(p + q, axis=-1))
+    return 4.0 * np.arcsin(0.5 * chord)

@@ -1,6 +1,7 @@
 """A run in pieces of a fraction of a second, between which signals and the clock are looked at."""
 
 import time
+import warnings
 from collections.abc import Callable
 
 from torquer.simulation import step as loop
@@ -15,6 +16,10 @@ _FIRST_STEPS = 16
 #: Time [s] from one checkpoint on the disk to the next, and what part they may take of it.
 CHECKPOINT_S = 5.0
 _CHECKPOINT_SHARE = 0.01
+
+
+class NotSaved(UserWarning):
+    """A checkpoint could not be written; the run goes on."""
 
 
 class Checkpoints:
@@ -33,7 +38,14 @@ class Checkpoints:
             return
         run.enter()
         record_this_instant(run)
-        self.save(run)
+        try:
+            self.save(run)
+        except OSError as error:  # the run itself can go on
+            warnings.warn(
+                f"nothing saved at t = {run.now_s:g} s: {error.strerror or error}",
+                NotSaved,
+                stacklevel=4,
+            )
         ended_s = time.monotonic()
         self._due_s = ended_s + max(self.interval_s, (ended_s - begun_s) / _CHECKPOINT_SHARE)
 

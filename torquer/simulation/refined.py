@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.control.law import Law
+from torquer.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.simulate import simulate
@@ -58,12 +59,11 @@ def integration_error(
     if plain.attrs["how_it_ended"] != COMPLETE:
         raise ValueError(f"flown: must be a complete run; received one that {plain.attrs['ended']}")
     fine = simulate(with_finer_steps(plain), law, laws=laws, progress=progress)
-    p, q = plain.q_body_to_inertial.values, fine.q_body_to_inertial.values
-    apart = np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1))
+    angle = angle_between(plain.q_body_to_inertial.values, fine.q_body_to_inertial.values)
     rate = np.linalg.norm(plain.omega_body.values - fine.omega_body.values, axis=1)
     return xr.Dataset(
         {
-            "attitude_error": ("time", 4.0 * np.arcsin(0.5 * apart), {"units": "rad"}),
+            "attitude_error": ("time", angle, {"units": "rad"}),
             "rate_error": ("time", rate, {"units": "rad/s"}),
         },
         {"time": plain.time},

@@ -31,7 +31,7 @@ from torquer.simulation.result import (
 from torquer.simulation.run import Run, prepare, record_this_instant
 from torquer.simulation.size import check_disk, check_memory, size_of
 from torquer.simulation.stopping import heeding
-from torquer.simulation.store import InFile, InMemory, drop_parts, gather
+from torquer.simulation.store import InFile, InMemory, check_free, drop_parts, gather
 from torquer.spec import checked
 
 if TYPE_CHECKING:
@@ -57,6 +57,7 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     to: str | os.PathLike | None = None,
     checkpoint_s: float = CHECKPOINT_S,
+    overwrite: bool = False,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
@@ -69,6 +70,7 @@ def simulate(
     the result returned then reads its numbers from the file when they are asked for. What is
     computed is written every `checkpoint_s` seconds of computing, so that `resume` can go on from
     there if the process is killed; after a save that took long, a hundred times as long later.
+    An unfinished run that stands there is replaced with `overwrite` only.
     Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
     on an error inside a law and on an interrupt from the keyboard.
     """
@@ -79,6 +81,8 @@ def simulate(
         )
     scenario = checked(scenario)
     _check_size(scenario, to)
+    if to is not None and not overwrite:
+        check_free(Path(to), "to", "resume goes on with it, overwrite=True replaces it")
     with heeding():
         run = prepare(scenario, law, laws)
         if to is None:

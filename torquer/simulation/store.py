@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.simulation.file import join, lazily, save
-from torquer.simulation.result import INTERRUPTED, of_the_whole, part_of, with_state
+from torquer.simulation.file import attributes_of, join, lazily, save
+from torquer.simulation.result import INTERRUPTED, STOPPED, of_the_whole, part_of, with_state
 from torquer.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -78,6 +78,23 @@ class InFile:
         return part
 
 
+def check_free(path: Path, key: str, ways_out: str) -> None:
+    """ValueError where an unfinished run, or a file of unknown content, stands; `key` names it."""
+    if not path.exists():
+        return
+    try:
+        earlier = attributes_of(path)
+    except (OSError, ValueError):
+        raise ValueError(
+            f"{key}: must hold no file that cannot be read; received {path}, damaged or not "
+            f"written by torquer: {ways_out}"
+        ) from None
+    if earlier.get("how_it_ended") in (INTERRUPTED, STOPPED):
+        raise ValueError(
+            f"{key}: must hold no unfinished run; received {path} ({earlier['ended']}): {ways_out}"
+        )
+
+
 def parts_folder(path: Path) -> Path:
     """Folder of the pieces after the first of an unfinished run."""
     return path.with_name(path.name + ".parts")
@@ -88,7 +105,8 @@ def gather(path: Path) -> None:
     folder = parts_folder(path)
     if not folder.is_dir():
         return
-    join(path, sorted(folder.glob("*.nc")), _append)
+    if parts := sorted(folder.glob("*.nc")):  # none if the process ended as it wrote the first
+        join(path, parts, _append)
     shutil.rmtree(folder)
 
 
