@@ -115,7 +115,7 @@ def _expression(value, at: int, classes: dict) -> tuple[str, int]:
     return f"({''.join(part + ', ' for part in parts)})", at
 
 
-def _record_maker(shape: Shape) -> Callable:
+def record_maker(shape: Shape) -> Callable:
     """Kernel that makes the record of parameters from the array that holds them."""
     names = dict(shape.classes)
     exec(f"def named(p):\n    return {shape.source}", names)
@@ -188,28 +188,28 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
         "_inputs": _first_of if in_loop else _unchanged,
         "_unify": kind.unify,
         "_failed": kind.failed,
-        "_named": _record_maker(shape),
+        "_named": record_maker(shape),
         "_cells": _memory_view(names),
     }
     adapter = _plain_adapter if own else _guarded_adapter
     if not engine.COMPILED:
-        return _placed(adapter, plain, shape, names, parts)
+        return placed(adapter, plain, shape, names, parts)
     signature = kind.in_loop if in_loop else kind.signature
     plugin.check_arguments(plain, 3, must)
-    parts["_function"] = inner = _inner(function, own, shape)
+    parts["_function"] = inner = inner_of(function, own, shape)
     file = plugin.file_of(plain)
     known = file is not None and plain.__closure__ is None
     with plugin.cache_beside(file if known and not own else None):
-        placed = _placed(adapter, plain, shape, names, parts)
+        place = placed(adapter, plain, shape, names, parts)
         try:
-            made = plugin.compiled(placed, signature, must, keep=known, error_model="numpy")
+            made = plugin.compiled(place, signature, must, keep=known, error_model="numpy")
         except ValueError:
             _explain(inner, shape, names, must)
             raise
     return engine.FirstClass(made, signature)
 
 
-def _inner(function: Callable, own: bool, shape: Shape):
+def inner_of(function: Callable, own: bool, shape: Shape):
     """The function itself, to be compiled into the adapter.
 
     On its own it is kept on disk only where that can be found again: a record of parameters that
@@ -248,7 +248,9 @@ def floats(value):
     return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
 
 
-def _placed(adapter: FunctionType, plain, shape: Shape, names, parts: dict) -> FunctionType:
+def placed(
+    adapter: FunctionType, plain, shape: Shape, names, parts: dict, form: str = ""
+) -> FunctionType:
     """The adapter of one function, which passes for a function of that function's own file.
 
     There, by a name that tells functions of one line, records of other structure and other answers
@@ -257,7 +259,7 @@ def _placed(adapter: FunctionType, plain, shape: Shape, names, parts: dict) -> F
     own = plain.__code__
     records = [(c.__qualname__, c._fields) for _, c in shape.classes]
     answer = plugin.plain_of(parts["_unify"]).__name__
-    structure = f"{shape.source} {records} {names} {answer}"
+    structure = f"{shape.source} {records} {names} {answer} {form}"
     numbers = repr([c for c in own.co_consts if isinstance(c, int | float)])
     mark = hashlib.sha256(own.co_code + numbers.encode() + structure.encode())
     name = f"{plain.__name__}_{mark.hexdigest()[:12]}"

@@ -6,6 +6,7 @@ allocation, no exceptions, no strings, no globals that change. Vectors are
 """
 
 import hashlib
+import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import llvmlite.binding as llvm
 import numba
 import numpy as np
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
@@ -97,6 +99,63 @@ def without_reference_counts(value):
 @overload(without_reference_counts)
 def _without_reference_counts(value):
     return lambda value: _cut(value)
+
+
+def bits_of(number):
+    """The bits of a float64, as a uint64."""
+    return np.float64(number).view(np.uint64)
+
+
+def float_of(bits):
+    """The float64 of these bits."""
+    return np.uint64(bits).view(np.float64)
+
+
+def _same_bits(wanted, stored):
+    """Intrinsic that takes the bits of a number for one of another type."""
+
+    @intrinsic
+    def cast(typing_context, value):
+        def build(context, builder, signature, arguments):
+            return builder.bitcast(arguments[0], stored)
+
+        return wanted(value), build
+
+    return cast
+
+
+_to_bits = _same_bits(types.uint64, ir.IntType(64))
+_to_float = _same_bits(types.float64, ir.DoubleType())
+
+
+@overload(bits_of)
+def _bits_of(number):
+    return lambda number: _to_bits(float(number))
+
+
+@overload(float_of)
+def _float_of(bits):
+    return lambda bits: _to_float(bits)
+
+
+def square_root(number):
+    """The square root as an instruction: a call of the C library's cannot be taken under a
+    condition by code for several members at once."""
+    return math.sqrt(number)
+
+
+@intrinsic
+def _square_root(typing_context, number):
+    def build(context, builder, signature, arguments):
+        function = builder.module.declare_intrinsic("llvm.sqrt", [ir.DoubleType()])
+        return builder.call(function, arguments)
+
+    return types.float64(types.float64), build
+
+
+@overload(square_root)
+def _by_instruction(number):
+    return lambda number: _square_root(number)
 
 
 class FirstClass(types.WrapperAddressProtocol):

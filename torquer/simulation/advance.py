@@ -28,7 +28,7 @@ from torquer.simulation.forces import (
 )
 from torquer.simulation.state import goal_dipole
 from torquer.spacecraft.body import Rigid, momentum_body, torque_body
-from torquer.spacecraft.coils import present_dipole
+from torquer.spacecraft.coils import present_dipole, remaining
 from torquer.spacecraft.disturbance import disturbance_torque_at
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 from torquer.spacecraft.rotors import (
@@ -61,28 +61,45 @@ class Dop853(NamedTuple):
     work: Workspace
 
 
+@internal
+def rk4_step(forces, x, here, middle, end, left, step, h):
+    """Motion after a step of RK4 between the environments `here` and `end`.
+
+    `left`: parts of the dipole's way that are still to go at start, middle and end.
+    """
+    rigid, _, path, disturbance, seed, wheels = forces
+    half = 0.5 * h
+    spin = spin_of(wheels, x.omega, step, h)
+    torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
+    m1 = add_scaled(path.target, left[0], path.way)
+    m2 = add_scaled(path.target, left[1], path.way)
+    m4 = add_scaled(path.target, left[2], path.way)
+    k1 = rates_at(rigid, spin, here, m1, 0.0, x, torque)
+    k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
+    k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
+    k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
+    return rk4_sum(x, h, k1, k2, k3, k4)
+
+
+@internal
+def left_in_step(lag_s, since, h):
+    """Parts of a dipole's way that are still to go at start, middle and end of a step."""
+    # before the stages: a call of `exp` between them would empty the registers
+    return remaining(lag_s, since), remaining(lag_s, since + 0.5 * h), remaining(lag_s, since + h)
+
+
 @kernel
 def by_rk4(forces, x, here, first, last, h):
     """(Motion, environment) after steps first..last-1 by RK4; `here` is the environment before.
 
     Two looks at the environment a step.
     """
-    rigid, tables, path, disturbance, seed, wheels = forces
-    half = 0.5 * h
     for step in range(first, last):
-        middle = environment_at(tables, (step + 0.5) * h)
-        end = environment_at(tables, (step + 1) * h)
-        since = (step - first) * h
-        spin = spin_of(wheels, x.omega, step, h)
-        torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
-        # before the stages: a call of `exp` between them would empty the registers
-        m1, m2 = dipole_after(path, since), dipole_after(path, since + half)
-        m4 = dipole_after(path, since + h)
-        k1 = rates_at(rigid, spin, here, m1, 0.0, x, torque)
-        k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
-        k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
-        k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
-        x, here = rk4_sum(x, h, k1, k2, k3, k4), end
+        middle = environment_at(forces.tables, (step + 0.5) * h)
+        end = environment_at(forces.tables, (step + 1) * h)
+        left = left_in_step(forces.path.lag_s, (step - first) * h, h)
+        x = rk4_step(forces, x, here, middle, end, left, step, h)
+        here = end
     return x, here
 
 
@@ -184,7 +201,7 @@ def _steps_by_dop853(integrator, forces, cells, x, here, first, last, h):
 
 
 def _resolved_by_rk4(integrator, plan, state, x, here):
-    return resolves(integrator, plan, state, x, here)
+    return resolves(integrator, plan.plant, plan.step_s, plan.record_steps, state, x, here)
 
 
 def _resolved_always(integrator, plan, state, x, here):
@@ -239,17 +256,17 @@ def momentum_now(rigid, wheels, omega):
 
 
 @inner
-def resolves(integrator, plan, state, x, here):
-    """Whether RK4's step resolves the motion; what it does until the next record is added up."""
-    plant, h, cells = plan.plant, plan.step_s, state.cells[0]
+def resolves(integrator, plant, h, steps, state, x, here):
+    """Whether RK4's step h resolves the motion; what it does in the next steps is added up."""
+    cells = state.cells[0]
     inverse = plant.rigid.inverse_inertia
     momentum = momentum_now(plant.rigid, wheels_of(plant.rotors, state.rotors), x.omega)
     square = nutation_square(inverse, momentum, x.omega)
     dipole = goal_dipole(state.cells)
     square = math.sqrt(square * square + libration_fourth(inverse, dipole, here.b_t))
     turning = dot(x.omega, x.omega)
-    cells.damping += damping_of_steps(square, h, plan.record_steps)
-    cells.lag += lag_of_steps(turning, h, plan.record_steps)
+    cells.damping += damping_of_steps(square, h, steps)
+    cells.lag += lag_of_steps(turning, h, steps)
     followed = turning * h * h <= integrator.most_turn**2
     return followed and square * h * h <= integrator.most_nutation**2
 

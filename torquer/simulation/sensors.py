@@ -1,5 +1,6 @@
 """Reading the sensors, and what the on-board computer knows at a control step."""
 
+from torquer import noise
 from torquer.engine import inner, internal
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
@@ -17,11 +18,12 @@ from torquer.simulation.timetable import (
     SUN_SENSORS,
     TACHOMETERS,
 )
-from torquer.spacecraft.attitude_sensor import read_attitude
+from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
+from torquer.spacecraft.attitude_sensor import attitude_with_noise
 from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.gyro import read_rate, walked_bias
-from torquer.spacecraft.magnetometer import read_field
-from torquer.spacecraft.sun_sensor import read_sun
+from torquer.spacecraft.gyro import rate_with_noise, walked_by
+from torquer.spacecraft.magnetometer import field_with_noise
+from torquer.spacecraft.sun_sensor import sun_with_noise
 from torquer.spacecraft.wheels import read_tachometers
 
 
@@ -51,9 +53,20 @@ def deliver(sensors, known, actions):
 
 
 @internal
-def put_late(reading, t, x, y, z, w):
-    """Send a reading on its way to the computer."""
-    reading.t_s, reading.x, reading.y, reading.z, reading.w = t, x, y, z, w
+def chosen(condition, a, b):
+    """a where the condition holds, else b."""
+    return a if condition else b
+
+
+@internal
+def put_late(is_late, reading, t, x, y, z, w):
+    """Send a reading on its way to the computer if it is late.
+
+    Written in any case: stores under a condition keep a loop over members from being vectorised.
+    """
+    r = reading
+    r.t_s, r.w = chosen(is_late, t, r.t_s), chosen(is_late, w, r.w)
+    r.x, r.y, r.z = chosen(is_late, x, r.x), chosen(is_late, y, r.y), chosen(is_late, z, r.z)
 
 
 @inner
@@ -64,23 +77,23 @@ def sun_and_light(shadow, orbit, sun, t):
 
 
 @internal
-def read_gyro(plant, cells, omega, t, seed, sample):
+def read_gyro(plant, cells, omega, t, drawn, drawn_walk):
     """What the gyro reads; its drift goes on from its last reading."""
     c = cells[0]
     drift = (c.drift_x, c.drift_y, c.drift_z)
-    drift = walked_bias(plant.gyro, drift, t - c.drift_s, seed, sample)
+    drift = walked_by(plant.gyro, drift, t - c.drift_s, drawn_walk)
     c.drift_x, c.drift_y, c.drift_z = drift
     c.drift_s = t
-    return read_rate(plant.gyro, omega, drift, seed, sample)
+    return rate_with_noise(plant.gyro, omega, drift, drawn)
 
 
 @internal
-def read_magnetometer(plant, coils, b_body, seed, sample):
+def read_magnetometer(plant, coils, b_body, drawn):
     """What the magnetometer reads, with the field of coils that are on."""
     dipole = (0.0, 0.0, 0.0)
     if plant.magnetometer.coupling_t_per_a_m2 != 0.0:
         dipole = present_dipole(plant.coils, coils)
-    return read_field(plant.magnetometer, b_body, dipole, seed, sample)
+    return field_with_noise(plant.magnetometer, b_body, dipole, drawn)
 
 
 @internal
@@ -93,54 +106,111 @@ def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
 
 
 @internal
+def magnetometer_step(plant, late, state, x, here, t, drawn):
+    """A reading of the magnetometer, which reaches the computer now or is on its way."""
+    state.sensors[MAGNETOMETER].count += 1.0
+    b_body = rotate_inverse(x.q, here.b_t)
+    bx, by, bz = read_magnetometer(plant, state.coils, b_body, drawn)
+    is_late, known = late & (READ << MAGNETOMETER) != 0, state.board.known[0]
+    put_late(is_late, state.sensors[MAGNETOMETER], t, bx, by, bz, 0.0)
+    known.b_s = chosen(is_late, known.b_s, t)
+    known.b_x = chosen(is_late, known.b_x, bx)
+    known.b_y = chosen(is_late, known.b_y, by)
+    known.b_z = chosen(is_late, known.b_z, bz)
+
+
+@internal
+def search_coil_step(state, x, here, b_rate_inertial, t):
+    """A reading of the search coil: the field's rate of change as the body sees it."""
+    known = state.board.known[0]
+    turning = rotate_inverse(x.q, b_rate_inertial)
+    seen = sub(turning, cross(x.omega, rotate_inverse(x.q, here.b_t)))
+    known.b_rate_x, known.b_rate_y, known.b_rate_z = seen
+    known.b_rate_s = t
+
+
+@internal
+def gyro_step(plant, late, state, x, t, drawn, drawn_walk):
+    """A reading of the gyro."""
+    state.sensors[GYRO].count += 1.0
+    wx, wy, wz = read_gyro(plant, state.cells, x.omega, t, drawn, drawn_walk)
+    is_late, known = late & (READ << GYRO) != 0, state.board.known[0]
+    put_late(is_late, state.sensors[GYRO], t, wx, wy, wz, 0.0)
+    known.omega_s = chosen(is_late, known.omega_s, t)
+    known.omega_x = chosen(is_late, known.omega_x, wx)
+    known.omega_y = chosen(is_late, known.omega_y, wy)
+    known.omega_z = chosen(is_late, known.omega_z, wz)
+
+
+@internal
+def sun_sensors_step(plant, late, state, x, direction, lit, t, drawn):
+    """A reading of the Sun sensors; `direction` (inertial) and visible part of the Sun."""
+    state.sensors[SUN_SENSORS].count += 1.0
+    sun_body = rotate_inverse(x.q, direction)
+    sx, sy, sz = sun_with_noise(plant.sun_sensors, sun_body, lit, drawn)
+    is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
+    put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
+    known.sun_s = chosen(is_late, known.sun_s, t)
+    known.sun_x = chosen(is_late, known.sun_x, sx)
+    known.sun_y = chosen(is_late, known.sun_y, sy)
+    known.sun_z = chosen(is_late, known.sun_z, sz)
+
+
+@internal
+def attitude_sensor_step(plant, late, state, x, t, drawn):
+    """A reading of the attitude sensor."""
+    state.sensors[ATTITUDE_SENSOR].count += 1.0
+    qx, qy, qz, qw = attitude_with_noise(plant.attitude_sensor, x.q, drawn)
+    is_late, known = late & (READ << ATTITUDE_SENSOR) != 0, state.board.known[0]
+    put_late(is_late, state.sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
+    known.q_s = chosen(is_late, known.q_s, t)
+    known.q_x = chosen(is_late, known.q_x, qx)
+    known.q_y = chosen(is_late, known.q_y, qy)
+    known.q_z = chosen(is_late, known.q_z, qz)
+    known.q_w = chosen(is_late, known.q_w, qw)
+
+
+@internal
+def tachometers_step(plant, state, x, t, seed):
+    """A reading of the tachometers."""
+    known, noise_rad_s = state.board.known[0], plant.tachometer_noise_rad_s
+    number = count_reading(state.sensors[TACHOMETERS])
+    momentum = read_wheels(plant.rotors, noise_rad_s, state, x.omega, seed, number)
+    known.wheels_x, known.wheels_y, known.wheels_z = momentum
+    known.wheels_s = t
+
+
+@internal
+def draw(state, sensor, sigma, seed, stream):
+    """Standard normal numbers for the next reading of a sensor."""
+    return noise.drawn(sigma, seed, stream, int(state.sensors[sensor].count))
+
+
+@internal
 def read_sensors(plan, tables, state, x, here, actions, step, seed):
     """Read the sensors that are due: a pure function of the state and the step."""
-    plant, known, t = plan.plant, state.board.known[0], step * plan.step_s
-    sensors, delayed = state.sensors, plan.timetable.late
-    q, omega = x
+    t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
     if actions & ANY_DELIVERY:
-        deliver(sensors, known, actions)
-    b_body = rotate_inverse(q, here.b_t)
+        deliver(state.sensors, state.board.known[0], actions)
     if actions & (READ << MAGNETOMETER):
-        number = count_reading(sensors[MAGNETOMETER])
-        bx, by, bz = read_magnetometer(plant, state.coils, b_body, seed, number)
-        if delayed & (READ << MAGNETOMETER):
-            put_late(sensors[MAGNETOMETER], t, bx, by, bz, 0.0)
-        else:
-            known.b_s, known.b_x, known.b_y, known.b_z = t, bx, by, bz
+        drawn = draw(state, MAGNETOMETER, plant.magnetometer.noise_t, seed, magnetometer.STREAM)
+        magnetometer_step(plant, late, state, x, here, t, drawn)
     if actions & (READ << SEARCH_COIL):
-        turning = rotate_inverse(q, rate_from(tables.orbit, t, 3))
-        known.b_rate_x, known.b_rate_y, known.b_rate_z = sub(turning, cross(omega, b_body))
-        known.b_rate_s = t
+        search_coil_step(state, x, here, rate_from(tables.orbit, t, 3), t)
     if actions & (READ << GYRO):
-        number = count_reading(sensors[GYRO])
-        wx, wy, wz = read_gyro(plant, state.cells, omega, t, seed, number)
-        if delayed & (READ << GYRO):
-            put_late(sensors[GYRO], t, wx, wy, wz, 0.0)
-        else:
-            known.omega_s, known.omega_x, known.omega_y, known.omega_z = t, wx, wy, wz
+        drawn = draw(state, GYRO, plant.gyro.noise_rad_s, seed, gyro.NOISE_STREAM)
+        drift = draw(state, GYRO, plant.gyro.drift_rad_s_sqrt_s, seed, gyro.DRIFT_STREAM)
+        gyro_step(plant, late, state, x, t, drawn, drift)
     if actions & (READ << SUN_SENSORS):
         direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
-        sun_body = rotate_inverse(q, direction)
-        number = count_reading(sensors[SUN_SENSORS])
-        sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, seed, number)
-        if delayed & (READ << SUN_SENSORS):
-            put_late(sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
-        else:
-            known.sun_s, known.sun_x, known.sun_y, known.sun_z = t, sx, sy, sz
+        drawn = draw(state, SUN_SENSORS, plant.sun_sensors.noise_rad, seed, sun_sensor.STREAM)
+        sun_sensors_step(plant, late, state, x, direction, lit, t, drawn)
     if actions & (READ << ATTITUDE_SENSOR):
-        number = count_reading(sensors[ATTITUDE_SENSOR])
-        qx, qy, qz, qw = read_attitude(plant.attitude_sensor, q, seed, number)
-        if delayed & (READ << ATTITUDE_SENSOR):
-            put_late(sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
-        else:
-            known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t, qx, qy, qz, qw
+        sigma = plant.attitude_sensor.noise_rad
+        drawn = draw(state, ATTITUDE_SENSOR, sigma, seed, attitude_sensor.STREAM)
+        attitude_sensor_step(plant, late, state, x, t, drawn)
     if actions & (READ << TACHOMETERS):
-        noise_rad_s = plant.tachometer_noise_rad_s
-        number = count_reading(sensors[TACHOMETERS])
-        momentum = read_wheels(plant.rotors, noise_rad_s, state, omega, seed, number)
-        known.wheels_x, known.wheels_y, known.wheels_z = momentum
-        known.wheels_s = t
+        tachometers_step(plant, state, x, t, seed)
 
 
 @inner

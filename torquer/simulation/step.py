@@ -62,12 +62,19 @@ def drive_wheels(allocation, state, torque_body, hold_s, step):
 
 
 @internal
+def drive_coils(coils, state):
+    """Hand the dipole that is kept to the coils."""
+    c = state.cells[0]
+    dipole = (c.dipole_x, c.dipole_y, c.dipole_z)
+    put_goal(state.cells, command_coils(coils, dipole, state.coils))
+
+
+@internal
 def actuate(plan, state, row, step):
     """Hand the command that is kept to coils and wheels."""
     c = state.cells[0]
     if row.actions & COILS_ON:
-        dipole = (c.dipole_x, c.dipole_y, c.dipole_z)
-        put_goal(state.cells, command_coils(plan.plant.coils, dipole, state.coils))
+        drive_coils(plan.plant.coils, state)
     torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), row.hold_steps * plan.step_s
     drive_wheels(plan.allocation, state, torque, hold_s, step)
 
@@ -112,12 +119,12 @@ def record_row(plan, state, coils, step, record, number):
 
 
 @internal
-def advance_actuators(plan, state, steps):
+def advance_actuators(coils, state, t_s):
     """Let the coils go on to their targets, and add up what they take."""
-    cells, t_s = state.cells[0], steps * plan.step_s
+    cells = state.cells[0]
     energy, greatest = cells.goal_power_w * t_s, cells.goal_greatest_a_m2
-    if plan.plant.coils.lag_s > 0.0:
-        energy, greatest = advance_coils(plan.plant.coils, state.coils, t_s)
+    if coils.lag_s > 0.0:
+        energy, greatest = advance_coils(coils, state.coils, t_s)
     cells.coil_energy_j += energy
     cells.peak_dipole_a_m2 = max(cells.peak_dipole_a_m2, greatest)
 
@@ -172,7 +179,7 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(state.cells, x)
-        advance_actuators(plan, state, until - step)
+        advance_actuators(plan.plant.coils, state, (until - step) * plan.step_s)
         step = at[0] = until
         if state.cells[0].steps > enough:
             break

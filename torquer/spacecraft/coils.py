@@ -70,10 +70,9 @@ def command_coils(coils, command_a_m2, state):
         elif abs(wanted) > worst * limit:
             worst = abs(wanted) / limit
         state[i].target_a_m2 = wanted
-    if worst > 1.0:
-        for i in range(rows.shape[0]):
-            limit = rows[i].limit_a_m2
-            state[i].target_a_m2 = min(max(state[i].target_a_m2 / worst, -limit), limit)
+    for i in range(rows.shape[0]):  # stored in any case: see `simulation.sensors.put_late`
+        wanted, limit = state[i].target_a_m2, rows[i].limit_a_m2
+        state[i].target_a_m2 = min(max(wanted / worst, -limit), limit) if worst > 1.0 else wanted
     return goal_of(coils, state)
 
 

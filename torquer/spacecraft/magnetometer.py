@@ -5,7 +5,7 @@ from typing import NamedTuple
 from pydantic import Field
 
 from torquer import noise
-from torquer.engine import kernel
+from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics
@@ -25,14 +25,21 @@ class MagnetometerSet(NamedTuple):
     coupling_t_per_a_m2: float
 
 
-@kernel
+@inlined
 def read_field(magnetometer, b_body_t, dipole_body_a_m2, seed, sample):
     """Reading [T] in body axes of sample number `sample`."""
+    error = noise.drawn(magnetometer.noise_t, seed, STREAM, sample)
+    return field_with_noise(magnetometer, b_body_t, dipole_body_a_m2, error)
+
+
+@inlined
+def field_with_noise(magnetometer, b_body_t, dipole_body_a_m2, drawn):
+    """Reading [T] in body axes; `drawn`: three standard normal numbers."""
     m = magnetometer
     seen = add_scaled(b_body_t, m.coupling_t_per_a_m2, dipole_body_a_m2)
     reading = add(mat_vec(m.mounting, seen), m.bias_t)
     if m.noise_t > 0.0:
-        reading = add_scaled(reading, m.noise_t, noise.normal3(seed, STREAM, sample))
+        reading = add_scaled(reading, m.noise_t, drawn)
     return through_electronics(reading, m.range_t, m.resolution_t)
 
 

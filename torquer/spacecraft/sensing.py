@@ -2,19 +2,19 @@
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.geometry.vec3 import as_matrix
 
 
-@kernel
+@inlined
 def _channel(value, limit, resolution):
     if resolution > 0.0:
         value = resolution * np.floor(value / resolution + 0.5)  # math.floor is of 64 bits only
     return min(max(value, -limit), limit)
 
 
-@kernel
+@inlined
 def through_electronics(value, limit, resolution):
     """Reading of each axis: rounded to the resolution (0: not), never beyond the range."""
     x, y, z = value

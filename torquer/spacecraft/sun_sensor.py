@@ -29,6 +29,13 @@ def read_sun(sensors, sun_body, lit, seed, sample):
 
     `lit` is the visible fraction of the Sun's disc; half a disc is enough to read.
     """
+    drawn = noise.drawn(sensors.noise_rad, seed, STREAM, sample)
+    return sun_with_noise(sensors, sun_body, lit, drawn)
+
+
+@inlined
+def sun_with_noise(sensors, sun_body, lit, drawn):
+    """The same; `drawn`: three standard normal numbers."""
     axes, best = sensors.axes, -1.0
     for i in range(axes.shape[0]):
         best = max(best, dot((axes[i, 0], axes[i, 1], axes[i, 2]), sun_body))
@@ -36,7 +43,7 @@ def read_sun(sensors, sun_body, lit, seed, sample):
         return (0.0, 0.0, 0.0)
     if sensors.noise_rad == 0.0:
         return sun_body
-    return unit(add_scaled(sun_body, sensors.noise_rad, noise.normal3(seed, STREAM, sample)))
+    return unit(add_scaled(sun_body, sensors.noise_rad, drawn))
 
 
 def _checked_axes(value):

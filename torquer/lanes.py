@@ -1,0 +1,304 @@
+"""Lanes: the numbers of several members side by side, shown to kernels as the records of one.
+
+Number k of member l stands at `cells[k * LANES + l]`. In a loop over l, kernels that are written
+for one satellite become code that computes LANES of them at once: the compiler sees neighbours in
+memory, each LANES numbers from any other of its own member. A lane looks as the records of one
+member do: attributes, `rows[i]`, `rows[i, j]`, `shape`, `len`; what is not a float is shared.
+"""
+
+import operator
+from typing import Any, NamedTuple
+
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
+from numba.core.typing.templates import (
+    AbstractTemplate,
+    AttributeTemplate,
+    infer_getattr,
+    infer_global,
+    signature,
+)
+from numba.extending import (
+    NativeValue,
+    intrinsic,
+    lower_builtin,
+    models,
+    register_model,
+    typeof_impl,
+    unbox,
+)
+
+#: Members side by side: two vectors of eight, or four of four.
+LANES = 16
+_INT = ir.IntType(64)
+
+
+class Rows(NamedTuple):
+    """Arrays in a lane: `shape`, cells of an element, and what an element is (None: a number)."""
+
+    shape: tuple[int, ...]
+    size: int
+    element: Any = None
+
+
+class Fields(NamedTuple):
+    """A record in a lane: name, place and kind (None: a number) of each field."""
+
+    fields: tuple[tuple[str, int, Any], ...]
+
+
+class Parts(NamedTuple):
+    """Parts of a tuple in a lane: place, (place, `Rows`), `Parts`; or `SHARED`, `ZERO`."""
+
+    parts: tuple
+
+
+#: Parts that all members share; numbers that are zero for all, and left out of the compiled code.
+SHARED, ZERO = "shared", "zero"
+
+
+def rows_of(array: np.ndarray) -> Rows:
+    """How an array of numbers, or of records of numbers, stands in a lane."""
+    if array.dtype.names is None:
+        return Rows(array.shape, 1)
+    return Rows(array.shape, len(array.dtype.names), record_fields(array.dtype))
+
+
+def record_fields(dtype: np.dtype) -> Fields:
+    """A record of numbers."""
+    return Fields(tuple((name, place, None) for place, name in enumerate(dtype.names)))
+
+
+class _Lane(types.Type):
+    """Rows or fields of one member: a pointer to its first number."""
+
+    def __init__(self, kind):
+        self.kind = kind
+        super().__init__(name=f"Lane({kind})")
+
+
+@register_model(_Lane)
+class _LaneModel(models.PrimitiveModel):
+    def __init__(self, manager, of_type):
+        super().__init__(manager, of_type, ir.DoubleType().as_pointer())
+
+
+def _type_of(kind):
+    return types.float64 if kind is None else _Lane(kind)
+
+
+def _field(kind: Fields, name: str):
+    return next(((place, of) for field, place, of in kind.fields if field == name), None)
+
+
+def _moved(builder, pointer, place):
+    """Pointer to a cell of the same lane; `place`: a number or a value."""
+    if isinstance(place, int):
+        return builder.gep(pointer, [_INT(place * LANES)])
+    return builder.gep(pointer, [builder.mul(place, _INT(LANES))])
+
+
+def _shown(builder, pointer, kind):
+    return builder.load(pointer) if kind is None else pointer
+
+
+@infer_getattr
+class _LaneAttributes(AttributeTemplate):
+    key = _Lane
+
+    def generic_resolve(self, lane, name):
+        if isinstance(lane.kind, Rows):
+            return types.UniTuple(types.intp, len(lane.kind.shape)) if name == "shape" else None
+        found = _field(lane.kind, name)
+        return None if found is None else _type_of(found[1])
+
+
+@lower_getattr_generic(_Lane)
+def _get_attribute(context, builder, lane, pointer, name):
+    if isinstance(lane.kind, Rows):
+        numbers = [_INT(count) for count in lane.kind.shape]
+        return context.make_tuple(builder, types.UniTuple(types.intp, len(numbers)), numbers)
+    place, kind = _field(lane.kind, name)
+    return _shown(builder, _moved(builder, pointer, place), kind)
+
+
+@lower_setattr_generic(_Lane)
+def _set_attribute(context, builder, of_call, arguments, name):
+    lane, given = of_call.args
+    place, _ = _field(lane.kind, name)
+    number = context.cast(builder, arguments[1], given, types.float64)
+    builder.store(number, _moved(builder, arguments[0], place))
+
+
+def _is_place(lane, index) -> bool:
+    """Whether an index is one of an element of these rows."""
+    if not (isinstance(lane, _Lane) and isinstance(lane.kind, Rows)):
+        return False
+    if isinstance(index, types.UniTuple):
+        return index.count == len(lane.kind.shape) and isinstance(index.dtype, types.Integer)
+    return isinstance(index, types.Integer) and len(lane.kind.shape) == 1
+
+
+def _as_place(index):
+    return types.intp if isinstance(index, types.Integer) else types.UniTuple(types.intp, 2)
+
+
+@infer_global(operator.getitem)
+class _GetElement(AbstractTemplate):
+    def generic(self, arguments, _):
+        if _is_place(*arguments):
+            lane, index = arguments
+            return signature(_type_of(lane.kind.element), lane, _as_place(index))
+
+
+@infer_global(operator.setitem)
+class _SetElement(AbstractTemplate):
+    def generic(self, arguments, _):
+        lane, index, _ = arguments
+        if _is_place(lane, index) and lane.kind.element is None:
+            return signature(types.none, lane, _as_place(index), types.float64)
+
+
+@infer_global(len)
+class _Length(AbstractTemplate):
+    def generic(self, arguments, _):
+        if isinstance(arguments[0], _Lane) and isinstance(arguments[0].kind, Rows):
+            return signature(types.intp, *arguments)
+
+
+@lower_builtin(len, _Lane)
+def _length(context, builder, of_call, arguments):
+    return _INT(of_call.args[0].kind.shape[0])
+
+
+def _element(builder, kind: Rows, pointer, index):
+    return _moved(builder, pointer, builder.mul(index, _INT(kind.size)))
+
+
+def _of_two(builder, kind: Rows, index):
+    row, column = (builder.extract_value(index, k) for k in range(2))
+    return builder.add(builder.mul(row, _INT(kind.shape[1])), column)
+
+
+@lower_builtin(operator.getitem, _Lane, types.intp)
+def _get_of_row(context, builder, of_call, arguments):
+    kind = of_call.args[0].kind
+    return _shown(builder, _element(builder, kind, *arguments), kind.element)
+
+
+@lower_builtin(operator.getitem, _Lane, types.UniTuple)
+def _get_of_two(context, builder, of_call, arguments):
+    kind = of_call.args[0].kind
+    place = _of_two(builder, kind, arguments[1])
+    return builder.load(_element(builder, kind, arguments[0], place))
+
+
+@lower_builtin(operator.setitem, _Lane, types.intp, types.float64)
+def _set_of_row(context, builder, of_call, arguments):
+    kind = of_call.args[0].kind
+    builder.store(arguments[2], _element(builder, kind, *arguments[:2]))
+    return context.get_dummy_value()
+
+
+def _pointer(context, builder, of_array, array):
+    return context.make_array(of_array)(context, builder, array).data
+
+
+def lane_maker(kind):
+    """Kernel `(cells, first, lane)` that shows rows or fields from place `first` on."""
+
+    @intrinsic
+    def lane_at(typing_context, cells, first, lane):
+        def build(context, builder, of_call, arguments):
+            pointer = _pointer(context, builder, of_call.args[0], arguments[0])
+            pointer = _moved(builder, pointer, arguments[1])
+            return builder.gep(pointer, [arguments[2]])
+
+        return _Lane(kind)(cells, types.intp, types.intp), build
+
+    return lane_at
+
+
+class Layout:
+    """Where what stands in a lane: `state`: `Fields`; `plant`: `Parts`; cells of a member.
+
+    Kernels take it as a type: their code is that of one layout.
+    """
+
+    def __init__(self, state: Fields, plant: Parts, size: int):
+        self.state, self.plant, self.size = state, plant, size
+
+
+class _LayoutType(types.Type):
+    def __init__(self, state, plant):
+        self.state, self.plant = state, plant
+        super().__init__(name=f"Layout({state}, {plant})")
+
+
+register_model(_LayoutType)(models.OpaqueModel)
+
+
+@typeof_impl.register(Layout)
+def _type_of_layout(layout, _):
+    return _LayoutType(layout.state, layout.plant)
+
+
+@unbox(_LayoutType)
+def _unbox_layout(of_type, _, context):
+    return NativeValue(context.context.get_dummy_value())
+
+
+@intrinsic
+def lane_state(typing_context, layout, cells, lane):
+    """The state of a member."""
+
+    def build(context, builder, of_call, arguments):
+        pointer = _pointer(context, builder, of_call.args[1], arguments[1])
+        return builder.gep(pointer, [arguments[2]])
+
+    return _Lane(layout.state)(layout, cells, types.intp), build
+
+
+@intrinsic
+def lane_plant(typing_context, layout, cells, lane, plant):
+    """The constants of a member's satellite: `plant` with the member's own numbers."""
+    made = _type_with(plant, layout.plant)
+
+    def build(context, builder, of_call, arguments):
+        pointer = _pointer(context, builder, of_call.args[1], arguments[1])
+        pointer = builder.gep(pointer, [arguments[2]])
+        return _tuple_with(context, builder, pointer, plant, made, layout.plant, arguments[3])
+
+    return made(layout, cells, types.intp, plant), build
+
+
+def _type_with(shared, part):
+    """Type of a tuple, or of a part of one, with numbers and rows of a lane in it."""
+    if part == SHARED:
+        return shared
+    if isinstance(part, int) or part == ZERO:
+        return types.float64
+    if not isinstance(part, Parts):
+        return _Lane(part[1])
+    inner = tuple(map(_type_with, shared, part.parts))
+    if isinstance(shared, types.BaseNamedTuple):
+        return types.BaseTuple.from_types(inner, shared.instance_class)
+    return types.BaseTuple.from_types(inner)
+
+
+def _tuple_with(context, builder, pointer, shared, made, part, value):
+    if part == SHARED:
+        return value
+    if part == ZERO:
+        return ir.DoubleType()(0.0)
+    if isinstance(part, int):
+        return builder.load(_moved(builder, pointer, part))
+    if not isinstance(part, Parts):
+        return _moved(builder, pointer, part[0])
+    inner = [
+        _tuple_with(context, builder, pointer, t, m, p, builder.extract_value(value, k))
+        for k, (t, m, p) in enumerate(zip(shared, made, part.parts, strict=True))
+    ]
+    return context.make_tuple(builder, made, inner)

@@ -1,0 +1,79 @@
+"""A law for all members in lanes: the law's own function in a loop that becomes vectors."""
+
+import functools
+from collections.abc import Callable
+from typing import NamedTuple
+
+from torquer import engine, plugin
+from torquer.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.control.computer import is_informed
+from torquer.control.law import Law
+from torquer.interface import KNOWN, inputs_of
+from torquer.lanes import LANES, Fields, Rows, lane_maker, record_fields
+from torquer.simulation.lane_loop import LANES_LAW
+from torquer.simulation.state import CELLS
+
+#: Where cells, parameters and memory begin: what is known comes first.
+CELLS_AT = len(KNOWN.names)
+PARAMETERS_AT = CELLS_AT + len(CELLS.names)
+
+
+class Needs(NamedTuple):
+    """What a law needs of the estimate: 1 or 0."""
+
+    needs_attitude: int
+    needs_rate: int
+
+
+def _plain_law(cells, first_parameter, first_memory, needs_attitude, needs_rate):
+    for lane in range(LANES):
+        known, c = _known(cells, 0, lane), _cells(cells, CELLS_AT, lane)  # noqa: F821
+        parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
+        if is_informed(Needs(needs_attitude, needs_rate), known):
+            memory = _memory(cells, first_memory, lane)  # noqa: F821
+            x, y, z = _unify(_function(inputs_of(known), parameters, memory)).dipole_a_m2  # noqa: F821
+            c.dipole_x += x
+            c.dipole_y += y
+            c.dipole_z += z
+
+
+def law_in_lanes(law: Law):
+    """A compiled law as the loop over lanes calls it; ValueError if it does not compile so."""
+    function, names = law.function, names_of(law.memory)
+    return _compiled(law.kind, function, Shape(law.parameters), names, len(law.first_memory()))
+
+
+@functools.cache
+def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None, cells: int):
+    plain = plugin.plain_of(function)
+    own = engine.is_own(plain)
+    parts = {
+        "_function": inner_of(function, own, shape),
+        "_unify": kind.unify,
+        "_named": record_maker(shape),
+        "_known": lane_maker(record_fields(KNOWN)),
+        "_cells": lane_maker(record_fields(CELLS)),
+        "_parameters": lane_maker(Rows((0,), 1)),
+        "_memory": lane_maker(Rows((cells,), 1) if names is None else _named_memory(names)),
+        "LANES": LANES,
+        "CELLS_AT": CELLS_AT,
+        "Needs": Needs,
+        "is_informed": is_informed,
+        "inputs_of": inputs_of,
+    }
+    file = plugin.file_of(plain)
+    known = file is not None and plain.__closure__ is None
+    must = f"{kind.name} {plain.__name__}: must compile for members in lanes"
+    with plugin.cache_beside(file if known and not own else None):
+        law = placed(_plain_law, plain, shape, names, parts, f"lanes {LANES} {cells}")
+        made = plugin.compiled(law, LANES_LAW, must, keep=known, error_model="numpy")
+    return engine.FirstClass(made, LANES_LAW)
+
+
+def _named_memory(names: tuple) -> Fields:
+    """A memory with names, as `adapter.names_of` tells them."""
+    fields, place = [], 0
+    for name, count, is_vector in names:
+        fields.append((name, place, Rows((count,), 1) if is_vector else None))
+        place += count
+    return Fields(tuple(fields))

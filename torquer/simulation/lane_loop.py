@@ -1,0 +1,326 @@
+"""The loop for `LANES` members of one orbit at once, with the kernels and the bits of a single run.
+
+What the orbit brings is looked up once for all; each phase of the loop (readings, laws, coils, a
+step) runs over the members, in vectors. RK4 only: steps are shared.
+"""
+
+import math
+
+import numpy as np
+from numba import types
+
+from torquer.adapter import ARRAY
+from torquer.control.computer import NO_ESTIMATOR, take_readings
+from torquer.engine import caller, internal, released, without_reference_counts
+from torquer.environment.table import rate_from
+from torquer.geometry.vec3 import dot, sub
+from torquer.interface import UNKNOWN_ESTIMATE, put_ephemeris, put_estimate
+from torquer.lanes import LANES, lane_plant, lane_state
+from torquer.noise import normal3
+from torquer.simulation.advance import left_in_step, resolves, rk4_step
+from torquer.simulation.forces import DipolePath, Forces, environment_at, environment_tables
+from torquer.simulation.sensors import (
+    attitude_sensor_step,
+    deliver,
+    ephemeris_at,
+    gyro_step,
+    magnetometer_step,
+    search_coil_step,
+    sun_and_light,
+    sun_sensors_step,
+)
+from torquer.simulation.state import goal_dipole, motion_of, put_goal, put_motion
+from torquer.simulation.step import (
+    BAD_COMMAND,
+    BAD_STATE,
+    COARSE_STEP,
+    RUNNING,
+    advance_actuators,
+    drive_coils,
+    finite3,
+)
+from torquer.simulation.timetable import (
+    ANY_DELIVERY,
+    ATTITUDE_SENSOR,
+    COILS_OFF,
+    COILS_ON,
+    CONTROL,
+    GYRO,
+    MAGNETOMETER,
+    READ,
+    SEARCH_COIL,
+    SUN_SENSORS,
+    row_from,
+)
+from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
+from torquer.spacecraft.coils import present_dipole, switch_off_coils
+
+#: A law for all lanes: cells, first place of its parameters and of its memory, what it needs.
+LANES_LAW = types.void(ARRAY, types.int64, types.int64, types.int64, types.int64)
+call_law = caller(LANES_LAW)
+#: Of a member: how it ended, and the step.
+END = np.dtype([("how", np.int64), ("step", np.int64)])
+
+
+@internal
+def deliver_in_lanes(layout, cells, actions):
+    """Let late readings arrive."""
+    for lane in range(LANES):
+        state = lane_state(layout, cells, lane)
+        deliver(state.sensors, state.board.known[0], actions)
+
+
+@internal
+def draw_in_lanes(layout, cells, seeds, sensor, stream, drawn):
+    """Draw the errors of the next readings of a sensor."""
+    for lane in range(LANES):
+        count = int(lane_state(layout, cells, lane).sensors[sensor].count)
+        x, y, z = normal3(seeds[lane], stream, count)
+        drawn[0, lane], drawn[1, lane], drawn[2, lane] = x, y, z
+
+
+@internal
+def of_lane(drawn, lane):
+    """What was drawn for a member."""
+    return (drawn[0, lane], drawn[1, lane], drawn[2, lane])
+
+
+@internal
+def magnetometers(layout, shared, late, cells, drawn, here, t):
+    """Read the magnetometers."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        magnetometer_step(plant, late, state, motion_of(state.cells), here, t, of_lane(drawn, lane))
+
+
+@internal
+def search_coils(layout, cells, here, b_rate_inertial, t):
+    """Read the search coils."""
+    for lane in range(LANES):
+        state = lane_state(layout, cells, lane)
+        search_coil_step(state, motion_of(state.cells), here, b_rate_inertial, t)
+
+
+@internal
+def gyros(layout, shared, late, cells, drawn, drawn_walk, t):
+    """Read the gyros."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        x, walk = motion_of(state.cells), of_lane(drawn_walk, lane)
+        gyro_step(plant, late, state, x, t, of_lane(drawn, lane), walk)
+
+
+@internal
+def sun_sensors(layout, shared, late, cells, drawn, direction, lit, t):
+    """Read the Sun sensors."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        x = motion_of(state.cells)
+        sun_sensors_step(plant, late, state, x, direction, lit, t, of_lane(drawn, lane))
+
+
+@internal
+def attitude_sensors(layout, shared, late, cells, drawn, t):
+    """Read the attitude sensors."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        attitude_sensor_step(plant, late, state, motion_of(state.cells), t, of_lane(drawn, lane))
+
+
+@internal
+def draw_if(sigma, layout, cells, seeds, sensor, stream, drawn):
+    """Draw errors where there are any; `drawn` (streams, 3, LANES) is zero at first."""
+    if sigma > 0.0:
+        draw_in_lanes(layout, cells, seeds, sensor, stream, drawn[stream])
+    return drawn[stream]
+
+
+@internal
+def read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step):
+    """Read the sensors that are due."""
+    t, late, shared = step * plan.step_s, plan.timetable.late, plan.plant
+    if actions & ANY_DELIVERY:
+        deliver_in_lanes(layout, cells, actions)
+    if actions & (READ << MAGNETOMETER):
+        sigma, stream = shared.magnetometer.noise_t, magnetometer.STREAM
+        error = draw_if(sigma, layout, cells, seeds, MAGNETOMETER, stream, drawn)
+        magnetometers(layout, shared, late, cells, error, here, t)
+    if actions & (READ << SEARCH_COIL):
+        search_coils(layout, cells, here, rate_from(tables.orbit, t, 3), t)
+    if actions & (READ << GYRO):
+        sigma, stream = shared.gyro.noise_rad_s, gyro.NOISE_STREAM
+        error = draw_if(sigma, layout, cells, seeds, GYRO, stream, drawn)
+        sigma, stream = shared.gyro.drift_rad_s_sqrt_s, gyro.DRIFT_STREAM
+        walk = draw_if(sigma, layout, cells, seeds, GYRO, stream, drawn)
+        gyros(layout, shared, late, cells, error, walk, t)
+    if actions & (READ << SUN_SENSORS):
+        direction, lit = sun_and_light(shared.shadow, tables.orbit, tables.sun, t)
+        sigma, stream = shared.sun_sensors.noise_rad, sun_sensor.STREAM
+        error = draw_if(sigma, layout, cells, seeds, SUN_SENSORS, stream, drawn)
+        sun_sensors(layout, shared, late, cells, error, direction, lit, t)
+    if actions & (READ << ATTITUDE_SENSOR):
+        sigma, stream = shared.attitude_sensor.noise_rad, attitude_sensor.STREAM
+        error = draw_if(sigma, layout, cells, seeds, ATTITUDE_SENSOR, stream, drawn)
+        attitude_sensors(layout, shared, late, cells, error, t)
+
+
+@internal
+def tell_ephemeris(layout, cells, ephemeris):
+    """Tell the computers where they are."""
+    for lane in range(LANES):
+        put_ephemeris(lane_state(layout, cells, lane).board.known[0], ephemeris)
+
+
+@internal
+def begin_in_lanes(layout, plan, tables, cells, step, estimator):
+    """Tell the computers the time, their estimate and their ephemeris; ask for nothing yet."""
+    t = step * plan.step_s
+    for lane in range(LANES):
+        state = lane_state(layout, cells, lane)
+        known, c = state.board.known[0], state.cells[0]
+        known.t_s = t
+        c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
+        if estimator == NO_ESTIMATOR:
+            put_estimate(known, UNKNOWN_ESTIMATE)
+        else:
+            take_readings(known)
+    if plan.needs_ephemeris:
+        tell_ephemeris(layout, cells, ephemeris_at(plan.plant, tables, t))
+
+
+@internal
+def accept_commands(layout, cells, ends, step):
+    """End the members whose command is not finite."""
+    for lane in range(LANES):
+        c = lane_state(layout, cells, lane).cells[0]
+        if not finite3((c.dipole_x, c.dipole_y, c.dipole_z)):
+            end(ends, lane, BAD_COMMAND, step)
+
+
+@internal
+def control_in_lanes(layout, computer, cells, ends, step):
+    """Commands of all laws, added."""
+    for number in range(computer.law_blocks.shape[0]):
+        block = computer.law_blocks[number]
+        needs = (block.needs_attitude, block.needs_rate)
+        call_law(computer.laws[block.function], cells, block.p0, block.m0, *needs)
+    accept_commands(layout, cells, ends, step)
+
+
+@internal
+def end(ends, lane, how, step):
+    """Note how and when a member ended, if it had not before."""
+    if ends[lane].how == RUNNING:
+        ends[lane].how, ends[lane].step = how, step
+
+
+@internal
+def coils_off(layout, shared, cells):
+    """Let the coils go to zero."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        put_goal(state.cells, switch_off_coils(plant.coils, state.coils))
+
+
+@internal
+def coils_in_lanes(layout, shared, cells):
+    """Hand the commands to the coils."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        drive_coils(plant.coils, state)
+
+
+@internal
+def step_in_lanes(layout, shared, cells, seeds, here, middle, end, left, step, h):
+    """A step of RK4; `left`: parts of the dipoles' ways that are still to go."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        target, way = goal_dipole(state.cells), (0.0, 0.0, 0.0)
+        if shared.coils.lag_s > 0.0:
+            way = sub(present_dipole(plant.coils, state.coils), target)
+        path = DipolePath(target, way, shared.coils.lag_s)
+        forces = Forces(plant.rigid, (), path, plant.disturbance, seeds[lane], ())
+        x = motion_of(state.cells)
+        put_motion(state.cells, rk4_step(forces, x, here, middle, end, left, step, h))
+
+
+@internal
+def finish_event(layout, shared, cells, ends, step, t_s):
+    """Let the coils go on for t_s; end the members whose state is not finite."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        advance_actuators(plant.coils, state, t_s)
+        x = motion_of(state.cells)
+        if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
+            end(ends, lane, BAD_STATE, step)
+
+
+@internal
+def record_in_lanes(layout, cells, kept):
+    """Keep attitudes and rates."""
+    for lane in range(LANES):
+        x = motion_of(lane_state(layout, cells, lane).cells)
+        for k in range(4):
+            kept[k, lane] = x.q[k]
+        for k in range(3):
+            kept[4 + k, lane] = x.omega[k]
+
+
+@internal
+def check_in_lanes(layout, integrator, plan, cells, here, ends, step):
+    """End the members whose motion the step does not resolve."""
+    shared = plan.plant
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        if not resolves(
+            integrator, plant, plan.step_s, plan.record_steps, state, motion_of(state.cells), here
+        ):
+            end(ends, lane, COARSE_STEP, step)
+
+
+@released
+def run_lanes(
+    layout, integrator, plan, tables, cells, seeds, drawn, ends, kept, first, last, estimator
+):
+    """Run all lanes from step `first` to `last`; `kept` (rows, 7, LANES): attitude and rate.
+
+    `plan`: of one of the members; `ends`: `END` of each.
+    """
+    plan, tables = without_reference_counts(plan), without_reference_counts(tables)
+    cells, kept = without_reference_counts(cells), without_reference_counts(kept)
+    around, timetable, h = environment_tables(plan, tables), plan.timetable, plan.step_s
+    shared = plan.plant
+    step = first
+    here = environment_at(around, step * h)
+    number, cycle = row_from(timetable, step)
+    due = cycle + timetable.rows[number].step
+    to_record, place = step + -step % plan.record_steps, 0
+    while step < last:
+        if step == due:
+            actions = timetable.rows[number].actions
+            if actions & COILS_OFF:
+                coils_off(layout, shared, cells)
+            read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step)
+            if actions & CONTROL:
+                begin_in_lanes(layout, plan, tables, cells, step, estimator)
+                control_in_lanes(layout, plan.computer, cells, ends, step)
+            if actions & COILS_ON:
+                coils_in_lanes(layout, shared, cells)
+            number += 1
+            if number == timetable.rows.shape[0]:
+                number, cycle = 0, cycle + timetable.cycle_steps
+            due = cycle + timetable.rows[number].step
+        if step == to_record:
+            record_in_lanes(layout, cells, kept[place])
+            place += 1
+            to_record += plan.record_steps
+            check_in_lanes(layout, integrator, plan, cells, here, ends, step)
+        until = min(due, to_record, last)
+        for each in range(step, until):
+            middle = environment_at(around, (each + 0.5) * h)
+            after = environment_at(around, (each + 1) * h)
+            left = left_in_step(shared.coils.lag_s, (each - step) * h, h)
+            step_in_lanes(layout, shared, cells, seeds, here, middle, after, left, each, h)
+            here = after
+        finish_event(layout, shared, cells, ends, until, (until - step) * h)
+        step = until
