@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
-.PHONY: run test test-processors lint bench bench-precision gallery lock clean torture
+.PHONY: run test test-processors mutants lint bench bench-precision gallery lock clean torture
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
@@ -15,6 +15,10 @@ test: $(STAMP)
 # the suite once for each kind of processor that OpenBLAS, NumPy and Numba can be made to serve
 test-processors: $(STAMP)
 	$(BIN)/python tests/processors.py
+
+# whether the tests notice small mistakes in the kernels: an hour or more; it goes on where it ended
+mutants: $(STAMP)
+	$(BIN)/python tests/mutants.py
 
 lint: $(STAMP)
 	$(BIN)/ruff check .

@@ -82,6 +82,14 @@ def test_a_rotation_about_the_field_is_not_seen():
     assert estimating(1.0, B).omega_body_rad_s == pytest.approx(ZERO, abs=1e-15)
 
 
+@pytest.mark.parametrize("axis", np.eye(3))
+def test_a_field_along_an_axis_that_has_not_turned_is_no_rate(axis):
+    """The product of the two readings is zero to the last bit."""
+    estimating = Estimating()
+    estimating(0.0, 3e-5 * axis)
+    assert estimating(1.0, 3e-5 * axis).omega_body_rad_s == ZERO
+
+
 def test_magnetometer_noise_gives_the_noise_of_the_docstring():
     """sqrt(2) sigma_B/(B dt) about each axis across the field, none along it."""
     rng, sigma_t, interval_s = np.random.default_rng(1), 50e-9, 2.0

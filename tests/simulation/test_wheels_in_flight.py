@@ -421,6 +421,19 @@ def test_a_wheel_at_its_limit_is_held_there_when_the_body_drives_it_on(craft):
         assert np.linalg.norm(turned) == pytest.approx(60.0 * 1e-4, rel=1e-2)
 
 
+def test_a_wheel_that_the_body_drives_to_its_limit_does_not_pass_it(craft):
+    """The limit is reached in the middle of a long step."""
+    keys = {"initial_speed_rpm": (5999.98, 0.0, 0.0, 0.0), "speed_limit_rpm": 6000.0}
+    steps = {"duration_s": 60.0, "record_s": 20.0}
+    sphere = {"spacecraft.body": {"inertia_kg_m2": [1.5] * 3}, **AT_REST}
+    axis = np.array(craft(keys, {"simulation": steps}).spacecraft.wheels.array().axes[0])
+    torque = {"constant_torque_n_m": (-1e-4 * axis).tolist()}
+    changes = {"simulation": steps, "disturbance": torque, "control.law": {"kind": "off"}}
+    speeds = simulate(craft(keys, changes | sphere)).wheel_speed.values[:, 0] / (200.0 * math.pi)
+    assert speeds[0] < 1.0 - 3e-6
+    assert speeds[-1] == pytest.approx(1.0, abs=1e-8)
+
+
 def test_wheels_without_friction_at_rest_need_no_short_steps(craft):
     """Rates of rounding carry the rotors through zero speed all the time."""
     steps = {"duration_s": 600.0, "record_s": 10.0}

@@ -98,6 +98,14 @@ def test_a_whole_cylinder_and_a_box_about_the_centre_of_mass_feel_no_torque_alon
         assert np.abs(on(cube, 7600.0 * axis)[1]).max() < 1e-20
 
 
+def test_the_faces_of_a_box_lie_where_it_ends_and_look_outwards():
+    size, centre = np.array([1.0, 0.6, 0.4]), np.array([0.1, 0.2, -0.3])
+    faces = box(tuple(size), tuple(centre))
+    assert len({face.axis for face in faces}) == 6
+    for face in faces:
+        assert face.centre_m == pytest.approx(centre + 0.5 * size * face.axis)
+
+
 @given(directions)
 @settings(max_examples=40, deadline=None)
 def test_a_sphere_off_the_centre(direction):
