@@ -46,7 +46,10 @@ def load_campaign(path) -> tuple[Scenario, Campaign]:
 
 def campaign_from_data(table: dict, scenario: Scenario) -> Campaign:
     """The campaign of plain data, checked with the scenario that it varies."""
-    data = {"campaign": with_flat_keys(table)}
+    try:
+        data = {"campaign": with_flat_keys(table)}
+    except ValueError as error:
+        raise ScenarioError(f"campaign.{error}") from None
     try:
         campaign = _File.model_validate(data).campaign
     except ValidationError as error:

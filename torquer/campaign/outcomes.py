@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from torquer.analysis.attitude import held_attitudes
 from torquer.campaign.signals import (
@@ -36,6 +36,9 @@ SIGNALS = {
 }
 #: Totals of a run by name, which are fields of `Flown`.
 TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
+_Name = Literal[
+    "rate_deg_s", "rate_orbital_deg_s", "attitude_error_deg", "coil_energy_j", "peak_dipole_a_m2"
+]
 _Time = Annotated[float, Field(ge=0.0)]
 
 
@@ -96,6 +99,10 @@ def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
     return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
 
 
+def _kind_of_signal(value) -> str:
+    return "of an axis" if isinstance(value, Mapping | Axis) else "by name"
+
+
 class Outcome(Spec):
     """A number of a run: `what` is taken of a `signal`.
 
@@ -105,16 +112,10 @@ class Outcome(Spec):
     its value at the end: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil).
     """
 
-    signal: (
-        Literal[
-            "rate_deg_s",
-            "rate_orbital_deg_s",
-            "attitude_error_deg",
-            "coil_energy_j",
-            "peak_dipole_a_m2",
-        ]
-        | Axis
-    )
+    signal: Annotated[
+        Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
+        Discriminator(_kind_of_signal),
+    ]
     what: What | None = None
 
     @model_validator(mode="after")

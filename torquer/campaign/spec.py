@@ -43,7 +43,10 @@ def _flattened(table: Mapping, place: str = "") -> dict[str, Any]:
     flat: dict[str, Any] = {}
     for key, value in table.items():
         here = f"{place}{key}"
-        flat |= _flattened(value, f"{here}.") if _holds_keys(value) else {here: value}
+        found = _flattened(value, f"{here}.") if _holds_keys(value) else {here: value}
+        for again in flat.keys() & found.keys():
+            raise ValueError(f'vary."{again}": must be given once; received it twice')
+        flat |= found
     return flat
 
 
@@ -101,7 +104,8 @@ class Campaign(Spec):
             return data
         if data.get("runs") is not None or not isinstance(data.get("vary"), Mapping):
             return data
-        lists = [v.get("values") for v in data["vary"].values() if isinstance(v, Mapping)]
+        tables = [dict(v) for v in data["vary"].values() if isinstance(v, Mapping | Variation)]
+        lists = [table["values"] for table in tables if "values" in table]
         return {**data, "runs": math.prod(len(v) for v in lists if isinstance(v, list | tuple))}
 
     @model_validator(mode="after")
@@ -173,15 +177,14 @@ class Campaign(Spec):
         for name in self.outcomes:
             if not _NAME.fullmatch(name) or name == SUCCESS:
                 raise ValueError(
-                    f"outcomes.\"{name}\": must be named by letters, digits and '_', and not "
+                    "outcomes: must be named by letters, digits and '_', and not "
                     f"{SUCCESS!r}; received {name!r}"
                 )
         known = ", ".join(self.outcomes)
         for name in self.success:
             if name not in self.outcomes:
                 raise ValueError(
-                    f'success."{name}": must be named as one of the outcomes, {known}; '
-                    f"received {name!r}"
+                    f"success: must be named as outcomes are, {known}; received {name!r}"
                 )
         if self.stop is None:
             return self
