@@ -201,6 +201,27 @@ def test_a_member_is_the_same_whatever_members_are_drawn_with_it(sampling, seed,
     assert np.all((together > 0.0) & (together < 1.0))
 
 
+ALL_FORMS = {key: variation for key, variation in MANY.items() if key != NOISE} | {
+    "orbit.altitude_km": {"truncated_normal": {"mean": 500.0, "sigma": 50.0, "low": 450.0}},
+    "spacecraft.body.inertia_kg_m2": {"relative": {"log_uniform": [0.5, 2.0]}},
+    "start": {"uniform": ["2012-01-01T00:00:00Z", "2013-01-01T00:00:00Z"]},
+    "simulation.duration_s": {"values": [600.0, 1200.0]},
+}
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**63 - 1), st.lists(st.integers(0, 10**8), min_size=1, max_size=40))
+def test_values_are_the_same_to_the_bit_however_many_are_drawn(scenario, seed, members):
+    covariance = [[4.0, 1.0, 0.5], [1.0, 3.0, 0.1], [0.5, 0.1, 2.0]]
+    keys = [NOISE, "orbit.raan_deg", "orbit.inclination_deg"]
+    correlated = [{"keys": keys, "mean": [50.0, 1.0, 60.0], "covariance": covariance}]
+    campaign = Campaign(runs=10**8, seed=seed, vary=ALL_FORMS, correlated=correlated)
+    together = draw(campaign, scenario, members)
+    for row in {0, len(members) - 1}:
+        for key, values in draw(campaign, scenario, [members[row]]).items():
+            assert np.array_equal(values[0], together[key][row]), key
+
+
 @pytest.mark.parametrize("sampling", SAMPLINGS)
 def test_other_seeds_give_other_members(sampling):
     one, other = (

@@ -150,7 +150,11 @@ _FORMS = {
 
 def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
     """Values [n, keys] of a multivariate normal distribution."""
-    return np.array(together.mean) + ndtri(units) @ together.root()
+    values = np.tile(together.mean, (len(units), 1))
+    # a product of matrices would round one member otherwise than many
+    for normal, row in zip(ndtri(units).T, together.root(), strict=True):
+        values += normal[:, None] * row
+    return values
 
 
 def member_seeds(campaign: Campaign, members) -> np.ndarray:

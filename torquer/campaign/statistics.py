@@ -1,7 +1,8 @@
 """Statistics over members: confidence intervals, rank correlations, when to stop.
 
 A missing value (NaN: what never settled) has no part in a mean. In quantiles and ranks it counts as
-greater than any other.
+greater than any other. Intervals are those of independent members; of a Latin hypercube or Sobol
+points the estimates are better as a rule, and the intervals too wide.
 """
 
 import math
@@ -90,7 +91,8 @@ def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval
 def is_enough(stop: Stop, values) -> bool:
     """Whether members so far make the confidence interval as narrow as is asked for.
 
-    `values`: of the outcome that `stop` names; for 'success' whether each member succeeded.
+    `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. An
+    interval that is looked at again and again errs somewhat more often than its confidence says.
     """
     values = np.asarray(values)
     if len(values) < stop.least:
