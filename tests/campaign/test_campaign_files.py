@@ -166,6 +166,8 @@ VARIED = [
     ({NOISE: {"uniform": [1, True]}}, f'."{NOISE}".uniform: must be numbers; received True'),
     ({BIAS: {"uniform": [[1, 2, 3], 4]}}, f'."{BIAS}".uniform: must have two numbers or two '
      "vectors of equal length; received [[1, 2, 3], 4]"),
+    ({BIAS: {"log_uniform": [[], []]}}, f'."{BIAS}".log_uniform: must have two numbers or two '
+     "vectors of equal length; received [[], []]"),
     ({"start": {"uniform": ["2012-01-01", "2013-01-01"]}}, ".start.uniform: must be a time with a "
      "zone, such as 2012-03-04T10:31:47Z; received '2012-01-01'"),
     ({"start": {"uniform": ["2013-01-01T00:00Z", "2012-01-01T00:00Z"]}}, ".start.uniform: must "

@@ -151,6 +151,25 @@ def test_signals_do_not_depend_on_the_inertial_frame(seed, records, members):
         np.testing.assert_allclose(evaluate(asked, None, other)[name], values, atol=1e-6)
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 9))
+def test_outcomes_are_the_same_to_the_bit_however_many_members_are_in_a_chunk(seed, members):
+    rng, records = np.random.default_rng(seed), 300
+    t_s = 10.0 * np.arange(records)
+    r, v = kepler.states(t_s, 7.2e6, 0.1, (30.0, 63.0, 50.0), 0.4)
+    q = rng.normal(size=(records, members, 4))
+    q /= np.linalg.norm(q, axis=2, keepdims=True)
+    omega, b = rng.normal(size=(records, members, 3)), rng.normal(size=(records, 3))
+    flown = Flown(t_s, q, omega, r, v, b, b, rng.random(members), rng.random(members))
+    one = [np.ascontiguousarray(part[:, 1:2]) for part in (q, omega)]
+    alone = Flown(t_s, *one, r, v, b, b, flown.coil_energy_j[1:2], flown.peak_dipole_a_m2[1:2])
+    asked = {to: outcome({"axis": [1, 2, 2], "to": to}, mean_after_s=50) for to in ("sun", "nadir")}
+    asked["rate"] = outcome("rate_orbital_deg_s", mean_after_s=0.0)
+    found = evaluate(asked, None, flown)
+    for name, values in evaluate(asked, None, alone).items():
+        assert values[0] == found[name][1], name
+
+
 SERIES = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=12)
 
 

@@ -84,7 +84,10 @@ class What(Spec):
         late = signal[t_s >= self.after_s]
         if not len(late):
             return np.full(signal.shape[1], np.nan)
-        return late.max(axis=0) if self.greatest_after_s is not None else late.mean(axis=0)
+        if self.greatest_after_s is not None:
+            return late.max(axis=0)
+        # added record by record: NumPy's mean would round one member otherwise than many
+        return sum(late, start=np.zeros(signal.shape[1])) / len(late)
 
 
 def first_at(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:

@@ -35,7 +35,7 @@ _ROUNDING = 1e-9
 def _bounds(key: str, value):
     """(low, high) of numbers or vectors of equal length."""
     low, high = (validate.finite(key, bound) for bound in value)
-    if low.shape != high.shape or low.ndim > 1:
+    if low.shape != high.shape or low.ndim > 1 or not low.size:
         raise ValueError(
             f"{key}: must have two numbers or two vectors of equal length; received {value!r}"
         )

@@ -146,7 +146,8 @@ def validate(
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["executes"] = sorted(str(file) for file in code_of(scenario).values())
-        data |= {"campaign": campaign.model_dump(mode="json", exclude_none=True)} if campaign else {}
+        if campaign:
+            data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
     length = told_time(scenario.steps() * scenario.grid_s)
