@@ -31,6 +31,7 @@ FLOORS = (
     {"theory"},
     {"notes"},
     {"analysis"},
+    {"campaign"},
     {"report"},
     {"gallery"},
     {"cli", "__main__"},

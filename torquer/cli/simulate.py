@@ -24,7 +24,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.user_code import check_code, code_of
 from torquer.notes.notes import notes_of
-from torquer.scenario.load import load_scenario
+from torquer.scenario.load import data_of, load_scenario, text_of
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.file import lazily, replacing
 from torquer.simulation.pieces import CHECKPOINT_S, NotSaved
@@ -135,6 +135,7 @@ def validate(
     try:
         scenario = load_scenario(scenario_path)
         check_code(scenario, scenario_path, user_code, code_from_anywhere)
+        campaign = _campaign_in(scenario_path, scenario)
         size = _checked_size(scenario)
     except ValueError as error:
         if not as_json:
@@ -145,6 +146,8 @@ def validate(
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
         data["executes"] = sorted(str(file) for file in code_of(scenario).values())
+        if campaign:
+            data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
     length = told_time(scenario.steps() * scenario.grid_s)
@@ -153,6 +156,8 @@ def validate(
         f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
         f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
     )
+    if campaign:
+        print(f"campaign: {campaign.in_words}")
     for key, file in code_of(scenario).items():
         print(f"executes {harmless(str(file))} (control.{key}); --no-user-code refuses it")
     for finding in found:
@@ -161,6 +166,16 @@ def validate(
     for note in notes:
         print(f"note: {note}")
     return 0
+
+
+def _campaign_in(path: Path, scenario):
+    """The campaign in a file, checked with its scenario; None for a file without."""
+    table = data_of(text_of(path, "scenario"), "scenario").get("campaign")
+    if table is None:
+        return None
+    from torquer.campaign.load import campaign_from_data
+
+    return campaign_from_data(table, scenario)
 
 
 def _checked_size(scenario):

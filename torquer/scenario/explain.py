@@ -1,5 +1,6 @@
 """What pydantic found wrong with a scenario, in the user's words: key, what must hold, received."""
 
+import json
 import re
 
 from pydantic import ValidationError
@@ -113,8 +114,10 @@ def name_of(keys: tuple) -> str:
     for key in keys:
         if isinstance(key, int):
             shown += f"[{key}]"
+        elif re.fullmatch(r"[\w-]+(\[\d+\])*", key):
+            shown += f".{key}"
         else:
-            shown += f".{key}" if re.fullmatch(r"[\w-]+(\[\d+\])*", key) else f".{key!r}"
+            shown += f".{json.dumps(key, ensure_ascii=False)}"
     return shown.removeprefix(".") or "scenario"
 
 
@@ -159,7 +162,12 @@ def _own_line(keys: tuple, text: str) -> str:
         return f"{name_of(keys)}: {rest}"
     if len(words) > 1:
         return f"{name_of(keys)}: {text}"
-    return f"{name_of((*keys, *name.split('.')))}: {rest}"
+    return f"{name_of((*keys, *_words(name)))}: {rest}"
+
+
+def _words(name: str) -> list[str]:
+    """Words of a dotted key, of which one in quotes may hold dots itself."""
+    return [quoted or plain for quoted, plain in re.findall(r'"([^"]*)"|([^."]+)', name)]
 
 
 def _shown(value) -> str:

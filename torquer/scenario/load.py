@@ -3,7 +3,9 @@
 import re
 import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -85,7 +87,7 @@ def _within_levels(data: dict) -> bool:
 
 def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
     """The scenario of what a TOML text holds, as plain data."""
-    data = _with_presets(data, ())
+    data = _with_presets(_without_campaign(data), ())
     _find_law_files(data, folder)
     try:
         return Scenario.model_validate(data)
@@ -93,9 +95,44 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
         raise ScenarioError("\n".join(explain(error, data))) from None
 
 
+def _without_campaign(data: dict) -> dict:
+    """The data without the table of a campaign, which is no part of a single run.
+
+    Its keys are checked where campaigns are flown (`torquer.campaign`), not here.
+    """
+    campaign = data.get("campaign", {})
+    if not isinstance(campaign, dict):
+        raise ScenarioError(f"campaign: must be a table of keys; received {campaign!r}")
+    return {key: value for key, value in data.items() if key != "campaign"}
+
+
 def replaced(scenario: Scenario, key: str, value) -> Scenario:
     """The scenario with another value at a dotted key."""
+    return with_values(scenario, {key: value})
+
+
+def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+    """The scenario with other values at dotted keys, checked once with all of them in place."""
     data = as_data(scenario)
+    for key, value in values.items():
+        table, last = _place_of(data, key)
+        table[last] = as_data(value)
+    try:
+        return Scenario.model_validate(data)
+    except ValidationError as error:
+        raise ScenarioError("\n".join(explain(error, data))) from None
+
+
+def value_at(scenario: Scenario, key: str):
+    """What stands at a dotted key, as plain data."""
+    table, last = _place_of(as_data(scenario), key)
+    if isinstance(table, dict) and last not in table:
+        raise ScenarioError(f"{key}: must be a known key; received {key!r}")
+    return table[last]
+
+
+def _place_of(data: dict, key: str):
+    """The table or list that holds a dotted key, and the key's last word or number."""
     names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
     table, place = data, ""
     for name in names[:-1]:
@@ -103,11 +140,7 @@ def replaced(scenario: Scenario, key: str, value) -> Scenario:
     last = names[-1] if names else ""
     if isinstance(table, list) and not (isinstance(last, int) and last < len(table)):
         raise ScenarioError(f"{key}: must be one of {len(table)} elements; received {key!r}")
-    table[last] = as_data(value)
-    try:
-        return Scenario.model_validate(data)
-    except ValidationError as error:
-        raise ScenarioError("\n".join(explain(error, data))) from None
+    return table, last
 
 
 def _within(table, name, place: str):
@@ -180,6 +213,7 @@ def scenario_schema() -> dict:
         if fitting := presets(table):
             _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
     _let_modes_be_short(specs)
+    schema["properties"]["campaign"] = {"type": "object", "description": "Many runs that vary."}
     return schema
 
 

@@ -1,0 +1,255 @@
+"""Outcomes of many members: what the summary of each run says, and what geometry says."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from pydantic import ValidationError
+from scipy.spatial.transform import Rotation
+
+import torquer
+from torquer.analysis.attitude import attitude_error_of
+from torquer.campaign.outcomes import (
+    DEFAULT,
+    Outcome,
+    Threshold,
+    What,
+    check_outcomes,
+    evaluate,
+    needs_sun,
+    succeeded,
+)
+from torquer.campaign.signals import Axis, Flown
+from torquer.orbit import kepler
+
+LAW = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 2e5, "angle_gain_n_m_per_t2": 50.0}
+HELD = {
+    "control.law": LAW,
+    "spacecraft.coils": {"limit_a_m2": 100.0, "power_at_limit_w": 5.0},
+    "simulation": {"revolutions": 4, "step_s": 5.0, "record_s": 30.0},
+    "control.sample_s": 5.0,
+    "environment.table_tolerance": 1e-7,
+}
+RATES = ([0.3, -0.2, 0.25], [0.02, 0.03, -0.01])
+
+
+def outcome(signal, **what):
+    return Outcome(signal=signal, what=what or None)
+
+
+@pytest.fixture(scope="module")
+def runs(make):
+    """Two runs of one scenario that differ by their motion at the start."""
+    return [torquer.simulate(make(HELD | {"initial.rate_deg_s": rate})) for rate in RATES]
+
+
+def flown_of(results) -> Flown:
+    """What an engine of campaigns keeps of runs on one orbit."""
+    first = results[0]
+
+    def together(name):
+        return np.stack([result[name].values for result in results], axis=1)
+
+    return Flown(
+        first["time"].values,
+        together("q_body_to_inertial"),
+        together("omega_body"),
+        *(first[f"{name}_inertial"].values for name in ("position", "velocity", "b", "sun")),
+        np.array([float(result["coil_energy"]) for result in results]),
+        np.array([float(result["peak_coil_dipole"]) for result in results]),
+    )
+
+
+def missing_as_nan(values):
+    return [np.nan if value is None else value for value in values]
+
+
+def test_outcomes_are_the_numbers_of_each_runs_summary(make, runs):
+    summaries = [torquer.summary_of(result) for result in runs]
+    rate3 = 3.0 * summaries[0]["orbital_rate_deg_s"]
+    end_s = summaries[0]["simulated_s"]
+    last_s = end_s - make(HELD).orbit.period_s
+    outcomes = {
+        "final_rate_deg_s": outcome("rate_deg_s", at_end=True),
+        "time_to_below_3x_orbital_rate_s": outcome("rate_deg_s", first_below=rate3),
+        "stays_below_3x_orbital_rate_from_s": outcome("rate_deg_s", settles_below=rate3),
+        "final_attitude_error_deg": outcome("attitude_error_deg", at_end=True),
+        "attitude_error_stays_below_1_deg_from_s": outcome("attitude_error_deg", settles_below=1.0),
+        "mean_attitude_error_last_revolution_deg": outcome(
+            "attitude_error_deg", mean_after_s=last_s
+        ),
+        "peak_attitude_error_last_revolution_deg": outcome(
+            "attitude_error_deg", greatest_after_s=last_s
+        ),
+        "coil_energy_j": outcome("coil_energy_j"),
+        "peak_coil_dipole_a_m2": outcome("peak_dipole_a_m2", at_end=True),
+    }
+    found = evaluate(outcomes, make(HELD), flown_of(runs))
+    for name, values in found.items():
+        known = missing_as_nan(summary[name] for summary in summaries)
+        np.testing.assert_allclose(values, known, rtol=1e-9, atol=1e-6, err_msg=name)
+    settled = found["stays_below_3x_orbital_rate_from_s"]
+    assert settled[1] == 0.0 and settled[0] > 0.0, "one starts settled, one settles or never does"
+
+
+def test_signals_over_time_are_those_of_the_results(make, runs):
+    flown, scenario = flown_of(runs), make(HELD)
+    for k, result in enumerate(runs):
+        relative = np.degrees(np.linalg.norm(result["omega_orbital"].values, axis=1))
+        angle = attitude_error_of(result).angle_deg
+        for t in (0.0, 3000.0, 9000.0):
+            late = flown.t_s >= t
+            asked = {
+                "rate": outcome("rate_orbital_deg_s", mean_after_s=t),
+                "angle": outcome("attitude_error_deg", greatest_after_s=t),
+            }
+            found = evaluate(asked, scenario, flown)
+            assert found["rate"][k] == pytest.approx(relative[late].mean(), rel=1e-9)
+            assert found["angle"][k] == pytest.approx(angle[late].max(), rel=1e-9)
+
+
+def directions(result):
+    r, v = result["position_inertial"].values, result["velocity_inertial"].values
+    return {
+        "sun": result["sun_inertial"].values,
+        "nadir": -r,
+        "orbit_normal": np.cross(r, v),
+        "field": result["b_inertial"].values,
+        (3.0, 0.0, 4.0): np.tile([0.6, 0.0, 0.8], (len(r), 1)),
+    }
+
+
+def test_angles_to_directions_are_those_of_the_turned_axis(make, runs):
+    flown, axis = flown_of(runs), np.array([0.0, 0.6, -0.8])
+    for to, aims in directions(runs[0]).items():
+        asked = {"x": outcome({"axis": 5.0 * axis, "to": to}, mean_after_s=0.0)}
+        (means,) = evaluate(asked, make(HELD), flown).values()
+        for k, result in enumerate(runs):
+            turned = Rotation.from_quat(result["q_body_to_inertial"].values).apply(axis)
+            cosines = np.sum(turned * aims, axis=1) / np.linalg.norm(aims, axis=1)
+            assert means[k] == pytest.approx(np.degrees(np.arccos(cosines)).mean(), abs=1e-6)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.integers(1, 5))
+def test_signals_do_not_depend_on_the_inertial_frame(seed, records, members):
+    """All vectors turned together: angles and rates stay."""
+    rng = np.random.default_rng(seed)
+    t_s = 10.0 * np.arange(records)
+    r, v = kepler.states(t_s, 7.2e6, 0.1, (30.0, 63.0, 50.0), 0.4)
+    q = Rotation.random(records * members, random_state=rng).as_quat().reshape(records, members, 4)
+    omega, b, sun = rng.normal(size=(records, members, 3)), *rng.normal(size=(2, records, 3))
+    flown = Flown(t_s, q, omega, r, v, b, sun, np.zeros(members), np.zeros(members))
+    turn = Rotation.random(random_state=rng)
+    turned = (turn * Rotation.from_quat(q.reshape(-1, 4))).as_quat().reshape(q.shape)
+    vectors = {f"{name}_inertial": turn.apply(getattr(flown, f"{name}_inertial"))
+               for name in ("position", "velocity", "b", "sun")}  # fmt: skip
+    other = flown._replace(q_body_to_inertial=turned, **vectors)
+    targets = ("sun", "nadir", "orbit_normal", "field")
+    asked = {to: outcome({"axis": [1, 2, 2], "to": to}, greatest_after_s=0) for to in targets}
+    asked["rate"] = outcome("rate_orbital_deg_s", at_end=True)
+    for name, values in evaluate(asked, None, flown).items():
+        np.testing.assert_allclose(evaluate(asked, None, other)[name], values, atol=1e-6)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(2, 9))
+def test_outcomes_are_the_same_to_the_bit_however_many_members_are_in_a_chunk(seed, members):
+    rng, records = np.random.default_rng(seed), 300
+    t_s = 10.0 * np.arange(records)
+    r, v = kepler.states(t_s, 7.2e6, 0.1, (30.0, 63.0, 50.0), 0.4)
+    q = rng.normal(size=(records, members, 4))
+    q /= np.linalg.norm(q, axis=2, keepdims=True)
+    omega, b = rng.normal(size=(records, members, 3)), rng.normal(size=(records, 3))
+    flown = Flown(t_s, q, omega, r, v, b, b, rng.random(members), rng.random(members))
+    one = [np.ascontiguousarray(part[:, 1:2]) for part in (q, omega)]
+    alone = Flown(t_s, *one, r, v, b, b, flown.coil_energy_j[1:2], flown.peak_dipole_a_m2[1:2])
+    asked = {to: outcome({"axis": [1, 2, 2], "to": to}, mean_after_s=50) for to in ("sun", "nadir")}
+    asked["rate"] = outcome("rate_orbital_deg_s", mean_after_s=0.0)
+    found = evaluate(asked, None, flown)
+    for name, values in evaluate(asked, None, alone).items():
+        assert values[0] == found[name][1], name
+
+
+SERIES = st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=12)
+
+
+@settings(max_examples=100, deadline=None)
+@given(SERIES, st.floats(-5.0, 5.0), st.integers(0, 130))
+def test_what_is_taken_of_a_signal_is_what_its_words_say(series, level, after_s):
+    t_s, signal = 10.0 * np.arange(len(series)), np.array(series)[:, None]
+    below = [value < level for value in series]
+    settled = [t for k, t in enumerate(t_s) if all(below[k:])]
+    late = [value for t, value in zip(t_s, series, strict=True) if t >= after_s]
+    expected = {
+        "at_end": (True, series[-1]),
+        "first_below": (level, next((t for t, b in zip(t_s, below, strict=True) if b), np.nan)),
+        "settles_below": (level, min(settled, default=np.nan)),
+        "part_below": (level, sum(below) / len(below)),
+        "greatest_after_s": (after_s, max(late, default=np.nan)),
+        "mean_after_s": (after_s, np.mean(late) if late else np.nan),
+    }
+    for key, (argument, answer) in expected.items():
+        (found,) = What(**{key: argument}).of(t_s, signal)
+        assert found == pytest.approx(answer, nan_ok=True), key
+
+
+def test_an_unknown_angle_is_below_nothing():
+    """No field, no direction: the angle to it is not a number."""
+    t_s, signal = np.array([0.0, 10.0, 20.0]), np.array([[1.0], [1.0], [np.nan]])
+    assert np.isnan(What(settles_below=5.0).of(t_s, signal)[0])
+    assert What(part_below=5.0).of(t_s, signal)[0] == pytest.approx(2.0 / 3.0)
+    assert np.isnan(What(greatest_after_s=0.0).of(t_s, signal)[0])
+
+
+def test_a_member_succeeds_if_all_conditions_hold_and_nothing_is_missing():
+    found = {"a": np.array([1.0, 3.0, np.nan, 1.0]), "b": np.array([9.0, 9.0, 9.0, 7.0])}
+    success = {"a": Threshold(below=2.0), "b": Threshold(above=8.0)}
+    assert succeeded(success, found).tolist() == [True, False, False, False]
+    assert succeeded({}, found) is None
+
+
+def test_the_default_outcomes_are_rate_settling_and_energy(runs, make):
+    found = evaluate(DEFAULT, make(HELD), flown_of(runs))
+    assert [*found] == ["final_rate_deg_s", "rate_stays_below_1_deg_s_from_s", "coil_energy_j"]
+    assert all(np.isfinite(values).all() for values in found.values())
+
+
+def test_only_angles_to_the_sun_need_its_direction(runs, make):
+    to_sun = {"x": outcome({"axis": [0, 0, 1], "to": "sun"}, at_end=True)}
+    assert needs_sun(to_sun) and not needs_sun(DEFAULT)
+    dark = flown_of(runs)._replace(sun_inertial=None)
+    evaluate(DEFAULT, make(HELD), dark)
+    with pytest.raises(ValueError, match="sun_inertial: must be given for the angle to the Sun"):
+        evaluate(to_sun, make(HELD), dark)
+
+
+def test_what_a_scenario_cannot_have_is_told(make):
+    error = {"pointing": outcome("attitude_error_deg", at_end=True)}
+    check_outcomes(error, make(HELD))
+    with pytest.raises(ValueError, match=r"^campaign.outcomes.pointing.signal: .* hold none$"):
+        check_outcomes(error, make())
+    late = {"late": outcome("rate_deg_s", mean_after_s=601.0)}
+    with pytest.raises(ValueError, match=r"^campaign.outcomes.late.what: .* ends at 600 s"):
+        check_outcomes(late, make())
+
+
+@pytest.mark.parametrize(
+    ("data", "line"),
+    [
+        ({"signal": "rate_deg_s"}, "what: must be given for a signal; received none"),
+        ({"signal": "coil_energy_j", "what": {"first_below": 1}},
+         "what: must be left out, or at_end = true, of coil_energy_j"),
+        ({"signal": "rate_deg_s", "what": {}}, "must have one of settles_below, .*; received none"),
+        ({"signal": "rate_deg_s", "what": {"at_end": True, "part_below": 1.0}},
+         "received at_end and part_below"),
+        ({"signal": {"axis": [0, 0, 0], "to": "sun"}, "what": {"at_end": True}},
+         "axis: must be non-zero vectors"),
+    ],
+)  # fmt: skip
+def test_mistakes_in_outcomes_are_told(data, line):
+    with pytest.raises(ValidationError, match=line):
+        Outcome(**data)
+
+
+def test_an_axis_is_kept_as_a_unit_vector():
+    assert Axis(axis=[0, 0, 5], to=[0, 3, 4]) == Axis(axis=[0, 0, 1], to=[0, 0.6, 0.8])

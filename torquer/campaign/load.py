@@ -1,0 +1,134 @@
+"""From a TOML file to a scenario and its campaign; every mistake becomes one clear line."""
+
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from torquer.analysis.attitude import held_attitudes
+from torquer.campaign.outcomes import check_outcomes
+from torquer.campaign.sampling import Drawn, changes_of, draw, values_of
+from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
+from torquer.campaign.variation import Variation
+from torquer.scenario.explain import explain, name_of
+from torquer.scenario.load import (
+    ScenarioError,
+    data_of,
+    name_after,
+    scenario_from_data,
+    text_of,
+    with_values,
+)
+from torquer.scenario.spec import Scenario
+from torquer.spec import Spec
+
+#: Members that are tried before a campaign is flown.
+_TRIED = 8
+#: The most values of a list that are tried.
+_MOST_VALUES = 100
+
+
+class _File(Spec):
+    """What of a file is about the campaign."""
+
+    campaign: Campaign
+
+
+def load_campaign(path) -> tuple[Scenario, Campaign]:
+    """The scenario of a TOML file and the campaign in its table `[campaign]`."""
+    path = Path(path)
+    data = {"name": name_after(path), **data_of(text_of(path, "scenario"), "scenario")}
+    scenario = scenario_from_data(data, path.parent)
+    if "campaign" not in data:
+        raise ScenarioError("campaign: must be given; received nothing")
+    return scenario, campaign_from_data(data["campaign"], scenario)
+
+
+def campaign_from_data(table: dict, scenario: Scenario) -> Campaign:
+    """The campaign of plain data, checked with the scenario that it varies."""
+    try:
+        data = {"campaign": with_flat_keys(table)}
+    except ValueError as error:
+        raise ScenarioError(f"campaign.{error}") from None
+    try:
+        campaign = _File.model_validate(data).campaign
+    except ValidationError as error:
+        raise ScenarioError("\n".join(explain(error, data))) from None
+    check_campaign(campaign, scenario)
+    return campaign
+
+
+def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
+    """ScenarioError unless members can be flown and have the outcomes.
+
+    Tried are the first members and the ends of all distributions; of those without ends what one
+    in twice as many members goes beyond.
+    """
+    try:
+        check_outcomes(campaign.outcomes, scenario)
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
+    first = np.arange(min(_TRIED, campaign.runs))
+    for drawn, rows in (
+        (draw(campaign, scenario, first), len(first)),
+        (values_of(campaign, scenario, units := _ends(campaign)), len(units)),
+    ):
+        for row in range(rows):
+            member = _member(campaign, scenario, drawn, row)
+            _check_held(campaign, scenario, member)
+
+
+def _ends(campaign: Campaign) -> np.ndarray:
+    """Unit numbers [n, k] of members to try: lowest and highest ends, then values of lists."""
+    lists = [len(each.values) for each in campaign.vary.values() if each.values is not None]
+    rows = np.arange(2 + min(max(lists, default=0), _MOST_VALUES))
+    rare = 0.5 / campaign.runs
+    columns = [_ends_of(variation, rows, rare) for variation in campaign.vary.values()]
+    for together in campaign.correlated:
+        columns += [_low_and_high(rows, rare)] * len(together.keys)
+    return np.column_stack(columns) if columns else np.empty((len(rows), 0))
+
+
+def _ends_of(variation: Variation, rows: np.ndarray, rare: float) -> np.ndarray:
+    """Unit numbers [n, variation.unit_numbers]."""
+    if variation.values is not None:
+        count = len(variation.values)
+        return (rows % count + 0.5) / count
+    ends = _low_and_high(rows, 0.0 if variation.is_bounded else rare)
+    return np.tile(ends[:, None], (1, variation.unit_numbers))
+
+
+def _low_and_high(rows: np.ndarray, low: float) -> np.ndarray:
+    """The low end, the high end, and the median in all further rows."""
+    return np.where(rows == 0, low, np.where(rows == 1, 1.0 - low, 0.5))
+
+
+def _member(campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int) -> Scenario:
+    """The scenario of a row; ScenarioError in the words of the campaign."""
+    try:
+        return with_values(scenario, changes_of(drawn, row))
+    except ScenarioError as error:
+        keys = [*drawn]
+        lines = [_told(line, keys, campaign) for line in str(error).split("\n")]
+        raise ScenarioError("\n".join(lines)) from None
+
+
+def _told(line: str, keys: list[str], campaign: Campaign) -> str:
+    """A line about a member's scenario, led by the key that varies if it is about one."""
+    about, _, rest = line.partition(": ")
+    for key in sorted(keys, key=len, reverse=True):
+        changed = "initial.quaternion" if key == ATTITUDE else key
+        if about == changed or about.startswith((f"{changed}.", f"{changed}[")):
+            table = "vary" if key in campaign.vary else "correlated"
+            return f"{name_of(('campaign', table, key))}{about.removeprefix(changed)}: {rest}"
+    return f"campaign.vary: members must be scenarios that can be flown; received {line}"
+
+
+def _check_held(campaign: Campaign, scenario: Scenario, member: Scenario) -> None:
+    """The attitude error of all members is taken from one attitude."""
+    asked = any(each.signal == "attitude_error_deg" for each in campaign.outcomes.values())
+    if asked and held_attitudes(member.control) != held_attitudes(scenario.control):
+        raise ScenarioError(
+            "campaign.vary: the attitude that laws hold must not vary with an outcome of "
+            "attitude_error_deg; received members that hold others"
+        )

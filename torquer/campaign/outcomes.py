@@ -1,0 +1,233 @@
+"""What each member of a campaign comes to: one number of a signal, or a total of the run.
+
+[campaign.outcomes]
+settling_s = { signal = "rate_deg_s", what = { settles_below = 1.0 } }
+sun_error_deg = { signal = { axis = [0, 0, 1], to = "sun" }, what = { mean_after_s = 6000 } }
+energy_j = { signal = "coil_energy_j" }
+
+[campaign.success]
+settling_s = { below = 7200 }
+"""
+
+from collections.abc import Mapping
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from torquer.analysis.attitude import held_attitudes
+from torquer.campaign.signals import (
+    Axis,
+    Flown,
+    angle_to,
+    attitude_error,
+    rate,
+    rate_orbital,
+)
+from torquer.campaign.variation import Number
+from torquer.scenario.spec import Scenario
+from torquer.spec import Spec
+
+#: Signals over time by name.
+SIGNALS = {
+    "rate_deg_s": rate,
+    "rate_orbital_deg_s": rate_orbital,
+    "attitude_error_deg": attitude_error,
+}
+#: Totals of a run by name, which are fields of `Flown`.
+TOTALS = ("coil_energy_j", "peak_dipole_a_m2")
+_Name = Literal[
+    "rate_deg_s", "rate_orbital_deg_s", "attitude_error_deg", "coil_energy_j", "peak_dipole_a_m2"
+]
+_Time = Annotated[float, Field(ge=0.0)]
+
+
+class What(Spec):
+    """What is taken of a signal; one of these is given. A value that there is not is missing, NaN.
+
+    `settles_below`: the time [s] from which the signal stays below a value until the end.
+    `first_below`: the time [s] at which it first is. `at_end = true`: its value at the end.
+    `greatest_after_s`, `mean_after_s`: its greatest value and its mean from a time on.
+    `part_below`: the part of the time for which it is below a value. Times are those of records.
+    """
+
+    settles_below: Number | None = None
+    first_below: Number | None = None
+    at_end: Literal[True] | None = None
+    greatest_after_s: _Time | None = None
+    mean_after_s: _Time | None = None
+    part_below: Number | None = None
+
+    @model_validator(mode="after")
+    def _one_is_given(self):
+        given = [key for key in type(self).model_fields if getattr(self, key) is not None]
+        if len(given) != 1:
+            known, received = ", ".join(type(self).model_fields), " and ".join(given) or "none"
+            raise ValueError(f"must have one of {known}; received {received}")
+        return self
+
+    @property
+    def after_s(self) -> float:
+        """Time [s] from which on the signal counts."""
+        return self.greatest_after_s or self.mean_after_s or 0.0
+
+    def of(self, t_s: np.ndarray, signal: np.ndarray) -> np.ndarray:
+        """Of a signal (r, n) at records t_s (r,): one number for each of n."""
+        if self.at_end:
+            return signal[-1]
+        if self.settles_below is not None:
+            return stays_from(t_s, signal < self.settles_below)
+        if self.first_below is not None:
+            return first_at(t_s, signal < self.first_below)
+        if self.part_below is not None:
+            return np.mean(signal < self.part_below, axis=0)
+        late = signal[t_s >= self.after_s]
+        if not len(late):
+            return np.full(signal.shape[1], np.nan)
+        if self.greatest_after_s is not None:
+            return late.max(axis=0)
+        # added record by record: NumPy's mean would round one member otherwise than many
+        return sum(late, start=np.zeros(signal.shape[1])) / len(late)
+
+
+def first_at(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
+    """Time at which a condition (r, n) first holds; NaN where it never does."""
+    return np.where(holds.any(axis=0), t_s[np.argmax(holds, axis=0)], np.nan)
+
+
+def stays_from(t_s: np.ndarray, holds: np.ndarray) -> np.ndarray:
+    """Time from which a condition (r, n) holds until the end; NaN where it does not hold there."""
+    records_since_it_failed = np.argmax(~holds[::-1], axis=0)
+    first = np.where(holds.all(axis=0), 0, len(t_s) - records_since_it_failed)
+    return np.where(holds[-1], t_s[np.minimum(first, len(t_s) - 1)], np.nan)
+
+
+def _kind_of_signal(value) -> str:
+    return "of an axis" if isinstance(value, Mapping | Axis) else "by name"
+
+
+class Outcome(Spec):
+    """A number of a run: `what` is taken of a `signal`.
+
+    `signal`: 'rate_deg_s' (absolute), 'rate_orbital_deg_s' (relative to the orbital frame),
+    'attitude_error_deg' (from the attitude that the scenario's laws hold), a table of an `axis`
+    and what its angle [deg] is taken `to`; or a total of the run, of which there is no more than
+    its value at the end: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil).
+    """
+
+    signal: Annotated[
+        Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
+        Discriminator(_kind_of_signal),
+    ]
+    what: What | None = None
+
+    @model_validator(mode="after")
+    def _what_fits(self):
+        if self.signal in TOTALS:
+            if self.what is not None and not self.what.at_end:
+                raise ValueError(
+                    f"what: must be left out, or at_end = true, of {self.signal}; received "
+                    f"{self.what.model_dump(exclude_none=True)}"
+                )
+        elif self.what is None:
+            raise ValueError("what: must be given for a signal; received none")
+        return self
+
+    @property
+    def needs_sun(self) -> bool:
+        """Whether the direction to the Sun must be known."""
+        return isinstance(self.signal, Axis) and self.signal.to == "sun"
+
+
+class Threshold(Spec):
+    """What an outcome must be `below` or `above` for a run to succeed."""
+
+    below: Number | None = None
+    above: Number | None = None
+
+    @model_validator(mode="after")
+    def _one_is_given(self):
+        if (self.below is None) == (self.above is None):
+            received = "none" if self.below is None else "both"
+            raise ValueError(f"must have below or above; received {received}")
+        return self
+
+    def holds(self, values: np.ndarray) -> np.ndarray:
+        """Whether it holds of values [n]; of a missing one it does not."""
+        return values < self.below if self.below is not None else values > self.above
+
+
+#: Outcomes of a campaign that names none.
+DEFAULT = {
+    "final_rate_deg_s": Outcome(signal="rate_deg_s", what=What(at_end=True)),
+    "rate_stays_below_1_deg_s_from_s": Outcome(signal="rate_deg_s", what=What(settles_below=1.0)),
+    "coil_energy_j": Outcome(signal="coil_energy_j"),
+}
+
+
+def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
+    """Whether outcomes look at the Sun: then `Flown` must have its direction."""
+    return any(outcome.needs_sun for outcome in outcomes.values())
+
+
+def check_outcomes(outcomes: Mapping[str, Outcome], scenario: Scenario) -> None:
+    """ValueError for an outcome that a scenario's runs cannot have."""
+    length_s = scenario.steps() * scenario.grid_s
+    held = held_attitudes(scenario.control)
+    for name, outcome in outcomes.items():
+        if outcome.signal == "attitude_error_deg" and len(held) != 1:
+            raise ValueError(
+                f"campaign.outcomes.{name}.signal: attitude_error_deg needs laws that hold one "
+                f"attitude; received a scenario whose laws hold {len(held) or 'none'}"
+            )
+        if outcome.what is not None and outcome.what.after_s > length_s:
+            raise ValueError(
+                f"campaign.outcomes.{name}.what: must begin before the run ends at {length_s:g} s; "
+                f"received {outcome.what.after_s:g} s"
+            )
+
+
+class _Signals:
+    """Signals of one chunk of members, each computed once."""
+
+    def __init__(self, scenario: Scenario, flown: Flown):
+        self.scenario, self.flown = scenario, flown
+        self.known: dict = {}
+
+    def of(self, signal) -> np.ndarray:
+        """A signal (r, n)."""
+        key = signal if isinstance(signal, str) else signal.model_dump_json()
+        if key not in self.known:
+            self.known[key] = self._computed(signal)
+        return self.known[key]
+
+    def _computed(self, signal) -> np.ndarray:
+        if isinstance(signal, Axis):
+            return angle_to(signal, self.flown)
+        return SIGNALS[signal](self.scenario, self.flown)
+
+
+def evaluate(
+    outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
+) -> dict[str, np.ndarray]:
+    """Outcomes of n members by name, (n,) each; NaN where one has no value.
+
+    `scenario`: what all members share is taken from it, the attitude that laws hold.
+    """
+    signals = _Signals(scenario, flown)
+    found = {}
+    for name, outcome in outcomes.items():
+        if outcome.signal in TOTALS:
+            found[name] = np.array(getattr(flown, outcome.signal), dtype=float)
+        else:
+            found[name] = outcome.what.of(flown.t_s, signals.of(outcome.signal))
+    return found
+
+
+def succeeded(
+    success: Mapping[str, Threshold], found: Mapping[str, np.ndarray]
+) -> np.ndarray | None:
+    """Which members fulfil all conditions [n]; None where there are no conditions."""
+    if not success:
+        return None
+    return np.all([threshold.holds(found[name]) for name, threshold in success.items()], axis=0)

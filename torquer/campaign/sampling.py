@@ -1,0 +1,186 @@
+"""Members of a campaign: the values of their keys, the seeds of their noise, their scenarios."""
+
+from collections.abc import Mapping
+from datetime import datetime
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtri
+
+from torquer.campaign.spec import ATTITUDE, Campaign
+from torquer.campaign.unit_numbers import checked_members, random_words, unit_numbers
+from torquer.campaign.variation import Correlated, Variation, as_numbers
+from torquer.scenario.explain import name_of
+from torquer.scenario.load import ScenarioError, value_at, with_values
+from torquer.scenario.spec import Scenario
+from torquer.validate import finite
+
+#: What members have at a key: numbers [n], vectors [n, k], or other values.
+Drawn = dict[str, np.ndarray | list]
+
+
+def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
+    """Values of each key that varies, of members by their numbers (n integers, 0 or more).
+
+    They do not depend on which members are asked for together. Of "initial.attitude" they are
+    quaternions (x, y, z, w). `values` and times come as lists, all others as arrays.
+    """
+    return values_of(campaign, scenario, unit_numbers(campaign, members))
+
+
+def values_of(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Drawn:
+    """Values of each key from unit numbers [n, campaign.unit_numbers]."""
+    drawn: Drawn = {}
+    first = 0
+    for key, variation in campaign.vary.items():
+        last = first + variation.unit_numbers
+        with np.errstate(over="ignore"):  # the scenario refuses what is not finite
+            drawn[key] = _values(variation, units[:, first:last])
+        if variation.relative is not None:
+            drawn[key] = _times_own(key, np.asarray(drawn[key], dtype=float), scenario)
+        first = last
+    for together in campaign.correlated:
+        last = first + len(together.keys)
+        columns = _normal_together(together, units[:, first:last]).T
+        drawn |= dict(zip(together.keys, columns, strict=True))
+        first = last
+    return drawn
+
+
+def _times_own(key: str, factors: np.ndarray, scenario: Scenario) -> np.ndarray:
+    """Factors [n] times the scenario's own value."""
+    own = None
+    try:
+        own = value_at(scenario, key)
+        numbers = finite(key, () if own is None else own)
+    except ValueError:
+        numbers = np.empty(0)
+    if not numbers.size:
+        place = name_of(("campaign", "vary", key, "relative"))
+        raise ScenarioError(
+            f"{place}: must be of a number or numbers that the scenario gives; received "
+            f"{'nothing' if own is None else repr(own)}"
+        )
+    return np.multiply.outer(factors, numbers)
+
+
+def _values(variation: Variation, units: np.ndarray):
+    """Values of a variation from its unit numbers [n, k]."""
+    return _FORMS[variation.form](variation, units)
+
+
+def _of_list(variation: Variation, units: np.ndarray) -> list:
+    values = variation.values
+    places = np.minimum((units[:, 0] * len(values)).astype(int), len(values) - 1)
+    return [values[place] for place in places]
+
+
+def _shaped(variation: Variation, units: np.ndarray) -> np.ndarray:
+    """Unit numbers [n, k] of a vector; [n] of a number."""
+    return units[:, 0] if variation.length is None else units
+
+
+def _uniform(variation: Variation, units: np.ndarray):
+    low, high = variation.uniform
+    if isinstance(low, datetime):
+        return [low + u * (high - low) for u in units[:, 0].tolist()]
+    return _between(low, high, _shaped(variation, units))
+
+
+def _between(low, high, u: np.ndarray) -> np.ndarray:
+    """Linear from low to high, for any finite two: their difference might overflow."""
+    return np.clip(np.asarray(low) * (1.0 - u) + np.asarray(high) * u, low, high)
+
+
+def _log_uniform(variation: Variation, units: np.ndarray) -> np.ndarray:
+    low, high = map(np.asarray, variation.log_uniform)
+    between = np.exp(_between(np.log(low), np.log(high), _shaped(variation, units)))
+    return np.clip(between, low, high)
+
+
+def _normal(variation: Variation, units: np.ndarray) -> np.ndarray:
+    mean, sigma = variation.normal.mean, variation.normal.sigma
+    return np.asarray(mean) + np.asarray(sigma) * ndtri(_shaped(variation, units))
+
+
+def _truncated_normal(variation: Variation, units: np.ndarray) -> np.ndarray:
+    from scipy.stats import truncnorm  # half a second of importing, for those who need it
+
+    cut = variation.truncated_normal
+    mean, sigma = np.asarray(cut.mean), cut.sigma
+    low = np.asarray(-np.inf if cut.low is None else cut.low)
+    high = np.asarray(np.inf if cut.high is None else cut.high)
+    standard = truncnorm.ppf(_shaped(variation, units), (low - mean) / sigma, (high - mean) / sigma)
+    return np.clip(mean + sigma * standard, low, high)
+
+
+def _direction(variation: Variation, units: np.ndarray) -> np.ndarray:
+    """Isotropic: the component along an axis is uniform (Archimedes), the azimuth too."""
+    z, azimuth = 2.0 * units[:, 0] - 1.0, 2.0 * np.pi * units[:, 1]
+    across = np.sqrt((1.0 - z) * (1.0 + z))
+    directions = np.column_stack([across * np.cos(azimuth), across * np.sin(azimuth), z])
+    lengths = np.asarray(_values(variation.magnitude, units[:, 2:]), dtype=float)
+    return lengths[:, None] * directions
+
+
+def _relative(variation: Variation, units: np.ndarray):
+    """The factors alone."""
+    return _values(variation.relative, units)
+
+
+def _rotation(variation: Variation, units: np.ndarray) -> np.ndarray:
+    """Quaternions (x, y, z, w) uniform on the rotation group. K. Shoemake (1992)."""
+    u, one, other = units[:, 0], 2.0 * np.pi * units[:, 1], 2.0 * np.pi * units[:, 2]
+    a, b = np.sqrt(1.0 - u), np.sqrt(u)
+    columns = [a * np.sin(one), a * np.cos(one), b * np.sin(other), b * np.cos(other)]
+    return np.column_stack(columns)
+
+
+_FORMS = {
+    "values": _of_list,
+    "uniform": _uniform,
+    "log_uniform": _log_uniform,
+    "normal": _normal,
+    "truncated_normal": _truncated_normal,
+    "direction": _direction,
+    "relative": _relative,
+    "rotation": _rotation,
+}
+
+
+def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
+    """Values [n, keys] of a multivariate normal distribution."""
+    values = np.tile(together.mean, (len(units), 1))
+    # a product of matrices would round one member otherwise than many
+    for normal, row in zip(ndtri(units).T, together.root(), strict=True):
+        values += normal[:, None] * row
+    return values
+
+
+def member_seeds(campaign: Campaign, members) -> np.ndarray:
+    """Seeds (0 to 2^63 - 1) of the noise of members [n], independent of the values that vary."""
+    words = random_words(campaign.seed, "seed of the noise", checked_members(members))
+    return (words >> np.uint64(1)).astype(np.int64)
+
+
+def member_seed(campaign: Campaign, member: int) -> int:
+    """Seed of one member's noise."""
+    return int(member_seeds(campaign, [member])[0])
+
+
+def changes_of(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
+    """Values by key of the scenario, as `with_values` takes them, of one row of what was drawn."""
+    changes: dict[str, Any] = {}
+    for key, values in drawn.items():
+        value = as_numbers(values[row]) if isinstance(values, np.ndarray) else values[row]
+        if key == ATTITUDE:  # in place of the file's attitude, however that is given
+            changes |= {"initial.quaternion": value, "initial.euler_deg": (0.0, 0.0, 0.0)}
+        else:
+            changes[key] = value
+    return changes
+
+
+def member_scenario(scenario: Scenario, campaign: Campaign, member: int) -> Scenario:
+    """The scenario of one member, to be flown alone."""
+    own = {"name": f"{scenario.name}-{member}", "seed": member_seed(campaign, member)}
+    return with_values(scenario, own | changes_of(draw(campaign, scenario, [member]), 0))

@@ -1,0 +1,111 @@
+"""Signals of many members at once: angles and rates at r records of n members, as (r, n).
+
+A signal is a function `(scenario, flown)`; members share the orbit, and so all that is along it.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from torquer.analysis.attitude import held_attitudes, orbital_axes
+from torquer.analysis.series import angle_deg
+from torquer.control.spin_axis import unit_vector
+from torquer.geometry.quaternion import angle_between
+from torquer.scenario.spec import Scenario
+from torquer.spec import Spec
+
+
+class Flown(NamedTuple):
+    """What n members flew, at r records.
+
+    `sun_inertial`: direction to the Sun; it may be None where no outcome looks at it.
+    `coil_energy_j`, `peak_dipole_a_m2` (greatest dipole of one coil): totals of each run.
+    """
+
+    t_s: np.ndarray
+    """(r,)"""
+    q_body_to_inertial: np.ndarray
+    """(r, n, 4)"""
+    omega_body: np.ndarray
+    """(r, n, 3), absolute [rad/s]"""
+    position_inertial: np.ndarray
+    """(r, 3) [m]"""
+    velocity_inertial: np.ndarray
+    """(r, 3) [m/s]"""
+    b_inertial: np.ndarray
+    """(r, 3) [T]"""
+    sun_inertial: np.ndarray | None
+    """(r, 3)"""
+    coil_energy_j: np.ndarray
+    """(n,)"""
+    peak_dipole_a_m2: np.ndarray
+    """(n,)"""
+
+
+class Axis(Spec):
+    """Angle [deg] of an `axis` of the body `to` a direction.
+
+    'sun', 'nadir' (the Earth's centre), 'orbit_normal', 'field' (the geomagnetic field), or a
+    vector in the inertial frame.
+    """
+
+    axis: unit_vector("axis")  # type: ignore[valid-type]
+    to: Literal["sun", "nadir", "orbit_normal", "field"] | unit_vector("to")  # type: ignore[valid-type]
+
+
+def rate(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Absolute angular rate [deg/s]."""
+    return np.degrees(np.linalg.norm(flown.omega_body, axis=-1))
+
+
+def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Angular rate relative to the orbital frame [deg/s]."""
+    r, v = flown.position_inertial, flown.velocity_inertial
+    turning = np.cross(r, v) / np.sum(r * r, axis=1, keepdims=True)
+    relative = flown.omega_body - _turned(_inverse(flown.q_body_to_inertial), turning[:, None])
+    return np.degrees(np.linalg.norm(relative, axis=-1))
+
+
+def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
+    """Angle [deg] of the rotation from the attitude that the scenario's laws hold."""
+    from scipy.spatial.transform import Rotation
+
+    ((orbital, wanted),) = held_attitudes(scenario.control)
+    target = np.array(wanted)
+    if orbital:
+        frames = orbital_axes(flown.position_inertial, flown.velocity_inertial)
+        target = (frames * Rotation.from_quat(wanted)).as_quat()[:, None]
+    return np.degrees(angle_between(flown.q_body_to_inertial, target))
+
+
+def angle_to(axis: Axis, flown: Flown) -> np.ndarray:
+    """Angle [deg] of an axis of the body to a direction."""
+    direction = _direction(axis.to, flown)[:, None]
+    return angle_deg(_turned(flown.q_body_to_inertial, np.array(axis.axis)), direction)
+
+
+def _direction(to, flown: Flown) -> np.ndarray:
+    """Direction (r, 3) in the inertial frame, of any length."""
+    r, v = flown.position_inertial, flown.velocity_inertial
+    if to == "sun":
+        if flown.sun_inertial is None:
+            raise ValueError("sun_inertial: must be given for the angle to the Sun; received None")
+        return flown.sun_inertial
+    if to == "nadir":
+        return -r
+    if to == "orbit_normal":
+        return np.cross(r, v)
+    if to == "field":
+        return flown.b_inertial
+    return np.tile(to, (len(flown.t_s), 1))
+
+
+def _inverse(q: np.ndarray) -> np.ndarray:
+    return q * np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+def _turned(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Vectors (..., 3) turned by quaternions (..., 4), the kernels' `rotate` for arrays."""
+    axis = q[..., :3]
+    twice = 2.0 * np.cross(axis, vector)
+    return vector + q[..., 3:] * twice + np.cross(axis, twice)

@@ -1,0 +1,226 @@
+"""The table `[campaign]` of a scenario file: what varies, how often, and what is asked of it."""
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Annotated, Any, Literal
+
+from pydantic import AfterValidator, Field, model_validator
+
+from torquer.campaign.outcomes import DEFAULT, Outcome, Threshold
+from torquer.campaign.variation import Correlated, Variation
+from torquer.spec import Spec
+
+#: The key under which attitudes vary on the whole rotation group.
+ATTITUDE = "initial.attitude"
+#: Name of the success of all conditions, where outcomes are named.
+SUCCESS = "success"
+#: Numbers that a Latin hypercube may have, as it is in memory as a whole.
+MOST_IN_HYPERCUBE = 50_000_000
+_MOST_RUNS = 100_000_000
+#: Keys that each member has for itself.
+_OWN = ("name", "description", "seed")
+_NAME = re.compile(r"[A-Za-z_]\w*")
+
+
+class Stop(Spec):
+    """The campaign ends early once an `outcome`'s confidence interval is narrow enough.
+
+    `outcome`: its name, for its mean, or 'success', for the rate of success. `half_width`: half the
+    width of the interval that is enough; `confidence`: of the interval; `least`: number of members
+    before which it does not end.
+    """
+
+    outcome: str
+    half_width: float = Field(gt=0.0, le=1e300)
+    confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
+    least: int = Field(default=100, ge=2)
+
+
+def _flattened(table: Mapping, place: str = "") -> dict[str, Any]:
+    """The table with tables in tables, as TOML makes them of dotted keys, as dotted keys again."""
+    flat: dict[str, Any] = {}
+    for key, value in table.items():
+        here = f"{place}{key}"
+        found = _flattened(value, f"{here}.") if _holds_keys(value) else {here: value}
+        for again in flat.keys() & found.keys():
+            raise ValueError(f'vary."{again}": must be given once; received it twice')
+        flat |= found
+    return flat
+
+
+def _holds_keys(value) -> bool:
+    """Whether a value is a table of more keys, not a variation."""
+    if not isinstance(value, Mapping) or not value or set(value) & set(Variation.model_fields):
+        return False
+    return all(isinstance(inner, Mapping | str | Variation) for inner in value.values())
+
+
+def with_flat_keys(data):
+    """A campaign's plain data with the keys that vary as the scenario's dotted keys."""
+    if isinstance(data, Mapping) and isinstance(data.get("vary"), Mapping):
+        return {**data, "vary": _flattened(data["vary"])}
+    return data
+
+
+def _or_default(outcomes: dict[str, Outcome]) -> dict[str, Outcome]:
+    return outcomes or dict(DEFAULT)
+
+
+class Campaign(Spec):
+    """Many runs of a scenario, whose keys vary from member to member.
+
+    `runs`: number of members. `seed`: with its number it fixes all that a member has for itself,
+    whatever other members are flown. `sampling`: 'random' (independent members), 'latin_hypercube'
+    (each number's range is covered evenly by the members together), 'sobol' (a scrambled
+    low-discrepancy sequence, best for powers of 2) or 'grid' (all combinations of the `values`;
+    their number is that of the runs). `vary`: variations by key of the scenario, as
+    `Scenario.replace` takes it; "initial.attitude" for uniform attitudes. `correlated`: keys that
+    are normal together. `outcomes`: what each run comes to, by names of one's own. `success`: what
+    outcomes must be, all together; a missing value is a failure. `stop`: when to end early.
+    """
+
+    runs: int = Field(ge=1, le=_MOST_RUNS)
+    seed: int = Field(default=0, ge=0, lt=2**63)
+    sampling: Literal["random", "latin_hypercube", "sobol", "grid"] = "random"
+    vary: dict[str, Variation] = Field(default_factory=dict)
+    correlated: tuple[Correlated, ...] = ()
+    outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
+        default_factory=lambda: dict(DEFAULT)
+    )
+    success: dict[str, Threshold] = Field(default_factory=dict)
+    stop: Stop | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _dotted_keys(cls, data):
+        return with_flat_keys(data)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _grid_has_its_runs(cls, data):
+        if not isinstance(data, Mapping) or data.get("sampling") != "grid":
+            return data
+        if data.get("runs") is not None or not isinstance(data.get("vary"), Mapping):
+            return data
+        tables = [dict(v) for v in data["vary"].values() if isinstance(v, Mapping | Variation)]
+        lists = [table["values"] for table in tables if "values" in table]
+        return {**data, "runs": math.prod(len(v) for v in lists if isinstance(v, list | tuple))}
+
+    @model_validator(mode="after")
+    def _keys_are_apart(self):
+        places = [*self._places()]
+        for place, key in places:
+            words = re.findall(r"[^.\[\]]+", key)
+            if not words:
+                raise ValueError(f"{place}: must be a key of the scenario; received {key!r}")
+            if words[0] in _OWN:
+                raise ValueError(f"{place}: must not vary: each member has its own; received {key}")
+        for (_, one), (place, other) in combinations(places, 2):
+            if _overlap(one, other):
+                raise ValueError(f"{place}: must be apart from all other keys; received {one}, too")
+        return self
+
+    def _places(self) -> Iterator[tuple[str, str]]:
+        """Where keys that vary stand in the table, and the keys."""
+        for key in self.vary:
+            yield f'vary."{key}"', key
+        for i, together in enumerate(self.correlated):
+            for j, key in enumerate(together.keys):
+                yield f"correlated[{i}].keys[{j}]", key
+
+    @model_validator(mode="after")
+    def _attitudes_have_their_key(self):
+        for key, variation in self.vary.items():
+            if (key == ATTITUDE) != (variation.rotation is not None):
+                if key == ATTITUDE:
+                    raise ValueError(f'vary."{key}": must be "uniform"; received {variation.form}')
+                raise ValueError(
+                    f'vary."{key}": must be a table of a variation: only {ATTITUDE} is '
+                    '"uniform" by a word; received "uniform"'
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _sampling_fits(self):
+        if self.sampling == "grid":
+            self._check_grid()
+        numbers = self.runs * self.unit_numbers
+        if self.sampling == "latin_hypercube" and numbers > MOST_IN_HYPERCUBE:
+            raise ValueError(
+                f"sampling: 'latin_hypercube' must have at most {MOST_IN_HYPERCUBE:.0e} numbers in "
+                f"all; received {self.runs} runs of {self.unit_numbers}"
+            )
+        return self
+
+    def _check_grid(self) -> None:
+        for key, variation in self.vary.items():
+            if variation.values is None:
+                raise ValueError(
+                    f"vary.\"{key}\": must be given by values with sampling 'grid'; received "
+                    f"{variation.form}"
+                )
+        if self.correlated:
+            raise ValueError("correlated: must be left out with sampling 'grid'")
+        if self.stop is not None:
+            raise ValueError("stop: must be left out with sampling 'grid', a part of which is none")
+        points = math.prod(self.grid)
+        if self.runs != points:
+            raise ValueError(
+                f"runs: must be left out with sampling 'grid', or be its {points} combinations; "
+                f"received {self.runs}"
+            )
+
+    @model_validator(mode="after")
+    def _outcomes_are_known(self):
+        for name in self.outcomes:
+            if not _NAME.fullmatch(name) or name == SUCCESS:
+                raise ValueError(
+                    "outcomes: must be named by letters, digits and '_', and not "
+                    f"{SUCCESS!r}; received {name!r}"
+                )
+        known = ", ".join(self.outcomes)
+        for name in self.success:
+            if name not in self.outcomes:
+                raise ValueError(
+                    f"success: must be named as outcomes are, {known}; received {name!r}"
+                )
+        if self.stop is None:
+            return self
+        if self.stop.outcome == SUCCESS and not self.success:
+            raise ValueError("stop.outcome: 'success' needs conditions in success; received none")
+        if self.stop.outcome not in (SUCCESS, *self.outcomes):
+            raise ValueError(
+                f"stop.outcome: must be one of {known}, {SUCCESS}; received {self.stop.outcome!r}"
+            )
+        return self
+
+    @property
+    def in_words(self) -> str:
+        """How many runs, and what varies."""
+        keys = [*self.vary, *(key for together in self.correlated for key in together.keys)]
+        varied = f"; varied: {', '.join(keys)}" if keys else ", which differ by their noise only"
+        return f"{self.runs} runs, sampling {self.sampling!r}{varied}"
+
+    @property
+    def grid(self) -> tuple[int, ...]:
+        """Numbers of values by key: the shape of a grid."""
+        return tuple(len(variation.values or ()) for variation in self.vary.values())
+
+    @property
+    def unit_numbers(self) -> int:
+        """How many numbers uniform on 0..1 a member is made of."""
+        single = sum(variation.unit_numbers for variation in self.vary.values())
+        return single + sum(len(together.keys) for together in self.correlated)
+
+
+def _overlap(one: str, other: str) -> bool:
+    """Whether keys are the same, or one lies within the other."""
+    return any(a[: len(b)] == b or b[: len(a)] == a for a in _changes(one) for b in _changes(other))
+
+
+def _changes(key: str) -> list[list[str]]:
+    """Words of the scenario's keys that a key of a campaign changes."""
+    keys = ("initial.quaternion", "initial.euler_deg") if key == ATTITUDE else (key,)
+    return [re.findall(r"[^.\[\]]+", key) for key in keys]

@@ -1,0 +1,193 @@
+"""Statistics over members: confidence intervals, rank correlations, when to stop.
+
+A missing value (NaN: what never settled) has no part in a mean. In quantiles and ranks it counts as
+greater than any other. Intervals are those of independent members; of a Latin hypercube or Sobol
+points the estimates are better as a rule, and the intervals too wide.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from datetime import datetime
+from typing import NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
+
+
+class Interval(NamedTuple):
+    """A confidence interval; its ends may be infinite where the members tell nothing."""
+
+    low: float
+    high: float
+
+    @property
+    def half_width(self) -> float:
+        """Half its width; infinite where there is none."""
+        half = 0.5 * (self.high - self.low)
+        return math.inf if math.isnan(half) else half
+
+
+def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Interval:
+    """Wilson's score interval of a rate of success. E. Wilson (1927)."""
+    if members == 0:
+        return Interval(0.0, 1.0)
+    z, n, rate = float(stats.norm.isf(0.5 * (1.0 - confidence))), members, successes / members
+    centre = (rate + 0.5 * z * z / n) / (1.0 + z * z / n)
+    half = z / (1.0 + z * z / n) * math.sqrt(rate * (1.0 - rate) / n + 0.25 * (z / n) ** 2)
+    # at a rate of 0 or 1 that end is met exactly, rounding apart
+    low = 0.0 if successes == 0 else max(0.0, centre - half)
+    return Interval(low, 1.0 if successes == members else min(1.0, centre + half))
+
+
+def mean_interval(values, confidence: float = 0.95) -> Interval:
+    """Student's interval of the mean of the values that there are."""
+    known = _known(values)
+    if len(known) < 2:
+        return Interval(-math.inf, math.inf)
+    t = float(stats.t.isf(0.5 * (1.0 - confidence), len(known) - 1))
+    mean, half = float(known.mean()), t * float(known.std(ddof=1)) / math.sqrt(len(known))
+    return Interval(mean - half, mean + half)
+
+
+def _known(values) -> np.ndarray:
+    values = np.asarray(values, dtype=float)
+    return values[np.isfinite(values)]
+
+
+def _ordered(values) -> np.ndarray:
+    """The values in order, those that are missing as infinite."""
+    values = np.asarray(values, dtype=float)
+    return np.sort(np.where(np.isnan(values), np.inf, values))
+
+
+def quantile(values, part: float) -> float:
+    """The least value that is not below a part (0..1) of all: one of the values."""
+    ordered = _ordered(values)
+    if not len(ordered):
+        return math.nan
+    place = math.ceil(part * len(ordered) - 1e-9) - 1
+    return float(ordered[min(max(place, 0), len(ordered) - 1)])
+
+
+def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval:
+    """Interval of a quantile between order statistics, right for every distribution.
+
+    The number of values below the quantile is binomial, whatever they are distributed by. An end
+    is infinite where so few members have none. H. David, H. Nagaraja, 'Order Statistics', 7.1.
+    """
+    ordered = _ordered(values)
+    n, tail = len(ordered), 0.5 * (1.0 - confidence)
+    # order statistics from 1: the lower one is above the quantile if so few values are below it
+    low = int(stats.binom.ppf(tail, n, part)) if n else 0
+    high = int(stats.binom.ppf(1.0 - tail, n, part)) + 1 if n else 1
+    return Interval(
+        float(ordered[low - 1]) if low >= 1 else -math.inf,
+        float(ordered[high - 1]) if high <= n else math.inf,
+    )
+
+
+def is_enough(stop: Stop, values) -> bool:
+    """Whether members so far make the confidence interval as narrow as is asked for.
+
+    `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. An
+    interval that is looked at again and again errs somewhat more often than its confidence says.
+    """
+    values = np.asarray(values)
+    if len(values) < stop.least:
+        return False
+    if stop.outcome == SUCCESS:
+        interval = rate_interval(int(np.sum(values)), len(values), stop.confidence)
+    else:
+        interval = mean_interval(values, stop.confidence)
+    return interval.half_width <= stop.half_width
+
+
+def rank_correlations(
+    inputs: Mapping[str, Sequence | np.ndarray], outcomes: Mapping[str, np.ndarray]
+) -> dict[str, dict[str, float]]:
+    """Spearman's rank correlation of each outcome with each number of the inputs: [outcome][input].
+
+    `inputs`: what `draw` gives; for the names of their numbers see `columns_of`. Outcomes and
+    inputs that do not vary are left out.
+    """
+    columns = {name: _ranks(values) for name, values in columns_of(inputs).items()}
+    columns = {name: ranks for name, ranks in columns.items() if ranks.any()}
+    found = {}
+    for name, values in outcomes.items():
+        ranks = _ranks(np.asarray(values, dtype=float))
+        if ranks.any():
+            found[name] = {key: float(column @ ranks) for key, column in columns.items()}
+    return found
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Ranks about their mean, scaled to length one; zeros for values that are all the same."""
+    if not len(values):
+        return np.zeros(0)
+    ranks = stats.rankdata(np.where(np.isnan(values), np.inf, values))
+    ranks -= ranks.mean()
+    length = np.linalg.norm(ranks)
+    return ranks / length if length > 0.0 else np.zeros(len(ranks))
+
+
+def chance_correlation(members: int, confidence: float = 0.95) -> float:
+    """The rank correlation that independent numbers exceed in size only by chance.
+
+    Of n members it is t / sqrt(n - 2 + t^2) for Student's t, to a good approximation.
+    """
+    if members < 4:
+        return 1.0
+    t = float(stats.t.isf(0.5 * (1.0 - confidence), members - 2))
+    return t / math.sqrt(members - 2 + t * t)
+
+
+def columns_of(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndarray]:
+    """Numbers [n] by name of what members drew.
+
+    Of a vector its components `key[0]`, ..., its magnitude `|key|` and its direction cosines
+    `key.direction[0]`, ...; of an attitude the direction cosines of body axis j to axis i of its
+    reference, `initial.attitude[i][j]`; of a matrix its size. Times count in seconds. Texts, tables
+    and lists of different lengths have none.
+    """
+    columns: dict[str, np.ndarray] = {}
+    for key, values in inputs.items():
+        numbers = _as_numbers(values)
+        if numbers is not None:
+            columns |= _of_attitudes(key, numbers) if key == ATTITUDE else _of(key, numbers)
+    return columns
+
+
+def _as_numbers(values) -> np.ndarray | None:
+    """Values as an array of numbers, None if they are none."""
+    if isinstance(values, np.ndarray):
+        return values.astype(float)
+    if values and all(isinstance(value, datetime) for value in values):
+        return np.array([value.timestamp() for value in values])
+    try:
+        numbers = np.array(values)
+    except ValueError:  # lists of different lengths
+        return None
+    return numbers.astype(float) if numbers.dtype.kind in "biuf" else None
+
+
+def _of(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
+    """Columns of numbers [n], vectors [n, k] or matrices."""
+    if numbers.ndim == 1:
+        return {key: numbers}
+    size = np.linalg.norm(numbers.reshape(len(numbers), -1), axis=1)
+    if numbers.ndim > 2:
+        return {f"|{key}|": size}
+    directions = numbers / np.where(size > 0.0, size, 1.0)[:, None]
+    components = {f"{key}[{k}]": column for k, column in enumerate(numbers.T)}
+    cosines = {f"{key}.direction[{k}]": column for k, column in enumerate(directions.T)}
+    return components | {f"|{key}|": size} | cosines
+
+
+def _of_attitudes(key: str, quaternions: np.ndarray) -> dict[str, np.ndarray]:
+    """Direction cosines: unlike a quaternion's components they have one sign only."""
+    from scipy.spatial.transform import Rotation
+
+    matrices = Rotation.from_quat(quaternions).as_matrix()
+    return {f"{key}[{i}][{j}]": matrices[:, i, j] for i in range(3) for j in range(3)}

@@ -1,0 +1,150 @@
+"""Numbers uniform on 0..1, of which the values of a member are made: one row a member.
+
+A row depends on the campaign and the member's number alone, not on which members are asked for
+together.
+"""
+
+import hashlib
+import warnings
+from functools import lru_cache
+
+import numpy as np
+
+from torquer.campaign.spec import Campaign
+from torquer.engine import kernel
+from torquer.noise import philox
+
+#: Members are counted in a 32-bit word of the generator's counter.
+MOST_MEMBERS = 2**32
+_LOW, _32, _6 = np.uint64(0xFFFFFFFF), np.uint64(32), np.uint64(6)
+#: Half a step of Sobol points of scipy, which may be 0, where a quantile would be infinite.
+_HALF_STEP = 2.0**-31
+
+
+def unit_numbers(campaign: Campaign, members) -> np.ndarray:
+    """Numbers above 0 and below 1 [n, campaign.unit_numbers] of members by their numbers [n].
+
+    Columns: keys of `vary` in their order, then those of `correlated`.
+    """
+    members = checked_members(members)
+    if not campaign.unit_numbers or not members.size:
+        return np.empty((members.size, campaign.unit_numbers))
+    return _SAMPLINGS[campaign.sampling](campaign, members)
+
+
+def checked_members(members) -> np.ndarray:
+    """Numbers of members as an array (n,)."""
+    members = np.atleast_1d(np.asarray(members))
+    if members.ndim != 1 or (members.size and members.dtype.kind not in "iu"):
+        raise ValueError(f"members: must be whole numbers in a row; received {members!r}")
+    if members.size and not (members.min() >= 0 and members.max() < MOST_MEMBERS):
+        raise ValueError(
+            f"members: must lie within 0..{MOST_MEMBERS - 1}; received {members.min()} to "
+            f"{members.max()}"
+        )
+    return members.astype(np.int64)
+
+
+def random_words(seed: int, name: str, members: np.ndarray) -> np.ndarray:
+    """64 random bits [n] of members, of a stream with a name."""
+    out = np.empty((len(members), 1, 2), np.uint64)
+    _fill(seed, *_stream(name), members, out)
+    return (out[:, 0, 0] << _32) | out[:, 0, 1]
+
+
+def _stream(name: str) -> tuple[int, int]:
+    """Two 32-bit words of a name: 64 bits, so that no two keys have one stream."""
+    digest = hashlib.sha256(name.encode()).digest()
+    return int.from_bytes(digest[:4], "big"), int.from_bytes(digest[4:8], "big")
+
+
+@kernel
+def _fill(seed, stream_high, stream_low, members, out):
+    """Pairs of random words out[member, number, 2] of a stream."""
+    s, count = np.uint64(seed), out.shape[1]
+    high, low = np.uint64(stream_high), np.uint64(stream_low)
+    for i in range(members.shape[0]):
+        member = np.uint64(members[i])
+        for j in range(0, count, 2):
+            a, b, c, d = philox(member, np.uint64(j // 2), high, low, s & _LOW, s >> _32)
+            out[i, j, 0], out[i, j, 1] = a, b
+            if j + 1 < count:
+                out[i, j + 1, 0], out[i, j + 1, 1] = c, d
+
+
+def _random(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """Independent members; a key has a stream by its name, whatever else varies beside it."""
+    streams = [(key, each.unit_numbers) for key, each in campaign.vary.items()]
+    streams += [(", ".join(each.keys), len(each.keys)) for each in campaign.correlated]
+    columns = [_of_stream(campaign.seed, f"vary {key}", members, n) for key, n in streams]
+    return np.hstack(columns)
+
+
+def _of_stream(seed: int, name: str, members: np.ndarray, count: int) -> np.ndarray:
+    """Numbers [n, count] in the middle of 2^52 cells: never 0 or 1, whose quantiles are infinite.
+
+    (53 bits would leave no room for the half.)
+    """
+    words = np.empty((len(members), count, 2), np.uint64)
+    _fill(seed, *_stream(name), members, words)
+    cells = (words[..., 0] >> _6).astype(float) * 2.0**26 + (words[..., 1] >> _6).astype(float)
+    return (cells + 0.5) * 2.0**-52
+
+
+def _latin_hypercube(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """Blocks of `runs` members, each a Latin hypercube: members beyond the runs begin a further."""
+    blocks, rows = np.divmod(members, campaign.runs)
+    out = np.empty((len(members), campaign.unit_numbers))
+    for block in np.unique(blocks):
+        of_block = blocks == block
+        cube = _hypercube(campaign.runs, campaign.unit_numbers, campaign.seed, int(block))
+        out[of_block] = cube[rows[of_block]]
+    return np.clip(out, 2.0**-53, 1.0 - 2.0**-53)
+
+
+@lru_cache(maxsize=1)
+def _hypercube(runs: int, numbers: int, seed: int, block: int) -> np.ndarray:
+    """One whole hypercube; kept, as members are asked for in many parts."""
+    from scipy.stats import qmc  # half a second of importing, for those who need it
+
+    sampler = qmc.LatinHypercube(numbers, seed=np.random.default_rng([seed, block]))
+    cube = sampler.random(runs)
+    cube.flags.writeable = False
+    return cube
+
+
+def _sobol(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """Points of the scrambled Sobol sequence by their numbers."""
+    from scipy.stats import qmc
+
+    order, back = np.unique(members, return_inverse=True)
+    engine = qmc.Sobol(campaign.unit_numbers, seed=np.random.default_rng(campaign.seed))
+    rows, at = [], 0
+    with warnings.catch_warnings():
+        # a part of the members is no power of 2, whatever the whole is
+        warnings.filterwarnings("ignore", "The balance properties", UserWarning)
+        for run in np.split(order, np.flatnonzero(np.diff(order) > 1) + 1):
+            if run[0] > at:
+                engine.fast_forward(int(run[0]) - at)
+            rows.append(engine.random(len(run)))
+            at = int(run[-1]) + 1
+    return np.clip(np.vstack(rows), _HALF_STEP, 1.0 - _HALF_STEP)[back]
+
+
+def _grid(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """The middle of the part of 0..1 that stands for a value; the last key changes fastest."""
+    if members.max() >= campaign.runs:
+        raise ValueError(
+            f"members: must lie within 0..{campaign.runs - 1} of the grid; received {members.max()}"
+        )
+    shape = np.array(campaign.grid)
+    places = np.column_stack(np.unravel_index(members, campaign.grid))
+    return (places + 0.5) / shape
+
+
+_SAMPLINGS = {
+    "random": _random,
+    "latin_hypercube": _latin_hypercube,
+    "sobol": _sobol,
+    "grid": _grid,
+}

@@ -1,0 +1,279 @@
+"""Variations: how a value of a scenario differs from member to member of a campaign.
+
+[campaign.vary]
+orbit.raan_deg = { uniform = [0, 360] }
+spacecraft.magnetometer.bias_nt = { normal = { mean = [0, 0, 0], sigma = 50 } }
+spacecraft.body.inertia_kg_m2 = { relative = { truncated_normal = { mean = 1, sigma = 0.05,
+low = 0.9, high = 1.1 } } }
+initial.rate_deg_s = { direction = "uniform", magnitude = { uniform = [0, 10] } }
+initial.attitude = "uniform"
+"""
+
+import sys
+from collections.abc import Mapping
+from datetime import date, datetime
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+
+from torquer import validate
+from torquer.spec import Spec
+from torquer.time import parse_utc
+
+#: A number of any size: the scenario's own key says what it may be. (A bound of its own frees a
+#: number from the range of what its key would be.)
+Number = Annotated[float, Field(le=sys.float_info.max)]
+#: A number, or a vector of numbers.
+Size = Number | tuple[Number, ...]
+_NotNegative = Annotated[float, Field(ge=0.0, le=sys.float_info.max)]
+#: Negative eigenvalues of a covariance, and its asymmetry, that are rounding: relative to the
+#: greatest entry.
+_ROUNDING = 1e-9
+
+
+def _bounds(key: str, value):
+    """(low, high) of numbers or vectors of equal length."""
+    low, high = (validate.finite(key, bound) for bound in value)
+    if low.shape != high.shape or low.ndim > 1 or not low.size:
+        raise ValueError(
+            f"{key}: must have two numbers or two vectors of equal length; received {value!r}"
+        )
+    _check_order(key, bool(np.all(low <= high)), value)
+    return as_numbers(low), as_numbers(high)
+
+
+def _check_two(key: str, value) -> None:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError(f"{key}: must be a list of two, [low, high]; received {value!r}")
+
+
+def _check_order(key: str, ordered: bool, value) -> None:
+    if not ordered:
+        raise ValueError(f"{key}: must have the lower bound first; received {value!r}")
+
+
+def as_numbers(values: np.ndarray):
+    """Plain data of an array: a number, or tuples however deep."""
+    return _as_tuples(values.tolist())
+
+
+def _as_tuples(plain):
+    return tuple(map(_as_tuples, plain)) if isinstance(plain, list) else plain
+
+
+def _uniform_bounds(value):
+    """(low, high) of numbers, of vectors of equal length, or of times."""
+    _check_two("uniform", value)
+    if not any(isinstance(bound, str | date) for bound in value):
+        return _bounds("uniform", value)
+    low, high = (parse_utc(bound, "uniform") for bound in value)
+    _check_order("uniform", low <= high, value)
+    return low, high
+
+
+def _positive_bounds(value):
+    """(low, high) of positive numbers or vectors of them."""
+    _check_two("log_uniform", value)
+    low, high = _bounds("log_uniform", value)
+    if not np.all(np.array(low) > 0.0):
+        raise ValueError(f"log_uniform: must have bounds above 0; received {value!r}")
+    return low, high
+
+
+class Normal(Spec):
+    """A normal distribution, of each component by itself where one of the two is a vector."""
+
+    mean: Size
+    sigma: _NotNegative | tuple[_NotNegative, ...]
+
+    @model_validator(mode="after")
+    def _lengths_fit(self):
+        common_length(mean=self.mean, sigma=self.sigma)
+        return self
+
+
+class TruncatedNormal(Spec):
+    """A normal distribution within bounds, of which one may be left out.
+
+    `mean`, `sigma`: those before it is cut.
+    """
+
+    mean: Size
+    sigma: Annotated[float, Field(gt=0.0, le=sys.float_info.max)]
+    low: Size | None = None
+    high: Size | None = None
+
+    @model_validator(mode="after")
+    def _bounds_fit(self):
+        given = {key: getattr(self, key) for key in ("low", "high")}
+        given = {key: bound for key, bound in given.items() if bound is not None}
+        if not given:
+            raise ValueError("low, high: one of the two or both must be given; received none")
+        common_length(mean=self.mean, **given)
+        if len(given) == 2 and not np.all(np.array(self.low) < np.array(self.high)):
+            raise ValueError(f"low: must be below high, {self.high}; received {self.low}")
+        return self
+
+
+def common_length(**sizes) -> int | None:
+    """Length of the vectors among sizes, None if all are numbers; ValueError if they differ."""
+    lengths = {key: len(size) for key, size in sizes.items() if isinstance(size, tuple)}
+    for key, length in lengths.items():
+        if length == 0 or length != next(iter(lengths.values())):
+            told = f"vectors of {' and '.join(map(str, lengths.values()))} numbers"
+            raise ValueError(f"{key}: must be a number, or as long as the others; received {told}")
+    return next(iter(lengths.values()), None)
+
+
+def _as_variation(value):
+    """A plain number as the variation that always has this value."""
+    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    return {"values": [value]} if is_number else value
+
+
+class Variation(Spec):
+    """How the value of a key varies; one of these is given.
+
+    `values`: a list, each drawn equally likely. `uniform`: [low, high], of numbers, vectors
+    (component by component) or two times. `log_uniform`: the same of positive numbers, whose
+    logarithm is uniform. `normal`: `mean` and `sigma`; `truncated_normal`: also `low`, `high`.
+    `direction = "uniform"`: a vector of three, isotropic, whose length is the `magnitude`, a number
+    or a variation of one. `relative`: a variation of the factor on the scenario's own value.
+    `rotation = "uniform"`, or the word "uniform" alone: an attitude, uniform on the rotation group.
+    """
+
+    values: tuple[Any, ...] | None = Field(default=None, min_length=1)
+    uniform: Annotated[Any, AfterValidator(_uniform_bounds)] = None
+    log_uniform: Annotated[Any, AfterValidator(_positive_bounds)] = None
+    normal: Normal | None = None
+    truncated_normal: TruncatedNormal | None = None
+    direction: Literal["uniform"] | None = None
+    magnitude: Annotated["Variation | None", BeforeValidator(_as_variation)] = None
+    relative: "Variation | None" = None
+    rotation: Literal["uniform"] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _word_is_a_rotation(cls, data):
+        if isinstance(data, str):
+            return {"rotation": data}
+        if isinstance(data, Mapping):  # what is stored holds the forms that are not given, too
+            return {key: value for key, value in data.items() if value is not None}
+        return data
+
+    @model_validator(mode="after")
+    def _one_form(self):
+        given = [form for form in FORMS if getattr(self, form) is not None]
+        if len(given) != 1:
+            received = " and ".join(given) or "none"
+            raise ValueError(f"must have one of {', '.join(FORMS)}; received {received}")
+        if (self.direction is None) != (self.magnitude is None):
+            missing = "direction" if self.direction is None else "magnitude"
+            raise ValueError(f"{missing}: must be given for a vector; received none")
+        for key in ("magnitude", "relative"):
+            part = getattr(self, key)
+            if part is not None and not part.is_of_a_number:
+                raise ValueError(f"{key}: must vary a single number; received {part.in_words}")
+        return self
+
+    @property
+    def form(self) -> str:
+        """Name of the form that is given."""
+        return next(form for form in FORMS if getattr(self, form) is not None)
+
+    @property
+    def length(self) -> int | None:
+        """Length of a vector; None for what is a number or no numbers at all."""
+        if self.form in ("uniform", "log_uniform"):
+            low, high = getattr(self, self.form)
+            return common_length(low=low, high=high)
+        if self.normal is not None:
+            return common_length(mean=self.normal.mean, sigma=self.normal.sigma)
+        if (cut := self.truncated_normal) is not None:
+            return common_length(mean=cut.mean, low=cut.low, high=cut.high)
+        return {"direction": 3, "rotation": 4}.get(self.form)
+
+    @property
+    def is_of_times(self) -> bool:
+        """Whether it varies a time."""
+        return self.uniform is not None and isinstance(self.uniform[0], datetime)
+
+    @property
+    def is_of_a_number(self) -> bool:
+        """Whether it varies a single number by itself."""
+        if self.values is not None:
+            return all(isinstance(_as_variation(value), dict) for value in self.values)
+        return self.length is None and self.relative is None and not self.is_of_times
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether every value lies between ends that can be drawn."""
+        if self.truncated_normal is not None:
+            return None not in (self.truncated_normal.low, self.truncated_normal.high)
+        within = self.magnitude or self.relative
+        return within.is_bounded if within else self.normal is None
+
+    @property
+    def unit_numbers(self) -> int:
+        """How many numbers uniform on 0..1 a value is made of."""
+        if self.direction is not None:
+            return 2 + self.magnitude.unit_numbers
+        if self.relative is not None:
+            return self.relative.unit_numbers
+        return 3 if self.rotation else self.length or 1
+
+    @property
+    def in_words(self) -> str:
+        """What it varies."""
+        if self.values is not None:
+            return "values that are no numbers"
+        return {"relative": "another factor", "rotation": "an attitude"}.get(
+            self.form, "times" if self.is_of_times else "a vector"
+        )
+
+
+#: Forms of a variation.
+FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
+
+
+class Correlated(Spec):
+    """Keys of single numbers that are normal together: `mean` and `covariance` in their order.
+
+    The covariance is symmetric and has no negative eigenvalues.
+    """
+
+    keys: tuple[str, ...] = Field(min_length=1)
+    mean: tuple[Number, ...]
+    covariance: tuple[tuple[Number, ...], ...]
+
+    @model_validator(mode="after")
+    def _is_a_distribution(self):
+        count = len(self.keys)
+        if len(self.mean) != count:
+            raise ValueError(
+                f"mean: must have a number for each of {count} keys; received {len(self.mean)}"
+            )
+        if [len(row) for row in self.covariance] != [count] * count:
+            shown = [list(row) for row in self.covariance]
+            raise ValueError(f"covariance: must be {count} rows of {count}; received {shown}")
+        covariance = np.array(self.covariance)
+        rounding = _ROUNDING * np.abs(covariance).max()
+        if np.abs(covariance - covariance.T).max() > rounding:
+            raise ValueError(f"covariance: must be symmetric; received {covariance.tolist()}")
+        least = np.linalg.eigvalsh(covariance)[0]
+        if least < -rounding:
+            raise ValueError(
+                "covariance: must be positive semidefinite; received one with the eigenvalue "
+                f"{least:.6g}"
+            )
+        return self
+
+    def root(self) -> np.ndarray:
+        """The symmetric square root of the covariance.
+
+        Unlike eigenvectors or a factor of a semidefinite matrix it is unique: members are the
+        same on every processor, but for rounding.
+        """
+        values, vectors = np.linalg.eigh(np.array(self.covariance))
+        return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T
