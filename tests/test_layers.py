@@ -14,8 +14,17 @@ PACKAGE = Path(torquer.__file__).parent
 #: From the ground up; a room may import rooms of lower floors, and itself.
 FLOORS = (
     {
-        *("conventions", "code_cache", "engine", "plugin", "interface", "adapter", "block"),
-        *("validate", "spec", "noise", "time", "lazy"),
+        *(
+            "conventions",
+            "code_cache",
+            "engine",
+            "plugin",
+            "interface",
+            "adapter",
+            "block",
+            "lanes",
+        ),
+        *("lanes", "validate", "spec", "noise", "time", "lazy"),
     },
     {"geometry"},
     {"integrate"},

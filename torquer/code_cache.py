@@ -25,6 +25,7 @@ ROOMS_WITHOUT_KERNELS = (
     "notes",
     "scenario",
     "analysis",
+    "campaign",
     "report",
     "gallery",
     "cli",

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import bits_of, float_of, inlined, square_root
+from torquer.engine import bits_of, float_of, inlined, kernel, square_root
 
 _LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
@@ -49,7 +49,9 @@ def _five_rounds(c0, c1, c2, c3, k0, k1):
 @inlined
 def philox(c0, c1, c2, c3, k0, k1):
     """Four random 32-bit words (as uint64) of a counter and a key of 32-bit words."""
-    return _five_rounds(*_five_rounds(c0, c1, c2, c3, k0, k1))[:4]
+    a, b, c, d, k0, k1 = _five_rounds(c0, c1, c2, c3, k0, k1)
+    words = np.uint64(a), np.uint64(b), np.uint64(c), np.uint64(d)
+    return _five_rounds(*words, np.uint64(k0), np.uint64(k1))[:4]
 
 
 @inlined
@@ -108,3 +110,17 @@ def drawn(sigma, seed, stream, sample):
     if sigma == 0.0:
         return (0.0, 0.0, 0.0)
     return normal3(seed, stream, sample)
+
+
+@kernel
+def fill_words(seed, stream_high, stream_low, members, out):
+    """Pairs of random words out[member, number, 2] of a stream."""
+    s, count = np.uint64(seed), out.shape[1]
+    high, low = np.uint64(stream_high), np.uint64(stream_low)
+    for i in range(members.shape[0]):
+        member = np.uint64(members[i])
+        for j in range(0, count, 2):
+            a, b, c, d = philox(member, np.uint64(j // 2), high, low, s & _LOW, s >> _32)
+            out[i, j, 0], out[i, j, 1] = a, b
+            if j + 1 < count:
+                out[i, j + 1, 0], out[i, j + 1, 1] = c, d

@@ -107,7 +107,7 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
     with resume(path) as ended:
         assert same(ended, whole)
 
-    own = runner._piece
+    own = runner.piece_of
 
     def killed(*arguments):
         calls.append(arguments)
@@ -115,10 +115,10 @@ def test_an_interrupted_run_keeps_what_it_has(scenario, tmp_path, monkeypatch):
             raise SystemExit
         return own(*arguments)
 
-    monkeypatch.setattr(runner, "_piece", killed)
+    monkeypatch.setattr(runner, "piece_of", killed)
     with pytest.raises(SystemExit):
         simulate(scenario, to=path)
-    monkeypatch.setattr(runner, "_piece", own)
+    monkeypatch.setattr(runner, "piece_of", own)
     kept = load(path)
     assert kept.attrs["how_it_ended"] == "interrupted"
     assert kept.checkpoint.values[0] == piece_steps(scenario)
@@ -174,7 +174,7 @@ def test_pieces_agree_with_one_piece_to_the_promise_of_the_tables(make, monkeypa
 
 @pytest.mark.parametrize("to_file", [True, False])
 def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, monkeypatch, to_file):
-    own, calls = runner._piece, []
+    own, calls = runner.piece_of, []
 
     def impatient(*arguments):
         calls.append(arguments)
@@ -184,7 +184,7 @@ def test_an_interrupt_between_two_pieces_keeps_each_once(scenario, tmp_path, mon
 
     whole, path = simulate(scenario), tmp_path / "result.nc" if to_file else None
     with monkeypatch.context() as patch:
-        patch.setattr(runner, "_piece", impatient)
+        patch.setattr(runner, "piece_of", impatient)
         with pytest.raises(RunStopped, match="interrupted at t = ") as stopped:
             simulate(scenario, to=path)
     if to_file:

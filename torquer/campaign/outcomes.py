@@ -207,20 +207,38 @@ class _Signals:
         return SIGNALS[signal](self.scenario, self.flown)
 
 
-def evaluate(
+def signals_of(
     outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
 ) -> dict[str, np.ndarray]:
-    """Outcomes of n members by name, (n,) each; NaN where one has no value.
+    """The signals (r, n) of outcomes by the outcomes' names, none for totals.
 
     `scenario`: what all members share is taken from it, the attitude that laws hold.
     """
     signals = _Signals(scenario, flown)
+    return {
+        name: signals.of(each.signal)
+        for name, each in outcomes.items()
+        if each.signal not in TOTALS
+    }
+
+
+def evaluate(
+    outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
+) -> dict[str, np.ndarray]:
+    """Outcomes of n members by name, (n,) each; NaN where one has no value."""
+    return taken_of(outcomes, signals_of(outcomes, scenario, flown), flown)
+
+
+def taken_of(
+    outcomes: Mapping[str, Outcome], signals: Mapping[str, np.ndarray], flown: Flown
+) -> dict[str, np.ndarray]:
+    """The same of signals that are known."""
     found = {}
     for name, outcome in outcomes.items():
         if outcome.signal in TOTALS:
             found[name] = np.array(getattr(flown, outcome.signal), dtype=float)
         else:
-            found[name] = outcome.what.of(flown.t_s, signals.of(outcome.signal))
+            found[name] = outcome.what.of(flown.t_s, signals[name])
     return found
 
 

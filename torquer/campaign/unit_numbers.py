@@ -11,12 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 from torquer.campaign.spec import Campaign
-from torquer.engine import kernel
-from torquer.noise import philox
+from torquer.noise import fill_words
 
 #: Members are counted in a 32-bit word of the generator's counter.
 MOST_MEMBERS = 2**32
-_LOW, _32, _6 = np.uint64(0xFFFFFFFF), np.uint64(32), np.uint64(6)
+_32, _6 = np.uint64(32), np.uint64(6)
 #: Half a step of Sobol points of scipy, which may be 0, where a quantile would be infinite.
 _HALF_STEP = 2.0**-31
 
@@ -48,7 +47,7 @@ def checked_members(members) -> np.ndarray:
 def random_words(seed: int, name: str, members: np.ndarray) -> np.ndarray:
     """64 random bits [n] of members, of a stream with a name."""
     out = np.empty((len(members), 1, 2), np.uint64)
-    _fill(seed, *_stream(name), members, out)
+    fill_words(seed, *_stream(name), members, out)
     return (out[:, 0, 0] << _32) | out[:, 0, 1]
 
 
@@ -56,20 +55,6 @@ def _stream(name: str) -> tuple[int, int]:
     """Two 32-bit words of a name: 64 bits, so that no two keys have one stream."""
     digest = hashlib.sha256(name.encode()).digest()
     return int.from_bytes(digest[:4], "big"), int.from_bytes(digest[4:8], "big")
-
-
-@kernel
-def _fill(seed, stream_high, stream_low, members, out):
-    """Pairs of random words out[member, number, 2] of a stream."""
-    s, count = np.uint64(seed), out.shape[1]
-    high, low = np.uint64(stream_high), np.uint64(stream_low)
-    for i in range(members.shape[0]):
-        member = np.uint64(members[i])
-        for j in range(0, count, 2):
-            a, b, c, d = philox(member, np.uint64(j // 2), high, low, s & _LOW, s >> _32)
-            out[i, j, 0], out[i, j, 1] = a, b
-            if j + 1 < count:
-                out[i, j + 1, 0], out[i, j + 1, 1] = c, d
 
 
 def _random(campaign: Campaign, members: np.ndarray) -> np.ndarray:
@@ -86,7 +71,7 @@ def _of_stream(seed: int, name: str, members: np.ndarray, count: int) -> np.ndar
     (53 bits would leave no room for the half.)
     """
     words = np.empty((len(members), count, 2), np.uint64)
-    _fill(seed, *_stream(name), members, words)
+    fill_words(seed, *_stream(name), members, words)
     cells = (words[..., 0] >> _6).astype(float) * 2.0**26 + (words[..., 1] >> _6).astype(float)
     return (cells + 0.5) * 2.0**-52
 

@@ -83,6 +83,44 @@ def validate(
 
 
 @app.command
+def campaign(
+    scenario: Path,
+    *,
+    out: Annotated[
+        Path | None, Parameter(help="Output folder [runs/<scenario name>-campaign].")
+    ] = None,
+    json: Json = False,
+    runs: Annotated[int | None, Parameter(help="Number of runs, in place of the file's.")] = None,
+    workers: Annotated[int | None, Parameter(help="Workers [as many as cores].")] = None,
+    where: Annotated[
+        str,
+        Parameter(help="Where runs are computed: 'threads', 'processes', or a Dask address."),
+    ] = "threads",
+    resume: Annotated[
+        bool,
+        Parameter(help="Go on with the campaign in the output folder, or add runs.", negative=""),
+    ] = False,
+    member: Annotated[
+        int | None, Parameter(help="Fly this run alone, with its whole record and its report.")
+    ] = None,
+    no_report: Annotated[
+        bool, Parameter(help="Write no report and no pictures.", negative="")
+    ] = False,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
+) -> int:
+    """Fly the campaign of SCENARIO, many runs whose keys vary; write campaign.nc and a report."""
+    from torquer.cli import campaign as work
+
+    how = work.HowMany(
+        workers, where, resume, runs, not no_report, not no_user_code, code_from_anywhere
+    )
+    if member is not None:
+        return work.fly_member(scenario, member, out, json, how)
+    return work.fly(scenario, out, json, how)
+
+
+@app.command
 def modes(
     scenario: Path,
     *,

@@ -56,6 +56,11 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
     scenario = load_scenario(scenario_path)
     check_code(scenario, scenario_path, how.user_code, how.code_from_anywhere)
+    return run_scenario(scenario, out, as_json, how)
+
+
+def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
+    """The same for a scenario whose code may be executed."""
     out = out or Path("runs") / scenario.name
     check_surroundings(scenario)
     make_writable(out)

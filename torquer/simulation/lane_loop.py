@@ -215,17 +215,18 @@ def end(ends, lane, how, step):
 
 
 @internal
-def coils_off(layout, shared, cells):
-    """Let the coils go to zero."""
-    for lane in range(LANES):
+def coils_off(layout, shared, cells, count):
+    """Let the coils go to zero. `count`: LANES; a number that the compiler knows would make it
+    write out this short loop, member by member, instead of taking vectors."""
+    for lane in range(count):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         put_goal(state.cells, switch_off_coils(plant.coils, state.coils))
 
 
 @internal
-def coils_in_lanes(layout, shared, cells):
-    """Hand the commands to the coils."""
-    for lane in range(LANES):
+def coils_in_lanes(layout, shared, cells, count):
+    """Hand the commands to the coils; `count` as above."""
+    for lane in range(count):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         drive_coils(plant.coils, state)
 
@@ -267,14 +268,12 @@ def record_in_lanes(layout, cells, kept):
 
 
 @internal
-def check_in_lanes(layout, integrator, plan, cells, here, ends, step):
-    """End the members whose motion the step does not resolve."""
+def check_in_lanes(layout, integrator, plan, cells, here, ends, step, steps):
+    """End the members whose motion the step does not resolve in the next `steps`."""
     shared = plan.plant
     for lane in range(LANES):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
-        if not resolves(
-            integrator, plant, plan.step_s, plan.record_steps, state, motion_of(state.cells), here
-        ):
+        if not resolves(integrator, plant, plan.step_s, steps, state, motion_of(state.cells), here):
             end(ends, lane, COARSE_STEP, step)
 
 
@@ -299,13 +298,13 @@ def run_lanes(
         if step == due:
             actions = timetable.rows[number].actions
             if actions & COILS_OFF:
-                coils_off(layout, shared, cells)
+                coils_off(layout, shared, cells, len(seeds))
             read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step)
             if actions & CONTROL:
                 begin_in_lanes(layout, plan, tables, cells, step, estimator)
                 control_in_lanes(layout, plan.computer, cells, ends, step)
             if actions & COILS_ON:
-                coils_in_lanes(layout, shared, cells)
+                coils_in_lanes(layout, shared, cells, len(seeds))
             number += 1
             if number == timetable.rows.shape[0]:
                 number, cycle = 0, cycle + timetable.cycle_steps
@@ -314,7 +313,7 @@ def run_lanes(
             record_in_lanes(layout, cells, kept[place])
             place += 1
             to_record += plan.record_steps
-            check_in_lanes(layout, integrator, plan, cells, here, ends, step)
+            check_in_lanes(layout, integrator, plan, cells, here, ends, step, plan.record_steps)
         until = min(due, to_record, last)
         for each in range(step, until):
             middle = environment_at(around, (each + 0.5) * h)
@@ -324,3 +323,11 @@ def run_lanes(
             here = after
         finish_event(layout, shared, cells, ends, until, (until - step) * h)
         step = until
+
+
+@released
+def finish_lanes(layout, integrator, plan, tables, cells, ends, kept, last):
+    """Record the end of all lanes in a row (7, LANES), and whether the step follows them there."""
+    here = environment_at(environment_tables(plan, tables), last * plan.step_s)
+    record_in_lanes(layout, cells, kept)
+    check_in_lanes(layout, integrator, plan, cells, here, ends, last, 0)

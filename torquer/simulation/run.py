@@ -103,7 +103,7 @@ class Run:
             self.record = empty_record(
                 self.plan, len(self.record.rows)
             )  # the rows kept are views of the other
-        self.piece = _piece(self.scenario, self.plan, first, min(first + size, self.steps))
+        self.piece = piece_of(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
 
     def advance_to(self, last: int) -> int:
@@ -166,7 +166,7 @@ def prepare(
     return run
 
 
-def _piece(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
+def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
     around = scenario.surroundings()
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s

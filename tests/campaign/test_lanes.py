@@ -1,0 +1,186 @@
+"""Members side by side fly as each does alone, to the bit."""
+
+import platform
+import re
+
+import numba
+import numpy as np
+import pytest
+
+from torquer import engine, law
+from torquer.control.law import Law
+from torquer.environment.local import LocalEnvironment
+from torquer.lanes import LANES
+from torquer.scenario.load import scenario_from_text
+from torquer.simulation import lane_loop
+from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.run import prepare
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
+
+HEAD = """
+start = 2012-03-04T10:31:47Z
+orbit = { kind = "circular", altitude_km = 550, inclination_deg = 60 }
+environment.field.kind = "averaged"
+spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
+initial.rate_deg_s = [1.0, -0.6, 0.8]
+"""
+#: As much as members may have of what flies in lanes, in three scenarios.
+SCENARIOS = {
+    "plain": """
+spacecraft.coils.limit_a_m2 = 3.0
+control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 }, sample_s = 1.0 }
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+""",
+    "errors of all kinds": """
+spacecraft.coils = { limit_a_m2 = 0.5, saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0 }
+spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
+sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3] }
+spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
+range_deg_s = 20, resolution_deg_s = 1e-3 }
+spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3] }
+disturbance = { constant_torque_n_m = [1e-6, 0, 0], random_torque_n_m = 1e-6 }
+control = { law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }, sample_s = 1.5, measure_s = 3.0, \
+actuate_s = 3.0 }
+simulation = { duration_s = 900, record_s = 15, step_s = 0.5 }
+""",
+    "laws that see the Sun": """
+spacecraft.coils = { limit_a_m2 = 3.0, axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]] }
+spacecraft.sun_sensors = { axes = [[1, 0, 0], [0, 1, 1]], half_field_deg = 60, noise_deg = 0.5 }
+control.sample_s = 2.0
+control.laws.damping = { kind = "bdot_derivative", gain_a_m2_s_per_t = 1e5 }
+control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [0, 0, 1], \
+target = "sun" }
+control.laws.holding = { kind = "three_axis", angle_gain_n_m_per_t2 = 1.0, \
+rate_gain_n_m_s_per_t2 = 1e3, reference = "orbital" }
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+""",
+}
+RATES = np.linspace(0.2, 3.0, 21)
+
+
+def motions(run):
+    """First motions of 21 members."""
+    first = np.array(run.state.cells.view(np.float64)[:7])
+    moved = np.tile(first, (len(RATES), 1))
+    moved[:, 4:] *= RATES[:, None]
+    return moved
+
+
+def alone(scenario, run, motion, seed, given):
+    """Attitude and rate of one member at its records."""
+    own = prepare(scenario.replace("seed", int(seed)), laws=given, piece=run.piece)
+    own.state.cells.view(np.float64)[:7] = motion
+    assert own.advance_to(own.steps) == 0
+    rows = own.rows().rows
+    kept = np.column_stack([rows[name] for name in rows.dtype.names[1:8]])
+    return kept, own.state.cells[0]
+
+
+def fly_both(scenario, given=None, rows=(0, 7, 15, 16, 20)):
+    """Some members beside others and alone."""
+    run = prepare(scenario, laws=given)
+    assert why_not_in_lanes(run) == ""
+    lanes, seeds = Lanes(run, Pieces(run)), np.arange(100, 100 + len(RATES))
+    flown = lanes.fly(lanes.numbers_of(motions(run)), seeds)
+    assert not flown.failed.any()
+    for row in rows:
+        kept, cells = alone(scenario, run, motions(run)[row], seeds[row], given)
+        yield flown.motion[: len(kept), :, row], kept, flown.cells[row], cells
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
+    scenario = scenario_from_text(HEAD + SCENARIOS[name])
+    for beside, kept, cells, own in fly_both(scenario):
+        assert np.array_equal(beside, kept)
+        for total in ("coil_energy_j", "peak_dipole_a_m2"):
+            assert cells[total] == own[total], total
+        for told in ("damping", "lag"):  # how well the step follows: not part of the motion
+            assert cells[told] == pytest.approx(own[told], rel=1e-12, abs=0.0)
+
+
+@law(memory={"calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
+def remembering(inputs, parameters, memory):
+    b, k = inputs.b_body_t, parameters.gain
+    before = memory.b_before
+    change = (b[0] - before[0], b[1] - before[1], b[2] - before[2])
+    memory.calls += 1.0
+    memory.b_before[0], memory.b_before[1], memory.b_before[2] = b
+    if memory.calls == 1.0:
+        return (0.0, 0.0, 0.0)
+    return (-k * change[0], -k * change[1], -k * change[2])
+
+
+@law(memory=2)
+def counting(inputs, parameters, memory):
+    memory[0] += 1.0
+    memory[1] = inputs.t_s
+    return (0.01 * memory[0], 0.0, 1e-5 * memory[1])
+
+
+@pytest.mark.parametrize("own", [remembering, counting], ids=lambda own: own.name)
+def test_laws_of_users_keep_a_memory_for_each_member(own: Law):
+    off = 'control.laws.own = { kind = "off" }\ncontrol.sample_s = 1.0\n'
+    rest = SCENARIOS["plain"].split("control")[0] + "simulation" + SCENARIOS["plain"].split(
+        "simulation"
+    )[1]  # fmt: skip
+    scenario = scenario_from_text(HEAD + off + rest)
+    for beside, kept, _, _ in fly_both(scenario, {"own": own}, rows=(3, 19)):
+        assert np.array_equal(beside, kept)
+
+
+def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
+    scenario = scenario_from_text(HEAD + SCENARIOS["plain"])
+    run = prepare(scenario)
+    lanes, first = Lanes(run, Pieces(run)), motions(run)
+    usual = lanes.fly(lanes.numbers_of(first), np.zeros(len(first), np.int64))
+    first[4, 4:] *= 1e4
+    flown = lanes.fly(lanes.numbers_of(first), np.zeros(len(first), np.int64))
+    assert flown.failed.tolist() == [row == 4 for row in range(len(first))]
+    others = ~flown.failed
+    assert np.array_equal(flown.motion[..., others], usual.motion[..., others])
+
+
+def phases():
+    """Parts of the loop, and what they are called with."""
+    run = prepare(scenario_from_text(HEAD + SCENARIOS["errors of all kinds"]))
+    lanes, plant = Lanes(run, Pieces(run)), run.plan.plant
+    cells, seeds = np.repeat(lanes.packed.numbers, LANES), np.zeros(LANES, np.int64)
+    layout, three, drawn = lanes.packed.layout, (0.0, 0.0, 0.0), np.zeros((3, LANES))
+    here = LocalEnvironment(three, three, ())
+    step = (layout, plant, cells, seeds, here, here, here, three, 0, 1.0)
+    return {
+        "draw_in_lanes": (layout, cells, seeds, 0, 1, drawn),
+        "magnetometers": (layout, plant, 0, cells, drawn, here, 0.0),
+        "gyros": (layout, plant, 0, cells, drawn, drawn, 0.0),
+        "coils_in_lanes": (layout, plant, cells, LANES),
+        "step_in_lanes": step,
+    }
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="other instructions")
+@pytest.mark.parametrize("name", phases() if engine.COMPILED else ())
+def test_loops_over_members_are_of_vectors(name):
+    """Easily lost, by a store under a condition or a call; beside them stands the loop of scalars
+    for arrays that overlap, which is never taken."""
+    arguments = phases()[name]
+    compiled = numba.njit(**engine.OPTIONS)(getattr(lane_loop, name).py_func)
+    compiled.compile(tuple(map(numba.typeof, arguments)))
+    assembly = "\n".join(compiled.inspect_asm().values())
+    products = re.findall(r"\bv?(?:mul|fmadd\d+|fmsub\d+|fnmadd\d+)(p|s)d\b", assembly)
+    assert products.count("p") >= 0.9 * products.count("s") > 0
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "its steps are its own"),
+        ({"control.estimator": {"kind": "rate_from_field"}}, "an estimator"),
+    ],
+)
+def test_what_cannot_fly_beside_others_is_told(change, told):
+    scenario = scenario_from_text(HEAD + SCENARIOS["plain"])
+    for key, value in change.items():
+        scenario = scenario.replace(key, value)
+    assert told in why_not_in_lanes(prepare(scenario))

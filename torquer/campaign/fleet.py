@@ -1,0 +1,182 @@
+"""Members flown: those that differ by numbers only in lanes, all others one by one.
+
+A member's result is the same bits in lanes, alone, and beside whatever other members.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.campaign.outcomes import TOTALS, needs_sun, signals_of, taken_of
+from torquer.campaign.sampling import Drawn, changes_of, draw, member_seeds
+from torquer.campaign.signals import Flown
+from torquer.campaign.spec import ATTITUDE, Campaign
+from torquer.lanes import LANES
+from torquer.scenario.load import with_values
+from torquer.scenario.spec import InitialMotion, Scenario
+from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.run import prepare
+from torquer.simulation.simulate import RunStopped, finish
+from torquer.simulation.store import InMemory
+
+COMPLETE, FAILED = "complete", "failed"
+#: Keys that change a member's motion at the start and nothing else.
+_MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
+#: Beginnings of keys that change the surroundings of a run, or when it looks at them.
+_OF_SURROUNDINGS = ("orbit", "start", "environment", "simulation")
+#: Instants that are kept of a signal.
+MOST_INSTANTS = 200
+
+
+class Chunk(NamedTuple):
+    """What some members drew and came to; `series`: signals over time (n, t)."""
+
+    members: np.ndarray
+    seeds: np.ndarray
+    drawn: Drawn
+    outcomes: dict[str, np.ndarray]
+    series: dict[str, np.ndarray]
+    ended: list[str]
+
+
+class Fleet:
+    """All members of a campaign; what they share is prepared once."""
+
+    def __init__(self, scenario: Scenario, campaign: Campaign):
+        self.scenario, self.campaign = scenario, campaign
+        run = prepare(scenario)
+        self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (
+            run.plan.record_steps * run.plan.step_s
+        )
+        places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
+        self.kept = np.unique(places.round().astype(int))
+        self._base, self._pieces = run, Pieces(run)
+        self.why_not_in_lanes = why_not_in_lanes(run)
+        self._lanes = None if self.why_not_in_lanes else Lanes(run, self._pieces)
+        self._along = _along(scenario, campaign, self.t_s)
+        r, v = scenario.surroundings().state(np.zeros(1))
+        self._start = r[0], v[0]
+
+    def fly(self, members: np.ndarray) -> Chunk:
+        """Fly members by their numbers."""
+        drawn = draw(self.campaign, self.scenario, members)
+        seeds = member_seeds(self.campaign, members)
+        count = len(members)
+        names = self.campaign.outcomes
+        outcomes = {name: np.full(count, np.nan) for name in names}
+        shape = (count, len(self.kept))
+        series = {name: np.full(shape, np.nan, np.float32) for name in self._with_signals()}
+        chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
+        alone = list(range(count))
+        if self._lanes is not None:
+            alone = self._fly_in_lanes(self._lanes, chunk)
+        for row in alone:
+            self._fly_alone(chunk, row)
+        return chunk
+
+    def _with_signals(self) -> list[str]:
+        return [name for name, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
+
+    def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> list[int]:
+        """Fly all members that fit; rows of those that do not, or that ended early."""
+        numbers, rows, alone = self._numbers(lanes, chunk)
+        for first in range(0, len(rows), LANES):
+            of_batch = rows[first : first + LANES]
+            flown = lanes.fly(numbers[first : first + LANES], chunk.seeds[of_batch])
+            motion = np.swapaxes(flown.motion, 1, 2)
+            totals = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
+            attitude, rate = motion[..., :4], motion[..., 4:]
+            self._put(chunk, of_batch, Flown(self.t_s, attitude, rate, *self._along, *totals))
+            alone += [int(row) for row in of_batch[flown.failed]]
+        return alone
+
+    def _numbers(self, lanes: Lanes, chunk: Chunk) -> tuple[np.ndarray, np.ndarray, list[int]]:
+        """Numbers of the members that fit, their rows; rows of the others."""
+        everyone = range(len(chunk.members))
+        if _MOTION_KEYS.issuperset(chunk.drawn):
+            motions = [self._first_motion(chunk, row) for row in everyone]
+            rows = [row for row in everyone if motions[row] is not None]
+            if not rows:
+                return np.empty((0, 0)), np.array([], int), list(everyone)
+            return (
+                lanes.numbers_of(np.array([motions[row] for row in rows])),
+                np.array(rows),
+                [row for row in everyone if motions[row] is None],
+            )
+        fitting = {row: self._taken(lanes, chunk, row) for row in everyone}
+        rows = [row for row in everyone if fitting[row] is not None]
+        numbers = np.array([fitting[row] for row in rows])
+        return numbers, np.array(rows, int), [row for row in everyone if fitting[row] is None]
+
+    def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
+        """Attitude and rate of a member at the start; None if they are not to be flown."""
+        own = self.scenario.initial.model_dump(exclude_unset=True)
+        for key, value in changes_of(chunk.drawn, row).items():
+            own[key.removeprefix("initial.")] = value
+        try:
+            return InitialMotion.model_validate(own).motion(*self._start)
+        except ValueError:
+            return None
+
+    def _taken(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
+        """The numbers of a member that fits beside the others."""
+        try:
+            run = prepare(self._scenario_of(chunk, row), piece=self._piece_for(chunk, row))
+        except ValueError:
+            return None
+        if why_not_in_lanes(run):
+            return None
+        packed = lanes.takes(run)
+        return None if packed is None else packed.numbers
+
+    def _scenario_of(self, chunk: Chunk, row: int) -> Scenario:
+        own = {"name": f"{self.scenario.name}-{chunk.members[row]}", "seed": int(chunk.seeds[row])}
+        return with_values(self.scenario, {**own, **changes_of(chunk.drawn, row)})
+
+    def _piece_for(self, chunk: Chunk, row: int):
+        """The first piece of the orbit that all members share, where they do."""
+        shared = not any(key.startswith(_OF_SURROUNDINGS) for key in chunk.drawn)
+        return self._base.piece if shared else None
+
+    def _fly_alone(self, chunk: Chunk, row: int) -> None:
+        """Fly a member by itself."""
+        for values in (*chunk.outcomes.values(), *chunk.series.values()):
+            values[row] = np.nan
+        try:
+            run = prepare(self._scenario_of(chunk, row), piece=self._piece_for(chunk, row))
+            result = finish(run, InMemory())
+        except ValueError as error:
+            chunk.ended[row] = " ".join(str(error).split("\n"))
+        except RunStopped as error:
+            if error.interrupted:
+                raise KeyboardInterrupt from None
+            chunk.ended[row] = str(error)
+        else:
+            self._put(chunk, np.array([row]), _flown_of(result))
+
+    def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
+        """Put outcomes and signals of some members into their rows."""
+        outcomes = self.campaign.outcomes
+        signals = signals_of(outcomes, self.scenario, flown)
+        for name, values in taken_of(outcomes, signals, flown).items():
+            chunk.outcomes[name][rows] = values
+        if np.array_equal(flown.t_s, self.t_s):
+            for name, values in signals.items():
+                chunk.series[name][rows] = values[self.kept].T
+
+
+def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple:
+    """Position, velocity, field and direction to the Sun at the records, as `Flown` has them."""
+    around = scenario.surroundings()
+    r, v = around.state(t_s)
+    sun = around.sun(t_s) - r if needs_sun(campaign.outcomes) else None
+    return r, v, around.field(t_s, r, v), sun
+
+
+def _flown_of(result) -> Flown:
+    """The result of one run, as that of one member."""
+    names = ("position_inertial", "velocity_inertial", "b_inertial", "sun_inertial")
+    along = [result[name].values for name in names]
+    q, omega = result["q_body_to_inertial"].values, result["omega_body"].values
+    totals = [np.array([float(result[name])]) for name in ("coil_energy", "peak_coil_dipole")]
+    return Flown(result["time"].values, q[:, None], omega[:, None], *along, *totals)

@@ -1,0 +1,138 @@
+"""The results of a campaign on the disk: a file for each chunk, joined at the end.
+
+Each file is written whole or not at all, so that what is there is complete: a campaign whose
+process was killed goes on with the chunks that are missing.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
+from torquer.campaign.outcomes import succeeded
+from torquer.campaign.spec import Campaign
+from torquer.scenario.spec import Scenario
+from torquer.simulation.file import load, save
+from torquer.simulation.result import versions
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
+    """What members drew and came to, one row each."""
+    import xarray as xr
+
+    campaign = fleet.campaign
+    variables: dict = {"seed": ("member", chunk.seeds, {"long_name": "seed of the noise"})}
+    for key, values in chunk.drawn.items():
+        array = _as_array(values)
+        dims = ("member", *(f"{key}.axis{k or ''}" for k in range(array.ndim - 1)))
+        variables[key] = (dims, array, {"role": "input"})
+    for name, outcome in campaign.outcomes.items():
+        said = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
+        variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **said})
+        if name in chunk.series:
+            dims, about = ("member", "time"), {"role": "series", "long_name": said["signal"]}
+            variables[f"series.{name}"] = (dims, chunk.series[name], about)
+    holds = succeeded(campaign.success, chunk.outcomes)
+    if holds is not None:
+        variables["succeeded"] = ("member", holds.astype(np.int8), {"role": "success"})
+    how = [COMPLETE if text == COMPLETE else FAILED for text in chunk.ended]
+    variables["how_it_ended"] = ("member", np.array(how))
+    variables["ended"] = ("member", np.array(chunk.ended))
+    coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
+    return xr.Dataset(variables, coordinates, attributes_of(fleet.scenario, campaign))
+
+
+def _json(value) -> str:
+    return json.dumps(
+        value.model_dump(mode="json", exclude_none=True) if hasattr(value, "model_dump") else value
+    )
+
+
+def _as_array(values) -> np.ndarray:
+    """Values as an array that a file can hold; tables and lists of different lengths as JSON."""
+    if isinstance(values, np.ndarray):
+        return values
+    if all(isinstance(value, datetime) for value in values):
+        naive = [value.astimezone(UTC).replace(tzinfo=None) for value in values]
+        return np.array(naive, "datetime64[us]").astype("datetime64[ns]")
+    if all(isinstance(value, int | float | str) for value in values):
+        return np.array(values)
+    return np.array([json.dumps(value, default=str) for value in values])
+
+
+def attributes_of(scenario: Scenario, campaign: Campaign) -> dict[str, str]:
+    """What is flown, and by which versions."""
+    return {
+        "scenario": scenario.model_dump_json(exclude_unset=True),
+        "campaign": campaign.model_dump_json(exclude_none=True),
+        "versions": json.dumps(versions()),
+    }
+
+
+def chunks_folder(path: Path) -> Path:
+    """Folder of the chunks of an unfinished campaign."""
+    return path.with_name(path.name + ".chunks")
+
+
+def put_chunk(path: Path, data: xr.Dataset) -> None:
+    """Write a chunk of the campaign of a file."""
+    folder = chunks_folder(path)
+    folder.mkdir(exist_ok=True)
+    save(data, folder / f"{int(data['member'][0]):012d}.nc")
+
+
+def chunks_there(path: Path) -> dict[int, Path]:
+    """Files of the chunks that are complete, by their first member."""
+    return {int(file.stem): file for file in sorted(chunks_folder(path).glob("*.nc"))}
+
+
+def joined(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
+    """Chunks as one dataset, in the order of the members."""
+    import xarray as xr
+
+    known = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
+    whole = xr.concat(parts, "member", join="override", combine_attrs="override", **known)
+    return whole.assign_attrs(attributes)
+
+
+def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.Dataset:
+    """Join the chunks up to a number of members into the file of the campaign."""
+    earlier = [load(path)] if path.exists() else []
+    parts = earlier + [load(file) for file in chunks_there(path).values()]
+    whole = joined(parts, attributes)
+    whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
+    whole = whole.isel(member=whole["member"].values < members)
+    save(whole, path)
+    shutil.rmtree(chunks_folder(path), ignore_errors=True)
+    return whole
+
+
+def check_same(path: Path, attributes: Mapping[str, str]) -> None:
+    """ValueError unless a file's campaign is this one, but for the number of its runs."""
+    files = [path] if path.exists() else [*chunks_there(path).values()][:1]
+    for file in files:
+        began = load(file).attrs
+        for name in ("scenario", "campaign"):
+            if _flown(began[name]) != _flown(attributes[name]):
+                raise ValueError(f"{name}: must be that with which {path} began; received another")
+        theirs, ours = (json.loads(each["versions"])["torquer"] for each in (began, attributes))
+        if theirs != ours:
+            raise ValueError(
+                f"{path}: must be of torquer {ours} to go on; received one of {theirs}"
+            )
+
+
+def _flown(text: str) -> dict:
+    """What fixes the members."""
+    free = ("name", "description", "runs", "stop", "success")
+    return {key: value for key, value in json.loads(text).items() if key not in free}

@@ -1,0 +1,147 @@
+"""Members of a campaign flown together: attitudes and rates at the records, and how each ended."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.computer import Computer
+from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.lanes import LANES
+from torquer.simulation import step as loop
+from torquer.simulation.advance import Rk4
+from torquer.simulation.lane_law import CELLS_AT, PARAMETERS_AT, law_in_lanes
+from torquer.simulation.lane_loop import END, finish_lanes, run_lanes
+from torquer.simulation.lane_state import Packed, packed
+from torquer.simulation.run import Piece, Run, piece_of
+from torquer.simulation.state import CELLS
+from torquer.simulation.stopping import heeded
+
+#: Streams of random numbers, from 0 on.
+_STREAMS = 8
+_MOTION = 7
+
+
+class Flown(NamedTuple):
+    """What members flew, and how they ended."""
+
+    motion: np.ndarray
+    """(r, 7, n): attitude and rate at the records"""
+    cells: np.ndarray
+    """(n,) of `CELLS`: their states at the end"""
+    failed: np.ndarray
+    """(n,): whether they ended early"""
+
+
+class Pieces:
+    """The pieces of runs on one orbit: each is made once, for all members."""
+
+    def __init__(self, run: Run):
+        self._run, self._known = run, {run.piece.first: run.piece}
+
+    def of(self, around: OrbitEnvironment) -> bool:
+        """Whether the pieces are those of an environment."""
+        return self._run.scenario.surroundings() == around
+
+    def at(self, first: int) -> Piece:
+        """The piece that begins at a step."""
+        if first not in self._known:
+            run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
+            self._known[first] = piece_of(run.scenario, run.plan, first, last)
+        return self._known[first]
+
+
+def why_not_in_lanes(run: Run) -> str:
+    """Why a run cannot be flown beside others; "" if it can."""
+    if not isinstance(run.integrator, Rk4):
+        return "its steps are its own: members in lanes share those of RK4 (simulation.step_s)"
+    craft, blocks = run.scenario.spacecraft, run.blocks
+    for has, what in (
+        (craft.wheels is not None, "wheels"),
+        (craft.aerodynamics is not None, "aerodynamics"),
+        (len(run.plan.computer.modes.regions) > 0, "modes"),
+        (bool(blocks.estimators), "an estimator"),
+        (not blocks.compiled, "a law in plain Python"),
+    ):
+        if has:
+            return f"it has {what}"
+    return ""
+
+
+class Lanes:
+    """What all members of a group share: plan, compiled laws, layout."""
+
+    def __init__(self, run: Run, pieces: Pieces):
+        self.run, self.pieces = run, pieces
+        self.packed = packed(run.plan.plant, run.state)
+        self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
+        self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
+
+    def _computer(self, computer: Computer) -> Computer:
+        """The computer with the laws for lanes, and the places of their cells there."""
+        blocks = computer.law_blocks.copy()
+        blocks["function"] = np.arange(len(blocks))
+        blocks["p0"] += PARAMETERS_AT
+        blocks["m0"] += PARAMETERS_AT + len(self.run.state.board.parameters)
+        addresses = np.array([law.address for law in self._laws], np.int64)
+        return computer._replace(laws=addresses, law_blocks=blocks)
+
+    def numbers_of(self, motion: np.ndarray) -> np.ndarray:
+        """Numbers (n, size) of members that differ by their motion (n, 7) at the start."""
+        numbers = np.tile(self.packed.numbers, (len(motion), 1))
+        numbers[:, CELLS_AT : CELLS_AT + _MOTION] = motion
+        return numbers
+
+    def takes(self, other: Run) -> Packed | None:
+        """A run's numbers if it can be flown in this group; None if it cannot."""
+        theirs = packed(other.plan.plant, other.state)
+        same = (
+            theirs.shared == self.packed.shared
+            and theirs.layout.state == self.packed.layout.state
+            and theirs.layout.plant == self.packed.layout.plant
+            and other.steps == self.run.steps
+            and other.plan.step_s == self.plan.step_s
+            and other.plan.record_steps == self.plan.record_steps
+            and other.plan.timetable.cycle_steps == self.plan.timetable.cycle_steps
+            and other.plan.timetable.late == self.plan.timetable.late
+            and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
+            and _functions(other) == _functions(self.run)
+            and self.pieces.of(other.scenario.surroundings())
+        )
+        return theirs if same else None
+
+    def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> Flown:
+        """Fly members (n, size), `LANES` at a time; the last ones fill the last lanes."""
+        parts = [
+            self._fly(numbers[first : first + LANES], seeds[first : first + LANES])
+            for first in range(0, len(numbers), LANES)
+        ]
+        return Flown(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+
+    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> Flown:
+        run, count = self.run, len(numbers)
+        fill = np.minimum(np.arange(LANES), count - 1)
+        cells = np.ascontiguousarray(numbers[fill].T).ravel()
+        seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
+        kept = np.zeros((run.steps // self.plan.record_steps + 1, _MOTION, LANES))
+        drawn = np.zeros((_STREAMS, 3, LANES))
+        for first in range(0, run.steps, run.piece_steps):
+            piece = self.pieces.at(first)
+            if heeded().asked:
+                raise KeyboardInterrupt
+            run_lanes(
+                self.packed.layout, run.integrator, self.plan, piece.tables, cells, seeds, drawn,
+                ends, kept[first // self.plan.record_steps :], first, piece.last,
+                self.plan.computer.estimator,
+            )  # fmt: skip
+        finish_lanes(
+            self.packed.layout, run.integrator, self.plan, piece.tables, cells, ends, kept[-1],
+            run.steps,
+        )  # fmt: skip
+        ended = np.ascontiguousarray(cells.reshape(-1, LANES)[CELLS_AT:PARAMETERS_AT].T)
+        states = ended.view(CELLS)[:, 0]
+        return Flown(kept[..., :count], states[:count], (ends["how"] != loop.RUNNING)[:count])
+
+
+def _functions(run: Run) -> list[Callable]:
+    return [law.function for law in run.blocks.laws.values()]
