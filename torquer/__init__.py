@@ -14,6 +14,8 @@ from torquer.lazy import lazily
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from torquer.analysis.summary import summary_of as summary_of
+    from torquer.campaign.fly import fly_campaign as fly_campaign
+    from torquer.campaign.load import load_campaign as load_campaign
     from torquer.control import LAWS as LAWS
     from torquer.control.law import Law as Law, law as law
     from torquer.control.recommended import (

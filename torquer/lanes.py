@@ -250,8 +250,7 @@ def _unbox_layout(of_type, _, context):
     return NativeValue(context.context.get_dummy_value())
 
 
-@intrinsic
-def lane_state(typing_context, layout, cells, lane):
+def _lane_state(typing_context, layout, cells, lane):
     """The state of a member."""
 
     def build(context, builder, of_call, arguments):
@@ -261,8 +260,7 @@ def lane_state(typing_context, layout, cells, lane):
     return _Lane(layout.state)(layout, cells, types.intp), build
 
 
-@intrinsic
-def lane_plant(typing_context, layout, cells, lane, plant):
+def _lane_plant(typing_context, layout, cells, lane, plant):
     """The constants of a member's satellite: `plant` with the member's own numbers."""
     made = _type_with(plant, layout.plant)
 
@@ -272,6 +270,11 @@ def lane_plant(typing_context, layout, cells, lane, plant):
         return _tuple_with(context, builder, pointer, plant, made, layout.plant, arguments[3])
 
     return made(layout, cells, types.intp, plant), build
+
+
+#: Kernels `(layout, cells, lane)` and `(layout, cells, lane, plant)`.
+lane_state: Any = intrinsic(_lane_state)
+lane_plant: Any = intrinsic(_lane_plant)
 
 
 def _type_with(shared, part):

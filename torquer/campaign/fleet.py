@@ -84,9 +84,11 @@ class Fleet:
             of_batch = rows[first : first + LANES]
             flown = lanes.fly(numbers[first : first + LANES], chunk.seeds[of_batch])
             motion = np.swapaxes(flown.motion, 1, 2)
-            totals = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
+            energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
             attitude, rate = motion[..., :4], motion[..., 4:]
-            self._put(chunk, of_batch, Flown(self.t_s, attitude, rate, *self._along, *totals))
+            r, v, b, sun = self._along
+            of_all = Flown(self.t_s, attitude, rate, r, v, b, sun, energy, peak)
+            self._put(chunk, of_batch, of_all)
             alone += [int(row) for row in of_batch[flown.failed]]
         return alone
 
@@ -165,7 +167,7 @@ class Fleet:
                 chunk.series[name][rows] = values[self.kept].T
 
 
-def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple:
+def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple[np.ndarray, ...]:
     """Position, velocity, field and direction to the Sun at the records, as `Flown` has them."""
     around = scenario.surroundings()
     r, v = around.state(t_s)

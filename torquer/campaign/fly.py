@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -111,7 +111,9 @@ def _spans(runs: int, there: set[int]) -> Iterator[tuple[int, int]]:
 
 def _flown(campaign: Campaign, fliers: Pool, there: set[int], path, progress):
     """(Chunks in order, number of members) once all are flown, or enough of them."""
-    spans, running, parts = _spans(campaign.runs, there), {}, {}
+    spans = _spans(campaign.runs, there)
+    running: dict[Future, tuple[int, int]] = {}
+    parts: dict[int, xr.Dataset] = {}
     done, known, members = len(there), _Known(campaign), campaign.runs
     while True:
         while len(running) < _AHEAD * fliers.workers and (span := next(spans, None)):
@@ -139,12 +141,14 @@ class _Known:
     """The outcome that a stopping rule looks at, in the order of the members."""
 
     def __init__(self, campaign: Campaign):
-        self._campaign, self._waiting, self._values = campaign, {}, np.empty(0)
+        self._campaign, self._enough = campaign, False
+        self._waiting: dict[int, np.ndarray] = {}
+        self._values = np.empty(0)
 
     def add(self, first: int, data: xr.Dataset) -> int | None:
         """Members that are enough, if they are; whatever the order in which chunks end."""
         stop = self._campaign.stop
-        if stop is None:
+        if stop is None or self._enough:
             return None
         name = "succeeded" if stop.outcome == SUCCESS else stop.outcome
         self._waiting[first] = data[name].values
@@ -152,6 +156,6 @@ class _Known:
             more = self._waiting.pop(len(self._values))
             self._values = np.append(self._values, more)
             if is_enough(stop, self._values):
-                self._waiting.clear()
+                self._enough = True
                 return len(self._values)
         return None

@@ -6,6 +6,7 @@ process was killed goes on with the chunks that are missing.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 from collections.abc import Mapping
@@ -65,8 +66,12 @@ def _as_array(values) -> np.ndarray:
     if all(isinstance(value, datetime) for value in values):
         naive = [value.astimezone(UTC).replace(tzinfo=None) for value in values]
         return np.array(naive, "datetime64[us]").astype("datetime64[ns]")
-    if all(isinstance(value, int | float | str) for value in values):
+    if all(isinstance(value, str) for value in values):
         return np.array(values)
+    with contextlib.suppress(ValueError):  # lists of different lengths
+        numbers = np.array(values)
+        if numbers.dtype.kind in "biuf":
+            return numbers
     return np.array([json.dumps(value, default=str) for value in values])
 
 
@@ -100,8 +105,10 @@ def joined(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset
     """Chunks as one dataset, in the order of the members."""
     import xarray as xr
 
-    known = {"data_vars": "minimal", "coords": "minimal", "compat": "override"}
-    whole = xr.concat(parts, "member", join="override", combine_attrs="override", **known)
+    whole = xr.concat(
+        parts, "member", data_vars="minimal", coords="minimal", compat="override",
+        join="override", combine_attrs="override",
+    )  # fmt: skip
     return whole.assign_attrs(attributes)
 
 

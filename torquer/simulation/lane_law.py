@@ -1,8 +1,11 @@
 """A law for all members in lanes: the law's own function in a loop that becomes vectors."""
 
+# mypy: disable-error-code="name-defined"
+
 import functools
 from collections.abc import Callable
-from typing import NamedTuple
+from types import FunctionType
+from typing import NamedTuple, cast
 
 from torquer import engine, plugin
 from torquer.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
@@ -64,8 +67,9 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
     file = plugin.file_of(plain)
     known = file is not None and plain.__closure__ is None
     must = f"{kind.name} {plain.__name__}: must compile for members in lanes"
+    form, loop = f"lanes {LANES} {cells}", cast(FunctionType, _plain_law)
     with plugin.cache_beside(file if known and not own else None):
-        law = placed(_plain_law, plain, shape, names, parts, f"lanes {LANES} {cells}")
+        law = placed(loop, plain, shape, names, parts, form)
         made = plugin.compiled(law, LANES_LAW, must, keep=known, error_model="numpy")
     return engine.FirstClass(made, LANES_LAW)
 

@@ -240,7 +240,7 @@ def step_in_lanes(layout, shared, cells, seeds, here, middle, end, left, step, h
         if shared.coils.lag_s > 0.0:
             way = sub(present_dipole(plant.coils, state.coils), target)
         path = DipolePath(target, way, shared.coils.lag_s)
-        forces = Forces(plant.rigid, (), path, plant.disturbance, seeds[lane], ())
+        forces = Forces(plant.rigid, (), path, plant.disturbance, seeds[lane], ())  # type: ignore[arg-type]
         x = motion_of(state.cells)
         put_motion(state.cells, rk4_step(forces, x, here, middle, end, left, step, h))
 

@@ -1,0 +1,181 @@
+"""Campaigns flown: the same bits wherever and in whatever parts, and nothing lost."""
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import engine
+from torquer.campaign import fly
+from torquer.campaign.load import campaign_from_data
+from torquer.campaign.sampling import member_scenario
+from torquer.campaign.store import chunks_folder, chunks_there
+from torquer.scenario.load import scenario_from_text
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+SCENARIO = """
+name = "tip_off"
+start = 2012-03-04T10:31:47Z
+orbit = { kind = "circular", altitude_km = 550, inclination_deg = 60 }
+environment.field.kind = "averaged"
+spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
+spacecraft.coils.limit_a_m2 = 3.0
+initial.rate_deg_s = [1.0, -0.6, 0.8]
+control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 }, sample_s = 1.0 }
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+"""
+TABLE = {
+    "runs": 40,
+    "seed": 5,
+    "vary": {
+        "initial.attitude": "uniform",
+        "initial.rate_deg_s": {"direction": "uniform", "magnitude": {"uniform": [0.5, 5.0]}},
+    },
+    "success": {"final_rate_deg_s": {"below": 2.0}},
+}
+
+
+@pytest.fixture(autouse=True)
+def small_chunks(monkeypatch):
+    monkeypatch.setattr(fly, "CHUNK", 8)
+
+
+@pytest.fixture
+def scenario():
+    return scenario_from_text(SCENARIO)
+
+
+def campaign(scenario, **changes):
+    return campaign_from_data({**TABLE, **changes}, scenario)
+
+
+def test_a_member_alone_is_the_member_of_the_campaign(scenario):
+    made = campaign(scenario)
+    result = torquer.fly_campaign(scenario, made, workers=1)
+    assert result["member"].values.tolist() == list(range(40))
+    assert set(result["how_it_ended"].values) == {"complete"}
+    for member in (0, 9, 39):
+        alone = torquer.simulate(member_scenario(scenario, made, member))
+        rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=1))
+        assert result["final_rate_deg_s"].values[member] == rate[-1]
+        assert result["coil_energy_j"].values[member] == float(alone["coil_energy"])
+        series = result["series.final_rate_deg_s"].values[member]
+        assert np.array_equal(series, rate.astype(np.float32))
+
+
+def test_bits_do_not_depend_on_threads_or_chunks(scenario, monkeypatch):
+    made = campaign(scenario)
+    one = torquer.fly_campaign(scenario, made, workers=1)
+    assert torquer.fly_campaign(scenario, made, workers=3).identical(one)
+    monkeypatch.setattr(fly, "CHUNK", 40)
+    assert torquer.fly_campaign(scenario, made, workers=2).identical(one)
+
+
+def test_processes_give_the_same_bits(scenario):
+    made = campaign(scenario, runs=16)
+    here = torquer.fly_campaign(scenario, made)
+    there = torquer.fly_campaign(scenario, made, workers=2, where="processes")
+    assert there.identical(here)
+
+
+def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, tmp_path):
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    whole = torquer.fly_campaign(scenario, made)
+
+    def impatient(progress):
+        if progress.done >= 16:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        torquer.fly_campaign(scenario, made, to=path, workers=1, progress=impatient)
+    there = [file.read_bytes() for file in chunks_there(path).values()]
+    assert len(there) >= 2
+    flown = []
+    resumed = torquer.fly_campaign(
+        scenario, made, to=path, workers=1, resume=True, progress=flown.append
+    )
+    assert resumed.identical(whole)
+    assert len(flown) == 5 - len(there)
+    assert torquer.load(path).identical(whole)
+    assert not chunks_folder(path).exists()
+
+
+def test_runs_are_added_to_a_campaign(scenario, tmp_path):
+    path = tmp_path / "campaign.nc"
+    torquer.fly_campaign(scenario, campaign(scenario, runs=13), to=path)
+    more = torquer.fly_campaign(scenario, campaign(scenario), to=path, resume=True)
+    assert more.identical(torquer.fly_campaign(scenario, campaign(scenario)))
+
+
+def test_what_stands_there_is_not_overwritten_nor_mixed(scenario, tmp_path):
+    path = tmp_path / "campaign.nc"
+    torquer.fly_campaign(scenario, campaign(scenario, runs=8), to=path)
+    before = path.read_bytes()
+    with pytest.raises(ValueError, match=r"^to: must hold no campaign; received .*resume"):
+        torquer.fly_campaign(scenario, campaign(scenario, runs=8), to=path)
+    for other in (
+        (scenario, campaign(scenario, seed=6)),
+        (scenario.replace("initial.reference", "orbital"), campaign(scenario)),
+    ):
+        with pytest.raises(ValueError, match=r"must be that with which .* began"):
+            torquer.fly_campaign(*other, to=path, resume=True)
+    assert path.read_bytes() == before
+
+
+def test_members_that_fail_are_kept_with_the_reason(scenario):
+    torques = {"disturbance.constant_torque_n_m": {"values": [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0]]}}
+    disturbed = scenario.replace("disturbance", {"constant_torque_n_m": [1e-6, 0.0, 0.0]})
+    result = torquer.fly_campaign(disturbed, campaign(disturbed, runs=12, vary=torques))
+    failed = result["how_it_ended"].values == "failed"
+    strong = result["disturbance.constant_torque_n_m"].values[:, 0] > 0.0
+    assert 0 < strong.sum() < 12 and np.array_equal(failed, strong)
+    assert all("must be shorter for RK4" in text for text in result["ended"].values[failed])
+    assert np.isnan(result["final_rate_deg_s"].values[failed]).all()
+    assert not result["succeeded"].values[failed].any()
+
+
+def test_hardware_varies_in_lanes_orbits_alone_with_the_same_result(scenario):
+    vary = {
+        "spacecraft.magnetometer.bias_nt": {"normal": {"mean": [0, 0, 0], "sigma": 500.0}},
+        "control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]},
+    }
+    for more in ({}, {"orbit.raan_deg": {"uniform": [0.0, 360.0]}}):
+        made = campaign(scenario, runs=6, vary=vary | more)
+        result = torquer.fly_campaign(scenario, made, workers=1)
+        for member in (0, 5):
+            alone = torquer.simulate(member_scenario(scenario, made, member))
+            rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
+            assert result["final_rate_deg_s"].values[member] == rate
+
+
+def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
+    steps = {"duration_s": 900.0, "record_s": 20.0}
+    adaptive = scenario.replace("simulation", steps)
+    made = campaign(adaptive, runs=3)
+    result = torquer.fly_campaign(adaptive, made)
+    alone = torquer.simulate(member_scenario(adaptive, made, 2))
+    rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
+    assert result["final_rate_deg_s"].values[2] == rate
+    fixed = torquer.fly_campaign(scenario, campaign(scenario, runs=3))
+    difference = result["final_rate_deg_s"] - fixed["final_rate_deg_s"]
+    assert 0.0 < abs(difference).max() < 1e-4
+
+
+def test_a_campaign_ends_when_it_knows_enough_however_many_workers(scenario):
+    stop = {"outcome": "final_rate_deg_s", "half_width": 0.4, "least": 10}
+    made = campaign(scenario, runs=400, stop=stop)
+    one = torquer.fly_campaign(scenario, made, workers=1)
+    assert 10 <= one.sizes["member"] < 400
+    assert torquer.fly_campaign(scenario, made, workers=3).identical(one)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"workers": 0}, "workers: must be 1 or more; received 0"),
+        ({"where": "elsewhere"}, "where: must be "),
+    ],
+)
+def test_mistakes_are_told(scenario, options, told):
+    with pytest.raises(ValueError, match=told):
+        torquer.fly_campaign(scenario, campaign(scenario, runs=2), **options)
