@@ -6,6 +6,7 @@ import pytest
 import torquer
 from torquer import engine
 from torquer.campaign import fly
+from torquer.campaign.fly import OneByOne
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there
@@ -152,7 +153,8 @@ def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
     steps = {"duration_s": 900.0, "record_s": 20.0}
     adaptive = scenario.replace("simulation", steps)
     made = campaign(adaptive, runs=3)
-    result = torquer.fly_campaign(adaptive, made)
+    with pytest.warns(OneByOne, match="one by one, not 16 at a time: its steps are its own"):
+        result = torquer.fly_campaign(adaptive, made)
     alone = torquer.simulate(member_scenario(adaptive, made, 2))
     rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
     assert result["final_rate_deg_s"].values[2] == rate

@@ -51,8 +51,12 @@ class Fleet:
         places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
         self.kept = np.unique(places.round().astype(int))
         self._base, self._pieces = run, Pieces(run)
-        self.why_not_in_lanes = why_not_in_lanes(run)
-        self._lanes = None if self.why_not_in_lanes else Lanes(run, self._pieces)
+        self.why_not_in_lanes, self._lanes = why_not_in_lanes(run), None
+        if not self.why_not_in_lanes:
+            try:
+                self._lanes = Lanes(run, self._pieces)
+            except ValueError as error:  # of a user's law
+                self.why_not_in_lanes = str(error)
         self._along = _along(scenario, campaign, self.t_s)
         r, v = scenario.surroundings().state(np.zeros(1))
         self._start = r[0], v[0]

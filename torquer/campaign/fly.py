@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from pathlib import Path
@@ -24,6 +25,7 @@ from torquer.campaign.store import (
     joined,
     put_chunk,
 )
+from torquer.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.file import load
 from torquer.simulation.stopping import heeded, heeding
@@ -44,8 +46,8 @@ class Progress(NamedTuple):
     runs: int
 
 
-class CampaignStopped(Exception):
-    """A campaign that was interrupted; what was flown is in its file's folder of chunks."""
+class OneByOne(UserWarning):
+    """The members of a campaign are flown one by one, which takes several times as long."""
 
 
 def fly_campaign(
@@ -77,6 +79,9 @@ def fly_campaign(
         raise ValueError(f"workers: must be 1 or more; received {workers}")
     with heeding():
         fleet = Fleet(scenario, campaign)
+        if fleet.why_not_in_lanes:
+            told = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
+            warnings.warn(told, OneByOne, stacklevel=2)
         there = _complete(path) if resume and path is not None else set()
         with pool(fleet, workers, where) as fliers:
             parts, members = _flown(campaign, fliers, there, path, progress)

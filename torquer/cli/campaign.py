@@ -3,11 +3,11 @@
 import contextlib
 import signal
 import sys
+import warnings
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.campaign.fleet import Fleet
-from torquer.campaign.fly import fly_campaign
+from torquer.campaign.fly import OneByOne, fly_campaign
 from torquer.campaign.load import load_campaign
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.summary import campaign_summary, summary_rows
@@ -39,7 +39,7 @@ def fly(path: Path, out: Path | None, as_json: bool, how: HowMany) -> int:
     make_writable(out)
     with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
         try:
-            with _progress(scenario.name) as progress:
+            with _progress(scenario.name) as progress, _notes():
                 result = fly_campaign(
                     scenario, campaign, to=out / "campaign.nc", workers=how.workers,
                     where=how.where, resume=how.resume, progress=progress,
@@ -81,10 +81,21 @@ def _loaded(path: Path, how: HowMany):
     return scenario, campaign
 
 
-def how_flown(path: Path) -> str:
-    """Whether members are flown side by side, and if not, why."""
-    fleet = Fleet(*load_campaign(path))
-    return fleet.why_not_in_lanes
+@contextlib.contextmanager
+def _notes():
+    """Within the block a note where members are flown one by one."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", OneByOne)
+        usual = warnings.showwarning
+
+        def show(message, category, *about, **more):
+            if category is OneByOne:
+                console(stderr=True).print(f"note: {message}", style="yellow", soft_wrap=True)
+            else:
+                usual(message, category, *about, **more)
+
+        warnings.showwarning = show
+        yield
 
 
 @contextlib.contextmanager
