@@ -46,6 +46,8 @@ def paired_rows(a: xr.Dataset, b: xr.Dataset) -> tuple[np.ndarray, np.ndarray] |
     """Rows of the members in both campaigns; None unless they had the same inputs in both."""
     _, first, second = np.intersect1d(members_of(a), members_of(b), return_indices=True)
     ours, theirs = inputs_of(a), inputs_of(b)
+    if not ours and "seed" in a and "seed" in b:  # members differ by their noise only
+        ours, theirs = {"seed": a["seed"].values}, {"seed": b["seed"].values}
     if len(first) < 2 or not ours or ours.keys() != theirs.keys():
         return None
     for key in ours:
@@ -120,7 +122,10 @@ def rate_difference(
     R. Newcombe's hybrid of score intervals (1998), method 10; of paired members it is too wide.
     """
     first, second = one[0] / one[1], other[0] / other[1]
-    (low1, high1), (low2, high2) = rate_interval(*one, confidence), rate_interval(*other, confidence)
+    (low1, high1), (low2, high2) = (
+        rate_interval(*one, confidence),
+        rate_interval(*other, confidence),
+    )
     difference = second - first
     return difference, Interval(
         difference - math.hypot(second - low2, high1 - first),

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 #: Unit of what is taken of a signal, where it is not the signal's own.
-_UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": "1"}
+_UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
 _UNITS = {
     "rate_deg_s": "deg/s",
     "rate_orbital_deg_s": "deg/s",

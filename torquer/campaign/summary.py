@@ -123,7 +123,12 @@ def plain(interval: Interval) -> list[float | None]:
 
 
 def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
-    """Rank correlations [outcome][input], of success too; see `rank_correlations`."""
+    """Rank correlations [outcome][input], of success too; see `rank_correlations`.
+
+    None of so few members that any might be by chance.
+    """
+    if chance_correlation(result.sizes["member"]) >= 1.0:
+        return {}
     outcomes = {name: missing_as_worst(result, name) for name in outcomes_of(result)}
     succeeded = succeeded_in(result)
     if succeeded is not None:
@@ -173,7 +178,12 @@ def rate_text(success: dict, confidence: float) -> str:
     if success["rate"] is None:
         return "none"
     low, high = success["interval"]
-    return f"{success['rate']:.2%} ({confidence:.4g} interval {low:.2%} to {high:.2%})"
+    return f"{success['rate']:.2%} ({percent(confidence)} interval {low:.2%} to {high:.2%})"
+
+
+def percent(confidence: float) -> str:
+    """A confidence in percent."""
+    return f"{100.0 * confidence:.4g} %"
 
 
 def with_unit(name: str, unit: str) -> str:

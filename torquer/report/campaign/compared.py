@@ -9,10 +9,11 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.campaign.contents import missing_as_worst
-from torquer.campaign.summary import rate_text, value_text, with_interval, with_unit
+from torquer.campaign.summary import percent, rate_text, value_text, with_interval, with_unit
 from torquer.report.campaign.page import picture
 from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
+from torquer.report.campaign.tables import Grid
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
 from torquer.report.common.html import document, grid, section
@@ -25,9 +26,7 @@ def labels_of(found: dict) -> list[str]:
     return [f"{letter}: {name}" for letter, name in zip("AB", found["names"], strict=True)]
 
 
-def draw_compared(
-    a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path
-) -> dict[str, Path]:
+def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> dict[str, Path]:
     """Write the pictures; their paths by name."""
     figures = {f"cdf_{name}": _draw_cdf(a, b, found, name) for name in found["outcomes"]}
     figures["differences"] = _draw_differences(found)
@@ -92,7 +91,10 @@ def _draw_differences(found: dict) -> Figure | None:
         axes.set_xlim(-reach, reach)
         axes.set_yticks([])
         axes.set_title(label, fontsize=9.5, loc="left", color=INK, pad=3)
-    foot(figure, f"bars: {found['confidence']:.4g} confidence intervals; orange: they exclude zero")
+    foot(
+        figure,
+        f"bars: {percent(found['confidence'])} confidence intervals; orange: they exclude zero",
+    )
     return figure
 
 
@@ -114,10 +116,10 @@ def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Pat
     return path
 
 
-def member_grid(found: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def member_grid(found: dict) -> Grid:
     """Head and rows: members, failures, rate of success of both."""
     a, b = found["summaries"]
-    rows = [
+    rows: list[tuple[str, ...]] = [
         ("members", str(a["members"]), str(b["members"])),
         ("failed", str(a["failed"]), str(b["failed"])),
     ]
@@ -127,7 +129,7 @@ def member_grid(found: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     return ("", *labels_of(found)), rows
 
 
-def difference_grid(found: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def difference_grid(found: dict) -> Grid:
     """Head and rows: each outcome's means, medians, difference of means."""
     rows = []
     for name, each in found["outcomes"].items():
@@ -146,7 +148,7 @@ def difference_grid(found: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]
 
 
 def _about(found: dict) -> str:
-    text = f"In brackets: {found['confidence']:.4g} confidence intervals. "
+    text = f"In brackets: {percent(found['confidence'])} confidence intervals. "
     if not found["pairs"]:
         return text + "Members of A and B are taken for independent."
     text += (

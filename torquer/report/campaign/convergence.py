@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from torquer.campaign.contents import outcomes_of, succeeded_in, table_of
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import mean_interval, rate_interval
-from torquer.campaign.summary import with_unit
+from torquer.campaign.summary import percent, with_unit
 from torquer.report.common.colours import BLUE, GREEN
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
@@ -70,7 +70,7 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)
     wanted = "; green: width that is asked for" if stop else ""
-    foot(figure, f"band: {summary['confidence']:.4g} confidence interval{wanted}")
+    foot(figure, f"band: {percent(summary['confidence'])} confidence interval{wanted}")
     return figure
 
 

@@ -11,7 +11,7 @@ from torquer.campaign.contents import failed_in, inputs_of, outcomes_of, succeed
 from torquer.campaign.statistics import columns_of
 from torquer.campaign.summary import correlations, with_unit
 from torquer.report.campaign.shared import is_wide, literal
-from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
+from torquer.report.common.colours import BLUE, GREY, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 
 #: Most inputs and outcomes that are scattered against each other, and most points of a kind.
@@ -29,6 +29,9 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
         return None
     keys = most_correlated([pairs[name] for name in names])
     columns = columns_of(inputs_of(result))
+    labels = {key: f"{key} [d after the earliest]" for key in keys if _is_time(result, key)}
+    for key in labels:
+        columns[key] = (columns[key] - columns[key].min()) / 86400.0
     width = 1.1 + len(keys) * (_CELL + _GAP)
     height = _HEAD + len(names) * (1.5 + _GAP) + 0.75
     figure = sheet(max(width, 6.4), height, f"Members · {summary['name']}")
@@ -44,7 +47,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
                            color=INK, pad=2)  # fmt: skip
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
-                axes.set_xlabel(literal(_short(key, 34)), fontsize=SMALL - 1)
+                axes.set_xlabel(literal(labels.get(key, _short(key, 34))), fontsize=SMALL - 1)
             if j == 0:
                 label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
                 axes.set_ylabel(label, fontsize=SMALL - 1)
@@ -59,6 +62,10 @@ def most_correlated(found: list[dict[str, float]], count: int = _MOST_INPUTS) ->
     return sorted(greatest, key=lambda key: -greatest[key])[:count]
 
 
+def _is_time(result: xr.Dataset, key: str) -> bool:
+    return key in result and result[key].dtype.kind == "M"
+
+
 def _short(text: str, length: int) -> str:
     return text if len(text) <= length else f"…{text[1 - length :]}"
 
@@ -71,7 +78,7 @@ def _kinds(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
     else:
         kinds = [("successful", BLUE, succeeded & ~failed),
                  ("unsuccessful", ORANGE, ~succeeded & ~failed)]  # fmt: skip
-    kinds.append(("failed", RED, failed))
+    kinds.append(("failed", INK, failed))
     return [(label, colour, np.flatnonzero(which)) for label, colour, which in kinds if which.any()]
 
 
@@ -85,9 +92,11 @@ def _draw_cell(axes, x, y, kinds) -> None:
         opacity = 0.35 if len(shown) > 500 and colour == BLUE else 0.75
         axes.plot(x[shown], y[shown], ".", ms=3.5, mew=0, color=colour, alpha=opacity)
         missing = shown[np.isnan(y[shown])]
-        axes.plot(x[missing], np.full(len(missing), 0.97), "v", ms=4, mew=0, color=colour,
+        axes.plot(x[missing], np.full(len(missing), 1.0), "v", ms=4, mew=0, color=colour,
                   transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
-    axes.locator_params(nbins=4) if not (is_wide(x) or is_wide(y)) else None
+    for axis, values in (("x", x), ("y", y)):
+        if not is_wide(values):
+            axes.locator_params(axis=axis, nbins=4)
 
 
 def _legend(figure: Figure, kinds) -> None:
@@ -95,8 +104,9 @@ def _legend(figure: Figure, kinds) -> None:
         Line2D([], [], marker="o", ls="", ms=4, mew=0, color=colour, label=f"{label}: {len(rows)}")
         for label, colour, rows in kinds
     ]
-    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, 1.0 - 0.3 / figure.get_figheight()),
-                  ncols=3, frameon=False, fontsize=SMALL, handletextpad=0.2)  # fmt: skip
+    top = 1.0 - 0.3 / figure.get_figheight()
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, top), ncols=3,
+                  frameon=False, fontsize=SMALL, handletextpad=0.2)  # fmt: skip
 
 
 # ------------------------------------------------------------------ bars

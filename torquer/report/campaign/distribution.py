@@ -23,6 +23,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     upper = place(figure, _LEFT, 0.75, _WIDE, 1.65)
     lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
     known = values[np.isfinite(values)]
+    condition = (table_of(result).get("success") or {}).get(name)
     edges = bins(known)
     upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0)
     upper.set_ylabel("members", fontsize=SMALL)
@@ -34,10 +35,10 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
         quiet(axes)
         axes.set_xscale("log" if is_wide(known) else "linear")
         axes.set_xlim(edges[0], edges[-1])
-        _mark(axes, each, (table_of(result).get("success") or {}).get(name))
+        _mark(axes, each, condition)
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
-    foot(figure, _words(each))
+    foot(figure, _words(each, condition))
     return figure
 
 
@@ -48,7 +49,9 @@ def bins(known: np.ndarray) -> np.ndarray:
         half = 0.5 * abs(low) or 0.5
         low, high = low - half, high + half
     count = min(max(math.ceil(2.0 * len(known) ** (1.0 / 3.0)), 5), 60)
-    return np.geomspace(low, high, count + 1) if is_wide(known) else np.linspace(low, high, count + 1)
+    return (
+        np.geomspace(low, high, count + 1) if is_wide(known) else np.linspace(low, high, count + 1)
+    )
 
 
 def _mark(axes, each: dict, condition: dict | None) -> None:
@@ -64,19 +67,21 @@ def _mark(axes, each: dict, condition: dict | None) -> None:
 
 
 def _name_quantiles(axes, each: dict) -> None:
-    """Names above the lines, in a second row where they would overlap."""
-    low, high = axes.get_xlim()
-    end, row = -1.0, 0
+    """Names above the lines, in further rows where they would overlap."""
+    ends = [-1.0, -1.0, -1.0]
     for key, found in each["quantiles"].items():
-        if found["value"] is None or not low <= found["value"] <= high:
+        if found["value"] is None:
             continue
-        at = float(axes.transAxes.inverted().transform(axes.transData.transform((found["value"], 0)))[0])
-        row = 1 - row if at < end + 0.055 else 0
-        end = at
+        place_px = axes.transData.transform((found["value"], 0.0))
+        at = float(axes.transAxes.inverted().transform(place_px)[0])
+        row = next((row for row, end in enumerate(ends) if at > end + 0.055), 2)
+        ends[row] = at
         axes.text(at, 1.02 + 0.09 * row, _LABELS[key], transform=axes.transAxes, ha="center",
                   fontsize=SMALL - 1, color=INK)  # fmt: skip
 
 
-def _words(each: dict) -> str:
-    text = "orange: quantiles; dashed: mean; green: condition of success"
+def _words(each: dict, condition: dict | None) -> str:
+    text = "orange: quantiles; dashed: mean" + (
+        "; green: condition of success" if condition else ""
+    )
     return text + (f"; {each['missing']} members without a value" if each["missing"] else "")

@@ -9,7 +9,7 @@ from pathlib import Path
 import xarray as xr
 
 from torquer.campaign.contents import table_of
-from torquer.campaign.summary import headline_rows
+from torquer.campaign.summary import headline_rows, percent
 from torquer.report.campaign.bands import series_by_signal
 from torquer.report.campaign.tables import (
     campaign_rows,
@@ -22,9 +22,7 @@ from torquer.report.common.html import document, grid, section, table
 from torquer.scenario.toml_text import toml_of
 
 
-def write_page(
-    result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], path: Path
-) -> Path:
+def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], path: Path) -> Path:
     """Write the page, its pictures within it."""
     sections = [
         _head(result, summary),
@@ -59,14 +57,11 @@ def _head(result: xr.Dataset, summary: dict) -> str:
     )
 
 
-def _percent(summary: dict) -> str:
-    return f"{summary['confidence']:.4g}"
-
-
 def _outcomes(summary: dict) -> str:
     caption = (
-        f"In brackets: {_percent(summary)} confidence intervals of independent members. A missing "
-        "value has no part in a mean; in quantiles and ranks it counts as worse than any other."
+        f"In brackets: {percent(summary['confidence'])} confidence intervals of independent "
+        "members. A missing value has no part in a mean; in quantiles and ranks it counts as worse "
+        "than any other."
     )
     return section("outcomes", "Outcomes", caption, grid(*outcome_grid(summary)))
 

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from torquer.report.campaign.bands import draw_bands, series_by_signal
 from torquer.report.campaign.convergence import draw_convergence
@@ -12,7 +13,7 @@ from torquer.report.campaign.distribution import draw_distribution
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
     """Write the pictures that there are values for; their paths by name."""
-    figures = {}
+    figures: dict[str, Figure | None] = {}
     for name, each in summary["outcomes"].items():
         if each["mean"] is not None:
             figures[f"distribution_{name}"] = draw_distribution(result, summary, name)

@@ -7,9 +7,11 @@ from torquer.campaign.summary import value_text, with_interval, with_unit
 
 #: What to type to fly a member again.
 FLY = "torquer campaign FILE --member"
+#: Head and rows of a table.
+Grid = tuple[tuple[str, ...], list[tuple[str, ...]]]
 
 
-def outcome_grid(summary: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def outcome_grid(summary: dict) -> Grid:
     """Head and rows: each outcome's mean and quantiles."""
     head = ("outcome", "missing", "mean", "5 %", "median", "95 %")
     rows = []
@@ -30,9 +32,9 @@ def outcome_rows(each: dict) -> list[tuple[str, str]]:
     return [*rows, ("Members without a value", str(each["missing"]))]
 
 
-def worst_grid(summary: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def worst_grid(summary: dict) -> Grid:
     """Head and rows: members to fly again, and why."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (again(each["member"]), "failed", each["reason"]) for each in summary["failures"]
     ]
     success = summary["success"] or {"unsuccessful": []}
@@ -56,9 +58,9 @@ def with_unit_of(value: float | None, unit: str) -> str:
     return value_text(value) if value is None else f"{value_text(value)} {unit}".strip()
 
 
-def correlation_grid(summary: dict) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+def correlation_grid(summary: dict) -> Grid:
     """Head and rows: correlations above chance, the greatest first."""
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (pair["outcome"], pair["input"], f"{pair['correlation']:+.3f}")
         for pair in summary["correlations"][:30]
     ]
