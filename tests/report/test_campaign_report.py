@@ -46,7 +46,7 @@ def written(result, tmp_path_factory):
 def check_pictures(paths) -> None:
     for path in paths:
         picture = matplotlib.image.imread(path)[..., :3]
-        assert picture.shape[1] > 900 and np.mean(np.ptp(picture, axis=2) > 0.15) > 0.0005, path
+        assert picture.shape[1] > 900 and np.mean(np.ptp(picture, axis=2) > 0.15) > 1e-4, path
 
 
 def test_numbers_are_those_of_statistics(result, summary):

@@ -44,7 +44,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
             _draw_cell(axes, columns[key], values, kinds)
             r = pairs[name].get(key)
             axes.set_title(f"{r:+.2f}" if r is not None else "", fontsize=SMALL - 1, loc="right",
-                           color=INK, pad=2)  # fmt: skip
+                           color=INK, pad=4)  # fmt: skip
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
                 axes.set_xlabel(literal(labels.get(key, _short(key, 34))), fontsize=SMALL - 1)
@@ -90,7 +90,15 @@ def _draw_cell(axes, x, y, kinds) -> None:
     for _, colour, rows in kinds:
         shown = rows[:: math.ceil(len(rows) / _MOST_POINTS)]
         opacity = 0.35 if len(shown) > 500 and colour == BLUE else 0.75
-        axes.plot(x[shown], y[shown], ".", ms=3.5, mew=0, color=colour, alpha=opacity)
+        axes.plot(
+            x[shown],
+            y[shown],
+            ".",
+            ms=3.5 if len(x) > 100 else 6.0,
+            mew=0,
+            color=colour,
+            alpha=opacity,
+        )
         missing = shown[np.isnan(y[shown])]
         axes.plot(x[missing], np.full(len(missing), 1.0), "v", ms=4, mew=0, color=colour,
                   transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip

@@ -24,7 +24,8 @@ def outcome_grid(summary: dict) -> Grid:
 
 def outcome_rows(each: dict) -> list[tuple[str, str]]:
     """Label and value of one outcome."""
-    rows = [("Mean", with_interval(each["mean"], each["mean_interval"]))]
+    mean = "Mean of members with a value" if each["missing"] else "Mean"
+    rows = [(mean, with_interval(each["mean"], each["mean_interval"]))]
     rows += [
         (f"{float(part):.0%} of members up to", with_interval(found["value"], found["interval"]))
         for part, found in each["quantiles"].items()
