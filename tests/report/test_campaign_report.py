@@ -137,8 +137,9 @@ def test_few_members_and_failed_ones_have_a_report(members, failed, tmp_path):
     found = campaign_summary(few)
     json.dumps(found, allow_nan=False)
     assert found["failed"] == len(failed) and summary_rows(found)
-    check_pictures(write_campaign_report(few, tmp_path)[1:])
-    check_pictures(compare_campaigns(few, few, tmp_path / "compared")[1:])
+    paths = write_campaign_report(few, tmp_path)
+    paths += compare_campaigns(few, few, tmp_path / "compared")
+    assert all(path.stat().st_size > 3000 for path in paths)
 
 
 def test_without_what_may_be_left_out_there_is_a_report(tmp_path):

@@ -52,7 +52,9 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
                 label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
                 axes.set_ylabel(label, fontsize=SMALL - 1)
     _legend(figure, kinds)
-    foot(figure, "above each: rank correlation; triangles at the edge: members without a value")
+    thinned = any(len(rows) > _MOST_POINTS for _, _, rows in kinds)
+    foot(figure, "above each: rank correlation; triangles at the edge: members without a value"
+         + (f"; at most {_MOST_POINTS} of each kind are shown" if thinned else ""))  # fmt: skip
     return figure
 
 
@@ -90,15 +92,8 @@ def _draw_cell(axes, x, y, kinds) -> None:
     for _, colour, rows in kinds:
         shown = rows[:: math.ceil(len(rows) / _MOST_POINTS)]
         opacity = 0.35 if len(shown) > 500 and colour == BLUE else 0.75
-        axes.plot(
-            x[shown],
-            y[shown],
-            ".",
-            ms=3.5 if len(x) > 100 else 6.0,
-            mew=0,
-            color=colour,
-            alpha=opacity,
-        )
+        size = 3.5 if len(x) > 100 else 6.0
+        axes.plot(x[shown], y[shown], ".", ms=size, mew=0, color=colour, alpha=opacity)
         missing = shown[np.isnan(y[shown])]
         axes.plot(x[missing], np.full(len(missing), 1.0), "v", ms=4, mew=0, color=colour,
                   transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
