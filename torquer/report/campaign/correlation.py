@@ -18,7 +18,7 @@ from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
 _MOST_INPUTS, _MOST_OUTCOMES, _MOST_POINTS = 4, 6, 2000
 #: Most bars of an outcome.
 _MOST_BARS = 10
-_CELL, _GAP, _HEAD = 2.15, 0.22, 0.75
+_CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
 
 
 def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
@@ -28,44 +28,55 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     if not names:
         return None
     keys = most_correlated([pairs[name] for name in names])
-    columns = columns_of(inputs_of(result))
-    labels = {key: f"{key} [d after the earliest]" for key in keys if _is_time(result, key)}
-    for key in labels:
-        columns[key] = (columns[key] - columns[key].min()) / 86400.0
-    width = 1.1 + len(keys) * (_CELL + _GAP)
-    height = _HEAD + len(names) * (1.5 + _GAP) + 0.75
+    columns, labels = _columns(result, keys)
+    width, height = 1.1 + len(keys) * (_CELL + _GAP), _HEAD + len(names) * (_TALL + _GAP) + 0.75
     figure = sheet(max(width, 6.4), height, f"Members · {summary['name']}")
     kinds = _kinds(result)
     for i, name in enumerate(names):
         values = outcomes_of(result)[name]
         for j, key in enumerate(keys):
-            left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (1.5 + _GAP)
-            axes = place(figure, left, top, _CELL, 1.5)
+            left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (_TALL + _GAP)
+            axes = place(figure, left, top, _CELL, _TALL)
             _draw_cell(axes, columns[key], values, kinds)
-            r = pairs[name].get(key)
-            axes.set_title(f"{r:+.2f}" if r is not None else "", fontsize=SMALL - 1, loc="right",
+            axes.set_title(_signed(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
                            color=INK, pad=4)  # fmt: skip
             axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
             if i == len(names) - 1:
-                axes.set_xlabel(literal(labels.get(key, _short(key, 34))), fontsize=SMALL - 1)
+                axes.set_xlabel(labels[key], fontsize=SMALL - 1)
             if j == 0:
                 label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
                 axes.set_ylabel(label, fontsize=SMALL - 1)
     _legend(figure, kinds)
-    thinned = any(len(rows) > _MOST_POINTS for _, _, rows in kinds)
-    foot(figure, "above each: rank correlation; triangles at the edge: members without a value"
-         + (f"; at most {_MOST_POINTS} of each kind are shown" if thinned else ""))  # fmt: skip
+    foot(figure, _about(kinds))
     return figure
+
+
+def _columns(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
+    """Numbers [n] and labels of inputs; times count in days."""
+    columns = columns_of(inputs_of(result))
+    labels = {key: literal(_short(key, 34)) for key in keys}
+    for key in keys:
+        if key in result and result[key].dtype.kind == "M":
+            columns[key] = (columns[key] - columns[key].min()) / 86400.0
+            labels[key] = literal(f"{key} [d after the earliest]")
+    return columns, labels
+
+
+def _signed(correlation: float | None) -> str:
+    return "" if correlation is None else f"{correlation:+.2f}"
+
+
+def _about(kinds) -> str:
+    text = "above each: rank correlation; triangles at the edge: members without a value"
+    if any(len(rows) > _MOST_POINTS for _, _, rows in kinds):
+        text += f"; at most {_MOST_POINTS} of each kind are shown"
+    return text
 
 
 def most_correlated(found: list[dict[str, float]], count: int = _MOST_INPUTS) -> list[str]:
     """Inputs in order of their greatest correlation with any outcome."""
     greatest = {key: max(abs(each.get(key, 0.0)) for each in found) for key in found[0]}
     return sorted(greatest, key=lambda key: -greatest[key])[:count]
-
-
-def _is_time(result: xr.Dataset, key: str) -> bool:
-    return key in result and result[key].dtype.kind == "M"
 
 
 def _short(text: str, length: int) -> str:
