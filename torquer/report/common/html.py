@@ -12,10 +12,11 @@ _POLICY = (
 )
 
 
-def document(title: str, sections) -> str:
-    """A whole page around its sections, scripts and style included; the title is escaped."""
-    from plotly.offline import get_plotlyjs
+def document(title: str, sections, interactive: bool = True) -> str:
+    """A whole page around its sections, style included; the title is escaped.
 
+    Scripts are included unless the page has no interactive figures.
+    """
     return "\n".join(
         [
             "<!DOCTYPE html>",
@@ -26,11 +27,16 @@ def document(title: str, sections) -> str:
             f"<style>{CSS}</style></head><body><main>",
             *sections,
             "</main>",
-            f"<script>{get_plotlyjs()}</script>",
-            f"<script>{SCRIPT}</script>",
+            *(_scripts() if interactive else ()),
             "</body></html>",
         ]
     )
+
+
+def _scripts() -> tuple[str, str]:
+    from plotly.offline import get_plotlyjs
+
+    return f"<script>{get_plotlyjs()}</script>", f"<script>{SCRIPT}</script>"
 
 
 def table(rows) -> str:

@@ -25,7 +25,7 @@ th, td { text-align: left; padding: .28rem 0; border-bottom: 1px solid var(--lin
   vertical-align: top; }
 th { font-weight: 400; color: var(--soft); padding-right: 1rem; }
 th.inset { padding-left: 1rem; }
-td { font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
+td { font-variant-numeric: tabular-nums; padding-right: .8rem; overflow-wrap: anywhere; }
 tr:last-child th, tr:last-child td { border-bottom: 0; }
 pre { overflow-x: auto; font-size: .82rem; line-height: 1.45; margin: 0 0 1.2rem; padding: .8rem;
   background: var(--paper); border-radius: 6px; }

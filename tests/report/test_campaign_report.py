@@ -1,0 +1,235 @@
+"""The report on a campaign against its own statistics; pictures, page, comparison."""
+
+import json
+import math
+import re
+
+import matplotlib.image
+import numpy as np
+import pytest
+import xarray as xr
+from artificial_campaign import artificial
+
+from torquer.campaign.comparison import comparison, mean_difference, rate_difference
+from torquer.campaign.contents import least_is_worst, missing_as_worst, outcomes_of
+from torquer.campaign.statistics import (
+    chance_correlation,
+    mean_interval,
+    quantile,
+    quantile_interval,
+    rate_interval,
+)
+from torquer.campaign.summary import campaign_summary, summary_rows
+from torquer.report.campaign import compare_campaigns, write_campaign_report
+from torquer.report.campaign.bands import percentiles
+from torquer.report.campaign.convergence import means
+from torquer.report.campaign.shared import steps
+
+FAILED = (3, 20)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return artificial(60, FAILED, first=100)
+
+
+@pytest.fixture(scope="module")
+def summary(result):
+    return campaign_summary(result)
+
+
+@pytest.fixture(scope="module")
+def written(result, tmp_path_factory):
+    return write_campaign_report(result, tmp_path_factory.mktemp("report") / "new" / "folder")
+
+
+def check_pictures(paths) -> None:
+    for path in paths:
+        picture = matplotlib.image.imread(path)[..., :3]
+        assert picture.shape[1] > 900 and np.mean(np.ptp(picture, axis=2) > 0.15) > 1e-4, path
+
+
+def test_numbers_are_those_of_statistics(result, summary):
+    succeeded = int(result["succeeded"].sum())
+    assert (summary["members"], summary["failed"]) == (60, 2)
+    assert summary["success"]["rate"] == succeeded / 60
+    assert tuple(summary["success"]["interval"]) == rate_interval(succeeded, 60)
+    for name, values in outcomes_of(result).items():
+        each = summary["outcomes"][name]
+        assert each["missing"] == np.isnan(values).sum() >= 2
+        assert each["mean"] == pytest.approx(np.nanmean(values))
+        assert tuple(each["mean_interval"]) == mean_interval(values)
+    values = outcomes_of(result)["settling_s"]
+    for part, found in summary["outcomes"]["settling_s"]["quantiles"].items():
+        low, high = quantile_interval(values, float(part))
+        wanted = [quantile(values, float(part)), low, high]
+        received = [found["value"], *found["interval"]]
+        assert received == [None if math.isinf(x) else x for x in wanted]
+    json.dumps(summary, allow_nan=False)
+
+
+def test_a_missing_value_is_worst_in_the_sense_of_the_condition(result, summary):
+    """Of the part of time in the Sun, which must be above a value, small ones are bad."""
+    assert least_is_worst(result, "sun_part") and not least_is_worst(result, "settling_s")
+    assert summary["outcomes"]["sun_part"]["quantiles"]["0.01"]["value"] is None
+    assert summary["outcomes"]["sun_part"]["quantiles"]["0.99"]["value"] is not None
+    assert np.all(missing_as_worst(result, "sun_part")[list(FAILED)] == -np.inf)
+
+
+def test_worst_members_are_named_by_their_numbers(result, summary):
+    found = summary["outcomes"]["sun_part"]["worst"]
+    values = result["sun_part"].to_series().dropna().sort_values()
+    assert [each["member"] for each in found] == values.index[:5].tolist()
+    assert [each["value"] for each in found] == values.to_list()[:5]
+    never = summary["outcomes"]["settling_s"]["worst"][0]
+    assert never["value"] is None and never["member"] - 100 not in FAILED
+    assert [each["member"] for each in summary["failures"]] == [103, 120]
+
+
+def test_what_an_outcome_depends_on_is_found(summary):
+    assert summary["chance_correlation"] == chance_correlation(60)
+    first = {pair["outcome"]: pair["input"] for pair in reversed(summary["correlations"])}
+    assert first["settling_s"] == first["coil_energy_j"] == "|initial.rate_deg_s|"
+    assert all(abs(p["correlation"]) > chance_correlation(60) for p in summary["correlations"])
+
+
+def test_rows_for_a_terminal(summary):
+    rows = dict(summary_rows(summary))
+    assert rows["Members"] == "60" and rows["Failed"] == "2"
+    assert f"{summary['success']['rate']:.2%} (95 % interval" in rows["Success rate"]
+    assert f"mean {summary['outcomes']['coil_energy_j']['mean']:.4g}" in rows["coil_energy_j [J]"]
+    assert rows["Rank correlation: coil_energy_j"].startswith("|initial.rate_deg_s| +")
+
+
+def test_every_picture_is_written_and_shows_something(written):
+    assert {path.stem for path in written[1:]} == {
+        *(f"distribution_{name}" for name in
+          ("settling_s", "final_rate_deg_s", "sun_part", "coil_energy_j")),
+        *("series_settling_s", "series_sun_part", "scatter", "correlations", "convergence"),
+    }  # fmt: skip
+    check_pictures(written[1:])
+
+
+def test_the_page_has_the_numbers_and_loads_nothing(summary, written):
+    assert written[0].name == "report.html"
+    text = written[0].read_text(encoding="utf-8")
+    low, high = summary["success"]["interval"]
+    assert f"{summary['success']['rate']:.2%} (95 % interval {low:.2%} to {high:.2%})" in text
+    for each in summary["outcomes"].values():
+        low, high = each["mean_interval"]
+        assert f"{each['mean']:.4g} ({low:.4g} to {high:.4g})" in text
+        for worst in each["worst"]:
+            assert f"torquer campaign FILE --member {worst['member']}<" in text
+    assert text.count("<img") == len(written) - 1
+    assert "default-src 'none'" in text and "<script" not in text
+    assert not re.search(r'(src|href)="(?!data:image/png;base64,)', text)
+
+
+def test_text_of_the_scenario_is_escaped(written):
+    text = written[0].read_text(encoding="utf-8")
+    assert "From &lt;rest&gt; &amp; back" in text and "<rest>" not in text
+    assert "rate &lt;exceeded&gt; 100 deg/s" in text and "<exceeded>" not in text
+
+
+@pytest.mark.parametrize(("members", "failed"), [(5, range(5)), (1, ()), (4, (0, 1))])
+def test_few_members_and_failed_ones_have_a_report(members, failed, tmp_path):
+    few = artificial(members, failed)
+    found = campaign_summary(few)
+    json.dumps(found, allow_nan=False)
+    assert found["failed"] == len(failed) and summary_rows(found)
+    paths = write_campaign_report(few, tmp_path)
+    paths += compare_campaigns(few, few, tmp_path / "compared")
+    assert all(path.stat().st_size > 3000 for path in paths)
+
+
+def test_without_what_may_be_left_out_there_is_a_report(tmp_path):
+    """No conditions, nothing varied, no series, equal values, a table without optional keys."""
+    t = {"role": "outcome", "signal": '"coil_energy_j"', "what": "null"}
+    result = xr.Dataset(
+        {"energy_j": ("member", np.full(4, 2.0), t),
+         "how_it_ended": ("member", ["complete"] * 4), "ended": ("member", [""] * 4)},
+        {"member": np.arange(4)},
+        {"scenario": '{"name": "$x$ <b>"}', "campaign": '{"runs": 10}', "versions": "{}"},
+    )  # fmt: skip
+    paths = write_campaign_report(result, tmp_path)
+    assert [path.stem for path in paths] == ["report", "distribution_energy_j", "convergence"]
+    text = paths[0].read_text(encoding="utf-8")
+    assert "$x$ &lt;b&gt;: campaign" in text and "4 of 10 runs" in text
+    assert campaign_summary(result)["success"] is None
+
+
+def test_it_is_the_same_from_a_file(result, summary, tmp_path):
+    result.to_netcdf(tmp_path / "campaign.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "campaign.nc", engine="h5netcdf") as again:
+        assert campaign_summary(again) == summary
+
+
+def test_bands_are_values_of_members():
+    series = np.random.default_rng(3).normal(size=(37, 4))
+    series[5, 2] = np.nan
+    for part, found in zip((0.05, 0.5, 0.95), percentiles(series, (0.05, 0.5, 0.95)), strict=True):
+        assert found.tolist() == [quantile(column, part) for column in series.T]
+
+
+def test_the_distribution_function_counts_missing_members():
+    assert [each.tolist() for each in steps(np.array([3.0, np.inf, 1.0, 2.0]))] == [
+        [1.0, 1.0, 2.0, 3.0], [0.0, 0.25, 0.5, 0.75]
+    ]  # fmt: skip
+    assert steps(np.array([-np.inf, 1.0]))[1].tolist() == [0.5, 1.0]
+
+
+def test_convergence_ends_at_the_mean_of_all(result):
+    values = outcomes_of(result)["settling_s"]
+    found = means(values, [10, 60], 0.95)
+    assert tuple(found[1]) == (pytest.approx(np.nanmean(values)), *mean_interval(values))
+
+
+# ------------------------------------------------------------------ two campaigns
+
+
+def test_members_with_the_same_inputs_are_compared_in_pairs(result):
+    other = artificial(60, FAILED, factor=1.1, first=100)
+    found = comparison(result, other)
+    within = other["coil_energy_j"].values - result["coil_energy_j"].values
+    assert found["pairs"] == 60
+    each = found["outcomes"]["coil_energy_j"]
+    assert each["difference"] == pytest.approx(np.nanmean(within))
+    assert tuple(each["interval"]) == mean_interval(within) and each["interval"][0] > 0.0
+    gained, lost = found["success"]["gained"], found["success"]["lost"]
+    assert gained - lost == int(other["succeeded"].sum() - result["succeeded"].sum())
+
+
+def test_other_members_are_independent(result):
+    other = artificial(80, seed=9)
+    found = comparison(result, other)
+    assert found["pairs"] == 0 and found["outcomes"]["sun_part"]["interval"][0] < 0.0
+    with pytest.raises(ValueError, match="must have a common outcome"):
+        comparison(result, other.drop_vars(list(outcomes_of(other))))
+
+
+def test_intervals_of_differences_are_the_known_ones():
+    """scipy's Welch interval; R. Newcombe's example (a) of method 10: 56/70 and 48/80."""
+    from scipy import stats
+
+    rng = np.random.default_rng(4)
+    one, other = rng.normal(0.0, 1.0, 12), rng.normal(1.0, 3.0, 30)
+    known = stats.ttest_ind(other, one, equal_var=False).confidence_interval(0.9)
+    assert mean_difference(one, other, 0.9)[1] == pytest.approx((known.low, known.high))
+    difference, interval = rate_difference((48, 80), (56, 70))
+    assert difference == pytest.approx(0.2)
+    assert interval == pytest.approx((0.0524, 0.3339), abs=5e-5)
+
+
+def test_the_page_of_two_campaigns(result, tmp_path):
+    other = artificial(60, FAILED, factor=1.1, name="<other> & $x$", first=100)
+    paths = compare_campaigns(result, other, tmp_path)
+    found = comparison(result, other)
+    text = paths[0].read_text(encoding="utf-8")
+    assert "B: &lt;other&gt; &amp; $x$" in text and "<other>" not in text
+    for each in found["outcomes"].values():
+        assert f"{each['difference']:.4g} (" in text
+    assert [path.stem for path in paths[1:]] == [
+        *(f"cdf_{name}" for name in outcomes_of(result)),
+        "differences",
+    ]
+    check_pictures(paths[1:])

@@ -1,0 +1,133 @@
+"""What two campaigns differ in: means, quantiles and rates of success, with intervals.
+
+Members are paired if those of the same number had the same inputs: then the difference of means is
+that within pairs, whose interval is narrower.
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+from scipy import stats
+
+from torquer.campaign.contents import (
+    definition,
+    inputs_of,
+    members_of,
+    name_of,
+    outcomes_of,
+    succeeded_in,
+)
+from torquer.campaign.statistics import Interval, mean_interval, rate_interval
+from torquer.campaign.summary import campaign_summary, number, plain
+
+
+def comparison(a: xr.Dataset, b: xr.Dataset, confidence: float = 0.95) -> dict:
+    """Differences b - a as plain data; ValueError without a common outcome."""
+    summaries = campaign_summary(a, confidence), campaign_summary(b, confidence)
+    names = [name for name in summaries[0]["outcomes"] if name in summaries[1]["outcomes"]]
+    if not names:
+        raise ValueError(
+            f"campaigns: must have a common outcome; received {', '.join(outcomes_of(a))} and "
+            f"{', '.join(outcomes_of(b))}"
+        )
+    rows = paired_rows(a, b)
+    return {
+        "names": [name_of(a), name_of(b)],
+        "confidence": confidence,
+        "pairs": 0 if rows is None else len(rows[0]),
+        "summaries": list(summaries),
+        "outcomes": {name: _outcome(a, b, name, rows, confidence) for name in names},
+        "success": _success(a, b, rows, confidence),
+    }
+
+
+def paired_rows(a: xr.Dataset, b: xr.Dataset) -> tuple[np.ndarray, np.ndarray] | None:
+    """Rows of the members in both campaigns; None unless they had the same inputs in both."""
+    _, first, second = np.intersect1d(members_of(a), members_of(b), return_indices=True)
+    ours, theirs = inputs_of(a), inputs_of(b)
+    if not ours and "seed" in a and "seed" in b:  # members differ by their noise only
+        ours, theirs = {"seed": a["seed"].values}, {"seed": b["seed"].values}
+    if len(first) < 2 or not ours or ours.keys() != theirs.keys():
+        return None
+    for key in ours:
+        if not _same(_rows(ours[key], first), _rows(theirs[key], second)):
+            return None
+    return first, second
+
+
+def _rows(values, rows: np.ndarray):
+    return values[rows] if isinstance(values, np.ndarray) else [values[row] for row in rows]
+
+
+def _same(one, other) -> bool:
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        return np.array_equal(one, other)
+    return not isinstance(one, np.ndarray) and one == other
+
+
+def _outcome(a, b, name: str, rows, confidence: float) -> dict:
+    """The difference of the means; within pairs if there are."""
+    one, other = outcomes_of(a)[name], outcomes_of(b)[name]
+    if rows is not None:
+        within = other[rows[1]] - one[rows[0]]
+        known = within[np.isfinite(within)]
+        difference = float(known.mean()) if len(known) else math.nan
+        interval = mean_interval(within, confidence)
+    else:
+        difference, interval = mean_difference(one, other, confidence)
+    return {
+        "same_definition": definition(a, name) == definition(b, name),
+        "difference": number(difference),
+        "interval": plain(interval),
+    }
+
+
+def mean_difference(one, other, confidence: float = 0.95) -> tuple[float, Interval]:
+    """Difference of the means, other - one, of independent members. B. Welch (1947)."""
+    first, second = (np.asarray(each)[np.isfinite(each)] for each in (one, other))
+    if len(first) < 2 or len(second) < 2:
+        known = len(first) and len(second)
+        difference = float(second.mean() - first.mean()) if known else math.nan
+        return difference, Interval(-math.inf, math.inf)
+    spread = first.var(ddof=1) / len(first), second.var(ddof=1) / len(second)
+    total, difference = sum(spread), float(second.mean() - first.mean())
+    if total == 0.0:
+        return difference, Interval(difference, difference)
+    freedom = total**2 / (spread[0] ** 2 / (len(first) - 1) + spread[1] ** 2 / (len(second) - 1))
+    half = float(stats.t.isf(0.5 * (1.0 - confidence), freedom)) * math.sqrt(total)
+    return difference, Interval(difference - half, difference + half)
+
+
+def _success(a, b, rows, confidence: float) -> dict | None:
+    one, other = succeeded_in(a), succeeded_in(b)
+    if one is None or other is None or not len(one) or not len(other):
+        return None
+    difference, interval = rate_difference(
+        (int(one.sum()), len(one)), (int(other.sum()), len(other)), confidence
+    )
+    found = {"difference": difference, "interval": plain(interval)}
+    if rows is not None:
+        gained = ~one[rows[0]] & other[rows[1]]
+        lost = one[rows[0]] & ~other[rows[1]]
+        found |= {"gained": int(gained.sum()), "lost": int(lost.sum())}
+    return found
+
+
+def rate_difference(
+    one: tuple[int, int], other: tuple[int, int], confidence: float = 0.95
+) -> tuple[float, Interval]:
+    """Difference of rates, other - one, each (successes, members), of independent members.
+
+    R. Newcombe's hybrid of score intervals (1998), method 10; of paired members it is too wide.
+    """
+    first, second = one[0] / one[1], other[0] / other[1]
+    (low1, high1), (low2, high2) = (
+        rate_interval(*one, confidence),
+        rate_interval(*other, confidence),
+    )
+    difference = second - first
+    return difference, Interval(
+        difference - math.hypot(second - low2, high1 - first),
+        difference + math.hypot(high2 - second, first - low1),
+    )

@@ -1,0 +1,135 @@
+"""What the dataset of a campaign has: inputs, outcomes, how members ended, what was asked."""
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+import xarray as xr
+
+#: Unit of what is taken of a signal, where it is not the signal's own.
+_UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
+_UNITS = {
+    "rate_deg_s": "deg/s",
+    "rate_orbital_deg_s": "deg/s",
+    "attitude_error_deg": "deg",
+    "coil_energy_j": "J",
+    "peak_dipole_a_m2": "A m^2",
+}
+
+
+def table_of(result: xr.Dataset) -> dict:
+    """The table `[campaign]` as plain data."""
+    return json.loads(result.attrs["campaign"])
+
+
+def name_of(result: xr.Dataset) -> str:
+    """The scenario's name."""
+    return str(json.loads(result.attrs["scenario"]).get("name", ""))
+
+
+def members_of(result: xr.Dataset) -> np.ndarray:
+    """The members' numbers [n]."""
+    return np.asarray(result["member"].values, dtype=np.int64)
+
+
+def inputs_of(result: xr.Dataset) -> dict[str, np.ndarray | list]:
+    """What members have at each key that varies, as `columns_of` takes it; times in seconds."""
+    return {key: _plain(values) for key, values in _by_role(result, "input").items()}
+
+
+def outcomes_of(result: xr.Dataset) -> dict[str, np.ndarray]:
+    """Outcomes [n] by name; missing ones NaN."""
+    return {name: each.astype(float) for name, each in _by_role(result, "outcome").items()}
+
+
+def _by_role(result: xr.Dataset, role: str) -> dict[str, np.ndarray]:
+    return {
+        str(name): each.transpose("member", ...).values
+        for name, each in result.data_vars.items()
+        if each.attrs.get("role") == role
+    }
+
+
+def _plain(values: np.ndarray) -> np.ndarray | list:
+    if values.dtype.kind == "M":
+        return values.astype("datetime64[ns]").astype(np.int64) * 1e-9
+    return values if values.dtype.kind in "biuf" else values.tolist()
+
+
+def failed_in(result: xr.Dataset) -> np.ndarray:
+    """Which members' runs failed [n]."""
+    return np.array([str(how) == "failed" for how in result["how_it_ended"].values], dtype=bool)
+
+
+def reasons_in(result: xr.Dataset) -> list[str]:
+    """Why each member's run ended."""
+    return [str(reason) for reason in result["ended"].values]
+
+
+def succeeded_in(result: xr.Dataset) -> np.ndarray | None:
+    """Which members succeeded [n]; None without conditions."""
+    if "succeeded" not in result:
+        return None
+    return np.asarray(result["succeeded"].values) == 1
+
+
+def definition(result: xr.Dataset, name: str) -> tuple[object, dict]:
+    """An outcome's signal, a name or a table, and what is taken of it."""
+    attrs = result[name].attrs
+    what = json.loads(attrs.get("what") or "null") or {}
+    return json.loads(attrs.get("signal") or "null"), _given(what)
+
+
+def _given(table: Mapping) -> dict:
+    return {key: value for key, value in table.items() if value is not None}
+
+
+def unit_of(result: xr.Dataset, name: str) -> str:
+    """Unit of an outcome."""
+    signal, what = definition(result, name)
+    units = [_UNITS_OF_WHAT[key] for key in what if key in _UNITS_OF_WHAT]
+    return units[0] if units else unit_of_signal(signal)
+
+
+def unit_of_signal(signal) -> str:
+    """Unit of a signal; that of an axis is an angle."""
+    return _UNITS.get(signal, "") if isinstance(signal, str) else "deg"
+
+
+def in_words(result: xr.Dataset, name: str) -> str:
+    """An outcome's definition in words."""
+    signal, what = definition(result, name)
+    taken = (
+        key.replace("_", " ") + ("" if value is True else f" {value:g}")
+        for key, value in what.items()
+    )
+    return ", ".join([signal_in_words(signal), *taken])
+
+
+def signal_in_words(signal) -> str:
+    """A signal's name, or the axis and what its angle is taken to."""
+    if isinstance(signal, Mapping):
+        return f"angle of axis {_numbers(signal.get('axis'))} to {_numbers(signal.get('to'))}"
+    return str(signal or "")
+
+
+def _numbers(value) -> str:
+    return str([float(f"{x:.4g}") for x in value]) if isinstance(value, list) else str(value)
+
+
+def least_is_worst(result: xr.Dataset, name: str) -> bool:
+    """Whether small values of an outcome are bad.
+
+    By its condition of success if there is one; else of a part of time below a value only.
+    """
+    condition = _given((table_of(result).get("success") or {}).get(name) or {})
+    if condition:
+        return "above" in condition
+    return "part_below" in definition(result, name)[1]
+
+
+def missing_as_worst(result: xr.Dataset, name: str) -> np.ndarray:
+    """An outcome [n], infinite where it is missing: worse than any other value."""
+    values = np.array(result[name].values, dtype=float)
+    worst = -np.inf if least_is_worst(result, name) else np.inf
+    return np.where(np.isnan(values), worst, values)

@@ -1,0 +1,220 @@
+"""What a campaign comes to, as plain data and as rows of text.
+
+Confidence intervals are of independent members. A missing value counts as worse than any other in
+quantiles and ranks, and has no part in a mean. Numbers that do not exist are None: a quantile among
+missing values, the end of an interval about which so few members tell nothing.
+"""
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from torquer.campaign.contents import (
+    failed_in,
+    in_words,
+    inputs_of,
+    least_is_worst,
+    members_of,
+    missing_as_worst,
+    name_of,
+    outcomes_of,
+    reasons_in,
+    succeeded_in,
+    table_of,
+    unit_of,
+)
+from torquer.campaign.spec import SUCCESS
+from torquer.campaign.statistics import (
+    Interval,
+    chance_correlation,
+    mean_interval,
+    quantile,
+    quantile_interval,
+    rank_correlations,
+    rate_interval,
+)
+
+#: Parts of all members at which quantiles are taken.
+PARTS = (0.01, 0.05, 0.5, 0.95, 0.99)
+#: How many members are named in a list.
+NAMED = 5
+
+
+def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
+    """Members, rate of success, statistics of each outcome, correlations above chance."""
+    failed, names = failed_in(result), outcomes_of(result)
+    pairs = correlations(result)
+    chance = chance_correlation(len(failed), confidence)
+    return {
+        "name": name_of(result),
+        "runs": table_of(result).get("runs"),
+        "members": len(failed),
+        "failed": int(failed.sum()),
+        "failures": _failures(result, failed),
+        "confidence": confidence,
+        "success": _success(result, confidence),
+        "outcomes": {name: _outcome(result, name, confidence) for name in names},
+        "chance_correlation": chance,
+        "correlations_computed": sum(map(len, pairs.values())),
+        "correlations": _above(pairs, chance),
+    }
+
+
+def _failures(result: xr.Dataset, failed: np.ndarray) -> list[dict]:
+    """The first members that failed, and why."""
+    members, reasons = members_of(result), reasons_in(result)
+    rows = np.flatnonzero(failed)[:NAMED].tolist()
+    return [{"member": int(members[row]), "reason": reasons[row]} for row in rows]
+
+
+def _success(result: xr.Dataset, confidence: float) -> dict | None:
+    succeeded = succeeded_in(result)
+    if succeeded is None:
+        return None
+    count, members = int(succeeded.sum()), len(succeeded)
+    others = members_of(result)[~succeeded & ~failed_in(result)]
+    return {
+        "succeeded": count,
+        "rate": count / members if members else None,
+        "interval": plain(rate_interval(count, members, confidence)),
+        "unsuccessful": [int(member) for member in others[:NAMED]],
+    }
+
+
+def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
+    values, ranked = outcomes_of(result)[name], missing_as_worst(result, name)
+    known = values[np.isfinite(values)]
+    return {
+        "definition": in_words(result, name),
+        "unit": unit_of(result, name),
+        "missing": int(np.isnan(values).sum()),
+        "mean": number(known.mean()) if len(known) else None,
+        "mean_interval": plain(mean_interval(values, confidence)),
+        "quantiles": {
+            f"{part:g}": {
+                "value": number(quantile(ranked, part)),
+                "interval": plain(quantile_interval(ranked, part, confidence)),
+            }
+            for part in PARTS
+        },
+        "worst_is": "least" if least_is_worst(result, name) else "greatest",
+        "worst": worst_members(result, name),
+    }
+
+
+def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dict]:
+    """Members whose runs did not fail with the worst values of an outcome, the worst first."""
+    rows = np.flatnonzero(~failed_in(result))
+    members, ranked = members_of(result)[rows], missing_as_worst(result, name)[rows]
+    badness = -ranked if least_is_worst(result, name) else ranked
+    order = np.argsort(-badness, kind="stable")[:count]
+    return [{"member": int(members[k]), "value": number(ranked[k])} for k in order]
+
+
+def number(value: float) -> float | None:
+    """A number of plain data; None if it is infinite or missing."""
+    return float(value) if math.isfinite(value) else None
+
+
+def plain(interval: Interval) -> list[float | None]:
+    """An interval's ends; None where it has none."""
+    return [number(interval.low), number(interval.high)]
+
+
+def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
+    """Rank correlations [outcome][input], of success too; see `rank_correlations`.
+
+    None of so few members that any might be by chance.
+    """
+    if chance_correlation(result.sizes["member"]) >= 1.0:
+        return {}
+    outcomes = {name: missing_as_worst(result, name) for name in outcomes_of(result)}
+    succeeded = succeeded_in(result)
+    if succeeded is not None:
+        outcomes[SUCCESS] = succeeded.astype(float)
+    return rank_correlations(inputs_of(result), outcomes)
+
+
+def _above(pairs: dict[str, dict[str, float]], chance: float) -> list[dict]:
+    """Correlations above chance, the greatest in size first."""
+    found = [
+        {"outcome": outcome, "input": key, "correlation": value}
+        for outcome, inputs in pairs.items()
+        for key, value in inputs.items()
+        if abs(value) > chance
+    ]
+    return sorted(found, key=lambda each: -abs(each["correlation"]))
+
+
+# ------------------------------------------------------------------ in words
+
+
+def summary_rows(summary: dict) -> list[tuple[str, str]]:
+    """Label and value of the most important numbers."""
+    rows = headline_rows(summary)
+    for name, each in summary["outcomes"].items():
+        rows += [(with_unit(name, each["unit"]), _line(each))]
+    for name in (*summary["outcomes"], SUCCESS):
+        found = [pair for pair in summary["correlations"] if pair["outcome"] == name][:NAMED]
+        if found:
+            text = ", ".join(f"{pair['input']} {pair['correlation']:+.2f}" for pair in found)
+            rows.append((f"Rank correlation: {name}", text))
+    return rows
+
+
+def headline_rows(summary: dict) -> list[tuple[str, str]]:
+    """Members, failures, rate of success."""
+    members, runs = summary["members"], summary["runs"]
+    of_runs = f" of {runs} runs" if runs is not None and runs != members else ""
+    rows = [("Members", f"{members}{of_runs}"), ("Failed", str(summary["failed"]))]
+    if summary["success"] is not None:
+        rows.append(("Success rate", rate_text(summary["success"], summary["confidence"])))
+    return rows
+
+
+def rate_text(success: dict, confidence: float) -> str:
+    """Rate of success with its interval."""
+    if success["rate"] is None:
+        return "none"
+    low, high = success["interval"]
+    return f"{success['rate']:.2%} ({percent(confidence)} interval {low:.2%} to {high:.2%})"
+
+
+def percent(confidence: float) -> str:
+    """A confidence in percent."""
+    return f"{100.0 * confidence:.4g} %"
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A name and its unit in brackets."""
+    return f"{name} [{unit}]" if unit else name
+
+
+def _line(each: dict) -> str:
+    at = {part: value_text(found["value"]) for part, found in each["quantiles"].items()}
+    parts = [f"mean {with_interval(each['mean'], each['mean_interval'])}"]
+    parts.append(f"5 %: {at['0.05']}, median {at['0.5']}, 95 %: {at['0.95']}")
+    if each["missing"]:
+        parts.append(f"missing {each['missing']}")
+    if each["worst"]:
+        worst = each["worst"][0]
+        parts.append(f"worst {value_text(worst['value'])} (member {worst['member']})")
+    return "; ".join(parts)
+
+
+def value_text(value: float | None) -> str:
+    """A value, or that it is missing."""
+    return "missing" if value is None else f"{value:.4g}"
+
+
+def with_interval(value: float | None, interval: list[float | None]) -> str:
+    """A value and the interval around it, if there is one."""
+    if interval == [None, None]:
+        return value_text(value)
+    low, high = interval
+    if low is None:
+        return f"{value_text(value)} (up to {high:.4g})"
+    if high is None:
+        return f"{value_text(value)} (from {low:.4g})"
+    return f"{value_text(value)} ({low:.4g} to {high:.4g})"

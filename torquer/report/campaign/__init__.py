@@ -1,0 +1,37 @@
+"""The report on a campaign: distributions, bands over time, correlations, one HTML page."""
+
+from pathlib import Path
+
+import xarray as xr
+
+
+def write_campaign_report(result: xr.Dataset, out: Path) -> list[Path]:
+    """Write `report.html` and `plots/*.png` of a campaign into a folder; return the paths.
+
+    The folder is created if missing.
+    """
+    from torquer.campaign.summary import campaign_summary
+    from torquer.report.campaign.page import write_page
+    from torquer.report.campaign.pictures import draw_all
+
+    folder = Path(out)
+    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    summary = campaign_summary(result)
+    pictures = draw_all(result, summary, folder / "plots")
+    page = write_page(result, summary, pictures, folder / "report.html")
+    return [page, *pictures.values()]
+
+
+def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
+    """Write `report.html` and `plots/*.png` on what two campaigns differ in; return the paths.
+
+    The folder is created if missing. `ValueError` for campaigns without a common outcome.
+    """
+    from torquer.campaign.comparison import comparison
+    from torquer.report.campaign.compared import draw_compared, write_compared
+
+    folder, found = Path(out), comparison(a, b)
+    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    pictures = draw_compared(a, b, found, folder / "plots")
+    page = write_compared(found, pictures, folder / "report.html")
+    return [page, *pictures.values()]

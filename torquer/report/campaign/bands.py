@@ -1,0 +1,97 @@
+"""A signal over time: where parts of all members are, and the worst member."""
+
+import json
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.campaign.contents import failed_in, members_of, unit_of_signal
+from torquer.campaign.summary import with_unit
+from torquer.report.campaign.shared import is_wide, literal
+from torquer.report.common.colours import BLUE, ORANGE, PINK, RED
+from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
+from torquer.report.common.scales import clock_for
+
+#: Parts of the members between which bands lie.
+PARTS = (0.05, 0.25, 0.5, 0.75, 0.95)
+_COLOURS = (RED, ORANGE, PINK)
+
+
+def series_by_signal(result: xr.Dataset) -> list[list[str]]:
+    """Names of the outcomes that have a series, those of one signal together."""
+    groups: dict[str, list[str]] = {}
+    for variable in result.data_vars:
+        if result[variable].attrs.get("role") == "series":
+            name = str(variable).removeprefix("series.")
+            groups.setdefault(_signal_text(result, name), []).append(name)
+    return list(groups.values())
+
+
+def _signal_text(result: xr.Dataset, name: str) -> str:
+    """What tells signals apart."""
+    if name in result and "signal" in result[name].attrs:
+        return result[name].attrs["signal"]
+    return str(result[f"series.{name}"].attrs.get("long_name", name))
+
+
+def percentiles(series: np.ndarray, parts=PARTS) -> np.ndarray:
+    """Values [parts, time] of a series [n, time] that a part of the members are not above.
+
+    They are values of members, as `quantile` has them; missing ones count as greatest.
+    """
+    ordered = np.sort(series, axis=0)
+    places = np.ceil(np.asarray(parts) * len(series) - 1e-9).astype(int) - 1
+    return ordered[np.clip(places, 0, len(series) - 1)]
+
+
+def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | None:
+    """Bands of the signal that outcomes are taken of, and each one's worst member.
+
+    None if no member was flown to the end.
+    """
+    variable = result[f"series.{names[0]}"].transpose("member", "time")
+    rows = np.flatnonzero(~failed_in(result))
+    t_s = result["time"].values.astype(float)
+    if not len(rows) or not len(t_s):
+        return None
+    series = variable.values[rows]
+    clock, found = clock_for(float(t_s[-1] - t_s[0])), percentiles(series)
+    title = str(variable.attrs.get("long_name", names[0]))
+    figure = sheet(7.2, 3.9, f"{title} · {summary['name']}")
+    axes = place(figure, 0.75, 0.75, 6.2, 2.6)
+    quiet(axes)
+    t = t_s / clock.seconds
+    handles = [
+        axes.fill_between(t, found[0], found[4], color=BLUE, alpha=0.18, lw=0, label="5 to 95 %"),
+        axes.fill_between(t, found[1], found[3], color=BLUE, alpha=0.3, lw=0, label="25 to 75 %"),
+        *axes.plot(t, found[2], color=BLUE, lw=1.5, label="median"),
+    ]
+    handles += _draw_worst(axes, t, result, variable.values, summary, names)
+    axes.set_yscale("log" if is_wide(found) else "linear")
+    axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
+    axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
+    axes.set_ylabel(literal(with_unit(title, _unit(result, names[0]))), fontsize=SMALL)
+    legend(axes, handles)
+    return figure
+
+
+def _unit(result: xr.Dataset, name: str) -> str:
+    known = name in result and "signal" in result[name].attrs
+    return unit_of_signal(json.loads(result[name].attrs["signal"])) if known else ""
+
+
+def _draw_worst(axes, t, result, series, summary, names) -> list:
+    """Lines of the worst members, each once; at most three."""
+    members = members_of(result)
+    worst = {
+        found["worst"][0]["member"]: name
+        for name in reversed(names)
+        if (found := summary["outcomes"].get(name)) and found["worst"]
+    }
+    lines = []
+    for (member, _), colour in zip(list(worst.items())[:3], _COLOURS, strict=False):
+        row = int(np.flatnonzero(members == member)[0])
+        label = f"worst: member {member}"
+        lines += axes.plot(t, series[row], color=colour, lw=1.0, label=label)
+    return lines

@@ -1,0 +1,167 @@
+"""Two campaigns beside each other: distribution functions, differences, one HTML page."""
+
+from collections.abc import Mapping
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.campaign.contents import missing_as_worst
+from torquer.campaign.summary import percent, rate_text, value_text, with_interval, with_unit
+from torquer.report.campaign.page import picture
+from torquer.report.campaign.pictures import write_all
+from torquer.report.campaign.shared import is_wide, literal, steps
+from torquer.report.campaign.tables import Grid
+from torquer.report.common.colours import BLUE, ORANGE
+from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
+from torquer.report.common.html import document, grid, section
+
+_COLOURS = (BLUE, ORANGE)
+
+
+def labels_of(found: dict) -> list[str]:
+    """Names of the campaigns: A and B, and their scenarios'."""
+    return [f"{letter}: {name}" for letter, name in zip("AB", found["names"], strict=True)]
+
+
+def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> dict[str, Path]:
+    """Write the pictures; their paths by name."""
+    figures = {f"cdf_{name}": _draw_cdf(a, b, found, name) for name in found["outcomes"]}
+    figures["differences"] = _draw_differences(found)
+    return write_all(figures, folder)
+
+
+def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | None:
+    """Distribution functions over one another; None if no member has a value."""
+    values = [missing_as_worst(each, name) for each in (a, b)]
+    known = np.concatenate([each[np.isfinite(each)] for each in values])
+    if not len(known):
+        return None
+    figure = sheet(7.2, 3.6, name)
+    axes = place(figure, 0.75, 0.75, 6.2, 2.2)
+    quiet(axes)
+    handles = []
+    for each, label, colour in zip(values, labels_of(found), _COLOURS, strict=True):
+        if np.isfinite(each).any():
+            handles += axes.plot(*steps(each), color=colour, lw=1.5, drawstyle="steps-post",
+                                 label=literal(_short(label)))  # fmt: skip
+    axes.set_xscale("log" if is_wide(known) else "linear")
+    axes.set_ylim(0.0, 1.02)
+    axes.set_ylabel("part of all members", fontsize=SMALL)
+    unit = found["summaries"][0]["outcomes"][name]["unit"]
+    axes.set_xlabel(with_unit(name, unit), fontsize=SMALL)
+    legend(axes, handles)
+    return figure
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= 40 else f"{text[:39]}…"
+
+
+def differences_of(found: dict) -> dict[str, tuple]:
+    """Difference and ends of its interval by label, of all that have them."""
+    shown = {}
+    success = found["success"]
+    if success is not None:
+        shown["rate of success"] = (success["difference"], *success["interval"])
+    for name, each in found["outcomes"].items():
+        unit = found["summaries"][0]["outcomes"][name]["unit"]
+        shown[f"mean of {with_unit(name, unit)}"] = (each["difference"], *each["interval"])
+    return {label: each for label, each in shown.items() if None not in each}
+
+
+def _draw_differences(found: dict) -> Figure | None:
+    """Each difference on its own scale, zero marked; None if there is none."""
+    shown = differences_of(found)
+    if not shown:
+        return None
+    figure = sheet(7.2, 0.75 + 0.95 * len(shown), "Differences B - A")
+    for row, (label, (middle, low, high)) in enumerate(shown.items()):
+        axes = place(figure, 0.5, 0.75 + 0.95 * row, 6.3, 0.3)
+        quiet(axes)
+        axes.grid(False, axis="y")
+        axes.spines["left"].set_visible(False)
+        axes.axvline(0.0, color=INK, lw=0.8)
+        colour = BLUE if low <= 0.0 <= high else ORANGE
+        axes.plot([low, high], [0, 0], color=colour, lw=3, solid_capstyle="butt")
+        axes.plot([middle], [0], "o", color=colour, ms=6)
+        reach = 1.1 * max(abs(low), abs(high)) or 1.0
+        axes.set_xlim(-reach, reach)
+        axes.set_yticks([])
+        axes.set_title(label, fontsize=9.5, loc="left", color=INK, pad=3)
+    foot(
+        figure,
+        f"bars: {percent(found['confidence'])} confidence intervals; orange: they exclude zero",
+    )
+    return figure
+
+
+# ------------------------------------------------------------------ page
+
+
+def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Path:
+    """Write the page, its pictures within it."""
+    title = f"{found['names'][0]} and {found['names'][1]}: campaigns compared"
+    sections = [
+        f"<header><h1>{escape(title)}</h1><p>{escape('; '.join(labels_of(found)))}</p></header>",
+        section("members", "Members", "", grid(*member_grid(found))),
+        section("differences", "Differences B - A", _about(found),
+                grid(*difference_grid(found))
+                + picture(pictures, "differences", "Differences")),
+        *(_distribution(found, pictures, name) for name in found["outcomes"]),
+    ]  # fmt: skip
+    path.write_text(document(title, sections, interactive=False), encoding="utf-8")
+    return path
+
+
+def member_grid(found: dict) -> Grid:
+    """Head and rows: members, failures, rate of success of both."""
+    a, b = found["summaries"]
+    rows: list[tuple[str, ...]] = [
+        ("members", str(a["members"]), str(b["members"])),
+        ("failed", str(a["failed"]), str(b["failed"])),
+    ]
+    if a["success"] or b["success"]:
+        rates = [rate_text(s["success"], s["confidence"]) if s["success"] else "" for s in (a, b)]
+        rows.append(("rate of success", *rates))
+    return ("", *labels_of(found)), rows
+
+
+def difference_grid(found: dict) -> Grid:
+    """Head and rows: each outcome's means, medians, difference of means."""
+    rows = []
+    for name, each in found["outcomes"].items():
+        ours = [summary["outcomes"][name] for summary in found["summaries"]]
+        means = [value_text(one["mean"]) for one in ours]
+        high = [value_text(one["quantiles"]["0.95"]["value"]) for one in ours]
+        label = with_unit(name, ours[0]["unit"])
+        label += "" if each["same_definition"] else " (defined otherwise in B)"
+        rows.append((label, *means, *high, with_interval(each["difference"], each["interval"])))
+    if found["success"]:
+        rates = [f"{summary['success']['rate']:.2%}" for summary in found["summaries"]]
+        low, high_end = found["success"]["interval"]
+        text = f"{found['success']['difference']:+.2%} ({low:+.2%} to {high_end:+.2%})"
+        rows.append(("rate of success", *rates, "", "", text))
+    return ("", "mean A", "mean B", "95 % A", "95 % B", "difference of means"), rows
+
+
+def _about(found: dict) -> str:
+    text = f"In brackets: {percent(found['confidence'])} confidence intervals. "
+    if not found["pairs"]:
+        return text + "Members of A and B are taken for independent."
+    text += (
+        f"{found['pairs']} members had the same inputs in A and in B: differences of means are "
+        "those within pairs in which both have a value."
+    )
+    if found["success"]:
+        gained, lost = found["success"]["gained"], found["success"]["lost"]
+        text += f" {gained} succeeded in B only, {lost} in A only."
+    return text
+
+
+def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> str:
+    caption = found["summaries"][0]["outcomes"][name]["definition"]
+    body = picture(pictures, f"cdf_{name}", f"Distribution functions of {name}")
+    return section(f"cdf_{name}", name, caption, body or "<p>No member has a value.</p>")

@@ -1,0 +1,88 @@
+"""How the mean of each outcome and the rate of success come to rest with more members."""
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.campaign.contents import outcomes_of, succeeded_in, table_of
+from torquer.campaign.spec import SUCCESS
+from torquer.campaign.statistics import mean_interval, rate_interval
+from torquer.campaign.summary import percent, with_unit
+from torquer.report.common.colours import BLUE, GREEN
+from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
+
+#: Numbers of members at which the estimates are taken.
+_POINTS = 100
+_PANEL, _UNDER = 1.15, 0.5
+
+
+def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
+    """A panel for the rate of success and for each mean; None of fewer than two members."""
+    confidence = summary["confidence"]
+    if summary["members"] < 2:
+        return None
+    counts = counts_to(summary["members"])
+    found = {}
+    succeeded = succeeded_in(result)
+    if succeeded is not None:
+        found[SUCCESS] = rates(succeeded, counts, confidence)
+    for name, values in outcomes_of(result).items():
+        if np.isfinite(values).sum() > 1:
+            found[name] = means(values, counts, confidence)
+    return _drawn(found, counts, result, summary) if found else None
+
+
+def counts_to(members: int) -> np.ndarray:
+    """Numbers of members, of equal ratios, the last being all."""
+    return np.unique(np.geomspace(2, members, _POINTS).round().astype(int))
+
+
+def rates(succeeded: np.ndarray, counts, confidence: float) -> np.ndarray:
+    """Rate of success of the first members and the ends of its interval [counts, 3]."""
+    found = [(int(succeeded[:n].sum()), int(n)) for n in counts]
+    return np.array([(k / n, *rate_interval(k, n, confidence)) for k, n in found])
+
+
+def means(values: np.ndarray, counts, confidence: float) -> np.ndarray:
+    """Mean of the first members that have a value and the ends of its interval [counts, 3]."""
+    return np.array([_mean(values[:n], confidence) for n in counts])
+
+
+def _mean(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
+    known = values[np.isfinite(values)]
+    low, high = mean_interval(values, confidence)
+    return (float(known.mean()) if len(known) else np.nan, low, high)
+
+
+def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: dict) -> Figure:
+    figure = sheet(7.2, 0.6 + len(found) * (_PANEL + _UNDER) + 0.3,
+                   f"Convergence · {summary['name']}")  # fmt: skip
+    stop = table_of(result).get("stop") or {}
+    for row, (name, each) in enumerate(found.items()):
+        axes = place(figure, 0.85, 0.75 + row * (_PANEL + _UNDER), 6.1, _PANEL)
+        _draw_panel(axes, counts, each)
+        if stop.get("outcome") == name:
+            for sign in (-1.0, 1.0):
+                axes.axhline(each[-1, 0] + sign * stop["half_width"], color=GREEN, lw=1.0)
+        unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
+        title = "rate of success" if name == SUCCESS else with_unit(f"mean of {name}", unit)
+        axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
+        axes.tick_params(labelbottom=row == len(found) - 1)
+    axes.set_xlabel("members", fontsize=SMALL)
+    wanted = "; green: width that is asked for" if stop else ""
+    foot(figure, f"band: {percent(summary['confidence'])} confidence interval{wanted}")
+    return figure
+
+
+def _draw_panel(axes, counts, each: np.ndarray) -> None:
+    """Estimate and band; the first intervals, which are very wide, may leave the panel."""
+    quiet(axes)
+    axes.fill_between(counts, each[:, 1], each[:, 2], color=BLUE, alpha=0.22, lw=0)
+    axes.plot(counts, each[:, 0], color=BLUE, lw=1.3)
+    axes.set_xscale("log")
+    axes.set_xlim(counts[0], max(counts[-1], counts[0] + 1))
+    late = each[counts >= min(10, counts[-1])]
+    ends = late[np.isfinite(late)]
+    if len(ends) and np.ptp(ends) > 0.0:
+        margin = 0.05 * np.ptp(ends)
+        axes.set_ylim(ends.min() - margin, ends.max() + margin)

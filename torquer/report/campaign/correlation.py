@@ -1,0 +1,164 @@
+"""Which inputs outcomes depend on: scatter of members, rank correlations."""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from torquer.campaign.contents import failed_in, inputs_of, outcomes_of, succeeded_in
+from torquer.campaign.statistics import columns_of
+from torquer.campaign.summary import correlations, with_unit
+from torquer.report.campaign.shared import is_wide, literal
+from torquer.report.common.colours import BLUE, GREY, ORANGE
+from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
+
+#: Most inputs and outcomes that are scattered against each other, and most points of a kind.
+_MOST_INPUTS, _MOST_OUTCOMES, _MOST_POINTS = 4, 6, 2000
+#: Most bars of an outcome.
+_MOST_BARS = 10
+_CELL, _TALL, _GAP, _HEAD = 2.15, 1.5, 0.22, 0.75
+
+
+def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
+    """Outcomes over the inputs most correlated with them; None without correlations."""
+    pairs = {name: found for name, found in correlations(result).items() if found}
+    names = [name for name in outcomes_of(result) if name in pairs][:_MOST_OUTCOMES]
+    if not names:
+        return None
+    keys = most_correlated([pairs[name] for name in names])
+    columns, labels = _columns(result, keys)
+    width, height = 1.1 + len(keys) * (_CELL + _GAP), _HEAD + len(names) * (_TALL + _GAP) + 0.75
+    figure = sheet(max(width, 6.4), height, f"Members · {summary['name']}")
+    kinds = _kinds(result)
+    for i, name in enumerate(names):
+        values = outcomes_of(result)[name]
+        for j, key in enumerate(keys):
+            left, top = 0.85 + j * (_CELL + _GAP), _HEAD + i * (_TALL + _GAP)
+            axes = place(figure, left, top, _CELL, _TALL)
+            _draw_cell(axes, columns[key], values, kinds)
+            axes.set_title(_signed(pairs[name].get(key)), fontsize=SMALL - 1, loc="right",
+                           color=INK, pad=4)  # fmt: skip
+            axes.tick_params(labelbottom=i == len(names) - 1, labelleft=j == 0, labelsize=7)
+            if i == len(names) - 1:
+                axes.set_xlabel(labels[key], fontsize=SMALL - 1)
+            if j == 0:
+                label = with_unit(_short(name, 24), summary["outcomes"][name]["unit"])
+                axes.set_ylabel(label, fontsize=SMALL - 1)
+    _legend(figure, kinds)
+    foot(figure, _about(kinds))
+    return figure
+
+
+def _columns(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
+    """Numbers [n] and labels of inputs; times count in days."""
+    columns = columns_of(inputs_of(result))
+    labels = {key: literal(_short(key, 34)) for key in keys}
+    for key in keys:
+        if key in result and result[key].dtype.kind == "M":
+            columns[key] = (columns[key] - columns[key].min()) / 86400.0
+            labels[key] = literal(f"{key} [d after the earliest]")
+    return columns, labels
+
+
+def _signed(correlation: float | None) -> str:
+    return "" if correlation is None else f"{correlation:+.2f}"
+
+
+def _about(kinds) -> str:
+    text = "above each: rank correlation; triangles at the edge: members without a value"
+    if any(len(rows) > _MOST_POINTS for _, _, rows in kinds):
+        text += f"; at most {_MOST_POINTS} of each kind are shown"
+    return text
+
+
+def most_correlated(found: list[dict[str, float]], count: int = _MOST_INPUTS) -> list[str]:
+    """Inputs in order of their greatest correlation with any outcome."""
+    greatest = {key: max(abs(each.get(key, 0.0)) for each in found) for key in found[0]}
+    return sorted(greatest, key=lambda key: -greatest[key])[:count]
+
+
+def _short(text: str, length: int) -> str:
+    return text if len(text) <= length else f"…{text[1 - length :]}"
+
+
+def _kinds(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
+    """Label, colour and rows of members, by how they ended."""
+    failed, succeeded = failed_in(result), succeeded_in(result)
+    if succeeded is None:
+        kinds = [("complete", BLUE, ~failed)]
+    else:
+        kinds = [("successful", BLUE, succeeded & ~failed),
+                 ("unsuccessful", ORANGE, ~succeeded & ~failed)]  # fmt: skip
+    kinds.append(("failed", INK, failed))
+    return [(label, colour, np.flatnonzero(which)) for label, colour, which in kinds if which.any()]
+
+
+def _draw_cell(axes, x, y, kinds) -> None:
+    """Members as points; those without a value as triangles at the upper edge."""
+    quiet(axes)
+    axes.set_xscale("log" if is_wide(x) else "linear")
+    axes.set_yscale("log" if is_wide(y) else "linear")
+    for _, colour, rows in kinds:
+        shown = rows[:: math.ceil(len(rows) / _MOST_POINTS)]
+        opacity = 0.35 if len(shown) > 500 and colour == BLUE else 0.75
+        size = 3.5 if len(x) > 100 else 6.0
+        axes.plot(x[shown], y[shown], ".", ms=size, mew=0, color=colour, alpha=opacity)
+        missing = shown[np.isnan(y[shown])]
+        axes.plot(x[missing], np.full(len(missing), 1.0), "v", ms=4, mew=0, color=colour,
+                  transform=axes.get_xaxis_transform(), clip_on=False)  # fmt: skip
+    for axis, values in (("x", x), ("y", y)):
+        if not is_wide(values):
+            axes.locator_params(axis=axis, nbins=4)
+
+
+def _legend(figure: Figure, kinds) -> None:
+    handles = [
+        Line2D([], [], marker="o", ls="", ms=4, mew=0, color=colour, label=f"{label}: {len(rows)}")
+        for label, colour, rows in kinds
+    ]
+    top = 1.0 - 0.3 / figure.get_figheight()
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(0.0, top), ncols=3,
+                  frameon=False, fontsize=SMALL, handletextpad=0.2)  # fmt: skip
+
+
+# ------------------------------------------------------------------ bars
+
+
+def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
+    """Rank correlations of each outcome as bars, and how great they are by chance."""
+    pairs = {name: found for name, found in correlations(result).items() if found}
+    if not pairs:
+        return None
+    bars = {name: _greatest(found) for name, found in pairs.items()}
+    heights = [0.45 + 0.19 * len(found) for found in bars.values()]
+    figure = sheet(7.2, 0.5 + sum(heights) + 0.65, f"Rank correlations · {summary['name']}")
+    top, chance = 0.5, summary["chance_correlation"]
+    for (name, found), height in zip(bars.items(), heights, strict=True):
+        axes = place(figure, 2.9, top + 0.3, 4.0, height - 0.35)
+        _draw_bars(axes, found, chance)
+        axes.set_title(name, fontsize=9.5, loc="left", color=INK, x=-0.68, pad=3)
+        top += height
+        axes.tick_params(labelbottom=top > sum(heights))
+    axes.set_xlabel("Spearman's rank correlation", fontsize=SMALL)
+    foot(figure, f"grey: as great as {chance:.2g}, which one in "
+                 f"{1.0 / (1.0 - summary['confidence']):.3g} is by chance")  # fmt: skip
+    return figure
+
+
+def _greatest(found: dict[str, float]) -> dict[str, float]:
+    keys = sorted(found, key=lambda key: -abs(found[key]))[:_MOST_BARS]
+    return {key: found[key] for key in keys}
+
+
+def _draw_bars(axes, found: dict[str, float], chance: float) -> None:
+    quiet(axes)
+    axes.grid(False, axis="y")
+    axes.axvspan(-chance, chance, color=GREY, alpha=0.2, lw=0)
+    axes.axvline(0.0, color=INK, lw=0.8)
+    colours = [BLUE if abs(r) > chance else GREY for r in found.values()]
+    axes.barh(range(len(found)), list(found.values()), 0.7, color=colours)
+    axes.set_yticks(range(len(found)), [literal(_short(key, 44)) for key in found], fontsize=7.5)
+    axes.set_ylim(len(found) - 0.45, -0.55)
+    axes.set_xlim(-1.0, 1.0)

@@ -1,0 +1,87 @@
+"""The distribution of an outcome: histogram and empirical distribution function."""
+
+import math
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.campaign.contents import missing_as_worst, table_of
+from torquer.campaign.summary import with_unit
+from torquer.report.campaign.shared import is_wide, steps
+from torquer.report.common.colours import BLUE, GREEN, ORANGE
+from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
+
+_WIDTH, _HEIGHT, _LEFT, _WIDE = 7.2, 4.7, 0.75, 6.2
+_LABELS = {"0.01": "1 %", "0.05": "5 %", "0.5": "50 %", "0.95": "95 %", "0.99": "99 %"}
+
+
+def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
+    """An outcome's histogram above its distribution function, quantiles marked in both."""
+    each, values = summary["outcomes"][name], missing_as_worst(result, name)
+    figure = sheet(_WIDTH, _HEIGHT, f"{name} · {summary['name']}")
+    upper = place(figure, _LEFT, 0.75, _WIDE, 1.65)
+    lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
+    known = values[np.isfinite(values)]
+    condition = (table_of(result).get("success") or {}).get(name)
+    edges = bins(known)
+    upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0)
+    upper.set_ylabel("members", fontsize=SMALL)
+    lower.plot(*steps(values), color=BLUE, lw=1.4, drawstyle="steps-post")
+    lower.set_ylabel("part of all members", fontsize=SMALL)
+    lower.set_ylim(0.0, 1.02)
+    lower.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
+    for axes in (upper, lower):
+        quiet(axes)
+        axes.set_xscale("log" if is_wide(known) else "linear")
+        axes.set_xlim(edges[0], edges[-1])
+        _mark(axes, each, condition)
+    upper.tick_params(labelbottom=False)
+    _name_quantiles(upper, each)
+    foot(figure, _words(each, condition))
+    return figure
+
+
+def bins(known: np.ndarray) -> np.ndarray:
+    """Edges of a histogram's bins, by Rice's rule; of equal ratios for values of a wide range."""
+    low, high = float(known.min()), float(known.max())
+    if low == high:
+        half = 0.5 * abs(low) or 0.5
+        low, high = low - half, high + half
+    count = min(max(math.ceil(2.0 * len(known) ** (1.0 / 3.0)), 5), 60)
+    return (
+        np.geomspace(low, high, count + 1) if is_wide(known) else np.linspace(low, high, count + 1)
+    )
+
+
+def _mark(axes, each: dict, condition: dict | None) -> None:
+    """Quantiles, the mean, and what the outcome must be below or above."""
+    for found in each["quantiles"].values():
+        if found["value"] is not None:
+            axes.axvline(found["value"], color=ORANGE, lw=1.0)
+    axes.axvline(each["mean"], color=INK, lw=1.0, ls=(0, (4, 3)))
+    low, high = axes.get_xlim()
+    for level in (condition or {}).values():
+        if level is not None and low < level < high:
+            axes.axvline(level, color=GREEN, lw=1.6)
+
+
+def _name_quantiles(axes, each: dict) -> None:
+    """Names above the lines, in further rows where they would overlap."""
+    ends = [-1.0, -1.0, -1.0]
+    for key, found in each["quantiles"].items():
+        if found["value"] is None:
+            continue
+        place_px = axes.transData.transform((found["value"], 0.0))
+        at = float(axes.transAxes.inverted().transform(place_px)[0])
+        row = next((row for row, end in enumerate(ends) if at > end + 0.055), 2)
+        ends[row] = at
+        axes.text(at, 1.02 + 0.09 * row, _LABELS[key], transform=axes.transAxes, ha="center",
+                  fontsize=SMALL - 1, color=INK)  # fmt: skip
+
+
+def _words(each: dict, condition: dict | None) -> str:
+    text = "orange: quantiles; dashed: mean" + (
+        "; green: condition of success" if condition else ""
+    )
+    return text + (f"; {each['missing']} members without a value" if each["missing"] else "")

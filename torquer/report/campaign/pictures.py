@@ -1,0 +1,39 @@
+"""All pictures of a campaign, as PNG."""
+
+from pathlib import Path
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.report.campaign.bands import draw_bands, series_by_signal
+from torquer.report.campaign.convergence import draw_convergence
+from torquer.report.campaign.correlation import draw_correlations, draw_scatter
+from torquer.report.campaign.distribution import draw_distribution
+
+
+def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
+    """Write the pictures that there are values for; their paths by name."""
+    figures: dict[str, Figure | None] = {}
+    for name, each in summary["outcomes"].items():
+        if each["mean"] is not None:
+            figures[f"distribution_{name}"] = draw_distribution(result, summary, name)
+    for names in series_by_signal(result):
+        figure = draw_bands(result, summary, names)
+        if figure is not None:
+            figures[f"series_{names[0]}"] = figure
+    figures["scatter"] = draw_scatter(result, summary)
+    figures["correlations"] = draw_correlations(result, summary)
+    figures["convergence"] = draw_convergence(result, summary)
+    return write_all(figures, folder)
+
+
+def write_all(figures: dict, folder: Path) -> dict[str, Path]:
+    """Write figures, those that are not None, as PNG; their paths by name."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    paths = {}
+    for name, figure in figures.items():
+        if figure is not None:
+            paths[name] = folder / f"{name}.png"
+            FigureCanvasAgg(figure).print_png(paths[name])
+    return paths
