@@ -41,7 +41,8 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
         said = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
         variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **said})
         if name in chunk.series:
-            dims, about = ("member", "time"), {"role": "series", "long_name": said["signal"]}
+            named = outcome.signal if isinstance(outcome.signal, str) else said["signal"]
+            dims, about = ("member", "time"), {"role": "series", "long_name": named}
             variables[f"series.{name}"] = (dims, chunk.series[name], about)
     holds = succeeded(campaign.success, chunk.outcomes)
     if holds is not None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from torquer.campaign.fly import OneByOne, fly_campaign
-from torquer.campaign.load import load_campaign
+from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
@@ -75,9 +75,8 @@ def _loaded(path: Path, how: HowMany):
     check_code(scenario, path, how.user_code, how.code_from_anywhere)
     check_surroundings(scenario)
     if how.runs is not None:
-        campaign = type(campaign).model_validate(
-            campaign.model_dump(exclude_unset=True) | {"runs": how.runs}
-        )
+        table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}
+        campaign = campaign_from_data(table, scenario)
     return scenario, campaign
 
 
@@ -136,7 +135,7 @@ def _show(summary: dict, out: Path, as_json: bool, report: bool) -> None:
         return
     from rich.table import Table
 
-    table = Table(title=summary["scenario"], show_header=False, title_justify="left")
+    table = Table(title=summary["name"], show_header=False, title_justify="left")
     for row in summary_rows(summary):
         table.add_row(*row)
     console().print(table)

@@ -1,0 +1,92 @@
+"""`torquer campaign`: its files, one member alone, going on, mistakes."""
+
+import json
+
+import numpy as np
+import pytest
+
+import torquer
+from torquer import engine
+
+CAMPAIGN = """
+[campaign]
+runs = 20
+[campaign.vary]
+initial.rate_deg_s = { direction = "uniform", magnitude = { uniform = [0.5, 4.0] } }
+"""
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+
+@pytest.fixture
+def campaign_file(scenario):
+    scenario.write_text(scenario.read_text() + CAMPAIGN)
+    return scenario
+
+
+@needs_jit
+def test_a_campaign_writes_its_files(call, campaign_file, tmp_path):
+    out = tmp_path / "out"
+    code, printed, err = call("campaign", campaign_file, "--out", out, "--json")
+    assert (code, err) == (0, "")
+    summary = json.loads(printed)
+    assert summary["members"] == 20 and summary["failed"] == 0
+    assert json.loads((out / "summary.json").read_text()) == summary
+    assert torquer.load(out / "campaign.nc").sizes["member"] == 20
+    names = {file.name for file in out.iterdir()}
+    assert names == {"campaign.nc", "summary.json", "report.html", "plots"}
+    assert len(list((out / "plots").glob("*.png"))) >= 4
+
+
+@needs_jit
+def test_a_member_flies_alone_to_the_same_end(call, campaign_file, no_report, tmp_path):
+    out = tmp_path / "out"
+    assert call("campaign", campaign_file, "--out", out, "--no-report")[0] == 0
+    rates = torquer.load(out / "campaign.nc")["final_rate_deg_s"].values
+    code, printed, _ = call(
+        "campaign", campaign_file, "--member", 13, "--out", out / "13", "--json"
+    )
+    assert code == 0 and json.loads(printed)["final_rate_deg_s"] == rates[13]
+    assert torquer.load(out / "13" / "result.nc").attrs["how_it_ended"] == "complete"
+
+
+@needs_jit
+def test_runs_are_added_and_nothing_is_overwritten(call, campaign_file, tmp_path):
+    out = tmp_path / "out"
+    options = ("--out", out, "--no-report")
+    assert call("campaign", campaign_file, *options, "--runs", 7)[0] == 0
+    before = torquer.load(out / "campaign.nc")
+    code, _, err = call("campaign", campaign_file, *options)
+    assert code == 2 and err.startswith("error: to: must hold no campaign; received ")
+    assert call("campaign", campaign_file, *options, "--resume")[0] == 0
+    more = torquer.load(out / "campaign.nc")
+    assert more.sizes["member"] == 20
+    kept = more["final_rate_deg_s"].values[:7]
+    assert np.array_equal(kept, before["final_rate_deg_s"].values)
+
+
+@needs_jit
+def test_flying_one_by_one_is_told(call, campaign_file, tmp_path):
+    text = campaign_file.read_text().replace("step_s = 1.0\n", "")
+    campaign_file.write_text(text.replace("runs = 20", "runs = 2"))
+    code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", "--no-report")
+    assert code == 0
+    assert err.startswith("note: members fly one by one, not 16 at a time: its steps are its own")
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (("--runs", 0), "campaign.runs: must be greater than or equal to 1; received 0"),
+        (("--member", 20), "--member: must lie within 0..19; received 20"),
+        (("--member", -1), "--member: must lie within 0..19; received -1"),
+        (("--workers", 0), "workers: must be 1 or more; received 0"),
+    ],
+)
+def test_mistakes_are_one_line(call, campaign_file, tmp_path, options, told):
+    code, out, err = call("campaign", campaign_file, "--out", tmp_path / "out", *options)
+    assert (code, out, err) == (2, "", f"error: {told}\n")
+
+
+def test_a_file_without_a_campaign_is_refused(call, scenario, tmp_path):
+    code, _, err = call("campaign", scenario, "--out", tmp_path / "out")
+    assert (code, err) == (2, "error: campaign: must be given; received nothing\n")
