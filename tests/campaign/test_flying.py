@@ -181,3 +181,19 @@ def test_a_campaign_ends_when_it_knows_enough_however_many_workers(scenario):
 def test_mistakes_are_told(scenario, options, told):
     with pytest.raises(ValueError, match=told):
         torquer.fly_campaign(scenario, campaign(scenario, runs=2), **options)
+
+
+def test_dask_gives_the_same_bits_when_a_worker_is_killed(scenario):
+    distributed = pytest.importorskip("distributed")
+    made = campaign(scenario, runs=400)
+    here = torquer.fly_campaign(scenario, made)
+    with distributed.LocalCluster(2, threads_per_worker=1, dashboard_address=None) as cluster:
+
+        def kill_one(progress):
+            if progress.done == 80:
+                next(iter(cluster.workers.values())).process.process.kill()
+
+        there = torquer.fly_campaign(
+            scenario, made, where=cluster.scheduler_address, progress=kill_one
+        )
+    assert there.identical(here)

@@ -49,17 +49,19 @@ class Pool:
 @contextlib.contextmanager
 def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     """A pool of `workers`; `where`: 'threads', 'processes', or the address of a Dask scheduler."""
-    scenario, campaign = fleet.scenario, fleet.campaign
-    elsewhere = functools.partial(chunk_elsewhere, scenario, campaign)
+    elsewhere = functools.partial(chunk_elsewhere, fleet.scenario, fleet.campaign)
+    if where not in ("threads", "processes"):
+        with _cluster(where) as client:
+            # a worker that is lost costs its chunks one more try
+            theirs = client.get_executor(retries=_RETRIES, pure=False)
+            yield Pool(theirs, max(1, len(client.nthreads())), elsewhere)
+        return
     if where == "threads":
         executor: Executor = ThreadPoolExecutor(workers)
         fly = functools.partial(_here, fleet)
-    elif where == "processes":
+    else:
         spawned = multiprocessing.get_context("spawn")
         executor, fly = ProcessPoolExecutor(workers, spawned), elsewhere
-    else:
-        executor, workers = _dask(where)
-        fly = elsewhere
     try:
         yield Pool(executor, workers, fly)
     finally:
@@ -70,8 +72,8 @@ def _here(fleet: Fleet, first: int, last: int):
     return dataset_of(fleet, fleet.fly(np.arange(first, last)))
 
 
-def _dask(address: str):
-    """Executor and number of workers of a cluster."""
+def _cluster(address: str):
+    """A client of a Dask cluster."""
     try:
         from distributed import Client
     except ImportError:
@@ -80,9 +82,8 @@ def _dask(address: str):
             f"received {address!r}"
         ) from None
     try:
-        client = Client(address, timeout="10s")
+        return Client(address, timeout="10s")
     except (OSError, ValueError) as error:
         raise ValueError(
             f"where: must be the address of a Dask scheduler; received {address!r} ({error})"
         ) from None
-    return client.get_executor(retries=_RETRIES, pure=False), max(1, len(client.nthreads()))
