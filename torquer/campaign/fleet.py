@@ -14,7 +14,7 @@ from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.lanes import LANES
 from torquer.scenario.load import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
-from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.members import Flown as FlownInLanes, Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.run import prepare
 from torquer.simulation.simulate import RunStopped, finish
 from torquer.simulation.store import InMemory
@@ -66,8 +66,7 @@ class Fleet:
         drawn = draw(self.campaign, self.scenario, members)
         seeds = member_seeds(self.campaign, members)
         count = len(members)
-        names = self.campaign.outcomes
-        outcomes = {name: np.full(count, np.nan) for name in names}
+        outcomes = {name: np.full(count, np.nan) for name in self.campaign.outcomes}
         shape = (count, len(self.kept))
         series = {name: np.full(shape, np.nan, np.float32) for name in self._with_signals()}
         chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
@@ -83,36 +82,28 @@ class Fleet:
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> list[int]:
         """Fly all members that fit; rows of those that do not, or that ended early."""
-        numbers, rows, alone = self._numbers(lanes, chunk)
+        found = [self._numbers_of(lanes, chunk, row) for row in range(len(chunk.members))]
+        alone = [row for row, numbers in enumerate(found) if numbers is None]
+        rows = np.array([row for row, numbers in enumerate(found) if numbers is not None], int)
         for first in range(0, len(rows), LANES):
             of_batch = rows[first : first + LANES]
-            flown = lanes.fly(numbers[first : first + LANES], chunk.seeds[of_batch])
-            motion = np.swapaxes(flown.motion, 1, 2)
-            energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
-            attitude, rate = motion[..., :4], motion[..., 4:]
-            r, v, b, sun = self._along
-            of_all = Flown(self.t_s, attitude, rate, r, v, b, sun, energy, peak)
-            self._put(chunk, of_batch, of_all)
+            flown = lanes.fly(np.array([found[row] for row in of_batch]), chunk.seeds[of_batch])
+            self._put(chunk, of_batch, self._with_surroundings(flown))
             alone += [int(row) for row in of_batch[flown.failed]]
         return alone
 
-    def _numbers(self, lanes: Lanes, chunk: Chunk) -> tuple[np.ndarray, np.ndarray, list[int]]:
-        """Numbers of the members that fit, their rows; rows of the others."""
-        everyone = range(len(chunk.members))
-        if _MOTION_KEYS.issuperset(chunk.drawn):
-            motions = [self._first_motion(chunk, row) for row in everyone]
-            rows = [row for row in everyone if motions[row] is not None]
-            if not rows:
-                return np.empty((0, 0)), np.array([], int), list(everyone)
-            return (
-                lanes.numbers_of(np.array([motions[row] for row in rows])),
-                np.array(rows),
-                [row for row in everyone if motions[row] is None],
-            )
-        fitting = {row: self._taken(lanes, chunk, row) for row in everyone}
-        rows = [row for row in everyone if fitting[row] is not None]
-        numbers = np.array([fitting[row] for row in rows])
-        return numbers, np.array(rows, int), [row for row in everyone if fitting[row] is None]
+    def _with_surroundings(self, flown: FlownInLanes) -> Flown:
+        """What members flew in lanes, with what they met on their orbit."""
+        motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
+        energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
+        return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
+
+    def _numbers_of(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
+        """A member's numbers in its lane; None if it does not fit."""
+        if not _MOTION_KEYS.issuperset(chunk.drawn):
+            return self._taken(lanes, chunk, row)
+        motion = self._first_motion(chunk, row)
+        return None if motion is None else lanes.numbers_of(motion[None])[0]
 
     def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
         """Attitude and rate of a member at the start; None if they are not to be flown."""
