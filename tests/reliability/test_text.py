@@ -37,4 +37,4 @@ def test_an_error_shows_a_key_with_escapes_as_text(process, tmp_path):
     path = tmp_path / "scenario.toml"
     path.write_text('"\\u001b[31m" = 1\n')
     out, err = process("validate", path).communicate(timeout=60.0)
-    assert out == "" and "\x1b" not in err and "\\x1b[31m" in err
+    assert out == "" and "\x1b" not in err and "\\u001b[31m" in err

@@ -46,21 +46,23 @@ class _Packing:
 
 
 def packed(plant: Plant, state: State) -> Packed:
-    """Numbers and layout of a member. What is known and the cells come first, for laws."""
+    """Numbers and layout of a member.
+
+    What is known, the cells, and parameters and memory of the laws come first. The layout does not
+    tell of these two: laws find them by their places, and the loop is the same code for all laws.
+    """
     packing, board = _Packing(), state.board
     known = packing.rows(board.known)
     cells = packing.rows(state.cells)
-    of_board = {
-        "known": known,
-        "parameters": packing.rows(board.parameters),
-        "memory": packing.rows(board.memory),
-    }
+    packing.shared += [len(board.parameters), len(board.memory)]
+    packing.put(board.parameters)
+    packing.put(board.memory)
     of_state = {
         "cells": cells,
         "sensors": packing.rows(state.sensors),
         "coils": packing.rows(state.coils),
         "rotors": packing.rows(state.rotors),
-        "board": (0, Fields(_fields(of_board))),
+        "board": (0, Fields(_fields({"known": known}))),
     }
     parts = packing.part(plant)
     layout = Layout(Fields(_fields(of_state)), parts, len(packing.numbers))
