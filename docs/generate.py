@@ -9,6 +9,10 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from torquer.campaign.outcomes import Outcome, Threshold, What
+from torquer.campaign.signals import Axis
+from torquer.campaign.spec import Campaign, Stop
+from torquer.campaign.variation import Correlated, Variation
 from torquer.control import LAWS, GivenLaw
 from torquer.control.modes.spec import Condition, Modes, Region, State, Transition
 from torquer.control.scheme import Scheme, Stage, Until
@@ -71,6 +75,14 @@ TABLES = {
     "control.modes.states.NAME.transitions": Transition,
     "control.modes.states.NAME.transitions.when": Condition,
     "simulation": Simulation,
+    "campaign (of `torquer campaign`)": Campaign,
+    "campaign.vary.KEY": Variation,
+    "campaign.correlated": Correlated,
+    "campaign.outcomes.NAME": Outcome,
+    "campaign.outcomes.NAME.what": What,
+    "campaign.outcomes.NAME.signal, of an axis": Axis,
+    "campaign.success.NAME": Threshold,
+    "campaign.stop": Stop,
 }
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
 #: `Source: MAG (2.1.3).` or `Source: FIELD (1.10), FIELD (1.11)`, line breaks allowed.
@@ -107,7 +119,8 @@ def _default(key: str, field) -> str:
     if field.is_required():
         return "**must be given**"
     if field.default_factory is not None:
-        return f"`{field.default_factory()!r}`"
+        made = field.default_factory()
+        return ", ".join(f"`{name}`" for name in made) if made else f"`{made!r}`"
     if isinstance(field.default, BaseModel):
         return "its own defaults" if key != "kind" else f"`{field.default!r}`"
     return f"`{field.default!r}`"

@@ -37,7 +37,7 @@ CodeFromAnywhere = Annotated[
 def run(
     scenario: Path,
     *,
-    out: Annotated[Path | None, Parameter(help="Output folder [runs/<scenario name>].")] = None,
+    out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME].")] = None,
     json: Json = False,
     resume: Annotated[
         bool, Parameter(help="Resume the interrupted run in the output folder.", negative="")
@@ -86,9 +86,7 @@ def validate(
 def campaign(
     scenario: Path,
     *,
-    out: Annotated[
-        Path | None, Parameter(help="Output folder [runs/<scenario name>-campaign].")
-    ] = None,
+    out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME-campaign].")] = None,
     json: Json = False,
     runs: Annotated[int | None, Parameter(help="Number of runs, in place of the file's.")] = None,
     workers: Annotated[int | None, Parameter(help="Workers [as many as cores].")] = None,
