@@ -6,7 +6,6 @@ allocation, no exceptions, no strings, no globals that change. Vectors are
 """
 
 import hashlib
-import math
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -136,26 +135,6 @@ def _bits_of(number):
 @overload(float_of)
 def _float_of(bits):
     return lambda bits: _to_float(bits)
-
-
-def square_root(number):
-    """The square root as an instruction: a call of the C library's cannot be taken under a
-    condition by code for several members at once."""
-    return math.sqrt(number)
-
-
-@intrinsic
-def _square_root(typing_context, number):
-    def build(context, builder, signature, arguments):
-        function = builder.module.declare_intrinsic("llvm.sqrt", [ir.DoubleType()])
-        return builder.call(function, arguments)
-
-    return types.float64(types.float64), build
-
-
-@overload(square_root)
-def _by_instruction(number):
-    return lambda number: _square_root(number)
 
 
 class FirstClass(types.WrapperAddressProtocol):

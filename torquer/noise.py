@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import bits_of, float_of, inlined, kernel, square_root
+from torquer.engine import bits_of, float_of, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)
@@ -97,8 +97,8 @@ def normal3(seed, stream, index):
     s, i = np.uint64(seed), np.uint64(index)
     a, b, c, d = philox(i & _LOW, i >> _32, np.uint64(stream), np.uint64(0), s & _LOW, s >> _32)
     half = 0.5 / 4294967296.0  # keeps the logarithm finite
-    r1 = square_root(-2.0 * _log(_part_of_one(a) + half))
-    r2 = square_root(-2.0 * _log(_part_of_one(c) + half))
+    r1 = math.sqrt(-2.0 * _log(_part_of_one(a) + half))
+    r2 = math.sqrt(-2.0 * _log(_part_of_one(c) + half))
     cos1, sin1 = _cos_sin(_part_of_one(b))
     cos2, _ = _cos_sin(_part_of_one(d))
     return (r1 * cos1, r1 * sin1, r2 * cos2)
