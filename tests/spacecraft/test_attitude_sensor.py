@@ -5,20 +5,25 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer.spacecraft.attitude_sensor import AttitudeSensor, read_attitude
+from torquer import noise
+from torquer.spacecraft.attitude_sensor import STREAM, AttitudeSensor, read_attitude
 
 Q = tuple(Rotation.from_euler("xyz", [0.3, -0.8, 1.9]).as_quat())
+
+
+def read(packed, sample):
+    return read_attitude(packed, Q, noise.drawn(packed.noise_rad, 7, STREAM, sample))
 
 
 def turns(sensor, n=4000):
     """Rotation vectors [deg], in body axes, from the true to the measured attitude."""
     packed = sensor.pack()
-    read = Rotation.from_quat([read_attitude(packed, Q, 7, i) for i in range(n)])
-    return np.degrees((Rotation.from_quat(Q).inv() * read).as_rotvec())
+    read_many = Rotation.from_quat([read(packed, i) for i in range(n)])
+    return np.degrees((Rotation.from_quat(Q).inv() * read_many).as_rotvec())
 
 
 def test_an_ideal_sensor_reads_the_truth():
-    assert read_attitude(AttitudeSensor().pack(), Q, 1, 5) == Q
+    assert read(AttitudeSensor().pack(), 5) == Q
 
 
 def test_a_fixed_error_is_that_turn_about_the_body_axes():

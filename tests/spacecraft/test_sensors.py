@@ -7,7 +7,13 @@ from pydantic import ValidationError
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
+from torquer import noise
 from torquer.engine import kernel
+from torquer.spacecraft import (
+    gyro as of_gyro,
+    magnetometer as of_magnetometer,
+    sun_sensor as of_sun,
+)
 from torquer.spacecraft.gyro import Gyro, read_rate, walked_bias
 from torquer.spacecraft.magnetometer import Magnetometer, read_field
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS, SunSensors, read_sun
@@ -23,22 +29,26 @@ MANY = settings(max_examples=60, deadline=None)
 @kernel
 def fields(magnetometer, b, seed, out):
     for i in range(out.shape[0]):
-        out[i, 0], out[i, 1], out[i, 2] = read_field(magnetometer, b, (0.0, 0.0, 0.0), seed, i)
+        drawn = noise.drawn(magnetometer.noise_t, seed, of_magnetometer.STREAM, i)
+        out[i, 0], out[i, 1], out[i, 2] = read_field(magnetometer, b, (0.0, 0.0, 0.0), drawn)
 
 
 @kernel
 def rates(gyro, omega, interval, seed, drifts, out):
     drift = (0.0, 0.0, 0.0)
     for i in range(out.shape[0]):
-        drift = walked_bias(gyro, drift, interval, seed, i)
+        walk = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, of_gyro.DRIFT_STREAM, i)
+        drift = walked_bias(gyro, drift, interval, walk)
         drifts[i, 0], drifts[i, 1], drifts[i, 2] = drift
-        out[i, 0], out[i, 1], out[i, 2] = read_rate(gyro, omega, drift, seed, i)
+        drawn = noise.drawn(gyro.noise_rad_s, seed, of_gyro.NOISE_STREAM, i)
+        out[i, 0], out[i, 1], out[i, 2] = read_rate(gyro, omega, drift, drawn)
 
 
 @kernel
 def suns(sensors, sun, seed, out):
     for i in range(out.shape[0]):
-        out[i, 0], out[i, 1], out[i, 2] = read_sun(sensors, sun, 1.0, seed, i)
+        drawn = noise.drawn(sensors.noise_rad, seed, of_sun.STREAM, i)
+        out[i, 0], out[i, 1], out[i, 2] = read_sun(sensors, sun, 1.0, drawn)
 
 
 def many_fields(seed=1, **keys):
@@ -54,11 +64,15 @@ def many_rates(seed=1, interval=1.0, **keys):
 
 
 def field(b=B, dipole=OFF, sample=0, **keys):
-    return read_field(Magnetometer(**keys).pack(), b, dipole, 1, sample)
+    packed = Magnetometer(**keys).pack()
+    drawn = noise.drawn(packed.noise_t, 1, of_magnetometer.STREAM, sample)
+    return read_field(packed, b, dipole, drawn)
 
 
 def rate(omega=OMEGA, drift=OFF, **keys):
-    return read_rate(Gyro(**keys).pack(), omega, drift, 1, 0)
+    packed = Gyro(**keys).pack()
+    drawn = noise.drawn(packed.noise_rad_s, 1, of_gyro.NOISE_STREAM, 0)
+    return read_rate(packed, omega, drift, drawn)
 
 
 def test_ideal_sensors_read_the_truth():
@@ -66,7 +80,7 @@ def test_ideal_sensors_read_the_truth():
     assert rate() == pytest.approx(OMEGA, abs=1e-18)
     assert field(dipole=(1.0, 2.0, 3.0)) == B
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0).pack()
-    assert read_sun(sensors, SUN, 1.0, 1, 0) == SUN
+    assert read_sun(sensors, SUN, 1.0, OFF) == SUN
 
 
 def test_noise_of_the_magnetometer_is_white_and_of_the_size_asked_for():
@@ -181,7 +195,7 @@ def test_drift_of_the_gyro_is_a_random_walk_of_the_size_asked_for(interval):
 
 
 def test_without_drift_the_bias_stays():
-    assert walked_bias(Gyro().pack(), (1.0, 2.0, 3.0), 1.0, 1, 5) == (1.0, 2.0, 3.0)
+    assert walked_bias(Gyro().pack(), (1.0, 2.0, 3.0), 1.0, (0.3, -0.2, 0.1)) == (1.0, 2.0, 3.0)
 
 
 def looking(axis, angle_deg):
@@ -198,26 +212,26 @@ def test_a_sun_sensor_sees_within_its_cone(half):
     axis = (0.0, 1.0, 0.0)
     sensors = SunSensors(axes=(axis,), half_field_deg=half).pack()
     inside = looking(axis, half - 1e-6)
-    assert read_sun(sensors, inside, 1.0, 1, 0) == inside
+    assert read_sun(sensors, inside, 1.0, OFF) == inside
     if half < 180.0:
-        assert read_sun(sensors, looking(axis, half + 1e-6), 1.0, 1, 0) == OFF
+        assert read_sun(sensors, looking(axis, half + 1e-6), 1.0, OFF) == OFF
     else:
-        assert read_sun(sensors, (0.0, -1.0, 0.0), 1.0, 1, 0) == (0.0, -1.0, 0.0)
+        assert read_sun(sensors, (0.0, -1.0, 0.0), 1.0, OFF) == (0.0, -1.0, 0.0)
 
 
 def test_two_sun_sensors_see_both_sides():
     sensors = SunSensors(axes=((0.0, 0.0, 2.0), (0.0, 0.0, -1.0)), half_field_deg=50.0).pack()
     for z in (1.0, -1.0):
-        assert read_sun(sensors, (0.0, 0.0, z), 1.0, 1, 0) == (0.0, 0.0, z)
-    assert read_sun(sensors, (1.0, 0.0, 0.0), 1.0, 1, 0) == OFF
+        assert read_sun(sensors, (0.0, 0.0, z), 1.0, OFF) == (0.0, 0.0, z)
+    assert read_sun(sensors, (1.0, 0.0, 0.0), 1.0, OFF) == OFF
 
 
 def test_sun_sensors_need_half_of_the_disc_and_a_sensor():
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0).pack()
     for lit, seen in ((1.0, SUN), (0.5, SUN), (0.49, OFF), (0.0, OFF)):
-        assert read_sun(sensors, SUN, lit, 1, 0) == seen
-    assert read_sun(NO_SUN_SENSORS, SUN, 1.0, 1, 0) == OFF
-    assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, 1, 0) == OFF
+        assert read_sun(sensors, SUN, lit, OFF) == seen
+    assert read_sun(NO_SUN_SENSORS, SUN, 1.0, OFF) == OFF
+    assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, OFF) == OFF
 
 
 def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_axis():

@@ -19,11 +19,11 @@ from torquer.simulation.timetable import (
     TACHOMETERS,
 )
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
-from torquer.spacecraft.attitude_sensor import attitude_with_noise
+from torquer.spacecraft.attitude_sensor import read_attitude
 from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.gyro import rate_with_noise, walked_by
-from torquer.spacecraft.magnetometer import field_with_noise
-from torquer.spacecraft.sun_sensor import sun_with_noise
+from torquer.spacecraft.gyro import read_rate, walked_bias
+from torquer.spacecraft.magnetometer import read_field
+from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
 
 
@@ -81,10 +81,10 @@ def read_gyro(plant, cells, omega, t, drawn, drawn_walk):
     """What the gyro reads; its drift goes on from its last reading."""
     c = cells[0]
     drift = (c.drift_x, c.drift_y, c.drift_z)
-    drift = walked_by(plant.gyro, drift, t - c.drift_s, drawn_walk)
+    drift = walked_bias(plant.gyro, drift, t - c.drift_s, drawn_walk)
     c.drift_x, c.drift_y, c.drift_z = drift
     c.drift_s = t
-    return rate_with_noise(plant.gyro, omega, drift, drawn)
+    return read_rate(plant.gyro, omega, drift, drawn)
 
 
 @internal
@@ -93,7 +93,7 @@ def read_magnetometer(plant, coils, b_body, drawn):
     dipole = (0.0, 0.0, 0.0)
     if plant.magnetometer.coupling_t_per_a_m2 != 0.0:
         dipole = present_dipole(plant.coils, coils)
-    return field_with_noise(plant.magnetometer, b_body, dipole, drawn)
+    return read_field(plant.magnetometer, b_body, dipole, drawn)
 
 
 @internal
@@ -147,7 +147,7 @@ def sun_sensors_step(plant, late, state, x, direction, lit, t, drawn):
     """A reading of the Sun sensors; `direction` (inertial) and visible part of the Sun."""
     state.sensors[SUN_SENSORS].count += 1.0
     sun_body = rotate_inverse(x.q, direction)
-    sx, sy, sz = sun_with_noise(plant.sun_sensors, sun_body, lit, drawn)
+    sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, drawn)
     is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
     put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
     known.sun_s = chosen(is_late, known.sun_s, t)
@@ -160,7 +160,7 @@ def sun_sensors_step(plant, late, state, x, direction, lit, t, drawn):
 def attitude_sensor_step(plant, late, state, x, t, drawn):
     """A reading of the attitude sensor."""
     state.sensors[ATTITUDE_SENSOR].count += 1.0
-    qx, qy, qz, qw = attitude_with_noise(plant.attitude_sensor, x.q, drawn)
+    qx, qy, qz, qw = read_attitude(plant.attitude_sensor, x.q, drawn)
     is_late, known = late & (READ << ATTITUDE_SENSOR) != 0, state.board.known[0]
     put_late(is_late, state.sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
     known.q_s = chosen(is_late, known.q_s, t)

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer import noise
 from torquer.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import as_vector, scale
@@ -24,19 +23,15 @@ class AttitudeSensorSet(NamedTuple):
 
 
 @inlined
-def attitude_with_noise(sensor, q_body_to_inertial, drawn):
-    """Measured attitude; `drawn`: three standard normal numbers."""
+def read_attitude(sensor, q_body_to_inertial, drawn):
+    """Measured attitude: the true one after the fixed and the random turn, in body axes.
+
+    `drawn`: three standard normal numbers.
+    """
     if sensor.ideal:
         return q_body_to_inertial
     turn = from_rotation_vector(scale(sensor.noise_rad, drawn))
     return multiply(multiply(q_body_to_inertial, sensor.q_error), turn)
-
-
-@inlined
-def read_attitude(sensor, q_body_to_inertial, seed, sample):
-    """Measured attitude: the true one after the fixed and the random turn, in body axes."""
-    drawn = noise.drawn(sensor.noise_rad, seed, STREAM, sample)
-    return attitude_with_noise(sensor, q_body_to_inertial, drawn)
 
 
 class AttitudeSensor(Sampled):

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer import noise
 from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.sampling import Sampled
@@ -27,15 +26,9 @@ class GyroSet(NamedTuple):
 
 
 @inlined
-def walked_bias(gyro, drift, interval_s, seed, sample):
-    """Accumulated drift [rad/s] after one more sampling interval."""
-    step = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, sample)
-    return walked_by(gyro, drift, interval_s, step)
-
-
-@inlined
-def walked_by(gyro, drift, interval_s, drawn):
-    """The same; `drawn`: three standard normal numbers."""
+def walked_bias(gyro, drift, interval_s, drawn):
+    """Accumulated drift [rad/s] after one more sampling interval; `drawn`: three standard normal
+    numbers."""
     if gyro.drift_rad_s_sqrt_s == 0.0:
         return drift
     step = gyro.drift_rad_s_sqrt_s * math.sqrt(interval_s)
@@ -43,14 +36,7 @@ def walked_by(gyro, drift, interval_s, drawn):
 
 
 @inlined
-def read_rate(gyro, omega_body, drift, seed, sample):
-    """Reading [rad/s] in body axes of sample number `sample`."""
-    error = noise.drawn(gyro.noise_rad_s, seed, NOISE_STREAM, sample)
-    return rate_with_noise(gyro, omega_body, drift, error)
-
-
-@inlined
-def rate_with_noise(gyro, omega_body, drift, drawn):
+def read_rate(gyro, omega_body, drift, drawn):
     """Reading [rad/s] in body axes; `drawn`: three standard normal numbers."""
     reading = add(add(mat_vec(gyro.mounting, omega_body), gyro.bias_rad_s), drift)
     if gyro.noise_rad_s > 0.0:

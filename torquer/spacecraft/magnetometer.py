@@ -4,7 +4,6 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer import noise
 from torquer.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.sampling import Sampled
@@ -26,14 +25,7 @@ class MagnetometerSet(NamedTuple):
 
 
 @inlined
-def read_field(magnetometer, b_body_t, dipole_body_a_m2, seed, sample):
-    """Reading [T] in body axes of sample number `sample`."""
-    error = noise.drawn(magnetometer.noise_t, seed, STREAM, sample)
-    return field_with_noise(magnetometer, b_body_t, dipole_body_a_m2, error)
-
-
-@inlined
-def field_with_noise(magnetometer, b_body_t, dipole_body_a_m2, drawn):
+def read_field(magnetometer, b_body_t, dipole_body_a_m2, drawn):
     """Reading [T] in body axes; `drawn`: three standard normal numbers."""
     m = magnetometer
     seen = add_scaled(b_body_t, m.coupling_t_per_a_m2, dipole_body_a_m2)

@@ -6,7 +6,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer import noise, validate
+from torquer import validate
 from torquer.engine import inlined
 from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
 from torquer.spacecraft.sampling import Sampled
@@ -24,18 +24,12 @@ class SunSensorSet(NamedTuple):
 
 
 @inlined
-def read_sun(sensors, sun_body, lit, seed, sample):
+def read_sun(sensors, sun_body, lit, drawn):
     """Unit vector to the Sun [body], or zeros where no sensor sees it.
 
-    `lit` is the visible fraction of the Sun's disc; half a disc is enough to read.
+    `lit` is the visible fraction of the Sun's disc; half a disc is enough to read. `drawn`: three
+    standard normal numbers.
     """
-    drawn = noise.drawn(sensors.noise_rad, seed, STREAM, sample)
-    return sun_with_noise(sensors, sun_body, lit, drawn)
-
-
-@inlined
-def sun_with_noise(sensors, sun_body, lit, drawn):
-    """The same; `drawn`: three standard normal numbers."""
     axes, best = sensors.axes, -1.0
     for i in range(axes.shape[0]):
         best = max(best, dot((axes[i, 0], axes[i, 1], axes[i, 2]), sun_body))
