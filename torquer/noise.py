@@ -74,8 +74,8 @@ def _log(u):
 
 
 @inlined
-def _cos_sin(turns):
-    """Cosine and sine of an angle in turns, 0..1: series about the nearest quarter."""
+def cos_sin(turns):
+    """Cosine and sine of an angle in turns, 0..1: series about the nearest quarter of a turn."""
     quarter = np.floor(4.0 * turns + 0.5)
     r = (4.0 * turns - quarter) * (0.5 * math.pi)
     z = r * r
@@ -99,8 +99,8 @@ def normal3(seed, stream, index):
     half = 0.5 / 4294967296.0  # keeps the logarithm finite
     r1 = math.sqrt(-2.0 * _log(_part_of_one(a) + half))
     r2 = math.sqrt(-2.0 * _log(_part_of_one(c) + half))
-    cos1, sin1 = _cos_sin(_part_of_one(b))
-    cos2, _ = _cos_sin(_part_of_one(d))
+    cos1, sin1 = cos_sin(_part_of_one(b))
+    cos2, _ = cos_sin(_part_of_one(d))
     return (r1 * cos1, r1 * sin1, r2 * cos2)
 
 

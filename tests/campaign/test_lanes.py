@@ -12,6 +12,7 @@ from torquer.environment.local import LocalEnvironment
 from torquer.lanes import LANES
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation import lane_loop
+from torquer.simulation.lane_law import law_in_lanes
 from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.run import prepare
 
@@ -152,6 +153,7 @@ def phases():
     return {
         "draw_in_lanes": (layout, cells, seeds, 0, 1, drawn),
         "magnetometers": (layout, plant, 0, cells, drawn, here, 0.0),
+        "attitude_sensors": (layout, plant, 0, cells, drawn, 0.0),
         "gyros": (layout, plant, 0, cells, drawn, drawn, 0.0),
         "coils_in_lanes": (layout, plant, cells, LANES),
         "step_in_lanes": step,
@@ -163,6 +165,13 @@ def assembly_of(function, *arguments):
     compiled = numba.njit(**engine.OPTIONS)(function)
     compiled.compile(tuple(map(numba.typeof, arguments)))
     return "\n".join(compiled.inspect_asm().values())
+
+
+def is_of_vectors(assembly):
+    """Whether products are of vectors; beside them stands the loop of scalars for arrays that
+    overlap, which is never taken."""
+    products = re.findall(r"\bv?(?:mul|fmadd\d+|fmsub\d+|fnmadd\d+)(p|s)d\b", assembly)
+    return products.count("p") >= 0.9 * products.count("s") > 0
 
 
 def multiply_all(a, b, out):
@@ -178,16 +187,29 @@ def has_wide_vectors():
     return re.search(wide, assembly_of(multiply_all, x, x, x)) is not None
 
 
-@pytest.mark.skipif(
+wide_vectors = pytest.mark.skipif(
     not (engine.COMPILED and has_wide_vectors()), reason="needs vectors of four doubles (AVX)"
 )
+
+
+@wide_vectors
 @pytest.mark.parametrize("name", phases() if engine.COMPILED else ())
 def test_loops_over_members_are_of_vectors(name):
-    """Easily lost, by a store under a condition or a call; beside them stands the loop of scalars
-    for arrays that overlap, which is never taken."""
-    assembly = assembly_of(getattr(lane_loop, name).py_func, *phases()[name])
-    products = re.findall(r"\bv?(?:mul|fmadd\d+|fmsub\d+|fnmadd\d+)(p|s)d\b", assembly)
-    assert products.count("p") >= 0.9 * products.count("s") > 0
+    """Easily lost, by a store under a condition, a call, or a short loop that is unrolled."""
+    assert is_of_vectors(assembly_of(getattr(lane_loop, name).py_func, *phases()[name]))
+
+
+@wide_vectors
+def test_a_laws_loop_over_members_is_of_vectors():
+    gain = 1e5
+
+    def braking(inputs, parameters, memory):  # a closure: compiled here, not found in the cache
+        (x, y, z), (wx, wy, wz) = inputs.b_body_t, inputs.estimate.omega_body_rad_s
+        return (gain * (wy * z - wz * y), gain * (wz * x - wx * z), gain * (wx * y - wy * x))
+
+    law = Law("braking", numba.njit(braking), needs=frozenset({"rate"}))
+    assembly = "\n".join(law_in_lanes(law).compiled.inspect_asm().values())
+    assert is_of_vectors(assembly)
 
 
 @pytest.mark.parametrize(

@@ -28,13 +28,17 @@ class Needs(NamedTuple):
     needs_rate: int
 
 
-def _plain_law(cells, first_parameter, first_memory, needs_attitude, needs_rate):
-    for lane in range(LANES):
-        known, c = _known(cells, 0, lane), _cells(cells, CELLS_AT, lane)  # noqa: F821
-        parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
-        if is_informed(Needs(needs_attitude, needs_rate), known):
-            memory = _memory(cells, first_memory, lane)  # noqa: F821
+def _plain_law(cells, count, first_parameter, first_memory, needs_attitude, needs_rate):
+    needs, informed = Needs(needs_attitude, needs_rate), 0
+    for lane in range(count):
+        informed += is_informed(needs, _known(cells, 0, lane))  # noqa: F821
+    for lane in range(count):
+        # all at once where all are informed: a condition of each keeps a loop from taking vectors
+        if informed == count or is_informed(needs, _known(cells, 0, lane)):  # noqa: F821
+            parameters = _named(_parameters(cells, first_parameter, lane))  # noqa: F821
+            known, memory = _known(cells, 0, lane), _memory(cells, first_memory, lane)  # noqa: F821
             x, y, z = _unify(_function(inputs_of(known), parameters, memory)).dipole_a_m2  # noqa: F821
+            c = _cells(cells, CELLS_AT, lane)  # noqa: F821
             c.dipole_x += x
             c.dipole_y += y
             c.dipole_z += z

@@ -55,8 +55,9 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.coils import present_dipole, switch_off_coils
 
-#: A law for all lanes: cells, first place of its parameters and of its memory, what it needs.
-LANES_LAW = types.void(ARRAY, types.int64, types.int64, types.int64, types.int64)
+#: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
+#: needs.
+LANES_LAW = types.void(ARRAY, *[types.int64] * 5)
 call_law = caller(LANES_LAW)
 #: Of a member: how it ended, and the step.
 END = np.dtype([("how", np.int64), ("step", np.int64)])
@@ -165,46 +166,68 @@ def read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step
 
 
 @internal
-def tell_ephemeris(layout, cells, ephemeris):
+def tell_ephemeris(layout, cells, count, ephemeris):
     """Tell the computers where they are."""
-    for lane in range(LANES):
+    for lane in range(count):
         put_ephemeris(lane_state(layout, cells, lane).board.known[0], ephemeris)
 
 
 @internal
-def begin_in_lanes(layout, plan, tables, cells, step, estimator):
-    """Tell the computers the time, their estimate and their ephemeris; ask for nothing yet."""
+def estimate_in_lanes(layout, cells, count, estimator):
+    """The estimates: the readings of attitude sensor and gyro, or none."""
+    if estimator == NO_ESTIMATOR:
+        for lane in range(count):
+            put_estimate(lane_state(layout, cells, lane).board.known[0], UNKNOWN_ESTIMATE)
+    else:
+        for lane in range(count):
+            take_readings(lane_state(layout, cells, lane).board.known[0])
+
+
+@internal
+def begin_in_lanes(layout, plan, tables, cells, count, step, estimator):
+    """Tell the computers the time, their estimate and their ephemeris; ask for nothing yet.
+
+    `count`: LANES; a number that the compiler knows would make it write out this short loop, member
+    by member, instead of taking vectors.
+    """
     t = step * plan.step_s
-    for lane in range(LANES):
+    for lane in range(count):
         state = lane_state(layout, cells, lane)
         known, c = state.board.known[0], state.cells[0]
         known.t_s = t
         c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
-        if estimator == NO_ESTIMATOR:
-            put_estimate(known, UNKNOWN_ESTIMATE)
-        else:
-            take_readings(known)
+    estimate_in_lanes(layout, cells, count, estimator)
     if plan.needs_ephemeris:
-        tell_ephemeris(layout, cells, ephemeris_at(plan.plant, tables, t))
+        tell_ephemeris(layout, cells, count, ephemeris_at(plan.plant, tables, t))
 
 
 @internal
-def accept_commands(layout, cells, ends, step):
+def has_command(layout, cells, lane):
+    """Whether a member's command is finite."""
+    c = lane_state(layout, cells, lane).cells[0]
+    return finite3((c.dipole_x, c.dipole_y, c.dipole_z))
+
+
+@internal
+def accept_commands(layout, cells, count, ends, step):
     """End the members whose command is not finite."""
-    for lane in range(LANES):
-        c = lane_state(layout, cells, lane).cells[0]
-        if not finite3((c.dipole_x, c.dipole_y, c.dipole_z)):
-            end(ends, lane, BAD_COMMAND, step)
+    bad = 0
+    for lane in range(count):
+        bad += not has_command(layout, cells, lane)
+    if bad > 0:
+        for lane in range(count):
+            if not has_command(layout, cells, lane):
+                end(ends, lane, BAD_COMMAND, step)
 
 
 @internal
-def control_in_lanes(layout, computer, cells, ends, step):
+def control_in_lanes(layout, computer, cells, count, ends, step):
     """Commands of all laws, added."""
     for number in range(computer.law_blocks.shape[0]):
         block = computer.law_blocks[number]
         needs = (block.needs_attitude, block.needs_rate)
-        call_law(computer.laws[block.function], cells, block.p0, block.m0, *needs)
-    accept_commands(layout, cells, ends, step)
+        call_law(computer.laws[block.function], cells, count, block.p0, block.m0, *needs)
+    accept_commands(layout, cells, count, ends, step)
 
 
 @internal
@@ -216,8 +239,7 @@ def end(ends, lane, how, step):
 
 @internal
 def coils_off(layout, shared, cells, count):
-    """Let the coils go to zero. `count`: LANES; a number that the compiler knows would make it
-    write out this short loop, member by member, instead of taking vectors."""
+    """Let the coils go to zero; `count` as above."""
     for lane in range(count):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         put_goal(state.cells, switch_off_coils(plant.coils, state.coils))
@@ -246,14 +268,24 @@ def step_in_lanes(layout, shared, cells, seeds, here, middle, end, left, step, h
 
 
 @internal
-def finish_event(layout, shared, cells, ends, step, t_s):
+def has_motion(layout, cells, lane):
+    """Whether a member's motion is finite."""
+    x = motion_of(lane_state(layout, cells, lane).cells)
+    return math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3])
+
+
+@internal
+def finish_event(layout, shared, cells, count, ends, step, t_s):
     """Let the coils go on for t_s; end the members whose state is not finite."""
-    for lane in range(LANES):
+    bad = 0
+    for lane in range(count):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         advance_actuators(plant.coils, state, t_s)
-        x = motion_of(state.cells)
-        if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
-            end(ends, lane, BAD_STATE, step)
+        bad += not has_motion(layout, cells, lane)
+    if bad > 0:
+        for lane in range(count):
+            if not has_motion(layout, cells, lane):
+                end(ends, lane, BAD_STATE, step)
 
 
 @internal
@@ -301,8 +333,8 @@ def run_lanes(
                 coils_off(layout, shared, cells, len(seeds))
             read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step)
             if actions & CONTROL:
-                begin_in_lanes(layout, plan, tables, cells, step, estimator)
-                control_in_lanes(layout, plan.computer, cells, ends, step)
+                begin_in_lanes(layout, plan, tables, cells, len(seeds), step, estimator)
+                control_in_lanes(layout, plan.computer, cells, len(seeds), ends, step)
             if actions & COILS_ON:
                 coils_in_lanes(layout, shared, cells, len(seeds))
             number += 1
@@ -321,7 +353,7 @@ def run_lanes(
             left = left_in_step(shared.coils.lag_s, (each - step) * h, h)
             step_in_lanes(layout, shared, cells, seeds, here, middle, after, left, each, h)
             here = after
-        finish_event(layout, shared, cells, ends, until, (until - step) * h)
+        finish_event(layout, shared, cells, len(seeds), ends, until, (until - step) * h)
         step = until
 
 

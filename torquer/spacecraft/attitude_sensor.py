@@ -7,7 +7,8 @@ from pydantic import Field
 
 from torquer.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import as_vector, scale
+from torquer.geometry.vec3 import as_vector, norm, scale
+from torquer.noise import cos_sin
 from torquer.spacecraft.sampling import Sampled
 from torquer.spec import Vector
 
@@ -17,7 +18,6 @@ STREAM = 5
 class AttitudeSensorSet(NamedTuple):
     """Constants of the attitude sensor for kernels."""
 
-    ideal: bool
     q_error: tuple
     noise_rad: float
 
@@ -28,10 +28,19 @@ def read_attitude(sensor, q_body_to_inertial, drawn):
 
     `drawn`: three standard normal numbers.
     """
-    if sensor.ideal:
-        return q_body_to_inertial
-    turn = from_rotation_vector(scale(sensor.noise_rad, drawn))
-    return multiply(multiply(q_body_to_inertial, sensor.q_error), turn)
+    q = multiply(q_body_to_inertial, sensor.q_error)
+    if sensor.noise_rad == 0.0:
+        return q
+    return multiply(q, _turn(scale(sensor.noise_rad, drawn)))
+
+
+@inlined
+def _turn(phi):
+    """`from_rotation_vector` without branches or calls, up to two turns: of vectors in lanes."""
+    angle = norm(phi)
+    cosine, sine = cos_sin(angle / (4.0 * math.pi))
+    s = sine / (angle + 1e-300)
+    return (s * phi[0], s * phi[1], s * phi[2], cosine)
 
 
 class AttitudeSensor(Sampled):
@@ -47,5 +56,4 @@ class AttitudeSensor(Sampled):
     def pack(self) -> AttitudeSensorSet:
         """Constants for kernels."""
         error = scale(math.radians(1.0), as_vector(self.error_deg))
-        ideal = self.noise_deg == 0.0 and error == (0.0, 0.0, 0.0)
-        return AttitudeSensorSet(ideal, from_rotation_vector(error), math.radians(self.noise_deg))
+        return AttitudeSensorSet(from_rotation_vector(error), math.radians(self.noise_deg))

@@ -16,11 +16,11 @@ SCALE, CLIP, RELAY = 0, 1, 2
 MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
-#: Constants of a coil: axis, share of a commanded vector, limit [A m^2], power per square of the
-#: dipole [W/(A m^2)^2].
+#: Constants of a coil: axis, share of a commanded vector, limit [A m^2] and 1 over it, power per
+#: square of the dipole [W/(A m^2)^2].
 COIL = np.dtype(
     [(f"{name}_{c}", np.float64) for name in ("axis", "share") for c in "xyz"]
-    + [("limit_a_m2", np.float64), ("power", np.float64)]
+    + [(name, np.float64) for name in ("limit_a_m2", "per_limit", "power")]
 )
 #: State of a coil: its dipole, and the one it goes to [A m^2].
 COIL_STATE = np.dtype([("dipole_a_m2", np.float64), ("target_a_m2", np.float64)])
@@ -67,12 +67,14 @@ def command_coils(coils, command_a_m2, state):
             wanted = limit * np.sign(wanted) if abs(wanted) > nothing else 0.0
         elif coils.mode == CLIP:
             wanted = min(max(wanted, -limit), limit)
-        elif abs(wanted) > worst * limit:
-            worst = abs(wanted) / limit
+        else:
+            worst = max(worst, abs(wanted) * coil.per_limit)
         state[i].target_a_m2 = wanted
-    for i in range(rows.shape[0]):  # stored in any case: see `simulation.sensors.put_late`
-        wanted, limit = state[i].target_a_m2, rows[i].limit_a_m2
-        state[i].target_a_m2 = min(max(wanted / worst, -limit), limit) if worst > 1.0 else wanted
+    if worst > 1.0:
+        part = 1.0 / worst
+        for i in range(rows.shape[0]):
+            wanted, limit = part * state[i].target_a_m2, rows[i].limit_a_m2
+            state[i].target_a_m2 = min(max(wanted, -limit), limit)
     return goal_of(coils, state)
 
 
@@ -175,6 +177,7 @@ class Coils(Spec):
         for k, c in enumerate("xyz"):
             rows[f"axis_{c}"], rows[f"share_{c}"] = axes[:, k], shares[:, k]
         rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
+        rows["per_limit"] = 1.0 / limits
         rows["power"] = (self.power_at_limit_w or 1.0) / limits / limits
         residual = as_vector(self.residual_dipole_a_m2)
         return CoilSet(records(rows), residual, MODES[self.saturation], self.lag_s)
