@@ -27,6 +27,8 @@ lint: $(STAMP)
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
+	$(BIN)/python benchmarks/lanes.py
+	$(BIN)/python benchmarks/campaign_peers.py
 
 # cost and error of all integrators; heyoka and Basilisk (bsk) only where they are installed
 bench-precision: $(STAMP)

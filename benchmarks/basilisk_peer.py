@@ -104,8 +104,9 @@ def _field_and_magnetometer(body, wmm_file):
     return field, sensor, reading
 
 
-def _simulation(task: Task, law: str, wmm_file):
-    """The assembled simulation, its spacecraft, and what must outlive this function."""
+def assembled(task: Task, law: str, wmm_file=WMM_FILE):
+    """The simulation, not yet initialised; `body`: its spacecraft, `alive`: what must outlive this
+    function."""
     from Basilisk.architecture import messaging
     from Basilisk.simulation import GravityGradientEffector
     from Basilisk.utilities import SimulationBaseClass, macros
@@ -134,21 +135,22 @@ def _simulation(task: Task, law: str, wmm_file):
     models.append(coils)
     for priority, model in enumerate(reversed(models)):
         simulation.AddModelToTask(TASK_NAME, model, priority)
-    simulation.InitializeSimulation()
-    return simulation, body, (planet, layout, command, models)
+    simulation.body, simulation.alive = body, (planet, layout, command, models)
+    return simulation
 
 
 def _measured(task: Task, law: str, seconds: int, repeats: int, wmm_file) -> dict:
     from Basilisk.utilities import macros
 
-    simulation, body, _alive = _simulation(task, law, wmm_file)
+    simulation = assembled(task, law, wmm_file)
+    simulation.InitializeSimulation()
     best = float("inf")
     for repeat in range(1, repeats + 1):
         simulation.ConfigureStopTime(macros.sec2nano(float(repeat * seconds)))
         start = time.perf_counter()
         simulation.ExecuteSimulation()
         best = min(best, time.perf_counter() - start)
-    rate = [float(x) for x in body.scStateOutMsg.read().omega_BN_B]
+    rate = [float(x) for x in simulation.body.scStateOutMsg.read().omega_BN_B]
     return {"us_per_second": 1e6 * best / seconds, "final_rate_rad_s": rate}
 
 
