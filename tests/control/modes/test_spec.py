@@ -135,6 +135,11 @@ def condition(**keys):
         (condition(below=1.0, back_below=0.5), "back_below: must not be given with 'below';"),
         (condition(below=1.0, state="a"), "state: must not be given for rate_deg_s; received 'a'"),
         (condition(below=1.0, region="a"), "region: must stand beside a state; received 'a'"),
+        (condition(signal="time_s", above=1.0, since_entry=True),
+         "since_entry: must not be given for time_s, a time, count or yes/no; received true"),
+        ({**two_states(when=RATE), "transitions": [
+            {"to": "a", "when": {"signal": "rate_deg_s", "above": 1.0, "since_entry": True}}]},
+         "transitions[0].when.since_entry: must stand in a state's own transition;"),
         (condition(signal="entries", above=1.0), "state: must be given for entries; received none"),
         (condition(signal="entries", above=1.0, state="x"),
          f"{WAY}.when[0].state: must be one of a, b; received 'x'"),

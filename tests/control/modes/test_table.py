@@ -74,6 +74,19 @@ def test_hysteresis_keeps_a_condition_true_until_the_signal_is_beyond():
     assert letters(Flown(**two_states(when=slow, for_s=3.0)).states(readings)) == "aaaabb"
 
 
+def test_a_condition_looks_at_the_change_since_its_state_was_entered():
+    """From the first known value in the state on; entering the state again begins anew."""
+    grown = {"signal": "rate_deg_s", "above": 1.0, "since_entry": True}
+    assert (
+        letters(Flown(**two_states(when=grown)).states(rates([9, 5, 4, 5.9, 6.1, 6]))) == "aaaabb"
+    )
+    again = {"states": {"a": {"transitions": [
+        {"to": "b", "when": grown}, {"to": "a", "at_most_s": 3.0}]}, "b": {}}}  # fmt: skip
+    slow_growth = [1.0 + 0.3 * t for t in range(9)]
+    assert letters(Flown(**again).states(rates(slow_growth))) == "a" * 9
+    assert letters(Flown(**two_states(when=grown)).states(rates(slow_growth))) == "aaaaabbbb"
+
+
 def test_a_state_has_its_least_and_its_greatest_length():
     never, always = {"signal": "rate_deg_s", "above": 1e3}, {"signal": "rate_deg_s", "below": 1e3}
     for keys, ends in (

@@ -127,7 +127,8 @@ def _may_wait(way: Transition, back: float | None) -> bool:
 
 
 def _subject(condition: Condition) -> tuple:
-    return condition.signal, condition.sensor, condition.region, condition.state
+    place = condition.sensor, condition.region, condition.state
+    return condition.signal, condition.since_entry, *place
 
 
 def _conflicts(modes: Modes) -> Iterator[Finding]:

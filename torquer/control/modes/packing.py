@@ -95,7 +95,8 @@ def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
     sign, early = 1.0 if above else -1.0, _ROUNDING_S if unit == "s" else 0.0
     until = sign * math.inf if back is None else back * UNITS[unit] - early
     index = _index(modes, region, condition, numbers)
-    return NUMBER_OF[condition.signal], index, sign, value * UNITS[unit] - early, until
+    since_entry, number = int(condition.since_entry), NUMBER_OF[condition.signal]
+    return number, index, since_entry, sign, value * UNITS[unit] - early, until
 
 
 def _index(modes, region: str, condition, numbers: dict) -> int:

@@ -45,9 +45,9 @@ class Condition(Spec):
     """A signal above or below a value.
 
     `back_below`, `back_above`: hysteresis; once true, the condition stays true until the signal
-    is beyond that value. `state` (and its `region`, where several have a state of that name) for
-    `in_state` and `entries`; `sensor` for `reading_age_s`. A time is `above` its value once it
-    has reached it.
+    is beyond that value. `since_entry`: of the signal's change since the state was entered.
+    `state` (and its `region`, where several have a state of that name) for `in_state` and
+    `entries`; `sensor` for `reading_age_s`. A time is `above` its value once it has reached it.
     """
 
     signal: str
@@ -55,6 +55,7 @@ class Condition(Spec):
     below: float | None = None
     back_below: float | None = None
     back_above: float | None = None
+    since_entry: bool = False
     state: str | None = None
     region: str | None = None
     sensor: str | None = None
@@ -97,6 +98,11 @@ class Condition(Spec):
             raise ValueError(f"region: must stand beside a state; received {self.region!r}")
         if self.sensor is not None:
             must_be_one_of("sensor", SENSORS, self.sensor)
+        if self.since_entry and SIGNALS[self.signal].unit in ("s", "yes/no", "times"):
+            raise ValueError(
+                f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
+                "received true"
+            )
 
 
 class Transition(Spec):
@@ -208,6 +214,12 @@ class Modes(Spec):
             must_be_one_of(f"{key}initial", states, region.initial)
             for place, transition in region.all_transitions():
                 must_be_one_of(f"{key}{place}.to", states, transition.to)
+            for i, transition in enumerate(region.transitions):
+                if any(condition.since_entry for condition in transition.when):
+                    raise ValueError(
+                        f"{key}transitions[{i}].when.since_entry: must stand in a state's own "
+                        "transition; received one from any state"
+                    )
         return self
 
     @model_validator(mode="after")

@@ -31,7 +31,8 @@ REGION = _record("first_state after_state first_transition after_transition")
 STATE = _record("region first_transition after_transition first_action after_action")
 TRANSITION = _record("to first_condition after_condition", "for_s at_least_s at_most_s")
 #: `sign` 1: true above the threshold, -1: below. Once true, it stays so until beyond `back`.
-CONDITION = _record("signal index", "sign threshold back")
+#: `since_entry` 1: of the signal's change since the state was entered.
+CONDITION = _record("signal index since_entry", "sign threshold back")
 #: What a state does: `kind` is one of those below.
 ACTION = _record("kind index", "value")
 #: Law and its factor; estimator; parameter (place in the flat array) and value, set on entry;
@@ -43,7 +44,8 @@ REGION_NOW = _record("", "state since_s to")
 STATE_NOW = _record("", "entries entered_s")
 #: Since when the conditions have been true, later by the time for which they were unknown.
 TRANSITION_NOW = _record("", "true_since_s")
-CONDITION_NOW = _record("", "latched")
+#: `at_entry`: the signal's first known value in the state; minus infinity before.
+CONDITION_NOW = _record("", "latched at_entry")
 CLOCK = _record("", "evaluated_s")
 
 NEVER_S = -math.inf
@@ -92,7 +94,7 @@ def first_state(table: ModeTable, initial) -> ModeState:
         regions,
         states,
         np.full(len(table.transitions), NEVER_S).view(TRANSITION_NOW),
-        np.zeros(len(table.conditions), CONDITION_NOW),
+        np.array([(0.0, -math.inf)] * len(table.conditions), CONDITION_NOW),
         np.full(1, NEVER_S).view(CLOCK),
     )
 
@@ -116,6 +118,10 @@ def truth_of_condition(table, state, inputs, place):
     value = signal_value(row["signal"], table, state, inputs, row["index"])
     if math.isnan(value):
         return UNKNOWN
+    if row["since_entry"] == 1:
+        if now["at_entry"] == -math.inf:
+            now["at_entry"] = value
+        value -= now["at_entry"]
     beyond = row["sign"] * (value - row["threshold"]) > 0.0
     stays = now["latched"] > 0.0 and row["sign"] * (value - row["back"]) >= 0.0
     now["latched"] = 1.0 if beyond or stays else 0.0
@@ -168,11 +174,12 @@ def next_state(table, state, inputs, region):
 
 @internal
 def reset(table, state, place):
-    """Forget how long a transition's conditions have held, and that they were true."""
+    """Forget what a transition's conditions have been: since when true, latched, first values."""
     row = table.transitions[place]
     state.transitions[place]["true_since_s"] = NEVER_S
     for condition in range(row["first_condition"], row["after_condition"]):
         state.conditions[condition]["latched"] = 0.0
+        state.conditions[condition]["at_entry"] = -math.inf
 
 
 @internal

@@ -8,14 +8,15 @@ _ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")
 
 
 def condition_in_words(condition: Condition) -> str:
-    """`rate above 0.7 deg/s, until below 0.5`; `sun not in view`; `in state b`."""
+    """`rate above 0.7 deg/s, until below 0.5`; `change of rate above 1 deg/s`; `in state b`."""
     unit, above = SIGNALS[condition.signal].unit, condition.above is not None
     if condition.signal == "in_state":
         return f"{'in' if above else 'not in'} state {condition.state}"
     if condition.signal == "sun_in_view":
         return "Sun in view" if above else "Sun not in view"
     value = condition.above if above else condition.below
-    words = f"{_subject(condition)} {'above' if above else 'below'} {value:g}"
+    change = "change of " if condition.since_entry else ""
+    words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"
     words += f" {unit}" if unit not in ("times", "part") else ""
     if condition.back_below is not None:
         words += f", until below {condition.back_below:g}"
