@@ -68,6 +68,11 @@ class Spacecraft(Spec):
             )
         return self
 
+    def sensors(self) -> dict[str, Sampled]:
+        """The sensors by their keys."""
+        found = {name: getattr(self, name) for name in Spacecraft.model_fields}
+        return {name: sensor for name, sensor in found.items() if isinstance(sensor, Sampled)}
+
 
 class InitialMotion(Spec):
     """Attitude and rate at the start.
@@ -246,6 +251,7 @@ class Scenario(Spec):
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self._check_end()
+        self._check_failures()
         self.disturbance_torque()
         return self
 
@@ -254,10 +260,9 @@ class Scenario(Spec):
         control, step_s = self.control, self.grid_s
         cycle = whole_steps("cycle", control.cycle_s, step_s)
         intervals = {"control.sample_s": cycle}
-        for name in Spacecraft.model_fields:
-            if isinstance(sensor := getattr(self.spacecraft, name), Sampled):
-                interval, _ = sampling_steps(f"spacecraft.{name}", sensor, step_s)
-                intervals |= {f"spacecraft.{name}.sample_s": interval} if interval else {}
+        for name, sensor in self.spacecraft.sensors().items():
+            interval, _ = sampling_steps(f"spacecraft.{name}", sensor, step_s)
+            intervals |= {f"spacecraft.{name}.sample_s": interval} if interval else {}
         whole = math.lcm(*intervals.values())
         windows = round(control.measure_s / control.sample_s) * (whole // cycle)
         if sum(whole // each for each in intervals.values()) + windows > _MOST_INSTANTS:
@@ -274,6 +279,17 @@ class Scenario(Spec):
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
                 f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
             )
+
+    def _check_failures(self) -> None:
+        """Failures of sensors happen during the run."""
+        length_s = self.steps() * self.grid_s
+        for name, sensor in self.spacecraft.sensors().items():
+            for k, failure in enumerate(sensor.failures):
+                if failure.from_s >= length_s:
+                    raise ValueError(
+                        f"spacecraft.{name}.failures[{k}].from_s: must be before the end of the "
+                        f"run, {length_s:g} s; received {failure.from_s:g} s"
+                    )
 
     def _check_actuators(self) -> None:
         """Laws need what they are to drive; wheels need an integrator that knows them."""
@@ -328,10 +344,9 @@ class Scenario(Spec):
         }
         if self.disturbance is not None:
             times["disturbance.random_hold_s"] = self.disturbance.random_hold_s
-        for name in Spacecraft.model_fields:
-            if isinstance(sensor := getattr(craft, name), Sampled):
-                times[f"spacecraft.{name}.sample_s"] = sensor.sample_s
-                times[f"spacecraft.{name}.delay_s"] = sensor.delay_s
+        for name, sensor in craft.sensors().items():
+            times[f"spacecraft.{name}.sample_s"] = sensor.sample_s
+            times[f"spacecraft.{name}.delay_s"] = sensor.delay_s
         if craft.wheels is not None:
             for k, failure in enumerate(craft.wheels.failures):
                 times[f"spacecraft.wheels.failures[{k}].time_s"] = failure.time_s

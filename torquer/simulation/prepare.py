@@ -61,7 +61,9 @@ from torquer.simulation.timetable import (
     timetable_of,
 )
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.spacecraft.failures import FAILURE
 from torquer.spacecraft.rotors import ROTOR_STATE
+from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 from torquer.spacecraft.turning import WORK_ROWS
 
@@ -234,7 +236,18 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         shadow=scenario.surroundings().shadow,
         gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
         disturbance=scenario.disturbance_torque(),
+        failures=failures_of(craft.sensors()),
     )
+
+
+def failures_of(sensors: dict[str, Sampled]) -> np.ndarray | tuple[()]:
+    """Rows of `FAILURE`; () where no sensor fails."""
+    rows = [
+        failure.row(SENSORS.index(name))
+        for name, sensor in sensors.items()
+        for failure in sensor.failures
+    ]
+    return np.array(rows, FAILURE) if rows else ()
 
 
 def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:

@@ -21,6 +21,7 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.attitude_sensor import read_attitude
 from torquer.spacecraft.coils import present_dipole
+from torquer.spacecraft.failures import STUCK, ZEROS
 from torquer.spacecraft.gyro import read_rate, walked_bias
 from torquer.spacecraft.magnetometer import read_field
 from torquer.spacecraft.sun_sensor import read_sun
@@ -35,21 +36,26 @@ def count_reading(sensor):
     return number
 
 
+@internal
+def put_reading(known, sensor, t_s, x, y, z, w):
+    """Hand a reading to the computer."""
+    if sensor == MAGNETOMETER:
+        known.b_s, known.b_x, known.b_y, known.b_z = t_s, x, y, z
+    elif sensor == GYRO:
+        known.omega_s, known.omega_x, known.omega_y, known.omega_z = t_s, x, y, z
+    elif sensor == SUN_SENSORS:
+        known.sun_s, known.sun_x, known.sun_y, known.sun_z = t_s, x, y, z
+    elif sensor == ATTITUDE_SENSOR:
+        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t_s, x, y, z, w
+
+
 @inner
 def deliver(sensors, known, actions):
     """Let the late readings that are due reach the computer."""
-    if actions & (DELIVER << MAGNETOMETER):
-        r = sensors[MAGNETOMETER]
-        known.b_s, known.b_x, known.b_y, known.b_z = r.t_s, r.x, r.y, r.z
-    if actions & (DELIVER << GYRO):
-        r = sensors[GYRO]
-        known.omega_s, known.omega_x, known.omega_y, known.omega_z = r.t_s, r.x, r.y, r.z
-    if actions & (DELIVER << SUN_SENSORS):
-        r = sensors[SUN_SENSORS]
-        known.sun_s, known.sun_x, known.sun_y, known.sun_z = r.t_s, r.x, r.y, r.z
-    if actions & (DELIVER << ATTITUDE_SENSOR):
-        r = sensors[ATTITUDE_SENSOR]
-        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = r.t_s, r.x, r.y, r.z, r.w
+    for sensor in (MAGNETOMETER, GYRO, SUN_SENSORS, ATTITUDE_SENSOR):
+        if actions & (DELIVER << sensor):
+            r = sensors[sensor]
+            put_reading(known, sensor, r.t_s, r.x, r.y, r.z, r.w)
 
 
 @internal
@@ -186,12 +192,64 @@ def draw(state, sensor, sigma, seed, stream):
     return noise.drawn(sigma, seed, stream, int(state.sensors[sensor].count))
 
 
+@inner
+def renew_reading(state, sensor, late, t):
+    """Send the last reading again, as one of now."""
+    known = state.board.known[0]
+    if late & (READ << sensor):
+        state.sensors[sensor].t_s = t
+    elif sensor == MAGNETOMETER:
+        known.b_s = t
+    elif sensor == GYRO:
+        known.omega_s = t
+    elif sensor == SUN_SENSORS:
+        known.sun_s = t
+    elif sensor == ATTITUDE_SENSOR:
+        known.q_s = t
+
+
+@inner
+def zero_reading(state, sensor, late, t):
+    """Put zeros in place of the reading of now."""
+    if late & (READ << sensor):
+        r = state.sensors[sensor]
+        r.x, r.y, r.z, r.w = 0.0, 0.0, 0.0, 0.0
+    else:
+        put_reading(state.board.known[0], sensor, t, 0.0, 0.0, 0.0, 0.0)
+
+
+@internal
+def sensors_at_work(failures, late, state, actions, t):
+    """The actions without the readings that a failure prevents."""
+    if len(failures) == 0:
+        return actions
+    for i in range(failures.shape[0]):
+        failure, read = failures[i], READ << failures[i].sensor
+        if failure.kind != ZEROS and actions & read and failure.from_s <= t < failure.until_s:
+            actions &= ~read
+            if failure.kind == STUCK:
+                renew_reading(state, failure.sensor, late, t)
+    return actions
+
+
+@internal
+def spoil_readings(failures, late, state, actions, t):
+    """Zeros in place of what has been read, where a failure says so."""
+    if len(failures) == 0:
+        return
+    for i in range(failures.shape[0]):
+        failure, read = failures[i], READ << failures[i].sensor
+        if failure.kind == ZEROS and actions & read and failure.from_s <= t < failure.until_s:
+            zero_reading(state, failure.sensor, late, t)
+
+
 @internal
 def read_sensors(plan, tables, state, x, here, actions, step, seed):
     """Read the sensors that are due: a pure function of the state and the step."""
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
     if actions & ANY_DELIVERY:
         deliver(state.sensors, state.board.known[0], actions)
+    actions = sensors_at_work(plant.failures, late, state, actions, t)
     if actions & (READ << MAGNETOMETER):
         drawn = draw(state, MAGNETOMETER, plant.magnetometer.noise_t, seed, magnetometer.STREAM)
         magnetometer_step(plant, late, state, x, here, t, drawn)
@@ -211,6 +269,7 @@ def read_sensors(plan, tables, state, x, here, actions, step, seed):
         attitude_sensor_step(plant, late, state, x, t, drawn)
     if actions & (READ << TACHOMETERS):
         tachometers_step(plant, state, x, t, seed)
+    spoil_readings(plant.failures, late, state, actions, t)
 
 
 @inner

@@ -37,7 +37,7 @@ class Plant(NamedTuple):
     """The satellite: body, actuators, sensors with their errors, what disturbs it.
 
     `rotors`: () for a satellite without wheels, `disturbance` () for one that nothing disturbs.
-    `gravity`: 1, or 0 without gravity gradient.
+    `gravity`: 1, or 0 without gravity gradient. `failures`: rows of `FAILURE`, () for none.
     """
 
     rigid: Rigid
@@ -51,6 +51,7 @@ class Plant(NamedTuple):
     shadow: Shadow
     gravity: float
     disturbance: DisturbanceTorque | tuple
+    failures: np.ndarray | tuple[()]
 
 
 class Plan(NamedTuple):

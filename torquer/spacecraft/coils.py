@@ -146,8 +146,10 @@ class Coils(Spec):
     """Coil set. Default: three coils along the body axes.
 
     `limit_a_m2`: greatest dipole, one number or one per coil. `saturation`: 'scale', 'clip' or
-    'relay'. `lag_s`: time constant of the first-order lag. `power_at_limit_w`: electrical power
-    of a coil at its limit (left out: energies are those of coils of 1 W).
+    'relay'. `polarity`, one per coil: 1 as commanded, -1 wired the wrong way round, 0 dead; the
+    on-board computer does not know. `lag_s`: time constant of the first-order lag.
+    `power_at_limit_w`: electrical power of a coil at its limit (left out: energies are those of
+    coils of 1 W).
     """
 
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
@@ -157,6 +159,7 @@ class Coils(Spec):
         (0.0, 0.0, 1.0),
     )
     saturation: Literal["scale", "clip", "relay"] = "scale"
+    polarity: tuple[Literal[-1, 0, 1], ...] | None = None
     lag_s: float = Field(default=0.0, ge=0.0)
     residual_dipole_a_m2: Vector = (0.0, 0.0, 0.0)
     power_at_limit_w: float | None = Field(default=None, gt=0.0)
@@ -168,16 +171,22 @@ class Coils(Spec):
                 f"limit_a_m2: must be one number or one per coil ({len(self.axes)} axes); "
                 f"received {len(self.limit_a_m2)} numbers"
             )
+        if self.polarity is not None and len(self.polarity) != len(self.axes):
+            raise ValueError(
+                f"polarity: must have one number per coil ({len(self.axes)} axes); "
+                f"received {len(self.polarity)} numbers"
+            )
         return self
 
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
         rows, shares = np.zeros(len(axes), COIL), np.linalg.pinv(axes.T)
+        polarity = np.ones(len(axes)) if self.polarity is None else np.array(self.polarity)
         for k, c in enumerate("xyz"):
-            rows[f"axis_{c}"], rows[f"share_{c}"] = axes[:, k], shares[:, k]
+            rows[f"axis_{c}"], rows[f"share_{c}"] = polarity * axes[:, k], shares[:, k]
         rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
         rows["per_limit"] = 1.0 / limits
-        rows["power"] = (self.power_at_limit_w or 1.0) / limits / limits
+        rows["power"] = polarity**2 * (self.power_at_limit_w or 1.0) / limits / limits
         residual = as_vector(self.residual_dipole_a_m2)
         return CoilSet(records(rows), residual, MODES[self.saturation], self.lag_s)

@@ -2,6 +2,7 @@
 
 from pydantic import Field, model_validator
 
+from torquer.spacecraft.failures import SensorFailure
 from torquer.spec import Spec
 
 
@@ -9,11 +10,13 @@ class Sampled(Spec):
     """A sensor that is read at its own rate.
 
     `sample_s`: interval between readings (left out: a reading at every control step); `delay_s`:
-    from the instant of a reading until the computer has it, at most one interval.
+    from the instant of a reading until the computer has it, at most one interval. `failures`:
+    intervals in which it is silent, stuck or reads zeros.
     """
 
     sample_s: float | None = Field(default=None, gt=0.0)
     delay_s: float = Field(default=0.0, ge=0.0)
+    failures: tuple[SensorFailure, ...] = ()
 
     @model_validator(mode="after")
     def _delay_within_interval(self):

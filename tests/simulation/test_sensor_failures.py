@@ -1,0 +1,135 @@
+"""Sensors that fail: silent, stuck, zeros; coils wired the wrong way round. The computer believes
+what it is sent."""
+
+import numpy as np
+import pytest
+
+from torquer import Law, ScenarioError, engine, simulate
+from torquer.simulation.run import prepare
+from torquer.spacecraft.coils import Coils
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+RUN = {"duration_s": 60.0, "step_s": 1.0, "record_s": 1.0}
+READINGS = {
+    "magnetometer": ("b_body_t", "magnetometer_s"),
+    "gyro": ("omega_body_rad_s", "gyro_s"),
+    "sun_sensors": ("sun_body", "sun_sensors_s"),
+    "attitude_sensor": ("q_body_to_inertial", "attitude_sensor_s"),
+}
+#: What each sensor needs besides, and some errors that are drawn anew at every reading.
+KEYS = {
+    "magnetometer": {"noise_nt": 50.0},
+    "gyro": {"noise_deg_s": 0.1, "bias_drift_deg_s_sqrt_s": 0.01},
+    "sun_sensors": {"axes": [[0, 0, 1]], "half_field_deg": 180.0, "noise_deg": 0.5},
+    "attitude_sensor": {"noise_deg": 0.5},
+}
+DELAY = {"sample_s": 1.0, "delay_s": 1.0}
+
+
+def told(make, sensor, delay=None, **failure):
+    """(Readings, their times) at every control step."""
+    seen = []
+
+    def watch(inputs, parameters, memory):
+        seen.append(inputs)
+        return (0.0, 0.0, 0.0)
+
+    keys = KEYS[sensor] | (delay or {}) | ({"failures": [failure]} if failure else {})
+    changes = {f"spacecraft.{sensor}": keys, "simulation": RUN, "environment.eclipse": "none"}
+    simulate(make(changes), Law("watch", watch, needs={"sun"}, compiled=False))
+    value, time = READINGS[sensor]
+    return (
+        np.array([getattr(inputs, value) for inputs in seen]),
+        np.array([getattr(inputs.read_at, time) for inputs in seen]),
+    )
+
+
+@pytest.mark.parametrize("sensor", READINGS)
+@pytest.mark.parametrize("delay", [None, DELAY])
+def test_a_sensor_reads_zeros_and_recovers(make, sensor, delay):
+    healthy, times = told(make, sensor, delay)
+    found, found_times = told(make, sensor, delay, kind="zeros", from_s=20.0, until_s=30.0)
+    late = 1 if delay else 0
+    gone = slice(20 + late, 30 + late)
+    assert np.array_equal(found_times, times)
+    assert not found[gone].any()
+    assert healthy[gone].any(axis=1).all()
+    found[gone] = healthy[gone]
+    assert np.array_equal(found, healthy)
+
+
+@pytest.mark.parametrize("sensor", READINGS)
+@pytest.mark.parametrize("delay", [None, DELAY])
+@pytest.mark.parametrize("kind", ["silent", "stuck"])
+def test_a_sensor_repeats_its_last_reading_and_tells_it_or_not(make, sensor, delay, kind):
+    healthy, times = told(make, sensor, delay)
+    found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
+    late = 1 if delay else 0
+    last, gone = 19 + late, slice(20 + late, 30 + late)
+    assert np.array_equal(found[: last + 1], healthy[: last + 1])
+    assert np.array_equal(found[gone], np.tile(healthy[last], (10, 1)))
+    expected = np.where(np.isin(np.arange(60), np.arange(60)[gone]) & (kind == "silent"),
+                        times[last], times)  # fmt: skip
+    assert np.array_equal(found_times, expected)
+    assert np.ptp(found[30 + late :], axis=0).any()
+
+
+def test_a_failure_without_an_end_lasts(make):
+    found, times = told(make, "magnetometer", kind="silent", from_s=40.0)
+    assert (times[40:] == 39.0).all()
+    assert np.array_equal(found[40:], np.tile(found[39], (20, 1)))
+
+
+@pytest.mark.parametrize("integrator", ["rk4", "auto", "dop853"])
+def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
+    """Stopped within failures, it goes on as if it had not been."""
+    simulation = {"duration_s": 60.0, "record_s": 1.0, "integrator": integrator}
+    simulation |= {"step_s": 1.0} if integrator == "rk4" else {}
+    failures = [
+        {"kind": "stuck", "from_s": 10.0, "until_s": 25.0},
+        {"kind": "zeros", "from_s": 40.0},
+    ]
+    scenario = make(
+        {
+            "spacecraft.magnetometer": {"noise_nt": 50.0, "failures": failures},
+            "simulation": simulation,
+            "control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e4},
+        }
+    )
+    whole, parts = prepare(scenario), prepare(scenario)
+    whole.advance_to(whole.steps)
+    for end in (parts.steps // 3, parts.steps // 2, parts.steps):
+        parts.advance_to(end)
+    assert np.array_equal(whole.state.cells, parts.state.cells)
+    assert whole.state.board.known.tobytes() == parts.state.board.known.tobytes()
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "told"),
+    [
+        ("failures", [{"kind": "mute"}],
+         "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck' or 'zeros'; received 'mute'"),
+        ("failures", [{"kind": "zeros", "from_s": 9.0, "until_s": 5.0}],
+         "until_s: must be above from_s, 9 s; received 5 s"),
+        ("failures", [{"kind": "zeros", "from_s": 60.0}],
+         "spacecraft.gyro.failures[0].from_s: must be before the end of the run, 60 s;"),
+    ],
+)  # fmt: skip
+def test_messages(make, key, value, told):
+    with pytest.raises(ScenarioError) as error:
+        make({f"spacecraft.gyro.{key}": value, "simulation": RUN})
+    assert told in str(error.value)
+
+
+def test_a_coil_of_the_wrong_polarity_pushes_the_other_way():
+    told, wrong = Coils(limit_a_m2=1.0).pack(), Coils(limit_a_m2=1.0, polarity=(1, -1, 0)).pack()
+    for c in "xyz":
+        assert np.array_equal(wrong.rows[f"share_{c}"], told.rows[f"share_{c}"])
+        assert np.array_equal(wrong.rows[f"axis_{c}"], [1, -1, 0] * told.rows[f"axis_{c}"])
+    assert wrong.rows["power"].tolist() == [1.0, 1.0, 0.0]
+
+
+def test_a_polarity_for_every_coil():
+    with pytest.raises(ValueError, match=r"polarity: must have one number per coil \(3 axes\)"):
+        Coils(limit_a_m2=1.0, polarity=(1, 1))

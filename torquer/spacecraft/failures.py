@@ -1,0 +1,45 @@
+"""Failures of sensors: silent, stuck at the last reading, or zeros, in an interval of the run.
+
+The on-board computer is not told: it sees what the sensor sends.
+"""
+
+import math
+from typing import Literal
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from torquer.spec import Spec
+
+SILENT, STUCK, ZEROS = 0, 1, 2
+KINDS = {"silent": SILENT, "stuck": STUCK, "zeros": ZEROS}
+#: A failure for kernels: number of the sensor, kind, instants.
+FAILURE = np.dtype(
+    [("sensor", np.int64), ("kind", np.int64), ("from_s", np.float64), ("until_s", np.float64)]
+)
+
+
+class SensorFailure(Spec):
+    """A failure of a sensor in an interval of the run.
+
+    `kind`: 'silent' (no new readings: the last one grows old), 'stuck' (the last reading again and
+    again, as if it were new), 'zeros' (zeros in place of what was measured). `from_s`, `until_s`:
+    times since the start (left out: from the start, to the end).
+    """
+
+    kind: Literal["silent", "stuck", "zeros"]
+    from_s: float = Field(default=0.0, ge=0.0)
+    until_s: float | None = None
+
+    @model_validator(mode="after")
+    def _ends_after_it_begins(self):
+        if self.until_s is not None and self.until_s <= self.from_s:
+            raise ValueError(
+                f"until_s: must be above from_s, {self.from_s:g} s; received {self.until_s:g} s"
+            )
+        return self
+
+    def row(self, sensor: int) -> tuple:
+        """The failure for kernels; `sensor`: its number."""
+        until_s = math.inf if self.until_s is None else self.until_s
+        return sensor, KINDS[self.kind], self.from_s, until_s
