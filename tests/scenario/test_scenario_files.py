@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from torquer.control.modes.spec import Region
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import load_scenario, presets, scenario_from_text, scenario_schema
 from torquer.scenario.spec import Scenario
@@ -30,9 +31,10 @@ def test_a_preset_fills_in_and_keys_beside_it_win():
 
 @pytest.mark.parametrize("name", presets())
 def test_every_preset_fits_the_one_table_that_it_names(name):
-    parts = Scenario.model_fields["spacecraft"].annotation.model_fields
+    fields = Scenario.model_fields["spacecraft"].annotation.model_fields
+    parts = {part: field.annotation for part, field in fields.items()} | {"region": Region}
     (part,) = [part for part in parts if name in presets(part)]
-    kinds = (parts[part].annotation, *getattr(parts[part].annotation, "__args__", ()))
+    kinds = (parts[part], *getattr(parts[part], "__args__", ()))
     (spec,) = [kind for kind in kinds if hasattr(kind, "model_fields")]
     assert spec.model_validate(presets(part)[name]) is not None
     assert presets(part)[name] == presets()[name]

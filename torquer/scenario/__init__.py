@@ -1,1 +1,1 @@
-"""Scenario files: TOML with unit-suffixed keys, hardware presets, JSON schema."""
+"""Scenario files: TOML with unit-suffixed keys, presets, JSON schema."""

@@ -157,7 +157,7 @@ def _within(table, name, place: str):
 
 
 def presets(table: str | None = None) -> dict[str, dict]:
-    """Keys of the shipped hardware presets by name: of all, or of those that fit a table."""
+    """Keys of the shipped presets by name: of all, or of those that fit a table."""
     found = {}
     for path in sorted(_PRESETS.glob("*.toml")):
         ((fits, keys),) = tomllib.loads(path.read_text(encoding="utf-8")).items()
@@ -174,12 +174,19 @@ def _with_presets(table: dict, place: tuple) -> dict:
     name = own.pop("preset", None)
     if name is None:
         return own
-    fitting = presets(place[-1] if place else "")
+    fitting = presets(_fits(place))
     if name not in list(fitting):
         where, fit = name_of((*place, "preset")), ", ".join(fitting)
         must = f"be one of {fit}" if fit else "not be given: none fits this table"
         raise ScenarioError(f"{where}: must {must}; received {name!r}")
     return fitting[name] | own
+
+
+def _fits(place: tuple) -> str:
+    """What a preset at a place must fit: a table by its name, or any region of modes."""
+    if place[:-1] == ("control", "modes", "regions"):
+        return "region"
+    return place[-1] if place else ""
 
 
 def _find_law_files(data: dict, folder: Path) -> None:
@@ -212,6 +219,7 @@ def scenario_schema() -> dict:
     for table, told in specs["Spacecraft"]["properties"].items():
         if fitting := presets(table):
             _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
+    _let_preset_stand(specs["Region"], [*presets("region")])
     _let_modes_be_short(specs)
     schema["properties"]["campaign"] = {"type": "object", "description": "Many runs that vary."}
     return schema
@@ -229,6 +237,9 @@ def _let_modes_be_short(specs: dict) -> None:
 
 
 def _let_preset_stand(table: dict, fitting: list[str]) -> None:
-    table["properties"]["preset"] = {"enum": fitting, "description": "Shipped hardware preset."}
+    table["properties"]["preset"] = {
+        "enum": fitting,
+        "description": "Shipped preset; keys beside it win.",
+    }
     if required := table.pop("required", None):
         table["anyOf"] = [{"required": required}, {"required": ["preset"]}]

@@ -127,7 +127,7 @@ def condition(**keys):
         (two_states(when=RATE, at_most_s=0.0), f"{WAY}.at_most_s: must be greater than 0"),
         (two_states(when=RATE, until=3), f"{WAY}.until: must be a known key; received 3"),
         (two_states(when={"signal": "speed", "below": 1.0}),
-         "signal: must be one of rate_deg_s, spin_deg_s, nutation_deg, axis_to_target_deg,"),
+         "signal: must be one of rate_deg_s, spin_deg_s, nutation_deg, momentum_rate_deg_s,"),
         (condition(), "above, below: one of the two must be given; received none"),
         (condition(above=1.0, below=2.0), "one of the two must be given; received both"),
         (condition(above=1.0, back_below=1.0), "back_below: must be less than 'above', 1;"),

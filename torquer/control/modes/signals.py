@@ -72,6 +72,13 @@ def nutation(table, state, inputs, index):
 
 
 @inlined
+def momentum_rate(table, state, inputs, index):
+    """Magnitude of J omega over the mean moment of inertia: nutation does not change it."""
+    mean = (table.inertia_kg_m2[0] + table.inertia_kg_m2[1] + table.inertia_kg_m2[2]) / 3.0
+    return norm(momentum(table, inputs)) / mean
+
+
+@inlined
 def axis_to_target(table, state, inputs, index):
     """Angle between axis and target."""
     return angle(table.axis, target_body(table, inputs))
@@ -188,6 +195,7 @@ SIGNALS = {
     "rate_deg_s": Signal(rate, "deg/s"),
     "spin_deg_s": Signal(spin, "deg/s", ("axis",)),
     "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2")),
+    "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",)),
     "axis_to_target_deg": Signal(axis_to_target, "deg", ("axis", "target"), True),
     "momentum_to_target_deg": Signal(momentum_to_target, "deg", ("target", "inertia_kg_m2"), True),
     "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, reads=frozenset({"sun"})),
