@@ -1,5 +1,7 @@
 """Campaigns flown: the same bits wherever and in whatever parts, and nothing lost."""
 
+from datetime import UTC, datetime
+
 import numpy as np
 import pytest
 
@@ -79,18 +81,33 @@ def test_processes_give_the_same_bits(scenario):
     assert there.identical(here)
 
 
-def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, tmp_path):
-    made, path = campaign(scenario), tmp_path / "campaign.nc"
-    whole = torquer.fly_campaign(scenario, made)
+def test_times_from_a_list_stay_times_in_processes(scenario):
+    times = [datetime(2012, 3, day, tzinfo=UTC) for day in (4, 5)]
+    made = campaign(scenario, runs=4, vary={"start": {"values": times}})
+    there = torquer.fly_campaign(scenario, made, workers=1, where="processes")
+    assert there["start"].dtype.kind == "M"
+    assert there.identical(torquer.fly_campaign(scenario, made, workers=1))
+
+
+def interrupted(scenario, made, path, where="threads"):
+    """Fly two or more chunks of eight members to a file; what is in them."""
 
     def impatient(progress):
         if progress.done >= 16:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        torquer.fly_campaign(scenario, made, to=path, workers=1, progress=impatient)
+        torquer.fly_campaign(scenario, made, to=path, workers=1, where=where, progress=impatient)
     there = [file.read_bytes() for file in chunks_there(path).values()]
     assert len(there) >= 2
+    return there
+
+
+@pytest.mark.parametrize("where", ["threads", "processes"])
+def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, tmp_path, where):
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    whole = torquer.fly_campaign(scenario, made)
+    there = interrupted(scenario, made, path, where)
     flown = []
     resumed = torquer.fly_campaign(
         scenario, made, to=path, workers=1, resume=True, progress=flown.append

@@ -29,9 +29,9 @@ def flown(tmp_path_factory):
     return path, torquer.fly_campaign(*torquer.load_campaign(path))
 
 
-def kill_and_resume(process, flown, out, number):
+def kill_and_resume(process, flown, out, number, where="threads"):
     path, whole = flown
-    options = (path, "--out", out, "--no-report")
+    options = (path, "--out", out, "--no-report", "--where", where)
     run = process("campaign", *options)
     deadline_s = time.monotonic() + 100.0
     while not chunks_there(out / "campaign.nc") and time.monotonic() < deadline_s:
@@ -39,7 +39,7 @@ def kill_and_resume(process, flown, out, number):
         time.sleep(0.01)
     time.sleep(random.Random(number).uniform(0.0, 1.5))
     run.kill()
-    run.communicate()
+    run.communicate(timeout=60.0)  # until its workers have ended, too
     kept = {file: file.read_bytes() for file in chunks_there(out / "campaign.nc").values()}
     assert kept or (out / "campaign.nc").exists()
     code, _, err = done(process("campaign", *options, "--resume"))
@@ -48,8 +48,9 @@ def kill_and_resume(process, flown, out, number):
     assert not chunks_folder(out / "campaign.nc").exists()
 
 
-def test_a_killed_campaign_goes_on(process, flown, tmp_path):
-    kill_and_resume(process, flown, tmp_path / "out", 0)
+@pytest.mark.parametrize("where", ["threads", "processes"])
+def test_a_killed_campaign_goes_on(process, flown, tmp_path, where):
+    kill_and_resume(process, flown, tmp_path / "out", 0, where)
 
 
 @pytest.mark.slow

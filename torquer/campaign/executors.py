@@ -4,15 +4,15 @@ import contextlib
 import functools
 import multiprocessing
 import os
+import pickle
+import threading
 from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 
 from torquer.campaign.fleet import Fleet
-from torquer.campaign.spec import Campaign
 from torquer.campaign.store import dataset_of
-from torquer.scenario.spec import Scenario
 
 #: How often Dask tries a chunk again whose worker was lost.
 _RETRIES = 5
@@ -23,16 +23,18 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def chunk_elsewhere(scenario: Scenario, campaign: Campaign, first: int, last: int):
-    """The dataset of members first..last-1, in a process that may not know the campaign yet."""
-    fleet = _fleet_of(scenario.model_dump_json(), campaign.model_dump_json(exclude_none=True))
-    return dataset_of(fleet, fleet.fly(np.arange(first, last)))
+def chunk_elsewhere(pickled: bytes, first: int, last: int):
+    """The dataset of members first..last-1, in a process that may not know the campaign yet.
+
+    `pickled`: the scenario and the campaign. Text would lose which keys were given, and times.
+    """
+    return _here(_fleet_of(pickled), first, last)
 
 
 @functools.lru_cache(maxsize=2)
-def _fleet_of(scenario: str, campaign: str) -> Fleet:
+def _fleet_of(pickled: bytes) -> Fleet:
     """Prepared once in a process, for all its chunks."""
-    return Fleet(Scenario.model_validate_json(scenario), Campaign.model_validate_json(campaign))
+    return Fleet(*pickle.loads(pickled))
 
 
 class Pool:
@@ -49,7 +51,8 @@ class Pool:
 @contextlib.contextmanager
 def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     """A pool of `workers`; `where`: 'threads', 'processes', or the address of a Dask scheduler."""
-    elsewhere = functools.partial(chunk_elsewhere, fleet.scenario, fleet.campaign)
+    pickled = pickle.dumps((fleet.scenario, fleet.campaign))
+    elsewhere = functools.partial(chunk_elsewhere, pickled)
     if where not in ("threads", "processes"):
         with _cluster(where) as client:
             # a worker that is lost costs its chunks one more try
@@ -61,11 +64,24 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
         fly = functools.partial(_here, fleet)
     else:
         spawned = multiprocessing.get_context("spawn")
-        executor, fly = ProcessPoolExecutor(workers, spawned), elsewhere
+        executor, fly = ProcessPoolExecutor(workers, spawned, _end_with_parent), elsewhere
     try:
         yield Pool(executor, workers, fly)
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
+
+
+def _end_with_parent() -> None:
+    """From now on this process ends when its parent does, which may be killed.
+
+    Workers wait for chunks on a pipe that they hold open themselves: it never ends by itself.
+    """
+
+    def leave() -> None:
+        multiprocessing.parent_process().join()
+        os._exit(1)
+
+    threading.Thread(target=leave, daemon=True).start()
 
 
 def _here(fleet: Fleet, first: int, last: int):
