@@ -188,6 +188,30 @@ def test_a_campaign_ends_when_it_knows_enough_however_many_workers(scenario):
     assert torquer.fly_campaign(scenario, made, workers=3).identical(one)
 
 
+def test_a_resumed_campaign_ends_where_the_unbroken_one_does(scenario, tmp_path):
+    path, stop = tmp_path / "campaign.nc", {"outcome": "success", "half_width": 0.12, "least": 10}
+    made = campaign(scenario, runs=400, stop=stop)
+    whole = torquer.fly_campaign(scenario, made, workers=1)
+    assert 24 < whole.sizes["member"] < 400
+    interrupted(scenario, made, path)
+    assert torquer.fly_campaign(scenario, made, to=path, resume=True).identical(whole)
+    flown = []
+    again = torquer.fly_campaign(scenario, made, to=path, resume=True, progress=flown.append)
+    assert again.identical(whole) and not flown
+
+
+def test_a_wider_interval_drops_no_member_and_a_narrower_one_flies_on(scenario, tmp_path):
+    path, stop = tmp_path / "campaign.nc", {"outcome": "success", "half_width": 0.12, "least": 10}
+    first = torquer.fly_campaign(scenario, campaign(scenario, runs=400, stop=stop), to=path)
+    wide = campaign(scenario, runs=400, stop=stop | {"half_width": 0.3})
+    again = torquer.fly_campaign(scenario, wide, to=path, resume=True)
+    assert again.sizes["member"] == first.sizes["member"]
+    assert torquer.fly_campaign(scenario, wide).sizes["member"] < first.sizes["member"]
+    narrow = campaign(scenario, runs=400, stop=stop | {"half_width": 0.08})
+    more = torquer.fly_campaign(scenario, narrow, to=path, resume=True)
+    assert more.identical(torquer.fly_campaign(scenario, narrow))
+
+
 @pytest.mark.parametrize(
     ("options", "told"),
     [

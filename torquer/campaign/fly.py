@@ -20,7 +20,7 @@ from torquer.campaign.store import (
     attributes_of,
     check_same,
     chunks_folder,
-    chunks_there,
+    files_there,
     finish_file,
     joined,
     put_chunk,
@@ -82,12 +82,14 @@ def fly_campaign(
         if fleet.why_not_in_lanes:
             told = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(told, OneByOne, stacklevel=2)
-        there = _complete(path) if resume and path is not None else set()
+        known = _Known(campaign)
+        for file in files_there(path) if path is not None else ():
+            known.add(load(file))
         with pool(fleet, workers, where) as fliers:
-            parts, members = _flown(campaign, fliers, there, path, progress)
+            parts = _flown(known, fliers, path, progress)
     if path is not None:
-        return finish_file(path, members, attributes)
-    return joined(parts, attributes).isel(member=slice(0, members))
+        return finish_file(path, known.members, attributes)
+    return joined(parts, attributes).isel(member=slice(0, known.members))
 
 
 def _check_file(path: Path, attributes, resume: bool) -> None:
@@ -99,68 +101,71 @@ def _check_file(path: Path, attributes, resume: bool) -> None:
         )
 
 
-def _complete(path: Path) -> set[int]:
-    """Numbers of the members that have been flown."""
-    files = [*chunks_there(path).values(), *([path] if path.exists() else [])]
-    return {int(member) for file in files for member in load(file)["member"].values}
+class _Known:
+    """What is known of a campaign: the members `there`, and how many `members` it is to have.
+
+    A stopping rule is looked at when the members are there up to a whole number of chunks: neither
+    the order in which chunks end nor a resume changes where the campaign ends.
+    """
+
+    def __init__(self, campaign: Campaign):
+        self.runs = self.members = campaign.runs
+        self.there: set[int] = set()
+        self._stop, self._values = campaign.stop, np.empty(0)
+        self._waiting: dict[int, float] = {}
+
+    @property
+    def has_enough(self) -> bool:
+        """Whether a part of the runs is enough."""
+        return self.members < self.runs
+
+    def add(self, data: xr.Dataset) -> None:
+        """Take in members that have been flown."""
+        members = data["member"].values.tolist()
+        self.there.update(members)
+        if self._stop is None or self.has_enough:
+            return
+        name = "succeeded" if self._stop.outcome == SUCCESS else self._stop.outcome
+        self._waiting |= dict(zip(members, data[name].values.tolist(), strict=True))
+        while (first := len(self._values)) < self.runs and not self.has_enough:
+            span = range(first, min(first + CHUNK, self.runs))
+            if not self.there.issuperset(span):
+                return
+            self._values = np.append(self._values, [self._waiting.pop(member) for member in span])
+            if is_enough(self._stop, self._values):
+                self.members = len(self._values)
 
 
-def _spans(runs: int, there: set[int]) -> Iterator[tuple[int, int]]:
-    """First and last members of the chunks that are missing."""
-    for first in range(0, runs, CHUNK):
-        last = min(first + CHUNK, runs)
-        missing = [member for member in range(first, last) if member not in there]
+def _spans(known: _Known) -> Iterator[tuple[int, int]]:
+    """First and last members of the chunks that are missing, as long as there are not enough."""
+    for first in range(0, known.runs, CHUNK):
+        last = min(first + CHUNK, known.runs)
+        missing = [member for member in range(first, last) if member not in known.there]
+        if known.has_enough:
+            return
         if missing:
             yield missing[0], last
 
 
-def _flown(campaign: Campaign, fliers: Pool, there: set[int], path, progress):
-    """(Chunks in order, number of members) once all are flown, or enough of them."""
-    spans = _spans(campaign.runs, there)
-    running: dict[Future, tuple[int, int]] = {}
+def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
+    """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
+    spans = _spans(known)
+    running: dict[Future, int] = {}
     parts: dict[int, xr.Dataset] = {}
-    done, known, members = len(there), _Known(campaign), campaign.runs
     while True:
         while len(running) < _AHEAD * fliers.workers and (span := next(spans, None)):
-            running[fliers.submit(*span)] = span
+            running[fliers.submit(*span)] = span[0]
         if not running:
-            return [parts[first] for first in sorted(parts)], members
+            return [parts[first] for first in sorted(parts)]
         ended, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
         if heeded().asked:
             raise KeyboardInterrupt
         for future in ended:
-            first, last = running.pop(future)
-            data = future.result()
-            done += last - first
+            first, data = running.pop(future), future.result()
             if path is None:
                 parts[first] = data
             else:
                 put_chunk(path, data)
+            known.add(data)
             if progress:
-                progress(Progress(done, campaign.runs))
-            if (enough := known.add(first, data)) is not None:
-                spans, members = iter(()), enough
-
-
-class _Known:
-    """The outcome that a stopping rule looks at, in the order of the members."""
-
-    def __init__(self, campaign: Campaign):
-        self._campaign, self._enough = campaign, False
-        self._waiting: dict[int, np.ndarray] = {}
-        self._values = np.empty(0)
-
-    def add(self, first: int, data: xr.Dataset) -> int | None:
-        """Members that are enough, if they are; whatever the order in which chunks end."""
-        stop = self._campaign.stop
-        if stop is None or self._enough:
-            return None
-        name = "succeeded" if stop.outcome == SUCCESS else stop.outcome
-        self._waiting[first] = data[name].values
-        while len(self._values) in self._waiting:
-            more = self._waiting.pop(len(self._values))
-            self._values = np.append(self._values, more)
-            if is_enough(stop, self._values):
-                self._enough = True
-                return len(self._values)
-        return None
+                progress(Progress(len(known.there), known.runs))

@@ -102,6 +102,11 @@ def chunks_there(path: Path) -> dict[int, Path]:
     return {int(file.stem): file for file in sorted(chunks_folder(path).glob("*.nc"))}
 
 
+def files_there(path: Path) -> list[Path]:
+    """Files of the members that have been flown: that of the campaign, then its chunks."""
+    return [*([path] if path.exists() else []), *chunks_there(path).values()]
+
+
 def joined(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset:
     """Chunks as one dataset, in the order of the members."""
     import xarray as xr
@@ -114,9 +119,13 @@ def joined(parts: list[xr.Dataset], attributes: Mapping[str, str]) -> xr.Dataset
 
 
 def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.Dataset:
-    """Join the chunks up to a number of members into the file of the campaign."""
-    earlier = [load(path)] if path.exists() else []
-    parts = earlier + [load(file) for file in chunks_there(path).values()]
+    """Join the chunks up to a number of members into the file of the campaign.
+
+    Members that the file has already stay.
+    """
+    parts = [load(file) for file in files_there(path)]
+    if path.exists():
+        members = max(members, parts[0].sizes["member"])
     whole = joined(parts, attributes)
     whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
     whole = whole.isel(member=whole["member"].values < members)
