@@ -131,13 +131,65 @@ def test_what_stands_there_is_not_overwritten_nor_mixed(scenario, tmp_path):
     before = path.read_bytes()
     with pytest.raises(ValueError, match=r"^to: must hold no campaign; received .*resume"):
         torquer.fly_campaign(scenario, campaign(scenario, runs=8), to=path)
-    for other in (
-        (scenario, campaign(scenario, seed=6)),
-        (scenario.replace("initial.reference", "orbital"), campaign(scenario)),
+    strict, vary = {"final_rate_deg_s": {"below": 0.1}}, dict(reversed(TABLE["vary"].items()))
+    for key, other in (
+        ("campaign.seed", (scenario, campaign(scenario, seed=6))),
+        ("campaign.sampling", (scenario, campaign(scenario, sampling="sobol"))),
+        ("campaign.success", (scenario, campaign(scenario, success=strict))),
+        ("campaign.success", (scenario, campaign(scenario, success={}))),
+        ("campaign.vary", (scenario, campaign(scenario, vary=vary))),
+        ("scenario", (scenario.replace("initial.reference", "orbital"), campaign(scenario))),
     ):
-        with pytest.raises(ValueError, match=r"must be that with which .* began"):
+        with pytest.raises(ValueError, match=rf"^{key}: must be that with which .* began; rec"):
             torquer.fly_campaign(*other, to=path, resume=True)
     assert path.read_bytes() == before
+
+
+def test_a_scenario_is_the_same_however_it_was_made(scenario, tmp_path):
+    path = tmp_path / "campaign.nc"
+    torquer.fly_campaign(scenario, campaign(scenario, runs=8), to=path)
+    same = scenario.replace("initial.reference", "inertial").replace("description", "the same")
+    more = torquer.fly_campaign(same, campaign(same, runs=9), to=path, resume=True)
+    assert more.sizes["member"] == 9
+
+
+def test_a_law_edited_since_is_refused(scenario, tmp_path):
+    file, path = tmp_path / "laws.py", tmp_path / "campaign.nc"
+    text = "def damp(inputs, parameters, memory):\n    return {}\n"
+    law = {"kind": "user", "file": str(file), "function": "damp"}
+    file.write_text(text.format("(0.1, 0.0, 0.0)"))
+    own = scenario.replace("control.law", law)
+    with pytest.warns(OneByOne, match="a law in plain Python"):
+        torquer.fly_campaign(own, campaign(own, runs=1), to=path)
+    file.write_text(text.format("(0.2, 0.0, 0.0)"))
+    with pytest.raises(ValueError, match=r"^law damp: must be the one .* has been edited since$"):
+        torquer.fly_campaign(own, campaign(own, runs=2), to=path, resume=True)
+
+
+def test_no_member_is_dropped_by_fewer_runs(scenario, tmp_path):
+    path = tmp_path / "campaign.nc"
+    there = len(interrupted(scenario, campaign(scenario), path)) * 8
+    told = rf"^campaign.runs: must be {there} or more, as .* has so many members; received 13$"
+    with pytest.raises(ValueError, match=told):
+        torquer.fly_campaign(scenario, campaign(scenario, runs=13), to=path, resume=True)
+    result = torquer.fly_campaign(scenario, campaign(scenario, runs=there), to=path, resume=True)
+    assert result.sizes["member"] == there
+
+
+@pytest.mark.parametrize("sampling", ["random", "sobol", "latin_hypercube"])
+def test_runs_are_added_where_members_do_not_depend_on_them(scenario, tmp_path, sampling):
+    """Of a Latin hypercube each member is drawn with all others."""
+    path = tmp_path / "campaign.nc"
+    torquer.fly_campaign(scenario, campaign(scenario, runs=8, sampling=sampling), to=path)
+    before, more = path.read_bytes(), campaign(scenario, runs=16, sampling=sampling)
+    if sampling == "latin_hypercube":
+        told = r"^campaign.runs: must be 8, with which .* began: a Latin hyper.* received 16$"
+        with pytest.raises(ValueError, match=told):
+            torquer.fly_campaign(scenario, more, to=path, resume=True)
+        assert path.read_bytes() == before
+    else:
+        result = torquer.fly_campaign(scenario, more, to=path, resume=True)
+        assert result.identical(torquer.fly_campaign(scenario, more))
 
 
 def test_members_that_fail_are_kept_with_the_reason(scenario):

@@ -50,7 +50,7 @@ class Fleet:
         )
         places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
         self.kept = np.unique(places.round().astype(int))
-        self._base, self._pieces = run, Pieces(run)
+        self.base, self._pieces = run, Pieces(run)
         self.why_not_in_lanes, self._lanes = why_not_in_lanes(run), None
         if not self.why_not_in_lanes:
             try:
@@ -133,7 +133,7 @@ class Fleet:
     def _piece_for(self, chunk: Chunk, row: int):
         """The first piece of the orbit that all members share, where they do."""
         shared = not any(key.startswith(_OF_SURROUNDINGS) for key in chunk.drawn)
-        return self._base.piece if shared else None
+        return self.base.piece if shared else None
 
     def _fly_alone(self, chunk: Chunk, row: int) -> None:
         """Fly a member by itself."""

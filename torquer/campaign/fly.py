@@ -71,14 +71,15 @@ def fly_campaign(
     """
     check_campaign(campaign, scenario)
     path = None if to is None else Path(to)
-    attributes = attributes_of(scenario, campaign)
-    if path is not None:
-        _check_file(path, attributes, resume)
+    if path is not None and not resume:
+        _check_free(path)
     workers = cores() if workers is None else workers
     if workers < 1:
         raise ValueError(f"workers: must be 1 or more; received {workers}")
     with heeding():
         fleet = Fleet(scenario, campaign)
+        if path is not None:
+            check_same(path, fleet)
         if fleet.why_not_in_lanes:
             told = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(told, OneByOne, stacklevel=2)
@@ -88,14 +89,12 @@ def fly_campaign(
         with pool(fleet, workers, where) as fliers:
             parts = _flown(known, fliers, path, progress)
     if path is not None:
-        return finish_file(path, known.members, attributes)
-    return joined(parts, attributes).isel(member=slice(0, known.members))
+        return finish_file(path, known.members, attributes_of(fleet))
+    return joined(parts, attributes_of(fleet)).isel(member=slice(0, known.members))
 
 
-def _check_file(path: Path, attributes, resume: bool) -> None:
-    if resume:
-        check_same(path, attributes)
-    elif path.exists() or chunks_folder(path).exists():
+def _check_free(path: Path) -> None:
+    if path.exists() or chunks_folder(path).exists():
         raise ValueError(
             f"to: must hold no campaign; received {path}: resume goes on with it, or remove it"
         )

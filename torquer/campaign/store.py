@@ -18,10 +18,9 @@ import numpy as np
 
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import succeeded
-from torquer.campaign.spec import Campaign
-from torquer.scenario.spec import Scenario
 from torquer.simulation.file import load, save
-from torquer.simulation.result import versions
+from torquer.simulation.restore import check_version, of_one_run, scenario_in
+from torquer.simulation.result import law_attributes, versions
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -51,7 +50,7 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     variables["how_it_ended"] = ("member", np.array(how))
     variables["ended"] = ("member", np.array(chunk.ended))
     coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
-    return xr.Dataset(variables, coordinates, attributes_of(fleet.scenario, campaign))
+    return xr.Dataset(variables, coordinates, attributes_of(fleet))
 
 
 def _json(value) -> str:
@@ -76,12 +75,13 @@ def _as_array(values) -> np.ndarray:
     return np.array([json.dumps(value, default=str) for value in values])
 
 
-def attributes_of(scenario: Scenario, campaign: Campaign) -> dict[str, str]:
-    """What is flown, and by which versions."""
+def attributes_of(fleet: Fleet) -> dict[str, str]:
+    """What is flown, by which laws and which versions."""
     return {
-        "scenario": scenario.model_dump_json(exclude_unset=True),
-        "campaign": campaign.model_dump_json(exclude_none=True),
+        "scenario": fleet.scenario.model_dump_json(exclude_unset=True),
+        "campaign": fleet.campaign.model_dump_json(exclude_none=True),
         "versions": json.dumps(versions()),
+        **law_attributes(fleet.base),
     }
 
 
@@ -134,22 +134,45 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
     return whole
 
 
-def check_same(path: Path, attributes: Mapping[str, str]) -> None:
-    """ValueError unless a file's campaign is this one, but for the number of its runs."""
-    files = [path] if path.exists() else [*chunks_there(path).values()][:1]
-    for file in files:
-        began = load(file).attrs
-        for name in ("scenario", "campaign"):
-            if _flown(began[name]) != _flown(attributes[name]):
-                raise ValueError(f"{name}: must be that with which {path} began; received another")
-        theirs, ours = (json.loads(each["versions"])["torquer"] for each in (began, attributes))
-        if theirs != ours:
+def check_same(path: Path, fleet: Fleet) -> None:
+    """ValueError unless a campaign can go on with all that was flown of it."""
+    files = files_there(path)
+    if not files:
+        return
+    began, last = load(files[0]), load(files[-1])
+    check_version(began)
+    if not of_one_run(scenario_in(began), fleet.scenario):
+        raise ValueError(f"scenario: must be that with which {path} began; received another")
+    now = attributes_of(fleet)
+    _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
+    _check_laws(path, *(json.loads(each["laws"]) for each in (began.attrs, now)))
+    there = max(int(each["member"].max()) for each in (began, last)) + 1
+    if fleet.campaign.runs < there:
+        raise ValueError(
+            f"campaign.runs: must be {there} or more, as {path} has so many members; received "
+            f"{fleet.campaign.runs}"
+        )
+
+
+def _check_table(path: Path, began: dict, now: dict) -> None:
+    """ValueError unless campaigns are the same in what members and their outcomes depend on."""
+    if now["sampling"] == "latin_hypercube" and now["runs"] != began["runs"]:
+        raise ValueError(
+            f"campaign.runs: must be {began['runs']}, with which {path} began: a Latin hypercube "
+            f"is drawn for all its members together; received {now['runs']}"
+        )
+    for key in sorted((began.keys() | now.keys()) - {"runs", "stop"}):
+        # as texts: the order of keys that vary is that of the numbers of a design
+        if json.dumps(began.get(key)) != json.dumps(now.get(key)):
             raise ValueError(
-                f"{path}: must be of torquer {ours} to go on; received one of {theirs}"
+                f"campaign.{key}: must be that with which {path} began; received another"
             )
 
 
-def _flown(text: str) -> dict:
-    """What fixes the members."""
-    free = ("name", "description", "runs", "stop", "success")
-    return {key: value for key, value in json.loads(text).items() if key not in free}
+def _check_laws(path: Path, began: dict, now: dict) -> None:
+    for key, law in now.items():
+        if law["source"] != began[key]["source"]:
+            raise ValueError(
+                f"{key} {law['name']}: must be the one with which {path} began; its file, or one "
+                "that it imports from beside it, has been edited since"
+            )
