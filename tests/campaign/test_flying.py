@@ -7,12 +7,13 @@ import pytest
 
 import torquer
 from torquer import engine
-from torquer.campaign import fly
+from torquer.campaign import fleet, fly
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -216,6 +217,36 @@ def test_hardware_varies_in_lanes_orbits_alone_with_the_same_result(scenario):
             alone = torquer.simulate(member_scenario(scenario, made, member))
             rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
             assert result["final_rate_deg_s"].values[member] == rate
+
+
+NOISE = "spacecraft.magnetometer.noise_nt"
+GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
+
+
+@pytest.mark.parametrize(
+    ("vary", "told"),
+    [
+        (GAIN, None),
+        (GAIN | {"orbit.raan_deg": {"uniform": [0, 360]}}, "orbit.raan_deg varies, and members "
+         "flown together share orbit, environment and steps"),
+        ({NOISE: {"uniform": [1, 9]}}, f"{NOISE} varies, and members flown together share it"),
+        ({NOISE: {"values": [0.0, 9.0]}}, None),  # every other one fits
+    ],
+)  # fmt: skip
+def test_it_is_told_whether_members_fit_and_each_is_prepared_once(
+    scenario, monkeypatch, recwarn, vary, told
+):
+    made, prepared = campaign(scenario, runs=24, vary=vary), []
+    monkeypatch.setattr(fleet, "prepare", lambda *a, **k: prepared.append(a) or prepare(*a, **k))
+    flying = fleet.Fleet(scenario, made)
+    assert flying.why_not_in_lanes == (told or "")
+    prepared.clear()
+    flying.fly(np.arange(24))
+    assert len(prepared) == 24
+    torquer.fly_campaign(scenario, made)
+    assert [told in str(each.message) for each in recwarn if each.category is OneByOne] == (
+        [True] if told else []
+    )
 
 
 def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):

@@ -15,7 +15,7 @@ from torquer.lanes import LANES
 from torquer.scenario.load import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
 from torquer.simulation.members import Flown as FlownInLanes, Lanes, Pieces, why_not_in_lanes
-from torquer.simulation.run import prepare
+from torquer.simulation.run import Run, prepare
 from torquer.simulation.simulate import RunStopped, finish
 from torquer.simulation.store import InMemory
 
@@ -24,6 +24,8 @@ COMPLETE, FAILED = "complete", "failed"
 _MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
 #: Beginnings of keys that change the surroundings of a run, or when it looks at them.
 _OF_SURROUNDINGS = ("orbit", "start", "environment", "simulation")
+#: Members that are tried in lanes before a campaign is flown.
+_TRIED = 8
 #: Instants that are kept of a signal.
 MOST_INSTANTS = 200
 
@@ -51,15 +53,47 @@ class Fleet:
         places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
         self.kept = np.unique(places.round().astype(int))
         self.base, self._pieces = run, Pieces(run)
-        self.why_not_in_lanes, self._lanes = why_not_in_lanes(run), None
-        if not self.why_not_in_lanes:
-            try:
-                self._lanes = Lanes(run, self._pieces)
-            except ValueError as error:  # of a user's law
-                self.why_not_in_lanes = str(error)
+        around = [key for key in campaign.keys if key.startswith(_OF_SURROUNDINGS)]
+        self._first_piece = None if around else run.piece
+        self._lanes, self.why_not_in_lanes = self._side_by_side(around)
         self._along = _along(scenario, campaign, self.t_s)
         r, v = scenario.surroundings().state(np.zeros(1))
         self._start = r[0], v[0]
+
+    def _side_by_side(self, around: list[str]) -> tuple[Lanes | None, str]:
+        """Lanes for the members; None, and why, if all are to be flown one by one.
+
+        `around`: keys that vary of the orbit, the environment or the steps.
+        """
+        if around:
+            told = "members flown together share orbit, environment and steps"
+            return None, f"{around[0]} varies, and {told}"
+        if why := why_not_in_lanes(self.base):
+            return None, why
+        try:
+            lanes = Lanes(self.base, self._pieces)
+        except ValueError as error:  # of a user's law
+            return None, str(error)
+        for key in self.campaign.keys:
+            if not self._may_vary(key, lanes):
+                return None, f"{key} varies, and members flown together share it"
+        return lanes, ""
+
+    def _may_vary(self, key: str, lanes: Lanes) -> bool:
+        """Whether a member fits into lanes, of some, if it differs by what it has at a key."""
+        if key in _MOTION_KEYS:
+            return True
+        members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
+        values = draw(self.campaign, self.scenario, members)[key]
+        for row in range(_TRIED):
+            try:
+                member = with_values(self.scenario, changes_of({key: values}, row))
+                run = prepare(member, piece=self._first_piece)
+            except ValueError:  # by itself it may be no scenario
+                return True
+            if self._taken(lanes, run) is not None:
+                return True
+        return False
 
     def fly(self, members: np.ndarray) -> Chunk:
         """Fly members by their numbers."""
@@ -70,27 +104,27 @@ class Fleet:
         shape = (count, len(self.kept))
         series = {name: np.full(shape, np.nan, np.float32) for name in self._with_signals()}
         chunk = Chunk(members, seeds, drawn, outcomes, series, [COMPLETE] * count)
-        alone = list(range(count))
         if self._lanes is not None:
-            alone = self._fly_in_lanes(self._lanes, chunk)
-        for row in alone:
-            self._fly_alone(chunk, row)
+            self._fly_in_lanes(self._lanes, chunk)
+        else:
+            for row in range(count):
+                self._fly_alone(chunk, row)
         return chunk
 
     def _with_signals(self) -> list[str]:
         return [name for name, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
 
-    def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> list[int]:
-        """Fly all members that fit; rows of those that do not, or that ended early."""
-        found = [self._numbers_of(lanes, chunk, row) for row in range(len(chunk.members))]
-        alone = [row for row, numbers in enumerate(found) if numbers is None]
-        rows = np.array([row for row, numbers in enumerate(found) if numbers is not None], int)
+    def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
+        """Fly all members: alone those that do not fit into lanes, or that end early in theirs."""
+        found = {row: self._numbers_of(lanes, chunk, row) for row in range(len(chunk.members))}
+        fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
+        rows = np.array([*fitting], int)
         for first in range(0, len(rows), LANES):
             of_batch = rows[first : first + LANES]
-            flown = lanes.fly(np.array([found[row] for row in of_batch]), chunk.seeds[of_batch])
+            flown = lanes.fly(np.array([fitting[row] for row in of_batch]), chunk.seeds[of_batch])
             self._put(chunk, of_batch, self._with_surroundings(flown))
-            alone += [int(row) for row in of_batch[flown.failed]]
-        return alone
+            for row in of_batch[flown.failed].tolist():
+                self._fly_alone(chunk, row)
 
     def _with_surroundings(self, flown: FlownInLanes) -> Flown:
         """What members flew in lanes, with what they met on their orbit."""
@@ -99,11 +133,18 @@ class Fleet:
         return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
 
     def _numbers_of(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
-        """A member's numbers in its lane; None if it does not fit."""
-        if not _MOTION_KEYS.issuperset(chunk.drawn):
-            return self._taken(lanes, chunk, row)
-        motion = self._first_motion(chunk, row)
-        return None if motion is None else lanes.numbers_of(motion[None])[0]
+        """A member's numbers in its lane; None if it does not fit, and has been flown alone."""
+        if _MOTION_KEYS.issuperset(chunk.drawn):
+            motion = self._first_motion(chunk, row)
+            if motion is not None:
+                return lanes.numbers_of(motion[None])[0]
+            self._fly_alone(chunk, row)
+            return None
+        run = self._prepared(chunk, row)
+        numbers = self._taken(lanes, run) if run else None
+        if run and numbers is None:
+            self._finish(chunk, row, run)
+        return numbers
 
     def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
         """Attitude and rate of a member at the start; None if they are not to be flown."""
@@ -115,12 +156,8 @@ class Fleet:
         except ValueError:
             return None
 
-    def _taken(self, lanes: Lanes, chunk: Chunk, row: int) -> np.ndarray | None:
+    def _taken(self, lanes: Lanes, run: Run) -> np.ndarray | None:
         """The numbers of a member that fits beside the others."""
-        try:
-            run = prepare(self._scenario_of(chunk, row), piece=self._piece_for(chunk, row))
-        except ValueError:
-            return None
         if why_not_in_lanes(run):
             return None
         packed = lanes.takes(run)
@@ -130,17 +167,24 @@ class Fleet:
         own = {"name": f"{self.scenario.name}-{chunk.members[row]}", "seed": int(chunk.seeds[row])}
         return with_values(self.scenario, {**own, **changes_of(chunk.drawn, row)})
 
-    def _piece_for(self, chunk: Chunk, row: int):
-        """The first piece of the orbit that all members share, where they do."""
-        shared = not any(key.startswith(_OF_SURROUNDINGS) for key in chunk.drawn)
-        return self.base.piece if shared else None
+    def _prepared(self, chunk: Chunk, row: int) -> Run | None:
+        """A member's run; None, with the reason in its row, if it cannot be flown."""
+        try:
+            return prepare(self._scenario_of(chunk, row), piece=self._first_piece)
+        except ValueError as error:
+            chunk.ended[row] = " ".join(str(error).split("\n"))
+            return None
 
     def _fly_alone(self, chunk: Chunk, row: int) -> None:
         """Fly a member by itself."""
         for values in (*chunk.outcomes.values(), *chunk.series.values()):
             values[row] = np.nan
+        if run := self._prepared(chunk, row):
+            self._finish(chunk, row, run)
+
+    def _finish(self, chunk: Chunk, row: int, run: Run) -> None:
+        """Fly a member's run to its end."""
         try:
-            run = prepare(self._scenario_of(chunk, row), piece=self._piece_for(chunk, row))
             result = finish(run, InMemory())
         except ValueError as error:
             chunk.ended[row] = " ".join(str(error).split("\n"))
