@@ -48,7 +48,7 @@ def rates(gyro, omega, interval, seed, drifts, out):
 def suns(sensors, sun, seed, out):
     for i in range(out.shape[0]):
         drawn = noise.drawn(sensors.noise_rad, seed, of_sun.STREAM, i)
-        out[i, 0], out[i, 1], out[i, 2] = read_sun(sensors, sun, 1.0, drawn)
+        out[i, 0], out[i, 1], out[i, 2] = read_sun(sensors, sun, 1.0, OFF, drawn)
 
 
 def many_fields(seed=1, **keys):
@@ -80,7 +80,7 @@ def test_ideal_sensors_read_the_truth():
     assert rate() == pytest.approx(OMEGA, abs=1e-18)
     assert field(dipole=(1.0, 2.0, 3.0)) == B
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0).pack()
-    assert read_sun(sensors, SUN, 1.0, OFF) == SUN
+    assert read_sun(sensors, SUN, 1.0, OFF, OFF) == SUN
 
 
 def test_noise_of_the_magnetometer_is_white_and_of_the_size_asked_for():
@@ -212,26 +212,26 @@ def test_a_sun_sensor_sees_within_its_cone(half):
     axis = (0.0, 1.0, 0.0)
     sensors = SunSensors(axes=(axis,), half_field_deg=half).pack()
     inside = looking(axis, half - 1e-6)
-    assert read_sun(sensors, inside, 1.0, OFF) == inside
+    assert read_sun(sensors, inside, 1.0, OFF, OFF) == inside
     if half < 180.0:
-        assert read_sun(sensors, looking(axis, half + 1e-6), 1.0, OFF) == OFF
+        assert read_sun(sensors, looking(axis, half + 1e-6), 1.0, OFF, OFF) == OFF
     else:
-        assert read_sun(sensors, (0.0, -1.0, 0.0), 1.0, OFF) == (0.0, -1.0, 0.0)
+        assert read_sun(sensors, (0.0, -1.0, 0.0), 1.0, OFF, OFF) == (0.0, -1.0, 0.0)
 
 
 def test_two_sun_sensors_see_both_sides():
     sensors = SunSensors(axes=((0.0, 0.0, 2.0), (0.0, 0.0, -1.0)), half_field_deg=50.0).pack()
     for z in (1.0, -1.0):
-        assert read_sun(sensors, (0.0, 0.0, z), 1.0, OFF) == (0.0, 0.0, z)
-    assert read_sun(sensors, (1.0, 0.0, 0.0), 1.0, OFF) == OFF
+        assert read_sun(sensors, (0.0, 0.0, z), 1.0, OFF, OFF) == (0.0, 0.0, z)
+    assert read_sun(sensors, (1.0, 0.0, 0.0), 1.0, OFF, OFF) == OFF
 
 
 def test_sun_sensors_need_half_of_the_disc_and_a_sensor():
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0).pack()
     for lit, seen in ((1.0, SUN), (0.5, SUN), (0.49, OFF), (0.0, OFF)):
-        assert read_sun(sensors, SUN, lit, OFF) == seen
-    assert read_sun(NO_SUN_SENSORS, SUN, 1.0, OFF) == OFF
-    assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, OFF) == OFF
+        assert read_sun(sensors, SUN, lit, OFF, OFF) == seen
+    assert read_sun(NO_SUN_SENSORS, SUN, 1.0, OFF, OFF) == OFF
+    assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, OFF, OFF) == OFF
 
 
 def test_noise_of_a_sun_sensor_is_an_angle_of_the_size_asked_for_on_each_cross_axis():

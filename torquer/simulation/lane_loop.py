@@ -26,8 +26,8 @@ from torquer.simulation.sensors import (
     gyro_step,
     magnetometer_step,
     search_coil_step,
-    sun_and_light,
     sun_sensors_step,
+    sunlight_at,
 )
 from torquer.simulation.state import goal_dipole, motion_of, put_goal, put_motion
 from torquer.simulation.step import (
@@ -112,12 +112,12 @@ def gyros(layout, shared, late, cells, drawn, drawn_walk, t):
 
 
 @internal
-def sun_sensors(layout, shared, late, cells, drawn, direction, lit, t):
+def sun_sensors(layout, shared, late, cells, drawn, sunlight, t):
     """Read the Sun sensors."""
     for lane in range(LANES):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         x = motion_of(state.cells)
-        sun_sensors_step(plant, late, state, x, direction, lit, t, of_lane(drawn, lane))
+        sun_sensors_step(plant, late, state, x, sunlight, t, of_lane(drawn, lane))
 
 
 @internal
@@ -155,10 +155,10 @@ def read_in_lanes(layout, plan, tables, cells, seeds, drawn, here, actions, step
         walk = draw_if(sigma, layout, cells, seeds, GYRO, stream, drawn)
         gyros(layout, shared, late, cells, error, walk, t)
     if actions & (READ << SUN_SENSORS):
-        direction, lit = sun_and_light(shared.shadow, tables.orbit, tables.sun, t)
+        sunlight = sunlight_at(shared, tables, t)
         sigma, stream = shared.sun_sensors.noise_rad, sun_sensor.STREAM
         error = draw_if(sigma, layout, cells, seeds, SUN_SENSORS, stream, drawn)
-        sun_sensors(layout, shared, late, cells, error, direction, lit, t)
+        sun_sensors(layout, shared, late, cells, error, sunlight, t)
     if actions & (READ << ATTITUDE_SENSOR):
         sigma, stream = shared.attitude_sensor.noise_rad, attitude_sensor.STREAM
         error = draw_if(sigma, layout, cells, seeds, ATTITUDE_SENSOR, stream, drawn)

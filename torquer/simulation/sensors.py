@@ -2,6 +2,7 @@
 
 from torquer import noise
 from torquer.engine import inner, internal
+from torquer.environment.albedo import earthlight
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
@@ -82,6 +83,16 @@ def sun_and_light(shadow, orbit, sun, t):
     return unit(sub(sun_m, r)), lit_fraction_at(shadow, r, sun_m)
 
 
+@inner
+def sunlight_at(plant, tables, t):
+    """What Sun sensors meet: direction to the Sun, visible part of it, light of the Earth."""
+    direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+    of_earth, albedo = (0.0, 0.0, 0.0), plant.sun_sensors.albedo
+    if albedo > 0.0:
+        of_earth = earthlight(albedo, lookup3(tables.orbit, t), direction)
+    return direction, lit, of_earth
+
+
 @internal
 def read_gyro(plant, cells, omega, t, drawn, drawn_walk):
     """What the gyro reads; its drift goes on from its last reading."""
@@ -149,11 +160,13 @@ def gyro_step(plant, late, state, x, t, drawn, drawn_walk):
 
 
 @internal
-def sun_sensors_step(plant, late, state, x, direction, lit, t, drawn):
-    """A reading of the Sun sensors; `direction` (inertial) and visible part of the Sun."""
+def sun_sensors_step(plant, late, state, x, sunlight, t, drawn):
+    """A reading of the Sun sensors; `sunlight`: direction to the Sun, visible part of it, light of
+    the Earth (inertial)."""
     state.sensors[SUN_SENSORS].count += 1.0
-    sun_body = rotate_inverse(x.q, direction)
-    sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, drawn)
+    direction, lit, of_earth = sunlight
+    sun_body, earth_body = rotate_inverse(x.q, direction), rotate_inverse(x.q, of_earth)
+    sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, earth_body, drawn)
     is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
     put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
     known.sun_s = chosen(is_late, known.sun_s, t)
@@ -260,9 +273,9 @@ def read_sensors(plan, tables, state, x, here, actions, step, seed):
         drift = draw(state, GYRO, plant.gyro.drift_rad_s_sqrt_s, seed, gyro.DRIFT_STREAM)
         gyro_step(plant, late, state, x, t, drawn, drift)
     if actions & (READ << SUN_SENSORS):
-        direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+        sunlight = sunlight_at(plant, tables, t)
         drawn = draw(state, SUN_SENSORS, plant.sun_sensors.noise_rad, seed, sun_sensor.STREAM)
-        sun_sensors_step(plant, late, state, x, direction, lit, t, drawn)
+        sun_sensors_step(plant, late, state, x, sunlight, t, drawn)
     if actions & (READ << ATTITUDE_SENSOR):
         sigma = plant.attitude_sensor.noise_rad
         drawn = draw(state, ATTITUDE_SENSOR, sigma, seed, attitude_sensor.STREAM)

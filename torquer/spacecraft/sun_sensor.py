@@ -1,43 +1,73 @@
-"""Sun sensors: each sees the Sun within a cone about its axis, while the satellite is lit."""
+"""Sun sensors: each sees the Sun within a cone about its axis, if nothing is in the way."""
 
 import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
 from torquer.engine import inlined
+from torquer.geometry.quaternion import from_rotation_vector, rotate
 from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
 from torquer.spacecraft.sampling import Sampled
-from torquer.spec import Vector
+from torquer.spec import Spec, Vector
 
 STREAM = 4
 
 
 class SunSensorSet(NamedTuple):
-    """Constants of the Sun sensors for kernels; one row per sensor."""
+    """Constants of the Sun sensors for kernels.
 
-    axes: np.ndarray
-    cos_half_field: float
+    `rows` [n, 8], one per sensor: axis, cosine of the half field, quaternion of the fixed turn of
+    its readings. `zones` [m, 5]: number of a sensor; axis and cosine of a blind zone of it.
+    """
+
+    rows: np.ndarray
+    zones: np.ndarray
     noise_rad: float
+    albedo: float
 
 
 @inlined
-def read_sun(sensors, sun_body, lit, drawn):
+def _is_blind(zones, sensor, sun_body):
+    """Whether the Sun is in a blind zone of a sensor."""
+    blind = False
+    for k in range(zones.shape[0]):
+        inside = dot((zones[k, 1], zones[k, 2], zones[k, 3]), sun_body) > zones[k, 4]
+        blind = blind or (zones[k, 0] == sensor and inside)
+    return blind
+
+
+@inlined
+def sensor_that_sees(sensors, sun_body):
+    """Number of the sensor that reads: of those that see the Sun the one that faces it; or -1."""
+    rows, best, chosen = sensors.rows, -2.0, -1
+    for i in range(rows.shape[0]):
+        near = dot((rows[i, 0], rows[i, 1], rows[i, 2]), sun_body)
+        if near >= rows[i, 3] and near > best and not _is_blind(sensors.zones, i, sun_body):
+            best, chosen = near, i
+    return chosen
+
+
+@inlined
+def read_sun(sensors, sun_body, lit, earthlight_body, drawn):
     """Unit vector to the Sun [body], or zeros where no sensor sees it.
 
-    `lit` is the visible fraction of the Sun's disc; half a disc is enough to read. `drawn`: three
+    `lit` is the visible fraction of the Sun's disc; half a disc is enough to read.
+    `earthlight_body`: as `torquer.environment.albedo` gives it, in the body. `drawn`: three
     standard normal numbers.
     """
-    axes, best = sensors.axes, -1.0
-    for i in range(axes.shape[0]):
-        best = max(best, dot((axes[i, 0], axes[i, 1], axes[i, 2]), sun_body))
-    if best < sensors.cos_half_field or lit < 0.5:
+    k, rows = sensor_that_sees(sensors, sun_body), sensors.rows
+    if k < 0 or lit < 0.5:
         return (0.0, 0.0, 0.0)
+    reading = sun_body
+    if sensors.albedo > 0.0:
+        reading = unit(add_scaled(earthlight_body, lit, sun_body))
+    reading = rotate((rows[k, 4], rows[k, 5], rows[k, 6], rows[k, 7]), reading)
     if sensors.noise_rad == 0.0:
-        return sun_body
-    return unit(add_scaled(sun_body, sensors.noise_rad, drawn))
+        return reading
+    return unit(add_scaled(reading, sensors.noise_rad, drawn))
 
 
 def _checked_axes(value):
@@ -45,22 +75,98 @@ def _checked_axes(value):
     return tuple(as_vector(row) for row in rows)
 
 
+def _checked_axis(value):
+    return as_vector(validate.unit_rows("axis", value)[0])
+
+
+_HalfAngle = Annotated[float, Field(gt=0.0, le=180.0)]
+
+
+class BlindZone(Spec):
+    """A cone in the body in which Sun sensors do not see the Sun: a boom or a panel is there.
+
+    `sensors`: numbers, from 0, of those that it shades (left out: all).
+    """
+
+    axis: Annotated[Vector, AfterValidator(_checked_axis)]
+    half_angle_deg: _HalfAngle
+    sensors: tuple[int, ...] | None = None
+
+    def of(self, count: int) -> tuple[int, ...]:
+        """Numbers of the sensors that it shades, of so many."""
+        return tuple(range(count)) if self.sensors is None else self.sensors
+
+
 class SunSensors(Sampled):
-    """Sun sensors by their axes in the body, half field of view [deg] and noise [deg]."""
+    """Sun sensors by their axes in the body.
+
+    `half_field_deg`: half angle of the cone in which a sensor sees the Sun, one number or one per
+    sensor. `blind_zones`: cones in which something shades them. Of several that see the Sun the one
+    that faces it most nearly is read. `noise_deg`: standard deviation of the reading about each
+    axis across it; `bias_deg`: fixed small turn of the reading about the body axes, one vector or
+    one per sensor. `albedo` (of the Earth, 0.3 on average; 0 for sensors that tell the Earth from
+    the Sun): readings are the direction of the sum of sunlight and of the light that the lit Earth
+    reflects, as those of cosine detectors on all sides are; the Earth is a Lambertian sphere.
+    """
 
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]
-    half_field_deg: float = Field(gt=0.0, le=180.0)
+    half_field_deg: _HalfAngle | tuple[_HalfAngle, ...]
+    blind_zones: tuple[BlindZone, ...] = ()
     noise_deg: float = Field(default=0.0, ge=0.0)
+    bias_deg: Vector | tuple[Vector, ...] = (0.0, 0.0, 0.0)
+    albedo: float = Field(default=0.0, ge=0.0, le=1.0)
+
+    @model_validator(mode="after")
+    def _one_of_each_per_sensor(self):
+        count = len(self.axes)
+        if isinstance(self.half_field_deg, tuple) and len(self.half_field_deg) != count:
+            raise ValueError(
+                f"half_field_deg: must be one number or one per sensor ({count} axes); "
+                f"received {len(self.half_field_deg)} numbers"
+            )
+        if np.shape(self.bias_deg) not in ((3,), (count, 3)):
+            raise ValueError(
+                f"bias_deg: must be one vector or one per sensor ({count} axes); "
+                f"received {len(self.bias_deg)} vectors"
+            )
+        for k, zone in enumerate(self.blind_zones):
+            wrong = [number for number in zone.of(count) if number not in range(count)]
+            if wrong:
+                raise ValueError(
+                    f"blind_zones[{k}].sensors: must be numbers of sensors, 0 to {count - 1}; "
+                    f"received {wrong[0]}"
+                )
+        return self
+
+    def half_fields_deg(self) -> np.ndarray:
+        """Half field of each sensor (n,)."""
+        return np.full(len(self.axes), self.half_field_deg)
 
     def pack(self) -> SunSensorSet:
         """Constants for kernels."""
+        count = len(self.axes)
+        turns = np.radians(np.broadcast_to(self.bias_deg, (count, 3)))
+        # no rounding of a product may hide the Sun from a sensor that sees all the sky
+        cosines = [
+            -2.0 if half_deg == 180.0 else math.cos(math.radians(half_deg))
+            for half_deg in self.half_fields_deg()
+        ]
+        rows = np.column_stack(
+            [self.axes, cosines, [from_rotation_vector(as_vector(turn)) for turn in turns]]
+        )
+        zones = [
+            (sensor, *zone.axis, math.cos(math.radians(zone.half_angle_deg)))
+            for zone in self.blind_zones
+            for sensor in zone.of(count)
+        ]
         return SunSensorSet(
-            np.array(self.axes),
-            math.cos(math.radians(self.half_field_deg)),
-            math.radians(self.noise_deg),
+            rows, np.reshape(np.array(zones), (-1, 5)), math.radians(self.noise_deg), self.albedo
         )
 
 
+_NO_ZONES = np.empty((0, 5))
 #: For kernels: a Sun sensor that no law reads; and an ideal one, which sees all the sky.
-NO_SUN_SENSORS = SunSensorSet(np.empty((0, 3)), 1.0, 0.0)
-IDEAL_SUN_SENSOR = SunSensorSet(np.array([[0.0, 0.0, 1.0]]), -2.0, 0.0)
+NO_SUN_SENSORS = SunSensorSet(np.empty((0, 8)), _NO_ZONES, 0.0, 0.0)
+IDEAL_SUN_SENSOR = SunSensorSet(
+    np.array([[0.0, 0.0, 1.0, -2.0, 0.0, 0.0, 0.0, 1.0]]), _NO_ZONES, 0.0, 0.0
+)
