@@ -29,10 +29,11 @@ def inputs(
     v=UNKNOWN,
     model_b=UNKNOWN,
     model_b_rate=UNKNOWN,
+    model_sun=UNKNOWN,
 ):
     """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
     t_s, omega, q = float(t_s), floats(omega), floats(q)
-    place = (floats(x) for x in (r, v, model_b, model_b_rate))
+    place = (floats(x) for x in (r, v, model_b, model_b_rate, model_sun))
     return Inputs(
         t_s,
         floats(b),

@@ -7,6 +7,8 @@ EXAMPLES = {
     "bdot_rate": {"gain_a_m2_s_per_t": 1e5},
     "bdot_derivative": {"gain_a_m2_s_per_t": 1e5},
     "bdot_model": {"gain_a_m2_s_per_t": 1e5},
+    "sdot": {"gain_a_m2_s": 6e3},
+    "sdot_rate": {"gain_a_m2_s": 6e3},
     "nutation_damping": {"gain_a_m2_s_per_t": 1e5, "axis": [0.0, 0.6, 0.8]},
     "nutation_damping_rate": {"gain_a_m2_s_per_t": 1e5},
     "nutation_damping_derivative": {"relay_dipole_a_m2": 0.8, "axis": [1.0, 2.0, -2.0]},

@@ -47,6 +47,7 @@ RANGES = {
     "nt_per_a_m2": Range(1e-9, 1e12),
     "t_km3": Range(1e-9, 1e15),  # the Sun has 1e14
     "w": Range(1e-12, 1e12),
+    "gain_a_m2_s": Range(1e-15, 1e20),
     "gain_a_m2_s_per_t": Range(1e-15, 1e20),
     "gain_a_m2_per_t": Range(1e-15, 1e20),
     "gain_a_m2_per_n_m_s_t": Range(1e-15, 1e20),

@@ -81,7 +81,8 @@ def readings(n=40, turn=None, seed=3):
         place = [size * rng.normal(size=3) for size in (7e6, 7e3, 3e-5, 1e-7)]
         vectors = (turn @ v for v in (b, b_rate, omega, sun))
         wheels = turn @ rng.normal(size=3)
-        rows.append(inputs(0.5 * i, *vectors, q.as_quat(), wheels, *place))
+        model_sun = Rotation.random(random_state=i).as_matrix()[0]
+        rows.append(inputs(0.5 * i, *vectors, q.as_quat(), wheels, *place, model_sun))
     return rows
 
 
@@ -117,7 +118,10 @@ def test_it_compiles_and_answers_with_finite_commands_to_what_it_drives(kind, ex
 @EVERY
 def test_it_answers_with_finite_commands_when_nothing_is_measured(kind, example):
     law = example(kind)
-    place = {"r": (7e6, 0.0, 0.0), "v": (0.0, 7e3, 2e3), "model_b": ZERO, "model_b_rate": ZERO}
+    place = {
+        "r": (7e6, 0.0, 0.0), "v": (0.0, 7e3, 2e3), "model_b": ZERO, "model_b_rate": ZERO,
+        "model_sun": (0.6, 0.0, -0.8),
+    }  # fmt: skip
     rows = [inputs(t, q=(0.0, 0.6, 0.0, 0.8), **place) for t in range(5)]
     lost = [row._replace(b_body_t=ZERO, b_rate_body_t_s=ZERO) for row in readings(20)]
     for case in (rows, lost):

@@ -30,6 +30,10 @@ def theory(
         float | None,
         Parameter(help="Initial angle of the momentum from the field's cone axis [any]."),
     ] = None,
+    sun_deg: Annotated[
+        float | None,
+        Parameter(help="Angle of the Sun from the field's cone axis, for sdot."),
+    ] = None,
     sample_s: Annotated[
         float | None,
         Parameter(help="Sampling and hold interval, for bdot and nutation_damping."),
@@ -56,14 +60,14 @@ def theory(
 ) -> int:
     """Averaged motion under LAW: small parameter, times, limit motions, equations, pictures.
 
-    LAW: bdot, nutation_damping, spin_up, reorientation, preliminary_1 or preliminary_2.
+    LAW: bdot, nutation_damping, spin_up, reorientation, preliminary_1, preliminary_2 or sdot.
     """
     from torquer.cli import theory_options as options, theory_work as work
 
     given = {
         "inclination_deg": inclination_deg, "altitude_km": altitude_km,
         "strength_nt": strength_nt, "inertia": inertia, "gain": gain, "rate_deg_s": rate_deg_s,
-        "rho_deg": rho_deg, "sample_s": sample_s, "lag_s": lag_s,
+        "rho_deg": rho_deg, "sun_deg": sun_deg, "sample_s": sample_s, "lag_s": lag_s,
     }  # fmt: skip
     case = options.case_of(law, given, scenario, design)
     part = options.part_of(case, to)

@@ -25,16 +25,21 @@ from torquer.theory.evolution.model import Case, Evolution
 from torquer.theory.gains import Sampling
 from torquer.theory.spinner import Spinner
 
-LAWS = ("bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2")
+LAWS = (
+    "bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2", "sdot",
+)  # fmt: skip
 #: Laws of scenarios that have the averaged motion of another.
 _SAME = {
     "bdot_rate": "bdot", "bdot_derivative": "bdot", "bdot_model": "bdot",
     "nutation_damping_rate": "nutation_damping",
     "nutation_damping_derivative": "nutation_damping",
+    "sdot_rate": "sdot",
 }  # fmt: skip
 _RATE_DEG_S = (5.0, 5.0, 5.0)
 _SAMPLED = ("bdot", "nutation_damping")
-_POINTED = ("reorientation", "preliminary_1", "preliminary_2")
+_POINTED = ("reorientation", "preliminary_1", "preliminary_2", "sdot")
+#: Laws without a spin axis of their own.
+_ANY_AXIS = ("bdot", "sdot")
 
 
 @dataclass(frozen=True)
@@ -97,10 +102,12 @@ def case_of(law, given: dict, scenario: Path | None, design: bool) -> AveragedCa
     if law is None:
         raise ValueError(f"LAW: must be one of {', '.join(LAWS)}; received nothing")
     needed = ("inclination_deg", "inertia", *(() if design else ("gain",)))
-    for key in needed:
+    for key in (*needed, *(("sun_deg",) if law == "sdot" else ())):
         if given[key] is None:
             option = f"--{key.replace('_', '-')}"
             raise ValueError(f"{option}: must be given (or --scenario); received nothing")
+    if law != "sdot" and given["sun_deg"] is not None:
+        raise ValueError(f"--sun-deg: must be left out for {law}; received {given['sun_deg']:g}")
     return _spun(_of_options(law, given))
 
 
@@ -141,6 +148,7 @@ def _of_options(law: str, given: dict) -> AveragedCase:
         in_range("--rate-deg-s", "rate_deg_s", rate)
     _within("--inclination-deg", given["inclination_deg"], 180.0)
     _within("--rho-deg", given["rho_deg"], 180.0)
+    _within("--sun-deg", given["sun_deg"], 180.0)
     inclination = math.radians(given["inclination_deg"])
     radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
     moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
@@ -150,9 +158,14 @@ def _of_options(law: str, given: dict) -> AveragedCase:
     spinner, theta, remarks = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
     rho = None if given["rho_deg"] is None else math.radians(given["rho_deg"])
     name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {given['inclination_deg']:g} deg"
-    sampling = _sampling(law, given["sample_s"], given["lag_s"])
+    sampling, sun = _sampling(law, given["sample_s"], given["lag_s"]), given["sun_deg"]
+    target = (0.0, 0.0, 1.0)
+    if sun is not None:
+        target = (math.sin(math.radians(sun)), 0.0, math.cos(math.radians(sun)))
+        if rho is not None:
+            notes = (*notes, "the momentum lies in the plane of the cone axis and the Sun")
     return AveragedCase(
-        law, given["gain"], spinner, theta, rho, notes=(*notes, *remarks), name=name,
+        law, given["gain"], spinner, theta, rho, target=target, notes=(*notes, *remarks), name=name,
         sampling=sampling,
     )  # fmt: skip
 
@@ -308,8 +321,8 @@ def _polar(vector) -> tuple[float, float]:
 
 
 def _axis(kind, spec, tensor) -> np.ndarray:
-    """Spin axis of the law; for B-dot the principal axis closest to one of symmetry."""
-    if kind != "bdot":
+    """Spin axis of the law; for B-dot and S-dot the principal axis closest to one of symmetry."""
+    if kind not in _ANY_AXIS:
         return np.array(spec.axis)
     moments, axes = np.linalg.eigh(tensor)
     first = abs(moments[1] - moments[2]) < abs(moments[0] - moments[1])
@@ -333,23 +346,26 @@ def _gain(key: str, spec, control) -> tuple[float, tuple]:
 
 
 def _saturation(scenario, spec, kind, spinner) -> tuple:
-    """A note if B-dot initially commands more than the coils can produce."""
+    """A note if B-dot or S-dot may initially command more than the coils can produce."""
     limit = np.max(scenario.spacecraft.coils.limit_a_m2)
-    if kind != "bdot":
+    if kind not in _ANY_AXIS:
         return ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
-    commanded = spec.gain_a_m2_s_per_t * rate * spinner.strength_t
+    if kind == "bdot":
+        commanded = spec.gain_a_m2_s_per_t * rate * spinner.strength_t
+    else:
+        commanded = spec.gain_a_m2_s * rate
     if commanded <= limit:
         return ()
     return (
         f"the law initially commands {commanded:.3g} A m^2 from coils limited to {limit:.3g}: "
-        "saturated, they brake more slowly than the averaged motion",
+        "saturated, they act more slowly than the averaged motion",
     )
 
 
 def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
     """With the law's target, as far as closed equations cover it."""
-    target = spec.target
+    target = getattr(spec, "target", "sun")
     if target == "sun":
         target = scenario.surroundings().sun(np.zeros(1))[0]
     there = _to_z(np.asarray(target, dtype=np.float64), orbit)
@@ -357,6 +373,8 @@ def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
     if case.law == "reorientation":
         length = spec.momentum_n_m_s / case.spinner.momentum_n_m_s
         return replace(case, target=tuple((length * there).tolist()))
+    if case.law == "sdot":
+        return replace(case, target=tuple(there.tolist()))
     away = math.degrees(math.acos(min(1.0, max(-1.0, there[2]))))
     if away < 1.0:
         return case

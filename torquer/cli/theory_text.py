@@ -8,6 +8,7 @@ SMALL = {
     "reorientation": "k B0^2/omega0",
     "preliminary_1": "k B0^2/(omega0 L0)",
     "preliminary_2": "k B0^2/(omega0 L0)",
+    "sdot": "k B0/(omega0 C)",
 }
 UNITS = {
     "bdot": "A m^2 s/T",
@@ -16,6 +17,7 @@ UNITS = {
     "reorientation": "A m^2/(N m s T)",
     "preliminary_1": "A m^2/T",
     "preliminary_2": "A m^2/T",
+    "sdot": "A m^2 s",
 }
 #: Abbreviations first, then l', rho', sigma', theta'.
 EQUATIONS = {
@@ -61,6 +63,17 @@ EQUATIONS = {
         "sigma' = 0",
         "theta' = (eps/l) sin theta cos theta (p cos rho - h/2)",
     ),
+    "sdot": (
+        "c = sin rho (S1 cos sigma + S2 sin sigma) + S3 cos rho",
+        "d = p c + (q - p) S3 cos rho",
+        "a = p + (q - p) S3^2",
+        "g = cos^2 theta + (C/A) sin^2 theta",
+        "l' = -eps l g (a - c d)",
+        "rho' = eps g d (c cos rho - S3)/sin rho",
+        "sigma' = eps g d (S2 cos sigma - S1 sin sigma)/sin rho",
+        "theta' = (eps/2) (1 - C/A) (a + c d) sin theta cos theta",
+        "c' = eps g d (1 - c^2)",
+    ),
 }
 _LENGTH = "(3p - 1) (ln l + ln cos rho) + 2p ln tan rho"
 _SPIN = "l cos theta"
@@ -84,4 +97,9 @@ INTEGRALS = {
         "path": "-ln cos theta/2 - ln tan theta - ln sin rho",
     },
     "preliminary_2": {"spin": _SPIN},
+    "sdot": {
+        "plane": "(cos rho - S3 c)/(1 - c^2)^0.5",
+        "length": "l |d|",
+        "nutation": "(1 - C/A)/2 (ln(1 - c^2) - ln|d|) + ln sin theta - (C/A) ln cos theta",
+    },
 }

@@ -1,7 +1,6 @@
 """Work of `torquer theory`: results in text and JSON, design tables, pictures."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +10,7 @@ from torquer.cli import theory_text as text
 from torquer.cli.output import json_text, make_writable, writing_to
 from torquer.cli.theory_options import AveragedCase, in_range
 from torquer.cli.theory_sampling import sampling_data, sampling_lines, sampling_notes
+from torquer.cli.theory_sun import described, sun_data, sun_lines
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.comparison import resonances
 from torquer.theory.design import (
@@ -25,6 +25,7 @@ from torquer.theory.design import (
 )
 from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution.model import Slow
+from torquer.theory.evolution.sdot import sun_angle
 from torquer.theory.slow_motion import evolve, map_of_evolution
 from torquer.theory.validity import PRECESSION, SLOW_CHANGE
 
@@ -36,7 +37,7 @@ _PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
 _EPS = (0.003, 0.01, 0.03, 0.1, 0.3)
 _GRID = 61
 #: Laws with a target.
-_POINTED = ("reorientation", "preliminary_1", "preliminary_2")
+_POINTED = ("reorientation", "preliminary_1", "preliminary_2", "sdot")
 
 
 def _check(revolutions: float | None) -> None:
@@ -108,10 +109,10 @@ def _answer(case: AveragedCase, part: float, revolutions: float | None) -> tuple
         "seconds": {k: v and v * case.period_s for k, v in turns.items()},
         "course_revolutions": length,
         "tends_to": [
-            {"description": each.description.replace("third axis", "cone axis"),
-             "length_rate": each.length_rate}
+            {"description": described(case, each), "length_rate": each.length_rate}
             for each in points
         ],
+        "sun": sun_data(case),
         "equations": list(text.EQUATIONS[case.law]),
         "first_integrals": [
             {"name": name, "formula": formula, "at_start": _value(case, name, start),
@@ -182,7 +183,7 @@ def _warnings(case: AveragedCase) -> list[str]:
     elif near:
         _, b, c = near[0]
         notes.append(f"near resonance: {b} x precession {c:+d} x orbital rate is about zero")
-    if case.law == "bdot" and precession > _HARMONICS:
+    if case.law in ("bdot", "sdot") and precession > _HARMONICS:
         notes.append(
             f"averaging is valid until the precession drops to {_HARMONICS} orbital rates, at "
             f"l = {_HARMONICS / precession:.2g}"
@@ -204,6 +205,7 @@ def _lines(case: AveragedCase, answer: dict) -> list[str]:
         f"{answer['quantity']} to {100 * answer['part']:g} %: {_span(answer['revolutions'])}",
         "tends to:",
         *(f"  {each['description']}" for each in answer["tends_to"]),
+        *sun_lines(answer["sun"]),
         *sampling_lines(case),
         "",
         f"equations, {text.SHARED}:",
@@ -269,6 +271,7 @@ def _symbolic_law(law: str):
         ),
         "preliminary_1": ("preliminary_1", "gain_a_m2_per_t", up),
         "preliminary_2": ("preliminary_2", "gain_a_m2_per_t", {**up, **inertia}),
+        "sdot": ("sdot_rate", "gain_a_m2_s", {}),
     }  # fmt: skip
     kind, gain, others = kinds[law]
     return LAWS[kind](**{gain: 1.0}, **others).law()
@@ -350,18 +353,23 @@ def _draw(case: AveragedCase, revolutions: float, motions: dict, out: Path) -> l
     constants, end, pointed = case.constants, _TURN * revolutions, case.law in _POINTED
     u = next(iter(motions.values())).u
     title = f"{case.law}, {case.name}, eps = {constants.eps:.3g}"
-    first = draw_evolution(u, motions, title, out / "evolution.png")
+    angle = ("gamma [deg]", lambda slow: np.degrees(sun_angle(slow, constants)))
+    angles = {"angle": angle} if case.law == "sdot" else {}
+    first = draw_evolution(u, motions, title, out / "evolution.png", **angles)
     incl, rho = np.linspace(0.0, 90.0, _GRID), np.linspace(0.0, 179.0 if pointed else 90.0, _GRID)
     found = _map(case, incl, rho, end)
     values, name, unit = {
         "bdot": (found.l, "L / L₀", ""),
         "nutation_damping": (np.degrees(found.theta), "theta", "°"),
         "spin_up": (found.l, "L / L₀", ""),
+        "sdot": (np.degrees(sun_angle(found, constants)), "gamma", "°"),
     }.get(case.law, (np.degrees(found.rho), "rho", "°"))
     title = (
         f"{case.law}: {name} after {revolutions:.3g} rev, eps = {constants.eps:.3g}, "
         f"theta₀ = {math.degrees(case.theta):.0f}°"
     )
+    if case.law == "sdot":
+        title += f", Sun {math.degrees(math.acos(case.target[2])):.0f}° off the cone axis"
     if np.isnan(values).any():
         title += ", blank where the motion stops earlier"
     inclination = case.spinner.inclination_deg
@@ -373,12 +381,14 @@ def _draw(case: AveragedCase, revolutions: float, motions: dict, out: Path) -> l
 
 def _map(case: AveragedCase, incl, rho, end: float) -> Slow:
     """Slow variables after u = end over (inclination, rho0), with the same eps."""
-    cone = replace(case, target=(0.0, 0.0, float(np.linalg.norm(case.target))))
+    target = case.target
+    if case.law != "sdot":
+        target = (0.0, 0.0, float(np.linalg.norm(target)))
     fixed = {
         "sigma_deg": math.degrees(case.sigma), "theta_deg": math.degrees(case.theta),
         "eps": case.constants.eps,
     }  # fmt: skip
     return map_of_evolution(
         case.evolution, {"inclination_deg": incl, "rho_deg": rho}, fixed, end,
-        spinner=case.spinner, target=cone.target,
+        spinner=case.spinner, target=target,
     )  # fmt: skip

@@ -11,6 +11,7 @@ from torquer.control.off import Off
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
+from torquer.control.sdot import Sdot, SdotRate
 from torquer.control.spin_up import SpinUp
 from torquer.control.three_axis import ThreeAxis
 from torquer.control.unloading import Unloading
@@ -23,6 +24,8 @@ BUILT_IN = {
     "bdot_rate": BdotRate,
     "bdot_derivative": BdotDerivative,
     "bdot_model": BdotModel,
+    "sdot": Sdot,
+    "sdot_rate": SdotRate,
     "nutation_damping": NutationDamping,
     "nutation_damping_rate": NutationDampingRate,
     "nutation_damping_derivative": NutationDampingDerivative,

@@ -1,14 +1,13 @@
 """Numerical averaging of any control law over the fast angles psi, phi, u (and the Earth's day).
 
 The law is the very kernel that the simulation runs, handed over as a first-class function. It is
-given exact measurements: field, its rate of change, angular rate, attitude; coils do not saturate
-or lag. The trapezoid rule is exact for trigonometric polynomials of a degree below the number of
+given exact measurements: field, its rate of change, angular rate, attitude, the Sun (always lit);
+its models of field and Sun are exact, too. Coils do not saturate or lag. The trapezoid rule is exact for trigonometric polynomials of a degree below the number of
 nodes: for every law that is a polynomial in field, rate and direction cosines. For others the
 error is seen by taking more nodes (`converged_nodes`).
 
 Laws with memory cannot be averaged (a difference of two readings is no function of independent
-angles: use the form with the rate or the field's derivative), nor laws that use the position. Sun
-sensors see nothing.
+angles: use the form with the rate or the field's derivative), nor laws that use the position.
 """
 
 import math
@@ -19,7 +18,7 @@ import numpy as np
 from torquer.control.law import Law
 from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale
+from torquer.geometry.vec3 import add, cross, norm, scale, sub
 from torquer.integrate.dop853 import rates_of
 from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.theory.evolution.model import Slow
@@ -74,34 +73,37 @@ def body_to_l(half_psi, half_theta, half_phi):
 
 
 @inlined
-def exact_inputs(t_s, q, b, b_rate, omega):
-    """What a computer with perfect sensors knows; it sees no Sun and has no ephemeris."""
+def exact_inputs(t_s, q, omega, models):
+    """What a computer with perfect sensors knows, but for its place.
+
+    `models`: field [T], its own rate of change [T/s], unit vector to the Sun (zeros: not seen),
+    all in the field's frame.
+    """
+    b_reference, b_rate_reference, sun_reference = models
+    b, sun = rotate_inverse(q, b_reference), rotate_inverse(q, sun_reference)
+    b_rate = sub(rotate_inverse(q, b_rate_reference), cross(omega, b))
     read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s)
     estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan)
     unknown = (math.nan, math.nan, math.nan)
-    ephemeris = Ephemeris(unknown, unknown, unknown, unknown, unknown, math.nan)
-    return Inputs(t_s, b, b_rate, omega, NONE, q, NONE, read_at, estimate, ephemeris)
+    ephemeris = Ephemeris(unknown, unknown, b_reference, b_rate_reference, sun_reference, 1.0)
+    return Inputs(t_s, b, b_rate, omega, sun, q, NONE, read_at, estimate, ephemeris)
 
 
 @inlined
-def commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate_reference, omega):
-    """Field [T] and the law's dipole [A m^2] in the body frame, for exact measurements."""
-    b = rotate_inverse(q, b_reference)
-    turning = cross(omega, b)
-    b_rate = rotate_inverse(q, b_rate_reference)
-    b_rate = add_scaled(b_rate, -1.0, turning)
-    inputs = exact_inputs(t_s, q, b, b_rate, omega)
-    return b, law(inputs, parameters, memory).dipole_a_m2
+def commanded_dipole(law, parameters, memory, t_s, q, omega, models):
+    """Field [T] and the law's dipole [A m^2] in the body frame; see `exact_inputs`."""
+    inputs = exact_inputs(t_s, q, omega, models)
+    return inputs.b_body_t, law(inputs, parameters, memory).dipole_a_m2
 
 
 @inlined
-def field_and_rate(setting, u, day):
-    """Field [T] and, where it counts, its own rate of change [T/s], in the field's frame."""
+def models_at(setting, u, day):
+    """Field [T], its own rate of change [T/s] where it counts, the Sun: in the field's frame."""
     b, rate = field_at(setting.field, u, day), NONE
     if setting.field_turn != 0.0:
         by_u = field_rate(setting.field, u, day, setting.days_per_orbit)
         rate = scale(setting.orbital_rate, by_u)
-    return b, rate
+    return b, rate, setting.sun
 
 
 @inlined
@@ -112,7 +114,7 @@ def spin_rate(setting, momentum_body):
 
 
 @inlined
-def _sums_over_turns(problem, slow, q_l, t_s, b_reference, b_rate):
+def _sums_over_turns(problem, slow, q_l, t_s, models):
     """Sums over psi and phi of the torque in L and of its part that changes theta, at one u."""
     law, parameters, memory, setting, at = problem
     psi, phi = at.half_psi, at.half_phi
@@ -127,7 +129,7 @@ def _sums_over_turns(problem, slow, q_l, t_s, b_reference, b_rate):
             q_body = body_to_l(half_psi, half_theta, (phi[i, 0], phi[i, 1]))
             omega = spin_rate(setting, rotate_inverse(q_body, momentum))
             q = multiply(q_l, q_body)
-            b, m = commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+            b, m = commanded_dipole(law, parameters, memory, t_s, q, omega, models)
             turning = rotate(q_body, cross(m, b))
             torque = add(torque, turning)
             nutation += turning[1] * cos_psi - turning[0] * sin_psi
@@ -142,9 +144,9 @@ def mean_rates(problem, slow):
     torque, nutation = NONE, 0.0
     for k in range(at.u.size):
         for d in range(at.day.size):
-            b, b_rate = field_and_rate(setting, at.u[k], at.day[d])
+            models = models_at(setting, at.u[k], at.day[d])
             t_s = at.u[k] / setting.orbital_rate
-            here = _sums_over_turns(problem, slow, q_l, t_s, b, b_rate)
+            here = _sums_over_turns(problem, slow, q_l, t_s, models)
             torque = add(torque, here[0])
             nutation += here[1]
     count = at.half_phi.shape[0] * at.half_psi.shape[0] * at.u.size * at.day.size
@@ -174,14 +176,14 @@ def greatest_relative_rate(problem, slow):
     momentum, most = (0.0, 0.0, setting.momentum * slow.l), 0.0
     for k in range(at.u.size * at.day.size):
         u, day = at.u[k // at.day.size], at.day[k % at.day.size]
-        b_reference, b_rate = field_and_rate(setting, u, day)
+        models = models_at(setting, u, day)
         for j in range(at.half_psi.shape[0]):
             for i in range(at.half_phi.shape[0]):
                 half_psi = (at.half_psi[j, 0], at.half_psi[j, 1])
                 q_body = body_to_l(half_psi, half_theta, (at.half_phi[i, 0], at.half_phi[i, 1]))
                 omega = spin_rate(setting, rotate_inverse(q_body, momentum))
                 t_s, q = u / setting.orbital_rate, multiply(q_l, q_body)
-                b, m = commanded_dipole(law, parameters, memory, t_s, q, b_reference, b_rate, omega)
+                b, m = commanded_dipole(law, parameters, memory, t_s, q, omega, models)
                 most = max(most, norm(cross(m, b)))
     return most / (momentum[2] * setting.orbital_rate)
 
@@ -207,12 +209,26 @@ def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> Aver
             f"law {law.name}: must have no memory to be averaged (use its form with the rate or "
             f"the field's derivative); received {len(law.first_memory())} cells"
         )
-    if "ephemeris" in law.needs:
-        raise ValueError(f"law {law.name}: must not use the ephemeris to be averaged")
+    if "sun" in law.needs and spinner.sun is None:
+        raise ValueError(f"sun: must be given for law {law.name}; received none")
     setting = spinner.pack()
+    _check_answer(law, setting)
     if at is None:
         at = nodes(day=6 if setting.field.model == TILTED_DIPOLE else 1)
     return AveragedMotion(law.compile(), law.pack(), np.zeros(0), setting, at)
+
+
+def _check_answer(law: Law, setting) -> None:
+    """ValueError for a law that asks for the position, or for what else the average lacks."""
+    models = models_at(setting, 0.3, 0.0)
+    inputs = exact_inputs(1.0, (0.5, -0.5, 0.1, 0.7), (1e-3, 2e-3, 3e-3), models)
+    answer = law(inputs)
+    numbers = answer.dipole_a_m2 if law.answers == "command" else answer
+    if not all(math.isfinite(number) for number in numbers):
+        raise ValueError(
+            f"law {law.name}: must be defined by field, Sun, rate and attitude alone to be "
+            f"averaged (position and velocity are unknown); received {tuple(numbers)}"
+        )
 
 
 def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = None) -> Slow:

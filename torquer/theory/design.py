@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.theory.evolution.model import Case, Evolution, Slow
+from torquer.theory.evolution.sdot import sun_angle
 from torquer.theory.slow_motion import evolve
 from torquer.theory.spinner import Spinner
 
@@ -36,6 +37,12 @@ def angle_to_target(slow: Slow, case: Case):
     return np.arccos(np.clip(cosine, -1.0, 1.0))
 
 
+def angle_to_sun_line(slow: Slow, case: Case):
+    """Angle [rad] of the momentum to the Sun or away from it, whichever is less."""
+    gamma = sun_angle(slow, case)
+    return np.minimum(gamma, math.pi - gamma)
+
+
 _POINTING = Goal("angle of the momentum to the target", angle_to_target)
 GOALS = {
     "bdot": Goal("angular momentum", lambda slow, case: slow.l),
@@ -48,6 +55,7 @@ GOALS = {
     "reorientation_as_printed": _POINTING,
     "preliminary_1": _POINTING,
     "preliminary_2": _POINTING,
+    "sdot": Goal("angle of the momentum to the Sun's line", angle_to_sun_line),
 }
 
 

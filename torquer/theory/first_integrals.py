@@ -6,6 +6,8 @@ import numpy as np
 
 from torquer.theory.evolution.model import Case, Evolution, Slow
 
+_ROUNDING = 16.0 * np.finfo(float).eps
+
 
 def drifts(evolution: Evolution, case: Case, path: Slow, rtol: float) -> dict[str, float]:
     """Drift of each first integral that holds in a case, along a path: see `drift`."""
@@ -21,13 +23,15 @@ def drift(integral, case: Case, path: Slow, scale: float) -> float:
     It is the change from the start over what shifts of each variable by `scale` change the
     integral, times the scale: the distance of the path from the surface on which it should lie.
     (Relative to the integral itself it would mean nothing: most are sums of logarithms, which pass
-    through zero.) NaN where the integral is infinite.
+    through zero.) A change by rounding alone counts as none, as at an extremum of the integral no
+    shift changes it. NaN where the integral is infinite.
     """
     known = Slow(*(np.asarray(x)[np.isfinite(path.l)] for x in path))
     with np.errstate(all="ignore"):
         value = integral(known, case)
         moved = sum(np.abs(integral(_shifted(known, k, scale), case) - value) for k in range(4))
         change = np.abs(value - value[0])
+        change[change <= _ROUNDING * np.abs(value[0])] = 0.0
         return float(np.max(np.where(change == 0.0, 0.0, scale * change / moved), initial=0.0)
                      if np.all(np.isfinite(value)) else math.nan)  # fmt: skip
 

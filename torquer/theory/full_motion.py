@@ -20,8 +20,8 @@ from torquer.theory.averaging import (
     averaged_motion,
     body_to_l,
     commanded_dipole,
-    field_and_rate,
     l_to_reference,
+    models_at,
     nodes,
     spin_rate,
 )
@@ -63,10 +63,9 @@ def torque_at(problem, u, q, omega):
     """Torque [N m] in the body at argument of latitude u."""
     setting = problem.setting
     day = problem.day + setting.days_per_orbit * u
-    b_reference, rate = field_and_rate(setting, u, day)
-    t_s = u / setting.orbital_rate
+    t_s, models = u / setting.orbital_rate, models_at(setting, u, day)
     b, m = commanded_dipole(
-        problem.law, problem.parameters, problem.memory, t_s, q, b_reference, rate, omega
+        problem.law, problem.parameters, problem.memory, t_s, q, omega, models
     )
     return cross(m, b)
 

@@ -211,12 +211,13 @@ def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
 def averaged_ends(law, parameters, settings, memory, at, states, u_end, rtol, work, first, last):
     """The same by the averages of a law; a row of parameters and of settings for each state.
 
-    Rows of `settings`: model, strength, angle and tilt of the field, then `Setting` in order.
+    Rows of `settings`: model, strength, angle and tilt of the field, then the other numbers of
+    `Setting` in order.
     """
     for row in range(first, last):
         c, y = settings[row], states[row]
         field = OrbitField(int(c[0]), c[1], c[2], c[3])
-        setting = Setting(field, c[4], c[5], c[6], c[7], c[8], c[9])
+        setting = Setting(field, c[4], c[5], c[6], c[7], c[8], c[9], (c[10], c[11], c[12]))
         problem = AveragedMotion(law, parameters[row], memory, setting, at)
         ended = dop853(problem, 0.0, u_end, y, rtol, 0.01 * rtol, 0.0, work)
         if ended[0] != DONE:
@@ -301,19 +302,20 @@ def map_of_evolution(
     u_end: float,
     *,
     spinner: Spinner | None = None,
-    target=(0.0, 0.0, 1.0),
+    target=None,
     rtol: float = 1e-8,
     workers: int | None = None,
 ) -> Slow:
     """Slow variables after `u_end` [rad] over a grid, by closed equations; arrays of its shape.
 
     `axes`: rows of values for some of `AXES`; `fixed`: the others' values. Start: l = 1. `spinner`
-    gives C/A and the field's model. NaN where the motion meets a singular point.
+    gives C/A and the field's model; `target` as `Evolution.case` takes it. NaN where the motion
+    meets a singular point.
     """
     spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
     columns, shape = _grid(axes, fixed)
     count = len(columns["eps"])
-    evolution.case(1.0, spinner)  # refuses a field that the equations are not for
+    target = evolution.case(1.0, spinner, target).target  # refuses a field that it is not for
     constants = np.empty((count, 11))
     constants[:, 0], constants[:, 1], constants[:, 8:] = columns["eps"], spinner.ratio, target
     constants[:, 2:8] = _per_inclination(spinner, columns, lambda there: there.moments())
@@ -383,4 +385,4 @@ def map_of_law(
 
 
 def _flat(setting) -> tuple:
-    return (*setting.field, *setting[1:])
+    return (*setting.field, *setting[1:-1], *setting.sun)

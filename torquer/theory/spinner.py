@@ -5,6 +5,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from torquer.control.spin_axis import unit_vector
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.environment.field.averaged import cone_angle
 from torquer.spec import Spec
@@ -16,8 +17,9 @@ MODELS = {"averaged": AVERAGED, "direct_dipole": DIRECT_DIPOLE, "tilted_dipole":
 
 class Setting(NamedTuple):
     """Constants for kernels: field, moments of inertia across and along the axis [kg m^2], unit
-    of momentum L0 [N m s], orbital rate [rad/s], gain of the day angle per unit of u, and whether
-    the field's own turn counts in dB/dt (1) or the rotation is taken as fast (0)."""
+    of momentum L0 [N m s], orbital rate [rad/s], gain of the day angle per unit of u, whether the
+    field's own turn counts in dB/dt (1) or the rotation is taken as fast (0), and the unit vector
+    to the Sun in the field's frame (zeros: not seen)."""
 
     field: OrbitField
     transverse: float
@@ -26,6 +28,7 @@ class Setting(NamedTuple):
     orbital_rate: float
     days_per_orbit: float
     field_turn: float
+    sun: tuple
 
 
 class Spinner(Spec):
@@ -33,8 +36,10 @@ class Spinner(Spec):
 
     `strength_t`: B0 of the averaged field, mu_e/r^3 of the dipoles. `momentum_n_m_s`: L0, the unit
     in which l = L/L0 counts. `field_turn`: whether dB/dt includes the field's own rotation along
-    the orbit; without it the satellite's rotation is taken as fast. Any consistent units are
-    allowed: with all defaults of 1 the gain of a law is its small parameter.
+    the orbit; without it the satellite's rotation is taken as fast. `sun`: direction to the Sun in
+    the field's frame, of any length, for laws that point to it; it stays there, without eclipses.
+    Any consistent units are allowed: with all defaults of 1 the gain of a law is its small
+    parameter.
     """
 
     inclination_deg: float = Field(ge=0.0, le=180.0)
@@ -47,6 +52,7 @@ class Spinner(Spec):
     tilt_deg: float = Field(default=168.3, ge=0.0, le=180.0)
     earth_rate_rad_s: float = Field(default=EARTH_RATE_RAD_S, ge=0.0)
     field_turn: bool = False
+    sun: unit_vector("sun") | None = None
 
     @model_validator(mode="after")
     def _triangle(self):
@@ -89,4 +95,5 @@ class Spinner(Spec):
             self.orbital_rate_rad_s,
             self.earth_rate_rad_s / self.orbital_rate_rad_s,
             float(self.field_turn),
+            self.sun or (0.0, 0.0, 0.0),
         )

@@ -29,12 +29,14 @@ except ImportError as error:  # pragma: no cover - depends on what is installed
 p, length, momentum, strength, transverse, axial, rate = sympy.symbols(
     "p l L0 B0 A C omega0", positive=True
 )
+#: Unit vector to the Sun in Z.
+sun = sympy.symbols("S1 S2 S3", real=True)
 rho, sigma, theta = sympy.symbols("rho sigma theta", real=True)
 #: Slow angles, fast angles (chi = 2u), and the cone's half-angle.
 ANGLES = ("rho", "sigma", "theta", "phi", "psi", "chi", "Theta")
 SLOW_ANGLES = {"rho": rho, "sigma": sigma, "theta": theta}
 #: Unknowns that come with their reciprocals.
-DIVISORS = (length, momentum, transverse, axial)
+DIVISORS = (length, momentum, transverse, axial, strength)
 
 
 #: Errors of operations that lead out of the polynomials.
@@ -53,9 +55,9 @@ class Algebra:
 
     def __init__(self, others):
         angles = [f"{kind}_{name}" for name in ANGLES for kind in "cs"]
-        constants = [str(symbol) for symbol in (*DIVISORS, strength)]
+        constants = [str(symbol) for symbol in DIVISORS]
         reciprocals = [f"per_{symbol}" for symbol in DIVISORS]
-        self.others = [s for s in others if s not in (*DIVISORS, strength)]
+        self.others = [s for s in others if s not in DIVISORS]
         names = [*angles, *constants, *reciprocals, *(str(s) for s in self.others)]
         self.ring = sympy.ring(names, sympy.QQ)[0]
         self.gens = dict(zip(names, self.ring.gens, strict=True))
@@ -122,7 +124,7 @@ class Algebra:
         for name, angle in SLOW_ANGLES.items():
             c, s = (sympy.Symbol(f"{kind}_{name}") for kind in "cs")
             expression = expression.subs({c: sympy.cos(angle), s: sympy.sin(angle)})
-        named = {sympy.Symbol(str(s)): s for s in (*DIVISORS, strength, *self.others)}
+        named = {sympy.Symbol(str(s)): s for s in (*DIVISORS, *self.others)}
         named |= {sympy.Symbol(f"per_{s}"): 1 / s for s in DIVISORS}
         c = sympy.Symbol("c_Theta")
         expression = sympy.expand(expression).subs(c, sympy.sqrt(1 - 2 * p)).subs(named)
@@ -203,7 +205,7 @@ def on_symbols(function, algebra, known=None):
         if name in instead:
             names[name] = instead[name]
         elif isinstance(value, ModuleType) and value is math:
-            names[name] = SimpleNamespace(sqrt=algebra.root)
+            names[name] = SimpleNamespace(sqrt=algebra.root, nan=math.nan)
         elif hasattr(value, "py_func") or isinstance(value, FunctionType):
             names[name] = on_symbols(value, algebra, known)
     return rebuilt
@@ -218,15 +220,13 @@ def _mean_torque(law: Law, algebra: Algebra, parameters):
     (cc, cs), (chi_c, chi_s) = turn("Theta"), turn("chi")
     b_z = [gens["B0"] * x for x in (-cs * chi_s, cs * chi_c, cc)]
     dcm = _product(to_z, to_l)
-    b = _times(_transposed(dcm), b_z)
     x, y, z = (gens["L0"] * gens["l"] * e for e in to_l[2])
     omega = (x * gens["per_A"], y * gens["per_A"], z * gens["per_C"])
-    turning = _cross(omega, b)
-    b_rate = tuple(-w for w in turning)
-    inputs = plain_of(exact_inputs)(ring.zero, Attitude(dcm), b, b_rate, omega)
+    models = (b_z, [ring.zero] * 3, [algebra.of(s) for s in sun])
+    inputs = on_symbols(exact_inputs, algebra)(ring.zero, Attitude(dcm), omega, models)
     m = on_symbols(law.function, algebra)(inputs, parameters, [])
     m = [algebra.reduced(algebra.ring.one * x) for x in m]
-    torque = _times(to_l, _cross(m, [algebra.reduced(x) for x in b]))
+    torque = _times(to_l, _cross(m, [algebra.reduced(x) for x in inputs.b_body_t]))
     c, s = turn("psi")
     for x in (*torque, torque[1] * c - torque[0] * s):
         for name in ("psi", "phi", "chi"):
@@ -246,18 +246,16 @@ def averaged_equations(law: Law, symbols: Mapping | None = None) -> Slow:
 
     `symbols` puts symbols in place of the law's parameters by name, such as
     {"gain": sympy.Symbol("k")}, a tuple of them for a vector; the others keep their numbers. The
-    result holds these, the symbols of this module (l, L0, B0, A, C, omega0, p) and rho, sigma,
-    theta. ValueError for a law with memory, and for one that is not a polynomial.
+    result holds these, the symbols of this module (l, L0, B0, A, C, omega0, p; S1, S2, S3) and rho,
+    sigma, theta. ValueError for a law with memory, and for one that is not a polynomial.
     """
-    if len(law.first_memory()) or "ephemeris" in law.needs:
-        raise ValueError(
-            f"law {law.name}: must have no memory and need no ephemeris to be averaged"
-        )
+    if len(law.first_memory()):
+        raise ValueError(f"law {law.name}: must have no memory to be averaged")
     unknown = set(symbols or {}) - set(law.values())
     if unknown:
         raise ValueError(f"law {law.name}: must have the parameters {', '.join(sorted(unknown))}")
     free = {s for value in (symbols or {}).values() for s in sympy.sympify(value).free_symbols}
-    algebra = Algebra(sorted(free, key=str))
+    algebra = Algebra(sorted(free | set(sun), key=str))
     replaced = {name: _in_ring(algebra, value) for name, value in (symbols or {}).items()}
     parameters = law.parameters._replace(**replaced) if replaced else law.parameters
     try:

@@ -38,15 +38,18 @@ def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
     return ground
 
 
-def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path) -> Path:
-    """l, rho and theta over revolutions, one line for each named path, as a PNG file.
+_RHO = ("rho [deg]", lambda slow: np.degrees(slow.rho))
 
-    A cross marks where a motion stops (see `SlowMotion.ended`).
+
+def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_RHO) -> Path:
+    """l, an angle and theta over revolutions, one line for each named path, as a PNG file.
+
+    `angle`: its name with the unit, and a function of the slow variables. A cross marks where a motion stops (see `SlowMotion.ended`).
     """
     figure, axes = stacked(title, 3, 6.6, sharex=True)
     shown = (
         ("l = L / L₀", lambda slow: slow.l),
-        ("rho [deg]", lambda slow: np.degrees(slow.rho)),
+        angle,
         ("theta [deg]", lambda slow: np.degrees(slow.theta)),
     )
     for each, (name, of) in zip(axes, shown, strict=True):

@@ -5,6 +5,7 @@ from torquer.theory.evolution.nutation_damping import NUTATION_DAMPING
 from torquer.theory.evolution.preliminary_1 import PRELIMINARY_1
 from torquer.theory.evolution.preliminary_2 import PRELIMINARY_2
 from torquer.theory.evolution.reorientation import REORIENTATION, REORIENTATION_AS_PRINTED
+from torquer.theory.evolution.sdot import SDOT
 from torquer.theory.evolution.spin_up import SPIN_UP
 
 #: Closed averaged equations of every law that has them, by the law's name.
@@ -19,5 +20,6 @@ EVOLUTIONS = {
         REORIENTATION_AS_PRINTED,
         PRELIMINARY_1,
         PRELIMINARY_2,
+        SDOT,
     )
 }

@@ -32,7 +32,8 @@ class Case(NamedTuple):
     """Constants of averaged equations: small parameter, C/A, field moments, target.
 
     `moments`: <b_i b_j> as (xx, yy, zz, xy, xz, yz); for the averaged field (p, p, q, 0, 0, 0).
-    `target`: the law's target in the field's frame: L_f/L0 of precise reorientation.
+    `target`: the law's target in the field's frame: L_f/L0 of precise reorientation, the unit
+    vector to the Sun of S-dot.
     """
 
     eps: float
@@ -75,6 +76,8 @@ RATIO = Limit("ratio", 0.0, 2.0 * (1.0 + 1e-12), "C/A of a body")
 #: worst over inclinations, directions and targets; the averages of the law itself against it).
 SPIN = Limit("theta", 0.0, 0.15, "the equations are those of a spin along the axis")
 
+UNIT = Limit("length of target", 1.0 - 1e-9, 1.0 + 1e-9, "it is the direction to the Sun")
+
 
 @dataclass(frozen=True)
 class Evolution:
@@ -83,7 +86,8 @@ class Evolution:
     `rates(slow, case)`: derivatives by u. `small_parameter(gain, spinner)`. `integrals`: functions
     of (slow, case), arrays allowed, of cases for which `integrals_hold`. `any_field`: the equations
     hold for any field moments, not only for those of the averaged field. `cone_target`: for a
-    target along the cone axis alone. `pure_spin`: for a spin along the axis alone (theta = 0).
+    target along the cone axis alone. `to_sun`: the target is the unit vector to the Sun.
+    `pure_spin`: for a spin along the axis alone (theta = 0).
     `reach(length, case)`: bound on |torque|/(L omega0) at any phase, over eps.
     """
 
@@ -94,11 +98,15 @@ class Evolution:
     any_field: bool = False
     integrals_hold: Callable[[Case], bool] = always
     cone_target: bool = False
+    to_sun: bool = False
     pure_spin: bool = False
     reach: Callable[[float, Case], float] = of_a_dipole
 
-    def case(self, gain: float, spinner: Spinner, target=(0.0, 0.0, 1.0)) -> Case:
-        """Constants for a law's gain on a satellite; ValueError if the field does not fit."""
+    def case(self, gain: float, spinner: Spinner, target=None) -> Case:
+        """Constants for a law's gain on a satellite; ValueError if the field does not fit.
+
+        `target`: left out, the spinner's Sun for `to_sun`, for others the cone axis.
+        """
         if spinner.field != "averaged" and not self.any_field:
             raise ValueError(
                 f"evolution {self.name}: field must be averaged (others have no closed equations "
@@ -110,7 +118,16 @@ class Evolution:
         except OverflowError:
             eps = math.inf
         validate.finite("eps", eps, ())
+        if target is None:
+            target = self._default_target(spinner)
         return Case(eps, spinner.ratio, spinner.moments(), as_vector(target))
+
+    def _default_target(self, spinner: Spinner):
+        if not self.to_sun:
+            return (0.0, 0.0, 1.0)
+        if spinner.sun is None:
+            raise ValueError(f"sun: must be given for evolution {self.name}; received none")
+        return spinner.sun
 
     def checked(self, start: Slow, case: Case) -> Case:
         """The case in floats; ValueError where the equations are not for it, or for the start."""
@@ -129,6 +146,8 @@ class Evolution:
                 f"target: must lie along the cone axis, (0, 0, 1), for {self.name}; received "
                 f"{case.target}"
             )
+        if self.to_sun:
+            within(UNIT, math.sqrt(x * x + y * y + z * z))
         if self.pure_spin:
             within(SPIN, start.theta)
         moments = (p, second, q, *mixed)
