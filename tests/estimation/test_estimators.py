@@ -19,7 +19,19 @@ from torquer.scenario.load import ScenarioError
 from torquer.simulation.run import prepare
 
 #: Keys of an example of each estimator.
-KEYS = {"attitude_sensor": {}, "none": {}, "rate_from_field": {"interval_s": 1.5}}
+NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
+KEYS = {
+    "attitude_sensor": {},
+    "none": {},
+    "rate_from_field": {"interval_s": 1.5},
+    "triad": NOISE,
+    "kalman_gyro": {
+        **NOISE,
+        "angle_random_walk_deg_sqrt_s": 0.1,
+        "rate_random_walk_deg_s_sqrt_s": 0.01,
+        "gyro_bias_sigma_deg_s": 0.1,
+    },
+}
 WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
 EVERY = pytest.mark.parametrize("kind", WORKING)
 SPECS = TypeAdapter(AnyEstimator)
@@ -36,7 +48,7 @@ def readings(n=40, turn=None):
     for i in range(n):
         vectors = (turn @ (size * rng.normal(size=3)) for size in (3e-5, 1e-6, 0.1, 1.0))
         q = Rotation.random(random_state=i) * Rotation.from_matrix(turn.T)
-        place = [size * rng.normal(size=3) for size in (7e6, 7e3, 3e-5, 1e-7)]
+        place = [size * rng.normal(size=3) for size in (7e6, 7e3, 3e-5, 1e-7, 1.0)]
         rows.append(inputs(0.5 * i, *vectors, q.as_quat(), turn @ rng.normal(size=3), *place))
     return rows
 

@@ -5,13 +5,17 @@ from typing import Annotated, Union
 from pydantic import Field
 
 from torquer.estimation.estimator import Estimator as Estimator
+from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.estimation.rate_from_field import RateFromField
 from torquer.estimation.sensors import NoEstimator, SensorReadings
+from torquer.estimation.triad import Triad
 
 ESTIMATORS = {
     "attitude_sensor": SensorReadings,
     "none": NoEstimator,
     "rate_from_field": RateFromField,
+    "triad": Triad,
+    "kalman_gyro": KalmanGyro,
 }
 
 AnyEstimator = Annotated[Union[tuple(ESTIMATORS.values())], Field(discriminator="kind")]  # noqa: UP007

@@ -1,0 +1,236 @@
+"""The filters with a gyro: a twin, statistics of their errors, restarts, readings of other times.
+
+Errors over runs are compared with chi-square bands; seeds are fixed.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from filter_cases import GYRO, SCENARIO, without
+from filter_twin import GyroTwin
+
+from torquer import engine, resume, simulate
+from torquer.analysis.filter_check import (
+    autocorrelation,
+    consistency,
+    fly_filter,
+    members_of,
+    nees,
+    nis,
+)
+from torquer.geometry.quaternion import angle_between
+from torquer.scenario.load import ScenarioError, scenario_from_data
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+FIELD = {**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}
+SUN = {**without(GYRO, "magnetometer_noise_nt"), "sensors": ["sun"]}
+#: One TRIAD at the start; handing over to filters without one of the directions.
+HANDED_OVER = {
+    "laws": {"off": {"kind": "off"}},
+    "estimators": {"triad": {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}},
+    "modes": {
+        "regions": {
+            "estimator": {
+                "states": {
+                    "start": {
+                        "laws": ["off"],
+                        "estimator": "triad",
+                        "transitions": [{"to": "filter", "at_least_s": 3.0}],
+                    },
+                    "filter": {"laws": ["off"], "estimator": "estimator"},
+                }
+            }
+        }
+    },
+}
+
+
+def scenario(estimator=GYRO, control=None, **changes):
+    data = {
+        **SCENARIO,
+        "control": {"estimator": estimator, **(control or {"law": {"kind": "off"}})},
+        "simulation": {**SCENARIO["simulation"], **changes},
+    }
+    return scenario_from_data(data)
+
+
+def error_deg(result):
+    q, true = result["q_estimated"].values, result["q_body_to_inertial"].values
+    return np.degrees(angle_between(q, true))
+
+
+def test_estimates_are_those_of_the_twin():
+    """To 1e-4 sigma, in light and shadow; the twin takes whole vectors in Joseph's form."""
+    estimator = GYRO | {"record_covariance": True}
+    found = simulate(scenario(estimator, record_s=1.0, duration_s=2400.0))
+    cells = [found[f"estimator.covariance_{k}"].values for k in range(36)]
+    covariance = np.stack(cells, axis=1).reshape(-1, 6, 6)
+    first = covariance[0].copy()
+    bias = found["gyro_bias_estimated"].values[0]
+    twin = GyroTwin(
+        found["q_estimated"].values[0],
+        bias,
+        first,
+        math.radians(0.01) ** 2,
+        math.radians(1e-4) ** 2,
+    )
+    omega, b, sun = (found[f"{name}_measured"].values for name in ("omega", "b", "sun"))
+    assert not sun[2000].any() and sun[100].any()
+    for k in range(1, 2400):
+        twin.propagate(omega[k - 1], omega[k], 1.0)
+        twin.update(found["b_inertial"].values[k], b[k], 50e-9)
+        if sun[k].any():
+            twin.update(found["sun_inertial"].values[k], sun[k], math.radians(0.1))
+        sigma = np.sqrt(np.diag(twin.p))
+        q, bias = found["q_estimated"].values[k], found["gyro_bias_estimated"].values[k]
+        assert angle_between(q, twin.attitude.as_quat()) < 1e-4 * sigma[:3].min()
+        assert np.abs(bias - twin.bias).max() < 1e-4 * sigma[3:].min()
+        assert covariance[k] == pytest.approx(twin.p, abs=1e-3 * sigma.max() ** 2)
+
+
+def flown(runs, estimator=GYRO, control=None, **changes):
+    return fly_filter(members_of(scenario(estimator, control, **changes), runs))
+
+
+def test_errors_are_as_large_as_the_filter_says():
+    """60 runs of 40 minutes, half of them in the shadow: NEES, NIS, whiteness."""
+    runs = flown(60, duration_s=2400.0, record_s=20.0)
+    for states in (3, 6):
+        found = consistency(nees(runs, states), states)
+        assert found.consistent and found.inside > 0.85
+    for innovations in runs.innovations.values():
+        assert consistency(*nis(innovations)).consistent
+
+
+def test_innovations_are_white():
+    runs = flown(4, duration_s=1200.0, record_s=1.0)
+    for innovations in runs.innovations.values():
+        for lag in (1, 2, 3):
+            correlation, sigma = autocorrelation(innovations, lag)
+            assert abs(correlation) < 4.0 * sigma < 0.05
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"magnetometer_noise_nt": 500.0},
+        {"magnetometer_noise_nt": 5.0},
+        {"sun_noise_deg": 1.0},
+        {"sun_noise_deg": 0.01},
+        {"angle_random_walk_deg_sqrt_s": 0.1},
+        {"angle_random_walk_deg_sqrt_s": 0.001},
+        {"rate_random_walk_deg_s_sqrt_s": 1e-3},
+        {"rate_random_walk_deg_s_sqrt_s": 1e-5},
+    ],
+    ids=lambda wrong: " ".join(f"{key}={value}" for key, value in wrong.items()),
+)
+def test_noise_wrong_by_ten_is_found_out(wrong):
+    """By the errors or by the innovations of at least one of the sensors."""
+    runs = flown(40, GYRO | wrong, duration_s=2400.0, record_s=20.0)
+    values = [nees(runs), *(nis(i)[0] for i in runs.innovations.values())]
+    found = [consistency(v, n) for v, n in zip(values, (6, 2, 2), strict=True)]
+    assert not all(each.consistent for each in found)
+    assert min(each.inside for each in found) < 0.7
+
+
+@pytest.mark.parametrize("estimator", [FIELD, SUN], ids=["magnetometer", "sun"])
+def test_filters_with_one_direction_are_consistent_after_they_took_over(estimator):
+    runs = flown(60, estimator, HANDED_OVER, duration_s=2400.0, record_s=20.0)
+    found = consistency(nees(runs), 6)
+    assert found.consistent and found.inside > 0.85
+
+
+def test_the_magnetometer_bias_is_found():
+    estimator = GYRO | {"magnetometer_bias_sigma_nt": 300.0}
+    runs = flown(40, estimator, duration_s=2400.0, record_s=20.0)
+    found = consistency(nees(runs), 9)
+    assert found.consistent and found.inside > 0.85
+    sigma = np.sqrt(runs.covariance[:, -2, 8, 8])
+    assert np.all(sigma < 60e-9)
+
+
+def test_what_is_lost_in_the_shadow_is_found_again_by_triad():
+    """A gyro of 0.3 deg/sqrt(s), a magnetometer of 500 nT: lost, started again, consistent."""
+    noise = {"magnetometer_noise_nt": 500.0, "angle_random_walk_deg_sqrt_s": 0.3}
+    estimator = GYRO | noise | {"lost_sigma_deg": 3.0, "record_covariance": True}
+    changed = scenario(estimator, duration_s=5000.0, record_s=20.0)
+    changed = changed.replace("spacecraft.magnetometer.noise_nt", 500.0)
+    changed = changed.replace("spacecraft.gyro.noise_deg_s", 0.3)
+    changed = changed.replace("initial.rate_deg_s", [0.0, 0.0, 0.0])
+    runs = fly_filter(members_of(changed, 40))
+    result = simulate(changed)
+    assert result["estimator.starts"].values[-2] > 1
+    after = slice(int(3700 / 20), None)
+    found = consistency(nees(runs)[:, after], 6)
+    assert found.consistent
+
+
+def test_wrong_readings_are_refused():
+    """A field 30 sigma off, from a bias that is not among the states."""
+    changed = scenario(duration_s=600.0).replace("spacecraft.magnetometer.bias_nt", [0, 3000, 0])
+    result = simulate(changed)
+    assert result["estimator.refused"].values[-2] > 100
+    assert result["estimator.starts"].values[-2] > 1  # too many: it begins again
+
+
+def test_sound_readings_are_refused_as_rarely_as_said():
+    result = simulate(scenario(GYRO | {"gate": 0.01}, duration_s=2400.0))
+    readings = 2400 + 1500  # of the magnetometer, of the Sun sensors
+    assert result["estimator.refused"].values[-2] == pytest.approx(0.01 * readings, abs=20)
+    result = simulate(scenario(duration_s=2400.0))
+    assert result["estimator.refused"].values[-2] <= 1
+
+
+def test_readings_at_their_own_times_are_taken_once_and_as_of_their_time():
+    """Magnetometer every 4 s and 3 s late, Sun sensors every 5 s: still consistent."""
+    late = scenario(duration_s=1400.0, record_s=20.0)
+    late = late.replace("spacecraft.magnetometer.sample_s", 4.0)
+    late = late.replace("spacecraft.magnetometer.delay_s", 3.0)
+    late = late.replace("spacecraft.sun_sensors.sample_s", 5.0)
+    late = late.replace("initial.rate_deg_s", [1.0, -0.6, 0.8])
+    late = late.replace("control.estimator.record_covariance", True)
+    result = simulate(late.replace("simulation.record_s", 1.0))
+    seen = np.isfinite(result["estimator.innovation_magnetometer"].values[:, 0])
+    assert seen[10:1390].mean() == pytest.approx(0.25, abs=0.002)
+    seen = np.isfinite(result["estimator.innovation_sun"].values[:, 0])
+    assert seen[10:1390].mean() == pytest.approx(0.2, abs=0.002)
+    runs = fly_filter(members_of(late, 40))
+    assert consistency(nees(runs)[:, 2:], 6).consistent
+
+
+def test_a_run_resumes_to_the_same_bits():
+    one = simulate(scenario(duration_s=600.0))
+    stopped = simulate(scenario(duration_s=600.0), until_s=245.0)
+    other = resume(stopped)
+    for name in ("q_estimated", "gyro_bias_estimated", "attitude_sigma", "estimator.starts"):
+        assert np.array_equal(one[name].values, other[name].values, equal_nan=True)
+
+
+def test_the_magnetometer_and_the_gyro_find_the_attitude_by_themselves():
+    """From any attitude that fits the field: 64 deg at the start, about a degree in one orbit."""
+    result = simulate(scenario(FIELD, duration_s=6000.0, record_s=60.0))
+    error, sigma = error_deg(result), np.degrees(result["attitude_sigma"].values)
+    assert error[0] > 60.0
+    assert np.sqrt(np.mean(error[-40:-1] ** 2)) < 1.5
+    assert np.all(error[-40:-1] < 4.0 * math.sqrt(3.0) * sigma[-40:-1])
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"sun_noise_deg": None}, "sun_noise_deg: must be given with sensors = ['magnetometer', "
+         "'sun']; received none"),
+        ({"sensors": ["magnetometer"]}, "sun_noise_deg: must be left out with sensors = "
+         "['magnetometer']; received 0.1"),
+        ({"sensors": []}, "sensors: must name one or two different sensors; received []"),
+        ({"sensors": ["sun"], "magnetometer_noise_nt": None, "magnetometer_bias_sigma_nt": 5.0},
+         "magnetometer_bias_sigma_nt: must be left out without the magnetometer among the "
+         "sensors; received 5"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_told(keys, message):
+    estimator = {key: value for key, value in (GYRO | keys).items() if value is not None}
+    with pytest.raises(ScenarioError) as error:
+        scenario(estimator)
+    assert message in str(error.value)

@@ -1,0 +1,193 @@
+"""TRIAD: attitude from two directions, the first of which is reproduced exactly.
+
+H. Black, 'A passive system for determining the attitude of a satellite' (1964); its covariance by
+M. Shuster and S. Oh, 'Three-axis attitude determination from vector observations' (1981).
+"""
+
+import math
+from typing import ClassVar, Literal, NamedTuple
+
+from pydantic import Field
+
+from torquer.engine import inlined, kernel
+from torquer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
+from torquer.estimation.estimator import Estimator
+from torquer.geometry.frames import mat_mul, transpose
+from torquer.geometry.quaternion import conjugate, from_dcm, multiply
+from torquer.geometry.vec3 import add_scaled, cross, dot, norm, put_vector, scale, unit, vector_of
+from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.spec import Spec
+
+#: Sine of the angle between two directions below which they are taken for parallel.
+LEAST_SINE = 0.01
+#: Readings no further apart than this are of one time [s].
+SAME_TIME_S = 1e-6
+
+
+@inlined
+def triad_of(first, second):
+    """Rows of three orthogonal unit vectors: the first, the normal of both, their product."""
+    w1 = unit(first)
+    w2 = unit(cross(w1, second))
+    return (w1, w2, cross(w1, w2))
+
+
+@inlined
+def triad(first_body, second_body, first_inertial, second_inertial):
+    """Attitude quaternion, body to inertial, from two directions (any lengths, not parallel)."""
+    in_body = triad_of(first_body, second_body)
+    in_inertial = triad_of(first_inertial, second_inertial)
+    return from_dcm(mat_mul(transpose(in_inertial), in_body))
+
+
+@inlined
+def triad_covariance(first_body, second_body, first_variance, second_variance):
+    """Covariance (3x3) of the attitude error in body axes [rad^2].
+
+    Unit vectors in body axes; variances [rad^2] about each axis across them.
+    """
+    normal, cosine = cross(first_body, second_body), dot(first_body, second_body)
+    share = 1.0 / dot(normal, normal)
+    both = mat_add(outer(first_body, second_body), 1.0, outer(second_body, first_body))
+    p = mat_scale(first_variance, mat_add(IDENTITY, share * cosine, both))
+    along = share * (second_variance - first_variance)
+    return mat_add(p, along, outer(first_body, first_body))
+
+
+@inlined
+def sine_between(a, b):
+    """Sine of the angle between two vectors; 0 if one of them is zero."""
+    square = dot(a, a) * dot(b, b)
+    return norm(cross(a, b)) / math.sqrt(square) if square > 0.0 else 0.0
+
+
+class TriadParameters(NamedTuple):
+    """Whether the Sun comes first, sensor noise [T, rad], and whether a gyro gives the rate."""
+
+    sun_first: float
+    sigma_field: float
+    sigma_sun: float
+    gyro: float
+
+
+@inlined
+def rate_between(before, now, interval):
+    """Mean rate [rad/s] that takes one attitude into another, the shorter way."""
+    x, y, z, w = multiply(conjugate(before), now)
+    sine = math.sqrt(x * x + y * y + z * z)
+    angle = 2.0 * math.atan2(sine, abs(w))
+    factor = angle / (sine * interval) if sine > 0.0 else 2.0 / interval
+    return scale(math.copysign(factor, w), (x, y, z))
+
+
+@inlined
+def put_quaternion(cells, q):
+    """Write a quaternion into four cells."""
+    cells[0], cells[1], cells[2], cells[3] = q
+
+
+@inlined
+def quaternion_of(cells):
+    """The quaternion in four cells."""
+    return (cells[0], cells[1], cells[2], cells[3])
+
+
+@inlined
+def both_read_s(inputs, since_s):
+    """When magnetometer and Sun sensors were read together, after `since_s`; else minus infinity.
+
+    Two directions of different times are those of different attitudes.
+    """
+    at = inputs.read_at.magnetometer_s
+    together = abs(at - inputs.read_at.sun_sensors_s) < SAME_TIME_S
+    return at if together and at > since_s else -math.inf
+
+
+@inlined
+def field_at(inputs, t_s):
+    """Model field [T, inertial] at the time of a reading, a little before now."""
+    place = inputs.ephemeris
+    return add_scaled(place.b_inertial_t, t_s - inputs.t_s, place.b_rate_inertial_t_s)
+
+
+@kernel
+def triad_estimator(inputs, parameters, memory):
+    """Attitude from magnetometer and Sun sensors; unknown where one sees nothing.
+
+    The rate is that of the gyro, or the mean one since the attitude before.
+    """
+    b, sun, t_s = inputs.b_body_t, inputs.sun_body, both_read_s(inputs, memory.t_s)
+    if t_s > -math.inf:
+        known = sine_between(b, sun) > LEAST_SINE
+        q, sigma = (math.nan, math.nan, math.nan, math.nan), math.nan
+        if known:
+            q, sigma = by_two(parameters, b, sun, field_at(inputs, t_s), inputs.ephemeris)
+        turned = rate_between(quaternion_of(memory.q), q, t_s - memory.t_s)
+        put_vector(memory.omega_body_rad_s, turned)
+        before = memory.sigma if memory.known != 0.0 else math.nan
+        memory.sigma_rate = math.sqrt(before * before + sigma * sigma) / (t_s - memory.t_s)
+        memory.sigma, memory.t_s = sigma, t_s
+        memory.known = 1.0 if known else 0.0
+        put_quaternion(memory.q, q)
+    if memory.known == 0.0:
+        return UNKNOWN_ESTIMATE
+    omega, sigma_rate = vector_of(memory.omega_body_rad_s), memory.sigma_rate
+    if parameters.gyro != 0.0:
+        omega, sigma_rate = inputs.omega_body_rad_s, math.nan
+    q = quaternion_of(memory.q)
+    return Estimate(memory.t_s, q, omega, (0.0, 0.0, 0.0), memory.sigma, sigma_rate)
+
+
+@inlined
+def by_two(parameters, b, sun, b_inertial, place):
+    """(Attitude, standard deviation about each axis) by TRIAD."""
+    beta, s = unit(b), parameters.sigma_sun * parameters.sigma_sun
+    r = parameters.sigma_field * parameters.sigma_field / dot(b, b)
+    if parameters.sun_first != 0.0:
+        q = triad(sun, b, place.sun_inertial, b_inertial)
+        p = triad_covariance(sun, beta, s, r)
+    else:
+        q = triad(b, sun, b_inertial, place.sun_inertial)
+        p = triad_covariance(beta, sun, r, s)
+    return q, math.sqrt((p[0][0] + p[1][1] + p[2][2]) / 3.0)
+
+
+class Triad(Spec):
+    """TRIAD: attitude from magnetometer and Sun sensors, in the light only.
+
+    `first`: the direction that the attitude reproduces exactly, 'magnetometer' or 'sun' (of the
+    more accurate one). `magnetometer_noise_nt` and `sun_noise_deg`: standard deviation of each
+    component, errors of the field model included: they make the stated accuracy. `rate`: from
+    'gyro', or as the 'difference' of two attitudes.
+    """
+
+    kind: Literal["triad"] = "triad"
+    gives: ClassVar = frozenset({"attitude", "rate"})
+    first: Literal["magnetometer", "sun"] = "sun"
+    magnetometer_noise_nt: float = Field(gt=0.0)
+    sun_noise_deg: float = Field(gt=0.0, le=180.0)
+    rate: Literal["gyro", "difference"] = "difference"
+
+    def estimator(self) -> Estimator:
+        """The estimator with this noise."""
+        nothing = (math.nan, math.nan, math.nan)
+        return Estimator(
+            self.kind,
+            triad_estimator,
+            TriadParameters(
+                float(self.first == "sun"),
+                1e-9 * self.magnetometer_noise_nt,
+                math.radians(self.sun_noise_deg),
+                float(self.rate == "gyro"),
+            ),
+            {
+                "t_s": -math.inf,
+                "known": 0.0,
+                "q": (math.nan, *nothing),
+                "sigma": math.nan,
+                "omega_body_rad_s": nothing,
+                "sigma_rate": math.nan,
+            },
+            needs=frozenset({"ephemeris", "sun"}),
+            spec=self,
+        )
