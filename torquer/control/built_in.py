@@ -12,7 +12,9 @@ from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
 from torquer.control.sdot import Sdot, SdotRate
+from torquer.control.spin_to_sun import SpinToSun
 from torquer.control.spin_up import SpinUp
+from torquer.control.sun_cross import SunCross
 from torquer.control.three_axis import ThreeAxis
 from torquer.control.unloading import Unloading
 from torquer.control.wheel_lyapunov import WheelLyapunov
@@ -26,6 +28,8 @@ BUILT_IN = {
     "bdot_model": BdotModel,
     "sdot": Sdot,
     "sdot_rate": SdotRate,
+    "sun_cross": SunCross,
+    "spin_to_sun": SpinToSun,
     "nutation_damping": NutationDamping,
     "nutation_damping_rate": NutationDampingRate,
     "nutation_damping_derivative": NutationDampingDerivative,

@@ -15,7 +15,6 @@ from collections.abc import Mapping
 from types import FunctionType, ModuleType, SimpleNamespace
 
 from torquer.control.law import Law
-from torquer.plugin import plain_of
 from torquer.theory.averaging import exact_inputs
 from torquer.theory.evolution.model import Slow
 

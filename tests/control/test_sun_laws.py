@@ -1,0 +1,99 @@
+"""Laws that point to the Sun with a magnetometer: torque across the field, steps and their ends."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from law_cases import inputs
+
+from torquer import engine, simulate
+from torquer.control.spin_to_sun import SpinToSun
+from torquer.control.sun_cross import SunCross, dipole_for
+
+AXIS, J = (0.0, 0.0, 1.0), (1.0, 1.2, 1.5)
+ZERO = (0.0, 0.0, 0.0)
+MANY = settings(deadline=None)
+unit = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda v: np.linalg.norm(v) > 0.1)
+
+
+def called(spec):
+    """The law's dipole for its inputs; it remembers."""
+    law = spec.law()
+    memory = law.record_of(law.first_memory())
+    return lambda known: law(known, law.parameters, memory)
+
+
+@MANY
+@given(field=unit, torque=unit)
+def test_the_torque_is_what_is_wanted_less_its_part_along_the_field(field, torque):
+    b = 3e-5 * np.array(field)
+    along = b / np.linalg.norm(b)
+    made = np.cross(dipole_for(torque, tuple(b)), b)
+    assert made == pytest.approx(torque - along * np.dot(torque, along), abs=1e-12)
+    assert dipole_for(torque, ZERO) == ZERO
+
+
+@MANY
+@given(field=unit, sun=unit)
+def test_the_cross_product_turns_the_axis_to_the_sun(field, sun):
+    b, sun = 3e-5 * np.array(field), np.array(sun) / np.linalg.norm(sun)
+    law = called(SunCross(gain_n_m=1e-4, axis=AXIS))
+    torque = np.cross(law(inputs(0.0, b=b, sun=sun)), b)
+    # d(e.s)/dt grows with the torque's part along e x s
+    assert np.dot(torque, np.cross(AXIS, sun)) >= -1e-18
+    assert law(inputs(0.0, b=b)) == pytest.approx(ZERO, abs=0.0)
+
+
+def spun(rates, suns=None, **keys):
+    """Errors that the torque goes against at successive steps, in a field across all of them."""
+    law = called(SpinToSun(gain_n_m=1.0, momentum_n_m_s=0.15, inertia_kg_m2=J, **keys))
+    found = []
+    for k, omega in enumerate(rates):
+        sun = (1.0, 0.0, 0.0) if suns is None else suns[k]
+        m = law(inputs(float(k), b=(0.0, 1.0, 0.0), omega=omega, sun=sun))
+        found.append(np.cross(m, (0.0, 1.0, 0.0)))
+    return np.array(found)
+
+
+def test_the_first_step_brings_the_momentum_to_the_axis_and_the_second_to_the_sun():
+    """Steps: too slow; spinning; nutation beyond the first angle, within the second; beyond."""
+    full = 0.1
+    wobble = [(full * np.tan(np.radians(a)) * 1.5, 0.0, full) for a in (0.0, 20.0, 40.0, 20.0)]
+    torques = spun([(0.0, 0.0, 0.5 * full), *wobble])
+    axis, sun = np.array(AXIS), np.array((1.0, 0.0, 0.0))
+    targets = [axis, sun, sun, axis, axis]
+    for torque, target, omega in zip(torques, targets, [(0.0, 0.0, 0.05), *wobble], strict=True):
+        wanted = target - np.array(J) * omega / 0.15
+        assert torque == pytest.approx([wanted[0], 0.0, wanted[2]], abs=1e-12)
+
+
+def test_without_the_sun_the_spin_is_kept():
+    torques = spun([(0.0, 0.0, 0.09)] * 2, suns=[(1.0, 0.0, 0.0), ZERO])
+    assert torques[0] == pytest.approx([1.0, 0.0, -0.9], abs=1e-12)
+    assert torques[1] == pytest.approx([0.0, 0.0, 0.1], abs=1e-12)
+
+
+SUN = {
+    "environment.sun_direction": [0.3, 0.5, 0.8],
+    "environment.eclipse": "none",
+    "environment.gravity_gradient": False,
+    "spacecraft.body.inertia_kg_m2": J,
+    "spacecraft.coils.limit_a_m2": 3.0,
+    "control": {"sample_s": 1.0},
+}
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+@pytest.mark.parametrize(
+    "laws",
+    [
+        {"pointing": {"kind": "sun_cross", "gain_n_m": 1e-4},
+         "damping": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 5e6}},
+        {"pointing": {"kind": "spin_to_sun", "gain_n_m": 3e-5, "momentum_n_m_s": 0.05,
+                      "inertia_kg_m2": J, "begin_deg": 5.0}},
+    ],
+)  # fmt: skip
+def test_the_axis_ends_at_the_sun(make, laws):
+    changes = SUN | {"control.laws": laws, "simulation": {"revolutions": 10, "record_s": 60.0}}
+    result = simulate(make(changes))
+    angle = np.degrees(np.arccos(result.sun_measured.values[:, 2]))
+    assert angle[-100:].max() < 10.0 < 30.0 < angle[0]

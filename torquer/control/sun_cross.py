@@ -1,0 +1,54 @@
+"""Sun pointing by the cross product: a torque that turns an axis of the body to the Sun.
+
+The restoring part of the laws that SDOT's introduction reviews; nothing brakes, so that B-dot (or
+another damping law) works beside it. The axis need not spin.
+"""
+
+from typing import Literal, NamedTuple
+
+from pydantic import Field
+
+from torquer.control.law import Law
+from torquer.control.spin_axis import unit_vector
+from torquer.engine import inlined, kernel
+from torquer.geometry.vec3 import cross, dot, scale
+from torquer.spec import Spec
+
+
+class SunCrossParameters(NamedTuple):
+    """Gain [N m], axis in the body."""
+
+    gain: float
+    axis: tuple
+
+
+@inlined
+def dipole_for(wanted_torque_n_m, b_body_t):
+    """m = B x M/B^2: its torque is M less its part along the field; none without a field."""
+    strength = dot(b_body_t, b_body_t)
+    if strength == 0.0:
+        return (0.0, 0.0, 0.0)
+    return scale(1.0 / strength, cross(b_body_t, wanted_torque_n_m))
+
+
+@kernel
+def sun_cross(inputs, parameters, memory):
+    """m = B x M/B^2, M = k e x s: e the axis, s the direction to the Sun; off without it."""
+    wanted = scale(parameters.gain, cross(parameters.axis, inputs.sun_body))
+    return dipole_for(wanted, inputs.b_body_t)
+
+
+class SunCross(Spec):
+    """Sun pointing by the cross product.
+
+    `gain_n_m`: torque on an axis that is 90 deg off. `axis`: of the body, to be turned to the Sun.
+    """
+
+    kind: Literal["sun_cross"] = "sun_cross"
+    gain_n_m: float = Field(gt=0.0)
+    axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+
+    def law(self) -> Law:
+        """The law with this gain and axis."""
+        parameters = SunCrossParameters(self.gain_n_m, self.axis)
+        return Law(self.kind, sun_cross, parameters, needs=frozenset({"sun"}), spec=self)
