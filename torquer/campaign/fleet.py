@@ -14,7 +14,7 @@ from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.lanes import LANES
 from torquer.scenario.load import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
-from torquer.simulation.members import Flown as FlownInLanes, Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.members import FlownLanes, Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.run import Run, prepare
 from torquer.simulation.simulate import RunStopped, finish
 from torquer.simulation.store import InMemory
@@ -126,7 +126,7 @@ class Fleet:
             for row in of_batch[flown.failed].tolist():
                 self._fly_alone(chunk, row)
 
-    def _with_surroundings(self, flown: FlownInLanes) -> Flown:
+    def _with_surroundings(self, flown: FlownLanes) -> Flown:
         """What members flew in lanes, with what they met on their orbit."""
         motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
         energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]

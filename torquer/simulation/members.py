@@ -22,8 +22,8 @@ _STREAMS = 8
 _MOTION = 7
 
 
-class Flown(NamedTuple):
-    """What members flew, and how they ended."""
+class FlownLanes(NamedTuple):
+    """What members flew in lanes, and how they ended."""
 
     motion: np.ndarray
     """(r, 7, n): attitude and rate at the records"""
@@ -111,15 +111,15 @@ class Lanes:
         )
         return theirs if same else None
 
-    def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> Flown:
+    def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         """Fly members (n, size), `LANES` at a time; the last ones fill the last lanes."""
         parts = [
             self._fly(numbers[first : first + LANES], seeds[first : first + LANES])
             for first in range(0, len(numbers), LANES)
         ]
-        return Flown(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+        return FlownLanes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
-    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> Flown:
+    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         run, count = self.run, len(numbers)
         fill = np.minimum(np.arange(LANES), count - 1)
         cells = np.ascontiguousarray(numbers[fill].T).ravel()
@@ -141,7 +141,7 @@ class Lanes:
         )  # fmt: skip
         ended = np.ascontiguousarray(cells.reshape(-1, LANES)[CELLS_AT:PARAMETERS_AT].T)
         states = ended.view(CELLS)[:, 0]
-        return Flown(kept[..., :count], states[:count], (ends["how"] != loop.RUNNING)[:count])
+        return FlownLanes(kept[..., :count], states[:count], (ends["how"] != loop.RUNNING)[:count])
 
 
 def _functions(run: Run) -> list[Callable]:
