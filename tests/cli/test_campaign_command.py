@@ -50,6 +50,16 @@ def test_a_member_flies_alone_to_the_same_end(call, campaign_file, no_report, tm
 
 
 @needs_jit
+def test_a_member_beyond_the_files_runs_flies_with_theirs(call, campaign_file, no_report, tmp_path):
+    out = tmp_path / "out"
+    code, _, err = call("campaign", campaign_file, "--member", 25, "--out", out, "--no-report")
+    assert (code, err) == (2, "error: --member: must lie within 0..19; received 25\n")
+    options = ("--member", 25, "--runs", 30, "--out", out, "--no-report")
+    assert call("campaign", campaign_file, *options)[0] == 0
+    assert torquer.load(out / "result.nc").attrs["how_it_ended"] == "complete"
+
+
+@needs_jit
 def test_runs_are_added_and_nothing_is_overwritten(call, campaign_file, tmp_path):
     out = tmp_path / "out"
     options = ("--out", out, "--no-report")
@@ -80,8 +90,14 @@ def test_flying_one_by_one_is_told(call, campaign_file, tmp_path):
         (("--member", 20), "--member: must lie within 0..19; received 20"),
         (("--member", -1), "--member: must lie within 0..19; received -1"),
         (("--workers", 0), "workers: must be 1 or more; received 0"),
+        (("--member", 1, "--resume"), "--resume: must not be given with --member; received both"),
+        (("--member", 1, "--workers", 2),
+         "--workers: must not be given with --member; received both"),
+        (("--member", 1, "--where", "processes"),
+         "--where: must not be given with --member; received both"),
+        (("--member", 20, "--runs", 20), "--member: must lie within 0..19; received 20"),
     ],
-)
+)  # fmt: skip
 def test_mistakes_are_one_line(call, campaign_file, tmp_path, options, told):
     code, out, err = call("campaign", campaign_file, "--out", tmp_path / "out", *options)
     assert (code, out, err) == (2, "", f"error: {told}\n")

@@ -13,7 +13,14 @@ from torquer.campaign.sampling import member_scenario
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.claim import claimed
-from torquer.cli.output import console, json_text, make_writable, tell_error, writing_to
+from torquer.cli.output import (
+    console,
+    json_text,
+    make_writable,
+    show_summary,
+    tell_error,
+    writing_to,
+)
 from torquer.cli.simulate import How, check_surroundings, run_scenario
 from torquer.cli.user_code import check_code
 from torquer.simulation.file import replacing
@@ -55,12 +62,22 @@ def fly(path: Path, out: Path | None, as_json: bool, how: HowMany) -> int:
             from torquer.report.campaign import write_campaign_report
 
             write_campaign_report(result, out)
-    _show(summary, out, as_json, how.report)
+    if as_json:
+        print(json_text(summary))
+    else:
+        show_summary(summary["name"], summary_rows(summary), out, "campaign.nc", how.report)
     return 0
 
 
 def fly_member(path: Path, member: int, out: Path | None, as_json: bool, how: HowMany) -> int:
     """Fly one member alone, with its whole record and its report."""
+    for option, given in (
+        ("--resume", how.resume),
+        ("--workers", how.workers is not None),
+        ("--where", how.where != "threads"),
+    ):
+        if given:
+            raise ValueError(f"{option}: must not be given with --member; received both")
     scenario, campaign = _loaded(path, how)
     if not 0 <= member < campaign.runs:
         raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
@@ -127,17 +144,3 @@ def _progress(name: str):
             bar.update(task, completed=progress.done, total=progress.runs, rate=rate)
 
         yield told
-
-
-def _show(summary: dict, out: Path, as_json: bool, report: bool) -> None:
-    if as_json:
-        print(json_text(summary))
-        return
-    from rich.table import Table
-
-    table = Table(title=summary["name"], show_header=False, title_justify="left")
-    for row in summary_rows(summary):
-        table.add_row(*row)
-    console().print(table)
-    drawn = ", report.html, plots/" if report else ""
-    print(f"{out}: campaign.nc, summary.json{drawn}")

@@ -12,6 +12,7 @@ import os
 import re
 import sys
 import warnings
+from collections.abc import Iterable
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -120,6 +121,18 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe = out / ".writable"
         probe.touch()
         probe.unlink()
+
+
+def show_summary(title: str, rows: Iterable, out: Path, result: str, report: bool) -> None:
+    """Print labels and values as a table, and what was written into a folder."""
+    from rich.table import Table
+
+    table = Table(title=title, show_header=False, title_justify="left")
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
+    drawn = ", report.html, plots/" if report else ""
+    print(f"{out}: {result}, summary.json{drawn}")
 
 
 def console(stderr: bool = False, **keys):

@@ -1,7 +1,6 @@
 """Work of `run`, `validate` and `version`: files, progress bar, summary table."""
 
 import contextlib
-import os
 import signal
 import sys
 import warnings
@@ -19,6 +18,7 @@ from torquer.cli.output import (
     harmless,
     json_text,
     make_writable,
+    show_summary,
     tell_error,
     writing_to,
 )
@@ -75,7 +75,12 @@ def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
             tell_error(f"interrupted; what there is stands in {out}: --resume goes on")
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
-    _show(summary, out, as_json, how.report)
+    if as_json:
+        print(json_text(summary))
+    else:
+        from torquer.report.flight.summary_rows import rows_of
+
+        show_summary(summary["scenario"], rows_of(summary), out, "result.nc", how.report)
     _print_notes(notes_on_steps(result))
     if stopped:
         tell_error(f"{stopped}; partial results are in {out}")
@@ -280,19 +285,3 @@ def _write(result, out: Path, signals: Stop, report: bool) -> dict:
     finally:
         signals.heed_at_once(False)
     return summary
-
-
-def _show(summary: dict, out: Path, as_json: bool, report: bool) -> None:
-    if as_json:
-        print(json_text(summary))
-        return
-    from rich.table import Table
-
-    from torquer.report.flight.summary_rows import rows_of
-
-    table = Table(title=summary["scenario"], show_header=False, title_justify="left")
-    for row in rows_of(summary):
-        table.add_row(*row)
-    console().print(table)
-    drawn = ", report.html, plots/" if report else ""
-    print(f"{os.fspath(out)}: result.nc, summary.json{drawn}")
