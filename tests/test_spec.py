@@ -1,16 +1,21 @@
 """Specs are checked however they come about: created, copied with changes, or changed by force."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydantic import ValidationError
 
 from torquer.control import Bdot
 from torquer.environment.along_orbit import Environment
+from torquer.scenario.load import load_scenario, value_at, with_values
 from torquer.scenario.spec import Control, Simulation
 from torquer.simulation.simulate import simulate
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.wheels import ReactionWheels
-from torquer.spec import checked
+from torquer.spec import as_data, checked
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
 def lines(call) -> list:
@@ -75,6 +80,43 @@ def test_the_whole_of_a_scenario_is_checked_in_a_copy(make):
     longer = scenario.simulation.model_copy(update={"step_s": 7.0})
     with pytest.raises(ValidationError, match="must be a whole multiple of step_s = 7 s"):
         scenario.model_copy(update={"simulation": longer})
+
+
+def keys_in(value, place=""):
+    """Dotted keys of all that stands in plain data."""
+    if isinstance(value, dict):
+        inner = [(f"{place}.{key}".lstrip("."), each) for key, each in value.items()]
+    elif isinstance(value, tuple) and any(isinstance(each, dict) for each in value):
+        inner = [(f"{place}[{k}]", each) for k, each in enumerate(value)]
+    else:
+        return [place]
+    return [found for key, each in inner for found in keys_in(each, key)]
+
+
+@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path):
+    """What stands beside the key is not checked anew, and is the same."""
+    scenario = load_scenario(path)
+    before = scenario.model_dump_json()
+    keys = keys_in(as_data(scenario))
+    assert len(keys) > 50
+    for key in keys:
+        again = with_values(scenario, {key: value_at(scenario, key)})
+        assert again == scenario
+        stored = again.model_dump_json(exclude_unset=True)
+        assert type(scenario).model_validate_json(stored) == scenario
+    longer = with_values(scenario, {"simulation.record_s": 2 * scenario.simulation.record_s})
+    assert longer == checked(longer) != scenario
+    assert scenario.model_dump_json() == before
+
+
+def test_what_is_beside_a_changed_key_must_fit(make):
+    with pytest.raises(ValueError, match=r"control.sample_s: must be a whole multiple of step_s"):
+        make().replace("simulation.step_s", 7.0)
+    with pytest.raises(ValueError, match=r"wheels: their rotors' inertia .* must be below half"):
+        load_scenario(EXAMPLES / "wheels_in_flight.toml").replace(
+            "spacecraft.body.inertia_kg_m2", [1e-5, 1e-5, 1e-5]
+        )
 
 
 @pytest.mark.parametrize("changes", [{}, {"control.sample_s": 5.0}])

@@ -5,6 +5,7 @@ Kernels check nothing; objects call these once, on creation.
 """
 
 import sys
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -64,6 +65,7 @@ RANGES = {
 }
 
 
+@cache
 def range_of(key: str) -> Range:
     """The range of the quantity that a key holds."""
     endings = (ending for ending in RANGES if f"_{key}".endswith(f"_{ending}") or not ending)

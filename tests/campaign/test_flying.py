@@ -4,6 +4,7 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 import torquer
 from torquer import engine
@@ -293,6 +294,13 @@ def test_a_wider_interval_drops_no_member_and_a_narrower_one_flies_on(scenario, 
     narrow = campaign(scenario, runs=400, stop=stop | {"half_width": 0.08})
     more = torquer.fly_campaign(scenario, narrow, to=path, resume=True)
     assert more.identical(torquer.fly_campaign(scenario, narrow))
+
+
+def test_campaigns_fly_checked_scenarios_only(scenario):
+    made = campaign(scenario, runs=2)
+    object.__setattr__(scenario.simulation, "record_s", -20.0)
+    with pytest.raises(ValidationError, match="greater than 0"):
+        torquer.fly_campaign(scenario, made)
 
 
 @pytest.mark.parametrize(

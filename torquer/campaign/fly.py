@@ -29,6 +29,7 @@ from torquer.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.file import load
 from torquer.simulation.stopping import heeded, heeding
+from torquer.spec import checked
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -69,7 +70,7 @@ def fly_campaign(
     Members that fail are kept, with the reason. KeyboardInterrupt ends the campaign with what is
     written.
     """
-    check_campaign(campaign, scenario)
+    check_campaign(campaign, checked(scenario))
     path = None if to is None else Path(to)
     if path is not None and not resume:
         _check_free(path)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from torquer.scenario.explain import explain, name_of
 from torquer.scenario.spec import Scenario
@@ -112,8 +112,11 @@ def replaced(scenario: Scenario, key: str, value) -> Scenario:
 
 
 def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """The scenario with other values at dotted keys, checked once with all of them in place."""
-    data = as_data(scenario)
+    """The scenario with other values at dotted keys, checked once with all of them in place.
+
+    What stands beside the keys has been checked; how it fits with them is checked again.
+    """
+    data = _opened(scenario)
     for key, value in values.items():
         table, last = _place_of(data, key)
         table[last] = as_data(value)
@@ -144,16 +147,27 @@ def _place_of(data: dict, key: str):
 
 
 def _within(table, name, place: str):
-    """The table or list at a name, and its key; lists may then be changed."""
+    """The table or list at a name, and its key; it may then be changed."""
     here = f"{place}[{name}]" if isinstance(name, int) else f"{place}.{name}".lstrip(".")
     known = name in table if isinstance(table, dict) else name in range(len(table))
     inner = table[name] if known else None
-    if isinstance(inner, tuple):
-        table[name] = inner = list(inner)
-    if not isinstance(inner, dict | list):
+    if not isinstance(inner, BaseModel | Mapping | list | tuple):
         received = "no such key" if inner is None else repr(inner)
         raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
+    table[name] = inner = _opened(inner)
     return inner, here
+
+
+def _opened(table):
+    """A table or list that may be changed; the specs in it stay what they are.
+
+    Those that were not given become plain data: what is stored of a spec is what was given, and of
+    one that is given now, not even its kind was.
+    """
+    if isinstance(table, BaseModel):
+        given = table.model_fields_set
+        return {key: value if key in given else as_data(value) for key, value in table}
+    return dict(table) if isinstance(table, Mapping) else list(table)
 
 
 def presets(table: str | None = None) -> dict[str, dict]:
