@@ -4,9 +4,13 @@ import json
 
 import numpy as np
 import pytest
+from artificial_campaign import artificial
 
 import torquer
 from torquer import engine
+from torquer.campaign.comparison import comparison
+from torquer.cli.output import json_text
+from torquer.simulation.file import save
 
 CAMPAIGN = """
 [campaign]
@@ -106,3 +110,51 @@ def test_mistakes_are_one_line(call, campaign_file, tmp_path, options, told):
 def test_a_file_without_a_campaign_is_refused(call, scenario, tmp_path):
     code, _, err = call("campaign", scenario, "--out", tmp_path / "out")
     assert (code, err) == (2, "error: campaign: must be given; received nothing\n")
+
+
+# ------------------------------------------------------------------ two campaigns
+
+
+@pytest.fixture
+def two(tmp_path):
+    """Folders of campaigns: B is ten percent slower in the same members, and fails twice."""
+    for name, made in (("a", artificial()), ("b", artificial(60, (3, 20), factor=1.1))):
+        (tmp_path / name).mkdir()
+        save(made, tmp_path / name / "campaign.nc")
+    return tmp_path / "a", tmp_path / "b"
+
+
+def test_two_campaigns_are_compared(call, two, tmp_path):
+    code, out, err = call("campaign", "compare", *two)
+    assert (code, err) == (0, "") and not list(tmp_path.glob("**/*.html"))
+    found = comparison(*(torquer.load(folder / "campaign.nc") for folder in two))
+    each = found["outcomes"]["coil_energy_j"]
+    assert f"{each['difference']:.4g} (" in out and f"p = {each['test']['p']:.4g}" in out
+    median = found["summaries"][1]["outcomes"]["coil_energy_j"]["quantiles"]["0.5"]["value"]
+    assert f"{median:.4g}" in out and "Wilcoxon signed-rank" in out
+    assert "60 members had the same inputs in A and in B" in " ".join(out.split())
+
+
+def test_a_comparison_is_printed_as_json_and_written_as_a_report(call, two, tmp_path, strict_json):
+    files = [folder / "campaign.nc" for folder in two]
+    code, out, _ = call("campaign", "compare", *files, "--out", tmp_path / "out", "--json")
+    assert code == 0
+    assert strict_json(out) == json.loads(json_text(comparison(*map(torquer.load, files))))
+    assert (tmp_path / "out" / "report.html").stat().st_size > 10_000
+    assert (tmp_path / "out" / "plots" / "differences.png").exists()
+
+
+def test_what_cannot_be_compared_is_told(call, two, tmp_path):
+    nothing, single = tmp_path / "none", tmp_path / "single.nc"
+    save(artificial().drop_attrs(), single)
+    for b, told in (
+        (nothing, "B: must be a campaign that has been flown, its folder or campaign.nc; received "
+         f"{nothing} (No such file or directory)"),
+        (single, f"B: must be the result of a campaign; received {single}"),
+    ):  # fmt: skip
+        assert call("campaign", "compare", two[0], b) == (2, "", f"error: {told}\n")
+    damaged = bytearray((two[1] / "campaign.nc").read_bytes())
+    damaged[5000] ^= 1
+    (two[1] / "campaign.nc").write_bytes(damaged)
+    code, _, err = call("campaign", "compare", *two)
+    assert code == 2 and "must be as torquer wrote it" in err

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from artificial_campaign import artificial
+from scipy import stats
 
 from torquer.campaign.comparison import comparison, mean_difference, rate_difference
 from torquer.campaign.contents import least_is_worst, missing_as_worst, outcomes_of
@@ -197,6 +198,10 @@ def test_members_with_the_same_inputs_are_compared_in_pairs(result):
     assert tuple(each["interval"]) == mean_interval(within) and each["interval"][0] > 0.0
     gained, lost = found["success"]["gained"], found["success"]["lost"]
     assert gained - lost == int(other["succeeded"].sum() - result["succeeded"].sum())
+    p = stats.wilcoxon(np.nan_to_num(within)).pvalue  # missing in both: no difference
+    assert each["test"] == {"name": "Wilcoxon signed-rank", "p": pytest.approx(p, rel=1e-9, abs=0)}
+    p = stats.binomtest(gained, gained + lost).pvalue if gained + lost else 1.0
+    assert found["success"]["test"] == {"name": "McNemar", "p": p}
 
 
 def test_other_members_are_independent(result):
@@ -207,10 +212,39 @@ def test_other_members_are_independent(result):
         comparison(result, other.drop_vars(list(outcomes_of(other))))
 
 
+def test_a_campaign_beside_itself_differs_in_nothing(result):
+    found = comparison(result, result)
+    for each in (*found["outcomes"].values(), found["success"]):
+        assert each["difference"] == 0.0 and each["test"]["p"] == 1.0
+
+
+@pytest.mark.parametrize("pairs", [True, False])
+def test_tests_err_as_seldom_as_they_say(pairs):
+    """Of campaigns that are alike but for noise: p is uniform; missing values count as worst."""
+    found = []
+    for seed in range(100):
+        a, b = (artificial(40, (1, 2 + k), seed=2 * seed + (0 if pairs else k)) for k in range(2))
+        noise = np.random.default_rng(seed).normal(size=(2, 40))
+        for each, values in zip((a, b), noise, strict=True):
+            each["coil_energy_j"][:] = np.where(values > 2.0, np.nan, values)
+        compared = comparison(a, b)
+        assert (compared["pairs"] > 0) == pairs
+        found.append(compared["outcomes"]["coil_energy_j"]["test"]["p"])
+    assert stats.kstest(found, stats.uniform.cdf).pvalue > 0.01
+
+
+def test_what_never_settles_is_worse_to_a_test_than_any_value():
+    a, b = artificial(40), artificial(40, seed=7)
+    a["settling_s"][:], b["settling_s"][:] = np.arange(40.0), np.arange(40.0)
+    b["settling_s"][10:] = np.nan
+    p = stats.mannwhitneyu(np.arange(40.0), [*range(10), *[1e9] * 30]).pvalue
+    found = comparison(a, b)["outcomes"]["settling_s"]
+    assert found["test"] == {"name": "Mann-Whitney", "p": pytest.approx(p, rel=1e-9)} and p < 1e-4
+    assert found["difference"] < 0.0  # of those that settle
+
+
 def test_intervals_of_differences_are_the_known_ones():
     """scipy's Welch interval; R. Newcombe's example (a) of method 10: 56/70 and 48/80."""
-    from scipy import stats
-
     rng = np.random.default_rng(4)
     one, other = rng.normal(0.0, 1.0, 12), rng.normal(1.0, 3.0, 30)
     known = stats.ttest_ind(other, one, equal_var=False).confidence_interval(0.9)

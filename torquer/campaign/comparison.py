@@ -1,7 +1,8 @@
-"""What two campaigns differ in: means, quantiles and rates of success, with intervals.
+"""What two campaigns differ in: means, quantiles and rates of success, with intervals and tests.
 
 Members are paired if those of the same number had the same inputs: then the difference of means is
-that within pairs, whose interval is narrower.
+that within pairs, whose interval is narrower. A test tells how probable a difference as great is
+by chance, were A and B alike; in its ranks a missing value is worse than any other.
 """
 
 import math
@@ -14,6 +15,7 @@ from torquer.campaign.contents import (
     definition,
     inputs_of,
     members_of,
+    missing_as_worst,
     name_of,
     outcomes_of,
     succeeded_in,
@@ -80,7 +82,22 @@ def _outcome(a, b, name: str, rows, confidence: float) -> dict:
         "same_definition": definition(a, name) == definition(b, name),
         "difference": number(difference),
         "interval": plain(interval),
+        "test": _rank_test(missing_as_worst(a, name), missing_as_worst(b, name), rows),
     }
+
+
+def _rank_test(one: np.ndarray, other: np.ndarray, rows) -> dict | None:
+    """Name and p of the test that two outcomes [n] are distributed alike; None without members."""
+    if not len(one) or not len(other):
+        return None
+    if rows is None:
+        p = stats.mannwhitneyu(one, other).pvalue
+        return {"name": "Mann-Whitney", "p": number(p)}
+    one, other = one[rows[0]], other[rows[1]]
+    within = np.zeros(len(one))
+    np.subtract(other, one, out=within, where=one != other)  # missing in both: no difference
+    p = stats.wilcoxon(within).pvalue if within.any() else 1.0
+    return {"name": "Wilcoxon signed-rank", "p": number(p)}
 
 
 def mean_difference(one, other, confidence: float = 0.95) -> tuple[float, Interval]:
@@ -106,12 +123,14 @@ def _success(a, b, rows, confidence: float) -> dict | None:
     difference, interval = rate_difference(
         (int(one.sum()), len(one)), (int(other.sum()), len(other)), confidence
     )
-    found = {"difference": difference, "interval": plain(interval)}
-    if rows is not None:
-        gained = ~one[rows[0]] & other[rows[1]]
-        lost = one[rows[0]] & ~other[rows[1]]
-        found |= {"gained": int(gained.sum()), "lost": int(lost.sum())}
-    return found
+    found: dict = {"difference": difference, "interval": plain(interval)}
+    if rows is None:
+        counts = [[int(each.sum()), int((~each).sum())] for each in (one, other)]
+        return found | {"test": {"name": "Fisher", "p": number(stats.fisher_exact(counts).pvalue)}}
+    gained = int((~one[rows[0]] & other[rows[1]]).sum())
+    lost = int((one[rows[0]] & ~other[rows[1]]).sum())
+    p = stats.binomtest(gained, gained + lost).pvalue if gained + lost else 1.0
+    return found | {"gained": gained, "lost": lost, "test": {"name": "McNemar", "p": float(p)}}
 
 
 def rate_difference(

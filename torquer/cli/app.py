@@ -5,8 +5,10 @@ from typing import Annotated
 
 from cyclopts import App, CycloptsError, Parameter
 
+from torquer.cli.campaign import app as campaign_app
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
+from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
 from torquer.cli.output import drop_output, finish_output, tell_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
@@ -18,19 +20,11 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
-Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+app.command(campaign_app)
 app.command(field_app)
 app.command(gallery_app)
 app.command(theory)
 app.command(wheels_app)
-
-
-NoUserCode = Annotated[
-    bool, Parameter(help="Refuse laws in Python files, which are executed.", negative="")
-]
-CodeFromAnywhere = Annotated[
-    bool, Parameter(help="Allow laws in files beyond SCENARIO's folder.", negative="")
-]
 
 
 @app.command
@@ -52,9 +46,7 @@ def run(
     checkpoint_s: Annotated[
         float, Parameter(help="Seconds from one save of a long run to the next.")
     ] = 5.0,
-    no_report: Annotated[
-        bool, Parameter(help="Write no report and no pictures.", negative="")
-    ] = False,
+    no_report: NoReport = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
@@ -80,42 +72,6 @@ def validate(
     from torquer.cli import simulate as work
 
     return work.validate(scenario, json, not no_user_code, code_from_anywhere)
-
-
-@app.command
-def campaign(
-    scenario: Path,
-    *,
-    out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME-campaign].")] = None,
-    json: Json = False,
-    runs: Annotated[int | None, Parameter(help="Number of runs, in place of the file's.")] = None,
-    workers: Annotated[int | None, Parameter(help="Workers [as many as cores].")] = None,
-    where: Annotated[
-        str,
-        Parameter(help="Where runs are computed: 'threads', 'processes', or a Dask address."),
-    ] = "threads",
-    resume: Annotated[
-        bool,
-        Parameter(help="Go on with the campaign in the output folder, or add runs.", negative=""),
-    ] = False,
-    member: Annotated[
-        int | None, Parameter(help="Fly this run alone, with its whole record and its report.")
-    ] = None,
-    no_report: Annotated[
-        bool, Parameter(help="Write no report and no pictures.", negative="")
-    ] = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
-) -> int:
-    """Fly the campaign of SCENARIO, many runs whose keys vary; write campaign.nc and a report."""
-    from torquer.cli import campaign as work
-
-    how = work.HowMany(
-        workers, where, resume, runs, not no_report, not no_user_code, code_from_anywhere
-    )
-    if member is not None:
-        return work.fly_member(scenario, member, out, json, how)
-    return work.fly(scenario, out, json, how)
 
 
 @app.command

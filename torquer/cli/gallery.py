@@ -5,13 +5,14 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from torquer.cli.options import Json
+
 app = App(
     name="gallery",
     help="Published figures and tables, recomputed and compared with the printed numbers.",
     version_flags=[],
 )
 
-Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
 Out = Annotated[Path, Parameter(help="Folder of the pictures.")]
 Docs = Annotated[
     Path | None, Parameter(help="Also write pages and small pictures into this folder.")

@@ -147,3 +147,9 @@ def console(stderr: bool = False, **keys):
             raise  # the command ends as it does without a console
 
     return Plain(stderr=stderr, markup=False, emoji=False, highlight=False, **keys)
+
+
+def table_console(width: int):
+    """A console for wide tables: as wide as the terminal, or of a width where there is none."""
+    screen = console()
+    return screen if screen.is_terminal else console(width=width)

@@ -5,6 +5,8 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from torquer.cli.options import Json
+
 app = App(
     name="wheels",
     help="Reaction-wheel arrays: envelope, rates, failures, other layouts, saturation.",
@@ -19,7 +21,7 @@ def wheels(
     out: Annotated[
         Path | None, Parameter(help="Folder for pictures and the page [none are made].")
     ] = None,
-    json: Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")] = False,
+    json: Json = False,
 ) -> int:
     """Capability of the array in the file DESIGN, with up to two failed wheels; saturation.
 

@@ -7,7 +7,7 @@ from rich.table import Table
 
 from torquer.analysis.wheel_design import report_of
 from torquer.analysis.wheel_file import load_wheels
-from torquer.cli.output import console, json_text, make_writable, writing_to
+from torquer.cli.output import json_text, make_writable, table_console, writing_to
 from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
 
 #: Width of the tables where the output is not a terminal.
@@ -24,9 +24,7 @@ def show(path: Path, out: Path | None, as_json: bool) -> int:
     if as_json:
         print(json_text(report))
         return 0
-    screen = console()
-    if not screen.is_terminal:
-        screen = console(width=_WIDTH)
+    screen = table_console(_WIDTH)
     for table in tables(report):
         screen.print(table)
     if made:

@@ -9,21 +9,20 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from torquer.campaign.contents import missing_as_worst
-from torquer.campaign.summary import percent, rate_text, value_text, with_interval, with_unit
+from torquer.campaign.summary import percent, with_unit
 from torquer.report.campaign.page import picture
 from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
-from torquer.report.campaign.tables import Grid
+from torquer.report.campaign.tables import (
+    about_comparison,
+    comparison_grid,
+    labels_of,
+)
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
 from torquer.report.common.html import document, grid, section
 
 _COLOURS = (BLUE, ORANGE)
-
-
-def labels_of(found: dict) -> list[str]:
-    """Names of the campaigns: A and B, and their scenarios'."""
-    return [f"{letter}: {name}" for letter, name in zip("AB", found["names"], strict=True)]
 
 
 def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> dict[str, Path]:
@@ -106,59 +105,13 @@ def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Pat
     title = f"{found['names'][0]} and {found['names'][1]}: campaigns compared"
     sections = [
         f"<header><h1>{escape(title)}</h1><p>{escape('; '.join(labels_of(found)))}</p></header>",
-        section("members", "Members", "", grid(*member_grid(found))),
-        section("differences", "Differences B - A", _about(found),
-                grid(*difference_grid(found))
+        section("differences", "Differences B - A", about_comparison(found),
+                grid(*comparison_grid(found))
                 + picture(pictures, "differences", "Differences")),
         *(_distribution(found, pictures, name) for name in found["outcomes"]),
     ]  # fmt: skip
     path.write_text(document(title, sections, interactive=False), encoding="utf-8")
     return path
-
-
-def member_grid(found: dict) -> Grid:
-    """Head and rows: members, failures, rate of success of both."""
-    a, b = found["summaries"]
-    rows: list[tuple[str, ...]] = [
-        ("members", str(a["members"]), str(b["members"])),
-        ("failed", str(a["failed"]), str(b["failed"])),
-    ]
-    if a["success"] or b["success"]:
-        rates = [rate_text(s["success"], s["confidence"]) if s["success"] else "" for s in (a, b)]
-        rows.append(("rate of success", *rates))
-    return ("", *labels_of(found)), rows
-
-
-def difference_grid(found: dict) -> Grid:
-    """Head and rows: each outcome's means, medians, difference of means."""
-    rows = []
-    for name, each in found["outcomes"].items():
-        ours = [summary["outcomes"][name] for summary in found["summaries"]]
-        means = [value_text(one["mean"]) for one in ours]
-        high = [value_text(one["quantiles"]["0.95"]["value"]) for one in ours]
-        label = with_unit(name, ours[0]["unit"])
-        label += "" if each["same_definition"] else " (defined otherwise in B)"
-        rows.append((label, *means, *high, with_interval(each["difference"], each["interval"])))
-    if found["success"]:
-        rates = [f"{summary['success']['rate']:.2%}" for summary in found["summaries"]]
-        low, high_end = found["success"]["interval"]
-        text = f"{found['success']['difference']:+.2%} ({low:+.2%} to {high_end:+.2%})"
-        rows.append(("rate of success", *rates, "", "", text))
-    return ("", "mean A", "mean B", "95 % A", "95 % B", "difference of means"), rows
-
-
-def _about(found: dict) -> str:
-    text = f"In brackets: {percent(found['confidence'])} confidence intervals. "
-    if not found["pairs"]:
-        return text + "Members of A and B are taken for independent."
-    text += (
-        f"{found['pairs']} members had the same inputs in A and in B: differences of means are "
-        "those within pairs in which both have a value."
-    )
-    if found["success"]:
-        gained, lost = found["success"]["gained"], found["success"]["lost"]
-        text += f" {gained} succeeded in B only, {lost} in A only."
-    return text
 
 
 def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> str:

@@ -3,7 +3,7 @@
 import json
 
 from torquer.campaign.spec import SUCCESS
-from torquer.campaign.summary import value_text, with_interval, with_unit
+from torquer.campaign.summary import percent, value_text, with_interval, with_unit
 
 #: What to type to fly a member again.
 FLY = "torquer campaign FILE --member"
@@ -96,3 +96,79 @@ def _inline(value) -> str:
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_inline, value))}]"
     return json.dumps(value, ensure_ascii=False)
+
+
+# ------------------------------------------------------------------ two campaigns
+
+
+def labels_of(found: dict) -> list[str]:
+    """Names of the campaigns: A and B, and their scenarios'."""
+    return [f"{letter}: {name}" for letter, name in zip("AB", found["names"], strict=True)]
+
+
+def comparison_grid(found: dict) -> Grid:
+    """Head and rows: members, rate of success, each outcome; in A, in B, the difference."""
+    a, b = found["summaries"]
+    rows: list[tuple[str, ...]] = [
+        (label, str(a[label]), str(b[label]), "") for label in ("members", "failed")
+    ]
+    rows += _success_rows(found)
+    for name in found["outcomes"]:
+        rows += _compared_rows(found, name)
+    return ("", *labels_of(found), "B - A"), rows
+
+
+def _success_rows(found: dict) -> list[tuple[str, ...]]:
+    rates = [_rate(each["success"]) for each in found["summaries"]]
+    if (success := found["success"]) is None:
+        return [("rate of success", *rates, "")] if any(rates) else []
+    low, high = success["interval"]
+    difference = f"{success['difference']:+.2%} ({low:+.2%} to {high:+.2%})"
+    return [("rate of success", *rates, difference), _test_row(success["test"])]
+
+
+def _rate(success: dict | None) -> str:
+    if success is None or success["rate"] is None:
+        return ""
+    low, high = success["interval"]
+    return f"{success['rate']:.2%} ({low:.2%} to {high:.2%})"
+
+
+def _compared_rows(found: dict, name: str) -> list[tuple[str, ...]]:
+    """Mean, quantiles and missing values of an outcome, and the test."""
+    each, ours = found["outcomes"][name], [s["outcomes"][name] for s in found["summaries"]]
+    label = with_unit(name, ours[0]["unit"])
+    label += "" if each["same_definition"] else " (defined otherwise in B)"
+    means = [with_interval(one["mean"], one["mean_interval"]) for one in ours]
+    difference = with_interval(each["difference"], each["interval"])
+    rows = [(label, "", "", ""), ("  mean", *means, difference)]
+    for part, title in (("0.05", "5 %"), ("0.5", "median"), ("0.95", "95 %")):
+        at = [with_interval(**one["quantiles"][part]) for one in ours]
+        rows.append((f"  {title}", *at, ""))
+    if any(one["missing"] for one in ours):
+        rows.append(("  missing", *(str(one["missing"]) for one in ours), ""))
+    return [*rows, _test_row(each["test"])]
+
+
+def _test_row(test: dict | None) -> tuple[str, ...]:
+    if test is None:
+        return ("  no test", "", "", "")
+    return (f"  {test['name']}", "", "", f"p = {value_text(test['p'])}")
+
+
+def about_comparison(found: dict) -> str:
+    """How the intervals and tests of a comparison are to be read."""
+    text = (
+        f"In brackets: {percent(found['confidence'])} confidence intervals. p is of each test "
+        "alone, whatever the number of tests. "
+    )
+    if not found["pairs"]:
+        return text + "Members of A and B are taken for independent."
+    text += (
+        f"{found['pairs']} members had the same inputs in A and in B: differences of means and "
+        "tests are those within pairs."
+    )
+    if found["success"]:
+        gained, lost = found["success"]["gained"], found["success"]["lost"]
+        text += f" {gained} succeeded in B only, {lost} in A only."
+    return text

@@ -1,0 +1,62 @@
+"""Work of `torquer campaign compare`: tables, JSON, report."""
+
+from pathlib import Path
+
+import xarray as xr
+
+from torquer.campaign.comparison import comparison
+from torquer.cli.output import json_text, make_writable, table_console, writing_to
+from torquer.report.campaign.tables import about_comparison, comparison_grid
+from torquer.simulation.file import load
+
+#: Width of the table where the output is not a terminal.
+_WIDTH = 120
+
+
+def compare(a: Path, b: Path, out: Path | None, as_json: bool) -> int:
+    """Print what two campaigns differ in; with a folder write the report, too."""
+    results = _result_in(a, "A"), _result_in(b, "B")
+    found = comparison(*results)
+    if out is not None:
+        from torquer.report.campaign import compare_campaigns
+
+        make_writable(out)
+        with writing_to(out):
+            compare_campaigns(*results, out)
+    if as_json:
+        print(json_text(found))
+        return 0
+    _show(found)
+    if out is not None:
+        print(f"{out}: report.html, plots/")
+    return 0
+
+
+def _result_in(path: Path, name: str) -> xr.Dataset:
+    """The campaign of a file, or of the folder that it was written to."""
+    file = path / "campaign.nc" if path.is_dir() else path
+    try:
+        result = load(file)
+    except OSError as error:
+        raise ValueError(
+            f"{name}: must be a campaign that has been flown, its folder or campaign.nc; received "
+            f"{path} ({error.strerror or error})"
+        ) from None
+    if "campaign" not in result.attrs:
+        raise ValueError(f"{name}: must be the result of a campaign; received {path}")
+    return result
+
+
+def _show(found: dict) -> None:
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    head, rows = comparison_grid(found)
+    table = Table(box=SIMPLE)
+    for n, title in enumerate(head):
+        table.add_column(title, justify="right" if n else "left")
+    for row in rows:
+        table.add_row(*row)
+    screen = table_console(_WIDTH)
+    screen.print(table)
+    screen.print(about_comparison(found))
