@@ -245,7 +245,8 @@ TABLES = [
     ({"runs": 1.5}, ".runs: must be a whole number; received 1.5"),
     ({"seed": -1}, ".seed: must be greater than or equal to 0; received -1"),
     ({"sampling": "halton"},
-     ".sampling: must be 'random', 'latin_hypercube', 'sobol' or 'grid'; received 'halton'"),
+     ".sampling: must be 'random', 'latin_hypercube', 'sobol', 'saltelli' or 'grid'; "
+     "received 'halton'"),
     ({"colour": 1}, ".colour: must be a known key; received 1"),
     ({"vary": 5}, ".vary: must be a table of keys; received 5"),
     ({"sampling": "latin_hypercube", "runs": 10**8, "vary": {NOISE: {"uniform": [1, 2]}}},

@@ -13,6 +13,7 @@ from scipy import stats
 
 from torquer.campaign.contents import (
     definition,
+    independent,
     inputs_of,
     members_of,
     missing_as_worst,
@@ -20,13 +21,14 @@ from torquer.campaign.contents import (
     outcomes_of,
     succeeded_in,
 )
-from torquer.campaign.statistics import Interval, mean_interval, rate_interval
-from torquer.campaign.summary import campaign_summary, number, plain
+from torquer.campaign.statistics import Interval, mean_interval, number, plain, rate_interval
+from torquer.campaign.summary import campaign_summary
 
 
 def comparison(a: xr.Dataset, b: xr.Dataset, confidence: float = 0.95) -> dict:
     """Differences b - a as plain data; ValueError without a common outcome."""
     summaries = campaign_summary(a, confidence), campaign_summary(b, confidence)
+    a, b = independent(a), independent(b)
     names = [name for name in summaries[0]["outcomes"] if name in summaries[1]["outcomes"]]
     if not names:
         raise ValueError(

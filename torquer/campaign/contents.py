@@ -27,6 +27,27 @@ def name_of(result: xr.Dataset) -> str:
     return str(json.loads(result.attrs["scenario"]).get("name", ""))
 
 
+def groups_in(result: xr.Dataset) -> list[str]:
+    """Names of what is drawn by itself: keys that vary, and keys that are correlated."""
+    table = table_of(result)
+    return [*table["vary"], *(", ".join(each["keys"]) for each in table["correlated"])]
+
+
+def is_design(result: xr.Dataset) -> bool:
+    """Whether members are those of Saltelli's design, for Sobol's indices."""
+    return table_of(result).get("sampling") == "saltelli"
+
+
+def independent(result: xr.Dataset) -> xr.Dataset:
+    """The members that are independent: the first two of each point of Saltelli's design.
+
+    All of any other campaign.
+    """
+    if not is_design(result):
+        return result
+    return result.isel(member=members_of(result) % (len(groups_in(result)) + 2) < 2)
+
+
 def members_of(result: xr.Dataset) -> np.ndarray:
     """The members' numbers [n]."""
     return np.asarray(result["member"].values, dtype=np.int64)

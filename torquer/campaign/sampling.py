@@ -8,7 +8,12 @@ import numpy as np
 from scipy.special import ndtri
 
 from torquer.campaign.spec import ATTITUDE, Campaign
-from torquer.campaign.unit_numbers import checked_members, random_words, unit_numbers
+from torquer.campaign.unit_numbers import (
+    checked_members,
+    of_noise,
+    random_words,
+    unit_numbers,
+)
 from torquer.campaign.variation import Correlated, Variation, as_numbers
 from torquer.scenario.explain import name_of
 from torquer.scenario.load import ScenarioError, value_at, with_values
@@ -158,8 +163,12 @@ def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
 
 
 def member_seeds(campaign: Campaign, members) -> np.ndarray:
-    """Seeds (0 to 2^63 - 1) of the noise of members [n], independent of the values that vary."""
-    words = random_words(campaign.seed, "seed of the noise", checked_members(members))
+    """Seeds (0 to 2^63 - 1) of the noise of members [n], independent of the values that vary.
+
+    See `of_noise` for members that share theirs.
+    """
+    members = of_noise(campaign, checked_members(members))
+    words = random_words(campaign.seed, "seed of the noise", members)
     return (words >> np.uint64(1)).astype(np.int64)
 
 

@@ -74,16 +74,18 @@ class Campaign(Spec):
     `runs`: number of members. `seed`: with its number it fixes all that a member has for itself,
     whatever other members are flown. `sampling`: 'random' (independent members), 'latin_hypercube'
     (each number's range is covered evenly by the members together), 'sobol' (a scrambled
-    low-discrepancy sequence, best for powers of 2) or 'grid' (all combinations of the `values`;
-    their number is that of the runs). `vary`: variations by key of the scenario, as
-    `Scenario.replace` takes it; "initial.attitude" for uniform attitudes. `correlated`: keys that
-    are normal together. `outcomes`: what each run comes to, by names of one's own. `success`: what
-    outcomes must be, all together; a missing value is a failure. `stop`: when to end early.
+    low-discrepancy sequence, best for powers of 2), 'saltelli' (for Sobol's sensitivity indices:
+    points of such a sequence, each with two members and one more for each key that varies) or
+    'grid' (all combinations of the `values`; their number is that of the runs). `vary`: variations
+    by key of the scenario, as `Scenario.replace` takes it; "initial.attitude" for uniform
+    attitudes. `correlated`: keys that are normal together. `outcomes`: what each run comes to, by
+    names of one's own. `success`: what outcomes must be, all together; a missing value is a
+    failure. `stop`: when to end early.
     """
 
     runs: int = Field(ge=1, le=_MOST_RUNS)
     seed: int = Field(default=0, ge=0, lt=2**63)
-    sampling: Literal["random", "latin_hypercube", "sobol", "grid"] = "random"
+    sampling: Literal["random", "latin_hypercube", "sobol", "saltelli", "grid"] = "random"
     vary: dict[str, Variation] = Field(default_factory=dict)
     correlated: tuple[Correlated, ...] = ()
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
@@ -146,6 +148,8 @@ class Campaign(Spec):
     def _sampling_fits(self):
         if self.sampling == "grid":
             self._check_grid()
+        if self.sampling == "saltelli":
+            self._check_saltelli()
         numbers = self.runs * self.unit_numbers
         if self.sampling == "latin_hypercube" and numbers > MOST_IN_HYPERCUBE:
             raise ValueError(
@@ -163,13 +167,28 @@ class Campaign(Spec):
                 )
         if self.correlated:
             raise ValueError("correlated: must be left out with sampling 'grid'")
-        if self.stop is not None:
-            raise ValueError("stop: must be left out with sampling 'grid', a part of which is none")
+        self._check_no_stop()
         points = math.prod(self.grid)
         if self.runs != points:
             raise ValueError(
                 f"runs: must be left out with sampling 'grid', or be its {points} combinations; "
                 f"received {self.runs}"
+            )
+
+    def _check_no_stop(self) -> None:
+        if self.stop is not None:
+            raise ValueError(
+                f"stop: must be left out with sampling {self.sampling!r}, a part of which is none"
+            )
+
+    def _check_saltelli(self) -> None:
+        if not self.groups:
+            raise ValueError("vary: must have a key with sampling 'saltelli'; received none")
+        self._check_no_stop()
+        if self.runs % self.members_per_point:
+            raise ValueError(
+                f"runs: must be a multiple of {self.members_per_point}, the members of a point of "
+                f"sampling 'saltelli', best with a power of 2 of them; received {self.runs}"
             )
 
     @model_validator(mode="after")
@@ -215,8 +234,18 @@ class Campaign(Spec):
     @property
     def unit_numbers(self) -> int:
         """How many numbers uniform on 0..1 a member is made of."""
-        single = sum(variation.unit_numbers for variation in self.vary.values())
-        return single + sum(len(together.keys) for together in self.correlated)
+        return sum(self.groups.values())
+
+    @property
+    def groups(self) -> dict[str, int]:
+        """How many of them belong together, by name: a key, or keys that are correlated."""
+        single = {key: variation.unit_numbers for key, variation in self.vary.items()}
+        return single | {", ".join(each.keys): len(each.keys) for each in self.correlated}
+
+    @property
+    def members_per_point(self) -> int:
+        """Members of a point of Saltelli's design."""
+        return len(self.groups) + 2
 
 
 def _overlap(one: str, other: str) -> bool:

@@ -29,6 +29,16 @@ class Interval(NamedTuple):
         return math.inf if math.isnan(half) else half
 
 
+def number(value: float) -> float | None:
+    """A number of plain data; None if it is infinite or missing."""
+    return float(value) if math.isfinite(value) else None
+
+
+def plain(interval: Interval) -> list[float | None]:
+    """An interval's ends; None where it has none."""
+    return [number(interval.low), number(interval.high)]
+
+
 def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Interval:
     """Wilson's score interval of a rate of success. E. Wilson (1927)."""
     if members == 0:

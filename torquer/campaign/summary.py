@@ -1,11 +1,9 @@
 """What a campaign comes to, as plain data and as rows of text.
 
-Confidence intervals are of independent members. A missing value counts as worse than any other in
+Statistics are those of independent members. A missing value counts as worse than any other in
 quantiles and ranks, and has no part in a mean. Numbers that do not exist are None: a quantile among
 missing values, the end of an interval about which so few members tell nothing.
 """
-
-import math
 
 import numpy as np
 import xarray as xr
@@ -13,6 +11,7 @@ import xarray as xr
 from torquer.campaign.contents import (
     failed_in,
     in_words,
+    independent,
     inputs_of,
     least_is_worst,
     members_of,
@@ -24,11 +23,13 @@ from torquer.campaign.contents import (
     table_of,
     unit_of,
 )
+from torquer.campaign.sensitivity import sensitivity
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import (
-    Interval,
     chance_correlation,
     mean_interval,
+    number,
+    plain,
     quantile,
     quantile_interval,
     rank_correlations,
@@ -43,21 +44,23 @@ NAMED = 5
 
 def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
     """Members, rate of success, statistics of each outcome, correlations above chance."""
-    failed, names = failed_in(result), outcomes_of(result)
-    pairs = correlations(result)
-    chance = chance_correlation(len(failed), confidence)
+    failed, own = failed_in(result), independent(result)
+    pairs = correlations(own)
+    chance = chance_correlation(own.sizes["member"], confidence)
     return {
         "name": name_of(result),
         "runs": table_of(result).get("runs"),
         "members": len(failed),
+        "independent": own.sizes["member"],
         "failed": int(failed.sum()),
         "failures": _failures(result, failed),
         "confidence": confidence,
-        "success": _success(result, confidence),
-        "outcomes": {name: _outcome(result, name, confidence) for name in names},
+        "success": _success(own, confidence),
+        "outcomes": {name: _outcome(own, name, confidence) for name in outcomes_of(own)},
         "chance_correlation": chance,
         "correlations_computed": sum(map(len, pairs.values())),
         "correlations": _above(pairs, chance),
+        "sensitivity": sensitivity(result, confidence),
     }
 
 
@@ -112,16 +115,6 @@ def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dic
     return [{"member": int(members[k]), "value": number(ranked[k])} for k in order]
 
 
-def number(value: float) -> float | None:
-    """A number of plain data; None if it is infinite or missing."""
-    return float(value) if math.isfinite(value) else None
-
-
-def plain(interval: Interval) -> list[float | None]:
-    """An interval's ends; None where it has none."""
-    return [number(interval.low), number(interval.high)]
-
-
 def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
     """Rank correlations [outcome][input], of success too; see `rank_correlations`.
 
@@ -160,6 +153,17 @@ def summary_rows(summary: dict) -> list[tuple[str, str]]:
         if found:
             text = ", ".join(f"{pair['input']} {pair['correlation']:+.2f}" for pair in found)
             rows.append((f"Rank correlation: {name}", text))
+    return rows + _sensitivity_rows(summary)
+
+
+def _sensitivity_rows(summary: dict) -> list[tuple[str, str]]:
+    """Sobol's indices of each outcome, the greatest total one first."""
+    rows = []
+    for name, found in (summary["sensitivity"] or {"outcomes": {}})["outcomes"].items():
+        groups = sorted(found["groups"].items(), key=lambda each: -each[1]["total"])[:NAMED]
+        parts = [f"{key} {each['first']:.2f}, {each['total']:.2f}" for key, each in groups]
+        if parts:
+            rows.append((f"Sobol indices S1, ST: {name}", "; ".join(parts)))
     return rows
 
 
@@ -168,6 +172,8 @@ def headline_rows(summary: dict) -> list[tuple[str, str]]:
     members, runs = summary["members"], summary["runs"]
     of_runs = f" of {runs} runs" if runs is not None and runs != members else ""
     rows = [("Members", f"{members}{of_runs}"), ("Failed", str(summary["failed"]))]
+    if summary["independent"] != members:
+        rows.append(("Independent members", f"{summary['independent']}, on which statistics rest"))
     if summary["success"] is not None:
         rows.append(("Success rate", rate_text(summary["success"], summary["confidence"])))
     return rows

@@ -59,9 +59,8 @@ def _stream(name: str) -> tuple[int, int]:
 
 def _random(campaign: Campaign, members: np.ndarray) -> np.ndarray:
     """Independent members; a key has a stream by its name, whatever else varies beside it."""
-    streams = [(key, each.unit_numbers) for key, each in campaign.vary.items()]
-    streams += [(", ".join(each.keys), len(each.keys)) for each in campaign.correlated]
-    columns = [_of_stream(campaign.seed, f"vary {key}", members, n) for key, n in streams]
+    streams = campaign.groups.items()
+    columns = [_of_stream(campaign.seed, f"vary {name}", members, n) for name, n in streams]
     return np.hstack(columns)
 
 
@@ -99,11 +98,41 @@ def _hypercube(runs: int, numbers: int, seed: int, block: int) -> np.ndarray:
 
 
 def _sobol(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """Points of the scrambled Sobol sequence by their numbers."""
+    """Points of the scrambled Sobol sequence."""
+    return _sobol_points(campaign.unit_numbers, campaign.seed, members)
+
+
+def _saltelli(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """Saltelli's design, point after point: A, B, then for each group A with the group of B.
+
+    A and B are the two halves of a point of the scrambled Sobol sequence.
+    """
+    points, places = np.divmod(members, campaign.members_per_point)
+    count = campaign.unit_numbers
+    halves = _sobol_points(2 * count, campaign.seed, points)
+    groups = np.repeat(np.arange(len(campaign.groups)), [*campaign.groups.values()])
+    of_b = (places == 1)[:, None] | (places[:, None] == 2 + groups)
+    return np.where(of_b, halves[:, count:], halves[:, :count])
+
+
+def of_noise(campaign: Campaign, members: np.ndarray) -> np.ndarray:
+    """Numbers of the members whose noise members have: their own as a rule.
+
+    In a point of Saltelli's design it is that of A, for all but B: what differs between A and
+    another member is due to the group that was exchanged, and to nothing else.
+    """
+    if campaign.sampling != "saltelli":
+        return members
+    places = members % campaign.members_per_point
+    return members - np.where(places == 1, 0, places)
+
+
+def _sobol_points(count: int, seed: int, numbers: np.ndarray) -> np.ndarray:
+    """Points [n, count] of the scrambled Sobol sequence by their numbers."""
     from scipy.stats import qmc
 
-    order, back = np.unique(members, return_inverse=True)
-    engine = qmc.Sobol(campaign.unit_numbers, seed=np.random.default_rng(campaign.seed))
+    order, back = np.unique(numbers, return_inverse=True)
+    engine = qmc.Sobol(count, seed=np.random.default_rng(seed))
     rows, at = [], 0
     with warnings.catch_warnings():
         # a part of the members is no power of 2, whatever the whole is
@@ -131,5 +160,6 @@ _SAMPLINGS = {
     "random": _random,
     "latin_hypercube": _latin_hypercube,
     "sobol": _sobol,
+    "saltelli": _saltelli,
     "grid": _grid,
 }

@@ -10,13 +10,14 @@ def write_campaign_report(result: xr.Dataset, out: Path) -> list[Path]:
 
     The folder is created if missing.
     """
+    from torquer.campaign.contents import independent
     from torquer.campaign.summary import campaign_summary
     from torquer.report.campaign.page import write_page
     from torquer.report.campaign.pictures import draw_all
 
     folder = Path(out)
     (folder / "plots").mkdir(parents=True, exist_ok=True)
-    summary = campaign_summary(result)
+    summary, result = campaign_summary(result), independent(result)
     pictures = draw_all(result, summary, folder / "plots")
     page = write_page(result, summary, pictures, folder / "report.html")
     return [page, *pictures.values()]
@@ -28,9 +29,11 @@ def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
     The folder is created if missing. `ValueError` for campaigns without a common outcome.
     """
     from torquer.campaign.comparison import comparison
+    from torquer.campaign.contents import independent
     from torquer.report.campaign.compared import draw_compared, write_compared
 
     folder, found = Path(out), comparison(a, b)
+    a, b = independent(a), independent(b)
     (folder / "plots").mkdir(parents=True, exist_ok=True)
     pictures = draw_compared(a, b, found, folder / "plots")
     page = write_compared(found, pictures, folder / "report.html")

@@ -19,9 +19,9 @@ _PANEL, _UNDER = 1.15, 0.5
 def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
     """A panel for the rate of success and for each mean; None of fewer than two members."""
     confidence = summary["confidence"]
-    if summary["members"] < 2:
+    if summary["independent"] < 2:
         return None
-    counts = counts_to(summary["members"])
+    counts = counts_to(summary["independent"])
     found = {}
     succeeded = succeeded_in(result)
     if succeeded is not None:

@@ -16,6 +16,7 @@ from torquer.report.campaign.tables import (
     correlation_grid,
     outcome_grid,
     outcome_rows,
+    sensitivity_grid,
     worst_grid,
 )
 from torquer.report.common.html import document, grid, section, table
@@ -30,6 +31,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
         *_each_outcome(summary, pictures),
         *_over_time(result, pictures),
         _dependence(summary, pictures),
+        _sensitivity(summary, pictures),
         _convergence(pictures),
         _worst(summary),
         _scenario(result),
@@ -109,6 +111,21 @@ def _dependence(summary: dict, pictures: Mapping[str, Path]) -> str:
     if summary["correlations"]:
         body += grid(*correlation_grid(summary))
     return section("dependence", "Dependence on what varied", caption, body)
+
+
+def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> str:
+    if summary["sensitivity"] is None:
+        return ""
+    points = summary["sensitivity"]["points"]
+    caption = (
+        f"Sobol's indices, from the {points} points of Saltelli's design: the part of an outcome's "
+        "variance that is due to a key alone (S1), and with all its interactions (ST). The numbers "
+        "of a vector, and keys that are correlated, count as one. The noise counts as a further "
+        "input, which has no index here. Where a member has no value its point is left out. In "
+        f"brackets: {percent(summary['confidence'])} confidence intervals."
+    )
+    body = picture(pictures, "sobol", "Sobol indices") + grid(*sensitivity_grid(summary))
+    return section("sensitivity", "Sensitivity", caption, body)
 
 
 def _convergence(pictures: Mapping[str, Path]) -> str:

@@ -9,6 +9,7 @@ from torquer.report.campaign.bands import draw_bands, series_by_signal
 from torquer.report.campaign.convergence import draw_convergence
 from torquer.report.campaign.correlation import draw_correlations, draw_scatter
 from torquer.report.campaign.distribution import draw_distribution
+from torquer.report.campaign.sobol import draw_sobol
 
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
@@ -23,6 +24,7 @@ def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]
             figures[f"series_{names[0]}"] = figure
     figures["scatter"] = draw_scatter(result, summary)
     figures["correlations"] = draw_correlations(result, summary)
+    figures["sobol"] = draw_sobol(summary)
     figures["convergence"] = draw_convergence(result, summary)
     return write_all(figures, folder)
 

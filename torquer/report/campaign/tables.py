@@ -68,6 +68,20 @@ def correlation_grid(summary: dict) -> Grid:
     return ("outcome", "input", "rank correlation"), rows
 
 
+def sensitivity_grid(summary: dict) -> Grid:
+    """Head and rows: Sobol's indices of each outcome, the greatest total one first."""
+    rows: list[tuple[str, ...]] = []
+    for name, found in summary["sensitivity"]["outcomes"].items():
+        points = str(found["points"])
+        groups = sorted(found["groups"].items(), key=lambda each: -each[1]["total"])
+        rows += [
+            (name, points, key, with_interval(each["first"], each["first_interval"]),
+             with_interval(each["total"], each["total_interval"]))
+            for key, each in groups
+        ] or [(name, points, "too few points, or no variance", "", "")]  # fmt: skip
+    return ("outcome", "points", "input", "S1", "ST"), rows
+
+
 def campaign_rows(table: dict) -> list[tuple[str, str]]:
     """Label and value of what was asked for: sampling, what varied, conditions."""
     rows = [("Runs", str(table.get("runs", ""))), ("Seed", str(table.get("seed", ""))),

@@ -1,0 +1,95 @@
+"""Sobol's sensitivity indices: what part of an outcome's variance is due to which varied keys.
+
+A campaign with sampling 'saltelli' has, for each point of a Sobol sequence, a member A, an
+independent one B, and one for each group of numbers (a key, or keys that are correlated), which is
+A with that group's numbers of B. All of them but B have the same noise.
+
+The design and the estimators are those of `scipy.stats.sobol_indices`, which wants a power of 2 of
+points and draws its bootstrap without a seed: points whose members have no value are left out here,
+and the same file has the same intervals.
+"""
+
+import numpy as np
+import xarray as xr
+
+from torquer.campaign.contents import groups_in, is_design, outcomes_of, succeeded_in
+from torquer.campaign.spec import SUCCESS
+from torquer.campaign.statistics import Interval, plain
+
+#: Fewer points tell nothing.
+LEAST_POINTS = 16
+_RESAMPLES = 500
+#: Part of the mean square below which a variance is rounding.
+_ROUNDING = 1e-12
+
+
+def sobol_indices(f_a, f_b, f_ab) -> tuple[np.ndarray, np.ndarray]:
+    """First-order and total indices [g] of values at A [n], at B [n] and at A with a group of B.
+
+    `f_ab`: [g, n]. A. Saltelli et al. (2010), table 2, (b) and, by M. Jansen, (f).
+    """
+    first, total = np.split(_of_means(_terms(f_a, f_b, f_ab).mean(axis=1)), 2)
+    return first, total
+
+
+def _terms(f_a: np.ndarray, f_b: np.ndarray, f_ab: np.ndarray) -> np.ndarray:
+    """What is averaged over the points: sums and squares of A and B, products of all groups."""
+    f_a, f_b = np.asarray(f_a, dtype=float), np.asarray(f_b, dtype=float)
+    mean = 0.5 * (f_a.mean() + f_b.mean())
+    f_a, f_b, f_ab = f_a - mean, f_b - mean, np.asarray(f_ab, dtype=float) - mean
+    change = f_ab - f_a
+    both = [0.5 * (f_a + f_b), 0.5 * (f_a**2 + f_b**2)]
+    return np.vstack([*both, f_b * change, 0.5 * change**2])
+
+
+def _of_means(means: np.ndarray) -> np.ndarray:
+    """Indices, first-order ones and then total ones [..., 2 g], from the means of the terms."""
+    variance = means[..., 1] - means[..., 0] ** 2
+    varies = variance > _ROUNDING * means[..., 1]
+    return means[..., 2:] / np.where(varies, variance, np.nan)[..., None]
+
+
+def intervals(f_a, f_b, f_ab, confidence: float = 0.95) -> list[Interval]:
+    """Intervals of all indices, first-order ones and then total ones: bootstrap over the points."""
+    terms, rng = _terms(f_a, f_b, f_ab), np.random.default_rng(0)
+    points = terms.shape[1]
+    drawn = (terms[:, rng.integers(points, size=points)] for _ in range(_RESAMPLES))
+    found = _of_means(np.array([each.mean(axis=1) for each in drawn]))
+    tail = 0.5 * (1.0 - confidence)
+    low, high = np.nanquantile(found, (tail, 1.0 - tail), axis=0)
+    return [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]
+
+
+def sensitivity(result: xr.Dataset, confidence: float = 0.95) -> dict | None:
+    """Indices of each outcome, and of success, as plain data; None without such a design."""
+    if not is_design(result):
+        return None
+    names, outcomes = groups_in(result), outcomes_of(result)
+    succeeded = succeeded_in(result)
+    if succeeded is not None:
+        outcomes[SUCCESS] = succeeded.astype(float)
+    return {
+        "points": result.sizes["member"] // (len(names) + 2),
+        "outcomes": {key: _indices(each, names, confidence) for key, each in outcomes.items()},
+    }
+
+
+def _indices(values: np.ndarray, names: list[str], confidence: float) -> dict:
+    """Indices of an outcome [members] by group, none of so few points, or without a variance."""
+    rows = len(names) + 2
+    points = values[: len(values) // rows * rows].reshape(-1, rows)
+    known = points[np.isfinite(points).all(axis=1)].T
+    found: dict = {"points": known.shape[1], "groups": {}}
+    if known.shape[1] < LEAST_POINTS or np.ptp(known[:2]) == 0.0:
+        return found
+    parts = known[0], known[1], known[2:]
+    first, total = sobol_indices(*parts)
+    ends = intervals(*parts, confidence)
+    for k, name in enumerate(names):
+        found["groups"][name] = {
+            "first": float(first[k]),
+            "first_interval": plain(ends[k]),
+            "total": float(total[k]),
+            "total_interval": plain(ends[len(names) + k]),
+        }
+    return found
