@@ -25,6 +25,7 @@ from torquer.report.campaign import compare_campaigns, write_campaign_report
 from torquer.report.campaign.bands import percentiles
 from torquer.report.campaign.convergence import means
 from torquer.report.campaign.shared import steps
+from torquer.report.campaign.tables import worst_grid
 
 FAILED = (3, 20)
 
@@ -124,6 +125,12 @@ def test_the_page_has_the_numbers_and_loads_nothing(summary, written):
     assert text.count("<img") == len(written) - 1
     assert "default-src 'none'" in text and "<script" not in text
     assert not re.search(r'(src|href)="(?!data:image/png;base64,)', text)
+
+
+def test_a_member_of_a_latin_hypercube_flies_again_with_all_its_runs(result, summary):
+    table = json.loads(result.attrs["campaign"])
+    _, rows = worst_grid(summary, table | {"sampling": "latin_hypercube", "runs": 70})
+    assert rows and all(row[0].endswith(" --runs 70") for row in rows)
 
 
 def test_text_of_the_scenario_is_escaped(written):

@@ -33,7 +33,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
         _dependence(summary, pictures),
         _sensitivity(summary, pictures),
         _convergence(pictures),
-        _worst(summary),
+        _worst(result, summary),
         _scenario(result),
     ]
     text = document(f"{summary['name']}: campaign", sections, interactive=False)
@@ -136,8 +136,8 @@ def _convergence(pictures: Mapping[str, Path]) -> str:
     return section("convergence", "Convergence", caption, body)
 
 
-def _worst(summary: dict) -> str:
-    head, rows = worst_grid(summary)
+def _worst(result: xr.Dataset, summary: dict) -> str:
+    head, rows = worst_grid(summary, table_of(result))
     if not rows:
         return ""
     caption = "Commands that fly a member again; FILE is the scenario file of the campaign."

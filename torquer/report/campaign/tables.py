@@ -1,5 +1,6 @@
 """The numbers of a campaign as rows of text for a page."""
 
+import functools
 import json
 
 from torquer.campaign.spec import SUCCESS
@@ -33,8 +34,9 @@ def outcome_rows(each: dict) -> list[tuple[str, str]]:
     return [*rows, ("Members without a value", str(each["missing"]))]
 
 
-def worst_grid(summary: dict) -> Grid:
-    """Head and rows: members to fly again, and why."""
+def worst_grid(summary: dict, table: dict) -> Grid:
+    """Head and rows: members to fly again, and why; `table`: that of the campaign."""
+    again = functools.partial(command_of, table)
     rows: list[tuple[str, ...]] = [
         (again(each["member"]), "failed", each["reason"]) for each in summary["failures"]
     ]
@@ -49,9 +51,10 @@ def worst_grid(summary: dict) -> Grid:
     return ("command", "why", "value"), rows
 
 
-def again(member: int) -> str:
-    """The command that flies a member again."""
-    return f"{FLY} {member}"
+def command_of(table: dict, member: int) -> str:
+    """The command that flies a member again; one of a Latin hypercube depends on all its runs."""
+    runs = f" --runs {table['runs']}" if table.get("sampling") == "latin_hypercube" else ""
+    return f"{FLY} {member}{runs}"
 
 
 def with_unit_of(value: float | None, unit: str) -> str:
