@@ -20,7 +20,7 @@ def draw_sobol(summary: dict) -> Figure | None:
         return None
     heights = [0.5 + 0.36 * len(groups) for groups in shown.values()]
     ends = [x for groups in shown.values() for each in groups.values() for x in _numbers(each)]
-    low, high = min(-0.05, *ends), max(1.05, *ends)
+    low, high = min(-0.05, *ends) - 0.02, max(1.05, *ends) + 0.02
     figure = sheet(7.2, 0.65 + sum(heights) + 0.65, f"Sobol indices · {summary['name']}")
     top = 0.65
     for (name, groups), height in zip(shown.items(), heights, strict=True):
