@@ -19,6 +19,16 @@ GYRO = {
     "rate_random_walk_deg_s_sqrt_s": 1e-4,
     "gyro_bias_sigma_deg_s": 0.05,
 }
+DYNAMICS = {
+    "kind": "kalman_dynamics",
+    "magnetometer_noise_nt": 50.0,
+    "sun_noise_deg": 0.1,
+    "inertia_kg_m2": SPACECRAFT["body"]["inertia_kg_m2"],
+    "torque_noise_n_m_sqrt_s": 1e-6,
+    "rate_sigma_deg_s": 0.2,
+}
+#: The noise that such a filter believes in.
+DISTURBANCE = {"random_torque_n_m": 1e-6, "random_hold_s": 1.0}
 #: Lit at the start, in the umbra from about 1500 s to 3600 s.
 SCENARIO = {
     "start": "2026-03-04T10:31:47Z",

@@ -31,6 +31,12 @@ KEYS = {
         "rate_random_walk_deg_s_sqrt_s": 0.01,
         "gyro_bias_sigma_deg_s": 0.1,
     },
+    "kalman_dynamics": {
+        **NOISE,
+        "inertia_kg_m2": (1.0, 1.0, 1.0),
+        "torque_noise_n_m_sqrt_s": 0.1,
+        "rate_sigma_deg_s": 60.0,
+    },
 }
 WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
 EVERY = pytest.mark.parametrize("kind", WORKING)

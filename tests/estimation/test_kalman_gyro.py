@@ -85,7 +85,7 @@ def test_estimates_are_those_of_the_twin():
         sigma = np.sqrt(np.diag(twin.p))
         q, bias = found["q_estimated"].values[k], found["gyro_bias_estimated"].values[k]
         assert angle_between(q, twin.attitude.as_quat()) < 1e-4 * sigma[:3].min()
-        assert np.abs(bias - twin.bias).max() < 1e-4 * sigma[3:].min()
+        assert np.abs(bias - twin.others).max() < 1e-4 * sigma[3:].min()
         assert covariance[k] == pytest.approx(twin.p, abs=1e-3 * sigma.max() ** 2)
 
 

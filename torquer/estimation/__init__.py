@@ -5,6 +5,7 @@ from typing import Annotated, Union
 from pydantic import Field
 
 from torquer.estimation.estimator import Estimator as Estimator
+from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.estimation.rate_from_field import RateFromField
 from torquer.estimation.sensors import NoEstimator, SensorReadings
@@ -16,6 +17,7 @@ ESTIMATORS = {
     "rate_from_field": RateFromField,
     "triad": Triad,
     "kalman_gyro": KalmanGyro,
+    "kalman_dynamics": KalmanDynamics,
 }
 
 AnyEstimator = Annotated[Union[tuple(ESTIMATORS.values())], Field(discriminator="kind")]  # noqa: UP007

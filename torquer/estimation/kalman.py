@@ -6,7 +6,7 @@ filtering for spacecraft attitude estimation' (1982).
 """
 
 import math
-from typing import Annotated, ClassVar, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
@@ -303,8 +303,6 @@ class Filter(Spec):
     most_refused: int = Field(default=30, ge=1)
     longest_gap_s: float = Field(default=10.0, gt=0.0)
     record_covariance: bool = False
-    #: Places of all states but those of the magnetometer's bias.
-    own_states: ClassVar[int] = 6
 
     @model_validator(mode="after")
     def _noise_of_each_sensor(self):

@@ -183,7 +183,7 @@ class KalmanGyro(Filter):
             math.radians(self.rate_random_walk_deg_s_sqrt_s) ** 2,
             math.radians(self.gyro_bias_sigma_deg_s) ** 2,
             self.bias_variance_t2,
-            self.sensing(self.own_states),
+            self.sensing(6),
         )
         memory = memory_of(states, omega_read=(0.0, 0.0, 0.0))
         return Estimator(

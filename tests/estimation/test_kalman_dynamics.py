@@ -1,0 +1,115 @@
+"""The filters without a gyro: a twin, statistics, wheels, residual dipole, the field alone."""
+
+import math
+
+import numpy as np
+import pytest
+from filter_cases import DISTURBANCE, DYNAMICS, SCENARIO, without
+from filter_twin import DynamicsTwin
+
+from torquer import engine, simulate
+from torquer.analysis.filter_check import consistency, fly_filter, members_of, nees, nis
+from torquer.geometry.quaternion import angle_between
+from torquer.scenario.load import scenario_from_data
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+FIELD = {**without(DYNAMICS, "sun_noise_deg"), "sensors": ["magnetometer"]}
+WHEELS = {
+    "layout": {"kind": "orthogonal"},
+    "momentum_limit_n_m_s": 0.5,
+    "torque_limit_n_m": 0.005,
+    "initial_speed_rpm": 1500.0,
+}
+
+
+def scenario(estimator=DYNAMICS, spacecraft=None, law=None, **changes):
+    return scenario_from_data(
+        {
+            **SCENARIO,
+            "spacecraft": SCENARIO["spacecraft"] | (spacecraft or {}),
+            "disturbance": DISTURBANCE,
+            "control": {"law": law or {"kind": "off"}, "estimator": estimator},
+            "simulation": {**SCENARIO["simulation"], **changes},
+        }
+    )
+
+
+def test_estimates_are_those_of_the_twin():
+    """To a hundredth of sigma: the twin integrates by DOP853, linearises by differences."""
+    found = simulate(
+        scenario(DYNAMICS | {"record_covariance": True}, record_s=1.0, duration_s=300.0)
+    )
+    cells = [found[f"estimator.covariance_{k}"].values for k in range(36)]
+    covariance = np.stack(cells, axis=1).reshape(-1, 6, 6)
+    inertia = np.array(DYNAMICS["inertia_kg_m2"])
+    q, omega = (found[f"{name}_estimated"].values for name in ("q", "omega"))
+    twin = DynamicsTwin(q[0], omega[0], covariance[0], inertia, 1e-6)
+    names = ("position_inertial", "b_inertial", "sun_inertial", "b_measured", "sun_measured")
+    r, b, sun, b_read, sun_read = (found[name].values for name in names)
+    for k in range(1, 300):
+        twin.propagate(r[k - 1], 1.0)
+        twin.update(b[k], b_read[k], 50e-9)
+        if sun_read[k].any():
+            twin.update(sun[k], sun_read[k], math.radians(0.1))
+        sigma = np.sqrt(np.diag(twin.p))
+        assert angle_between(q[k], twin.attitude.as_quat()) < 0.01 * sigma[:3].min()
+        assert np.abs(omega[k] - twin.others).max() < 0.01 * sigma[3:].min()
+        assert covariance[k] == pytest.approx(twin.p, abs=0.01 * sigma.max() ** 2)
+
+
+@pytest.mark.parametrize(
+    ("estimator", "states"),
+    [
+        (DYNAMICS, 6),
+        (DYNAMICS | {"dipole_sigma_a_m2": 0.05}, 9),
+        (DYNAMICS | {"dipole_sigma_a_m2": 0.05, "magnetometer_bias_sigma_nt": 300.0}, 12),
+    ],
+    ids=["plain", "dipole", "dipole and bias"],
+)
+def test_errors_are_as_large_as_the_filter_says(estimator, states):
+    """40 runs of 40 minutes, half of them in the shadow."""
+    changes = {} if states == 6 else {"coils": {"limit_a_m2": 3.2}}
+    runs = fly_filter(
+        members_of(scenario(estimator, changes, duration_s=2400.0, record_s=20.0), 40)
+    )
+    found = consistency(nees(runs), states)
+    assert found.consistent and found.inside > 0.8
+    for innovations in runs.innovations.values():
+        assert consistency(*nis(innovations)).consistent
+
+
+@pytest.mark.parametrize("factor", [10.0, 0.1])
+@pytest.mark.parametrize("key", ["torque_noise_n_m_sqrt_s", "magnetometer_noise_nt"])
+def test_noise_wrong_by_ten_is_found_out(key, factor):
+    wrong = DYNAMICS | {key: factor * DYNAMICS[key]}
+    runs = fly_filter(members_of(scenario(wrong, duration_s=2400.0, record_s=20.0), 40))
+    assert not consistency(nees(runs), 6).consistent
+
+
+def test_the_residual_dipole_is_found():
+    estimator = DYNAMICS | {"dipole_sigma_a_m2": 0.05, "record_covariance": True}
+    coils = {"limit_a_m2": 3.2, "residual_dipole_a_m2": [0.03, -0.05, 0.04]}
+    result = simulate(scenario(estimator, {"coils": coils}, duration_s=6000.0))
+    found = [result[f"estimator.states_{k}"].values[-2] for k in (3, 4, 5)]
+    assert found == pytest.approx([0.03, -0.05, 0.04], abs=0.01)
+
+
+def test_wheels_are_known_by_their_tachometers():
+    """A wheel law turns the body while the filter follows: consistent, as with wheels at rest."""
+    law = {
+        "kind": "wheel_pd", "inertia_kg_m2": DYNAMICS["inertia_kg_m2"],
+        "bandwidth_rad_s": 0.02, "euler_deg": [40.0, 0.0, 0.0],
+    }  # fmt: skip
+    changed = scenario(DYNAMICS, {"wheels": WHEELS}, law, duration_s=1200.0, record_s=20.0)
+    runs = fly_filter(members_of(changed, 30))
+    found = consistency(nees(runs), 6)
+    assert found.consistent and found.inside > 0.8
+
+
+def test_the_magnetometer_alone_finds_the_attitude_in_an_orbit():
+    """From any attitude that fits the field to within 5 deg, as flights have shown."""
+    result = simulate(scenario(FIELD, duration_s=9000.0, record_s=60.0))
+    q, true = result["q_estimated"].values, result["q_body_to_inertial"].values
+    error = np.degrees(angle_between(q, true))
+    assert error[0] > 50.0
+    assert np.quantile(error[95:-1], 0.95) < 5.0
