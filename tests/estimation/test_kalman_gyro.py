@@ -141,6 +141,12 @@ def test_filters_with_one_direction_are_consistent_after_they_took_over(estimato
     assert found.consistent and found.inside > 0.85
 
 
+def test_the_sun_alone_begins_nothing():
+    """The attitude about it would never be found."""
+    result = simulate(scenario(SUN, duration_s=300.0))
+    assert np.isnan(result["q_estimated"].values).all()
+
+
 def test_the_magnetometer_bias_is_found():
     estimator = GYRO | {"magnetometer_bias_sigma_nt": 300.0}
     runs = flown(40, estimator, duration_s=2400.0, record_s=20.0)

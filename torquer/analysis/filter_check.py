@@ -19,6 +19,7 @@ from scipy.stats import chi2
 
 from torquer import noise
 from torquer.engine import kernel
+from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run, prepare
@@ -70,7 +71,8 @@ class Consistency(NamedTuple):
 def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
     """The scenario with other random numbers in each run, and other biases where they are states.
 
-    The biases are drawn as the filter believes at its start.
+    The biases are drawn as the filter believes at its start. ValueError for an estimator that is
+    no Kalman filter, a control cycle with a measurement window, and records between control steps.
     """
     spec = scenario.control.estimator
     if spec.kind not in STATES:
@@ -78,6 +80,15 @@ def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
             f"{_ESTIMATOR}.kind: must be one of {', '.join(STATES)} for statistics of a filter; "
             f"received {spec.kind!r}"
         )
+    control = scenario.control
+    if control.measure_s > 0.0:
+        raise ValueError(
+            "control.measure_s: must be 0 for statistics of a filter; "
+            f"received {control.measure_s:g} s"
+        )
+    whole_steps(
+        "simulation.record_s", scenario.simulation.record_s, control.sample_s, "control.sample_s"
+    )
     scenario = scenario.replace(f"{_ESTIMATOR}.record_covariance", True)
     drawn = {
         "spacecraft.gyro.bias_deg_s": getattr(spec, "gyro_bias_sigma_deg_s", None),
@@ -145,9 +156,10 @@ def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
     """What states of a filter are in truth (samples, 3), those that it has."""
     scenario, plant = run.scenario, run.plan.plant
     spec, count = scenario.control.estimator, len(rows)
-    sample_s, record_s = scenario.control.sample_s, scenario.simulation.record_s
+    read_s = scenario.spacecraft.gyro.sample_s or scenario.control.sample_s
+    t_s = scenario.simulation.record_s * np.arange(count)
     truth = {
-        "gyro_bias": _drifted(plant.gyro, scenario.seed, sample_s, record_s, count),
+        "gyro_bias": _drifted(plant.gyro, scenario.seed, read_s, t_s),
         "rate": np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1),
     }
     if getattr(spec, "dipole_sigma_a_m2", None):
@@ -157,12 +169,12 @@ def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
     return truth
 
 
-def _drifted(gyro: GyroSet, seed: int, sample_s: float, record_s: float, count: int) -> np.ndarray:
-    """The gyro's bias (count, 3) at the records; it is read at every control step."""
-    every = round(record_s / sample_s)
-    out = np.zeros((every * (count - 1) + 1, 3))
-    fill_drift(gyro, seed, sample_s, out)
-    return out[::every] + np.array(gyro.bias_rad_s)
+def _drifted(gyro: GyroSet, seed: int, interval_s: float, t_s: np.ndarray) -> np.ndarray:
+    """The gyro's bias (samples, 3) at its latest reading; it is read at intervals from 0 on."""
+    latest = np.floor(t_s / interval_s + 1e-9).astype(int)
+    out = np.zeros((latest[-1] + 1, 3))
+    fill_drift(gyro, seed, interval_s, out)
+    return out[latest] + np.array(gyro.bias_rad_s)
 
 
 @kernel
@@ -216,12 +228,80 @@ def band(freedoms: int, runs: int, probability: float = 0.95) -> tuple[float, fl
 
 
 def autocorrelation(innovations: np.ndarray, lag: int = 1) -> tuple[float, float]:
-    """Correlation of whitened innovations (runs, samples, 3) `lag` samples apart, and its sigma.
+    """Correlation of whitened innovations (runs, samples, 3) `lag` readings apart, and its sigma.
 
     The sigma is what white noise would show.
     """
-    one, other = innovations[:, :-lag], innovations[:, lag:]
-    there = np.isfinite(one) & np.isfinite(other)
-    product = (one * other)[there]
-    square = 0.5 * (np.sum(one[there] ** 2) + np.sum(other[there] ** 2))
-    return float(product.sum() / square), 1.0 / math.sqrt(there.sum())
+    product = square = 0.0
+    pairs = 0
+    for run in innovations:
+        there = np.isfinite(run)
+        readings = run[there.any(axis=1)][:, there.any(axis=0)]
+        product += float(np.sum(readings[lag:] * readings[:-lag]))
+        square += 0.5 * float(np.sum(readings[lag:] ** 2) + np.sum(readings[:-lag] ** 2))
+        pairs += readings[lag:].size
+    if not pairs:
+        return math.nan, math.nan
+    return product / square, 1.0 / math.sqrt(pairs)
+
+
+class Check(NamedTuple):
+    """A statistic of a filter and whether it is what a consistent filter shows."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    inside: float
+    passed: bool
+
+
+def check_filter(scenario: Scenario, runs: int = 200) -> dict:
+    """Statistics of a scenario's filter over runs, as plain data.
+
+    `checks`: of errors (NEES) of the attitude and of all states, and of innovations (NIS) of each
+    sensor, over their freedoms: mean over runs and instants, its 95 % band at one instant, part of
+    the instants inside; of the correlation of innovations one reading apart, five sigma of white
+    noise. `error_deg`: root mean square, and 95 % of all errors; `sigma_deg`: what the filter
+    stated, both per axis, without the first tenth of the time.
+    """
+    checks = []
+    flown = fly_filter(members_of(scenario.replace(*_record(scenario)), runs))
+    n = flown.errors.shape[-1]
+    for name, states in {"NEES of the attitude": 3, "NEES of all states": n}.items():
+        checks.append(_check(name, nees(flown, states), states))
+    for sensor, innovations in flown.innovations.items():
+        if np.isfinite(innovations).any():
+            checks.append(_check(f"NIS of the {sensor}", *nis(innovations)))
+    every = scenario.replace("simulation.record_s", scenario.control.sample_s)
+    for sensor, innovations in fly_filter(members_of(every, min(runs, 4))).innovations.items():
+        value, sigma = autocorrelation(innovations)
+        if math.isfinite(value):
+            passed = abs(value) < 5.0 * sigma
+            name = f"correlation of the {sensor}"
+            checks.append(Check(name, value, -5.0 * sigma, 5.0 * sigma, math.nan, passed))
+    later = flown.t_s >= 0.1 * flown.t_s[-1]
+    error = np.degrees(np.linalg.norm(flown.errors[:, later, :3], axis=2))
+    sigma = np.einsum("rkii->rk", flown.covariance[:, later, :3, :3]) / 3.0
+    return {
+        "scenario": scenario.name,
+        "estimator": scenario.control.estimator.kind,
+        "runs": runs,
+        "checks": [check._asdict() for check in checks],
+        "consistent": all(check.passed for check in checks),
+        "error_deg": float(np.sqrt(np.nanmean(error**2) / 3.0)),
+        "error_95_deg": float(np.nanquantile(error, 0.95)),
+        "sigma_deg": float(np.degrees(np.sqrt(np.nanmean(sigma)))),
+    }
+
+
+def _record(scenario: Scenario) -> tuple[str, float]:
+    """Record interval for about 200 instants of a run: whole control steps."""
+    sample_s = scenario.control.sample_s
+    length_s = scenario.steps() * scenario.grid_s
+    return "simulation.record_s", sample_s * max(round(length_s / sample_s / 200.0), 1)
+
+
+def _check(name: str, values: np.ndarray, freedoms: int) -> Check:
+    found = consistency(values, freedoms)
+    return Check(name, found.overall, found.low, found.high, found.inside, found.consistent)

@@ -94,6 +94,24 @@ def modes(
 
 
 @app.command
+def filter_check(
+    scenario: Path,
+    *,
+    runs: Annotated[int, Parameter(help="Number of runs.")] = 200,
+    json: Json = False,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
+) -> int:
+    """Check the Kalman filter of SCENARIO: its errors over many runs against what it states.
+
+    NEES, NIS and whiteness with their chi-square bands; exit code 1 if one fails.
+    """
+    from torquer.cli import filter_work as work
+
+    return work.check(scenario, runs, json, not no_user_code, code_from_anywhere)
+
+
+@app.command
 def schema() -> int:
     """Print the JSON schema of scenario files, for editors."""
     import json

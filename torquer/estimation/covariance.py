@@ -4,10 +4,11 @@ A covariance of n states is kept as n * n cells, row by row, symmetric to the bi
 states are the attitude error a in body axes [rad]: q_true = q_estimated exp(a).
 """
 
+import math
 from typing import NamedTuple
 
 from torquer.engine import inlined
-from torquer.geometry.vec3 import add, add_scaled, dot, scale
+from torquer.geometry.vec3 import add, add_scaled, cross, dot, scale, sub, unit
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
@@ -136,44 +137,56 @@ def seen_of(gain, first, m, row):
 
 @inlined
 def update(p, gain, correction, m, gate):
-    """Update a covariance by a measurement; put the change of the states into `correction`.
+    """Update a covariance by a measurement, unless `gate` refuses it; see `take_gain`.
 
-    Scalar updates one after another, made independent by the factors L D L^T of the innovation
-    covariance: so all of them are known, and can be refused, before the covariance is touched.
-    A measurement with a normalised innovation squared above `gate` changes nothing. `gain`: 3 n
-    cells to work in.
+    `gain`: 3 n cells to work in; the change of the states goes into `correction` (n).
     """
-    n = correction.shape[0]
-    last = m.count - 1
+    n, last = correction.shape[0], m.count - 1
     for i in range(n):
         for row in range(m.count):
             gain[row * n + i] = row_of_gain(p, n * i, m, row)
-    d1 = seen_of(gain, 0, m, 0) + m.variance
-    l21 = seen_of(gain, 0, m, 1) / d1
-    l31 = seen_of(gain, 0, m, last) / d1
-    d2 = seen_of(gain, n, m, 1) + m.variance - l21 * l21 * d1
-    l32 = (seen_of(gain, n, m, last) - l31 * l21 * d1) / d2
-    e1 = m.innovation[0]
-    e2 = m.innovation[1] - l21 * e1
-    nis, w3 = e1 * e1 / d1 + e2 * e2 / d2, 0.0
-    d3, e3 = 1.0, 0.0
-    if m.count == 3:
-        d3 = seen_of(gain, 2 * n, m, 2) + m.variance - l31 * l31 * d1 - l32 * l32 * d2
-        e3 = m.innovation[2] - l31 * e1 - l32 * e2
-        nis += e3 * e3 / d3
+    s11 = seen_of(gain, 0, m, 0) + m.variance
+    s22 = seen_of(gain, n, m, 1) + m.variance
+    s33 = seen_of(gain, last * n, m, last) + m.variance
+    s12, s13 = seen_of(gain, 0, m, 1), seen_of(gain, 0, m, last)
+    s23 = seen_of(gain, n, m, last)
+    s = (s11, s22, s33, s12, s13, s23)
+    return take_gain(p, gain, correction, m.innovation, s, m.count, gate)
+
+
+@inlined
+def take_gain(p, gain, correction, innovation, s, count, gate):
+    """Update by an innovation, its covariance s and that of states and innovation (columns of n).
+
+    Scalar updates one after another, made independent by the factors L D L^T of s: so all of them
+    are known, and can be refused, before the covariance is touched. An innovation whose normalised
+    square is above `gate` changes nothing. `s`: xx, yy, zz, xy, xz, yz; `count`: 2 or 3 components.
+    """
+    n = correction.shape[0]
+    d1, l21, l31 = s[0], s[3] / s[0], s[4] / s[0]
+    d2 = s[1] - l21 * l21 * d1
+    l32 = (s[5] - l31 * l21 * d1) / d2
+    e1 = innovation[0]
+    e2 = innovation[1] - l21 * e1
+    nis, d3, e3, w3 = e1 * e1 / d1 + e2 * e2 / d2, 1.0, 0.0, 0.0
+    if count == 3:
+        d3 = s[2] - l31 * l31 * d1 - l32 * l32 * d2
+        e3 = innovation[2] - l31 * e1 - l32 * e2
         w3 = 1.0 / d3
-    white = (e1 / d1**0.5, e2 / d2**0.5, e3 / d3**0.5)
+        nis += w3 * e3 * e3
+    white = (e1 / math.sqrt(d1), e2 / math.sqrt(d2), e3 / math.sqrt(d3))
+    accepted = nis <= gate
+    w1, w2 = 1.0 / d1, 1.0 / d2
     for i in range(n):
         correction[i] = 0.0
-    if not nis <= gate:
+    if not accepted:
         return Whitened(nis, False, white)
-    w1, w2 = 1.0 / d1, 1.0 / d2
     for i in range(n):
         g1 = gain[i]
         g2 = gain[n + i] - l21 * g1
         gain[n + i] = g2
         correction[i] = g1 * (w1 * e1) + g2 * (w2 * e2)
-        if m.count == 3:
+        if count == 3:
             g3 = gain[2 * n + i] - l31 * g1 - l32 * g2
             gain[2 * n + i] = g3
             correction[i] += g3 * (w3 * e3)
@@ -181,11 +194,25 @@ def update(p, gain, correction, m, gate):
         g1, g2 = w1 * gain[i], w2 * gain[n + i]
         for j in range(i, n):
             taken = g1 * gain[j] + g2 * gain[n + j]
-            if m.count == 3:
+            if count == 3:
                 taken += w3 * gain[2 * n + i] * gain[2 * n + j]
             p[n * i + j] -= taken
             p[n * j + i] = p[n * i + j]
     return Whitened(nis, True, white)
+
+
+@inlined
+def frame_across(v):
+    """Two vectors of length one across a vector: a right-handed frame with its direction."""
+    x, y, z = abs(v[0]), abs(v[1]), abs(v[2])
+    if x <= y and x <= z:
+        t = (0.0, v[2], -v[1])
+    elif y <= z:
+        t = (-v[2], 0.0, v[0])
+    else:
+        t = (v[1], -v[0], 0.0)
+    t = unit(t)
+    return t, unit(cross(v, t))
 
 
 @inlined
@@ -195,29 +222,14 @@ def direction_measurement(predicted, measured, variance):
     Any lengths; `variance`: of each component of `measured`. The component along the prediction
     says nothing of the attitude.
     """
-    v = predicted
-    x, y, z = abs(v[0]), abs(v[1]), abs(v[2])
-    if x <= y and x <= z:
-        t = (0.0, v[2], -v[1])
-    elif y <= z:
-        t = (-v[2], 0.0, v[0])
-    else:
-        t = (v[1], -v[0], 0.0)
-    t = scale(1.0 / dot(t, t) ** 0.5, t)
-    tv = (t[1] * v[2] - t[2] * v[1], t[2] * v[0] - t[0] * v[2], t[0] * v[1] - t[1] * v[0])
-    u = scale(1.0 / dot(tv, tv) ** 0.5, tv)
-    uv = (u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0])
+    t, u = frame_across(predicted)
     innovation = (dot(t, measured), dot(u, measured), 0.0)
-    return Measurement(innovation, (tv, uv, uv), IDENTITY, 0, variance, 2)
+    rows = (cross(t, predicted), cross(u, predicted), (0.0, 0.0, 0.0))
+    return Measurement(innovation, rows, IDENTITY, 0, variance, 2)
 
 
 @inlined
 def biased_measurement(predicted, measured, bias, at, variance):
     """Measurement of a vector by a sensor with a bias, whose states begin at place `at`."""
     expected = add(predicted, bias)
-    innovation = (
-        measured[0] - expected[0],
-        measured[1] - expected[1],
-        measured[2] - expected[2],
-    )
-    return Measurement(innovation, skew(predicted), IDENTITY, at, variance, 3)
+    return Measurement(sub(measured, expected), skew(predicted), IDENTITY, at, variance, 3)

@@ -39,8 +39,11 @@ from torquer.geometry.quaternion import (
 from torquer.geometry.vec3 import add, cross, dot, put_vector, scale, sub, unit
 from torquer.spec import Spec
 
-#: Variance [rad^2] of an attitude of which nothing is known.
+#: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0
+#: Variance before the readings at a start, over that of TRIAD: counted twice they would make the
+#: covariance too small by this part.
+_WIDER = 1000.0
 NOTHING = (math.nan, math.nan, math.nan)
 
 
@@ -50,8 +53,8 @@ class Sensing(NamedTuple):
     Whether magnetometer and Sun sensors are used; their noise as variances [T^2, rad^2],
     `r_start`: with the magnetometer's bias as it is at the start; place of
     the magnetometer's bias among the states (0: none); greatest normalised innovations squared of
-    2 and 3 components; greatest variance of the attitude [rad^2], number of readings refused one
-    after another and time without a step [s] after which the filter starts again.
+    2 and 3 components; greatest sum of the attitude's variances [rad^2], number of readings
+    refused one after another and time without a step [s] after which the filter starts again.
     """
 
     magnetometer: float
@@ -159,8 +162,8 @@ def must_begin(inputs, sensing, memory):
 @inlined
 def is_lost(sensing, memory):
     """Whether the attitude is too uncertain."""
-    p, n = memory.covariance, memory.correction.shape[0]
-    return max(p[0], p[n + 1], p[2 * n + 2]) > sensing.lost
+    total = 3.0 * variance_of(memory.covariance, memory.correction.shape[0], 0)
+    return total > sensing.lost
 
 
 @inlined
@@ -173,9 +176,9 @@ def is_refusing(sensing, memory):
 def start_by_triad(inputs, sensing, memory):
     """Attitude by TRIAD from readings of this step; whether there is one that is good enough.
 
-    Only the attitude comes from there: the filter then takes the same readings as if it had known
-    nothing, so that its covariance is right with the magnetometer's bias, too. The more accurate
-    direction comes first. The time of the filter becomes that of the readings.
+    The filter then takes the same readings, from a covariance so wide that they count once: so its
+    own is right with the magnetometer's bias, too. The more accurate direction comes first. The
+    time of the filter becomes that of the readings.
     """
     at = both_read_s(inputs, memory.field_s)
     b, sun = inputs.b_body_t, inputs.sun_body
@@ -189,32 +192,33 @@ def start_by_triad(inputs, sensing, memory):
         q, p = triad(sun, b, sun_inertial, b_inertial), triad_covariance(sun, beta, s, r)
     else:
         q, p = triad(b, sun, b_inertial, sun_inertial), triad_covariance(beta, sun, r, s)
-    if not max(p[0][0], p[1][1], p[2][2]) <= sensing.lost:
+    total = p[0][0] + p[1][1] + p[2][2]
+    if not total <= sensing.lost:
         return False
-    put_attitude(memory, at, q, UNINFORMED)
+    put_attitude(memory, at, q, min(_WIDER * total, UNINFORMED))
     return True
 
 
 @inlined
-def start_by_one(inputs, sensing, memory):
-    """Attitude by one direction, for a filter that has no other; whether there is one.
+def start_by_field(inputs, sensing, memory, prior):
+    """Attitude by the field alone, for a filter without Sun sensors; whether there is one.
 
-    Of all that fit it the one that turns the inertial axes least.
+    Of all that fit the reading the one that turns the inertial axes least: as the field turns
+    along the orbit, the rest is found. (The Sun stands still: by it alone it never would be.)
+    `prior`: variance of the attitude before the reading.
     """
-    by_field = sensing.magnetometer != 0.0
-    at = inputs.read_at.magnetometer_s if by_field else inputs.read_at.sun_sensors_s
-    known_s = memory.field_s if by_field else memory.sun_s
-    v = inputs.b_body_t if by_field else inputs.sun_body
-    if sensing.magnetometer * sensing.sun != 0.0 or dot(v, v) == 0.0 or at <= known_s:
+    at, b = inputs.read_at.magnetometer_s, inputs.b_body_t
+    if sensing.magnetometer == 0.0 or sensing.sun != 0.0 or dot(b, b) == 0.0:
         return False
-    reference = unit(field_at(inputs, at) if by_field else inputs.ephemeris.sun_inertial)
-    v = unit(v)
+    if at <= memory.field_s:
+        return False
+    v, reference = unit(b), unit(field_at(inputs, at))
     x, y, z = cross(v, reference)
     q = normalised((x, y, z, 1.0 + dot(v, reference)))
     if dot(v, reference) < -0.999999:  # half a turn about any axis across
         x, y, z = unit(cross(v, (1.0, 0.0, 0.0) if abs(v[0]) < 0.8 else (0.0, 1.0, 0.0)))
         q = (x, y, z, 0.0)
-    put_attitude(memory, at, q, UNINFORMED)
+    put_attitude(memory, at, q, prior)
     return True
 
 
@@ -284,9 +288,11 @@ class Filter(Spec):
     standard deviation about zero at the start (left out: no bias). `gate`: probability of refusing
     a reading although filter and reading are sound.
 
-    The filter starts by TRIAD, and again where a standard deviation of the attitude exceeds
-    `lost_sigma_deg`, or after `most_refused` readings of a sensor refused one after another.
-    Without one of the directions it begins with any attitude that fits the other. Where others
+    The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
+    axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor refused
+    one after another.
+    Without Sun sensors it begins with any attitude that fits the field; without magnetometer it
+    must be handed one. Where others
     have worked before it, in other modes, it takes over an attitude that is not older than
     `longest_gap_s` and better than its own; after a longer gap it starts again.
 

@@ -26,13 +26,14 @@ from torquer.estimation.covariance import (
 )
 from torquer.estimation.estimator import Estimator
 from torquer.estimation.kalman import (
+    UNINFORMED,
     Filter,
     Sensing,
     is_lost,
     is_refusing,
     memory_of,
     must_begin,
-    start_by_one,
+    start_by_field,
     start_by_triad,
     take_field,
     take_sun,
@@ -237,7 +238,7 @@ def start(inputs, p, memory, anew):
     sensing, n, first = p.sensing, memory.correction.shape[0], memory.starts == 0.0
     by_other = takes_over(inputs, sensing, memory)
     known = by_other or start_by_triad(inputs, sensing, memory)
-    if not (known or start_by_one(inputs, sensing, memory)):
+    if not (known or start_by_field(inputs, sensing, memory, UNINFORMED)):
         return False
     if anew or first:
         for i in range(3, n - 3):

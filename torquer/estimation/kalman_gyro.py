@@ -25,13 +25,14 @@ from torquer.estimation.covariance import (
 )
 from torquer.estimation.estimator import Estimator
 from torquer.estimation.kalman import (
+    UNINFORMED,
     Filter,
     Sensing,
     is_lost,
     is_refusing,
     memory_of,
     must_begin,
-    start_by_one,
+    start_by_field,
     start_by_triad,
     take_field,
     take_sun,
@@ -83,16 +84,18 @@ def propagate_covariance(p, n, turn, dt, white, walk):
 
 
 @inlined
-def start(inputs, parameters, memory, anew):
-    """Begin; whether there is an attitude to begin with. `anew`: forget the biases, too.
+def start(inputs, parameters, memory, prior, anew):
+    """Begin; whether there is an attitude to begin with. `prior`: its variance
+    where the field is all there is.
 
-    What is known of the biases stays, and ages; another filter's bias of the gyro is taken over.
+    `anew`: forget the biases, too. Else what is known of them stays, and ages; another filter's
+    bias of the gyro is taken over.
     """
     sensing, n = parameters.sensing, memory.correction.shape[0]
     before_s, first = memory.t_s, memory.starts == 0.0
     by_other = takes_over(inputs, sensing, memory)
     known = by_other or start_by_triad(inputs, sensing, memory)
-    if not (known or start_by_one(inputs, sensing, memory)):
+    if not (known or start_by_field(inputs, sensing, memory, prior)):
         return False
     if anew or first:
         for i in range(n - 3):
@@ -114,6 +117,38 @@ def start(inputs, parameters, memory, anew):
 
 
 @inlined
+def has_attitude(inputs, parameters, memory, prior):
+    """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
+    sensing = parameters.sensing
+    if must_begin(inputs, sensing, memory):
+        if not start(inputs, parameters, memory, prior, False):
+            return False
+        put_vector(memory.omega_read, inputs.omega_body_rad_s)
+    elif is_refusing(sensing, memory):
+        start(inputs, parameters, memory, prior, True)
+    elif is_lost(sensing, memory):
+        start_by_triad(inputs, sensing, memory)  # the biases stay as they are known
+    return True
+
+
+@inlined
+def estimate_of(inputs, parameters, memory, dt):
+    """What a filter with a gyro believes, `dt` after its last step."""
+    bias, n = vector_of(memory.states), memory.correction.shape[0]
+    rate_variance = variance_of(memory.covariance, n, 3)
+    if dt > 0.0:
+        rate_variance += parameters.white / dt
+    return Estimate(
+        memory.t_s,
+        quaternion_of(memory.q),
+        sub(inputs.omega_body_rad_s, bias),
+        bias,
+        math.sqrt(variance_of(memory.covariance, n, 0)),
+        math.sqrt(rate_variance),
+    )
+
+
+@inlined
 def propagate(inputs, parameters, memory):
     """Carry the attitude on to now, by the mean of the gyro's readings then and now."""
     dt = inputs.t_s - memory.t_s
@@ -130,62 +165,55 @@ def propagate(inputs, parameters, memory):
 @kernel
 def kalman_gyro(inputs, parameters, memory):
     """One step: propagate, then take what has been read of field and Sun."""
-    sensing, n = parameters.sensing, memory.correction.shape[0]
-    if must_begin(inputs, sensing, memory):
-        if not start(inputs, parameters, memory, False):
-            return UNKNOWN_ESTIMATE
-        put_vector(memory.omega_read, inputs.omega_body_rad_s)
-    elif is_refusing(sensing, memory):
-        start(inputs, parameters, memory, True)
-    elif is_lost(sensing, memory):
-        start_by_triad(inputs, sensing, memory)  # the biases stay as they are known
+    sensing = parameters.sensing
+    if not has_attitude(inputs, parameters, memory, UNINFORMED):
+        return UNKNOWN_ESTIMATE
     dt = propagate(inputs, parameters, memory)
     omega = sub(inputs.omega_body_rad_s, vector_of(memory.states))
     take_field(inputs, sensing, memory, omega)
     take_sun(inputs, sensing, memory, omega)
     put_vector(memory.omega_read, inputs.omega_body_rad_s)
-    bias = vector_of(memory.states)
-    rate_variance = variance_of(memory.covariance, n, 3)
-    if dt > 0.0:
-        rate_variance += parameters.white / dt
-    return Estimate(
-        memory.t_s,
-        quaternion_of(memory.q),
-        sub(inputs.omega_body_rad_s, bias),
-        bias,
-        math.sqrt(variance_of(memory.covariance, n, 0)),
-        math.sqrt(rate_variance),
-    )
+    return estimate_of(inputs, parameters, memory, dt)
 
 
-class KalmanGyro(Filter):
-    """Multiplicative Kalman filter with a gyro, magnetometer and Sun sensors, or one of both.
+class GyroFilter(Filter):
+    """A Kalman filter with a gyro, magnetometer and Sun sensors, or one of both.
 
     `angle_random_walk_deg_sqrt_s`: white noise of the gyro, deg/sqrt(s); readings with a standard
     deviation sigma, taken every T seconds, have sigma sqrt(T). `rate_random_walk_deg_s_sqrt_s`:
     random walk of its bias, which is zero at the start with `gyro_bias_sigma_deg_s`
-    (`torquer.gyro_noise` makes all three from a data sheet).
+    (`torquer.estimation.gyro_noise.filter_noise` makes the first two from a data sheet).
     """
 
     __doc__ += Filter.__doc__.partition("\n")[2]
 
-    kind: Literal["kalman_gyro"] = "kalman_gyro"
     gives: ClassVar = frozenset({"attitude", "rate"})
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     rate_random_walk_deg_s_sqrt_s: float = Field(ge=0.0)
     gyro_bias_sigma_deg_s: float = Field(gt=0.0)
 
-    def estimator(self) -> Estimator:
-        """The filter, not yet started."""
-        states = (0.0,) * (6 if self.magnetometer_bias_sigma_nt else 3)
-        parameters = GyroFilterParameters(
+    def constants(self) -> GyroFilterParameters:
+        """Constants for the kernels."""
+        return GyroFilterParameters(
             math.radians(self.angle_random_walk_deg_sqrt_s) ** 2,
             math.radians(self.rate_random_walk_deg_s_sqrt_s) ** 2,
             math.radians(self.gyro_bias_sigma_deg_s) ** 2,
             self.bias_variance_t2,
             self.sensing(6),
         )
+
+
+class KalmanGyro(GyroFilter):
+    """Multiplicative extended Kalman filter."""
+
+    __doc__ += GyroFilter.__doc__.partition("\n")[2]
+
+    kind: Literal["kalman_gyro"] = "kalman_gyro"
+
+    def estimator(self) -> Estimator:
+        """The filter, not yet started."""
+        states = (0.0,) * (6 if self.magnetometer_bias_sigma_nt else 3)
         memory = memory_of(states, omega_read=(0.0, 0.0, 0.0))
         return Estimator(
-            self.kind, kalman_gyro, parameters, memory, self.logs(), self.needs, spec=self
+            self.kind, kalman_gyro, self.constants(), memory, self.logs(), self.needs, spec=self
         )

@@ -1,0 +1,147 @@
+"""Statistics of filters, on numbers of known distribution; expected accuracy beside Monte Carlo."""
+
+import numpy as np
+import pytest
+from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, without
+
+from torquer import engine, simulate
+from torquer.analysis.filter_check import (
+    FilterRuns,
+    autocorrelation,
+    band,
+    check_filter,
+    consistency,
+    fly_filter,
+    members_of,
+    nees,
+    nis,
+)
+from torquer.analysis.linear_covariance import expected_accuracy, held_attitude
+from torquer.scenario.load import scenario_from_data
+
+WHOLE_RUNS = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+
+def drawn(runs=50, samples=400, n=4, factor=1.0):
+    """Errors of a random covariance, stated `factor` times as large."""
+    rng = np.random.default_rng(4)
+    root = rng.normal(size=(n, n)) * np.array([[1.0], [1e-3], [1e-6], [1e3]])[:n]
+    errors = rng.normal(size=(runs, samples, n)) @ root.T
+    covariance = np.broadcast_to(factor * root @ root.T, (runs, samples, n, n))
+    return FilterRuns(np.arange(float(samples)), errors, covariance, {})
+
+
+def test_consistent_errors_lie_in_the_band_at_95_percent_of_instants():
+    found = consistency(nees(drawn()), 4)
+    assert found.consistent and found.inside == pytest.approx(0.95, abs=0.035)
+    assert found.overall == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize("factor", [0.7, 1.4])
+def test_a_covariance_stated_wrongly_is_found_out(factor):
+    found = consistency(nees(drawn(factor=factor)), 4)
+    assert not found.consistent and found.inside < 0.5
+    assert found.overall == pytest.approx(1.0 / factor, rel=0.03)
+
+
+def test_the_band_is_that_of_the_chi_square_distribution():
+    """200 runs of 3 freedoms: printed tables give 0.890 and 1.116."""
+    assert band(3, 200) == pytest.approx((0.890, 1.116), abs=1e-3)
+
+
+def test_instants_of_which_few_runs_know_are_left_out():
+    values = nees(drawn())
+    values[:30, 10] = np.nan
+    assert len(consistency(values, 4).mean) == 399
+
+
+def test_innovations_that_are_missing_count_for_nothing():
+    rng = np.random.default_rng(1)
+    innovations = rng.normal(size=(40, 300, 3))
+    innovations[..., 2] = np.nan
+    innovations[:, ::3] = np.nan
+    square, freedoms = nis(innovations)
+    assert freedoms == 2 and np.isnan(square[:, 0]).all()
+    assert np.nanmean(square) == pytest.approx(2.0, abs=0.06)
+
+
+def test_correlation_is_of_readings_one_after_another():
+    rng = np.random.default_rng(1)
+    white = rng.normal(size=(10, 2000, 3))
+    walked = white.copy()
+    for k in range(1, 2000):
+        walked[:, k] = 0.5 * walked[:, k - 1] + white[:, k]
+    gaps = np.full((10, 4000, 3), np.nan)
+    gaps[:, ::2] = walked
+    for lag in (1, 2):
+        assert autocorrelation(gaps, lag)[0] == pytest.approx(0.5**lag, abs=0.02)
+        value, sigma = autocorrelation(white, lag)
+        assert abs(value) < 4.0 * sigma
+        assert sigma == pytest.approx(1.0 / np.sqrt(60_000.0), rel=0.01)
+
+
+def scenario(estimator, **changes):
+    return scenario_from_data(
+        {
+            **SCENARIO,
+            "disturbance": DISTURBANCE,
+            "control": {"law": {"kind": "off"}, "estimator": estimator},
+            "simulation": {**SCENARIO["simulation"], "duration_s": 2400.0, **changes},
+        }
+    )
+
+
+@WHOLE_RUNS
+@pytest.mark.parametrize(
+    "estimator",
+    [GYRO, GYRO | {"magnetometer_bias_sigma_nt": 300.0}, DYNAMICS],
+    ids=["gyro", "gyro and magnetometer bias", "dynamics"],
+)
+def test_expected_accuracy_is_that_of_monte_carlo(estimator):
+    """Within 10 %, in light and shadow: 200 runs tell it to 3 % at an instant."""
+    flown = scenario(estimator, record_s=20.0)
+    runs = fly_filter(members_of(flown, 200))
+    one = simulate(flown.replace("simulation.record_s", 1.0))
+    expected = expected_accuracy(
+        flown, (one["q_body_to_inertial"].values, one["omega_body"].values)
+    )
+    assert expected.sun_seen[100] and not expected.sun_seen[2000]
+    square = np.mean(np.sum(runs.errors[..., :3] ** 2, axis=2), axis=0) / 3.0
+    ratio = square / expected.attitude_sigma_rad[::20][: len(square)] ** 2
+    over_200_s = ratio[10:110].reshape(-1, 10).mean(axis=1)
+    assert np.all(np.abs(np.sqrt(over_200_s) - 1.0) < 0.1)
+
+
+def test_a_held_attitude_is_that_of_the_motion():
+    """Steady in body axes; or turning with the orbital frame."""
+    data = scenario(GYRO).replace("initial.rate_deg_s", [0.0, 0.0, 0.06])
+    t_s = np.linspace(0.0, 3000.0, 31)
+    q, omega = held_attitude(data, t_s)
+    assert omega == pytest.approx(np.tile(np.radians([0.0, 0.0, 0.06]), (31, 1)))
+    data = data.replace("initial.reference", "orbital")
+    q, omega = held_attitude(data, t_s)
+    step = 1e-3
+    later, _ = held_attitude(data, t_s + step)
+    turned = 2.0 * np.sum(q * later, axis=1)
+    assert np.linalg.norm(omega, axis=1) == pytest.approx(data.orbit.rate_rad_s(), rel=1e-6)
+    assert turned == pytest.approx(2.0 * np.cos(0.5 * step * data.orbit.rate_rad_s()), abs=1e-12)
+
+
+def test_only_filters_have_statistics():
+    triad = {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}
+    for function in (check_filter, expected_accuracy):
+        with pytest.raises(ValueError, match=r"control.estimator.kind: must be .*received 'triad'"):
+            function(scenario(triad))
+
+
+@WHOLE_RUNS
+def test_the_whole_check_passes_an_honest_filter_and_fails_another():
+    honest = check_filter(scenario(GYRO, duration_s=1200.0), 40)
+    assert honest["consistent"] and len(honest["checks"]) == 6
+    assert honest["error_deg"] == pytest.approx(honest["sigma_deg"], rel=0.1)
+    wrong = check_filter(scenario(GYRO | {"magnetometer_noise_nt": 500.0}, duration_s=1200.0), 40)
+    failed = {check["name"] for check in wrong["checks"] if not check["passed"]}
+    assert "NIS of the magnetometer" in failed and not wrong["consistent"]
+    one = check_filter(scenario({**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]},
+                                duration_s=600.0), 4)  # fmt: skip
+    assert not any("sun" in check["name"] for check in one["checks"])

@@ -1,0 +1,59 @@
+"""`torquer filter-check`: verdict and exit code, in words and as JSON; mistakes."""
+
+import json
+
+import pytest
+
+from torquer import engine
+
+FILTER = """
+[control.estimator]
+kind = "kalman_gyro"
+magnetometer_noise_nt = 20
+sun_noise_deg = 0.1
+angle_random_walk_deg_sqrt_s = 0.01
+rate_random_walk_deg_s_sqrt_s = 1e-4
+gyro_bias_sigma_deg_s = 0.05
+[spacecraft.gyro]
+noise_deg_s = 0.01
+bias_drift_deg_s_sqrt_s = 1e-4
+[spacecraft.sun_sensors]
+axes = [[1, 0, 0], [-1, 0, 0]]
+half_field_deg = 90
+noise_deg = 0.1
+"""
+LAW = 'law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }\n'
+
+
+@pytest.fixture
+def with_filter(scenario):
+    """`with_filter(old, new)`: the scenario with a filter, a text in it replaced."""
+
+    def write(old="", new=""):
+        text = scenario.read_text().replace(LAW, 'law = { kind = "off" }\n')
+        text = text.replace("sample_s = 2.0", "sample_s = 1.0") + FILTER
+        text = text.replace("[1.0, -2.0, 3.0]", "[0.1, -0.2, 0.3]")
+        scenario.write_text(text.replace(old, new) if old else text)
+        return scenario
+
+    return write
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_an_honest_filter_passes_and_another_fails(call, with_filter):
+    code, out, _ = call("filter-check", with_filter(), "--runs", "20")
+    assert code == 0 and out.splitlines()[-1] == "consistent"
+    assert "ok   NEES of the attitude: " in out and "FAIL" not in out
+    path = with_filter("magnetometer_noise_nt = 20", "magnetometer_noise_nt = 200")
+    code, out, _ = call("filter-check", path, "--runs", "20", "--json")
+    found = json.loads(out)
+    assert code == 1 and not found["consistent"]
+    failed = {check["name"] for check in found["checks"] if not check["passed"]}
+    assert "NIS of the magnetometer" in failed
+
+
+def test_mistakes_are_told(call, scenario, with_filter):
+    code, _, err = call("filter-check", scenario)
+    assert code == 2 and "control.estimator.kind: must be one of kalman_gyro" in err
+    code, _, err = call("filter-check", with_filter(), "--runs", "1")
+    assert code == 2 and "--runs: must be 2 or more; received 1" in err
