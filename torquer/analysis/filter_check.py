@@ -17,13 +17,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
-from torquer import noise
-from torquer.engine import kernel
 from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario
+from torquer.simulation.gyro_drift import fill_drift
 from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run, prepare
-from torquer.spacecraft.gyro import DRIFT_STREAM, GyroSet, walked_bias
+from torquer.spacecraft.gyro import GyroSet
 
 #: Filters that state a covariance, and what their states are after the attitude error.
 STATES = {
@@ -175,17 +174,6 @@ def _drifted(gyro: GyroSet, seed: int, interval_s: float, t_s: np.ndarray) -> np
     out = np.zeros((latest[-1] + 1, 3))
     fill_drift(gyro, seed, interval_s, out)
     return out[latest] + np.array(gyro.bias_rad_s)
-
-
-@kernel
-def fill_drift(gyro, seed, interval_s, out):
-    """Accumulated drift [rad/s] of a gyro at its readings (n, 3), as the simulation has it."""
-    drift, dt = (0.0, 0.0, 0.0), 0.0
-    for k in range(out.shape[0]):
-        drawn = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
-        drift = walked_bias(gyro, drift, dt, drawn)
-        out[k, 0], out[k, 1], out[k, 2] = drift
-        dt = interval_s
 
 
 def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:

@@ -279,6 +279,11 @@ LOG = {
 }
 
 
+def keys_of(spec: type[Spec]) -> str:
+    """What a spec's docstring says of its keys, for those of its kinds."""
+    return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
+
+
 class Filter(Spec):
     """A Kalman filter; noise as the filter believes it.
 
@@ -290,11 +295,10 @@ class Filter(Spec):
 
     The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
     axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor refused
-    one after another.
-    Without Sun sensors it begins with any attitude that fits the field; without magnetometer it
-    must be handed one. Where others
-    have worked before it, in other modes, it takes over an attitude that is not older than
-    `longest_gap_s` and better than its own; after a longer gap it starts again.
+    one after another. Without Sun sensors it begins with any attitude that fits the field; without
+    a magnetometer it must be handed one. Where others have worked before it, in other modes, it
+    takes over an attitude that is not older than `longest_gap_s` and better than its own; after a
+    longer gap it starts again.
 
     `record_covariance`: record the states beyond the attitude, and the covariance matrix row by
     row.

@@ -31,6 +31,7 @@ from torquer.estimation.kalman import (
     Sensing,
     is_lost,
     is_refusing,
+    keys_of,
     memory_of,
     must_begin,
     start_by_field,
@@ -297,7 +298,7 @@ class KalmanDynamics(Filter):
     dipole, too, of this standard deviation about zero at the start (left out: no dipole).
     """
 
-    __doc__ += Filter.__doc__.partition("\n")[2]
+    __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     kind: Literal["kalman_dynamics"] = "kalman_dynamics"
     gives: ClassVar = frozenset({"attitude", "rate"})

@@ -30,6 +30,7 @@ from torquer.estimation.kalman import (
     Sensing,
     is_lost,
     is_refusing,
+    keys_of,
     memory_of,
     must_begin,
     start_by_field,
@@ -185,7 +186,7 @@ class GyroFilter(Filter):
     (`torquer.estimation.gyro_noise.filter_noise` makes the first two from a data sheet).
     """
 
-    __doc__ += Filter.__doc__.partition("\n")[2]
+    __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     gives: ClassVar = frozenset({"attitude", "rate"})
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
@@ -206,7 +207,7 @@ class GyroFilter(Filter):
 class KalmanGyro(GyroFilter):
     """Multiplicative extended Kalman filter."""
 
-    __doc__ += GyroFilter.__doc__.partition("\n")[2]
+    __doc__ = f"{__doc__}{keys_of(GyroFilter)}"
 
     kind: Literal["kalman_gyro"] = "kalman_gyro"
 

@@ -14,7 +14,7 @@ from pydantic import model_validator
 from torquer.engine import inlined, kernel
 from torquer.estimation.covariance import frame_across, take_gain
 from torquer.estimation.estimator import Estimator
-from torquer.estimation.kalman import as_of_now, memory_of
+from torquer.estimation.kalman import as_of_now, keys_of, memory_of
 from torquer.estimation.kalman_gyro import (
     GyroFilter,
     estimate_of,
@@ -215,7 +215,7 @@ def usque(inputs, parameters, memory):
 class Usque(GyroFilter):
     """Sigma-point filter on the quaternion, with a gyro: for large errors."""
 
-    __doc__ += GyroFilter.__doc__.partition("\n")[2]
+    __doc__ = f"{__doc__}{keys_of(GyroFilter)}"
 
     kind: Literal["usque"] = "usque"
 

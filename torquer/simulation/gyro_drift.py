@@ -1,0 +1,16 @@
+"""The drift that a simulated gyro has had: the record of a run does not keep it."""
+
+from torquer import noise
+from torquer.engine import kernel
+from torquer.spacecraft.gyro import DRIFT_STREAM, walked_bias
+
+
+@kernel
+def fill_drift(gyro, seed, interval_s, out):
+    """Accumulated drift [rad/s] of a gyro at its readings (n, 3), as the simulation has it."""
+    drift, dt = (0.0, 0.0, 0.0), 0.0
+    for k in range(out.shape[0]):
+        drawn = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
+        drift = walked_bias(gyro, drift, dt, drawn)
+        out[k, 0], out[k, 1], out[k, 2] = drift
+        dt = interval_s
