@@ -19,7 +19,9 @@ from torquer.estimation.kalman import UNINFORMED
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.estimation.usque import Usque
+from torquer.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.sun_sensor import sensor_that_sees
 
 
 class Expected(NamedTuple):
@@ -115,8 +117,8 @@ def nominal(scenario: Scenario, t_s: np.ndarray, q: np.ndarray, omega: np.ndarra
     seen = around.lit(t_s, r) >= 0.5
     if sensors is not None:
         in_body = Rotation.from_quat(q).inv().apply(sun)
-        cosine = (in_body @ np.array(sensors.axes).T).max(axis=1)
-        seen &= cosine >= math.cos(math.radians(sensors.half_field_deg))
+        packed = sensors.pack()
+        seen &= [sensor_that_sees(packed, as_vector(row)) >= 0 for row in in_body]
     b = around.field(t_s, r, v)
     rows = [np.ascontiguousarray(x) for x in (q, omega, b, gravity_gradient_vector(r), sun)]
     return Nominal(rows[0], rows[1], rows[2], rows[3], rows[4], seen)
