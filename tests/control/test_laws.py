@@ -35,6 +35,8 @@ OF_THE_BODY = {
     "pitch_axis": (0.0, 1.0, 0.0),
     "inertia_kg_m2": None,
     "wanted_momentum_n_m_s": (0.0, 0.0, 0.0),
+    "rate_gains_n_m_s_per_t2": None,
+    "angle_gains_n_m_per_t2": None,
 }
 EVERY = pytest.mark.parametrize("kind", LAWS)
 SPECS = TypeAdapter(AnyLaw)
@@ -60,7 +62,7 @@ def turned_keys(kind, keys, turn):
     found = {}
     for key in OF_THE_BODY.keys() & LAWS[kind].model_fields.keys():
         value = np.array(keys.get(key, OF_THE_BODY[key]))
-        found[key] = (turn @ value @ turn.T if value.ndim == 2 else turn @ value).tolist()
+        found[key] = (turn @ value @ turn.T if value.ndim >= 2 else turn @ value).tolist()
     if "euler_deg" in LAWS[kind].model_fields:
         wanted = Rotation.from_euler("ZYX", keys["euler_deg"], degrees=True)
         wanted = wanted * Rotation.from_matrix(turn.T)

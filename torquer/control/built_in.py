@@ -8,6 +8,7 @@ from torquer.control.nutation_damping import (
     NutationDampingRate,
 )
 from torquer.control.off import Off
+from torquer.control.periodic_gains import PeriodicGains
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
@@ -38,6 +39,7 @@ BUILT_IN = {
     "preliminary_1": Preliminary1,
     "preliminary_2": Preliminary2,
     "three_axis": ThreeAxis,
+    "periodic_gains": PeriodicGains,
     "unloading": Unloading,
     "wheel_pd": WheelPd,
     "wheel_lyapunov": WheelLyapunov,

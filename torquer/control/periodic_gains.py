@@ -1,0 +1,98 @@
+"""Three-axis attitude by magnetorquers alone, with gain matrices that follow the orbit.
+
+The torque of m = (K w + K_a S) x B is that of -(K w + K_a S), less its part along the field. K and
+K_a are trigonometric series in the argument of latitude. Constant ones are output feedback, of
+which `three_axis` has the multiples of the identity; the periodic linear-quadratic regulator is of
+this form (`torquer.theory.three_axis.periodic_lqr`).
+"""
+
+import math
+from typing import Annotated, Literal, NamedTuple
+
+from pydantic import Field, model_validator
+
+from torquer.control.law import Law
+from torquer.control.pointing import HeldAttitude, deviation, reference_motion
+from torquer.engine import inlined, kernel
+from torquer.environment.field.averaged import ascending_node
+from torquer.geometry.vec3 import add, add_scaled, cross, dot, mat_vec, norm, scale
+from torquer.spec import Vector
+
+Matrix = tuple[Vector, Vector, Vector]
+#: A constant matrix, then those of cos u, sin u, cos 2u, sin 2u, ...
+Series = Annotated[tuple[Matrix, ...], Field(min_length=1)]
+
+
+class PeriodicGainsParameters(NamedTuple):
+    """Series of K and of K_a, 1 for an orbital reference, wanted attitude to the reference."""
+
+    rate_gains: tuple
+    angle_gains: tuple
+    orbital: float
+    q_wanted: tuple
+
+
+@inlined
+def argument_of_latitude(r, v):
+    """Angle [rad] from the ascending node to the radius vector; from axis 1 on an equatorial
+    orbit."""
+    h = cross(r, v)
+    node = ascending_node(h)
+    return math.atan2(dot(r, cross(h, node)), dot(r, node) * norm(h))
+
+
+@inlined
+def _at(series, u, x):
+    """A matrix series at u times a vector."""
+    total = mat_vec(series[0], x)
+    for k in range(1, len(series)):
+        harmonic = 0.5 * (k + 1) if k % 2 == 1 else 0.5 * k
+        part = math.cos(harmonic * u) if k % 2 == 1 else math.sin(harmonic * u)
+        total = add_scaled(total, part, mat_vec(series[k], x))
+    return total
+
+
+@kernel
+def periodic_gains(inputs, parameters, memory):
+    """m = (K(u) w + K_a(u) S) x B, w the rate relative to the reference, S as in `three_axis`."""
+    p = parameters
+    q_reference, turning = reference_motion(inputs, p.orbital)
+    error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
+    s = scale(4.0 * error[3], (error[0], error[1], error[2]))
+    u = argument_of_latitude(inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s)
+    return cross(add(_at(p.rate_gains, u, omega), _at(p.angle_gains, u, s)), inputs.b_body_t)
+
+
+class PeriodicGains(HeldAttitude):
+    """Three-axis attitude relative to a reference frame, by gains that follow the orbit.
+
+    `rate_gains_n_m_s_per_t2`: K; `angle_gains_n_m_per_t2`: K_a; each a list of 3x3 matrices in
+    body axes, a constant one, then those of cos u, sin u, cos 2u, sin 2u, ... (as many in both), u
+    the argument of latitude. `reference`: 'orbital' or 'inertial'; `euler_deg` with its
+    `sequence`: the wanted attitude of the body relative to it.
+    """
+
+    kind: Literal["periodic_gains"] = "periodic_gains"
+    rate_gains_n_m_s_per_t2: Series
+    angle_gains_n_m_per_t2: Series
+
+    @model_validator(mode="after")
+    def _whole_harmonics(self):
+        rates, angles = len(self.rate_gains_n_m_s_per_t2), len(self.angle_gains_n_m_per_t2)
+        if rates != angles or rates % 2 == 0:
+            raise ValueError(
+                "angle_gains_n_m_per_t2: must have as many matrices as rate_gains_n_m_s_per_t2, an "
+                f"odd number (a constant one, then pairs); received {angles} and {rates}"
+            )
+        return self
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """Attitude, rate, and the ephemeris for the place on the orbit."""
+        return frozenset({"attitude", "rate", "ephemeris"})
+
+    def law(self) -> Law:
+        """The law with these gains and this attitude."""
+        gains = self.rate_gains_n_m_s_per_t2, self.angle_gains_n_m_per_t2
+        parameters = PeriodicGainsParameters(*gains, float(self.orbital), self.q_wanted())
+        return Law(self.kind, periodic_gains, parameters, needs=self.needs, spec=self)
