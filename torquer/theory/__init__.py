@@ -6,6 +6,8 @@
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
   (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion beside.
 - *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation.
+- *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law holds,
+  gain design with margins and pointing error, periodic regulator (`torquer.theory.three_axis`).
 - *Small-parameter method*: forced periodic motion; a satellite with a pitch wheel, or that the
   gravity gradient holds upright, or with a permanent magnet.
 - *Momentum* that wheels take up while a satellite keeps its attitude.
@@ -146,6 +148,44 @@ if TYPE_CHECKING:
     from torquer.theory.symbolic import (
         as_latex as as_latex,
         averaged_equations as averaged_equations,
+    )
+    from torquer.theory.three_axis.averaged import (
+        averaged_degree as averaged_degree,
+        channel_exponents as channel_exponents,
+        channel_factors as channel_factors,
+        mean_damping as mean_damping,
+        plateau_edge as plateau_edge,
+    )
+    from torquer.theory.three_axis.design import (
+        DesignTask as DesignTask,
+        ThreeAxisDesign as ThreeAxisDesign,
+        design_gains as design_gains,
+    )
+    from torquer.theory.three_axis.feedback import (
+        best_feedback as best_feedback,
+        feedback_law as feedback_law,
+        lqr_law as lqr_law,
+    )
+    from torquer.theory.three_axis.floquet import (
+        stability_chart as stability_chart,
+        stability_of as stability_of,
+    )
+    from torquer.theory.three_axis.hold import AttitudeHold as AttitudeHold
+    from torquer.theory.three_axis.margins import Margins as Margins, margins_of as margins_of
+    from torquer.theory.three_axis.periodic_lqr import (
+        PeriodicLqr as PeriodicLqr,
+        Weights as Weights,
+        periodic_lqr as periodic_lqr,
+    )
+    from torquer.theory.three_axis.response import (
+        Noise as Noise,
+        PointingError as PointingError,
+        pointing_error as pointing_error,
+    )
+    from torquer.theory.three_axis.sampled import (
+        Cycle as Cycle,
+        SampledHold as SampledHold,
+        sampled_family as sampled_family,
     )
     from torquer.theory.validity import Limit as Limit, within as within
     from torquer.theory.wheel_accumulation import (

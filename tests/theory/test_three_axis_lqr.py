@@ -1,0 +1,183 @@
+"""The periodic regulator, matrix gains as a law, and the constant ones that settle fastest."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from attitude_holds import CUBESAT, at_strength, gains_of, hold
+from scipy.integrate import solve_ivp
+
+from torquer.theory.three_axis.feedback import _Smoothed, best_feedback, feedback_law, lqr_law
+from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.periodic_lqr import Weights, monodromy_steps, periodic_lqr
+from torquer.theory.three_axis.response import pointing_error
+from torquer.theory.three_axis.sampled import Cycle, SampledHold
+
+WEIGHTS = Weights(math.radians(5.0), 0.1, 0.02)
+
+
+@pytest.fixture(scope="module")
+def held():
+    return hold(70.0, gravity_gradient=True)
+
+
+@pytest.fixture(scope="module")
+def lqr(held):
+    return periodic_lqr(held, WEIGHTS)
+
+
+def test_the_solution_is_what_it_should_be(lqr):
+    """Symmetric, positive definite, periodic, a solution of Riccati's equation."""
+    assert lqr.asymmetry < 1e-9 and lqr.unclosed < 1e-12
+    assert lqr.least > 1e-4
+    assert np.linalg.eigvalsh(lqr.riccati).min() > 0.0
+    assert lqr.residual < 1e-8
+    assert lqr.riccati[-1] == pytest.approx(lqr.riccati[0], rel=1e-9)
+
+
+def test_the_hamiltonian_flow_is_symplectic(held):
+    transitions = monodromy_steps(held, WEIGHTS, 128)
+    unit = np.block([[np.zeros((6, 6)), np.eye(6)], [-np.eye(6), np.zeros((6, 6))]])
+    for t in transitions[::17]:
+        assert t.T @ unit @ t == pytest.approx(unit, abs=1e-9 * np.abs(t).max() ** 2)
+
+
+def loop(held, feedback_at, x0, span):
+    """Path of the regulated motion and its cost, by SciPy, from the plain definitions."""
+    q = WEIGHTS.of_state
+
+    def rates(u, y):
+        free = held.free(np.array([u % held.period]))
+        m = np.cross(feedback_at(u) @ y[:6], free.b_body_t[0])
+        turn = free.slopes[0] @ y[:6] + free.drive[0] @ m
+        cost = q @ y[:6] ** 2 + m @ m / WEIGHTS.dipole**2
+        return np.array([*y[3:6], *turn, cost])
+
+    return solve_ivp(rates, (0.0, span), np.append(x0, 0.0), rtol=1e-9, atol=1e-12).y[:, -1]
+
+
+def test_the_solution_is_the_cost_to_go_and_no_other_gain_is_cheaper(held, lqr):
+    """x.P x is the cost of the regulated motion from x; gains a few per cent off cost more."""
+    x0 = np.array([0.03, -0.02, 0.05, 0.01, 0.02, -0.04])
+
+    def at(u, factor=1.0):
+        place = (u % held.period) / held.period * (len(lqr.u) - 1)
+        k = min(int(place), len(lqr.u) - 2)
+        part = place - k
+        return factor * ((1.0 - part) * lqr.feedback[k] + part * lqr.feedback[k + 1])
+
+    wanted = x0 @ lqr.riccati[0] @ x0
+    cost = loop(held, at, x0, 3.0 * held.period)[6]
+    assert cost == pytest.approx(wanted, rel=2e-4)
+    for factor in (0.9, 1.1):
+        other = loop(held, lambda u, f=factor: at(u, f), x0, 3.0 * held.period)[6]
+        assert other > wanted * (1.0 + 5e-4)
+
+
+def test_the_law_of_many_harmonics_has_the_regulators_degree(held, lqr):
+    """Exact multipliers of the law's own kernel, beside those of the Riccati solution."""
+    apart = [
+        abs(stability_of(replace(held, law=lqr_law(held, lqr, k)), 1e-10).degree / lqr.degree - 1.0)
+        for k in (2, 4, 8)
+    ]
+    assert apart[0] < 0.2 and apart[1] < 0.05 and apart[2] < 0.005
+
+
+def test_the_law_goes_by_the_argument_of_latitude():
+    """A table that starts elsewhere on the orbit gives the same law."""
+    lqrs = [hold(60.0, u0_deg=u0) for u0 in (0.0, 137.0)]
+    series = [
+        np.array(lqr_law(each, periodic_lqr(each, WEIGHTS, 1e-6), 2).parameters.rate_gains)
+        for each in lqrs
+    ]
+    assert series[1] == pytest.approx(series[0], abs=1e-3 * np.abs(series[0]).max())
+
+
+def test_a_field_that_turns_with_the_earth_has_a_regulator_too():
+    cubesat = hold(field="tilted_dipole", revolutions=3, **CUBESAT)
+    lqr = periodic_lqr(cubesat, Weights(math.radians(5.0), 0.1, 1e-3), 1e-6)
+    law = lqr_law(cubesat, lqr, 2)
+    assert stability_of(replace(cubesat, law=law), 1e-8).degree > 0.5
+
+
+def test_it_points_better_than_scalar_gains():
+    """The CubeSat with a residual dipole of 0.2 mA m^2: a degree or so, not ten."""
+    cubesat = hold(**CUBESAT)
+    law = lqr_law(cubesat, periodic_lqr(cubesat, Weights(math.radians(5.0), 0.1, 1e-3)), 2)
+    errors = [
+        pointing_error(SampledHold(each, Cycle(3.0), (2e-4, 0.0, 0.0))).greatest_rad
+        for each in (replace(cubesat, law=law), at_strength(cubesat, 3.0))
+    ]
+    assert math.degrees(errors[0]) == pytest.approx(0.84, abs=0.02)
+    assert errors[1] > 3.0 * errors[0]
+
+
+def test_what_cannot_be_regulated_is_refused():
+    """Equatorial orbit, direct dipole: the field stays along the normal, pitch is out of reach."""
+    with pytest.raises(ArithmeticError, match="periodic LQR: the Riccati equation must have"):
+        periodic_lqr(hold(0.0, reference="orbital", field="direct_dipole"), WEIGHTS)
+    with pytest.raises(ValueError, match="dipole: must be above 0; received 0"):
+        periodic_lqr(hold(), Weights(0.1, 0.1, 0.0))
+    with pytest.raises(ValueError, match="harmonics: must be at least 0; received -1"):
+        lqr_law(hold(), periodic_lqr(hold(), WEIGHTS, 1e-6), -1)
+
+
+def test_feedback_of_scalar_gains_is_the_three_axis_law():
+    held = at_strength(hold(70.0), 1.3)
+    k, k_a = gains_of(held)
+    f = np.hstack([2.0 * k_a * np.eye(3), k * held.rate_rad_s * np.eye(3)])
+    same = replace(held, law=feedback_law(held, f[None]))
+    assert stability_of(same).degree == pytest.approx(stability_of(held).degree, rel=1e-9)
+
+
+@pytest.fixture(scope="module")
+def best():
+    """Constant gains of the size of good scalar ones; the hold; the size."""
+    k, k_a = 3.739e6, 1390.0
+    held = hold(70.0, k=k, k_a=k_a)
+    size = math.sqrt(3.0) * math.hypot(2.0 * k_a, k * held.rate_rad_s)
+    return best_feedback(held, size), held, size
+
+
+def test_constant_gains_settle_faster_than_scalar_ones_of_the_same_size(best):
+    found, held, size = best
+    assert np.linalg.norm(found.f) == pytest.approx(size, rel=1e-12)
+    scalar, exact = (
+        stability_of(held).degree,
+        stability_of(replace(held, law=feedback_law(held, found.f[None]))),
+    )
+    assert exact.degree == pytest.approx(found.degree, abs=1e-6)
+    assert found.degree > 1.3 * scalar
+    assert 0.95 * found.degree < found.smoothed_degree < found.degree
+
+
+def test_a_maximum_is_one(best):
+    """Its gradient vanishes, two starts meet in it, and no other gains around are better."""
+    found, held, size = best
+    assert found.slope < 1e-3
+    assert max(found.others) == pytest.approx(found.smoothed_degree, abs=1e-5)
+    smoothed, rng = _Smoothed(held, size, found.bound, 64), np.random.default_rng(5)
+    z = (found.f / size).ravel()
+    for reach in (1e-3, 1e-2):
+        for _ in range(20):
+            trial = z + reach * rng.normal(size=18) / math.sqrt(18)
+            assert -smoothed(trial)[0] < found.smoothed_degree + 1e-3 * reach
+
+
+def test_the_gradient_of_the_smoothed_degree_is_right(best):
+    _, held, size = best
+    smoothed, rng = _Smoothed(held, size, 100.0, 64), np.random.default_rng(9)
+    z = np.hstack([0.4 * np.eye(3), 0.5 * np.eye(3)]).ravel() + 0.05 * rng.normal(size=18)
+    _, slope = smoothed(z)
+    for _ in range(4):
+        along = rng.normal(size=18)
+        change = smoothed(z + 1e-4 * along)[0] - smoothed(z - 1e-4 * along)[0]
+        assert change / 2e-4 == pytest.approx(slope @ along, rel=1e-3, abs=1e-4)
+
+
+def test_messages_of_feedback():
+    with pytest.raises(ValueError, match="size: must be above 0; received 0"):
+        best_feedback(hold(), 0.0)
+    with pytest.raises(ValueError, match=r"bound: must be above 6 \(the first period alone"):
+        best_feedback(hold(), 1.0, bound=5.0)

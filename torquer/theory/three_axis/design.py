@@ -1,0 +1,249 @@
+"""Gains for three axes by coils alone, from the satellite, its orbit and its coils.
+
+The formula of the averaged theory gives the first pair: the least k_a with the greatest degree, k
+as great as the coils allow. The second pair is the best of the exact sampled system, found on grids
+(`search`), within the same limit of the coils, B (2 k_a + n k) linear_range <= m: an error of the
+linear range, at a rate of that angle per 1/n, asks for no more. The greatest degree alone may lie
+next to instability: a gain margin is asked for, too. The third is no pair, but the periodic
+linear-quadratic regulator for such errors and dipoles.
+"""
+
+import contextlib
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from torquer.control.law import Law
+from torquer.control.three_axis import three_axis
+from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
+from torquer.theory.three_axis.feedback import lqr_law
+from torquer.theory.three_axis.floquet import stability_of
+from torquer.theory.three_axis.hold import AttitudeHold
+from torquer.theory.three_axis.margins import Margins, margins_of, scaled_family
+from torquer.theory.three_axis.periodic_lqr import Weights, periodic_lqr
+from torquer.theory.three_axis.response import Noise, PointingError, pointing_error
+from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
+from torquer.theory.three_axis.search import Best, greatest
+from torquer.theory.validity import Limit, passed, within
+
+#: Beyond this strength K = k mu_max/n of the fastest channel the averages err by a tenth or more.
+AVERAGES = Limit("K", most=1.0, why="the averaged degree is off by a tenth or more")
+LINEAR_RANGE = Limit("linear_range_deg", 0.0, 90.0, open=True)
+LIMIT = Limit("limit_a_m2", 0.0, open=True)
+GAIN_MARGIN = Limit("gain_margin", 1.0, 100.0)
+#: Strengths K of the fastest channel, and k_a over that of the formula, that are tried.
+_STRENGTHS, _RATIOS = (0.02, 20.0), (0.05, 50.0)
+_GRID, _SPACING = 31, 2e-3
+#: Cycles of a revolution in the search; with more of them the gains are practically the same.
+_CYCLES = 250
+#: Part of the initial error at which a motion counts as settled.
+SETTLED = 0.02
+RATE, ANGLE = "rate_gain", "angle_gain"
+#: Harmonics of the regulator's gains, and weights of its dipole, over the limit, that are tried.
+HARMONICS = 2
+_PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
+_ALONE = np.empty((1, 0))
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A law and what it comes to.
+
+    Degrees [1/rad of u]: `degree` of the sampled loop, `continuous_degree`, `averaged_degree` of
+    the equations averaged over u. `settling_s`: time to 2 % of a small error, infinite if unstable.
+    `margins`, `error`: None if unstable. `notes`: where theory or coils leave their range.
+    """
+
+    law: Law
+    degree: float
+    continuous_degree: float
+    averaged_degree: float
+    settling_s: float
+    margins: Margins | None
+    error: PointingError | None
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ThreeAxisDesign:
+    """Three laws: scalar gains by the formula, and by search, and the regulator.
+
+    `search`: certificate of the second, in logarithms of k and of k_a over the formula's;
+    `strengths`: K of the first two.
+    """
+
+    formula: Candidate
+    refined: Candidate
+    regulator: Candidate
+    search: Best
+    strengths: tuple[float, float]
+
+    @property
+    def candidates(self) -> dict[str, Candidate]:
+        """All of them by name."""
+        return {"formula": self.formula, "refined": self.refined, "regulator": self.regulator}
+
+
+@dataclass(frozen=True)
+class DesignTask:
+    """What gains are designed for: a sampled hold under the three-axis law (its own gains do not
+    count), the coils' limit [A m^2] for errors up to `linear_range_deg`, the factor of the dipole
+    that must leave it stable, disturbances."""
+
+    sampled: SampledHold
+    limit_a_m2: float
+    linear_range_deg: float = 10.0
+    gain_margin: float = 2.0
+    constant_torque_n_m: tuple = (0.0, 0.0, 0.0)
+    noise: Noise | None = None
+
+    def __post_init__(self):
+        within(LIMIT, self.limit_a_m2)
+        within(LINEAR_RANGE, self.linear_range_deg)
+        within(GAIN_MARGIN, self.gain_margin)
+        if self.sampled.hold.law.function is not three_axis:
+            raise ValueError(
+                "design: the law must be three_axis, for which the formula is; received "
+                f"{self.sampled.hold.law.name}"
+            )
+
+    def with_gains(self, rate_gain: float, angle_gain: float) -> SampledHold:
+        """The sampled hold with these gains."""
+        gains = {RATE: rate_gain, ANGLE: angle_gain}
+        return replace(self.sampled, hold=self.sampled.hold.with_parameters(**gains))
+
+
+@dataclass(frozen=True)
+class _Scales:
+    """Channel factors; orbital rate; greatest 2 k_a + n k; k_a over k^2 of the formula."""
+
+    mu: np.ndarray
+    n: float
+    allowed: float
+    edge: float
+
+    def formula(self) -> tuple[float, float]:
+        """k and k_a on the plateau's edge, as great as the coils and averaging allow."""
+        c, n = 2.0 * self.edge, self.n
+        k = 2.0 * self.allowed / (n + math.sqrt(n * n + 4.0 * c * self.allowed))
+        k = min(k, n / self.mu.max())
+        return k, self.edge * k * k
+
+
+def _scales(task: DesignTask, b_body) -> _Scales:
+    hold = task.sampled.hold
+    mu = channel_factors(hold.body.inertia_kg_m2, mean_damping(b_body))
+    field = np.linalg.norm(b_body, axis=1).max()
+    allowed = task.limit_a_m2 / (field * math.radians(task.linear_range_deg))
+    return _Scales(mu, hold.rate_rad_s, allowed, float(plateau_edge(mu, 1.0)))
+
+
+def _coarser(sampled: SampledHold) -> SampledHold:
+    """The same with a cycle long enough for a quick search."""
+    least_s = 2.0 * math.pi / sampled.hold.rate_rad_s / _CYCLES
+    factor = max(1.0, least_s / sum(sampled.cycle))
+    cycle = Cycle(sampled.cycle.hold_s * factor, sampled.cycle.off_s * factor)
+    return replace(sampled, cycle=cycle)
+
+
+def design_gains(task: DesignTask) -> ThreeAxisDesign:
+    """Gains by the formula, the best of the exact sampled system, and the periodic regulator."""
+    quick = _coarser(task.sampled)
+    scales = _scales(task, quick.maps.b_body_t)
+    first, best = scales.formula(), _search(task, quick, scales)
+    k = math.exp(best.point[0])
+    pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
+    strengths = tuple(float(pair[0] * scales.mu.max() / scales.n) for pair in pairs)
+    laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
+    noted = *(passed((AVERAGES, strength)) for strength in strengths), ()
+    one, two, three = (_evaluated(task, quick, *each) for each in zip(laws, noted, strict=True))
+    return ThreeAxisDesign(one, two, three, best, strengths)
+
+
+def _regulator(task: DesignTask, quick: SampledHold) -> Law:
+    """The regulator of errors of the linear range, with the weight of the dipole, of some up to the
+    coils' limit, that has the least steady error, or settles fastest if there is none."""
+    angle, hold = math.radians(task.linear_range_deg), quick.hold
+    laws: list[tuple[float, float, Law]] = []
+    for part in _PARTS_OF_LIMIT:
+        weights = Weights(angle, angle, part * task.limit_a_m2)
+        with contextlib.suppress(ArithmeticError):  # too fast for the steps, or not stable
+            law = lqr_law(hold, periodic_lqr(hold, weights, 1e-6), HARMONICS)
+            laws.append((*_merits(task, quick, law), law))
+    if not laws:
+        raise ArithmeticError(
+            "design: a periodic regulator must make the sampled loop stable with a gain margin of "
+            f"{task.gain_margin:g}; none was found"
+        )
+    return min(laws, key=lambda each: each[:2])[2]
+
+
+def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[float, float]:
+    """Steady error [rad] and minus the degree of the sampled loop, least best.
+
+    ArithmeticError without the gain margin, or where the steady error alone saturates the coils.
+    """
+    sampled = replace(quick, hold=replace(quick.hold, law=law))
+    factors = np.array([[1.0], [task.gain_margin**0.5], [task.gain_margin]])
+    degrees = scaled_family(sampled).degrees(factors)
+    if not (degrees > 0.0).all():
+        raise ArithmeticError("design: the loop must be stable with its gain margin; it is not")
+    error = pointing_error(sampled, task.constant_torque_n_m, task.noise)
+    if np.abs(error.dipoles_a_m2).max() > task.limit_a_m2:
+        raise ArithmeticError("design: the coils must not saturate; they do")
+    return round(error.rms_rad, 9), -float(degrees[0])
+
+
+def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
+    """Greatest degree over ln k and ln of k_a over the formula's, within the coils' limit."""
+    unit = scales.n / scales.mu.max()
+    low = np.log([_STRENGTHS[0] * unit, _RATIOS[0]])
+    high = np.log([_STRENGTHS[1] * unit, _RATIOS[1]])
+
+    def gains(points):
+        k = np.exp(points[:, 0])
+        return np.stack([k, np.exp(points[:, 1]) * scales.edge * k * k], axis=1)
+
+    least, most = gains(np.array([low, high]))
+    corners = {name: (least[j], most[j]) for j, name in enumerate((RATE, ANGLE))}
+    made = sampled_family(quick, corners)
+
+    def degrees(points):
+        pairs = gains(points)
+        allowed = 2.0 * pairs[:, 1] + scales.n * pairs[:, 0] <= scales.allowed
+        found = np.full(len(pairs), -np.inf)
+        found[allowed] = made.degrees(pairs[allowed])
+        for factor in (task.gain_margin**0.5, task.gain_margin):
+            stable = found > 0.0
+            found[stable] = np.where(
+                made.degrees(factor * pairs[stable]) > 0.0, found[stable], -np.inf
+            )
+        return found
+
+    try:
+        return greatest(degrees, low, high, _GRID, _SPACING)
+    except ArithmeticError:
+        raise ArithmeticError(
+            f"design: gains must make the loop stable with a gain margin of {task.gain_margin:g} "
+            f"within the coils' limit of {task.limit_a_m2:g} A m^2; no such gains were found"
+        ) from None
+
+
+def _evaluated(task: DesignTask, quick: SampledHold, law: Law, notes: tuple) -> Candidate:
+    hold = replace(task.sampled.hold, law=law)
+    sampled, exact = replace(task.sampled, hold=hold), stability_of(hold, 1e-9)
+    degree = float(sampled_family(sampled).degrees(_ALONE)[0])
+    margins = error = None
+    if degree > 0.0:
+        margins = margins_of(replace(quick, hold=hold))
+        error = pointing_error(sampled, task.constant_torque_n_m, task.noise, task.limit_a_m2)
+    notes += ("the loop is unstable",) if error is None else error.notes
+    settling_s = settling_time_s(hold, degree)
+    degrees = degree, exact.degree, exact.averaged_degree
+    return Candidate(law, *degrees, settling_s, margins, error, notes)
+
+
+def settling_time_s(hold: AttitudeHold, degree: float) -> float:
+    """Time [s] in which a small error falls to 2 % at a degree of stability [1/rad of u]."""
+    return math.log(1.0 / SETTLED) / (degree * hold.rate_rad_s) if degree > 0.0 else math.inf
