@@ -28,9 +28,10 @@ LAW = 'law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }\n'
 @pytest.fixture
 def with_filter(scenario):
     """`with_filter(old, new)`: the scenario with a filter, a text in it replaced."""
+    plain = scenario.read_text()
 
     def write(old="", new=""):
-        text = scenario.read_text().replace(LAW, 'law = { kind = "off" }\n')
+        text = plain.replace(LAW, 'law = { kind = "off" }\n')
         text = text.replace("sample_s = 2.0", "sample_s = 1.0") + FILTER
         text = text.replace("[1.0, -2.0, 3.0]", "[0.1, -0.2, 0.3]")
         scenario.write_text(text.replace(old, new) if old else text)
