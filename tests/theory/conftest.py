@@ -1,4 +1,4 @@
-"""One satellite and the five laws of spin stabilisation, for the tests of their averaged motion."""
+"""One satellite and the laws of coils, for the tests of their averaged motion."""
 
 import numpy as np
 import pytest
@@ -8,6 +8,7 @@ from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
+from torquer.control.sdot import SdotRate
 from torquer.control.spin_up import SpinUp
 from torquer.theory.spinner import Spinner
 
@@ -18,8 +19,9 @@ SATELLITE = {
     "axial_kg_m2": 1.2,
     "momentum_n_m_s": 0.3,
     "orbital_rate_rad_s": 1.1e-3,
+    "sun": (0.36, -0.48, 0.8),
 }
-TARGET = np.array([0.36, -0.48, 0.8])
+TARGET = np.array(SATELLITE["sun"])
 MOMENTUM = 1.3
 
 
@@ -54,6 +56,7 @@ def spin_laws():
             "reorientation": (precise.law(), MOMENTUM * TARGET),
             "preliminary_1": (first.law(), up),
             "preliminary_2": (second.law(), up),
+            "sdot": (SdotRate(gain_a_m2_s=gain).law(), TARGET),
         }
 
     return make

@@ -9,11 +9,12 @@ from scipy.optimize import brentq
 
 import torquer
 from torquer import engine
-from torquer.control.bdot import Bdot, BdotDerivative, BdotRate
+from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate, bdot_rate
 from torquer.control.law import Law
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.reorientation import Reorientation
+from torquer.control.sdot import SdotRate
 from torquer.engine import kernel
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaging import (
@@ -217,12 +218,47 @@ def navigating(inputs, parameters, memory):
             Bdot(gain_a_m2_s_per_t=1.0).law(),
             r"law bdot: must have no memory to be averaged .* received 8 cells",
         ),
-        (Law("far", navigating, needs={"ephemeris"}), "law far: must not use the ephemeris"),
+        (
+            Law("far", navigating, needs={"ephemeris"}),
+            r"law far: must be defined by field, Sun, rate and attitude alone .* received \(nan",
+        ),
     ],
 )
 def test_laws_without_an_average_are_refused(law, message, satellite):
     with pytest.raises(ValueError, match=f"^{message}"):
         averaged_motion(law, satellite(50.0))
+
+
+def test_laws_that_need_the_sun_are_refused_without_it(satellite):
+    law, dark = SdotRate(gain_a_m2_s=1.0).law(), satellite(50.0, sun=None)
+    with pytest.raises(ValueError, match=r"^sun: must be given for law sdot_rate; received none"):
+        averaged_motion(law, dark)
+    with pytest.raises(ValueError, match=r"^sun: must be given for evolution sdot; received none"):
+        EVOLUTIONS["sdot"].case(1.0, dark)
+    assert EVOLUTIONS["sdot"].case(1.0, satellite(50.0)).target == (0.36, -0.48, 0.8)
+
+
+def test_a_law_that_may_use_the_sun_but_does_not_needs_none(satellite):
+    """It hands its inputs on, so that its needs are all that there is."""
+
+    @torquer.law(parameters={"gain": GAIN})
+    def mine(inputs, parameters, memory):
+        return bdot_rate(inputs, parameters, memory)
+
+    slow, dark = Slow(0.7, 0.9, 0.4, 1.1), satellite(50.0, sun=None)
+    assert "sun" in mine.needs
+    bdot = np.array(averaged_rates(BdotRate(gain_a_m2_s_per_t=GAIN).law(), dark, slow))
+    assert_same(np.array(averaged_rates(mine, dark, slow)), bdot)
+
+
+def test_a_law_with_models_on_board_is_averaged_as_one_with_sensors(satellite):
+    """B-dot by the field model and the attitude: the model is exact."""
+    slow = Slow(0.7, 0.9, 0.4, 1.1)
+    for field_turn in (False, True):
+        spinner = satellite(50.0, field_turn=field_turn)
+        laws = (spec(gain_a_m2_s_per_t=GAIN).law() for spec in (BdotModel, BdotDerivative))
+        one, other = (np.array(averaged_rates(law, spinner, slow)) for law in laws)
+        assert_same(one, other)
 
 
 def test_numbers_without_sense_are_refused(satellite):

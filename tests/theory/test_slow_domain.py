@@ -13,6 +13,7 @@ from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
+from torquer.control.sdot import SdotRate
 from torquer.control.spin_up import SpinUp
 from torquer.engine import kernel
 from torquer.theory.averaging import averaged_motion, averaged_rates, greatest_relative_rate, nodes
@@ -141,6 +142,7 @@ def test_maps_have_no_gaps_on_the_third_axis():
 def test_first_integrals_do_not_drift_and_a_coarse_tolerance_shows(name):
     evolution = EVOLUTIONS[name]
     target = (1.0, 0.0, 0.0) if evolution.pure_spin else UP
+    target = (0.36, -0.48, 0.8) if evolution.to_sun else target
     start = START._replace(theta=0.0) if evolution.pure_spin else START
     case, ends = case_of(eps=0.2, target=target), [0.0, 60.0]  # steps as long as they like
     fine, coarse = (evolve(evolution, case, start, ends, rtol) for rtol in (1e-10, 0.1))
@@ -179,6 +181,9 @@ def test_integrals_are_monitored_where_they_hold_and_are_numbers():
     assert all(math.isnan(value) for value in on_axis.drift.values())
     across = evolve(EVOLUTIONS["bdot"], case_of(), Slow(1.0, 0.5 * math.pi, 0.0, 0.5 * math.pi), U)
     assert max(across.drift.values()) < 1e-8  # next to where the logarithms are infinite
+    to_sun = case_of(target=(math.sin(1.0), 0.0, math.cos(1.0)))
+    in_plane = evolve(EVOLUTIONS["sdot"], to_sun, START._replace(sigma=0.0), U)
+    assert max(in_plane.drift.values()) < 1e-8  # an extremum of the integral of the plane
 
 
 def test_the_result_is_copied_and_stored_whole():
@@ -199,6 +204,7 @@ def law_of(name, eps, spinner):
             gain_a_m2_s_per_t=eps * spinner.transverse_kg_m2
         ),
         "spin_up": lambda: SpinUp(gain_a_m2_per_t=eps),
+        "sdot": lambda: SdotRate(gain_a_m2_s=eps * spinner.axial_kg_m2),
         "preliminary_1": lambda: Preliminary1(gain_a_m2_per_t=eps, target=UP),
         "preliminary_2": lambda: Preliminary2(
             gain_a_m2_per_t=eps, target=UP, inertia_kg_m2=moments
@@ -226,13 +232,17 @@ def error_of(comparison, name):
 @pytest.mark.parametrize("eta1", [17.3, -11.3] if engine.COMPILED else [-11.3])
 @pytest.mark.parametrize(
     "name",
-    ["bdot", "nutation_damping", "spin_up", "preliminary_1", "preliminary_2", "reorientation"],
+    [
+        *("bdot", "nutation_damping", "spin_up", "preliminary_1", "preliminary_2"),
+        *("reorientation", "sdot"),
+    ],
 )
 def test_the_averages_err_by_what_is_told_and_a_tenth_is_where_it_is_noted(name, eta1):
     """Against the full motion over u = 1/eps, at the limit, half and a quarter of it."""
     spinner = Spinner(
-        inclination_deg=45.0, transverse_kg_m2=1 / 33.7, axial_kg_m2=1 / (eta1 + 33.7)
-    )
+        inclination_deg=45.0, transverse_kg_m2=1 / 33.7, axial_kg_m2=1 / (eta1 + 33.7),
+        sun=(0.36, -0.48, 0.8),
+    )  # fmt: skip
     evolution, start = (
         EVOLUTIONS[name],
         Slow(1.0, 1.2, 0.3, 1e-3 if name == "reorientation" else 1.0),

@@ -167,7 +167,7 @@ def test_other_laws_are_refused(law):
 
 
 def test_memory_and_unknown_symbols_are_refused():
-    with pytest.raises(ValueError, match=r"^law bdot: must have no memory and need no ephemeris"):
+    with pytest.raises(ValueError, match=r"^law bdot: must have no memory to be averaged"):
         averaged_equations(Bdot(gain_a_m2_s_per_t=1.0).law())
     law = BdotRate(gain_a_m2_s_per_t=1.0).law()
     with pytest.raises(ValueError, match=r"^law bdot_rate: must have the parameters speed"):

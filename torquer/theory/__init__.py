@@ -5,9 +5,11 @@
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
   (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion beside.
-- *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation.
-- *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law holds,
-  gain design with margins and pointing error, periodic regulator (`torquer.theory.three_axis`).
+- *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation; of a
+  rotation along the Sun's line under S-dot.
+- *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
+  holds, gain design with margins and pointing error, periodic regulator
+  (`torquer.theory.three_axis`).
 - *Small-parameter method*: forced periodic motion; a satellite with a pitch wheel, or that the
   gravity gradient holds upright, or with a permanent magnet.
 - *Momentum* that wheels take up while a satellite keeps its attitude.
@@ -144,6 +146,16 @@ if TYPE_CHECKING:
         published_offset as published_offset,
         published_swing as published_swing,
         steady_bdot_response as steady_bdot_response,
+    )
+    from torquer.theory.sun_spin import (
+        AxisEquilibrium as AxisEquilibrium,
+        Decay as Decay,
+        axis_equilibria as axis_equilibria,
+        mean_decay as mean_decay,
+        mean_matrix as mean_matrix,
+        nearly_axisymmetric_rates as nearly_axisymmetric_rates,
+        stable_axes as stable_axes,
+        sun_spin_system as sun_spin_system,
     )
     from torquer.theory.symbolic import (
         as_latex as as_latex,

@@ -2,9 +2,10 @@
 
 The law is the very kernel that the simulation runs, handed over as a first-class function. It is
 given exact measurements: field, its rate of change, angular rate, attitude, the Sun (always lit);
-its models of field and Sun are exact, too. Coils do not saturate or lag. The trapezoid rule is exact for trigonometric polynomials of a degree below the number of
-nodes: for every law that is a polynomial in field, rate and direction cosines. For others the
-error is seen by taking more nodes (`converged_nodes`).
+its models of field and Sun are exact, too. Coils do not saturate or lag. The trapezoid rule is
+exact for trigonometric polynomials of a degree below the number of nodes: for every law that is a
+polynomial in field, rate and direction cosines. For others the error is seen by taking more nodes
+(`converged_nodes`).
 
 Laws with memory cannot be averaged (a difference of two readings is no function of independent
 angles: use the form with the rate or the field's derivative), nor laws that use the position.
@@ -209,8 +210,6 @@ def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> Aver
             f"law {law.name}: must have no memory to be averaged (use its form with the rate or "
             f"the field's derivative); received {len(law.first_memory())} cells"
         )
-    if "sun" in law.needs and spinner.sun is None:
-        raise ValueError(f"sun: must be given for law {law.name}; received none")
     setting = spinner.pack()
     _check_answer(law, setting)
     if at is None:
@@ -219,16 +218,22 @@ def averaged_motion(law: Law, spinner: Spinner, at: Nodes | None = None) -> Aver
 
 
 def _check_answer(law: Law, setting) -> None:
-    """ValueError for a law that asks for the position, or for what else the average lacks."""
-    models = models_at(setting, 0.3, 0.0)
-    inputs = exact_inputs(1.0, (0.5, -0.5, 0.1, 0.7), (1e-3, 2e-3, 3e-3), models)
-    answer = law(inputs)
-    numbers = answer.dipole_a_m2 if law.answers == "command" else answer
-    if not all(math.isfinite(number) for number in numbers):
+    """ValueError for a law that asks for the position, or for a Sun that is not given."""
+
+    def answer(sun):
+        models = (*models_at(setting, 0.3, 0.0)[:2], sun)
+        inputs = exact_inputs(1.0, (0.5, -0.5, 0.1, 0.7), (1e-3, 2e-3, 3e-3), models)
+        found = law(inputs)
+        return tuple(found.dipole_a_m2 if law.answers == "command" else found)
+
+    here = answer(setting.sun)
+    if not all(map(math.isfinite, here)):
         raise ValueError(
             f"law {law.name}: must be defined by field, Sun, rate and attitude alone to be "
-            f"averaged (position and velocity are unknown); received {tuple(numbers)}"
+            f"averaged (position and velocity are unknown); received {here}"
         )
+    if setting.sun == NONE and answer((0.6, 0.0, 0.8)) != here:
+        raise ValueError(f"sun: must be given for law {law.name}; received none")
 
 
 def averaged_rates(law: Law, spinner: Spinner, slow: Slow, at: Nodes | None = None) -> Slow:

@@ -183,13 +183,21 @@ def _classified(rates, length, settled, size):
         rho = sigma = None
     elif at_pole:
         rho, sigma = (0.0 if rho < 1.0 else math.pi), None
-    elif free[1]:
+    elif free[1] and _rests_around(rates, length, settled, size):
         sigma = None
     angles = (rho, sigma, None if free[2] else theta)
     rate = rates(Slow(float(length), *_angles(n), float(theta))).l
     rate = 0.0 if abs(rate) < _RESTING * size else float(rate)
     key = _key(angles)
     return Equilibrium(*angles, rate, jacobian, values, _stability(values, size)), key
+
+
+def _rests_around(rates, length, settled, size) -> bool:
+    """Whether the circle of latitude through an equilibrium consists of equilibria."""
+    (x, y, z), theta = settled
+    turns = ((math.cos(angle), math.sin(angle)) for angle in (1.0, 2.5))
+    turned = (np.array([c * x - s * y, s * x + c * y, z]) for c, s in turns)
+    return all(np.abs(_flow(rates, length, n, theta)).max() < 1e3 * _RESTING * size for n in turned)
 
 
 def _key(angles) -> tuple:

@@ -64,9 +64,7 @@ def torque_at(problem, u, q, omega):
     setting = problem.setting
     day = problem.day + setting.days_per_orbit * u
     t_s, models = u / setting.orbital_rate, models_at(setting, u, day)
-    b, m = commanded_dipole(
-        problem.law, problem.parameters, problem.memory, t_s, q, omega, models
-    )
+    b, m = commanded_dipole(problem.law, problem.parameters, problem.memory, t_s, q, omega, models)
     return cross(m, b)
 
 

@@ -5,7 +5,7 @@ field, and the equations linear about it are exact. With the axis i of the rotat
 inertia J_i, J_j, J_k in cyclic order, s = the change of S in the body and w that of the rate,
 both across the axis,
 
-    s' = -Omega e x s - w x e,    (J w)' = Euler's terms - c (w - Omega s),    c = k B0 cos^2(alpha).
+    s' = -Omega e x s - w x e,   (J w)' = Euler's terms - c (w - Omega s),   c = k B0 cos^2(alpha).
 
 The phase of the rotation does not enter, so that their period is that of cos^2(alpha), pi in u. On
 average c is k B0 a, a = S.<b b^T>.S. The momentum then turns to the Sun's line at the rate c/J_i,
@@ -22,7 +22,7 @@ import numpy as np
 from torquer import validate
 from torquer.engine import kernel
 from torquer.theory.evolution.model import Case, Slow
-from torquer.theory.evolution.sdot import sdot_rates
+from torquer.theory.evolution.sdot import sdot_rates, sun_weight
 from torquer.theory.periodic_systems import periodic_system
 
 
@@ -42,7 +42,7 @@ def _fill(out, spin, second, third, damping):
     period=math.pi,
     parameters={"spin": 5.0, "second": 0.9, "third": 0.8, "eps": 0.1, "cone": 1.0, "sun": 1.3},
 )
-def sun_spin(u, parameters, out):
+def sun_spin_system(u, parameters, out):
     """Linear motion about a rotation along the Sun's line in the averaged field, by u.
 
     `spin`: Omega/omega0; `second`, `third`: J_j/J_i, J_k/J_i; `eps`: k B0/(omega0 J_i); `cone`:
@@ -132,8 +132,7 @@ def axis_equilibria(case: Case, asymmetry: float, eta, length: float = 1.0) -> l
     Source: SDOT (2.20), SDOT (2.21). On the axis of the almost equal moments theta decays as for
     equal ones; across it small changes of (pi/2 - theta, phi - phi0) follow a matrix.
     """
-    v = np.array(case.moments[:3]) * np.array(case.target)
-    fall = -case.eps * (1.0 - case.ratio) * float(v @ np.array(case.target))
+    fall = -case.eps * (1.0 - case.ratio) * sun_weight(case)
     along = [AxisEquilibrium(theta, None, np.array([-fall + 0j])) for theta in (0.0, math.pi)]
     if asymmetry == 0.0:
         return [*along, AxisEquilibrium(0.5 * math.pi, None, np.array([fall + 0j]))]

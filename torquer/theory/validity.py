@@ -76,7 +76,7 @@ HELD = Limit("tilt [rad]", -0.5, 0.5, "the gravity gradient can balance no more"
 TOLERANCE = Limit("rtol", 1e-14, 0.1)
 #: Part of itself by which the momentum changes, or angle [rad] by which it turns, over a radian of
 #: the orbit at the worst phase (`Evolution.change`, `averaging.greatest_relative_rate`). Against
-#: the full motion the averages err by up to 0.41 of it over u = 1/eps (all laws, 15 to 80 deg): by
+#: the full motion the averages err by up to 0.44 of it over u = 1/eps (all laws, 15 to 80 deg): by
 #: a tenth at 0.25.
 SLOW_CHANGE, AVERAGES_ERR = 0.25, 0.4
 #: Precession over the orbital rate: the field's products turn by up to 4u, and slower precession

@@ -44,7 +44,8 @@ _RHO = ("rho [deg]", lambda slow: np.degrees(slow.rho))
 def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_RHO) -> Path:
     """l, an angle and theta over revolutions, one line for each named path, as a PNG file.
 
-    `angle`: its name with the unit, and a function of the slow variables. A cross marks where a motion stops (see `SlowMotion.ended`).
+    `angle`: its name with the unit, and a function of the slow variables. A cross marks where a
+    motion stops (see `SlowMotion.ended`).
     """
     figure, axes = stacked(title, 3, 6.6, sharex=True)
     shown = (

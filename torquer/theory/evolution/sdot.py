@@ -46,11 +46,11 @@ def sdot_rates(slow, case):
     v = sym_vec(case.moments, sun)
     a, c, d = dot(sun, v), dot(sun, e), dot(v, e)
     cosine, sine = math.cos(slow.theta), math.sin(slow.theta)
-    pull = case.eps * (cosine * cosine + case.ratio * sine * sine)
+    pace = case.eps * (cosine * cosine + case.ratio * sine * sine)
     return Slow(
-        -pull * slow.l * (a - c * d),
-        pull * d * dot(sun, (cr * cs, cr * ss, -sr)),
-        pull * d * (sun[1] * cs - sun[0] * ss) / sr,
+        -pace * slow.l * (a - c * d),
+        pace * d * dot(sun, (cr * cs, cr * ss, -sr)),
+        pace * d * (sun[1] * cs - sun[0] * ss) / sr,
         0.5 * case.eps * (1.0 - case.ratio) * (a + c * d) * sine * cosine,
     )
 
@@ -68,10 +68,14 @@ def sun_angle(slow, case):
     return np.arctan2(np.linalg.norm(np.cross(e, sun), axis=-1), e @ sun)
 
 
-def _pull(case):
-    """v and a."""
-    v = np.array(sym_vec(case.moments, case.target))
-    return v, float(v @ case.target)
+def pull(case) -> np.ndarray:
+    """v = <b b^T> S: the half-space v.e > 0 turns to the Sun."""
+    return np.array(sym_vec(case.moments, case.target))
+
+
+def sun_weight(case) -> float:
+    """a = S.<b b^T>.S, the mean of cos^2(alpha): SDOT's A1."""
+    return float(pull(case) @ np.asarray(case.target))
 
 
 def plane_integral(slow, case):
@@ -85,7 +89,7 @@ def plane_integral(slow, case):
 
 def length_integral(slow, case):
     """I2 = l |p cos gamma + (q - p) S3 cos rho|. Source: SDOT (2.13)."""
-    return slow.l * np.abs(direction(slow) @ _pull(case)[0])
+    return slow.l * np.abs(direction(slow) @ pull(case))
 
 
 def nutation_integral(slow, case):
@@ -94,29 +98,31 @@ def nutation_integral(slow, case):
     It is lam/2 times I3 of SDOT 2.2 (no number), which prints the last two terms with the other
     sign: that is not constant.
     """
-    gamma, d = sun_angle(slow, case), direction(slow) @ _pull(case)[0]
+    gamma, d = sun_angle(slow, case), direction(slow) @ pull(case)
     path = 2.0 * np.log(np.abs(np.sin(gamma))) - np.log(np.abs(d))
     sine, cosine = np.log(np.abs(np.sin(slow.theta))), np.log(np.abs(np.cos(slow.theta)))
     return 0.5 * (1.0 - case.ratio) * path + sine - case.ratio * cosine
 
 
+#: On an equatorial orbit the field does not turn: a Sun across it has v = 0.
+_WEIGHT = Limit("mean of cos^2(alpha)", 1e-9, 1.0, "the Sun lies across the field at all times")
+
+
 def final_momentum(slow, case):
     """Final momentum over L0 along the Sun, below zero away from it. Source: SDOT (2.18)."""
-    v, a = _pull(case)
-    return slow.l * (direction(slow) @ v) / a
+    within(_WEIGHT, sun_weight(case))
+    return slow.l * (direction(slow) @ pull(case)) / sun_weight(case)
 
 
 def momentum_at(phase, slow, case):
     """l e `[..., 3]` at phases s (integral of eps g du; eps u for a sphere) from a slow state."""
     first = slow.l * direction(slow)
     last = final_momentum(slow, case) * np.asarray(case.target)
-    left = np.exp(-_pull(case)[1] * np.asarray(phase))[..., None]
+    left = np.exp(-sun_weight(case) * np.asarray(phase))[..., None]
     return last + left * (first - last)
 
 
-#: gamma grows before it falls, from beyond 90 deg: the line of the Sun counts from there on.
-_CAPTURED = Limit("angle", 0.0, 0.5 * math.pi, "a captured momentum is nearer to the Sun's line",
-                  open=True)  # fmt: skip
+_CAPTURED = Limit("angle", 0.0, 0.5 * math.pi, "from 90 deg on nothing is captured", open=True)
 
 
 def capture_phase(slow, case, angle):
@@ -130,11 +136,11 @@ def capture_phase(slow, case, angle):
     end = float(final_momentum(slow, case))
     if end == 0.0:
         return math.inf
-    along, across = math.copysign(1.0, end) * float(first @ sun), np.linalg.norm(np.cross(first, sun))
+    along, across = math.copysign(1.0, end) * (first @ sun), np.linalg.norm(np.cross(first, sun))
     # with x = exp(-a s): tan(gamma) = x across/(|end| + x (along - |end|))
-    share = float(across) - math.tan(angle) * (along - abs(end))
+    share = float(across - math.tan(angle) * (along - abs(end)))
     x = math.tan(angle) * abs(end) / share if share > 0.0 else 1.0
-    return max(0.0, -math.log(x) / _pull(case)[1])
+    return max(0.0, -math.log(x) / sun_weight(case))
 
 
 SDOT = Evolution(
