@@ -3,6 +3,7 @@
 import math
 import re
 import sys
+from pathlib import Path
 
 import matplotlib.image
 import numpy as np
@@ -72,6 +73,7 @@ def in_python(formula: str) -> str:
     shown = re.sub(r"\b(sin|cos|tan)\^2 (\w+)", r"\1(\2)**2", shown)
     shown = re.sub(r"\b(sin|cos|tan) (\w+)", r"\1(\2)", shown)
     shown = re.sub(r"\bln ((?:sin|cos|tan)\(\w+\)|l\b)", r"log(\1)", shown)
+    shown = shown.replace("ln(", "log(").replace("ln|d|", "log(abs(d))").replace("|d|", "abs(d)")
     shown = shown.replace("^", "**")
     shown = re.sub(r"(\d)([a-z(])", r"\1*\2", shown)
     shown = re.sub(r"(?<=[\w)]) (?=[\w(])", "*", shown)
@@ -82,17 +84,24 @@ def values(slow, case):
     names = {name: getattr(math, name) for name in ("sin", "cos", "tan", "log")}
     names |= {"abs": abs, "eps": case.eps, "p": case.moments[0], "q": case.moments[2]}
     names |= {"C": case.ratio, "A": 1.0, **slow._asdict()}
-    return names | dict(zip(("L1", "L2", "L3"), case.target, strict=True))
+    for letter in "LS":
+        names |= {f"{letter}{k + 1}": part for k, part in enumerate(case.target)}
+    return names
+
+
+def with_abbreviations(law, names):
+    """The names with all that the printed equations define, in their order."""
+    for line in text.EQUATIONS[law]:
+        left, _, right = line.partition(" = ")
+        names[left] = eval(in_python(right), {"__builtins__": {}}, names)
+    return names
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_printed_equations_are_those_that_are_integrated(law):
     case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)), (0.36, -0.48, 0.8))
     slow = Slow(0.9, 0.7, 0.5, 1.1)
-    names = values(slow, case)
-    for line in text.EQUATIONS[law]:
-        left, _, right = line.partition(" = ")
-        names[left] = eval(in_python(right), {"__builtins__": {}}, names)
+    names = with_abbreviations(law, values(slow, case))
     expected = EVOLUTIONS[law].rates(slow, case)
     for name in slow._fields:
         assert names[f"{name}'"] == pytest.approx(getattr(expected, name), rel=1e-12, abs=1e-15)
@@ -100,11 +109,12 @@ def test_the_printed_equations_are_those_that_are_integrated(law):
 
 @pytest.mark.parametrize("law", LAWS)
 def test_the_printed_integrals_are_those_that_are_computed(law):
-    case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)))
+    case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)), (0.36, -0.48, 0.8))
     slow = Slow(0.9, 0.7, 0.5, 1.1)
+    names = with_abbreviations(law, values(slow, case))
     assert text.INTEGRALS[law].keys() == EVOLUTIONS[law].integrals.keys()
     for name, formula in text.INTEGRALS[law].items():
-        found = eval(in_python(formula.partition(",")[0]), {"__builtins__": {}}, values(slow, case))
+        found = eval(in_python(formula.partition(",")[0]), {"__builtins__": {}}, names)
         expected = EVOLUTIONS[law].integrals[name](slow, case)
         assert found == pytest.approx(expected, rel=1e-12)
 
@@ -338,6 +348,59 @@ def test_targets_of_scenarios(scenario):
     assert asked.notes == ()
 
 
+SDOT = ("sdot", *SATELLITE, "--gain", "10", "--sun-deg", "70")
+
+
+def test_s_dot_tells_which_way_and_how_fast_the_momentum_turns(theory, strict_json):
+    p = averaged_moments(math.radians(60.0))[0]
+    q, s1, s3 = 1.0 - 2.0 * p, math.sin(math.radians(70.0)), math.cos(math.radians(70.0))
+    boundary = math.degrees(math.atan2(p * s1, q * s3)) + 90.0  # normal to (p S1, p S2, q S3)
+    for rho, side in ((boundary - 1.0, "towards"), (boundary + 1.0, "away from")):
+        text_out = theory(*SDOT, "--rho-deg", str(rho))[1]
+        assert f"the momentum turns {side} it, within 5 deg after at most " in text_out
+    answer = strict_json(theory(*SDOT, "--rho-deg", "20", "--json")[1])
+    r = math.radians(20.0)
+    end = (p * s1 * math.sin(r) + q * s3 * math.cos(r)) / (p + (q - p) * s3**2)
+    assert answer["sun"]["final_momentum"] == pytest.approx(end, rel=1e-9)
+    assert answer["sun"]["gamma_deg"] == pytest.approx(50.0)
+    assert [each["description"] for each in answer["tends_to"]] == [
+        "momentum towards the Sun, nutation 90 deg", "momentum away from the Sun, nutation 90 deg"
+    ]  # fmt: skip
+    assert all(each["drift"] < 1e-9 for each in answer["first_integrals"])
+    anywhere = strict_json(theory(*SDOT, "--json")[1])
+    assert anywhere["sun"] is None and not any("drifts" in note for note in anywhere["notes"])
+
+
+def test_s_dot_of_a_scenario_has_its_sun(scenario, theory, strict_json):
+    """The direction of the Sun in Z, from that in J, by hand; both forms of the law."""
+    node, cone = math.radians(40.0), cone_angle(math.radians(60.0))
+    sun = np.array([0.48, -0.6, 0.64])
+    x, across = sun[0] * math.cos(node) + sun[1] * math.sin(node), sun @ [
+        -math.sin(node), math.cos(node), 0.0
+    ]  # fmt: skip
+    in_z = [x, math.cos(cone) * across + math.sin(cone) * 0.64,
+            math.cos(cone) * 0.64 - math.sin(cone) * across]  # fmt: skip
+    for kind in ("sdot", "sdot_rate"):
+        path = scenario(f'kind = "{kind}", gain_a_m2_s = 10.0')
+        fixed = f"\nsun_direction = {sun.tolist()}\nearth_rotation"
+        path.write_text(path.read_text().replace("\nearth_rotation", fixed))
+        asked = case_of(None, {}, path, False)
+        assert asked.law == "sdot" and asked.gain == 10.0
+        assert asked.target == pytest.approx(in_z, abs=1e-4)  # parallax
+    loud = scenario('kind = "sdot", gain_a_m2_s = 1e4')
+    assert "note: the law initially commands up to" in theory("--scenario", loud)[1]
+
+
+def test_the_note_on_s_dot_shows_what_is_printed(theory):
+    note = (Path(__file__).parents[2] / "docs/theory/sdot.md").read_text(encoding="utf-8")
+    _, command = note.split("```sh\n")
+    words, _, shown = command.split("```")[:3]
+    code, out, _ = theory(*words.split()[2:])
+    lines = shown.strip().splitlines()
+    assert code == 0 and len(lines) == 3
+    assert all(f"{line}\n" in out for line in lines)
+
+
 # ------------------------------------------------------------ mistakes
 
 
@@ -345,7 +408,10 @@ def test_targets_of_scenarios(scenario):
     ("given", "line"),
     [
         ((), "LAW: must be one of bdot, .*; received nothing"),
-        (("sdot",), "LAW: must be one of bdot, .*; received 'sdot'"),
+        (("sun",), "LAW: must be one of bdot, .*; received 'sun'"),
+        (("sdot", *BDOT[1:]), r"--sun-deg: must be given \(or --scenario\); received nothing"),
+        ((*BDOT, "--sun-deg", "60"), "--sun-deg: must be left out for bdot; received 60"),
+        (("sdot", *BDOT[1:], "--sun-deg", "-1"), r"--sun-deg: must lie within 0\.\.180 deg; rec"),
         (("bdot",), "--inclination-deg: must be given .*; received nothing"),
         ((*BDOT[:9],), "--gain: must be given"),
         (("bdot", *SATELLITE[:2], *SATELLITE[4:], "--gain", "1"), "--altitude-km: it or --str"),

@@ -26,7 +26,8 @@ from torquer.theory.gains import Sampling
 from torquer.theory.spinner import Spinner
 
 LAWS = (
-    "bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2", "sdot",
+    "bdot", "nutation_damping", "spin_up", "reorientation", "preliminary_1", "preliminary_2",
+    "sdot",
 )  # fmt: skip
 #: Laws of scenarios that have the averaged motion of another.
 _SAME = {
@@ -352,14 +353,14 @@ def _saturation(scenario, spec, kind, spinner) -> tuple:
         return ()
     rate = spinner.momentum_n_m_s / spinner.transverse_kg_m2
     if kind == "bdot":
-        commanded = spec.gain_a_m2_s_per_t * rate * spinner.strength_t
+        commanded, words = spec.gain_a_m2_s_per_t * rate * spinner.strength_t, ("", "brake")
     else:
-        commanded = spec.gain_a_m2_s * rate
+        commanded, words = spec.gain_a_m2_s * rate, ("up to ", "act")
     if commanded <= limit:
         return ()
     return (
-        f"the law initially commands {commanded:.3g} A m^2 from coils limited to {limit:.3g}: "
-        "saturated, they act more slowly than the averaged motion",
+        f"the law initially commands {words[0]}{commanded:.3g} A m^2 from coils limited to "
+        f"{limit:.3g}: saturated, they {words[1]} more slowly than the averaged motion",
     )
 
 

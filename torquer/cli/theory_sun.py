@@ -41,8 +41,8 @@ def sun_lines(data: dict | None) -> list[str]:
         return []
     end = data["final_momentum"]
     side = "towards" if end > 0.0 else "away from"
+    turns = f"after at most {data['revolutions_at_most']:.3g} revolutions"
     return [
         f"from {data['gamma_deg']:.1f} deg off the Sun the momentum turns {side} it, within "
-        f"{data['captured_deg']:g} deg after at most {data['revolutions_at_most']:.3g} revolutions; "
-        f"final momentum {abs(end):.4g} L0"
+        f"{data['captured_deg']:g} deg {turns}; final momentum {abs(end):.4g} L0"
     ]

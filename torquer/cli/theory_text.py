@@ -19,7 +19,7 @@ UNITS = {
     "preliminary_2": "A m^2/T",
     "sdot": "A m^2 s",
 }
-#: Abbreviations first, then l', rho', sigma', theta'.
+#: Abbreviations first, then l', rho', sigma', theta' (and of S-dot c', c = cos gamma).
 EQUATIONS = {
     "bdot": (
         "g = cos^2 theta + (C/A) sin^2 theta",
