@@ -106,9 +106,15 @@ class Course:
     along: np.ndarray
     axis_deg: np.ndarray
 
-    def settled_hours(self, angle_deg: float) -> float:
-        """When the axis was last further from the Sun's line than an angle; inf if at the end."""
-        off = np.minimum(self.axis_deg, 180.0 - self.axis_deg) > angle_deg
+    @property
+    def momentum_deg(self) -> np.ndarray:
+        """Angle of the momentum to the Sun [deg]."""
+        return _angle_deg(self.along / self.momentum)
+
+    def settled_hours(self, angle_deg: float, of: str = "axis_deg") -> float:
+        """When an angle to the Sun was last further from its line than this; inf if at the end."""
+        angle = getattr(self, of)
+        off = np.minimum(angle, 180.0 - angle) > angle_deg
         if off[-1]:
             return math.inf
         return float(self.hours[np.flatnonzero(off)[-1] + 1]) if off.any() else 0.0
