@@ -25,13 +25,14 @@ from torquer.orbit.numerical import STARTS, Drag
 from torquer.scenario.control import Control
 from torquer.scenario.load import presets
 from torquer.scenario.spec import InitialMotion, Scenario, Simulation, Spacecraft
-from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate, Sphere
+from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import Disturbance
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
+from torquer.spacecraft.parts import Cylinder, Plate, Sphere
 from torquer.spacecraft.sun_sensor import SunSensors
 from torquer.spacecraft.wheels import Failure, ReactionWheels
 from torquer.wheel_array.presets import LAYOUTS

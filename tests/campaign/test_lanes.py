@@ -25,7 +25,7 @@ environment.field.kind = "averaged"
 spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
 initial.rate_deg_s = [1.0, -0.6, 0.8]
 """
-#: As much as members may have of what flies in lanes, in three scenarios.
+#: As much as members may have of what flies in lanes, scenario by scenario.
 SCENARIOS = {
     "plain": """
 spacecraft.coils.limit_a_m2 = 3.0
@@ -53,6 +53,32 @@ control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [
 target = "sun" }
 control.laws.holding = { kind = "three_axis", angle_gain_n_m_per_t2 = 1.0, \
 rate_gain_n_m_s_per_t2 = 1e3, reference = "orbital" }
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+""",
+    "Sun sensors with all errors": """
+spacecraft.coils.limit_a_m2 = 3.0
+spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], \
+half_field_deg = [60, 80, 50], noise_deg = 0.5, albedo = 0.3, sample_s = 4.0, \
+bias_deg = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 1]], \
+blind_zones = [{ axis = [1, 0, 0], half_angle_deg = 10, sensors = [0, 2] }] }
+control.law = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [0, 0, 1], target = "sun" }
+control.sample_s = 2.0
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+""",
+    "disturbances": """
+spacecraft.coils.limit_a_m2 = 3.0
+disturbance.residual_dipole = { constant_a_m2 = [0.1, 0, 0], amplitude_a_m2 = [0, 0.2, 0.1], \
+cycles_per_orbit = 7.5, phase_deg = 20 }
+disturbance.eddy_currents.damping_n_m_s_per_t2 = [[1e4, 1e3, 0], [1e3, 2e4, 0], [0, 0, 3e4]]
+disturbance.unmodelled = { constant_n_m = 1e-6, harmonic_1_n_m = 2e-6, harmonic_2_n_m = 3e-6, \
+hold_s = 50.0 }
+control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
+simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
+""",
+    "one disturbance": """
+spacecraft.coils.limit_a_m2 = 3.0
+disturbance = { unmodelled = { harmonic_2_n_m = 3e-6, hold_s = 60.0 }, random_torque_n_m = 1e-6 }
+control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
 simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 """,
 }
@@ -149,7 +175,7 @@ def phases():
     cells, seeds = np.repeat(lanes.packed.numbers, LANES), np.zeros(LANES, np.int64)
     layout, three, drawn = lanes.packed.layout, (0.0, 0.0, 0.0), np.zeros((3, LANES))
     here = LocalEnvironment(three, three, ())
-    step = (layout, plant, cells, seeds, here, here, here, three, 0, 1.0)
+    step = (layout, plant, cells, here, here, here, three, 0, 1.0)
     return {
         "draw_in_lanes": (layout, cells, seeds, 0, 1, drawn),
         "magnetometers": (layout, plant, 0, cells, drawn, here, 0.0),
@@ -212,11 +238,15 @@ def test_a_laws_loop_over_members_is_of_vectors():
     assert is_of_vectors(assembly)
 
 
+BALL = {"kind": "sphere", "radius_m": 0.3, "centre_m": [0.1, 0.0, 0.0]}
+
+
 @pytest.mark.parametrize(
     ("change", "told"),
     [
         ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "its steps are its own"),
         ({"control.estimator": {"kind": "rate_from_field"}}, "an estimator"),
+        ({"disturbance": {"solar_pressure": {"parts": [BALL]}}}, "solar pressure"),
     ],
 )
 def test_what_cannot_fly_beside_others_is_told(change, told):

@@ -7,15 +7,8 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
-from torquer.spacecraft.aerodynamics import (
-    Aerodynamics,
-    Cylinder,
-    Plate,
-    Sphere,
-    aerodynamic_force_and_torque,
-    box,
-    flow,
-)
+from torquer.spacecraft.aerodynamics import Aerodynamics, aerodynamic_force_and_torque, flow
+from torquer.spacecraft.parts import Cylinder, Plate, Sphere, box
 
 #: The satellite of WHEEL, section 3: cylinder and panels, centres on the first axis.
 FOTON = Aerodynamics(

@@ -152,7 +152,9 @@ def test_motion_satisfies_eulers_equations_and_kinematics(q, omega, wheels, dipo
     residual = np.array(FULL) @ rate.omega + np.cross(omega, momentum) - torque
     assert residual == pytest.approx(np.zeros(3), abs=1e-13)
     assert momentum_body(rigid, omega) == pytest.approx(momentum, abs=1e-14)
-    assert torque_body(rigid, world, dipole, q, ()) == pytest.approx(torque, abs=1e-13)
+    assert torque_body(rigid, world, dipole, Motion(q, omega), ()) == pytest.approx(
+        torque, abs=1e-13
+    )
     v, s = np.array(q[:3]), q[3]
     expected = np.r_[0.5 * (s * np.array(omega) + np.cross(v, omega)), -0.5 * v @ omega]
     assert rate.q == pytest.approx(expected, abs=1e-15)

@@ -48,9 +48,8 @@ def test_the_sensor_that_reads_is_the_nearest_that_sees(sun, boom, shade, half, 
         half_field_deg=(half, half, 0.5 * half, half, 1.2 * half, half),
         blind_zones=[{"axis": boom, "half_angle_deg": shade, "sensors": [0, 3] if some else None}],
     )
-    margins = [
-        abs(angle_deg(axis, unit(sun)) - h) for axis, h in zip(SIX, spec.half_fields_deg())
-    ]  # fmt: skip
+    fields = zip(SIX, spec.half_fields_deg(), strict=True)
+    margins = [abs(angle_deg(axis, unit(sun)) - field) for axis, field in fields]
     margins += [abs(angle_deg(boom, unit(sun)) - shade)]
     angles = sorted(angle_deg(axis, unit(sun)) for axis in SIX)
     if min([*margins, *np.diff(angles)]) > 1e-6:  # no rounding decides

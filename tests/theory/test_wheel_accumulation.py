@@ -6,7 +6,8 @@ from scipy.integrate import solve_ivp
 
 from torquer.conventions import EARTH_RATE_RAD_S
 from torquer.orbit.kepler import mean_motion
-from torquer.spacecraft.aerodynamics import Aerodynamics, Cylinder, Plate
+from torquer.spacecraft.aerodynamics import Aerodynamics
+from torquer.spacecraft.parts import Cylinder, Plate
 from torquer.theory.wheel_accumulation import (
     PHASES,
     Held,

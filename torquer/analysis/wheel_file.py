@@ -19,8 +19,9 @@ from torquer.scenario.load import (
     scenario_from_data,
     text_of,
 )
-from torquer.spacecraft.aerodynamics import AnyPart, Surface
+from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.body import Body
+from torquer.spacecraft.parts import AnyPart
 from torquer.spec import Spec, Vector
 from torquer.theory.wheel_accumulation import (
     PHASES,
@@ -83,7 +84,7 @@ class Accumulation(Spec):
         steady = held_torque(inertia_kg_m2, rate, axes, self.push_n_m)
         torque = np.tile(steady, (PHASES, 1))
         if self.parts:
-            surface = Surface(np.array([part.row() for part in self.parts]))
+            surface = Aerodynamics(parts=self.parts).pack()
             given = self.inclination_deg
             tilt = None if given is None else math.radians(given)
             torque += air_torque(surface, self.density_kg_m3, self.radius_m, rate, axes, tilt)

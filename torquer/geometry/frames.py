@@ -121,6 +121,16 @@ def dcm_body_to_l(phi, psi, theta):
     return mat_mul(rot_z(psi), mat_mul(rot_x(theta), rot_z(phi)))
 
 
+def argument_of_latitude(r, v) -> float:
+    """Angle [rad] along the orbit from the ascending node; on an equatorial orbit from axis 1."""
+    normal = np.cross(r, v)
+    node = np.cross([0.0, 0.0, 1.0], normal)
+    if np.linalg.norm(node) < 1e-12 * np.linalg.norm(normal):
+        node = np.array([1.0, 0.0, 0.0])
+    ahead = np.cross(normal / np.linalg.norm(normal), node)
+    return math.atan2(float(ahead @ r), float(node @ r))
+
+
 def ecef_from_geodetic(lat_rad, lon_rad, height_m) -> np.ndarray:
     """Earth-fixed position [..., 3] m of geodetic latitude, longitude and height (WGS84)."""
     lat, lon, height = np.broadcast_arrays(lat_rad, lon_rad, height_m)

@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.geometry import euler
-from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.geometry.frames import argument_of_latitude, dcm_orbital_to_inertial
 from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
 from torquer.geometry.vec3 import as_matrix, as_vector
 from torquer.orbit import AnyOrbit
@@ -21,7 +21,9 @@ from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
-from torquer.spacecraft.disturbance import Disturbance, DisturbanceTorque
+from torquer.spacecraft.disturbance import Disturbance
+from torquer.spacecraft.disturbance.held import HeldTorque
+from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sampling import Sampled
@@ -252,7 +254,7 @@ class Scenario(Spec):
             )
         self._check_end()
         self._check_failures()
-        self.disturbance_torque()
+        self._check_disturbance()
         return self
 
     def _check_sampling(self) -> None:
@@ -269,6 +271,25 @@ class Scenario(Spec):
             raise ValueError(
                 f"{[*intervals][-1]}: must let control steps and readings repeat after at most "
                 f"{_MOST_INSTANTS} of them; received a common multiple of {whole * step_s:g} s"
+            )
+
+    def _check_disturbance(self) -> None:
+        """Torques have what they need: parts, whole steps, an integrator that knows them."""
+        given = self.disturbance
+        if given is None:
+            return
+        self.held_torque()
+        light = given.solar_pressure
+        if light and not (light.parts or self.spacecraft.aerodynamics):
+            raise ValueError(
+                "disturbance.solar_pressure.parts: must be given without spacecraft.aerodynamics, "
+                "whose parts they would be; received none"
+            )
+        self.unmodelled_torque()
+        if given.eddy_currents and self.simulation.integrator == "splitting":
+            raise ValueError(
+                "simulation.integrator: must be 'auto', 'rk4' or 'dop853' with "
+                "disturbance.eddy_currents; received 'splitting'"
             )
 
     def _check_end(self) -> None:
@@ -302,12 +323,37 @@ class Scenario(Spec):
                 "received 'splitting'"
             )
 
-    def disturbance_torque(self) -> DisturbanceTorque | tuple:
-        """The disturbance torque for kernels, () for none."""
+    def held_torque(self) -> HeldTorque | tuple[()]:
+        """Constant and random torque for kernels, () for none."""
         if self.disturbance is None:
             return ()
         hold_s = self.disturbance.random_hold_s or self.control.sample_s
-        return self.disturbance.pack(whole_steps("disturbance.random_hold_s", hold_s, self.grid_s))
+        hold_steps = whole_steps("disturbance.random_hold_s", hold_s, self.grid_s)
+        return self.disturbance.pack_held(hold_steps)
+
+    def acting_torques(self) -> tuple:
+        """Constants of the torques of `torquer.spacecraft.disturbance`, () for none."""
+        if self.disturbance is None:
+            return ()
+        air = self.spacecraft.aerodynamics
+        return self.disturbance.pack(air.parts if air else ())
+
+    def unmodelled_torque(self) -> Unmodelled | tuple[()]:
+        """Sizes and jumps of the unmodelled torque; () where none of `acting_torques` acts."""
+        if not self.acting_torques():
+            return ()
+        torque = self.disturbance.unmodelled
+        if torque is None:
+            return NONE_UNMODELLED
+        key = "disturbance.unmodelled.hold_s"
+        return torque.pack_sizes(whole_steps(key, torque.hold_s, self.grid_s))
+
+    def orbit_angle(self) -> tuple[float, ...]:
+        """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if none asks."""
+        if not self.acting_torques():
+            return ()
+        r, v = self.surroundings().state(np.zeros(1))
+        return argument_of_latitude(r[0], v[0]), self.orbit.rate_rad_s(self.start)
 
     def replace(self, key: str, value) -> "Scenario":
         """The scenario with another value at a key, such as "control.laws.bdot.gain_a_m2_s_per_t".
@@ -344,6 +390,8 @@ class Scenario(Spec):
         }
         if self.disturbance is not None:
             times["disturbance.random_hold_s"] = self.disturbance.random_hold_s
+            if self.disturbance.unmodelled is not None:
+                times["disturbance.unmodelled.hold_s"] = self.disturbance.unmodelled.hold_s
         for name, sensor in craft.sensors().items():
             times[f"spacecraft.{name}.sample_s"] = sensor.sample_s
             times[f"spacecraft.{name}.delay_s"] = sensor.delay_s

@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import inlined, inner, internal
+from torquer.environment.light import next_edge
 from torquer.geometry.motion import Motion
 from torquer.geometry.vec3 import dot
-from torquer.simulation.smooth import Smooth, attempt, attempt_5, with_turning
-from torquer.spacecraft.disturbance import disturbance_torque_at
+from torquer.simulation.forces import environment_at, with_light_between
+from torquer.simulation.smooth import Smooth, attempt, attempt_5, from_later, with_turning
 from torquer.spacecraft.turning import (
     begin_turning,
     end_turning,
@@ -180,11 +181,20 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
 
 
 @internal
-def end_of_hold(disturbance, step, last):
-    """The step at which the random torque changes, `last` at the latest."""
-    if len(disturbance) == 0:
-        return last
-    return min(last, step - step % disturbance.hold_steps + disturbance.hold_steps)
+def propagate_lit(integrator, smooth, light, cells, wheels, x, here, length_s, step):
+    """The same with steps that end where the sunlight jumps or bends."""
+    t, edge_s = 0.0, next_edge(light, smooth.start_s)
+    while t < length_s:
+        end = min(edge_s - smooth.start_s, length_s)
+        edge_s = next_edge(light, edge_s)
+        if end == t:  # by rounding
+            continue
+        tables = with_light_between(smooth.tables, smooth.start_s + t, smooth.start_s + end)
+        part = from_later(smooth, tables, t)
+        here = environment_at(tables, smooth.start_s + t)
+        x, here = propagate_smooth(integrator, part, cells, wheels, x, here, end - t, step)
+        t = end
+    return x, here
 
 
 @internal
@@ -200,17 +210,19 @@ def next_failure(wheels, step, last):
 
 
 @internal
-def by_auto(integrator, forces, cells, x, here, first, last, h):
-    """(Motion, environment) after steps first..last-1 of the time grid."""
-    step = first
+def by_auto(integrator, forces, light, cells, x, here, first, last, h):
+    """(Motion, environment) after steps first..last-1 of the time grid; `light`: of the forces."""
+    wheels, step = forces.wheels, first
     while step < last:
-        until = next_failure(forces.wheels, step, end_of_hold(forces.disturbance, step, last))
-        torque = disturbance_torque_at(forces.disturbance, step, forces.seed)
-        since_s = (step - first) * h
-        smooth = Smooth(forces.rigid, forces.tables, forces.path, torque, (), step * h, since_s)
+        until, since_s = next_failure(wheels, step, last), (step - first) * h
+        rigid, tables, path, held, _ = forces
+        smooth = Smooth(rigid, tables, path, held, (), step * h, since_s)
         length_s = (until - step) * h
-        x, here = propagate_smooth(
-            integrator, smooth, cells, forces.wheels, x, here, length_s, step
-        )
+        if len(light) == 0:
+            x, here = propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
+        else:
+            x, here = propagate_lit(
+                integrator, smooth, light, cells, wheels, x, here, length_s, step
+            )
         step = until
     return x, here

@@ -24,12 +24,13 @@ from torquer.simulation.forces import (
     rates_at,
     spin_of,
     wheels_of,
+    with_drawn,
     with_reaction,
 )
 from torquer.simulation.state import goal_dipole
 from torquer.spacecraft.body import Rigid, momentum_body, torque_body
 from torquer.spacecraft.coils import present_dipole, remaining
-from torquer.spacecraft.disturbance import disturbance_torque_at
+from torquer.spacecraft.disturbance.held import present_torque
 from torquer.spacecraft.frequencies import libration_fourth, nutation_square
 from torquer.spacecraft.rotors import (
     axis_of,
@@ -67,10 +68,10 @@ def rk4_step(forces, x, here, middle, end, left, step, h):
 
     `left`: parts of the dipole's way that are still to go at start, middle and end.
     """
-    rigid, _, path, disturbance, seed, wheels = forces
+    rigid, _, path, held, wheels = forces
     half = 0.5 * h
     spin = spin_of(wheels, x.omega, step, h)
-    torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
+    torque = with_reaction(held, spin)
     m1 = add_scaled(path.target, left[0], path.way)
     m2 = add_scaled(path.target, left[1], path.way)
     m4 = add_scaled(path.target, left[2], path.way)
@@ -104,9 +105,9 @@ def by_rk4(forces, x, here, first, last, h):
 
 
 @kernel
-def _kicked(forces, torque, x, t, since, h):
+def _kicked(forces, x, t, since, h):
     rigid, here = forces.rigid, environment_at(forces.tables, t)
-    torque = torque_body(rigid, here, dipole_after(forces.path, since), x.q, torque)
+    torque = torque_body(rigid, here, dipole_after(forces.path, since), x, forces.held)
     return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
 
 
@@ -116,12 +117,11 @@ def by_splitting(forces, moments, axes, x, first, last, h):
     early, late = NODES
     for step in range(first, last):
         t, since = step * h, (step - first) * h
-        torque = disturbance_torque_at(forces.disturbance, step, forces.seed)
         sooner, later, half = early * h, late * h, 0.5 * h
         x = drift(moments, axes, x, sooner)
-        x = _kicked(forces, torque, x, t + sooner, since + sooner, half)
+        x = _kicked(forces, x, t + sooner, since + sooner, half)
         x = drift(moments, axes, x, later - sooner)
-        x = _kicked(forces, torque, x, t + later, since + later, half)
+        x = _kicked(forces, x, t + later, since + later, half)
         x = drift(moments, axes, x, sooner)
         x = Motion(normalised(x.q), x.omega)
     return x
@@ -157,20 +157,19 @@ def _smooth_rates(problem, t, y, dy):
 def by_dop853(forces, integrator, x, first, last, h):
     """(Motion, steps taken) after steps first..last-1, in own steps; not a number if it fails.
 
-    A torque that jumps, as that of the wheels' bearings, is smooth within a step only.
+    The torque of the wheels' bearings jumps; it is smooth within a step only.
     """
-    rigid, tables, path, disturbance, seed, wheels = forces
+    rigid, tables, path, held, wheels = forces
     tolerance, work = integrator
     y = np.empty(7)
     y[0], y[1], y[2], y[3] = x.q
     y[4], y[5], y[6] = x.omega
     taken = 0
-    jumps = len(wheels) + len(disturbance) > 0
-    stride = 1 if jumps else last - first
+    stride = 1 if len(wheels) > 0 else last - first
     for step in range(first, last, stride):
         since = (step - first) * h
         spin = spin_of(wheels, (y[4], y[5], y[6]), step, h)
-        torque = with_reaction(disturbance_torque_at(disturbance, step, seed), spin)
+        torque = with_reaction(held, spin)
         problem = SmoothMotion(rigid, tables, path, torque, spin, step * h, since)
         ended = dop853(problem, 0.0, stride * h, y, tolerance, 1e-3 * tolerance, 0.0, work)
         taken += ended[2]
@@ -181,7 +180,7 @@ def by_dop853(forces, integrator, x, first, last, h):
 
 
 def _steps_by_auto(integrator, forces, cells, x, here, first, last, h):
-    return by_auto(integrator, forces, cells, x, here, first, last, h)
+    return by_auto(integrator, forces, forces.tables.light, cells, x, here, first, last, h)
 
 
 def _steps_by_rk4(integrator, forces, cells, x, here, first, last, h):
@@ -272,8 +271,11 @@ def resolves(integrator, plant, h, steps, state, x, here):
 
 
 @internal
-def propagate(integrator, plan, tables, state, seed, x, here, first, last):
-    """(Motion, environment) after steps first..last-1, in which the coils go to their targets."""
+def propagate(integrator, plan, tables, state, x, here, first, last):
+    """(Motion, environment) after steps first..last-1, in which the coils go to their targets.
+
+    Random torques change at the first of them at most.
+    """
     plant, cells = plan.plant, state.cells[0]
     target = goal_dipole(state.cells)
     way = (0.0, 0.0, 0.0)
@@ -282,5 +284,7 @@ def propagate(integrator, plan, tables, state, seed, x, here, first, last):
     path = DipolePath(target, way, plant.coils.lag_s)
     around = environment_tables(plan, tables)
     wheels = wheels_of(plant.rotors, state.rotors)
-    forces = Forces(plant.rigid, around, path, plant.disturbance, seed, wheels)
+    rigid = with_drawn(plant.rigid, plant.rigid.acting, state.coefficients)
+    held = present_torque(plant.held, state.held)
+    forces = Forces(rigid, around, path, held, wheels)
     return steps_by(integrator, forces, cells, x, here, first, last, plan.step_s)

@@ -9,12 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.engine import inlined, internal
+from torquer.environment.light import Light, between_edges, light_at
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.spacecraft.body import Rigid, motion_rates
 from torquer.spacecraft.coils import remaining
-from torquer.spacecraft.disturbance import DisturbanceTorque
+from torquer.spacecraft.disturbance.acting import with_coefficients
 from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, step_rotors
 
 
@@ -34,14 +35,17 @@ def dipole_after(path, t):
 
 class EnvironmentTables(NamedTuple):
     """What the orbit brings: table of position, field and gravity-gradient vector; of the air's
-    flow, () for none.
+    flow, and sunlight, () for none.
 
-    `gravity`: 1, or 0 for a run without gravity gradient.
+    `gravity`: 1, or 0 for a run without gravity gradient. `orbit_angle`: at the start [rad] and its
+    rate [rad/s], () where no torque asks.
     """
 
     orbit: Table
     air: Table | tuple
     gravity: float
+    light: Light | tuple = ()
+    orbit_angle: tuple = ()
 
 
 class Wheels(NamedTuple):
@@ -52,13 +56,13 @@ class Wheels(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What moves the body between two events; `disturbance`, `wheels`: () for none."""
+    """What moves the body between two events; `held`: torque [N m, body]; it and `wheels` () for
+    none."""
 
     rigid: Rigid
     tables: EnvironmentTables
     path: DipolePath
-    disturbance: DisturbanceTorque | tuple
-    seed: int
+    held: tuple
     wheels: Wheels | tuple
 
 
@@ -76,17 +80,26 @@ def with_wheel_momentum(rigid, spin, omega, since):
     if len(spin) == 0:
         return rigid
     momentum = add(rigid.wheel_momentum, carried_momentum(spin, omega, since))
-    return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface)
+    return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface, rigid.acting)
 
 
 @internal
-def with_reaction(disturbance, spin):
-    """The disturbance torque and that of the wheels' motors on the body; () for none of both."""
+def with_reaction(held, spin):
+    """The held torque and that of the wheels' motors on the body; () for none of both."""
     if len(spin) == 0:
-        return disturbance
-    if len(disturbance) == 0:
+        return held
+    if len(held) == 0:
         return reaction(spin)
-    return add(disturbance, reaction(spin))
+    return add(held, reaction(spin))
+
+
+@internal
+def with_drawn(rigid, acting, coefficients):
+    """The body with the present coefficients of the unmodelled torque; `acting`: its torques."""
+    if len(acting) == 0:
+        return rigid
+    present = with_coefficients(acting, coefficients)
+    return Rigid(rigid.inertia, rigid.inverse_inertia, rigid.wheel_momentum, rigid.surface, present)
 
 
 @internal
@@ -96,11 +109,38 @@ def _flow_at(air, t):
     return lookup3(air, t)
 
 
+@internal
+def _light_at(light, orbit, t):
+    if len(light) == 0:
+        return ()
+    return light_at(light.shadow, lookup3(orbit, t), lookup3(light.sun, t))
+
+
+@internal
+def _angle_at(orbit_angle, t):
+    if len(orbit_angle) == 0:
+        return ()
+    return (orbit_angle[0] + orbit_angle[1] * t,)
+
+
 @inlined
 def environment_at(tables, t):
     """The environment at time t [s]."""
     b, gravity_gradient = lookup6(tables.orbit, t, 3)
-    return LocalEnvironment(b, scale(tables.gravity, gravity_gradient), _flow_at(tables.air, t))
+    return LocalEnvironment(
+        b,
+        scale(tables.gravity, gravity_gradient),
+        _flow_at(tables.air, t),
+        _light_at(tables.light, tables.orbit, t),
+        _angle_at(tables.orbit_angle, t),
+    )
+
+
+@internal
+def with_light_between(tables, early, late):
+    """The tables with the light that there is between two edges of the shadow."""
+    light = between_edges(tables.light, tables.orbit, 0.5 * (early + late))
+    return EnvironmentTables(tables.orbit, tables.air, tables.gravity, light, tables.orbit_angle)
 
 
 @internal
@@ -121,4 +161,7 @@ def wheels_of(rotors, state):
 @internal
 def environment_tables(plan, tables):
     """The tables that move the body."""
-    return EnvironmentTables(tables.orbit, tables.air, plan.plant.gravity)
+    plant = plan.plant
+    return EnvironmentTables(
+        tables.orbit, tables.air, plant.gravity, tables.light, plant.orbit_angle
+    )

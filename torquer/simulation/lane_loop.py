@@ -18,7 +18,14 @@ from torquer.interface import UNKNOWN_ESTIMATE, put_ephemeris, put_estimate
 from torquer.lanes import LANES, lane_plant, lane_state
 from torquer.noise import normal3
 from torquer.simulation.advance import left_in_step, resolves, rk4_step
-from torquer.simulation.forces import DipolePath, Forces, environment_at, environment_tables
+from torquer.simulation.draws import draw_torques, next_draw
+from torquer.simulation.forces import (
+    DipolePath,
+    Forces,
+    environment_at,
+    environment_tables,
+    with_drawn,
+)
 from torquer.simulation.sensors import (
     attitude_sensor_step,
     deliver,
@@ -54,6 +61,7 @@ from torquer.simulation.timetable import (
 )
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.coils import present_dipole, switch_off_coils
+from torquer.spacecraft.disturbance.held import present_torque
 
 #: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
 #: needs.
@@ -254,7 +262,15 @@ def coils_in_lanes(layout, shared, cells, count):
 
 
 @internal
-def step_in_lanes(layout, shared, cells, seeds, here, middle, end, left, step, h):
+def draw_torques_in_lanes(layout, shared, cells, seeds, step):
+    """Draw the torques that jump at a step."""
+    for lane in range(LANES):
+        state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
+        draw_torques(plant, state, seeds[lane], step)
+
+
+@internal
+def step_in_lanes(layout, shared, cells, here, middle, end, left, step, h):
     """A step of RK4; `left`: parts of the dipoles' ways that are still to go."""
     for lane in range(LANES):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
@@ -262,7 +278,9 @@ def step_in_lanes(layout, shared, cells, seeds, here, middle, end, left, step, h
         if shared.coils.lag_s > 0.0:
             way = sub(present_dipole(plant.coils, state.coils), target)
         path = DipolePath(target, way, shared.coils.lag_s)
-        forces = Forces(plant.rigid, (), path, plant.disturbance, seeds[lane], ())  # type: ignore[arg-type]
+        rigid = with_drawn(plant.rigid, plant.rigid.acting, state.coefficients)
+        held = present_torque(plant.held, state.held)
+        forces = Forces(rigid, (), path, held, ())  # type: ignore[arg-type]
         x = motion_of(state.cells)
         put_motion(state.cells, rk4_step(forces, x, here, middle, end, left, step, h))
 
@@ -346,12 +364,13 @@ def run_lanes(
             place += 1
             to_record += plan.record_steps
             check_in_lanes(layout, integrator, plan, cells, here, ends, step, plan.record_steps)
-        until = min(due, to_record, last)
+        until = next_draw(shared, step, min(due, to_record, last))
+        draw_torques_in_lanes(layout, shared, cells, seeds, step)
         for each in range(step, until):
             middle = environment_at(around, (each + 0.5) * h)
             after = environment_at(around, (each + 1) * h)
             left = left_in_step(shared.coils.lag_s, (each - step) * h, h)
-            step_in_lanes(layout, shared, cells, seeds, here, middle, after, left, each, h)
+            step_in_lanes(layout, shared, cells, here, middle, after, left, each, h)
             here = after
         finish_event(layout, shared, cells, len(seeds), ends, until, (until - step) * h)
         step = until

@@ -62,6 +62,8 @@ def packed(plant: Plant, state: State) -> Packed:
         "sensors": packing.rows(state.sensors),
         "coils": packing.rows(state.coils),
         "rotors": packing.rows(state.rotors),
+        "held": packing.rows(state.held),
+        "coefficients": packing.rows(state.coefficients),
         "board": (0, Fields(_fields({"known": known}))),
     }
     parts = packing.part(plant)

@@ -60,6 +60,7 @@ def why_not_in_lanes(run: Run) -> str:
         (craft.wheels is not None, "wheels"),
         (craft.aerodynamics is not None, "aerodynamics"),
         (len(run.plan.plant.failures) > 0, "sensors that fail"),
+        ("light" in run.piece.has, "solar pressure"),
         (len(run.plan.computer.modes.regions) > 0, "modes"),
         (bool(blocks.estimators), "an estimator"),
         (not blocks.compiled, "a law in plain Python"),

@@ -61,6 +61,7 @@ from torquer.simulation.timetable import (
     timetable_of,
 )
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
+from torquer.spacecraft.disturbance import held, unmodelled
 from torquer.spacecraft.failures import FAILURE
 from torquer.spacecraft.rotors import ROTOR_STATE
 from torquer.spacecraft.sampling import Sampled
@@ -225,7 +226,7 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
     tensor = wheels.rotor_tensor_kg_m2() if wheels else None
     return Plant(
-        rigid=craft.body.pack(craft.aerodynamics, tensor),
+        rigid=craft.body.pack(craft.aerodynamics, tensor, scenario.acting_torques()),
         coils=craft.coils.pack() if craft.coils else NO_COILS,
         rotors=wheels.pack(scenario.grid_s) if wheels else (),
         magnetometer=craft.magnetometer.pack(),
@@ -235,7 +236,9 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.surroundings().shadow,
         gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
-        disturbance=scenario.disturbance_torque(),
+        held=scenario.held_torque(),
+        unmodelled=scenario.unmodelled_torque(),
+        orbit_angle=scenario.orbit_angle(),
         failures=failures_of(craft.sensors()),
     )
 
@@ -291,6 +294,8 @@ def first_state(
         sensors=sensors,
         coils=coils,
         rotors=rotors,
+        held=np.zeros(held.CELLS if plan.plant.held else 0),
+        coefficients=np.zeros(unmodelled.CELLS if plan.plant.unmodelled else 0),
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator),
     )

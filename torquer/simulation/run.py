@@ -9,6 +9,7 @@ import numpy as np
 from torquer.control.computer import Blocks
 from torquer.control.law import Law
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.light import Light, edges_of
 from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
@@ -34,8 +35,8 @@ from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 class Piece(NamedTuple):
     """Steps first..last-1 of a run and the environment tabulated for them.
 
-    `around`: the environment of which the tables are, `step_s`: of the steps; `has_sun`,
-    `has_air`: whether the tables of Sun and air are there.
+    `around`: the environment of which the tables are, `step_s`: of the steps; `has`: the tables
+    that are there beside the orbit's.
     """
 
     first: int
@@ -44,8 +45,7 @@ class Piece(NamedTuple):
     relative_error: float
     around: OrbitEnvironment
     step_s: float
-    has_sun: bool
-    has_air: bool
+    has: frozenset[str]
 
 
 @dataclass
@@ -171,11 +171,16 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     around = scenario.surroundings()
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = around.orbit_table(duration_s, plan.step_s, start_s)
-    seen, met = _tables_needed(scenario, plan)
-    sun = around.sun_table(duration_s, start_s) if seen else orbit.table
-    air = around.air_table(duration_s, start_s) if met else ()
-    tables, error = Tables(orbit.table, sun, air), orbit.relative_error
-    return Piece(first, last, tables, error, around, plan.step_s, seen, met)
+    needed = _tables_needed(scenario, plan)
+    sun = around.sun_table(duration_s, start_s) if "sun" in needed else orbit.table
+    air = around.air_table(duration_s, start_s) if "air" in needed else ()
+    light: Light | tuple[()] = ()
+    if "light" in needed:
+        shadow, period_s = around.shadow, around.orbit.period_s
+        edges_s = edges_of(shadow, orbit.table, sun, start_s, duration_s, period_s)
+        light = Light(sun, shadow, edges_s)
+    tables, error = Tables(orbit.table, sun, air, light), orbit.relative_error
+    return Piece(first, last, tables, error, around, plan.step_s, needed)
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
@@ -186,17 +191,20 @@ def _check_shared(piece: Piece, run: Run) -> None:
             "piece: must have the orbit, environment, start and steps of this run; "
             f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"
         )
-    sun, air = _tables_needed(run.scenario, run.plan)
-    if (sun and not piece.has_sun) or air != piece.has_air:
+    needed = _tables_needed(run.scenario, run.plan)
+    if not needed <= piece.has or (needed ^ piece.has) - {"sun"}:
         raise ValueError(
             "piece: must have the Sun and the air that this run needs; received others"
         )
 
 
-def _tables_needed(scenario: Scenario, plan: Plan) -> tuple[bool, bool]:
-    """Whether the tables of Sun and air are read."""
-    sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris
-    return sun, bool(scenario.spacecraft.aerodynamics)
+def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
+    """The tables beside the orbit's that are read: of the Sun, the air, and light that pushes."""
+    light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
+    sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris or light
+    air = bool(scenario.spacecraft.aerodynamics)
+    needed = {"sun": sun, "air": air, "light": light}
+    return frozenset(name for name, wanted in needed.items() if wanted)
 
 
 def next_event(plan: Plan, step: int) -> int:

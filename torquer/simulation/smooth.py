@@ -89,7 +89,7 @@ def _with_wheels(rigid, turning, torque, x, h, stage):
         return rigid, torque
     momentum, reaction = turn(turning, stage, h, x.omega)
     momentum = add(rigid.wheel_momentum, momentum)
-    body = Rigid(rigid.inertia, turning.inverse, momentum, rigid.surface)
+    body = Rigid(rigid.inertia, turning.inverse, momentum, rigid.surface, rigid.acting)
     if len(torque) == 0:
         return body, reaction
     return body, add(torque, reaction)
@@ -172,6 +172,13 @@ def attempt_5(smooth, here, x, h):
 @inlined
 def _square(q):
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
+
+
+@internal
+def from_later(smooth, tables, after_s):
+    """The same from `after_s` on, with these tables."""
+    rigid, _, path, torque, turning, start_s, since_s = smooth
+    return Smooth(rigid, tables, path, torque, turning, start_s + after_s, since_s + after_s)
 
 
 @internal

@@ -7,6 +7,7 @@ import numpy as np
 from torquer.control.allocation import Allocation, AllocationState
 from torquer.control.computer import Board, Computer
 from torquer.engine import inlined
+from torquer.environment.light import Light
 from torquer.environment.sun import Shadow
 from torquer.environment.table import Table
 from torquer.geometry.motion import Motion
@@ -14,7 +15,8 @@ from torquer.simulation.timetable import Timetable
 from torquer.spacecraft.attitude_sensor import AttitudeSensorSet
 from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.coils import CoilSet
-from torquer.spacecraft.disturbance import DisturbanceTorque
+from torquer.spacecraft.disturbance.held import HeldTorque
+from torquer.spacecraft.disturbance.unmodelled import Unmodelled
 from torquer.spacecraft.gyro import GyroSet
 from torquer.spacecraft.magnetometer import MagnetometerSet
 from torquer.spacecraft.rotors import Rotors
@@ -25,19 +27,22 @@ class Tables(NamedTuple):
     """The tabulated environment.
 
     `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun;
-    `air`: the flow [sqrt(Pa)], () where the air does not count.
+    `air`: the flow [sqrt(Pa)]; `light`: sunlight as it pushes; () where these do not count.
     """
 
     orbit: Table
     sun: Table
     air: Table | tuple
+    light: Light | tuple
 
 
 class Plant(NamedTuple):
     """The satellite: body, actuators, sensors with their errors, what disturbs it.
 
-    `rotors`: () for a satellite without wheels, `disturbance` () for one that nothing disturbs.
-    `gravity`: 1, or 0 without gravity gradient. `failures`: rows of `FAILURE`, () for none.
+    `rotors`: () for a satellite without wheels. `held`: constant and random torque, () for none;
+    `unmodelled`: sizes and jumps of that torque, `orbit_angle`: at the start [rad] and its rate,
+    () where none of `torquer.spacecraft.disturbance` acts. `gravity`: 1, or 0 without gradient.
+    `failures`: rows of `FAILURE`, () for none.
     """
 
     rigid: Rigid
@@ -50,7 +55,9 @@ class Plant(NamedTuple):
     tachometer_noise_rad_s: float
     shadow: Shadow
     gravity: float
-    disturbance: DisturbanceTorque | tuple
+    held: HeldTorque | tuple
+    unmodelled: Unmodelled | tuple
+    orbit_angle: tuple
     failures: np.ndarray | tuple[()]
 
 
@@ -105,7 +112,8 @@ class State(NamedTuple):
     """All that changes: a few arrays, so that a run can be stored and resumed exactly.
 
     `at`: steps done, and 1 while a host is to answer; `cells`: one record; `sensors`, `coils`,
-    `rotors`: state of each.
+    `rotors`: state of each; `held`: present constant and random torque; `coefficients`: present
+    ones of the unmodelled torque [N m].
     """
 
     at: np.ndarray
@@ -113,6 +121,8 @@ class State(NamedTuple):
     sensors: np.ndarray
     coils: np.ndarray
     rotors: np.ndarray
+    held: np.ndarray
+    coefficients: np.ndarray
     allocation: AllocationState
     board: Board
 

@@ -12,6 +12,7 @@ from torquer.engine import inner, internal, without_reference_counts
 from torquer.geometry.vec3 import dot
 from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.advance import is_resolved, propagate
+from torquer.simulation.draws import draw_torques, next_draw
 from torquer.simulation.forces import environment_at, environment_tables
 from torquer.simulation.sensors import begin_control_step, read_sensors
 from torquer.simulation.state import motion_of, put_goal, put_motion
@@ -174,8 +175,9 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
             to_record += plan.record_steps
             if not is_resolved(integrator, plan, state, x, here):
                 return COARSE_STEP
-        until = min(due, to_record, last)
-        x, here = propagate(integrator, plan, tables, state, seed, x, here, step, until)
+        until = next_draw(plan.plant, step, min(due, to_record, last))
+        draw_torques(plan.plant, state, seed, step)
+        x, here = propagate(integrator, plan, tables, state, x, here, step, until)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(state.cells, x)

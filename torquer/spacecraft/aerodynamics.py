@@ -2,19 +2,20 @@
 
 What a part offers to the flow depends on the angle to its axis alone: a cylinder, a plate, the
 face of a box, a sphere. Molecules give up all their momentum (drag coefficient 2, inelastic
-impact) or as much as the coefficient says; the force is along the flow. Parts do not shade each
-other, and the body turns slowly beside the flow.
+impact) or as much as the coefficient says; the force is along the flow. The body turns slowly
+beside the flow.
 """
 
-from typing import Annotated, Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
 from torquer import validate
 from torquer.engine import kernel
 from torquer.geometry.vec3 import add, cross, dot, norm, scale
-from torquer.spec import Spec, Vector
+from torquer.spacecraft.parts import AnyPart
+from torquer.spec import Spec
 
 
 class Surface(NamedTuple):
@@ -66,70 +67,11 @@ def aerodynamic_force_and_torque(surface, flow_body):
     return scale(pressure * total, direction), scale(pressure, cross(moment, direction))
 
 
-class _Part(Spec):
-    """What all parts have: a centre and a drag coefficient (2: inelastic impact)."""
-
-    centre_m: Vector = (0.0, 0.0, 0.0)
-    drag_coefficient: float = Field(default=2.0, gt=0.0)
-
-    def row(self) -> list[float]:
-        """Row of `Surface`."""
-        axis = getattr(self, "axis", (0.0, 0.0, 1.0))
-        areas = [0.5 * self.drag_coefficient * area for area in self.areas_m2()]
-        return [*areas, *axis, *self.centre_m]
-
-
-class _Directed(_Part):
-    """A part with an axis, of any length when given."""
-
-    axis: Vector
-
-    @field_validator("axis")
-    @classmethod
-    def _unit(cls, value):
-        return tuple(float(v) for v in validate.unit_rows("axis", [value])[0])
-
-
-class Cylinder(_Directed):
-    """Closed cylinder of a radius and a length; `centre_m` is the middle of its axis."""
-
-    kind: Literal["cylinder"] = "cylinder"
-    radius_m: float = Field(gt=0.0)
-    length_m: float = Field(gt=0.0)
-
-    def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
-        end = np.pi * self.radius_m**2
-        return (end, end, 2.0 * self.radius_m * self.length_m, 0.0)
-
-
-class Plate(_Directed):
-    """Flat plate, `axis` its normal; with `one_sided` only the face that the normal leaves.
-
-    Panels have two sides; the faces of a box have one each.
-    """
-
-    kind: Literal["plate"] = "plate"
-    area_m2: float = Field(gt=0.0)
-    one_sided: bool = False
-
-    def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
-        return (self.area_m2, 0.0 if self.one_sided else self.area_m2, 0.0, 0.0)
-
-
-class Sphere(_Part):
-    """Sphere of a radius."""
-
-    kind: Literal["sphere"] = "sphere"
-    radius_m: float = Field(gt=0.0)
-
-    def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
-        return (0.0, 0.0, 0.0, np.pi * self.radius_m**2)
-
-
-AnyPart = Annotated[Cylinder | Plate | Sphere, Field(discriminator="kind")]
+def _row(part: AnyPart) -> np.ndarray:
+    """Row of `Surface`."""
+    row = np.array(part.shape())
+    row[:4] *= 0.5 * part.drag_coefficient
+    return row
 
 
 class Aerodynamics(Spec):
@@ -139,27 +81,10 @@ class Aerodynamics(Spec):
 
     def pack(self) -> Surface:
         """Constants for kernels."""
-        return Surface(np.array([part.row() for part in self.parts]))
+        return Surface(np.array([_row(part) for part in self.parts]))
 
     def area_m2(self, direction) -> float:
         """Projected area [m^2] for motion along a direction (body axes, any length)."""
         towards = validate.unit_rows("direction", direction)[0]
-        plain = (part.model_copy(update={"drag_coefficient": 2.0}) for part in self.parts)
-        return float(sum(projected_area(np.array(part.row()), tuple(towards)) for part in plain))
-
-
-def box(size_m: Vector, centre_m: Vector = (0.0, 0.0, 0.0)) -> tuple[Plate, ...]:
-    """The six faces of a box with its edges along the body axes."""
-    sides = validate.finite("size_m", size_m, (3,))
-    if not np.all(sides > 0.0):
-        raise ValueError(f"size_m: must be positive; received {sides.tolist()}")
-    faces = []
-    for k in range(3):
-        for sign in (1.0, -1.0):
-            axis = sign * np.eye(3)[k]
-            middle = np.asarray(centre_m) + 0.5 * sides[k] * axis
-            area = float(np.prod(sides) / sides[k])
-            faces.append(
-                Plate(axis=tuple(axis), area_m2=area, one_sided=True, centre_m=tuple(middle))
-            )
-    return tuple(faces)
+        rows = (np.array(part.shape()) for part in self.parts)
+        return float(sum(projected_area(row, tuple(towards)) for row in rows))

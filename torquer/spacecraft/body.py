@@ -22,6 +22,7 @@ from torquer.geometry.vec3 import (
     sym_vec,
 )
 from torquer.spacecraft.aerodynamics import Aerodynamics, Surface, aerodynamic_force_and_torque
+from torquer.spacecraft.disturbance.acting import with_acting
 from torquer.spec import Inertia, Spec, Vector
 from torquer.validate import range_of
 
@@ -29,13 +30,15 @@ from torquer.validate import range_of
 class Rigid(NamedTuple):
     """Constants of the body for kernels; symmetric matrices as `sym_vec` takes them.
 
-    `surface`: what the air meets, () where there is none.
+    `surface`: what the air meets; `acting`: constants of `torquer.spacecraft.disturbance.TORQUES`;
+    () where there is none.
     """
 
     inertia: tuple
     inverse_inertia: tuple
     wheel_momentum: tuple
     surface: Surface | tuple = ()
+    acting: tuple = ()
 
 
 class Principal(NamedTuple):
@@ -54,15 +57,20 @@ def _with_air(torque, surface, flow, q):
 
 
 @inlined
-def torque_body(rigid, here, dipole_body_a_m2, q, disturbance):
-    """Torque [N m] in the body: dipole times field, gravity gradient, air, disturbance or ()."""
+def torque_body(rigid, here, dipole_body_a_m2, motion, held):
+    """Torque [N m] in the body: dipole times field, gravity gradient, air, what else acts.
+
+    `held`: torque beside all that, () for none.
+    """
+    q = motion.q
     control = cross(dipole_body_a_m2, rotate_inverse(q, here.b_t))
     gravity_gradient_body = rotate_inverse(q, here.gravity_gradient)
     torque = add(control, gravity_gradient_torque(rigid.inertia, gravity_gradient_body))
     torque = _with_air(torque, rigid.surface, here.flow, q)
-    if len(disturbance) == 0:
+    torque = with_acting(torque, rigid.acting, here, q, motion.omega)
+    if len(held) == 0:
         return torque
-    return add(torque, disturbance)
+    return add(torque, held)
 
 
 @inlined
@@ -72,10 +80,13 @@ def momentum_body(rigid, omega):
 
 
 @inlined
-def motion_rates(rigid, here, dipole_body_a_m2, motion, disturbance):
-    """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M."""
+def motion_rates(rigid, here, dipole_body_a_m2, motion, held):
+    """Euler's equations and kinematics: J omega' + omega x (J omega + h) = M.
+
+    `held`: torque [N m, body] that neither motion nor place changes, () for none.
+    """
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
-    torque = sub(torque_body(rigid, here, dipole_body_a_m2, motion.q, disturbance), gyroscopic)
+    torque = sub(torque_body(rigid, here, dipole_body_a_m2, motion, held), gyroscopic)
     return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
 
 
@@ -123,11 +134,14 @@ class Body(Spec):
         axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
         return moments, axes
 
-    def pack(self, aerodynamics: Aerodynamics | None = None, rotors_kg_m2=None) -> Rigid:
+    def pack(
+        self, aerodynamics: Aerodynamics | None = None, rotors_kg_m2=None, acting: tuple = ()
+    ) -> Rigid:
         """Constants of Euler's equations for kernels.
 
         `rotors_kg_m2`: what of the inertia (3, 3) does not resist the body's turning, as it can
-        turn by itself: that of the wheels' rotors about their axes.
+        turn by itself: that of the wheels' rotors about their axes. `acting`: constants of
+        disturbance torques.
         """
         inertia, rotors = np.array(self.inertia_kg_m2), rotors_kg_m2
         # with wheels one type, and so one compiled loop, for all
@@ -138,6 +152,7 @@ class Body(Spec):
             shape(as_symmetric(inverse)),
             as_vector(self.wheel_momentum_n_m_s),
             () if aerodynamics is None else aerodynamics.pack(),
+            acting,
         )
 
     def pack_principal(self) -> Principal:

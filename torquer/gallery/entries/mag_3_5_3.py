@@ -25,7 +25,7 @@ from torquer.gallery.entry import Answer, Entry, Verdict, chosen, near, within
 from torquer.gallery.spinning import aside, course_of
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.simulate import simulate
-from torquer.spacecraft.aerodynamics import box
+from torquer.spacecraft.parts import box
 
 PRINTED = [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]]
 DIAGONAL = [1.49, 1.51, 1.56]

@@ -1,0 +1,98 @@
+"""Disturbance torques beside gravity gradient and air: one file each, listed in `TORQUES`.
+
+A torque's file has its spec, a table within `[disturbance]` whose `pack` gives a named tuple of
+constants, and its kernel `torque(constants, here_body, omega_body)` [N m, body], where `here_body`
+is a `LocalEnvironment` in body axes. Those that a satellite has act at every stage of a step. The
+held torque is no such plug-in: it does not depend on motion or place.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer.geometry.vec3 import as_vector
+from torquer.spacecraft.disturbance.eddy_currents import (
+    NO_EDDY_CURRENTS,
+    EddyCurrents,
+    eddy_current_torque,
+)
+from torquer.spacecraft.disturbance.held import FOR_EVER, HeldTorque
+from torquer.spacecraft.disturbance.residual_dipole import (
+    NO_DIPOLE,
+    ResidualDipole,
+    residual_dipole_torque,
+)
+from torquer.spacecraft.disturbance.solar_pressure import (
+    NO_SUNLIT_SURFACE,
+    SolarPressure,
+    solar_pressure_torque,
+)
+from torquer.spacecraft.disturbance.unmodelled import (
+    NO_HARMONICS,
+    UnmodelledTorque,
+    unmodelled_torque,
+)
+from torquer.spacecraft.parts import AnyPart
+from torquer.spec import Spec, Vector
+
+
+class Torque(NamedTuple):
+    """A torque: its spec, its kernel, and the constants with which there is none."""
+
+    spec: type[Spec]
+    kernel: Callable
+    none: tuple
+
+
+#: By key of `[disturbance]`. The unmodelled one stands last: its constants change in flight.
+TORQUES = {
+    "solar_pressure": Torque(SolarPressure, solar_pressure_torque, NO_SUNLIT_SURFACE),
+    "residual_dipole": Torque(ResidualDipole, residual_dipole_torque, NO_DIPOLE),
+    "eddy_currents": Torque(EddyCurrents, eddy_current_torque, NO_EDDY_CURRENTS),
+    "unmodelled": Torque(UnmodelledTorque, unmodelled_torque, NO_HARMONICS),
+}
+
+
+class Disturbance(Spec):
+    """Disturbance torques beside the gravity gradient (`environment`) and the air (`spacecraft`).
+
+    `constant_torque_n_m`: always there, fixed in the body. `random_torque_n_m`: standard deviation
+    about each axis of a torque drawn anew every `random_hold_s` (left out: every
+    `control.sample_s`). What a random torque does depends on how long it is held: its spectral
+    density is sigma^2 times that interval. The others are tables of their own.
+    """
+
+    constant_torque_n_m: Vector = (0.0, 0.0, 0.0)
+    random_torque_n_m: float = Field(default=0.0, ge=0.0)
+    random_hold_s: float | None = Field(default=None, gt=0.0)
+    solar_pressure: SolarPressure | None = None
+    residual_dipole: ResidualDipole | None = None
+    eddy_currents: EddyCurrents | None = None
+    unmodelled: UnmodelledTorque | None = None
+
+    @property
+    def is_held(self) -> bool:
+        """Whether there is a constant or a random torque."""
+        return self.random_torque_n_m > 0.0 or any(self.constant_torque_n_m)
+
+    def pack_held(self, hold_steps: int) -> HeldTorque | tuple[()]:
+        """The constant and the random torque for kernels, () for none."""
+        if not self.is_held:
+            return ()
+        constant = as_vector(self.constant_torque_n_m)
+        steps = hold_steps if self.random_torque_n_m > 0.0 else FOR_EVER
+        return HeldTorque(constant, self.random_torque_n_m, steps)
+
+    def pack(self, parts: tuple[AnyPart, ...]) -> tuple:
+        """Constants of the torques of `TORQUES`, in its order, for kernels; () for none of them.
+
+        `parts`: of the body. One type for all satellites that have any: a loop is compiled once.
+        """
+        given = {name: getattr(self, name) for name in TORQUES}
+        if not any(given.values()):
+            return ()
+        return tuple(
+            torque.none if given[name] is None else given[name].pack(parts)
+            for name, torque in TORQUES.items()
+        )

@@ -1,0 +1,58 @@
+"""The disturbance torques that act on a body, added; their kernels are chosen by type."""
+
+from numba.extending import overload
+
+from torquer.engine import OPTIONS, internal
+from torquer.environment.local import in_body
+from torquer.geometry.vec3 import add
+from torquer.spacecraft.disturbance import TORQUES
+from torquer.spacecraft.disturbance.unmodelled import Harmonics
+
+_KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
+_INLINED = {**OPTIONS, "forceinline": True}
+
+
+def torque_of(constants, here_body, omega_body):
+    """Torque [N m, body] by its constants."""
+    return _KERNELS[type(constants)](constants, here_body, omega_body)
+
+
+@overload(torque_of, jit_options=_INLINED)
+def _choose(constants, here_body, omega_body):
+    kernel = _KERNELS[constants.instance_class]
+    return lambda constants, here_body, omega_body: kernel(constants, here_body, omega_body)
+
+
+def added(torque, acting, here_body, omega_body):
+    """A torque [N m, body] and those of the constants, one after another."""
+    if len(acting) == 0:
+        return torque
+    total = add(torque, torque_of(acting[0], here_body, omega_body))
+    return added(total, acting[1:], here_body, omega_body)
+
+
+@overload(added, jit_options=_INLINED)
+def _one_by_one(torque, acting, here_body, omega_body):
+    return added
+
+
+@internal
+def with_acting(torque, acting, here, q, omega_body):
+    """A torque [N m, body] and those that act beside it; `acting`: () for none."""
+    if len(acting) == 0:
+        return torque
+    return added(torque, acting, in_body(here, q), omega_body)
+
+
+@internal
+def with_coefficients(acting, cells):
+    """The torques with the present coefficients (15 cells) of the unmodelled one, the last."""
+    present = Harmonics(
+        acting[-1].is_on,
+        (cells[0], cells[1], cells[2]),
+        (cells[3], cells[4], cells[5]),
+        (cells[6], cells[7], cells[8]),
+        (cells[9], cells[10], cells[11]),
+        (cells[12], cells[13], cells[14]),
+    )
+    return acting[:-1] + (present,)  # noqa: RUF005 (kernels know no stars)

@@ -1,0 +1,75 @@
+"""Eddy currents in the conducting parts of a body that turns in the field: they brake it."""
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from torquer import validate
+from torquer.engine import inlined
+from torquer.geometry.vec3 import as_symmetric, cross, sym_vec
+from torquer.spec import Spec, Vector
+
+
+class EddyTensor(NamedTuple):
+    """The magnetic tensor [N m s/T^2] for kernels, as `sym_vec` takes it; `is_on`: 1, or 0."""
+
+    is_on: float
+    tensor: tuple
+
+
+NO_EDDY_CURRENTS = EddyTensor(0.0, (0.0,) * 6)
+
+
+@inlined
+def eddy_current_torque(eddy, here_body, omega_body):
+    """Torque [N m, body] of the dipole K (omega x B) that the currents make: K (omega x B) x B.
+
+    It takes energy: omega . M = -(omega x B) . K (omega x B). The field's own change along the
+    orbit is neglected. J. Wertz (ed.), 'Spacecraft Attitude Determination and Control' (1978),
+    section 17.2; for a thin spherical shell of radius r, thickness d, conductivity s it gives
+    K = 2/3 pi s d r^4.
+    """
+    if eddy.is_on == 0.0:
+        return (0.0, 0.0, 0.0)
+    b = here_body.b_t
+    return cross(sym_vec(eddy.tensor, cross(omega_body, b)), b)
+
+
+_KEY = "damping_n_m_s_per_t2"
+
+
+def _tensor(value) -> np.ndarray:
+    """Tensor (3, 3) of a number, three principal values or a tensor."""
+    given = validate.finite(_KEY, value)
+    return given if given.ndim == 2 else np.diag(np.broadcast_to(given, 3))
+
+
+def _positive(value):
+    tensor = _tensor(value)
+    size = np.abs(tensor).max()
+    if not np.allclose(tensor, tensor.T, rtol=0.0, atol=1e-9 * size):
+        raise ValueError(f"{_KEY}: must be symmetric; received {tensor.tolist()}")
+    least = float(np.linalg.eigvalsh(tensor)[0])
+    if least < -1e-9 * size:
+        raise ValueError(
+            f"{_KEY}: must have no negative principal value, or the currents would drive the "
+            f"body; received {least:g}"
+        )
+    return value
+
+
+class EddyCurrents(Spec):
+    """Torque of eddy currents, K (omega x B) x B.
+
+    `damping_n_m_s_per_t2`: the tensor K as one number, as three (about the body axes) or as 3x3.
+    """
+
+    damping_n_m_s_per_t2: Annotated[
+        Annotated[float, Field(ge=0.0)] | Vector | tuple[Vector, Vector, Vector],
+        AfterValidator(_positive),
+    ]
+
+    def pack(self, parts) -> EddyTensor:
+        """Constants for kernels; the body's `parts` do not matter."""
+        return EddyTensor(1.0, as_symmetric(_tensor(self.damping_n_m_s_per_t2)))

@@ -1,0 +1,53 @@
+"""Torque fixed in the body: a constant one, and a random one held for an interval."""
+
+from typing import NamedTuple
+
+from torquer import noise
+from torquer.engine import internal
+from torquer.geometry.vec3 import add_scaled, put_vector
+
+STREAM = 6
+#: Cells of the torque in the state.
+CELLS = 3
+#: Steps for which a torque is held that never changes.
+FOR_EVER = 1 << 62
+
+
+class HeldTorque(NamedTuple):
+    """Constants of the held torque for kernels; its random part is held `hold_steps`."""
+
+    constant_n_m: tuple
+    random_n_m: float
+    hold_steps: int
+
+
+@internal
+def draw_held(held, seed, step, cells):
+    """Put the torque [N m, body] that holds from a step on into its cells, if it changes there.
+
+    `held`: () for a satellite without.
+    """
+    if len(held) == 0:
+        return
+    if step % held.hold_steps == 0:
+        drawn = noise.normal3(seed, STREAM, step // held.hold_steps)
+        put_vector(cells, add_scaled(held.constant_n_m, held.random_n_m, drawn))
+
+
+@internal
+def end_of_hold(held, step, last):
+    """The step at which the random torque changes, `last` at the latest."""
+    if len(held) == 0:
+        return last
+    return min(last, step - step % held.hold_steps + held.hold_steps)
+
+
+@internal
+def present_torque(held, cells):
+    """The torque [N m, body] that is held now; () for a satellite without.
+
+    An empty tuple is a type of its own: zeros cost 5 to 9 ns of the 68 of an RK4 step.
+    """
+    if len(held) == 0:
+        return ()
+    return (cells[0], cells[1], cells[2])

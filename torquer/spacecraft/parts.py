@@ -1,0 +1,111 @@
+"""Parts that a body is made of, as air and sunlight meet them: cylinders, plates, spheres.
+
+Parts do not shade each other.
+"""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, field_validator, model_validator
+
+from torquer import validate
+from torquer.spec import Spec, Vector
+
+_Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
+
+
+class _Part(Spec):
+    """What all parts have: a centre; how air and sunlight leave their surface.
+
+    `drag_coefficient`: 2 for inelastic impact. `specular_reflectivity`, `diffuse_reflectivity`:
+    fractions of sunlight; the rest is absorbed.
+    """
+
+    centre_m: Vector = (0.0, 0.0, 0.0)
+    drag_coefficient: float = Field(default=2.0, gt=0.0)
+    specular_reflectivity: _Fraction = 0.0
+    diffuse_reflectivity: _Fraction = 0.0
+
+    @model_validator(mode="after")
+    def _no_more_light_leaves_than_comes(self):
+        if self.specular_reflectivity + self.diffuse_reflectivity > 1.0 + 1e-12:
+            raise ValueError(
+                f"diffuse_reflectivity: must be at most {1.0 - self.specular_reflectivity:g}, what "
+                f"specular_reflectivity leaves; received {self.diffuse_reflectivity:g}"
+            )
+        return self
+
+    def shape(self) -> list[float]:
+        """Areas [m^2] along, against, beside the axis, and from anywhere; axis; centre [m]."""
+        axis = getattr(self, "axis", (0.0, 0.0, 1.0))
+        return [*self.areas_m2(), *axis, *self.centre_m]
+
+
+class _Directed(_Part):
+    """A part with an axis, of any length when given."""
+
+    axis: Vector
+
+    @field_validator("axis")
+    @classmethod
+    def _unit(cls, value):
+        return tuple(float(v) for v in validate.unit_rows("axis", [value])[0])
+
+
+class Cylinder(_Directed):
+    """Closed cylinder of a radius and a length; `centre_m` is the middle of its axis."""
+
+    kind: Literal["cylinder"] = "cylinder"
+    radius_m: float = Field(gt=0.0)
+    length_m: float = Field(gt=0.0)
+
+    def areas_m2(self) -> tuple[float, float, float, float]:
+        """Areas along, against, beside the axis, and from anywhere."""
+        end = np.pi * self.radius_m**2
+        return (end, end, 2.0 * self.radius_m * self.length_m, 0.0)
+
+
+class Plate(_Directed):
+    """Flat plate, `axis` its normal; with `one_sided` only the face that the normal leaves.
+
+    Panels have two sides; the faces of a box have one each.
+    """
+
+    kind: Literal["plate"] = "plate"
+    area_m2: float = Field(gt=0.0)
+    one_sided: bool = False
+
+    def areas_m2(self) -> tuple[float, float, float, float]:
+        """Areas along, against, beside the axis, and from anywhere."""
+        return (self.area_m2, 0.0 if self.one_sided else self.area_m2, 0.0, 0.0)
+
+
+class Sphere(_Part):
+    """Sphere of a radius."""
+
+    kind: Literal["sphere"] = "sphere"
+    radius_m: float = Field(gt=0.0)
+
+    def areas_m2(self) -> tuple[float, float, float, float]:
+        """Areas along, against, beside the axis, and from anywhere."""
+        return (0.0, 0.0, 0.0, np.pi * self.radius_m**2)
+
+
+AnyPart = Annotated[Cylinder | Plate | Sphere, Field(discriminator="kind")]
+
+
+def box(size_m: Vector, centre_m: Vector = (0.0, 0.0, 0.0)) -> tuple[Plate, ...]:
+    """The six faces of a box with its edges along the body axes."""
+    sides = validate.finite("size_m", size_m, (3,))
+    if not np.all(sides > 0.0):
+        raise ValueError(f"size_m: must be positive; received {sides.tolist()}")
+    faces = []
+    for k in range(3):
+        for sign in (1.0, -1.0):
+            axis = sign * np.eye(3)[k]
+            middle = np.asarray(centre_m) + 0.5 * sides[k] * axis
+            area = float(np.prod(sides) / sides[k])
+            faces.append(
+                Plate(axis=tuple(axis), area_m2=area, one_sided=True, centre_m=tuple(middle))
+            )
+    return tuple(faces)
