@@ -329,3 +329,13 @@ def test_dask_gives_the_same_bits_when_a_worker_is_killed(scenario):
             scenario, made, where=cluster.scheduler_address, progress=kill_one
         )
     assert there.identical(here)
+
+
+def test_an_interrupted_campaign_on_dask_goes_on(scenario, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    with distributed.LocalCluster(1, threads_per_worker=1, dashboard_address=None) as cluster:
+        address = cluster.scheduler_address
+        interrupted(scenario, made, path, address)
+        resumed = torquer.fly_campaign(scenario, made, to=path, where=address, resume=True)
+    assert resumed.identical(torquer.fly_campaign(scenario, made))

@@ -98,7 +98,8 @@ def _cluster(address: str):
             f"received {address!r}"
         ) from None
     try:
-        return Client(address, timeout="10s")
+        # as the default one it would be asked for locks when files are written here
+        return Client(address, timeout="10s", set_as_default=False)
     except (OSError, ValueError) as error:
         raise ValueError(
             f"where: must be the address of a Dask scheduler; received {address!r} ({error})"
