@@ -369,6 +369,8 @@ ODD = st.one_of(
     st.dictionaries(st.sampled_from(["uniform", "values", "normal", "x"]), st.floats(), max_size=2),
     st.sampled_from(["uniform", "sun", "grid", "success", [1, 2], [[1, 2], [3, 4]], 1e300, 0, -1]),
 )
+#: Keys without the words that no message may have: hypothesis finds them in this file.
+KEYS = st.text(max_size=10).filter(lambda key: "function-" not in key and "pydantic" not in key)
 WHOLE = {
     "runs": 10,
     "seed": 1,
@@ -407,7 +409,7 @@ def test_no_mutation_gives_anything_but_a_campaign_or_its_error(make, data):
         if action == "remove":
             del inner[place[-1]]
         else:
-            key = place[-1] if action == "replace" else data.draw(st.text(max_size=10))
+            key = place[-1] if action == "replace" else data.draw(KEYS)
             inner[key] = data.draw(ODD)
     try:
         assert isinstance(campaign_from_data(table, make()), Campaign)
