@@ -168,6 +168,13 @@ def test_a_law_edited_since_is_refused(scenario, tmp_path):
         torquer.fly_campaign(own, campaign(own, runs=2), to=path, resume=True)
 
 
+def test_the_file_of_a_single_run_is_no_campaign_to_go_on_with(scenario, tmp_path):
+    path = tmp_path / "result.nc"
+    torquer.simulate(scenario, to=path)
+    with pytest.raises(ValueError, match=r"^to: must be the file of a campaign; received "):
+        torquer.fly_campaign(scenario, campaign(scenario, runs=2), to=path, resume=True)
+
+
 def test_no_member_is_dropped_by_fewer_runs(scenario, tmp_path):
     path = tmp_path / "campaign.nc"
     there = len(interrupted(scenario, campaign(scenario), path)) * 8

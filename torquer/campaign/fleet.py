@@ -53,7 +53,7 @@ class Fleet:
         places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
         self.kept = np.unique(places.round().astype(int))
         self.base, self._pieces = run, Pieces(run)
-        around = [key for key in campaign.keys if key.startswith(_OF_SURROUNDINGS)]
+        around = [key for key in campaign.varied_keys if key.startswith(_OF_SURROUNDINGS)]
         self._first_piece = None if around else run.piece
         self._lanes, self.why_not_in_lanes = self._side_by_side(around)
         self._along = _along(scenario, campaign, self.t_s)
@@ -74,7 +74,7 @@ class Fleet:
             lanes = Lanes(self.base, self._pieces)
         except ValueError as error:  # of a user's law
             return None, str(error)
-        for key in self.campaign.keys:
+        for key in self.campaign.varied_keys:
             if not self._may_vary(key, lanes):
                 return None, f"{key} varies, and members flown together share it"
         return lanes, ""

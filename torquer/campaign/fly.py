@@ -102,7 +102,7 @@ def _check_free(path: Path) -> None:
 
 
 class _Known:
-    """What is known of a campaign: the members `there`, and how many `members` it is to have.
+    """What is known of a campaign: which members are `there`, how many `members` it is to have.
 
     A stopping rule is looked at when the members are there up to a whole number of chunks: neither
     the order in which chunks end nor a resume changes where the campaign ends.
@@ -110,9 +110,9 @@ class _Known:
 
     def __init__(self, campaign: Campaign):
         self.runs = self.members = campaign.runs
-        self.there: set[int] = set()
-        self._stop, self._values = campaign.stop, np.empty(0)
-        self._waiting: dict[int, float] = {}
+        self.there, self.done = np.zeros(campaign.runs, bool), 0
+        self._stop, self._looked_at = campaign.stop, 0
+        self._values = np.empty(campaign.runs if campaign.stop else 0)
 
     @property
     def has_enough(self) -> bool:
@@ -121,30 +121,37 @@ class _Known:
 
     def add(self, data: xr.Dataset) -> None:
         """Take in members that have been flown."""
-        members = data["member"].values.tolist()
-        self.there.update(members)
+        members = data["member"].values
+        self.done += int(np.count_nonzero(~self.there[members]))
+        self.there[members] = True
         if self._stop is None or self.has_enough:
             return
         name = "succeeded" if self._stop.outcome == SUCCESS else self._stop.outcome
-        self._waiting |= dict(zip(members, data[name].values.tolist(), strict=True))
-        while (first := len(self._values)) < self.runs and not self.has_enough:
-            span = range(first, min(first + CHUNK, self.runs))
-            if not self.there.issuperset(span):
+        self._values[members] = data[name].values
+        for last in self._ends_of_chunks():
+            self._looked_at = last
+            if is_enough(self._stop, self._values[:last]):
+                self.members = last
                 return
-            self._values = np.append(self._values, [self._waiting.pop(member) for member in span])
-            if is_enough(self._stop, self._values):
-                self.members = len(self._values)
+
+    def _ends_of_chunks(self) -> Iterator[int]:
+        """Numbers of members up to the ends of chunks, as far as all members are there."""
+        for first in range(self._looked_at, self.runs, CHUNK):
+            last = min(first + CHUNK, self.runs)
+            if not self.there[first:last].all():
+                return
+            yield last
 
 
 def _spans(known: _Known) -> Iterator[tuple[int, int]]:
     """First and last members of the chunks that are missing, as long as there are not enough."""
     for first in range(0, known.runs, CHUNK):
         last = min(first + CHUNK, known.runs)
-        missing = [member for member in range(first, last) if member not in known.there]
+        missing = np.flatnonzero(~known.there[first:last])
         if known.has_enough:
             return
-        if missing:
-            yield missing[0], last
+        if len(missing):
+            yield first + int(missing[0]), last
 
 
 def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
@@ -168,4 +175,4 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
                 put_chunk(path, data)
             known.add(data)
             if progress:
-                progress(Progress(len(known.there), known.runs))
+                progress(Progress(known.done, known.runs))

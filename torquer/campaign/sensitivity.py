@@ -53,8 +53,9 @@ def intervals(f_a, f_b, f_ab, confidence: float = 0.95) -> list[Interval]:
     """Intervals of all indices, first-order ones and then total ones: bootstrap over the points."""
     terms, rng = _terms(f_a, f_b, f_ab), np.random.default_rng(0)
     points = terms.shape[1]
-    drawn = (terms[:, rng.integers(points, size=points)] for _ in range(_RESAMPLES))
-    found = _of_means(np.array([each.mean(axis=1) for each in drawn]))
+    drawn = (rng.integers(points, size=points) for _ in range(_RESAMPLES))
+    counts = (np.bincount(each, minlength=points) for each in drawn)
+    found = _of_means(np.array([terms @ each / points for each in counts]))
     tail = 0.5 * (1.0 - confidence)
     low, high = np.nanquantile(found, (tail, 1.0 - tail), axis=0)
     return [Interval(*ends) for ends in zip(low.tolist(), high.tolist(), strict=True)]

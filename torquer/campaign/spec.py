@@ -216,14 +216,15 @@ class Campaign(Spec):
         return self
 
     @property
-    def keys(self) -> list[str]:
+    def varied_keys(self) -> list[str]:
         """Keys of the scenario that vary, in the order of their numbers."""
         return [*self.vary, *(key for together in self.correlated for key in together.keys)]
 
     @property
     def in_words(self) -> str:
         """How many runs, and what varies."""
-        varied = f"; varied: {', '.join(self.keys)}" if self.keys else ", differing by noise only"
+        keys = self.varied_keys
+        varied = f"; varied: {', '.join(keys)}" if keys else ", which differ by their noise only"
         return f"{self.runs} runs, sampling {self.sampling!r}{varied}"
 
     @property

@@ -140,12 +140,14 @@ def check_same(path: Path, fleet: Fleet) -> None:
     if not files:
         return
     began, last = load(files[0]), load(files[-1])
+    if "campaign" not in began.attrs:
+        raise ValueError(f"to: must be the file of a campaign; received {path}")
     check_version(began)
     if not of_one_run(scenario_in(began), fleet.scenario):
         raise ValueError(f"scenario: must be that with which {path} began; received another")
     now = attributes_of(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
-    _check_laws(path, *(json.loads(each["laws"]) for each in (began.attrs, now)))
+    _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
     there = max(int(each["member"].max()) for each in (began, last)) + 1
     if fleet.campaign.runs < there:
         raise ValueError(
@@ -171,7 +173,7 @@ def _check_table(path: Path, began: dict, now: dict) -> None:
 
 def _check_laws(path: Path, began: dict, now: dict) -> None:
     for key, law in now.items():
-        if law["source"] != began[key]["source"]:
+        if law["source"] != began.get(key, law)["source"]:
             raise ValueError(
                 f"{key} {law['name']}: must be the one with which {path} began; its file, or one "
                 "that it imports from beside it, has been edited since"
