@@ -13,7 +13,7 @@ from torquer.conventions import ASTRONOMICAL_UNIT_M
 from torquer.engine import inlined, kernel
 from torquer.environment.sun import Shadow, lit_fraction_at
 from torquer.environment.table import Table, lookup3
-from torquer.geometry.vec3 import dot, scale, sub
+from torquer.geometry.vec3 import dot, put_vector, scale, sub, vector_of
 
 #: Pressure of sunlight at 1 au [Pa]: 1361 W/m^2 (G. Kopp, J. Lean, 2011) by the speed of light.
 PRESSURE_AT_1_AU_PA = 1361.0 / 299792458.0
@@ -37,6 +37,19 @@ def light_at(shadow, r_m, sun_m):
     square = dot(to_sun, to_sun)
     pressure = PRESSURE_AT_1_AU_PA * ASTRONOMICAL_UNIT_M**2 / square
     return scale(lit_fraction_at(shadow, r_m, sun_m) * pressure / math.sqrt(square), to_sun)
+
+
+@kernel
+def _fill_light(shadow, r_m, sun_m, out):
+    for k in range(out.shape[0]):
+        put_vector(out[k], light_at(shadow, vector_of(r_m[k]), vector_of(sun_m[k])))
+
+
+def light_along(shadow: Shadow, r_m: np.ndarray, sun_m: np.ndarray) -> np.ndarray:
+    """The same at positions [n, 3], of the Sun likewise."""
+    out = np.empty_like(r_m)
+    _fill_light(shadow, np.ascontiguousarray(r_m), np.ascontiguousarray(sun_m), out)
+    return out
 
 
 @kernel

@@ -6,7 +6,7 @@ from torquer.engine import OPTIONS, internal
 from torquer.environment.local import in_body
 from torquer.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
-from torquer.spacecraft.disturbance.unmodelled import Harmonics
+from torquer.spacecraft.disturbance.unmodelled import harmonics_of
 
 _KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
 _INLINED = {**OPTIONS, "forceinline": True}
@@ -47,12 +47,5 @@ def with_acting(torque, acting, here, q, omega_body):
 @internal
 def with_coefficients(acting, cells):
     """The torques with the present coefficients (15 cells) of the unmodelled one, the last."""
-    present = Harmonics(
-        acting[-1].is_on,
-        (cells[0], cells[1], cells[2]),
-        (cells[3], cells[4], cells[5]),
-        (cells[6], cells[7], cells[8]),
-        (cells[9], cells[10], cells[11]),
-        (cells[12], cells[13], cells[14]),
-    )
+    present = harmonics_of(acting[-1].is_on, cells)
     return acting[:-1] + (present,)  # noqa: RUF005 (kernels know no stars)

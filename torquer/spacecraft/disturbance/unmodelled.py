@@ -58,6 +58,19 @@ def unmodelled_torque(harmonics, here_body, omega_body):
     return add_scaled(torque, (c - s) * (c + s), harmonics.cosine_2)
 
 
+@inlined
+def harmonics_of(is_on, cells):
+    """The torque with coefficients from their 15 cells."""
+    return Harmonics(
+        is_on,
+        (cells[0], cells[1], cells[2]),
+        (cells[3], cells[4], cells[5]),
+        (cells[6], cells[7], cells[8]),
+        (cells[9], cells[10], cells[11]),
+        (cells[12], cells[13], cells[14]),
+    )
+
+
 @internal
 def draw_coefficients(unmodelled, seed, step, cells):
     """Put the coefficients that hold from a step on into their cells, if they jump there.

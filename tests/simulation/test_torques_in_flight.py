@@ -1,0 +1,211 @@
+"""Disturbance torques in the loop: their work on the momentum, jumps, shadow, resuming."""
+
+import numpy as np
+import pytest
+from integrators import INTEGRATORS, by
+from scipy.integrate import simpson
+from scipy.spatial.transform import Rotation
+
+from torquer import engine, load, noise, resume, save, simulate
+from torquer.analysis.budget import torques_along
+from torquer.environment.light import PRESSURE_AT_1_AU_PA
+from torquer.scenario.load import ScenarioError
+from torquer.simulation.result import scenario_of
+
+needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+
+PANEL = {"kind": "plate", "axis": [0, 0.6, 0.8], "area_m2": 1.5, "centre_m": [0.5, 0.1, 0.0],
+         "specular_reflectivity": 0.3, "diffuse_reflectivity": 0.1}  # fmt: skip
+BALL = {"kind": "sphere", "radius_m": 0.4, "centre_m": [0.0, -0.3, 0.2]}
+LIGHT = {"solar_pressure": {"parts": [PANEL, BALL]}}
+REST = {
+    "residual_dipole": {"constant_a_m2": [0.01, 0.0, -0.02], "amplitude_a_m2": [0.0, 0.02, 0.0],
+                        "cycles_per_orbit": 0.5, "phase_deg": 30.0},
+    "unmodelled": {"constant_n_m": 1e-7, "harmonic_1_n_m": 2e-7, "harmonic_2_n_m": 1e-7,
+                   "hold_s": 250.0},
+}  # fmt: skip
+EDDIES = {"eddy_currents": {"damping_n_m_s_per_t2": [3e3, 2e3, 1e3]}}
+SHARP = {"environment.eclipse": "cylindrical"}
+
+
+def disturbed(make, given, integrator="rk4", **changes):
+    """One revolution through the shadow, from the node on."""
+    keys = {
+        "start": "2025-03-20T00:00:00Z",
+        "spacecraft.coils": None,
+        "initial.rate_deg_s": [0.2, -0.1, 0.15],
+        "control": {"law": {"kind": "off"}, "sample_s": 50.0},
+        "simulation": {"duration_s": 5500.0, "record_s": 5.0, "step_s": 1.0},
+        "disturbance": given,
+    }
+    return make(keys | by(integrator) | changes)
+
+
+def everything(integrator):
+    """All torques that an integrator takes."""
+    return LIGHT | REST | ({} if integrator == "splitting" else EDDIES)
+
+
+def momentum_gained(result):
+    return result.momentum_inertial.values[-1] - result.momentum_inertial.values[0]
+
+
+@needs_jit
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_momentum_gained_is_the_integral_of_the_torques(make, integrator):
+    """The torques along the recorded motion are those of the kernels; sums are the loop's."""
+    without = {"environment.gravity_gradient": False}
+    result = simulate(disturbed(make, everything(integrator), integrator, **without))
+    along = torques_along(result)
+    assert set(along) == {*everything(integrator)}
+    attitude = Rotation.from_quat(result.q_body_to_inertial.values)
+    t, expected = result.time.values, np.zeros(3)
+    for first in range(0, 1100, 50):  # the unmodelled one jumps every 250 s
+        last = min(first + 50, 1100)
+        for name, torque in along.items():
+            rows = torque[first : last + 1].copy()
+            if name == "unmodelled":  # after the jump at the end of the span
+                rows[-1] = 2.0 * rows[-2] - rows[-3]
+            turned = attitude[first : last + 1].apply(rows)
+            expected += simpson(turned, x=t[first : last + 1], axis=0)
+    gained = momentum_gained(result)
+    assert np.linalg.norm(gained) > 1e-4
+    assert gained == pytest.approx(expected, abs=2e-3 * np.linalg.norm(expected))
+
+
+@needs_jit
+@pytest.mark.parametrize("shadow", [{}, SHARP], ids=["conical", "cylindrical"])
+def test_adaptive_steps_end_at_the_edges_of_the_shadow(make, shadow):
+    """The motion is that of steps so short that the shadow's edge does not matter."""
+    keys = shadow | {"simulation.record_s": 50.0}
+    auto = simulate(disturbed(make, LIGHT, "auto", **keys))
+    fine = {"simulation.tolerance": 1e-13}
+    exact = simulate(disturbed(make, LIGHT, "dop853", **keys, **fine))
+    p, q = auto.q_body_to_inertial.values, exact.q_body_to_inertial.values
+    apart = 2.0 * np.minimum(np.linalg.norm(p - q, axis=1), np.linalg.norm(p + q, axis=1)).max()
+    assert apart < float(auto.integration_error) + 1e-10 < np.radians(1e-4)
+    assert float(auto.least_step) > 1e-3  # no groping for the edge
+
+
+@needs_jit
+def test_in_the_umbra_sunlight_does_nothing(make):
+    keys = {"environment.gravity_gradient": False, "simulation.tolerance_deg": 1e-8}
+    result = simulate(disturbed(make, LIGHT, "auto", **keys))
+    dark, momentum = result.lit.values == 0.0, result.momentum_inertial.values
+    inside = dark[1:] & dark[:-1]
+    change = np.linalg.norm(np.diff(momentum, axis=0), axis=1)
+    assert inside.sum() > 300
+    assert change[inside].max() < 1e-14
+    assert np.median(change[~inside]) > 1e-6
+
+
+@needs_jit
+def test_a_black_ball_beside_the_centre_of_mass_feels_its_cross_section(make):
+    """M = -c x P pi r^2 s, at rest on the first second."""
+    keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [0.0, 0.0, 0.0],
+            "simulation.duration_s": 50.0}  # fmt: skip
+    result = simulate(disturbed(make, {"solar_pressure": {"parts": [BALL]}}, **keys))
+    sun = result.sun_inertial.values[0]
+    body = Rotation.from_quat(result.q_body_to_inertial.values[0]).inv().apply(sun)
+    # in March the Sun is 0.995 to 1.000 au away
+    torque = -np.cross(BALL["centre_m"], PRESSURE_AT_1_AU_PA * np.pi * 0.16 * body)
+    attitude = Rotation.from_quat(result.q_body_to_inertial.values[0])
+    expected = 50.0 * attitude.apply(torque)
+    assert momentum_gained(result) == pytest.approx(expected, rel=0.012)
+
+
+@needs_jit
+@pytest.mark.parametrize("integrator", ["auto", "rk4"])
+def test_the_unmodelled_torque_jumps_when_it_is_said_to_and_to_what_was_drawn(make, integrator):
+    """A sphere without anything else: its momentum is a broken line."""
+    given = {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}}
+    keys = {
+        "spacecraft.body.inertia_kg_m2": [1e3] * 3,
+        "environment.gravity_gradient": False,
+        "initial.rate_deg_s": [0.0, 0.0, 0.0],
+        "simulation.duration_s": 300.0,
+        "seed": 11,
+    }
+    result = simulate(disturbed(make, given, integrator, **keys))
+    slopes = np.diff(result.omega_body.values, axis=0) * 1e3 / 5.0
+    drawn = [1e-6 * np.array(noise.normal3(11, 8, 5 * (k // 6))) for k in range(60)]
+    assert slopes == pytest.approx(np.array(drawn), abs=1e-13)
+    other = simulate(disturbed(make, given, integrator, **keys | {"seed": 12}))
+    assert not np.array_equal(other.omega_body, result.omega_body)
+
+
+@needs_jit
+@pytest.mark.parametrize("integrator", INTEGRATORS)
+def test_a_run_goes_on_with_the_same_bits(make, integrator, tmp_path):
+    """Stopped between two jumps, at one, in the shadow; also where coils lag."""
+    coils = {"limit_a_m2": 1.0, "lag_s": 0.7}
+    control = {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e4}, "sample_s": 3.0}
+    given = everything(integrator) | {"random_torque_n_m": 1e-7, "random_hold_s": 7.0}
+    keys = {"spacecraft.coils": coils, "control": control, "simulation.duration_s": 2000.0}
+    scenario = disturbed(make, given, integrator, **keys)
+    whole = simulate(scenario)
+    for stop_s in (500.0, 703.0, 1703.0):
+        part = simulate(scenario, until_s=stop_s)
+        save(part, tmp_path / "part.nc")
+        on = resume(load(tmp_path / "part.nc"))
+        for name in ("omega_body", "q_body_to_inertial", "checkpoint"):
+            assert np.array_equal(on[name], whole[name], equal_nan=True), (stop_s, name)
+
+
+@needs_jit
+def test_eddy_currents_brake_what_turns_across_the_field(make):
+    given = {"eddy_currents": {"damping_n_m_s_per_t2": 2e5}}
+    keys = {"environment.gravity_gradient": False, "initial.rate_deg_s": [3.0, -2.0, 1.0]}
+    result = simulate(disturbed(make, given, **keys))
+    inertia = np.array(scenario_of(result).spacecraft.body.inertia_kg_m2)
+    w = result.omega_body.values
+    energy = 0.5 * np.sum(w * (w @ inertia), axis=1)
+    assert (np.diff(energy) < 0.0).all()
+    turning = np.cross(w, result.b_body.values)
+    work = -simpson(2e5 * np.sum(turning**2, axis=1), x=result.time.values)
+    assert energy[-1] - energy[0] == pytest.approx(work, rel=1e-4)
+
+
+@needs_jit
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"residual_dipole": {}},
+        {"eddy_currents": {"damping_n_m_s_per_t2": 0.0}},
+        {"unmodelled": {"hold_s": 100.0}},
+    ],
+    ids=str,
+)
+def test_a_torque_of_no_size_leaves_the_motion_as_it_is(make, given):
+    still = simulate(disturbed(make, {}, **{"simulation.duration_s": 1000.0}))
+    other = simulate(disturbed(make, given, **{"simulation.duration_s": 1000.0}))
+    assert other.omega_body.values == pytest.approx(still.omega_body.values, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("given", "changes", "told"),
+    [
+        ({"solar_pressure": {}}, {},
+         "disturbance.solar_pressure.parts: must be given without spacecraft.aerodynamics, whose "
+         "parts they would be; received none"),
+        ({"unmodelled": {"hold_s": 2.5}}, {},
+         "disturbance.unmodelled.hold_s: must be a whole multiple of step_s = 1 s; received 2.5 s"),
+        ({"unmodelled": {"constant_n_m": 1e-6}}, {},
+         "disturbance.unmodelled.hold_s: must be given; received nothing"),
+        ({"unmodelled": {"constant_n_m": -1e-6, "hold_s": 10.0}}, {},
+         "disturbance.unmodelled.constant_n_m: must be greater than or equal to 0; "
+         "received -1e-06"),
+        (EDDIES, {"simulation.integrator": "splitting"},
+         "simulation.integrator: must be 'auto', 'rk4' or 'dop853' with disturbance.eddy_currents; "
+         "received 'splitting'"),
+        ({"residual_dipole": {"cycles_per_orbit": 0.0}}, {},
+         "disturbance.residual_dipole.cycles_per_orbit: must be greater than 0; received 0.0"),
+        ({"solar_pressure": {"parts": [{"kind": "cone"}]}}, {},
+         "disturbance.solar_pressure.parts[0].kind: must be one of cylinder, plate, sphere; "
+         "received 'cone'"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_told_in_one_line(make, given, changes, told):
+    with pytest.raises(ScenarioError) as error:
+        disturbed(make, given, **changes)
+    assert str(error.value).removeprefix("scenario.") == told.removeprefix("scenario.")

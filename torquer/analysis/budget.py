@@ -1,0 +1,216 @@
+"""Torque budget: every disturbance torque along a motion, against what the coils can give."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from torquer.earth.gravity import gravity_gradient_vector
+from torquer.environment.light import light_along
+from torquer.scenario.spec import Scenario
+from torquer.simulation.result import scenario_of
+from torquer.spacecraft.coils import Coils
+from torquer.spacecraft.disturbance import TORQUES
+from torquer.spacecraft.disturbance.along import (
+    Along,
+    acting_along,
+    air_along,
+    coefficients_along,
+    dipole_along,
+    gravity_along,
+    held_along,
+)
+from torquer.spacecraft.disturbance.unmodelled import harmonics_of
+
+#: Names of the torques as tables show them, in their order.
+NAMES = {
+    "gravity_gradient": "gravity gradient",
+    "aerodynamic": "aerodynamic",
+    "solar_pressure": "solar pressure",
+    "residual_dipole": "residual dipole",
+    "eddy_currents": "eddy currents",
+    "unmodelled": "unmodelled",
+    "constant_and_random": "constant and random",
+}
+
+
+class Budget(NamedTuple):
+    """Torques along a motion at n instants.
+
+    `disturbance`: torques (n, 3) N m, body, by name as in `NAMES`; `control`: that of the coils
+    without their residual dipole, None for a motion that is not flown; `available` (n,): what the
+    coils can give in any direction across the field, None without coils.
+    """
+
+    t_s: np.ndarray
+    disturbance: dict[str, np.ndarray]
+    control: np.ndarray | None
+    available: np.ndarray | None
+
+    @property
+    def total(self) -> np.ndarray:
+        """Sum of the disturbance torques (n, 3)."""
+        return np.sum([*self.disturbance.values(), np.zeros((len(self.t_s), 3))], axis=0)
+
+
+def budget_of_run(result: xr.Dataset) -> Budget:
+    """The budget of a run, along its recorded motion."""
+    scenario = scenario_of(result)
+    q, omega = result["q_body_to_inertial"].values, result["omega_body"].values
+    return _budget(scenario, result["time"].values, q, omega, result["dipole_body"].values)
+
+
+def budget_of_held_attitude(scenario: Scenario) -> Budget:
+    """The budget of a satellite that holds its initial attitude for the time of the run.
+
+    In the frame that `initial.reference` names, without the initial rate: the design attitude.
+    """
+    record = scenario.simulation.record_s
+    t_s = record * np.arange(round(scenario.steps() * scenario.grid_s / record) + 1)
+    r, v = scenario.surroundings().state(t_s)
+    still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
+    held = scenario.initial.model_copy(update=still)
+    motion = np.array([held.motion(a, b) for a, b in zip(r, v, strict=True)])
+    return _budget(scenario, t_s, motion[:, :4], motion[:, 4:], None)
+
+
+def torques_along(result: xr.Dataset) -> dict[str, np.ndarray]:
+    """Disturbance torques (n, 3) N m, body, of a run at its n records, by name."""
+    return budget_of_run(result).disturbance
+
+
+def _budget(scenario: Scenario, t_s, q, omega, dipole) -> Budget:
+    along, coils = _along(scenario, t_s, q, omega), scenario.spacecraft.coils
+    found = _disturbances(scenario, t_s, along)
+    control = available = None
+    if coils is not None:
+        if dipole is not None:
+            control = dipole_along(dipole - coils.residual_dipole_a_m2, along)
+        available = torque_across_field(coils, _in_body(along))
+    return Budget(t_s, {name: found[name] for name in NAMES if name in found}, control, available)
+
+
+def _along(scenario: Scenario, t_s, q, omega) -> Along:
+    """The motion and what it met, from the models themselves."""
+    around, none = scenario.surroundings(), np.zeros((len(t_s), 3))
+    r, v = around.state(t_s)
+    flow = around.flow(t_s) if scenario.spacecraft.aerodynamics else none
+    start, rate = scenario.orbit_angle() or (0.0, 0.0)
+    parts = (
+        around.field(t_s, r, v),
+        gravity_gradient_vector(np.ascontiguousarray(r)),
+        flow,
+        light_along(around.shadow, r, around.sun(t_s)),
+        start + rate * np.asarray(t_s),
+        q,
+        omega,
+    )
+    return Along(*(np.ascontiguousarray(part) for part in parts))
+
+
+def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray]:
+    craft, found = scenario.spacecraft, {}
+    packed = craft.body.pack(craft.aerodynamics, None, scenario.acting_torques())
+    steps = np.round(np.asarray(t_s) / scenario.grid_s).astype(np.int64)
+    if scenario.environment.gravity_gradient:
+        found["gravity_gradient"] = gravity_along(packed.inertia, along)
+    if craft.aerodynamics:
+        found["aerodynamic"] = air_along(packed.surface, along)
+    for name, constants in zip(TORQUES, packed.acting, strict=False):
+        if getattr(scenario.disturbance, name) is not None and name != "unmodelled":
+            found[name] = acting_along(constants, along)
+    if scenario.disturbance and scenario.disturbance.unmodelled:
+        found["unmodelled"] = _unmodelled(scenario, steps, along)
+    if craft.coils and any(craft.coils.residual_dipole_a_m2):
+        dipole = np.tile(craft.coils.residual_dipole_a_m2, (len(steps), 1))
+        found["residual_dipole"] = found.get("residual_dipole", 0.0) + dipole_along(dipole, along)
+    if held := scenario.held_torque():
+        found["constant_and_random"] = held_along(held, scenario.seed, steps)
+    return found
+
+
+def _unmodelled(scenario: Scenario, steps: np.ndarray, along: Along) -> np.ndarray:
+    """The torque with the coefficients that hold at each instant."""
+    cells = coefficients_along(scenario.unmodelled_torque(), scenario.seed, steps)
+    jumps = np.flatnonzero(np.any(np.diff(cells, axis=0) != 0.0, axis=1)) + 1
+    spans = zip([0, *jumps], [*jumps, len(steps)], strict=True)
+    parts = [
+        acting_along(harmonics_of(1.0, cells[first]), along.rows(slice(first, last)))
+        for first, last in spans
+    ]
+    return np.concatenate(parts)
+
+
+def _in_body(along: Along) -> np.ndarray:
+    """Field in the body [n, 3]."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(along.q).inv().apply(along.b_t)
+
+
+def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
+    """Torque [N m] (n,) that coils can give in any direction across a field (n, 3) in the body.
+
+    The torques of dipoles within the limits fill a polygon across the field, with two edges along
+    each coil's torque g = limit axis x B; this is the distance of the nearest edge,
+    least over the coils j of sum_k |g_k . n_j|, n_j across g_j.
+    """
+    limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
+    per_coil = np.cross((limits[:, None] * np.array(coils.axes))[None], b_body[:, None])
+    along = b_body / np.linalg.norm(b_body, axis=1, keepdims=True)
+    across = np.cross(along[:, None], per_coil)
+    length = np.linalg.norm(across, axis=2, keepdims=True)
+    edges = np.divide(across, length, out=np.zeros_like(across), where=length > 0.0)
+    reach = np.sum(np.abs(np.einsum("nki,nji->njk", per_coil, edges)), axis=2)
+    # a coil along the field has no edge
+    return np.min(np.where(length[:, :, 0] > 1e-12 * np.max(length), reach, np.inf), axis=1)
+
+
+class Row(NamedTuple):
+    """A torque in the table, [N m]: mean and RMS about the body axes, greatest and RMS size.
+
+    `share`: RMS size as part of the mean torque that the coils can give; None without coils.
+    """
+
+    name: str
+    mean_n_m: tuple[float, float, float]
+    rms_n_m: tuple[float, float, float]
+    rms_size_n_m: float
+    greatest_n_m: float
+    share: float | None
+
+
+def rows_of(budget: Budget) -> list[Row]:
+    """The table: a row for each disturbance torque, their sum, and the coils' own torque."""
+    torques = {NAMES[name]: torque for name, torque in budget.disturbance.items()}
+    torques["all disturbances"] = budget.total
+    if budget.control is not None:
+        torques["coils (control)"] = budget.control
+    usual = None if budget.available is None else float(np.mean(budget.available))
+    return [_row(name, torque, usual) for name, torque in torques.items()]
+
+
+def _row(name: str, torque: np.ndarray, usual: float | None) -> Row:
+    size = np.linalg.norm(torque, axis=1)
+    rms = float(np.sqrt(np.mean(size**2)))
+    return Row(
+        name,
+        tuple(np.mean(torque, axis=0).tolist()),
+        tuple(np.sqrt(np.mean(torque**2, axis=0)).tolist()),
+        rms,
+        float(np.max(size)),
+        rms / usual if usual else None,
+    )
+
+
+def as_plain(budget: Budget) -> dict:
+    """The table as plain data, units in the keys."""
+    available = None
+    if (reach := budget.available) is not None:
+        available = {
+            "mean_n_m": float(reach.mean()),
+            "least_n_m": float(reach.min()),
+            "greatest_n_m": float(reach.max()),
+        }
+    rows = {row.name: row._asdict() for row in rows_of(budget)}
+    return {"duration_s": float(budget.t_s[-1]), "torques": rows, "coils_across_field": available}

@@ -1,0 +1,120 @@
+"""Torques along a recorded motion, by the kernels of the loop."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.earth.gravity import gravity_gradient_torque
+from torquer.engine import kernel
+from torquer.environment.local import LocalEnvironment, in_body
+from torquer.geometry.vec3 import cross, put_vector, vector_of
+from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque
+from torquer.spacecraft.disturbance.acting import torque_of
+from torquer.spacecraft.disturbance.held import draw_held
+from torquer.spacecraft.disturbance.unmodelled import draw_coefficients
+
+
+class Along(NamedTuple):
+    """A motion and what it met, at n instants; vectors [n, 3] in the inertial frame.
+
+    Field [T], gravity-gradient vector [1/s], air's flow [sqrt(Pa)], light [Pa]; the orbit's angle
+    [rad] (n,); attitude [n, 4], rate in the body [rad/s].
+    """
+
+    b_t: np.ndarray
+    gravity_gradient: np.ndarray
+    flow: np.ndarray
+    light: np.ndarray
+    orbit_angle: np.ndarray
+    q: np.ndarray
+    omega: np.ndarray
+
+    def rows(self, which: slice) -> "Along":
+        """Some of the instants."""
+        return Along(*(part[which] for part in self))
+
+
+@kernel
+def _seen(along, k):
+    """The surroundings in the body at instant k."""
+    here = LocalEnvironment(
+        vector_of(along.b_t[k]),
+        vector_of(along.gravity_gradient[k]),
+        vector_of(along.flow[k]),
+        vector_of(along.light[k]),
+        (along.orbit_angle[k],),
+    )
+    return in_body(here, (along.q[k, 0], along.q[k, 1], along.q[k, 2], along.q[k, 3]))
+
+
+@kernel
+def _acting(constants, along, out):
+    for k in range(out.shape[0]):
+        put_vector(out[k], torque_of(constants, _seen(along, k), vector_of(along.omega[k])))
+
+
+@kernel
+def _gravity(inertia, along, out):
+    for k in range(out.shape[0]):
+        put_vector(out[k], gravity_gradient_torque(inertia, _seen(along, k).gravity_gradient))
+
+
+@kernel
+def _air(surface, along, out):
+    for k in range(out.shape[0]):
+        put_vector(out[k], aerodynamic_force_and_torque(surface, _seen(along, k).flow)[1])
+
+
+@kernel
+def _dipoles(dipoles, along, out):
+    for k in range(out.shape[0]):
+        put_vector(out[k], cross(vector_of(dipoles[k]), _seen(along, k).b_t))
+
+
+@kernel
+def _held(held, seed, steps, out):
+    for k in range(out.shape[0]):
+        draw_held(held, seed, steps[k] - steps[k] % held.hold_steps, out[k])
+
+
+@kernel
+def _coefficients(unmodelled, seed, steps, out):
+    for k in range(out.shape[0]):
+        step = steps[k] - steps[k] % unmodelled.hold_steps
+        draw_coefficients(unmodelled, seed, step, out[k])
+
+
+def _filled(fill, count: int, *arguments, columns: int = 3) -> np.ndarray:
+    out = np.zeros((count, columns))
+    fill(*arguments, out)
+    return out
+
+
+def acting_along(constants, along: Along) -> np.ndarray:
+    """Torque [n, 3] N m, body, by constants of `TORQUES`."""
+    return _filled(_acting, len(along.q), constants, along)
+
+
+def gravity_along(inertia: tuple, along: Along) -> np.ndarray:
+    """Gravity-gradient torque [n, 3] N m, body; `inertia` as `sym_vec` takes it."""
+    return _filled(_gravity, len(along.q), inertia, along)
+
+
+def air_along(surface, along: Along) -> np.ndarray:
+    """Aerodynamic torque [n, 3] N m, body."""
+    return _filled(_air, len(along.q), surface, along)
+
+
+def dipole_along(dipoles_body_a_m2: np.ndarray, along: Along) -> np.ndarray:
+    """Torque [n, 3] N m, body, of dipoles [n, 3] in the field."""
+    return _filled(_dipoles, len(along.q), np.ascontiguousarray(dipoles_body_a_m2), along)
+
+
+def held_along(held, seed: int, steps: np.ndarray) -> np.ndarray:
+    """Constant and random torque [n, 3] N m, body, from these steps on."""
+    return _filled(_held, len(steps), held, seed, steps)
+
+
+def coefficients_along(unmodelled, seed: int, steps: np.ndarray) -> np.ndarray:
+    """Coefficients [n, 15] N m of the unmodelled torque from these steps on."""
+    return _filled(_coefficients, len(steps), unmodelled, seed, steps, columns=15)
