@@ -67,8 +67,26 @@ scenario = torquer.Scenario.model_validate(
             },
             "gyro": {"noise_deg_s": 0.01, "bias_drift_deg_s_sqrt_s": 0.001},
             "sun_sensors": {
-                "axes": [[0, 0, 1], [0, 0, -1]], "half_field_deg": 90, "noise_deg": 0.5,
+                "axes": [[0, 0, 1], [0, 0, -1]], "half_field_deg": [90, 89], "noise_deg": 0.5,
+                "bias_deg": [[0.1, 0, 0], [0, 0.2, 0]], "albedo": 0.3,
+                "blind_zones": [{"axis": [0, 0, 1], "half_angle_deg": 5}],
             },
+        },
+        "disturbance": {
+            "constant_torque_n_m": [1e-6, 0, 0],
+            "random_torque_n_m": 1e-6,
+            "random_hold_s": 2.0,
+            "solar_pressure": {
+                "parts": [
+                    {"kind": "plate", "axis": [0, 1, 1], "area_m2": 20.0, "centre_m": [0, 0, 5],
+                     "specular_reflectivity": 0.3, "diffuse_reflectivity": 0.4},
+                    {"kind": "cylinder", "axis": [1, 0, 1], "radius_m": 2.0, "length_m": 5.0,
+                     "centre_m": [4, 0, 0], "specular_reflectivity": 0.5},
+                ]
+            },
+            "residual_dipole": {"amplitude_a_m2": [0.1, 0, 0], "phase_deg": 50.0},
+            "eddy_currents": {"damping_n_m_s_per_t2": [1e5, 2e5, 3e5]},
+            "unmodelled": {"constant_n_m": 1e-6, "harmonic_1_n_m": 1e-6, "hold_s": 3.0},
         },
         "initial": {"rate_deg_s": [2.0, -1.0, 3.0], "euler_deg": [20, -35, 70]},
         "control": {
