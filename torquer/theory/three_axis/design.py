@@ -123,6 +123,11 @@ class _Scales:
     allowed: float
     edge: float
 
+    @property
+    def strength(self) -> float:
+        """K of the fastest channel for k = 1."""
+        return float(self.mu.max()) / self.n
+
     def formula(self) -> tuple[float, float]:
         """k and k_a on the plateau's edge, as great as the coils and averaging allow."""
         c, n = 2.0 * self.edge, self.n
@@ -154,7 +159,7 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
     first, best = scales.formula(), _search(task, quick, scales)
     k = math.exp(best.point[0])
     pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
-    strengths = tuple(float(pair[0] * scales.mu.max() / scales.n) for pair in pairs)
+    strengths = pairs[0][0] * scales.strength, pairs[1][0] * scales.strength
     laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
     noted = *(passed((AVERAGES, strength)) for strength in strengths), ()
     one, two, three = (_evaluated(task, quick, *each) for each in zip(laws, noted, strict=True))

@@ -158,7 +158,8 @@ class AttitudeHold:
         if not (np.all(np.isfinite(slopes)) and change <= _SMOOTH * size):
             raise ValueError(
                 f"law {law.name}: must be smooth about the wanted attitude for linear theory; "
-                f"received one whose slopes change by {change / size:.2g} with the step, or are not numbers"
+                f"received one whose slopes are not numbers, or change by {change / size:.2g} "
+                "with the step"
             )
         if np.abs(rest).max() > 1e-9 * size:
             raise ValueError(
