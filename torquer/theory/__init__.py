@@ -5,17 +5,11 @@
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
   (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion beside.
-<<<<<<< ours
 - *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation; of a
   rotation along the Sun's line under S-dot.
 - *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
   holds, gain design with margins and pointing error, periodic regulator
   (`torquer.theory.three_axis`).
-=======
-- *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation.
-- *Three axes by coils alone* (`torquer.theory.three_axis`): averaged, exact and sampled stability
-  of an attitude that a law holds, gain design with margins and pointing error, regulator.
->>>>>>> theirs
 - *Small-parameter method*: forced periodic motion; a satellite with a pitch wheel, or that the
   gravity gradient holds upright, or with a permanent magnet.
 - *Momentum* that wheels take up while a satellite keeps its attitude.
