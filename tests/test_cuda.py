@@ -126,7 +126,7 @@ def called_directly(block):
         "_function": block.function,
         "_inputs": adapter._first_of,
         "_unify": block.kind.unify,
-        "_named": adapter._record_maker(adapter.Shape(block.parameters)),
+        "_named": adapter.record_maker(adapter.Shape(block.parameters)),
         "_cells": adapter._memory_view(names),
     }
     answer = cuda.jit(FunctionType(adapter._plain_adapter.__code__, parts), device=True)
