@@ -30,14 +30,16 @@ NAMES = {
     "residual_dipole": "residual dipole",
     "eddy_currents": "eddy currents",
     "unmodelled": "unmodelled",
-    "constant_and_random": "constant and random",
+    "constant_and_random": "constant, random",
+    "all": "all disturbances",
+    "coils": "coils (control)",
 }
 
 
 class Budget(NamedTuple):
     """Torques along a motion at n instants.
 
-    `disturbance`: torques (n, 3) N m, body, by name as in `NAMES`; `control`: that of the coils
+    `disturbance`: torques (n, 3) N m, body, by key of `NAMES`; `control`: that of the coils
     without their residual dipole, None for a motion that is not flown; `available` (n,): what the
     coils can give in any direction across the field, None without coils.
     """
@@ -55,9 +57,10 @@ class Budget(NamedTuple):
 
 def budget_of_run(result: xr.Dataset) -> Budget:
     """The budget of a run, along its recorded motion."""
-    scenario = scenario_of(result)
+    r, b = result["position_inertial"].values, result["b_inertial"].values
     q, omega = result["q_body_to_inertial"].values, result["omega_body"].values
-    return _budget(scenario, result["time"].values, q, omega, result["dipole_body"].values)
+    t_s, dipole = result["time"].values, result["dipole_body"].values
+    return _budget(scenario_of(result), t_s, r, b, q, omega, dipole)
 
 
 def budget_of_held_attitude(scenario: Scenario) -> Budget:
@@ -71,7 +74,8 @@ def budget_of_held_attitude(scenario: Scenario) -> Budget:
     still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
     held = scenario.initial.model_copy(update=still)
     motion = np.array([held.motion(a, b) for a, b in zip(r, v, strict=True)])
-    return _budget(scenario, t_s, motion[:, :4], motion[:, 4:], None)
+    field = scenario.surroundings().field(t_s, r, v)
+    return _budget(scenario, t_s, r, field, motion[:, :4], motion[:, 4:], None)
 
 
 def torques_along(result: xr.Dataset) -> dict[str, np.ndarray]:
@@ -79,8 +83,8 @@ def torques_along(result: xr.Dataset) -> dict[str, np.ndarray]:
     return budget_of_run(result).disturbance
 
 
-def _budget(scenario: Scenario, t_s, q, omega, dipole) -> Budget:
-    along, coils = _along(scenario, t_s, q, omega), scenario.spacecraft.coils
+def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
+    along, coils = _along(scenario, t_s, r, b, q, omega), scenario.spacecraft.coils
     found = _disturbances(scenario, t_s, along)
     control = available = None
     if coils is not None:
@@ -90,18 +94,17 @@ def _budget(scenario: Scenario, t_s, q, omega, dipole) -> Budget:
     return Budget(t_s, {name: found[name] for name in NAMES if name in found}, control, available)
 
 
-def _along(scenario: Scenario, t_s, q, omega) -> Along:
-    """The motion and what it met, from the models themselves."""
+def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
+    """The motion, field and position as given, and what else it met."""
     around, none = scenario.surroundings(), np.zeros((len(t_s), 3))
-    r, v = around.state(t_s)
-    flow = around.flow(t_s) if scenario.spacecraft.aerodynamics else none
-    start, rate = scenario.orbit_angle() or (0.0, 0.0)
+    angle = scenario.orbit_angle() or (0.0, 0.0)
+    pushes = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
     parts = (
-        around.field(t_s, r, v),
+        b,
         gravity_gradient_vector(np.ascontiguousarray(r)),
-        flow,
-        light_along(around.shadow, r, around.sun(t_s)),
-        start + rate * np.asarray(t_s),
+        around.flow(t_s) if scenario.spacecraft.aerodynamics else none,
+        light_along(around.shadow, r, around.sun(t_s)) if pushes else none,
+        angle[0] + angle[1] * t_s,
         q,
         omega,
     )
@@ -109,9 +112,10 @@ def _along(scenario: Scenario, t_s, q, omega) -> Along:
 
 
 def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray]:
-    craft, found = scenario.spacecraft, {}
+    craft = scenario.spacecraft
+    found: dict[str, np.ndarray] = {}
     packed = craft.body.pack(craft.aerodynamics, None, scenario.acting_torques())
-    steps = np.round(np.asarray(t_s) / scenario.grid_s).astype(np.int64)
+    steps = np.round(t_s / scenario.grid_s).astype(np.int64)
     if scenario.environment.gravity_gradient:
         found["gravity_gradient"] = gravity_along(packed.inertia, along)
     if craft.aerodynamics:
@@ -123,7 +127,8 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
         found["unmodelled"] = _unmodelled(scenario, steps, along)
     if craft.coils and any(craft.coils.residual_dipole_a_m2):
         dipole = np.tile(craft.coils.residual_dipole_a_m2, (len(steps), 1))
-        found["residual_dipole"] = found.get("residual_dipole", 0.0) + dipole_along(dipole, along)
+        of_coils = dipole_along(dipole, along)
+        found["residual_dipole"] = found.get("residual_dipole", 0.0) + of_coils
     if held := scenario.held_torque():
         found["constant_and_random"] = held_along(held, scenario.seed, steps)
     return found
@@ -167,34 +172,31 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
 
 
 class Row(NamedTuple):
-    """A torque in the table, [N m]: mean and RMS about the body axes, greatest and RMS size.
+    """A torque in the table, [N m]: mean and RMS about the body axes, RMS and greatest size.
 
     `share`: RMS size as part of the mean torque that the coils can give; None without coils.
     """
 
-    name: str
     mean_n_m: tuple[float, float, float]
     rms_n_m: tuple[float, float, float]
     rms_size_n_m: float
-    greatest_n_m: float
+    greatest_size_n_m: float
     share: float | None
 
 
-def rows_of(budget: Budget) -> list[Row]:
-    """The table: a row for each disturbance torque, their sum, and the coils' own torque."""
-    torques = {NAMES[name]: torque for name, torque in budget.disturbance.items()}
-    torques["all disturbances"] = budget.total
+def rows_of(budget: Budget) -> dict[str, Row]:
+    """The table, by key of `NAMES`: each disturbance torque, their sum, the coils' own torque."""
+    torques = {**budget.disturbance, "all": budget.total}
     if budget.control is not None:
-        torques["coils (control)"] = budget.control
+        torques["coils"] = budget.control
     usual = None if budget.available is None else float(np.mean(budget.available))
-    return [_row(name, torque, usual) for name, torque in torques.items()]
+    return {name: _row(torque, usual) for name, torque in torques.items()}
 
 
-def _row(name: str, torque: np.ndarray, usual: float | None) -> Row:
+def _row(torque: np.ndarray, usual: float | None) -> Row:
     size = np.linalg.norm(torque, axis=1)
     rms = float(np.sqrt(np.mean(size**2)))
     return Row(
-        name,
         tuple(np.mean(torque, axis=0).tolist()),
         tuple(np.sqrt(np.mean(torque**2, axis=0)).tolist()),
         rms,
@@ -212,5 +214,8 @@ def as_plain(budget: Budget) -> dict:
             "least_n_m": float(reach.min()),
             "greatest_n_m": float(reach.max()),
         }
-    rows = {row.name: row._asdict() for row in rows_of(budget)}
-    return {"duration_s": float(budget.t_s[-1]), "torques": rows, "coils_across_field": available}
+    return {
+        "duration_s": float(budget.t_s[-1]),
+        "torques": {name: row._asdict() for name, row in rows_of(budget).items()},
+        "coils_across_field": available,
+    }

@@ -75,6 +75,28 @@ def validate(
 
 
 @app.command
+def budget(
+    scenario: Path,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for torques.png [none is drawn].")] = None,
+    hold: Annotated[
+        bool,
+        Parameter(
+            help="Do not fly: hold the initial attitude in the frame of initial.reference.",
+            negative="",
+        ),
+    ] = False,
+    json: Json = False,
+    no_user_code: NoUserCode = False,
+    code_from_anywhere: CodeFromAnywhere = False,
+) -> int:
+    """Disturbance torques of SCENARIO along its motion, beside what the coils can give."""
+    from torquer.cli import budget as work
+
+    return work.show(scenario, out, hold, json, not no_user_code, code_from_anywhere)
+
+
+@app.command
 def modes(
     scenario: Path,
     *,

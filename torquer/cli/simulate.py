@@ -96,7 +96,7 @@ def _flown(scenario, path: Path, how: How):
             path, "--out", "--resume goes on, --overwrite replaces it; or choose another --out"
         )
     _print_notes(notes_of(scenario))
-    with _progress(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
+    with progress_of(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
         for kind in _TOLD:
             warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
@@ -256,7 +256,7 @@ def _check_earlier(path: Path, scenario) -> bool:
 
 
 @contextlib.contextmanager
-def _progress(name: str):
+def progress_of(name: str):
     """Progress callback of a bar on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None

@@ -5,7 +5,8 @@ import json
 from html import escape
 from pathlib import Path
 
-from torquer.report.common.html import document, figure_box, section, table
+from torquer.report.common.html import document, figure_box, grid, section, table
+from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
 from torquer.report.flight.modes import modes_section
@@ -33,6 +34,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
             _without_scripts(overview_png),
             _modes(view),
             *(_picture(view, picture) for picture in pictures),
+            _budget(view),
             _track(view),
             _scene(view),
             _scenario(view),
@@ -75,6 +77,14 @@ def _picture(view: View, picture: Picture) -> str:
     ]
     caption = " ".join(text for text in (picture.caption, about_ranges(picture)) if text)
     return section(picture.name, picture.title, caption, "".join(plots))
+
+
+def _budget(view: View) -> str:
+    if not view.budget.disturbance:
+        return ""
+    unit, rows = budget_table(view.budget)
+    caption = f"In {unit}, over the recorded motion. {reach_in_words(view.budget)}"
+    return section("torque_budget", "Torque budget", caption, grid(HEAD, rows))
 
 
 def _track(view: View) -> str:

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import AttitudeError, attitude_error_of
+from torquer.analysis.budget import Budget, budget_of_run
 from torquer.analysis.modes import RegionRecord, regions_of
 from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
@@ -63,6 +64,11 @@ class View:
     def wheels(self) -> FlownWheels | None:
         """The reaction wheels; None for a satellite without."""
         return wheels_of(self.result, self.scenario)
+
+    @cached_property
+    def budget(self) -> Budget:
+        """Disturbance torques at the records."""
+        return budget_of_run(self.result)
 
     @cached_property
     def laws(self) -> dict[str, dict]:

@@ -15,6 +15,7 @@ from torquer.report.flight.panels.motion import (
 )
 from torquer.report.flight.panels.panel import Panel, Picture
 from torquer.report.flight.panels.reaction_wheels import speeds_or_shares, wheels
+from torquer.report.flight.panels.torques import torques
 from torquer.report.flight.view import View
 
 
@@ -27,6 +28,7 @@ def pictures(view: View) -> tuple[Picture, ...]:
         (momentum, True),
         (field, True),
         (dipoles, view.has_coils),
+        (torques, bool(view.budget.disturbance)),
         (pointing, True),
         (logs, bool(logged(view))),
     )

@@ -1,0 +1,40 @@
+"""The torque budget as a table: names, numbers in one unit."""
+
+import numpy as np
+
+from torquer.analysis.budget import NAMES, Budget, rows_of
+from torquer.report.common.scales import prefixed
+
+HEAD = ("", "mean x", "y", "z", "RMS x", "y", "z", "RMS", "greatest", "of coils")
+
+
+def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
+    """(Unit, rows below `HEAD`): mean and RMS about the body axes, RMS and greatest size, and the
+    RMS size as a share of the mean torque that the coils can give."""
+    rows = rows_of(budget)
+    factor, unit = prefixed(np.array([row.greatest_size_n_m for row in rows.values()]), "N m")
+    table = []
+    for name, row in rows.items():
+        numbers = (*row.mean_n_m, *row.rms_n_m, row.rms_size_n_m, row.greatest_size_n_m)
+        share = "" if row.share is None else f"{_shown(100.0 * row.share)} %"
+        table.append((NAMES[name], *(_shown(factor * number) for number in numbers), share))
+    return unit, table
+
+
+def _shown(number: float) -> str:
+    """Three digits; what is below a thousandth in words."""
+    if 0.0 < abs(number) < 1e-3:
+        return "<0.001" if number > 0.0 else ">-0.001"
+    return f"{number:.3g}"
+
+
+def reach_in_words(budget: Budget) -> str:
+    """What the coils can give across the field, in a line; "" without coils."""
+    if (reach := budget.available) is None:
+        return ""
+    factor, unit = prefixed(reach, "N m")
+    mean, least = factor * reach.mean(), factor * reach.min()
+    return (
+        f"The coils can give {mean:.3g} {unit} on average in any direction across the field, "
+        f"{least:.3g} {unit} at least."
+    )

@@ -1,0 +1,49 @@
+"""Disturbance torques over time."""
+
+import numpy as np
+
+from torquer.analysis.budget import NAMES
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.budget_rows import reach_in_words
+from torquer.report.flight.panels.panel import Panel, Picture, log_panel, whole, xyz
+from torquer.report.flight.view import View
+
+#: Colour of each torque.
+COLOURS = dict(zip(NAMES, (BLUE, SKY, ORANGE, GREEN, PINK, RED, "#8B6D3F"), strict=False))
+
+
+#: Panels of the sizes and the torques in them; few enough for a legend.
+_PANELS = {
+    "Environmental torques": ("gravity_gradient", "aerodynamic", "solar_pressure"),
+    "Torques of the satellite itself": tuple(NAMES)[3:7],
+}
+
+
+def torques(view: View) -> Picture:
+    """Sizes of the disturbance torques, and the sum of all in body axes."""
+    total = view.budget.total
+    factor, unit = prefixed(total, "N m")
+    lines = xyz(view.t_s, factor * total)
+    parts = whole(view, title="Sum of all in body axes", y_label=f"[{unit}]", lines=lines)
+    caption = "Along the recorded motion, by the kernels of the simulation. "
+    caption += reach_in_words(view.budget)
+    sizes = (
+        _sizes(view, title, [name for name in names if name in view.budget.disturbance])
+        for title, names in _PANELS.items()
+    )
+    panels = (*(panel for panel in sizes if panel), parts)
+    return Picture("torques", "Disturbance torques", caption, panels)
+
+
+def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
+    """Sizes of some torques, beside what the coils can give; None without torques."""
+    if not names:
+        return None
+    budget = view.budget
+    sizes = {name: np.linalg.norm(budget.disturbance[name], axis=1) for name in names}
+    factor, unit = prefixed(np.concatenate([*sizes.values()]), "N m")
+    series = [(NAMES[name], factor * size, COLOURS[name], 1.0) for name, size in sizes.items()]
+    if budget.available is not None:
+        series.append(("coils", factor * budget.available, GREY, 1.2))
+    return log_panel(view, series, title=title, y_label=f"|M| [{unit}]")

@@ -1,0 +1,76 @@
+"""The torque budget as a picture: sizes over time, and their RMS beside what the coils can give."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from torquer.analysis.budget import NAMES, Budget, rows_of
+from torquer.report.common.figure import FAINT, FINE_DPI, INK, stacked
+from torquer.report.common.scales import clock_for, log_floor
+from torquer.report.flight.panels.torques import COLOURS
+
+#: Decades of the axes below the greatest value.
+_DECADES = 5.0
+
+
+def draw_budget(budget: Budget, title: str, path: Path) -> Path:
+    """Write the picture as a PNG file."""
+    bars = len(budget.disturbance) + 2
+    figure, (over_time, by_size) = stacked(
+        title, 2, 3.6 + 0.27 * bars, height_ratios=(3.0, 0.27 * bars)
+    )
+    _draw_sizes(over_time, budget)
+    _draw_bars(by_size, budget)
+    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
+    return path
+
+
+def _draw_sizes(axes, budget: Budget) -> None:
+    """Size of each torque over time, on a logarithmic axis where any is above zero."""
+    clock = clock_for(float(budget.t_s[-1]))
+    t = budget.t_s / clock.seconds
+    sizes = {k: np.linalg.norm(torque, axis=1) for k, torque in budget.disturbance.items()}
+    for name, size in sizes.items():
+        shown = np.where(size > 0.0, size, np.nan)
+        axes.plot(t, shown, lw=1.2, color=COLOURS[name], label=NAMES[name])
+    if budget.available is not None:
+        axes.plot(t, budget.available, lw=1.2, color=INK, ls=(0, (4, 2)), label="coils, at most")
+    _log_axis(axes, "y", [*sizes.values()])
+    axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
+    axes.set_xlabel(f"time [{clock.unit}]", fontsize=9.5)
+    axes.set_ylabel("|M| [N m]", fontsize=10)
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=8.5,
+        borderaxespad=0.1, handlelength=1.5, columnspacing=1.3,
+    )  # fmt: skip
+
+
+def _draw_bars(axes, budget: Budget) -> None:
+    """RMS size of each torque, and the greatest as a mark."""
+    rows = rows_of(budget)
+    places, sizes = np.arange(len(rows)), [row.rms_size_n_m for row in rows.values()]
+    axes.barh(places, sizes, height=0.62, color=[COLOURS.get(name, FAINT) for name in rows])
+    greatest = [row.greatest_size_n_m for row in rows.values()]
+    axes.plot(greatest, places, "|", color=INK, ms=9, label="greatest")
+    if budget.available is not None:
+        usual = float(budget.available.mean())
+        axes.axvline(usual, color=INK, lw=1.2, ls=(0, (4, 2)), label="coils, at most (mean)")
+    _log_axis(axes, "x", [np.array(sizes)])
+    axes.set_yticks(places, [NAMES[name] for name in rows], fontsize=9)
+    axes.invert_yaxis()
+    axes.grid(False, axis="y")
+    axes.set_xlabel("RMS |M| [N m]", fontsize=9.5)
+    axes.legend(
+        loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, frameon=False, fontsize=8.5,
+        borderaxespad=0.1, handlelength=1.5,
+    )  # fmt: skip
+
+
+def _log_axis(axes, which: str, series) -> None:
+    values = np.concatenate(series) if series else np.zeros(1)
+    floor = log_floor(values, _DECADES)
+    if floor is None:
+        return
+    getattr(axes, f"set_{which}scale")("log")
+    getattr(axes, f"set_{which}lim")(0.7 * floor, None)
