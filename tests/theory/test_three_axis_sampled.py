@@ -15,7 +15,14 @@ from torquer.scenario.load import scenario_from_data
 from torquer.spacecraft.aerodynamics import Aerodynamics, Plate
 from torquer.theory import floquet
 from torquer.theory.three_axis.floquet import stability_of
-from torquer.theory.three_axis.response import CONSTANT, Noise, greatest_angle, pointing_error
+from torquer.theory.three_axis.response import (
+    CONSTANT,
+    READINGS,
+    Noise,
+    Offsets,
+    greatest_angle,
+    pointing_error,
+)
 from torquer.theory.three_axis.sampled import (
     Cycle,
     SampledHold,
@@ -162,10 +169,31 @@ def test_the_steady_error_is_that_of_the_flight():
     flown = turns_of(torquer.simulate(scenario))[-281:-1]
     size = error.greatest_rad
     assert 0.003 < size < 0.03 and error.notes == ()
-    assert all(greatest_angle(x) > 0.02 * size for name, x in error.by_source.items()
-               if not name.startswith("gravity"))  # fmt: skip
+    for source in ("residual dipole", "air", CONSTANT):
+        assert greatest_angle(error.by_source[source]) > 0.02 * size
     assert flown == pytest.approx(error.turns, abs=0.02 * size)
     assert sum(error.by_source.values()) == pytest.approx(error.turns, abs=1e-12)
+
+
+def test_sensor_offsets_are_those_of_the_flight():
+    """A mounting error of the attitude sensor and a bias of the gyro."""
+    _, data = cubesat()
+    craft = {
+        **data["spacecraft"],
+        "attitude_sensor": {"error_deg": [0.02, -0.04, 0.06]},
+        "gyro": {"bias_deg_s": [2e-6, 4e-6, -6e-6]},
+    }
+    control = {**data["control"], "sample_s": 20.0}
+    simulation = {"duration_s": 11.0 * PERIOD_S, "record_s": 20.0}
+    scenario = scenario_from_data(
+        {**data, "spacecraft": craft, "control": control, "simulation": simulation}
+    )
+    sampled = SampledHold(torquer.theory.AttitudeHold.of_scenario(scenario), Cycle(20.0))
+    offsets = Offsets(*(np.radians(x) for x in ([0.02, -0.04, 0.06], [2e-6, 4e-6, -6e-6])))
+    error = pointing_error(sampled, offsets=offsets)
+    flown = turns_of(torquer.simulate(scenario))[-281:-1]
+    assert error.by_source[READINGS] == pytest.approx(error.turns, abs=1e-12)
+    assert flown == pytest.approx(error.turns, abs=0.02 * error.greatest_rad)
 
 
 def test_a_constant_torque_that_gravity_holds():
@@ -192,7 +220,7 @@ def test_noise_has_the_covariance_of_the_recursion():
         for k in range(sampled.count):
             if revolution >= 5:
                 squares[k] += np.mean(x[:3] ** 2, axis=1) / 20.0
-            read = x + spread * rng.normal(size=x.shape)
+            read = x + sampled.readout[k] @ (spread * rng.normal(size=x.shape))
             pushed = maps.torque[k] @ (torque * rng.normal(size=(3, 2000)))
             x = maps.free[k] @ x + maps.dipole[k] @ (gains[k] @ read) + pushed
     assert np.sqrt(squares) == pytest.approx(found.noise_rad, rel=0.03)

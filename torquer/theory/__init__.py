@@ -191,6 +191,7 @@ if TYPE_CHECKING:
     )
     from torquer.theory.three_axis.response import (
         Noise as Noise,
+        Offsets as Offsets,
         PointingError as PointingError,
         pointing_error as pointing_error,
     )

@@ -22,7 +22,12 @@ from torquer.theory.three_axis.floquet import stability_of
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.margins import Margins, margins_of, scaled_family
 from torquer.theory.three_axis.periodic_lqr import Weights, periodic_lqr
-from torquer.theory.three_axis.response import Noise, PointingError, pointing_error
+from torquer.theory.three_axis.response import (
+    Noise,
+    Offsets,
+    PointingError,
+    pointing_error,
+)
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 from torquer.theory.three_axis.search import Best, greatest
 from torquer.theory.validity import Limit, passed, within
@@ -97,6 +102,7 @@ class DesignTask:
     gain_margin: float = 2.0
     constant_torque_n_m: tuple = (0.0, 0.0, 0.0)
     noise: Noise | None = None
+    offsets: Offsets | None = None
 
     def __post_init__(self):
         within(LIMIT, self.limit_a_m2)
@@ -107,6 +113,11 @@ class DesignTask:
                 "design: the law must be three_axis, for which the formula is; received "
                 f"{self.sampled.hold.law.name}"
             )
+
+    def error_of(self, sampled: SampledHold, limit_a_m2: float = math.inf) -> PointingError:
+        """Steady error of a loop under these disturbances."""
+        torque, errors = self.constant_torque_n_m, (self.noise, self.offsets)
+        return pointing_error(sampled, torque, *errors, limit_a_m2)
 
     def with_gains(self, rate_gain: float, angle_gain: float) -> SampledHold:
         """The sampled hold with these gains."""
@@ -194,7 +205,7 @@ def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[float, floa
     degrees = scaled_family(sampled).degrees(factors)
     if not (degrees > 0.0).all():
         raise ArithmeticError("design: the loop must be stable with its gain margin; it is not")
-    error = pointing_error(sampled, task.constant_torque_n_m, task.noise)
+    error = task.error_of(sampled)
     if np.abs(error.dipoles_a_m2).max() > task.limit_a_m2:
         raise ArithmeticError("design: the coils must not saturate; they do")
     return round(error.rms_rad, 9), -float(degrees[0])
@@ -242,7 +253,7 @@ def _evaluated(task: DesignTask, quick: SampledHold, law: Law, notes: tuple) -> 
     margins = error = None
     if degree > 0.0:
         margins = margins_of(replace(quick, hold=hold))
-        error = pointing_error(sampled, task.constant_torque_n_m, task.noise, task.limit_a_m2)
+        error = task.error_of(sampled, task.limit_a_m2)
     notes += ("the loop is unstable",) if error is None else error.notes
     settling_s = settling_time_s(hold, degree)
     degrees = degree, exact.degree, exact.averaged_degree

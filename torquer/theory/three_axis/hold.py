@@ -30,7 +30,7 @@ from torquer.theory.three_axis.linearise import (
     free_slopes,
     law_slopes,
     read_table,
-    wanted_attitudes,
+    wanted_motion,
 )
 from torquer.theory.validity import Limit, within
 
@@ -204,10 +204,20 @@ class AttitudeHold:
 
     def to_body(self, at: Instants, vectors) -> np.ndarray:
         """Inertial vectors `[n, 3]` in the axes of a body that is held exactly."""
-        q = np.empty((at.t_s.size, 4))
-        wanted_attitudes(self.reference, at, q)
+        q, rates = np.empty((at.t_s.size, 4)), np.empty((at.t_s.size, 3))
+        wanted_motion(self.reference, at, q, rates)
         axis, t = -q[:, :3], 2.0 * np.cross(-q[:, :3], vectors)
         return vectors + q[:, 3:] * t + np.cross(axis, t)
+
+    def readout(self, at: Instants) -> np.ndarray:
+        """How errors of the readings, turn [rad] and rate over n, enter the state as the law reads
+        it `[n, 6, 6]`: with a wrong attitude the reference's own rate is taken off wrongly, too."""
+        q, rates = np.empty((at.t_s.size, 4)), np.empty((at.t_s.size, 3))
+        wanted_motion(self.reference, at, q, rates)
+        matrices = np.tile(np.eye(6), (at.t_s.size, 1, 1))
+        for k, each in enumerate(np.eye(3)):
+            matrices[:, 3:, k] = -np.cross(rates / self.rate_rad_s, each)
+        return matrices
 
     def air_torque(self, at: Instants) -> np.ndarray:
         """Aerodynamic torque `[n, 3]` [N m] on a body that is held exactly."""

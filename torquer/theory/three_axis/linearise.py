@@ -162,11 +162,13 @@ def free_slopes(rigid, reference, at, slopes, rest):
 
 
 @kernel
-def wanted_attitudes(reference, at, out):
-    """Attitudes `[n, 4]`, body to inertial, of a body that is held exactly."""
+def wanted_motion(reference, at, attitudes, rates):
+    """Attitudes `[n, 4]`, body to inertial, and rates `[n, 3]` [rad/s, body] of a body that is held
+    exactly."""
     for i in range(at.t_s.size):
-        q, _, _ = _displaced(reference, _place(at, i), _along(6, 0.0))
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+        q, omega, _ = _displaced(reference, _place(at, i), _along(6, 0.0))
+        attitudes[i, 0], attitudes[i, 1], attitudes[i, 2], attitudes[i, 3] = q
+        put_vector(rates[i], omega)
 
 
 @kernel

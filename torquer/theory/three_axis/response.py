@@ -18,7 +18,7 @@ from torquer.theory.floquet import multipliers
 from torquer.theory.three_axis.sampled import SOURCES, SampledHold
 from torquer.theory.validity import LEAN, Limit, passed, within
 
-CONSTANT = "constant torque"
+CONSTANT, READINGS = "constant torque", "sensor offsets"
 
 
 class Noise(NamedTuple):
@@ -29,6 +29,13 @@ class Noise(NamedTuple):
     rate_rad_s: float = 0.0
     torque_n_m: float = 0.0
     torque_hold_s: float = 1.0
+
+
+class Offsets(NamedTuple):
+    """Constant errors of what the law reads, in body axes: attitude [rad], rate [rad/s]."""
+
+    attitude_rad: tuple = (0.0, 0.0, 0.0)
+    rate_rad_s: tuple = (0.0, 0.0, 0.0)
 
 
 @kernel
@@ -65,9 +72,9 @@ class PointingError:
     """Steady error of a held attitude, at the commands of a period.
 
     `u` `[n]`; `turns` `[n, 3]`: small turn [rad] in body axes under all disturbances; `by_source`:
-    the same of each (SOURCES and the constant torque); `noise_rad` `[n, 3]`: standard deviations;
-    `dipoles_a_m2` `[n, 3]`: what the law asks for without noise. `notes`: where the linear theory
-    or the coils' limit is left.
+    the same of each (SOURCES, constant torque, sensor offsets); `noise_rad` `[n, 3]`: standard
+    deviations; `dipoles_a_m2` `[n, 3]`: what the law asks for without noise. `notes`: where the
+    linear theory or the coils' limit is left.
     """
 
     u: np.ndarray
@@ -102,9 +109,10 @@ def pointing_error(
     sampled: SampledHold,
     constant_torque_n_m=(0.0, 0.0, 0.0),
     noise: Noise | None = None,
+    offsets: Offsets | None = None,
     limit_a_m2: float = math.inf,
 ) -> PointingError:
-    """Steady error under gravity gradient, residual dipole, air, a constant torque and noise.
+    """Steady error under gravity gradient, residual dipole, air, constant torque, sensor errors.
 
     ArithmeticError for a loop that is not stable.
     """
@@ -116,11 +124,14 @@ def pointing_error(
         raise ArithmeticError(
             f"law {sampled.hold.law.name}: must be stable for a steady error to exist; it is not"
         )
-    pushes = np.concatenate([maps.disturbed, maps.torque @ torque[:, None]], axis=2)
+    wrong = sampled.readout @ _wrong(sampled, offsets)
+    asked = np.einsum("nij,nj->ni", gains, wrong)
+    own = maps.torque @ torque, np.einsum("nij,nj->ni", maps.dipole, asked)
+    pushes = np.concatenate([maps.disturbed, np.stack(own, axis=2)], axis=2)
     x = _periodic(steps, pushes, over_period)
-    names, total = (*SOURCES, CONSTANT), x.sum(axis=2)
+    names, total = (*SOURCES, CONSTANT, READINGS), x.sum(axis=2)
     noisy = _noise(sampled, steps, gains, over_period, noise or Noise())
-    dipoles = np.einsum("nij,nj->ni", gains, total)
+    dipoles = np.einsum("nij,nj->ni", gains, total) + asked
     return PointingError(
         sampled.starts,
         total[:, :3],
@@ -129,6 +140,14 @@ def pointing_error(
         dipoles,
         _notes(total[:, :3], noisy, dipoles, limit_a_m2),
     )
+
+
+def _wrong(sampled: SampledHold, offsets: Offsets | None) -> np.ndarray:
+    """Errors of the readings `[6]`: turn, rate over n."""
+    attitude, rate = offsets or Offsets()
+    validate.finite("offsets: attitude_rad", attitude, (3,))
+    validate.finite("offsets: rate_rad_s", rate, (3,))
+    return np.append(attitude, np.asarray(rate) / sampled.hold.rate_rad_s)
 
 
 def _over_period(steps) -> np.ndarray:
@@ -153,7 +172,7 @@ def _noise(sampled: SampledHold, steps, gains, over_period, noise: Noise) -> np.
         within(Limit(f"noise: {name}", 0.0), value)
     maps, n = sampled.maps, sampled.hold.rate_rad_s
     spread = np.array([noise.attitude_rad] * 3 + [noise.rate_rad_s / n] * 3)
-    by_reading = maps.dipole @ gains * spread
+    by_reading = maps.dipole @ gains @ (sampled.readout * spread)
     # held for longer or shorter than a cycle, a random torque has the same spectral density
     held = noise.torque_n_m * math.sqrt(noise.torque_hold_s / maps.cycle_s)
     by_torque = maps.torque * held

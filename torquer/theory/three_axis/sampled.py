@@ -211,6 +211,11 @@ class SampledHold:
         advance_cycles(free.slopes, inputs, h, steps, work, y, out)
         return out, free.b_body_t[:: len(offsets)]
 
+    @cached_property
+    def readout(self) -> np.ndarray:
+        """How errors of the readings enter the state at the commands `[n, 6, 6]`."""
+        return self.hold.readout(self.hold.instants(self.starts))
+
     def gains(self, corners: Mapping | None = None) -> np.ndarray | None:
         """Tables of G at the commands `[1 + m, n, 3, 6]`, as `floquet.gain_tables`."""
         return gain_tables(self.hold, self.hold.instants(self.starts), corners)
