@@ -29,11 +29,11 @@ from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
-from torquer.spacecraft.disturbance import Disturbance
+from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.parts import Cylinder, Plate, Sphere
-from torquer.spacecraft.sun_sensor import SunSensors
+from torquer.spacecraft.sun_sensor import BlindZone, SunSensors
 from torquer.spacecraft.wheels import Failure, ReactionWheels
 from torquer.wheel_array.presets import LAYOUTS
 
@@ -56,12 +56,14 @@ TABLES = {
     "spacecraft.magnetometer": Magnetometer,
     "spacecraft.gyro": Gyro,
     "spacecraft.sun_sensors": SunSensors,
+    "spacecraft.sun_sensors.blind_zones": BlindZone,
     "spacecraft.attitude_sensor": AttitudeSensor,
     "spacecraft.aerodynamics": Aerodynamics,
     "spacecraft.aerodynamics.parts, kind = 'cylinder'": Cylinder,
     "spacecraft.aerodynamics.parts, kind = 'plate'": Plate,
     "spacecraft.aerodynamics.parts, kind = 'sphere'": Sphere,
     "disturbance": Disturbance,
+    **{f"disturbance.{name}": torque.spec for name, torque in TORQUES.items()},
     "initial": InitialMotion,
     "control": Control,
     **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},

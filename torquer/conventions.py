@@ -47,10 +47,11 @@ Terms.
   allocation          how a torque is shared among the wheels, a dipole among the coils
   mode, region        a state of a state machine of the computer; machines run side by side
   host                a program outside the loop that takes the control step
-  disturbance torque  constant or random torque beside gravity gradient and air
+  disturbance torque  torque that no actuator makes: gravity gradient, air, sunlight, residual
+                      dipole, eddy currents, constant, random, unmodelled
   gravity-gradient    radius vector with the length sqrt(3 mu/r^3), of which the torque is made
     vector
-  local environment   field, gravity-gradient vector and air flow at one instant
+  local environment   field, gravity-gradient vector, air flow and sunlight at one instant
   environment tables  position, field, Sun and air along the orbit, tabulated before the run
   residual dipole     the satellite's own magnetic dipole, coils off
 """

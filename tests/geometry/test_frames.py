@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
 from torquer.geometry import euler, frames
+from torquer.orbit import Circular
 
 ANGLES = (0.0, 0.4, 1.9, -2.6, math.pi)
 
@@ -64,6 +65,18 @@ def test_orbital_frame_off_a_circle():
     # the two differ by the flight path angle about the normal
     angle = math.asin(np.dot(r, v) / np.linalg.norm(r) / np.linalg.norm(v))
     assert abs(math.acos(x[:, 0] @ tws[:, 0]) - abs(angle)) < 1e-12
+
+
+@pytest.mark.parametrize("inclination_deg", [0.0, 30.0, 90.0, 150.0])
+@pytest.mark.parametrize("angle_deg", [-170.0, 0.0, 20.0, 100.0])
+def test_argument_of_latitude_of_a_state_is_that_of_its_orbit(inclination_deg, angle_deg):
+    """On an equatorial orbit it counts from axis 1."""
+    keys = {"altitude_km": 500.0, "inclination_deg": inclination_deg}
+    raan = 0.0 if inclination_deg == 0.0 else 70.0
+    orbit = Circular(**keys, raan_deg=raan, argument_of_latitude_deg=angle_deg)
+    r, v = orbit.state(np.zeros(1))
+    found = math.degrees(frames.argument_of_latitude(r[0], 3.0 * v[0]))
+    assert found == pytest.approx(angle_deg, abs=1e-9)
 
 
 def test_angular_momentum_frame():

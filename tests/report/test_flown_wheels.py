@@ -197,7 +197,7 @@ def names(view) -> list[str]:
 
 
 def test_pictures_are_of_what_there_is(detumble, view, view_alone):
-    always = ["rate", "momentum", "field", "dipoles", "pointing"]
+    always = ["rate", "momentum", "field", "dipoles", "torques", "pointing"]
     assert names(view_of(detumble)) == always
     assert names(view) == ["attitude_error", "rate", "wheels", *always[1:]]
     assert names(view_alone) == [
@@ -206,6 +206,7 @@ def test_pictures_are_of_what_there_is(detumble, view, view_alone):
         "wheels",
         "momentum",
         "field",
+        "torques",
         "pointing",
     ]
 

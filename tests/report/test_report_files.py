@@ -30,7 +30,9 @@ from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.simulate import simulate
 
-PICTURES = ("rate", "momentum", "field", "dipoles", "pointing", "ground_track", "overview")
+PICTURES = (
+    "rate", "momentum", "field", "dipoles", "torques", "pointing", "ground_track", "overview",
+)  # fmt: skip
 #: Tags without an end tag.
 VOID = ("meta", "img", "br", "link", "input")
 
@@ -93,7 +95,7 @@ def test_picture_is_drawn(report, name):
         assert np.all(edge == 1.0)
 
 
-@pytest.mark.parametrize("name", ["rate", "momentum", "field", "dipoles", "pointing"])
+@pytest.mark.parametrize("name", ["rate", "momentum", "field", "dipoles", "torques", "pointing"])
 def test_all_three_axes_are_seen(report, name):
     image = matplotlib.image.imread(report[0][name])[..., :3]
     for _, colour in AXES:
@@ -269,7 +271,7 @@ def test_odd_runs_are_reported(make, tmp_path, case):
 def test_partial_results_are_reported(detumble, tmp_path, rows):
     cut = detumble.isel(time=slice(0, rows)).assign_attrs(ended="interrupted at t = <i>3 s")
     if rows == 1:
-        assert len(write_report(cut, tmp_path)) == 8
+        assert len(write_report(cut, tmp_path)) == 9
     text = page(view_of(cut), drawn.pictures(view_of(cut)))
     assert "this run is not complete: interrupted at t = &lt;i&gt;3 s" in text
 

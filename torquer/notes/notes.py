@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from torquer.notes.bdot_notes import bdot_notes
+from torquer.notes.disturbance_notes import disturbance_notes
 from torquer.notes.mode_notes import mode_notes
 from torquer.notes.wheel_notes import wheel_notes
 from torquer.orbit.numerical import epoch_of
@@ -28,6 +29,7 @@ def notes_of(scenario: Scenario) -> list[str]:
         *_step_notes(scenario),
         *_orbit_notes(scenario),
         *wheel_notes(scenario),
+        *disturbance_notes(scenario),
         *mode_notes(scenario),
     ]
 

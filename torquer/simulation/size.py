@@ -21,8 +21,9 @@ _COPIES = 3
 #: Memory [byte] of the package and what it computes with; while tables are made, of those of a
 #: revolution or, exact, of a step.
 _BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
-#: Computing time [s]: of a step by its integrator, with wheels or air; of a reading and its laws,
-#: with wheels, in plain Python; of tables by the revolution or, exact, by the step; of a row.
+#: Computing time [s]: of a step by its integrator, with wheels, air or what else disturbs; of a
+#: reading and its laws, with wheels, in plain Python; of tables by the revolution or, exact, by the
+#: step; of a row.
 _STEP_S = {"auto": 3e-7, "rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
 #: Turn of the body [rad] in an adaptive step.
 _AUTO_TURN = 0.5
@@ -104,7 +105,8 @@ def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> f
     turns = duration_s * math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))
     taken = max(readings, turns / _AUTO_TURN) if simulation.integrator == "auto" else steps
     step_s = _STEP_S[simulation.integrator]
-    step_s += _WHEELS_S if craft.wheels or craft.aerodynamics else 0.0
+    disturbed = craft.aerodynamics or scenario.acting_torques()
+    step_s += _WHEELS_S if craft.wheels or disturbed else 0.0
     reading_s = _READING_S + (_WHEELS_READING_S if craft.wheels else 0.0)
     reading_s += 0.0 if compiled else _PYTHON_S
     tables_s = _REVOLUTION_S * duration_s / scenario.orbit.period_s

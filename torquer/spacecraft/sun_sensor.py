@@ -101,12 +101,13 @@ class SunSensors(Sampled):
     """Sun sensors by their axes in the body.
 
     `half_field_deg`: half angle of the cone in which a sensor sees the Sun, one number or one per
-    sensor. `blind_zones`: cones in which something shades them. Of several that see the Sun the one
-    that faces it most nearly is read. `noise_deg`: standard deviation of the reading about each
-    axis across it; `bias_deg`: fixed small turn of the reading about the body axes, one vector or
-    one per sensor. `albedo` (of the Earth, 0.3 on average; 0 for sensors that tell the Earth from
-    the Sun): readings are the direction of the sum of sunlight and of the light that the lit Earth
-    reflects, as those of cosine detectors on all sides are; the Earth is a Lambertian sphere.
+    sensor. `blind_zones`: cones in which something shades them. Where several see the Sun, the one
+    that faces it most directly is read. `noise_deg`: standard deviation of the reading about each
+    axis across the line of sight; `bias_deg`: fixed small rotation of the reading about the body
+    axes, one vector or one per sensor. `albedo` of the Earth (about 0.3; 0: sensors that tell the
+    Sun from the Earth): coarse sensors are misled by the light that the lit Earth reflects, by up
+    to some 15 deg; a reading is the direction of the sum of both lights, as of cosine detectors on
+    all sides, the Earth a Lambertian sphere (NASA Technical Memorandum 104596).
     """
 
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]

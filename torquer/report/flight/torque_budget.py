@@ -40,6 +40,8 @@ def _draw_sizes(axes, budget: Budget) -> None:
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=9.5)
     axes.set_ylabel("|M| [N m]", fontsize=10)
+    if not axes.lines:
+        return
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=8.5,
         borderaxespad=0.1, handlelength=1.5, columnspacing=1.3,

@@ -78,9 +78,10 @@ def _torque_by(rows, light):
 class SolarPressure(Spec):
     """Solar radiation pressure on the parts of the body.
 
-    `parts`, from the centre of mass (left out: those of `spacecraft.aerodynamics`), with the
-    reflectivities of their surfaces. 4.54e-6 Pa at 1 au on what absorbs all light, by the distance
-    from the Sun, and by the visible part of its disc in the Earth's shadow (`environment.eclipse`).
+    `parts`: as those of `spacecraft.aerodynamics`, whose they are where left out; of their light
+    `specular_reflectivity` leaves as from a mirror, `diffuse_reflectivity` in all directions, the
+    rest is absorbed. The pressure is 4.54e-6 Pa at 1 au, less by the square of the distance from
+    the Sun, and in proportion to the visible part of its disc (`environment.eclipse`).
     """
 
     parts: tuple[AnyPart, ...] | None = Field(default=None, min_length=1)
