@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from attitude_holds import CUBESAT, at_strength, damping, gains_of, hold
 
+from torquer import engine
 from torquer.control.periodic_gains import PeriodicGains
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
 from torquer.theory.three_axis.design import DesignTask, design_gains
@@ -184,10 +186,18 @@ def test_messages(sampled):
         DesignTask(sampled, 1.0, linear_range_deg=100.0)
     with pytest.raises(ValueError, match=r"gain_margin: must lie within 1\.\.100; received 0.5"):
         DesignTask(sampled, 1.0, gain_margin=0.5)
-    other = PeriodicGains(
-        rate_gains_n_m_s_per_t2=[np.eye(3).tolist()], angle_gains_n_m_per_t2=[np.eye(3).tolist()]
-    ).law()
-    with pytest.raises(ValueError, match="design: the law must be three_axis"):
-        DesignTask(replace(sampled, hold=replace(sampled.hold, law=other)), 1.0)
     with pytest.raises(ArithmeticError, match="gain margin of 50 within the coils' limit of 1e-05"):
         design_gains(DesignTask(sampled, 1e-5, gain_margin=50.0))
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")
+def test_the_example_of_the_docs_runs(capsys):
+    """Its CubeSat: ten degrees by scalar gains, less than one by the regulator."""
+    text = (Path(__file__).parents[2] / "docs/theory/three-axis.md").read_text(encoding="utf-8")
+    names = {}
+    exec(text.split("```python\n")[1].split("```")[0], names)
+    design = names["design"]
+    assert math.degrees(design.refined.error.greatest_rad) == pytest.approx(10.0, abs=0.1)
+    assert math.degrees(design.regulator.error.greatest_rad) == pytest.approx(0.82, abs=0.01)
+    assert "regulator" in capsys.readouterr().out
+    assert names["exact"].degree > 0.6 and names["chart"].degree_of_stability.shape == (50, 50)

@@ -6,6 +6,7 @@ from typing import Annotated
 from cyclopts import App, CycloptsError, Parameter
 
 from torquer.cli.campaign import app as campaign_app
+from torquer.cli.design import app as design_app
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
 from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
@@ -21,6 +22,7 @@ app = App(
 )
 
 app.command(campaign_app)
+app.command(design_app)
 app.command(field_app)
 app.command(gallery_app)
 app.command(theory)

@@ -15,9 +15,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from torquer.control.law import Law
-from torquer.control.three_axis import three_axis
+from torquer.control.three_axis import ThreeAxis
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
-from torquer.theory.three_axis.feedback import lqr_law
+from torquer.theory.three_axis.feedback import attitude_keys, lqr_law
 from torquer.theory.three_axis.floquet import stability_of
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.margins import Margins, margins_of, scaled_family
@@ -30,10 +30,11 @@ from torquer.theory.three_axis.response import (
 )
 from torquer.theory.three_axis.sampled import Cycle, SampledHold, sampled_family
 from torquer.theory.three_axis.search import Best, greatest
-from torquer.theory.validity import Limit, passed, within
+from torquer.theory.validity import Limit, within
 
-#: Beyond this strength K = k mu_max/n of the fastest channel the averages err by a tenth or more.
-AVERAGES = Limit("K", most=1.0, why="the averaged degree is off by a tenth or more")
+#: Beyond this strength K = k mu_max/n of the fastest channel the averaged degree is off by a tenth
+#: or more: the formula is not followed further.
+_MOST_STRENGTH = 1.0
 LINEAR_RANGE = Limit("linear_range_deg", 0.0, 90.0, open=True)
 LIMIT = Limit("limit_a_m2", 0.0, open=True)
 GAIN_MARGIN = Limit("gain_margin", 1.0, 100.0)
@@ -92,8 +93,8 @@ class ThreeAxisDesign:
 
 @dataclass(frozen=True)
 class DesignTask:
-    """What gains are designed for: a sampled hold under the three-axis law (its own gains do not
-    count), the coils' limit [A m^2] for errors up to `linear_range_deg`, the factor of the dipole
+    """What gains are designed for: a sampled hold (of its law the attitude alone counts), the
+    coils' limit [A m^2] for errors up to `linear_range_deg`, the factor of the dipole
     that must leave it stable, disturbances."""
 
     sampled: SampledHold
@@ -108,11 +109,6 @@ class DesignTask:
         within(LIMIT, self.limit_a_m2)
         within(LINEAR_RANGE, self.linear_range_deg)
         within(GAIN_MARGIN, self.gain_margin)
-        if self.sampled.hold.law.function is not three_axis:
-            raise ValueError(
-                "design: the law must be three_axis, for which the formula is; received "
-                f"{self.sampled.hold.law.name}"
-            )
 
     def error_of(self, sampled: SampledHold, limit_a_m2: float = math.inf) -> PointingError:
         """Steady error of a loop under these disturbances."""
@@ -120,14 +116,19 @@ class DesignTask:
         return pointing_error(sampled, torque, *errors, limit_a_m2)
 
     def with_gains(self, rate_gain: float, angle_gain: float) -> SampledHold:
-        """The sampled hold with these gains."""
-        gains = {RATE: rate_gain, ANGLE: angle_gain}
-        return replace(self.sampled, hold=self.sampled.hold.with_parameters(**gains))
+        """The sampled hold by the three-axis law with these gains."""
+        law = ThreeAxis(
+            rate_gain_n_m_s_per_t2=rate_gain,
+            angle_gain_n_m_per_t2=angle_gain,
+            **attitude_keys(self.sampled.hold),
+        ).law()
+        return replace(self.sampled, hold=replace(self.sampled.hold, law=law))
 
 
 @dataclass(frozen=True)
 class _Scales:
-    """Channel factors; orbital rate; greatest 2 k_a + n k; k_a over k^2 of the formula."""
+    """Channel factors, times the part of the time with a dipole; orbital rate; greatest
+    2 k_a + n k; k_a over k^2 of the formula."""
 
     mu: np.ndarray
     n: float
@@ -143,19 +144,20 @@ class _Scales:
         """k and k_a on the plateau's edge, as great as the coils and averaging allow."""
         c, n = 2.0 * self.edge, self.n
         k = 2.0 * self.allowed / (n + math.sqrt(n * n + 4.0 * c * self.allowed))
-        k = min(k, n / self.mu.max())
+        k = min(k, _MOST_STRENGTH / self.strength)
         return k, self.edge * k * k
 
 
 def _scales(task: DesignTask, b_body) -> _Scales:
     hold = task.sampled.hold
-    mu = channel_factors(hold.body.inertia_kg_m2, mean_damping(b_body))
+    duty = task.sampled.cycle.hold_s / sum(task.sampled.cycle)
+    mu = duty * channel_factors(hold.body.inertia_kg_m2, mean_damping(b_body))
     field = np.linalg.norm(b_body, axis=1).max()
     allowed = task.limit_a_m2 / (field * math.radians(task.linear_range_deg))
     return _Scales(mu, hold.rate_rad_s, allowed, float(plateau_edge(mu, 1.0)))
 
 
-def _coarser(sampled: SampledHold) -> SampledHold:
+def coarser(sampled: SampledHold) -> SampledHold:
     """The same with a cycle long enough for a quick search."""
     least_s = 2.0 * math.pi / sampled.hold.rate_rad_s / _CYCLES
     factor = max(1.0, least_s / sum(sampled.cycle))
@@ -165,15 +167,14 @@ def _coarser(sampled: SampledHold) -> SampledHold:
 
 def design_gains(task: DesignTask) -> ThreeAxisDesign:
     """Gains by the formula, the best of the exact sampled system, and the periodic regulator."""
-    quick = _coarser(task.sampled)
+    quick = coarser(task.with_gains(1.0, 1.0))
     scales = _scales(task, quick.maps.b_body_t)
     first, best = scales.formula(), _search(task, quick, scales)
     k = math.exp(best.point[0])
     pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
     strengths = pairs[0][0] * scales.strength, pairs[1][0] * scales.strength
     laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
-    noted = *(passed((AVERAGES, strength)) for strength in strengths), ()
-    one, two, three = (_evaluated(task, quick, *each) for each in zip(laws, noted, strict=True))
+    one, two, three = (_evaluated(task, quick, law) for law in laws)
     return ThreeAxisDesign(one, two, three, best, strengths)
 
 
@@ -246,7 +247,7 @@ def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
         ) from None
 
 
-def _evaluated(task: DesignTask, quick: SampledHold, law: Law, notes: tuple) -> Candidate:
+def _evaluated(task: DesignTask, quick: SampledHold, law: Law) -> Candidate:
     hold = replace(task.sampled.hold, law=law)
     sampled, exact = replace(task.sampled, hold=hold), stability_of(hold, 1e-9)
     degree = float(sampled_family(sampled).degrees(_ALONE)[0])
@@ -254,7 +255,7 @@ def _evaluated(task: DesignTask, quick: SampledHold, law: Law, notes: tuple) -> 
     if degree > 0.0:
         margins = margins_of(replace(quick, hold=hold))
         error = task.error_of(sampled, task.limit_a_m2)
-    notes += ("the loop is unstable",) if error is None else error.notes
+    notes = ("the loop is unstable",) if error is None else error.notes
     settling_s = settling_time_s(hold, degree)
     degrees = degree, exact.degree, exact.averaged_degree
     return Candidate(law, *degrees, settling_s, margins, error, notes)

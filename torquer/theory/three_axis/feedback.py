@@ -32,13 +32,18 @@ def feedback_law(hold: AttitudeHold, series) -> Law:
     It holds the attitude that the hold's law holds.
     """
     angles, rates = np.split(np.asarray(series, dtype=np.float64), 2, axis=2)
-    reference = hold.reference
     return PeriodicGains(
         rate_gains_n_m_s_per_t2=(rates / hold.rate_rad_s).tolist(),
         angle_gains_n_m_per_t2=(0.5 * angles).tolist(),
-        reference="orbital" if reference.orbital else "inertial",
-        euler_deg=np.degrees(euler.from_quaternion("321", reference.q_wanted)).tolist(),
+        **attitude_keys(hold),
     ).law()
+
+
+def attitude_keys(hold: AttitudeHold) -> dict:
+    """The attitude that the hold's law holds, as the keys of another law that is to hold it."""
+    angles = euler.from_quaternion("321", hold.reference.q_wanted)
+    reference = "orbital" if hold.reference.orbital else "inertial"
+    return {"reference": reference, "euler_deg": (np.degrees(angles) + 0.0).tolist()}
 
 
 def lqr_law(hold: AttitudeHold, lqr: PeriodicLqr, harmonics: int = 4) -> Law:

@@ -143,7 +143,7 @@ class Family:
         return self.hold.with_parameters(**dict(zip(self.corners, row.tolist(), strict=True)))
 
     def _anew(self, row) -> np.ndarray:
-        return _with_steps(self.at(row), {}, self.steps).monodromies(np.empty((1, 0)))
+        return tabulated(self.at(row), {}, self.steps).monodromies(np.empty((1, 0)))
 
     def degrees(self, values) -> np.ndarray:
         """Degrees of stability [1/rad of u] for values `[points, m]`; minus infinity where the
@@ -152,7 +152,8 @@ class Family:
         return np.where(np.isnan(found), -np.inf, found)
 
 
-def _with_steps(hold: AttitudeHold, corners: Mapping, steps: int) -> Family:
+def tabulated(hold: AttitudeHold, corners: Mapping, steps: int) -> Family:
+    """The family with a given number of steps."""
     u = stage_points(hold.period / steps, steps)
     free, gains = hold.free(u), gain_tables(hold, hold.instants(u), corners)
     if gains is None:
@@ -174,7 +175,7 @@ def family_of(
     points = np.array([*itertools.product(*corners.values())])
     steps, before = _FIRST_STEPS * hold.revolutions, None
     while steps <= _MOST_STEPS * hold.revolutions:
-        made = _with_steps(hold, corners, steps)
+        made = tabulated(hold, corners, steps)
         found = made.monodromies(points)
         if before is not None and np.all(np.isfinite(found)):
             size = np.abs(found).max(axis=(1, 2), keepdims=True)
@@ -216,7 +217,7 @@ def mean_degrees(made: Family, values) -> np.ndarray:
             made.hold.with_parameters(**dict(zip(made.corners, v, strict=True))) for v in values
         )
         empty = np.empty((1, 0))
-        return np.concatenate([mean_degrees(_with_steps(h, {}, made.steps), empty) for h in each])
+        return np.concatenate([mean_degrees(tabulated(h, {}, made.steps), empty) for h in each])
     means = np.einsum("n,jnrc->jrc", weights, made.tables)
     matrices = np.zeros((len(values), 6, 6))
     matrices[:, :3, 3:] = np.eye(3)

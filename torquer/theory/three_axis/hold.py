@@ -57,6 +57,9 @@ class Free(NamedTuple):
 class AttitudeHold:
     """A law that holds an attitude, the body, and the environment along its orbit.
 
+    For the three-axis law, an inertial reference and no gravity gradient its linear equations are
+    those of the text. Source: MAG (4.3.3).
+
     The law's parameters must have `orbital` and `q_wanted`, as those of `control.pointing` have.
     `revolutions`: after how many the field is taken to repeat; left out, one for a field that does
     not turn with the Earth, else those of about a sidereal day.

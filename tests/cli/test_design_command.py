@@ -1,0 +1,111 @@
+"""`torquer design three-axis`: table, JSON, map, laws that fly, and one line per mistake."""
+
+import tomllib
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import torquer
+from torquer.scenario.load import scenario_from_data
+
+CUBESAT = ("--inertia", 0.015, 0.014, 0.007, "--altitude-km", 470, "--inclination-deg", 52,
+           "--limit-a-m2", 0.2, "--sample-s", 10, "--field", "averaged",
+           "--residual-a-m2", 2e-4, 0, 0, "--attitude-noise-deg", 0.1)  # fmt: skip
+
+#: Coils that can do next to nothing.
+WEAK = tuple(1e-9 if each == 0.2 else each for each in CUBESAT)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("design")
+
+
+def test_a_design_by_options(call, strict_json, folder):
+    code, out, err = call("design", "three-axis", *CUBESAT, "--json", "--out", folder)
+    assert (code, err) == (0, "")
+    found = strict_json(out)
+    assert set(found["candidates"]) == {"formula", "refined", "regulator"}
+    refined, regulator = (found["candidates"][name] for name in ("refined", "regulator"))
+    assert 0.0 < refined["degree_per_rad"] < regulator["degree_per_rad"]
+    assert refined["margins"]["greatest_gain"] >= 2.0 * (1.0 - 1e-3)
+    assert regulator["error"]["greatest_deg"] < 2.0 < refined["error"]["greatest_deg"]
+    by_source = regulator["error"]["by_source_deg"]
+    assert max(by_source, key=by_source.get) == "residual dipole"
+    assert refined["law"]["kind"] == "three_axis" and refined["law"]["reference"] == "orbital"
+    names = ["formula.toml", "map.png", "refined.toml", "regulator.toml"]
+    assert sorted(path.name for path in folder.iterdir()) == names
+    assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_regulator_flies_as_predicted(folder, call, strict_json):
+    """From its TOML: residual dipole and noise of the attitude, ten revolutions."""
+    law = tomllib.loads((folder / "regulator.toml").read_text())["control"]["law"]
+    scenario = scenario_from_data({
+        "start": "2025-01-01T00:00:00Z",
+        "orbit": {"kind": "circular", "altitude_km": 470, "inclination_deg": 52},
+        "environment": {"field": {"kind": "averaged"}},
+        "spacecraft": {"body": {"inertia_kg_m2": [0.015, 0.014, 0.007]},
+                       "coils": {"limit_a_m2": 0.2, "residual_dipole_a_m2": [2e-4, 0, 0]},
+                       "attitude_sensor": {"noise_deg": 0.1}},
+        "initial": {"reference": "orbital", "rate_relative_to": "orbital",
+                    "rate_deg_s": [0, 0, 0], "euler_deg": [3.0, -2.0, 4.0]},
+        "control": {"law": law, "sample_s": 10.0},
+        "simulation": {"revolutions": 10, "record_s": 30.0},
+    })  # fmt: skip
+    run = torquer.simulate(scenario)
+    last = run.isel(time=slice(-188, None))
+    r, v = last.position_inertial.values, last.velocity_inertial.values
+    up = r / np.linalg.norm(r, axis=1)[:, None]
+    normal = np.cross(r, v) / np.linalg.norm(np.cross(r, v), axis=1)[:, None]
+    frame = Rotation.from_matrix(np.stack([np.cross(normal, up), normal, up], axis=2))
+    turns = (frame.inv() * Rotation.from_quat(last.q_body_to_inertial.values)).magnitude()
+    code, out, _ = call("design", "three-axis", *CUBESAT, "--json")
+    error = strict_json(out)["candidates"]["regulator"]["error"]
+    assert code == 0
+    assert np.degrees(np.sqrt(np.mean(turns**2))) == pytest.approx(error["rms_deg"], rel=0.05)
+    assert np.degrees(turns.max()) < error["greatest_deg"] + 5.0 * error["noise_rms_deg"]
+
+
+def test_a_scenario_gives_the_satellite(call, scenario):
+    """The conftest's, whose law holds no attitude; nothing disturbs it."""
+    text = scenario.read_text().replace("inclination_deg = 60", "inclination_deg = 98")
+    scenario.write_text(text.replace("sample_s = 2.0", "sample_s = 20.0"))
+    code, out, err = call("design", "three-axis", scenario, "--gain-margin", 1.5)
+    assert (code, err) == (0, "")
+    lines = out.splitlines()
+    assert lines[0].startswith("short: three axes by coils, field averaged (repeats after 1 rev of")
+    assert [line.split()[0] for line in lines[3:6]] == ["formula", "refined", "regulator"]
+    assert any(line.startswith("refined: rate_gain_n_m_s_per_t2 = ") for line in lines)
+    assert "note: no law holds an attitude: that of the orbital frame is taken" in lines
+    assert max(map(len, lines)) <= 140
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "--inertia: must be given (or SCENARIO); received nothing"),
+        ((*CUBESAT[:-1], -0.1), "--attitude-noise-deg: must be"),
+        ((*CUBESAT, "--linear-range-deg", 120), "linear_range_deg: must lie within 0..90"),
+        ((*CUBESAT, "--linear-range-deg", 0), "linear_range_deg: must lie within 0..90"),
+        (WEAK, "design: gains must make the loop stable with a gain margin of 2 within the coils'"),
+        ((*CUBESAT, "--measure-s", 20), "--actuate-s: must be given with measure_s"),
+        ((*CUBESAT, "--revolutions", 0), "revolutions: must be at least 1; received 0"),
+    ],
+)
+def test_mistakes_are_one_line(call, arguments, message):
+    code, out, err = call("design", "three-axis", *arguments)
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ") and err.count("\n") == 1
+    assert message in err
+
+
+def test_more_mistakes(call, scenario):
+    code, _, err = call("design", "three-axis", scenario, "--altitude-km", 500)
+    assert code == 2 and "--altitude-km: must not be given with SCENARIO; received both" in err
+    scenario.write_text(scenario.read_text().replace('{ kind = "bdot"', '{ kind = "off" } #'))
+    coils = scenario.read_text().replace("[spacecraft.coils]\nlimit_a_m2 = 3.0\n", "")
+    scenario.write_text(coils)
+    code, _, err = call("design", "three-axis", scenario)
+    assert code == 2 and "spacecraft.coils: must be given for magnetic control" in err
