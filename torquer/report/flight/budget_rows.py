@@ -10,9 +10,11 @@ HEAD = ("", "mean x", "y", "z", "RMS x", "y", "z", "RMS", "greatest", "of coils"
 
 def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
     """(Unit, rows below `HEAD`): mean and RMS about the body axes, RMS and greatest size, and the
-    RMS size as a share of the mean torque that the coils can give."""
+    RMS size as a share of the mean torque that the coils can give. The unit suits disturbances:
+    the coils' torque is some hundred times as great."""
     rows = rows_of(budget)
-    factor, unit = prefixed(np.array([row.greatest_size_n_m for row in rows.values()]), "N m")
+    sizes = [row.greatest_size_n_m for name, row in rows.items() if name != "coils"]
+    factor, unit = prefixed(np.array(sizes), "N m")
     table = []
     for name, row in rows.items():
         numbers = (*row.mean_n_m, *row.rms_n_m, row.rms_size_n_m, row.greatest_size_n_m)
