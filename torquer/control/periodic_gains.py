@@ -14,8 +14,8 @@ from pydantic import Field, model_validator
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion
 from torquer.engine import inlined, kernel
-from torquer.environment.field.averaged import ascending_node
-from torquer.geometry.vec3 import add, add_scaled, cross, dot, mat_vec, norm, scale
+from torquer.environment.field.averaged import argument_of_latitude
+from torquer.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
 from torquer.spec import Vector
 
 Matrix = tuple[Vector, Vector, Vector]
@@ -30,15 +30,6 @@ class PeriodicGainsParameters(NamedTuple):
     angle_gains: tuple
     orbital: float
     q_wanted: tuple
-
-
-@inlined
-def argument_of_latitude(r, v):
-    """Angle [rad] from the ascending node to the radius vector; from axis 1 on an equatorial
-    orbit."""
-    h = cross(r, v)
-    node = ascending_node(h)
-    return math.atan2(dot(r, cross(h, node)), dot(r, node) * norm(h))
 
 
 @inlined
@@ -59,7 +50,8 @@ def periodic_gains(inputs, parameters, memory):
     q_reference, turning = reference_motion(inputs, p.orbital)
     error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     s = scale(4.0 * error[3], (error[0], error[1], error[2]))
-    u = argument_of_latitude(inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s)
+    r, v = inputs.ephemeris.r_inertial_m, inputs.ephemeris.v_inertial_m_s
+    u = argument_of_latitude(r, cross(r, v))
     return cross(add(_at(p.rate_gains, u, omega), _at(p.angle_gains, u, s)), inputs.b_body_t)
 
 

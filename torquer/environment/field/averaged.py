@@ -137,12 +137,19 @@ def ascending_node(h):
 
 
 @kernel
+def argument_of_latitude(r, h):
+    """Angle [rad] from the ascending node of an orbit with normal h to the radius vector; from
+    axis 1 if it is equatorial."""
+    node = ascending_node(h)
+    return math.atan2(dot(r, cross(h, node)), dot(r, node) * norm(h))
+
+
+@kernel
 def b_inertial(field, r, v):
     """Flux density [T] in the inertial frame, on the osculating plane of r [m] and v."""
     h = cross(r, v)
-    node = ascending_node(h)
+    node, u = ascending_node(h), argument_of_latitude(r, h)
     inclination = math.atan2(math.sqrt(h[0] * h[0] + h[1] * h[1]), h[2])
-    u = math.atan2(dot(r, cross(h, node)), dot(r, node) * norm(h))
     b = b_y(mean_strength(field, norm(r), inclination), u, cone_angle(inclination))
     across = scale(b[1], (-node[1], node[0], 0.0))
     return add(add(scale(b[0], node), across), (0.0, 0.0, b[2]))

@@ -122,7 +122,7 @@ class DesignTask:
             angle_gain_n_m_per_t2=angle_gain,
             **attitude_keys(self.sampled.hold),
         ).law()
-        return replace(self.sampled, hold=replace(self.sampled.hold, law=law))
+        return self.sampled.with_law(law)
 
 
 @dataclass(frozen=True)
@@ -180,28 +180,29 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
 
 def _regulator(task: DesignTask, quick: SampledHold) -> Law:
     """The regulator of errors of the linear range, with the weight of the dipole, of some up to the
-    coils' limit, that has the least steady error, or settles fastest if there is none."""
+    coils' limit, that has the least steady error of those that settle half as fast as any."""
     angle, hold = math.radians(task.linear_range_deg), quick.hold
-    laws: list[tuple[float, float, Law]] = []
+    found: list[tuple[float, float, Law]] = []
     for part in _PARTS_OF_LIMIT:
         weights = Weights(angle, angle, part * task.limit_a_m2)
         with contextlib.suppress(ArithmeticError):  # too fast for the steps, or not stable
             law = lqr_law(hold, periodic_lqr(hold, weights, 1e-6), HARMONICS)
-            laws.append((*_merits(task, quick, law), law))
-    if not laws:
+            found.append((*_merits(task, quick, law), law))
+    if not found:
         raise ArithmeticError(
             "design: a periodic regulator must make the sampled loop stable with a gain margin of "
             f"{task.gain_margin:g}; none was found"
         )
-    return min(laws, key=lambda each: each[:2])[2]
+    fast = [each for each in found if each[1] >= 0.5 * max(degree for _, degree, _ in found)]
+    return min(fast, key=lambda each: (each[0], -each[1]))[2]
 
 
 def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[float, float]:
-    """Steady error [rad] and minus the degree of the sampled loop, least best.
+    """Steady error [rad], noise included, and degree of the sampled loop.
 
     ArithmeticError without the gain margin, or where the steady error alone saturates the coils.
     """
-    sampled = replace(quick, hold=replace(quick.hold, law=law))
+    sampled = quick.with_law(law)
     factors = np.array([[1.0], [task.gain_margin**0.5], [task.gain_margin]])
     degrees = scaled_family(sampled).degrees(factors)
     if not (degrees > 0.0).all():
@@ -209,7 +210,7 @@ def _merits(task: DesignTask, quick: SampledHold, law: Law) -> tuple[float, floa
     error = task.error_of(sampled)
     if np.abs(error.dipoles_a_m2).max() > task.limit_a_m2:
         raise ArithmeticError("design: the coils must not saturate; they do")
-    return round(error.rms_rad, 9), -float(degrees[0])
+    return round(error.rms_rad, 9), float(degrees[0])
 
 
 def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
@@ -248,12 +249,12 @@ def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
 
 
 def _evaluated(task: DesignTask, quick: SampledHold, law: Law) -> Candidate:
-    hold = replace(task.sampled.hold, law=law)
-    sampled, exact = replace(task.sampled, hold=hold), stability_of(hold, 1e-9)
+    sampled = task.sampled.with_law(law)
+    hold, exact = sampled.hold, stability_of(sampled.hold, 1e-9)
     degree = float(sampled_family(sampled).degrees(_ALONE)[0])
     margins = error = None
     if degree > 0.0:
-        margins = margins_of(replace(quick, hold=hold))
+        margins = margins_of(quick.with_law(law))
         error = task.error_of(sampled, task.limit_a_m2)
     notes = ("the loop is unstable",) if error is None else error.notes
     settling_s = settling_time_s(hold, degree)

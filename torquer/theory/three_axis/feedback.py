@@ -10,7 +10,8 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 
 from torquer.control.law import Law
-from torquer.control.periodic_gains import PeriodicGains, argument_of_latitude
+from torquer.control.periodic_gains import PeriodicGains
+from torquer.environment.field.averaged import argument_of_latitude
 from torquer.geometry import euler
 from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.averaged import channel_factors, mean_damping, plateau_edge
@@ -62,7 +63,8 @@ def _series(hold: AttitudeHold, lqr: PeriodicLqr, harmonics: int) -> np.ndarray:
     at, across = hold.instants(u), np.zeros((len(u), 3, 3))
     for k, each in enumerate(np.eye(3)):
         across[:, :, k] = np.cross(each, b)
-    place = [argument_of_latitude(r, v) for r, v in zip(at.r_m, at.v_m_s, strict=True)]
+    normals = np.cross(at.r_m, at.v_m_s)
+    place = [argument_of_latitude(r, h) for r, h in zip(at.r_m, normals, strict=True)]
     waves = _waves(np.array(place), harmonics)
     matrix = np.einsum("nw,nij->niwj", waves, across).reshape(3 * len(u), -1)
     dipoles = (across @ lqr.feedback[:-1]).reshape(3 * len(u), 6)

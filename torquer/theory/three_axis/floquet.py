@@ -213,11 +213,8 @@ def mean_degrees(made: Family, values) -> np.ndarray:
     weights = np.tile(room(0).tableau[STAGES], made.steps) / made.steps
     values = np.asarray(values, dtype=np.float64)
     if made.tables is None:
-        each = (
-            made.hold.with_parameters(**dict(zip(made.corners, v, strict=True))) for v in values
-        )
-        empty = np.empty((1, 0))
-        return np.concatenate([mean_degrees(tabulated(h, {}, made.steps), empty) for h in each])
+        each = (tabulated(made.at(row), {}, made.steps) for row in values)
+        return np.concatenate([mean_degrees(one, np.empty((1, 0))) for one in each])
     means = np.einsum("n,jnrc->jrc", weights, made.tables)
     matrices = np.zeros((len(values), 6, 6))
     matrices[:, :3, 3:] = np.eye(3)

@@ -87,6 +87,8 @@ class AttitudeHold:
         if self.revolutions is None:
             object.__setattr__(self, "revolutions", self._usual_revolutions())
         within(REVOLUTIONS, self.revolutions)
+        if self.revolutions != int(self.revolutions):
+            raise ValueError(f"revolutions: must be a whole number; received {self.revolutions:g}")
 
     def _usual_revolutions(self) -> int:
         if self.surroundings.environment.field.kind in _FIXED_FIELDS:
@@ -105,9 +107,21 @@ class AttitudeHold:
         craft, law = scenario.spacecraft, law or laws[0].law()
         return cls(law, craft.body, scenario.surroundings(), craft.aerodynamics, revolutions)
 
+    def with_law(self, law: Law) -> "AttitudeHold":
+        """The same under another law; what is tabulated is kept if it holds the same attitude."""
+        made = replace(self, law=law)
+        if np.allclose(
+            [*made.reference.q_wanted, made.reference.orbital],
+            [*self.reference.q_wanted, self.reference.orbital],
+            rtol=0.0,
+            atol=1e-12,
+        ):
+            made.__dict__["_table"] = self._table
+        return made
+
     def with_parameters(self, **values) -> "AttitudeHold":
         """The same with other parameters of the law."""
-        return replace(self, law=self.law.with_parameters(**values))
+        return self.with_law(self.law.with_parameters(**values))
 
     def with_inertia(self, inertia_kg_m2) -> "AttitudeHold":
         """The same with another inertia tensor; the law is not told."""

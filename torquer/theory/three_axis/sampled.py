@@ -11,13 +11,14 @@ one in as many as there are).
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from torquer import validate
+from torquer.control.law import Law
 from torquer.engine import inlined, kernel, released
 from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import (
@@ -39,7 +40,7 @@ _STEP = 2.0 * math.pi / 32.0
 _CHUNK = 2000
 #: Columns of a cycle's inputs: dipole, torque, disturbances.
 _DIPOLE, _TORQUE, _REFERENCE, _RESIDUAL = slice(0, 3), slice(3, 6), 6, 7
-SOURCES = ("gravity gradient and turning", "residual dipole", "air")
+SOURCES = ("gravity and gyroscopic torque", "residual dipole", "air")
 
 
 class Cycle(NamedTuple):
@@ -162,6 +163,13 @@ class SampledHold:
                 f"cycle: must not be longer than the {self.hold.revolutions} revolutions after "
                 f"which the field repeats, {span_s:.6g} s; received {sum(self.cycle):.6g} s"
             )
+
+    def with_law(self, law: Law) -> "SampledHold":
+        """The same under another law; the cycles are kept if it holds the same attitude."""
+        made = replace(self, hold=self.hold.with_law(law))
+        if made.hold._table is self.hold._table:
+            made.__dict__["maps"] = self.maps
+        return made
 
     @property
     def count(self) -> int:
