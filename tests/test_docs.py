@@ -132,7 +132,7 @@ def shown(*arguments):
 @pytest.fixture(scope="module")
 def satellites(tmp_path_factory):
     """The tutorial's scenario, as it is and with each of the two ways back that follow it."""
-    whole, *ways = [text for kind, text in BLOCKS if kind == "toml"]
+    whole, *ways, _ = [text for kind, text in BLOCKS if kind == "toml"]  # the last one: guards
     paths = [tmp_path_factory.mktemp("tutorial") / f"{k}.toml" for k in range(len(ways) + 1)]
     for path, way in zip(paths, ["", *ways], strict=True):
         path.write_text(whole + way)
@@ -154,6 +154,12 @@ def test_the_tutorial_shows_the_diagram_of_the_example():
     printed = shown(ROOT / "examples/sun_pointing.toml", True, None, False)
     assert printed.startswith(drawn)
     assert all(line.startswith("%% ") for line in printed.removeprefix(drawn).splitlines())
+
+
+def test_the_tutorial_names_every_guard():
+    from torquer.scenario.load import presets
+
+    assert [name for name in presets("region") if f"`{name}`" not in MODES_PAGE] == []
 
 
 def test_the_tutorial_names_every_signal():
