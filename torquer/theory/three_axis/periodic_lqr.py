@@ -25,8 +25,8 @@ from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.validity import Limit, within
 
 _FIRST_STEPS, _MOST_STEPS = 32, 2048
-#: Backward passes over the period, and the change of P at which they end.
-_MOST_PASSES, _SETTLED = 200, 1e-12
+#: Backward passes over the period, the change of P at which they end, and the most that is allowed.
+_MOST_PASSES, _SETTLED, _CLOSED = 1000, 1e-12, 1e-9
 _POSITIVE = {name: Limit(name, 0.0, open=True) for name in ("angle", "rate", "dipole")}
 
 
@@ -188,14 +188,14 @@ def _with_steps(hold: AttitudeHold, weights: Weights, steps: int) -> PeriodicLqr
     path, lhs, unclosed = np.empty((steps + 1, 6, 6)), np.empty((6, 6)), np.inf
     path[-1] = _first_solution(transitions, weights)
     for _ in range(_MOST_PASSES):
-        asymmetry = backwards(transitions, path, lhs)
+        asymmetry, before = backwards(transitions, path, lhs), unclosed
         if not asymmetry < np.inf:
             return None
         unclosed = float(np.abs(path[0] - path[-1]).max() / np.abs(path[0]).max())
-        if unclosed <= _SETTLED:
+        if unclosed <= _SETTLED or unclosed > 0.99 * before:  # or rounding keeps it from settling
             break
         path[-1] = path[0]
-    if not unclosed <= _SETTLED:
+    if not unclosed <= _CLOSED:
         return None
     u = np.arange(steps + 1) * (hold.period / steps)
     free = hold.free(u)
