@@ -6,16 +6,14 @@ from datetime import UTC, datetime
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.geometry import euler
-from torquer.geometry.frames import argument_of_latitude, dcm_orbital_to_inertial
-from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
-from torquer.geometry.vec3 import as_matrix, as_vector
+from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
 from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
+from torquer.scenario.initial import InitialMotion
 from torquer.scenario.resolution import check_step, speeds_at_start
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
@@ -29,7 +27,7 @@ from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sun_sensor import SunSensors
 from torquer.spacecraft.wheels import ReactionWheels
-from torquer.spec import Spec, Vector
+from torquer.spec import Spec
 from torquer.time import parse_utc
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -74,49 +72,6 @@ class Spacecraft(Spec):
         """The sensors by their keys."""
         found = {name: getattr(self, name) for name in Spacecraft.model_fields}
         return {name: sensor for name, sensor in found.items() if isinstance(sensor, Sampled)}
-
-
-class InitialMotion(Spec):
-    """Attitude and rate at the start.
-
-    Attitude: `euler_deg` with its `sequence` (any of the 12, intrinsic), or `quaternion`
-    (x, y, z, w); body to the frame named by `reference`. `rate_deg_s`: in body axes, absolute,
-    or relative to the orbital frame where `rate_relative_to` says 'orbital'.
-    """
-
-    euler_deg: Vector = (0.0, 0.0, 0.0)
-    sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
-    quaternion: tuple[float, float, float, float] | None = None
-    reference: Literal["inertial", "orbital"] = "inertial"
-    rate_deg_s: Vector
-    rate_relative_to: Literal["inertial", "orbital"] = "inertial"
-
-    @model_validator(mode="after")
-    def _attitude_makes_sense(self):
-        if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
-            raise ValueError(
-                f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
-            )
-        if self.quaternion is not None and any(self.euler_deg):
-            raise ValueError(
-                "quaternion: either it or euler_deg must be given; received both, euler_deg = "
-                f"{list(self.euler_deg)}"
-            )
-        return self
-
-    def motion(self, r_m, v_m_s) -> np.ndarray:
-        """Quaternion (body to inertial) and absolute rate [rad/s]: 7 numbers."""
-        if self.quaternion is not None:
-            q = normalised(tuple(self.quaternion))
-        else:
-            q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
-        if self.reference == "orbital":
-            q = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r_m, v_m_s))), q)
-        omega = np.radians(self.rate_deg_s)
-        if self.rate_relative_to == "orbital":
-            turning = np.cross(r_m, v_m_s) / np.dot(r_m, r_m)
-            omega = omega + np.array(rotate_inverse(tuple(q), as_vector(turning)))
-        return np.array([*q, *omega])
 
 
 class Simulation(Spec):

@@ -30,7 +30,7 @@ NO_SUNLIT_SURFACE = SunlitSurface(np.zeros((0, 12)))
 
 @inlined
 def _push(row, to_sun):
-    """Force on a part by light of a unit pressure [m^2], towards the light's source if positive.
+    """Force [m^2] on a part by light of unit pressure.
 
     A plate, or the end of a cylinder, of area A turned by the angle a to the light s, normal n:
     -A cos a ((1 - specular) s + 2 (specular cos a + diffuse/3) n). The integral of that over the
@@ -81,7 +81,8 @@ class SolarPressure(Spec):
     `parts`: as those of `spacecraft.aerodynamics`, whose they are where left out; of their light
     `specular_reflectivity` leaves as from a mirror, `diffuse_reflectivity` in all directions, the
     rest is absorbed. The pressure is 4.54e-6 Pa at 1 au, less by the square of the distance from
-    the Sun, and in proportion to the visible part of its disc (`environment.eclipse`).
+    the Sun, and in proportion to the visible part of its disc (`environment.eclipse`). Adaptive
+    steps end at the edges of the shadow, fixed ones pass over them.
     """
 
     parts: tuple[AnyPart, ...] | None = Field(default=None, min_length=1)

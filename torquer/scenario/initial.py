@@ -1,0 +1,55 @@
+"""The motion at the start of a run."""
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import AfterValidator, model_validator
+
+from torquer.geometry import euler
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.geometry.quaternion import from_dcm, multiply, normalised, rotate_inverse
+from torquer.geometry.vec3 import as_matrix, as_vector
+from torquer.spec import Spec, Vector
+
+
+class InitialMotion(Spec):
+    """Attitude and rate at the start.
+
+    Attitude: `euler_deg` with its `sequence` (any of the 12, intrinsic), or `quaternion`
+    (x, y, z, w); body to the frame named by `reference`. `rate_deg_s`: in body axes, absolute,
+    or relative to the orbital frame where `rate_relative_to` says 'orbital'.
+    """
+
+    euler_deg: Vector = (0.0, 0.0, 0.0)
+    sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
+    quaternion: tuple[float, float, float, float] | None = None
+    reference: Literal["inertial", "orbital"] = "inertial"
+    rate_deg_s: Vector
+    rate_relative_to: Literal["inertial", "orbital"] = "inertial"
+
+    @model_validator(mode="after")
+    def _attitude_makes_sense(self):
+        if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
+            raise ValueError(
+                f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
+            )
+        if self.quaternion is not None and any(self.euler_deg):
+            raise ValueError(
+                "quaternion: either it or euler_deg must be given; received both, euler_deg = "
+                f"{list(self.euler_deg)}"
+            )
+        return self
+
+    def motion(self, r_m, v_m_s) -> np.ndarray:
+        """Quaternion (body to inertial) and absolute rate [rad/s]: 7 numbers."""
+        if self.quaternion is not None:
+            q = normalised(tuple(self.quaternion))
+        else:
+            q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+        if self.reference == "orbital":
+            q = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r_m, v_m_s))), q)
+        omega = np.radians(self.rate_deg_s)
+        if self.rate_relative_to == "orbital":
+            turning = np.cross(r_m, v_m_s) / np.dot(r_m, r_m)
+            omega = omega + np.array(rotate_inverse(tuple(q), as_vector(turning)))
+        return np.array([*q, *omega])
