@@ -40,6 +40,7 @@ EXPECTED = {
     "rate_deg_s": math.degrees(math.hypot(*OMEGA)),
     "spin_deg_s": math.degrees(np.dot(AXIS, OMEGA)),
     "nutation_deg": min(degrees(AXIS, MOMENTUM), 180.0 - degrees(AXIS, MOMENTUM)),
+    "momentum_rate_deg_s": math.degrees(np.linalg.norm(MOMENTUM)) / (3.7 / 3.0),
     "axis_to_target_deg": degrees(AXIS, TARGET_BODY),
     "momentum_to_target_deg": degrees(MOMENTUM, TARGET_BODY),
     "axis_to_sun_deg": degrees(AXIS, SUN),
