@@ -219,7 +219,7 @@ def inner_of(function: Callable, own: bool, shape: Shape):
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
     model = {"error_model": "numpy"} if own else {"error_model": "python", "boundscheck": True}
-    return numba.njit(fastmath={"contract"}, **model)(plain)
+    return numba.njit(**model)(plain)
 
 
 def _explain(inner, shape: Shape, names, must: str) -> None:

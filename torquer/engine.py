@@ -23,8 +23,9 @@ from torquer.code_cache import PACKAGE, kept
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT
 
-#: How all kernels are compiled; 'contract' allows fused multiply-add and nothing else.
-OPTIONS: Any = {"error_model": "numpy", "fastmath": {"contract"}}
+#: How all kernels are compiled. No `fastmath`, not even 'contract': which products are fused into
+#: an addition would be the compiler's choice, which changes from one compilation to the next.
+OPTIONS: Any = {"error_model": "numpy"}
 #: Without the code to be called from Python: that unpacks every array of a nested record and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
 _KERNELS_ONLY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

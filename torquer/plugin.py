@@ -142,7 +142,7 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
     `keep`: whether the compiled code is kept on the disk.
     """
     try:
-        found = numba.njit(fastmath={"contract"}, **options)(function)
+        found = numba.njit(**options)(function)
         if keep:
             kept(found)
         with register_dispatcher(found):
