@@ -138,7 +138,14 @@ def _is_place(lane, index) -> bool:
         return False
     if isinstance(index, types.UniTuple):
         return index.count == len(lane.kind.shape) and isinstance(index.dtype, types.Integer)
-    return isinstance(index, types.Integer) and len(lane.kind.shape) == 1
+    return isinstance(index, types.Integer)
+
+
+def _at(kind: Rows, index):
+    """What stands at an index: an element, or a row where there are two axes."""
+    if isinstance(index, types.Integer) and len(kind.shape) == 2:
+        return Rows(kind.shape[1:], kind.size, kind.element)
+    return kind.element
 
 
 def _as_place(index):
@@ -150,14 +157,14 @@ class _GetElement(AbstractTemplate):
     def generic(self, arguments, _):
         if _is_place(*arguments):
             lane, index = arguments
-            return signature(_type_of(lane.kind.element), lane, _as_place(index))
+            return signature(_type_of(_at(lane.kind, index)), lane, _as_place(index))
 
 
 @infer_global(operator.setitem)
 class _SetElement(AbstractTemplate):
     def generic(self, arguments, _):
         lane, index, _ = arguments
-        if _is_place(lane, index) and lane.kind.element is None:
+        if _is_place(lane, index) and _at(lane.kind, index) is None:
             return signature(types.none, lane, _as_place(index), types.float64)
 
 
@@ -184,8 +191,11 @@ def _of_two(builder, kind: Rows, index):
 
 @lower_builtin(operator.getitem, _Lane, types.intp)
 def _get_of_row(context, builder, of_call, arguments):
-    kind = of_call.args[0].kind
-    return _shown(builder, _element(builder, kind, *arguments), kind.element)
+    kind, (pointer, index) = of_call.args[0].kind, arguments
+    if len(kind.shape) == 2:
+        index = builder.mul(index, _INT(kind.shape[1]))
+    found = _at(kind, of_call.args[1])
+    return _shown(builder, _element(builder, kind, pointer, index), found)
 
 
 @lower_builtin(operator.getitem, _Lane, types.UniTuple)

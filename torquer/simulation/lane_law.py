@@ -13,7 +13,7 @@ from torquer.control.computer import is_informed
 from torquer.control.law import Law
 from torquer.interface import KNOWN, inputs_of
 from torquer.lanes import LANES, Fields, Rows, lane_maker, record_fields
-from torquer.simulation.lane_loop import LANES_LAW
+from torquer.simulation.lane_control import LANES_LAW
 from torquer.simulation.state import CELLS
 
 #: Where cells, parameters and memory begin: what is known comes first.

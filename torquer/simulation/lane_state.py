@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.lanes import SHARED, ZERO, Fields, Layout, Parts, Rows, rows_of
 from torquer.simulation.state import Plant, State
+from torquer.spacecraft.failures import FAILURE
 
 
 class Packed(NamedTuple):
@@ -39,8 +40,10 @@ class _Packing:
             if value and all(isinstance(each, float) for each in value) and not _is_named(value):
                 return Parts(tuple(map(self.put, value)))
             return Parts(tuple(map(self.part, value)))
-        if isinstance(value, np.ndarray):
+        if isinstance(value, np.ndarray) and value.dtype != FAILURE:
             return self.rows(value)
+        if isinstance(value, np.ndarray):
+            value = tuple(value.tolist())
         self.shared.append(value)
         return ZERO if isinstance(value, float) and value == 0.0 else SHARED
 

@@ -10,8 +10,9 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.lanes import LANES
 from torquer.simulation import step as loop
 from torquer.simulation.advance import Rk4
+from torquer.simulation.lane_control import END, Boards, boards_of, same_computers
 from torquer.simulation.lane_law import CELLS_AT, PARAMETERS_AT, law_in_lanes
-from torquer.simulation.lane_loop import END, finish_lanes, run_lanes
+from torquer.simulation.lane_loop import finish_lanes, run_lanes
 from torquer.simulation.lane_state import Packed, packed
 from torquer.simulation.run import Piece, Run, piece_of
 from torquer.simulation.state import CELLS
@@ -55,15 +56,9 @@ def why_not_in_lanes(run: Run) -> str:
     """Why a run cannot be flown beside others; "" if it can."""
     if not isinstance(run.integrator, Rk4):
         return "its steps are its own: members in lanes share those of RK4 (simulation.step_s)"
-    craft, blocks = run.scenario.spacecraft, run.blocks
     for has, what in (
-        (craft.wheels is not None, "wheels"),
-        (craft.aerodynamics is not None, "aerodynamics"),
-        (len(run.plan.plant.failures) > 0, "sensors that fail"),
-        ("light" in run.piece.has, "solar pressure"),
-        (len(run.plan.computer.modes.regions) > 0, "modes"),
-        (bool(blocks.estimators), "an estimator"),
-        (not blocks.compiled, "a law in plain Python"),
+        (run.scenario.spacecraft.wheels is not None, "wheels"),
+        (not run.blocks.compiled, "a law in plain Python"),
     ):
         if has:
             return f"it has {what}"
@@ -76,8 +71,11 @@ class Lanes:
     def __init__(self, run: Run, pieces: Pieces):
         self.run, self.pieces = run, pieces
         self.packed = packed(run.plan.plant, run.state)
-        self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
-        self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
+        self._one_by_one = bool(run.blocks.estimators) or len(run.plan.computer.modes.regions) > 0
+        self.plan = run.plan
+        if not self._one_by_one:
+            self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
+            self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
 
     def _computer(self, computer: Computer) -> Computer:
         """The computer with the laws for lanes, and the places of their cells there."""
@@ -108,6 +106,7 @@ class Lanes:
             and other.plan.timetable.late == self.plan.timetable.late
             and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
             and _functions(other) == _functions(self.run)
+            and same_computers(other.plan.computer, self.run.plan.computer)
             and self.pieces.of(other.scenario.surroundings())
         )
         return theirs if same else None
@@ -120,21 +119,30 @@ class Lanes:
         ]
         return FlownLanes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
+    def _boards(self, numbers: np.ndarray) -> Boards | tuple[()]:
+        """Boards of members (n, size) whose computers work one by one; () for the others."""
+        if not self._one_by_one:
+            return ()
+        board = self.run.state.board
+        memory_at = PARAMETERS_AT + len(board.parameters)
+        parameters = numbers[:, PARAMETERS_AT:memory_at]
+        memory = numbers[:, memory_at : memory_at + len(board.memory)]
+        return boards_of(board, parameters.copy(), memory.copy())
+
     def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
         run, count = self.run, len(numbers)
         fill = np.minimum(np.arange(LANES), count - 1)
         cells = np.ascontiguousarray(numbers[fill].T).ravel()
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
         kept = np.zeros((run.steps // self.plan.record_steps + 1, _MOTION, LANES))
-        drawn = np.zeros((_STREAMS, 3, LANES))
+        drawn, boards = np.zeros((_STREAMS, 3, LANES)), self._boards(numbers[fill])
         for first in range(0, run.steps, run.piece_steps):
             piece = self.pieces.at(first)
             if heeded().asked:
                 raise KeyboardInterrupt
             run_lanes(
-                self.packed.layout, run.integrator, self.plan, piece.tables, cells, seeds, drawn,
-                ends, kept[first // self.plan.record_steps :], first, piece.last,
-                self.plan.computer.estimator,
+                self.packed.layout, run.integrator, self.plan, piece.tables, boards, cells, seeds,
+                drawn, ends, kept[first // self.plan.record_steps :], first, piece.last,
             )  # fmt: skip
         finish_lanes(
             self.packed.layout, run.integrator, self.plan, piece.tables, cells, ends, kept[-1],
@@ -146,4 +154,4 @@ class Lanes:
 
 
 def _functions(run: Run) -> list[Callable]:
-    return [law.function for law in run.blocks.laws.values()]
+    return [block.function for block in run.blocks.all()]
