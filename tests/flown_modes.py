@@ -20,7 +20,7 @@ def reading(t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, **
     believed = ESTIMATE._replace(**{k: _floats(v) for k, v in estimate.items()})
     return Inputs(
         float(t_s), _floats(b), ZERO, ZERO, _floats(sun), (0.0, 0.0, 0.0, 1.0), _floats(wheels),
-        read_at or ReadingTimes(), believed, ephemeris,
+        ZERO, read_at or ReadingTimes(), believed, ephemeris,
     )  # fmt: skip
 
 

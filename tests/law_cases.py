@@ -30,6 +30,7 @@ def inputs(
     model_b=UNKNOWN,
     model_b_rate=UNKNOWN,
     model_sun=UNKNOWN,
+    coils=ZERO,
 ):
     """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
     t_s, omega, q = float(t_s), floats(omega), floats(q)
@@ -42,6 +43,7 @@ def inputs(
         floats(sun),
         q,
         floats(wheels),
+        floats(coils),
         ReadingTimes(*[t_s] * len(ReadingTimes._fields)),
         Estimate(t_s, q, omega),
         Ephemeris(*place),

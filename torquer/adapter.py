@@ -25,7 +25,7 @@ ARRAY = types.float64[::1]
 
 def _type_of_inputs():
     zero = (0.0, 0.0, 0.0)
-    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero)
+    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero)
     return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
 
 

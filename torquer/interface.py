@@ -69,8 +69,10 @@ class Inputs(NamedTuple):
     `sun_body` of the Sun sensors (unit vector, zeros where none sees the Sun), `q_body_to_inertial`
     of the attitude sensor (a star tracker), `wheel_momentum_body_n_m_s`: vector sum of the wheels'
     momenta relative to the body, by their tachometers (a fixed momentum of the body is not in it).
-    `read_at`: when they were taken. Laws of attitude and rate use `estimate`, which is what
-    attitude sensor and gyro read where no estimator is chosen.
+    `read_at`: when they were taken. `coil_dipole_body_a_m2`: mean dipole of the coils since the
+    control step before, as the computer believes: its command within their limits, followed with
+    their lag; neither residual dipole nor a wrong polarity is in it. Laws of attitude and rate use
+    `estimate`, which is what attitude sensor and gyro read where no estimator is chosen.
     """
 
     t_s: float
@@ -80,6 +82,7 @@ class Inputs(NamedTuple):
     sun_body: tuple
     q_body_to_inertial: tuple
     wheel_momentum_body_n_m_s: tuple
+    coil_dipole_body_a_m2: tuple
     read_at: ReadingTimes
     estimate: Estimate
     ephemeris: Ephemeris
@@ -109,7 +112,7 @@ KNOWN = np.dtype(
             "t_s",
             *_xyz("b", "b_rate", "omega", "sun"),
             *("q_x", "q_y", "q_z", "q_w"),
-            *_xyz("wheels"),
+            *_xyz("wheels", "coils"),
             *("b_s", "b_rate_s", "omega_s", "sun_s", "q_s", "wheels_s"),
             *("estimate_s", "estimate_q_x", "estimate_q_y", "estimate_q_z", "estimate_q_w"),
             *_xyz("estimate_omega", "estimate_bias"),
@@ -178,6 +181,7 @@ def inputs_of(k):
         (k.sun_x, k.sun_y, k.sun_z),
         (k.q_x, k.q_y, k.q_z, k.q_w),
         (k.wheels_x, k.wheels_y, k.wheels_z),
+        (k.coils_x, k.coils_y, k.coils_z),
         ReadingTimes(k.b_s, k.b_rate_s, k.omega_s, k.sun_s, k.q_s, k.wheels_s),
         estimate_of(k),
         Ephemeris(

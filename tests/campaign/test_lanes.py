@@ -162,6 +162,23 @@ def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
             assert cells[told] == own[told], told
 
 
+@law
+def following_its_coils(inputs, parameters, memory):
+    """Half of what the coils have done, and some of the field."""
+    m, b = inputs.coil_dipole_body_a_m2, inputs.b_body_t
+    return (0.1 - 0.5 * m[0], 1e3 * b[1] - 0.5 * m[1], 0.2 - 0.5 * m[2])
+
+
+@pytest.mark.parametrize("name", ["plain", "errors of all kinds"])
+def test_what_coils_have_done_is_known_beside_others_as_alone(name):
+    """Coils with and without lag and measurement window."""
+    scenario = scenario_from_text(HEAD + SCENARIOS[name]).replace("control.law", {"kind": "off"})
+    for beside, kept, cells, own in fly_both(scenario, {"own": following_its_coils}, (0, 20)):
+        assert np.array_equal(beside, kept)
+        for axis in "xyz":
+            assert cells[f"reached_{axis}"] == own[f"reached_{axis}"] != 0.0
+
+
 @law(memory={"calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
 def remembering(inputs, parameters, memory):
     b, k = inputs.b_body_t, parameters.gain

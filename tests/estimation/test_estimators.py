@@ -69,7 +69,9 @@ def readings(n=40, turn=None):
         q = attitude * Rotation.from_matrix(turn.T)
         place = [size * rng.normal(size=3) for size in (7e6, 7e3)]
         wheels = turn @ rng.normal(size=3) * 1e-3
-        rows.append(inputs(0.5 * i, *vectors, q.as_quat(), wheels, *place, b, (0, 0, 0), sun))
+        coils = turn @ rng.normal(size=3)
+        place = [*place, b, (0, 0, 0), sun]
+        rows.append(inputs(0.5 * i, *vectors, q.as_quat(), wheels, *place, coils))
     return rows
 
 

@@ -106,6 +106,39 @@ def test_wheels_are_known_by_their_tachometers():
     assert found.consistent and found.inside > 0.8
 
 
+BDOT = {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6}
+GYRO = {"gyro": {"noise_deg_s": 0.01}}
+
+
+@pytest.mark.parametrize("polarity", [(1, 1, 1), (1, -1, 1)])
+def test_coils_are_known_by_their_command(polarity):
+    """Torques a thousand times the noise that the filter believes in; with one coil wired the
+    wrong way round the same statistics fail."""
+    coils = {"limit_a_m2": 0.3, "polarity": polarity}
+    changed = scenario(DYNAMICS, {"coils": coils} | GYRO, BDOT, duration_s=1200.0, record_s=20.0)
+    found = consistency(nees(fly_filter(members_of(changed, 30))), 6)
+    assert (found.consistent and found.inside > 0.8) == (polarity == (1, 1, 1))
+
+
+def test_coils_and_wheels_are_known_together():
+    """Wheels hold the attitude, coils with a lag unload them."""
+    laws = {
+        "hold": {
+            "kind": "wheel_pd", "inertia_kg_m2": DYNAMICS["inertia_kg_m2"],
+            "bandwidth_rad_s": 0.02, "euler_deg": [40.0, 0.0, 0.0],
+        },
+        "unload": {"kind": "unloading", "gain_per_s": 0.003},
+    }  # fmt: skip
+    coils = {"coils": {"limit_a_m2": 3.2, "lag_s": 0.3}}
+    changed = scenario(DYNAMICS, coils | {"wheels": WHEELS}, duration_s=1200.0, record_s=20.0)
+    data = changed.model_dump(mode="json", exclude_unset=True)
+    del data["control"]["law"]
+    data["control"]["laws"] = laws
+    flown = scenario_from_data(data)
+    found = consistency(nees(fly_filter(members_of(flown, 30))), 6)
+    assert found.consistent and found.inside > 0.8
+
+
 def test_the_magnetometer_alone_finds_the_attitude_in_an_orbit():
     """From any attitude that fits the field to within 5 deg, as flights have shown."""
     result = simulate(scenario(FIELD, duration_s=9000.0, record_s=60.0))

@@ -1,5 +1,7 @@
 """The control cycle: when readings are taken, when coils are on, and what each sensor then sees."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -255,3 +257,49 @@ def test_a_law_can_be_tried_by_hand():
     memory = np.zeros(1)
     assert counting(None, np.zeros(0), memory) == (0.0, 0.0, 0.0)
     assert counting(None, np.zeros(0), memory) == (1.0, 0.0, 0.0)
+
+
+@law(memory={"calls": 0.0, "told": (0.0, 0.0, 0.0)}, log={"told": "A m2"})
+def asking_more(inputs, parameters, memory):
+    """Asks for a longer dipole from call to call; logs what its coils have done."""
+    memory.told[0], memory.told[1], memory.told[2] = inputs.coil_dipole_body_a_m2
+    memory.calls += 1.0
+    return (0.02 * memory.calls, -0.01 * memory.calls, 0.15)
+
+
+@pytest.mark.parametrize("lag_s", [0.0, 0.7])
+@pytest.mark.parametrize("measure_s", [0.0, 6.0])
+def test_the_computer_knows_the_mean_dipole_between_its_control_steps(make, lag_s, measure_s):
+    """Of oblique coils that saturate, it is that of the plant, less the residual dipole."""
+    coils = {
+        "limit_a_m2": 0.2, "axes": [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]],
+        "saturation": "clip", "lag_s": lag_s, "residual_dipole_a_m2": RESIDUAL,
+    }  # fmt: skip
+    changes = WINDOW | {
+        "spacecraft.coils": coils,
+        "control.measure_s": measure_s,
+        "control.actuate_s": 4.0 if measure_s else 2.0,
+        "simulation.step_s": 0.02,
+        "simulation.record_s": 0.02,
+    }
+    result = simulate(make(changes), asking_more)
+    told = result["law.told"].values
+    acting = result.dipole_body.values - RESIDUAL
+    if lag_s:  # it goes on smoothly, else it is held
+        acting[:-1] = 0.5 * (acting[:-1] + acting[1:])
+    assert np.array_equal(told[0], [0.0, 0.0, 0.0])
+    control = [k for k in range(0, 3000, 100) if measure_s == 0.0 or k % 500 <= 300]
+    for before, now in itertools.pairwise(control):
+        assert told[now] == pytest.approx(acting[before:now].mean(axis=0), abs=1e-4 * lag_s + 1e-12)
+    assert np.abs(told).max() > 0.19
+
+
+def test_the_computer_does_not_know_that_a_coil_is_wired_the_wrong_way_round(make):
+    found = {}
+    for polarity in ([1, 1, 1], [1, -1, 0]):
+        coils = {"limit_a_m2": 3.0, "polarity": polarity}
+        result = simulate(make(WINDOW | {"spacecraft.coils": coils}), asking_more)
+        found[tuple(polarity)] = result
+    right, wrong = found.values()
+    assert np.array_equal(right["law.told"], wrong["law.told"])
+    assert np.abs(right.dipole_body - wrong.dipole_body).max() > 0.1

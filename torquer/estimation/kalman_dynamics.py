@@ -1,8 +1,8 @@
 """Kalman filters without a gyro: Euler's equations carry the rate on.
 
 States: attitude error, rate, and where they are asked for residual dipole and magnetometer's bias.
-Torques that the filter knows: gravity gradient, residual dipole, the wheels by their tachometers;
-all others are white noise to it.
+Torques that the filter knows: gravity gradient, dipoles of the coils and of the body, the wheels by
+their tachometers; all others are white noise to it.
 """
 
 import math
@@ -115,7 +115,7 @@ def full(s):
 
 @inlined
 def torque_on(p, q, around, dipole):
-    """Torque [N m] of gravity gradient and residual dipole in the body."""
+    """Torque [N m] of gravity gradient and dipole in the body."""
     gravity = gravity_gradient_torque(p.inertia, rotate_inverse(q, around.gravity))
     return add(gravity, cross(dipole, rotate_inverse(q, around.b)))
 
@@ -207,7 +207,8 @@ def propagate(inputs, p, memory):
     """Carry attitude, rate and covariance on to now."""
     interval, place = inputs.t_s - memory.t_s, inputs.ephemeris
     wheels, after = vector_of(memory.wheels), add(inputs.wheel_momentum_body_n_m_s, p.fixed)
-    q, omega, dipole = quaternion_of(memory.q), vector_of(memory.states), dipole_of(p, memory)
+    q, omega = quaternion_of(memory.q), vector_of(memory.states)
+    dipole = add(dipole_of(p, memory), inputs.coil_dipole_body_a_m2)
     steps = 1 + int(min(norm(omega) * interval / _LONGEST_TURN, 1000.0))
     dt = interval / steps
     gained = scale(1.0 / steps, sub(after, wheels))
@@ -292,8 +293,8 @@ class KalmanDynamics(Filter):
 
     `inertia_kg_m2`: three moments or 3x3, of the body with its wheels; `wheel_momentum_n_m_s`:
     fixed momentum of the body. `torque_noise_n_m_sqrt_s`: square root of the spectral density of
-    all torques but gravity gradient, wheels and residual dipole, those of the coils among them;
-    a random torque sigma, held for T seconds, has sigma sqrt(T). `rate_sigma_deg_s`: standard
+    all torques but gravity gradient, wheels, coils and the residual dipole that is estimated; a
+    random torque sigma, held for T seconds, has sigma sqrt(T). `rate_sigma_deg_s`: standard
     deviation of the rate about zero at the start. `dipole_sigma_a_m2`: estimate the residual
     dipole, too, of this standard deviation about zero at the start (left out: no dipole).
     """

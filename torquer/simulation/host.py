@@ -43,7 +43,12 @@ def _part(first: str, count: int) -> slice:
 
 #: Places in the record; a tuple is cut faster than its names are looked up.
 _B, _B_RATE, _OMEGA, _SUN = (_part(f"{name}_x", 3) for name in ("b", "b_rate", "omega", "sun"))
-_Q, _WHEELS, _TIMES = _part("q_x", 4), _part("wheels_x", 3), _part("b_s", 6)
+_Q, _WHEELS, _COILS, _TIMES = (
+    _part("q_x", 4),
+    _part("wheels_x", 3),
+    _part("coils_x", 3),
+    _part("b_s", 6),
+)
 _ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 13), _PLACE["estimate_s"]
 _ESTIMATED_Q, _ESTIMATED_OMEGA = _part("estimate_q_x", 4), _part("estimate_omega_x", 3)
 _BIAS, _SIGMA = _part("estimate_bias_x", 3), _PLACE["sigma_rad"]
@@ -72,6 +77,7 @@ def inputs_from(known: np.ndarray) -> Inputs:
         k[_SUN],
         k[_Q],
         k[_WHEELS],
+        k[_COILS],
         _new(ReadingTimes, k[_TIMES]),
         _new(Estimate, estimate),
         _new(Ephemeris, ephemeris),

@@ -15,8 +15,9 @@ from torquer.control.modes.table import ModeState
 from torquer.engine import caller, internal
 from torquer.interface import KNOWN, UNKNOWN_ESTIMATE, put_ephemeris, put_estimate
 from torquer.lanes import LANES, lane_state
-from torquer.simulation.sensors import ephemeris_at
+from torquer.simulation.sensors import ephemeris_at, tell_dipole
 from torquer.simulation.step import BAD_COMMAND, RUNNING, accept, finite3
+from torquer.spacecraft.coils import remaining_and_mean
 
 #: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
 #: needs.
@@ -85,21 +86,26 @@ def estimate_in_lanes(layout, cells, count, estimator):
 
 
 @internal
-def begin_in_lanes(layout, plan, tables, cells, count, step):
-    """Tell the computers the time, their estimate and their ephemeris; ask for nothing yet.
+def begin_in_lanes(layout, plan, cells, count, t):
+    """Tell the computers the time and what their coils have done.
 
     `count`: LANES; a number that the compiler knows would make it write out this short loop, member
     by member, instead of taking vectors.
     """
-    t = step * plan.step_s
+    since = t - lane_state(layout, cells, 0).board.known[0].t_s
+    left, mean = remaining_and_mean(plan.plant.coils.lag_s, since)
     for lane in range(count):
         state = lane_state(layout, cells, lane)
-        known, c = state.board.known[0], state.cells[0]
-        known.t_s = t
+        tell_dipole(state, left, mean)
+        state.board.known[0].t_s = t
+
+
+@internal
+def ask_for_nothing(layout, cells, count):
+    """Put no command in place of the last one; `count` as above."""
+    for lane in range(count):
+        c = lane_state(layout, cells, lane).cells[0]
         c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
-    estimate_in_lanes(layout, cells, count, plan.computer.estimator)
-    if plan.needs_ephemeris:
-        tell_ephemeris(layout, cells, count, ephemeris_at(plan.plant, tables, t))
 
 
 @internal
@@ -153,23 +159,25 @@ def control_one_by_one(layout, plan, tables, boards, cells, count, ends, step):
 
     Which transition fires, which law works and what an estimator does is each member's own.
     """
-    t = step * plan.step_s
     if plan.needs_ephemeris:
-        ephemeris = ephemeris_at(plan.plant, tables, t)
+        ephemeris = ephemeris_at(plan.plant, tables, step * plan.step_s)
         for lane in range(count):
             put_ephemeris(boards.all.known[lane, 0], ephemeris)
     for lane in range(count):
         tell_readings(cells, boards.numbers, lane)
-        board = board_of(boards, lane)
-        board.known[0].t_s = t
-        if not accept(lane_state(layout, cells, lane), control_step(plan.computer, board)):
+        command = control_step(plan.computer, board_of(boards, lane))
+        if not accept(lane_state(layout, cells, lane), command):
             end(ends, lane, BAD_COMMAND, step)
 
 
 @internal
 def control_by_laws(layout, plan, tables, cells, count, ends, step):
     """Let computers work that have neither: the laws of all members, in vectors."""
-    begin_in_lanes(layout, plan, tables, cells, count, step)
+    estimate_in_lanes(layout, cells, count, plan.computer.estimator)
+    if plan.needs_ephemeris:
+        ephemeris = ephemeris_at(plan.plant, tables, step * plan.step_s)
+        tell_ephemeris(layout, cells, count, ephemeris)
+    ask_for_nothing(layout, cells, count)
     for number in range(plan.computer.law_blocks.shape[0]):
         block = plan.computer.law_blocks[number]
         needs = (block.needs_attitude, block.needs_rate)
@@ -180,6 +188,7 @@ def control_by_laws(layout, plan, tables, cells, count, ends, step):
 @internal
 def control_in_lanes(layout, plan, tables, boards, cells, count, ends, step):
     """Let the computers of all members work; `boards`: () where laws work in vectors."""
+    begin_in_lanes(layout, plan, cells, count, step * plan.step_s)
     if len(boards) == 0:
         control_by_laws(layout, plan, tables, cells, count, ends, step)
         return

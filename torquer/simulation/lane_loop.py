@@ -21,7 +21,13 @@ from torquer.simulation.forces import (
 from torquer.simulation.lane_control import control_in_lanes, end
 from torquer.simulation.lane_sensors import read_in_lanes
 from torquer.simulation.state import goal_dipole, motion_of, put_goal, put_motion
-from torquer.simulation.step import BAD_STATE, COARSE_STEP, advance_actuators, drive_coils
+from torquer.simulation.step import (
+    BAD_STATE,
+    COARSE_STEP,
+    advance_actuators,
+    drive_coils,
+    leave_coils_off,
+)
 from torquer.simulation.timetable import COILS_OFF, COILS_ON, CONTROL, row_from
 from torquer.spacecraft.coils import present_dipole, switch_off_coils
 from torquer.spacecraft.disturbance.held import present_torque
@@ -41,6 +47,13 @@ def coils_in_lanes(layout, shared, cells, count):
     for lane in range(count):
         state, plant = lane_state(layout, cells, lane), lane_plant(layout, cells, lane, shared)
         drive_coils(plant.coils, state)
+
+
+@internal
+def leave_coils_off_in_lanes(layout, cells, count):
+    """Remember that the coils stay off until the next control step; `count` as above."""
+    for lane in range(count):
+        leave_coils_off(lane_state(layout, cells, lane))
 
 
 @internal
@@ -137,6 +150,8 @@ def run_lanes(
                 control_in_lanes(layout, plan, tables, boards, cells, len(seeds), ends, step)
             if actions & COILS_ON:
                 coils_in_lanes(layout, shared, cells, len(seeds))
+            elif actions & CONTROL:
+                leave_coils_off_in_lanes(layout, cells, len(seeds))
             number += 1
             if number == timetable.rows.shape[0]:
                 number, cycle = 0, cycle + timetable.cycle_steps

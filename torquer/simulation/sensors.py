@@ -21,7 +21,7 @@ from torquer.simulation.timetable import (
 )
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.attitude_sensor import read_attitude
-from torquer.spacecraft.coils import present_dipole
+from torquer.spacecraft.coils import present_dipole, remaining_and_mean
 from torquer.spacecraft.failures import STUCK, ZEROS
 from torquer.spacecraft.gyro import read_rate, walked_bias
 from torquer.spacecraft.magnetometer import read_field
@@ -295,9 +295,27 @@ def ephemeris_at(plant, tables, t):
 
 
 @internal
+def tell_dipole(state, left, mean):
+    """Tell the computer what its coils have done since the control step before.
+
+    `left`, `mean`: see `remaining_and_mean`.
+    """
+    k, c = state.board.known[0], state.cells[0]
+    x, y, z = c.reached_x - c.set_x, c.reached_y - c.set_y, c.reached_z - c.set_z
+    k.coils_x, k.coils_y, k.coils_z = c.set_x + mean * x, c.set_y + mean * y, c.set_z + mean * z
+    c.reached_x, c.reached_y, c.reached_z = (
+        c.set_x + left * x,
+        c.set_y + left * y,
+        c.set_z + left * z,
+    )
+
+
+@internal
 def begin_control_step(plan, tables, state, step):
-    """Tell the computer the time and, where it needs it, its ephemeris."""
+    """Tell the computer the time, its coils' dipole and, where it needs it, its ephemeris."""
     known, t = state.board.known[0], step * plan.step_s
+    left, mean = remaining_and_mean(plan.plant.coils.lag_s, t - known.t_s)
+    tell_dipole(state, left, mean)
     known.t_s = t
     if plan.needs_ephemeris:
         put_ephemeris(known, ephemeris_at(plan.plant, tables, t))

@@ -92,7 +92,8 @@ SENSOR = _record("count", "t_s", "x", "y", "z", "w")
 #: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
 #: the rotation; adaptive steps: next one to try, of orders 8 and 5; shortest, their number, sums
-#: of their errors; what the coils go to (`Goal`).
+#: of their errors; what the coils go to (`Goal`); the dipole that the computer has set, and the one
+#: that it believes to have been reached at the last control step.
 CELLS = _record(
     *("q_x", "q_y", "q_z", "q_w"),
     *_xyz("omega", "dipole", "torque", "drift"),
@@ -100,6 +101,7 @@ CELLS = _record(
     *("next_step_s", "slow_step_s", "least_step_s", "steps", "error_rad", "error_rad_s"),
     *_xyz("goal"),
     *("goal_power_w", "goal_greatest_a_m2"),
+    *_xyz("set", "reached"),
 )
 #: What is kept of an instant: attitude, rate, dipole, last readings, last command.
 ROW = _record(

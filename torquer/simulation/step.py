@@ -24,6 +24,7 @@ from torquer.simulation.timetable import (
 )
 from torquer.spacecraft.coils import (
     advance_coils,
+    believed_dipole,
     command_coils,
     present_dipole,
     switch_off_coils,
@@ -68,6 +69,14 @@ def drive_coils(coils, state):
     c = state.cells[0]
     dipole = (c.dipole_x, c.dipole_y, c.dipole_z)
     put_goal(state.cells, command_coils(coils, dipole, state.coils))
+    c.set_x, c.set_y, c.set_z = believed_dipole(coils, state.coils)
+
+
+@internal
+def leave_coils_off(state):
+    """Remember that the coils stay off until the next control step."""
+    c = state.cells[0]
+    c.set_x, c.set_y, c.set_z = 0.0, 0.0, 0.0
 
 
 @internal
@@ -76,6 +85,8 @@ def actuate(plan, state, row, step):
     c = state.cells[0]
     if row.actions & COILS_ON:
         drive_coils(plan.plant.coils, state)
+    else:
+        leave_coils_off(state)
     torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), row.hold_steps * plan.step_s
     drive_wheels(plan.allocation, state, torque, hold_s, step)
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined, kernel, records
+from torquer.engine import inlined, internal, kernel, records
 from torquer.geometry.vec3 import as_vector
 from torquer.spec import Spec, Vector
 
@@ -16,10 +16,10 @@ SCALE, CLIP, RELAY = 0, 1, 2
 MODES = {"scale": SCALE, "clip": CLIP, "relay": RELAY}
 
 
-#: Constants of a coil: axis, share of a commanded vector, limit [A m^2] and 1 over it, power per
-#: square of the dipole [W/(A m^2)^2].
+#: Constants of a coil: axis, with its polarity, the axis that the computer believes, share of a
+#: commanded vector, limit [A m^2] and 1 over it, power per square of the dipole [W/(A m^2)^2].
 COIL = np.dtype(
-    [(f"{name}_{c}", np.float64) for name in ("axis", "share") for c in "xyz"]
+    [(f"{name}_{c}", np.float64) for name in ("axis", "believed", "share") for c in "xyz"]
     + [(name, np.float64) for name in ("limit_a_m2", "per_limit", "power")]
 )
 #: State of a coil: its dipole, and the one it goes to [A m^2].
@@ -112,11 +112,33 @@ def present_dipole(coils, state):
 
 
 @inlined
+def believed_dipole(coils, state):
+    """Dipole vector [A m^2] in the body that the computer has set: residual dipole and polarity are
+    unknown to it."""
+    x, y, z = 0.0, 0.0, 0.0
+    for i in range(coils.rows.shape[0]):
+        coil, dipole = coils.rows[i], state[i].target_a_m2
+        x += coil.believed_x * dipole
+        y += coil.believed_y * dipole
+        z += coil.believed_z * dipole
+    return (x, y, z)
+
+
+@inlined
 def remaining(lag_s, t_s):
     """Part of the way to the target that is still to go after t_s: first-order lag."""
     if lag_s == 0.0:
         return 0.0
     return math.exp(-t_s / lag_s)
+
+
+@internal
+def remaining_and_mean(lag_s, t_s):
+    """Part of the way to the target that is still to go after t_s, and its mean until then."""
+    if lag_s == 0.0 or t_s == 0.0:
+        return 0.0, 0.0
+    left = remaining(lag_s, t_s)
+    return left, (1.0 - left) * lag_s / t_s
 
 
 @kernel
@@ -185,6 +207,7 @@ class Coils(Spec):
         polarity = np.ones(len(axes)) if self.polarity is None else np.array(self.polarity)
         for k, c in enumerate("xyz"):
             rows[f"axis_{c}"], rows[f"share_{c}"] = polarity * axes[:, k], shares[:, k]
+            rows[f"believed_{c}"] = axes[:, k]
         rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
         rows["per_limit"] = 1.0 / limits
         rows["power"] = polarity**2 * (self.power_at_limit_w or 1.0) / limits / limits

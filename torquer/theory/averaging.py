@@ -87,7 +87,7 @@ def exact_inputs(t_s, q, omega, models):
     estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan)
     unknown = (math.nan, math.nan, math.nan)
     ephemeris = Ephemeris(unknown, unknown, b_reference, b_rate_reference, sun_reference, 1.0)
-    return Inputs(t_s, b, b_rate, omega, sun, q, NONE, read_at, estimate, ephemeris)
+    return Inputs(t_s, b, b_rate, omega, sun, q, NONE, NONE, read_at, estimate, ephemeris)
 
 
 @inlined

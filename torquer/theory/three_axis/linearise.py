@@ -79,7 +79,7 @@ def _exact_inputs(at, i, place, q, omega):
     read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s)
     estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0)
     sun = place.ephemeris.sun_inertial
-    return Inputs(t_s, b, b_rate, omega, sun, q, _ZERO, read_at, estimate, place.ephemeris)
+    return Inputs(t_s, b, b_rate, omega, sun, q, _ZERO, _ZERO, read_at, estimate, place.ephemeris)
 
 
 @kernel
