@@ -56,6 +56,18 @@ EXAMPLES = {
         ],
         "euler_deg": [40, 20, -10],
     },
+    "projected_pd": {
+        "rate_gain_n_m_s": 1e-3,
+        "angle_gain_n_m": 1e-6,
+        "mean_projection": [[0.7, 0.1, 0.0], [0.1, 0.9, -0.1], [0.0, -0.1, 0.4]],
+        "euler_deg": [40, 20, -10],
+    },
+    "sliding_mode": {
+        "manifold_rate_rad_s": 2e-3,
+        "reaching_rate_per_s": 5e-3,
+        "euler_deg": [40, 20, -10],
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+    },
     "wheel_pd": {
         "bandwidth_rad_s": 0.1,
         "euler_deg": [40, 20, -10],

@@ -37,6 +37,7 @@ OF_THE_BODY = {
     "wanted_momentum_n_m_s": (0.0, 0.0, 0.0),
     "rate_gains_n_m_s_per_t2": None,
     "angle_gains_n_m_per_t2": None,
+    "mean_projection": None,
 }
 EVERY = pytest.mark.parametrize("kind", LAWS)
 SPECS = TypeAdapter(AnyLaw)

@@ -11,8 +11,10 @@ from torquer.control.off import Off
 from torquer.control.periodic_gains import PeriodicGains
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
+from torquer.control.projected_pd import ProjectedPd
 from torquer.control.reorientation import Reorientation
 from torquer.control.sdot import Sdot, SdotRate
+from torquer.control.sliding_mode import SlidingMode
 from torquer.control.spin_to_sun import SpinToSun
 from torquer.control.spin_up import SpinUp
 from torquer.control.sun_cross import SunCross
@@ -40,6 +42,8 @@ BUILT_IN = {
     "preliminary_2": Preliminary2,
     "three_axis": ThreeAxis,
     "periodic_gains": PeriodicGains,
+    "projected_pd": ProjectedPd,
+    "sliding_mode": SlidingMode,
     "unloading": Unloading,
     "wheel_pd": WheelPd,
     "wheel_lyapunov": WheelLyapunov,

@@ -166,6 +166,7 @@ if TYPE_CHECKING:
         channel_exponents as channel_exponents,
         channel_factors as channel_factors,
         mean_damping as mean_damping,
+        mean_projection as mean_projection,
         plateau_edge as plateau_edge,
     )
     from torquer.theory.three_axis.design import (

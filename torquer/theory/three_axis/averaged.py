@@ -30,6 +30,13 @@ def mean_damping(b_body_t) -> np.ndarray:
     return np.trace(products) * np.eye(3) - products
 
 
+def mean_projection(b_body_t) -> np.ndarray:
+    """Mean of 1 - b b^T, b a unit vector along the field, of fields `[n, 3]` at equidistant
+    instants: the part of a torque that coils give in the mean (`control.projected_pd`)."""
+    b = validate.finite("b_body_t", b_body_t)
+    return mean_damping(b / np.linalg.norm(b, axis=1)[:, None])
+
+
 def channel_factors(inertia_kg_m2, damping_t2) -> np.ndarray:
     """Factors mu [T^2/(kg m^2)] of the three channels, ascending. Source: MAG (4.3.4).
 
