@@ -2,91 +2,16 @@
 
 import ast
 import importlib
-import inspect
 import itertools
 import re
 from pathlib import Path
 
-from pydantic import BaseModel
-
-from torquer.campaign.outcomes import Outcome, Threshold, What
-from torquer.campaign.signals import Axis
-from torquer.campaign.spec import Campaign, Stop
-from torquer.campaign.variation import Correlated, Variation
-from torquer.control import LAWS, GivenLaw
-from torquer.control.modes.spec import Condition, Modes, Region, State, Transition
-from torquer.control.scheme import Scheme, Stage, Until
-from torquer.earth.atmosphere import ATMOSPHERES
-from torquer.environment.along_orbit import Environment
-from torquer.environment.field import FIELDS
-from torquer.estimation import ESTIMATORS
-from torquer.orbit import ORBITS
-from torquer.orbit.numerical import STARTS, Drag
-from torquer.scenario.control import Control
+from torquer.campaign.keys import file_tables
+from torquer.scenario.keys import Key, Table
 from torquer.scenario.load import presets
-from torquer.scenario.spec import InitialMotion, Scenario, Simulation, Spacecraft
-from torquer.spacecraft.aerodynamics import Aerodynamics
-from torquer.spacecraft.attitude_sensor import AttitudeSensor
-from torquer.spacecraft.body import Body
-from torquer.spacecraft.coils import Coils
-from torquer.spacecraft.disturbance import TORQUES, Disturbance
-from torquer.spacecraft.gyro import Gyro
-from torquer.spacecraft.magnetometer import Magnetometer
-from torquer.spacecraft.parts import Cylinder, Plate, Sphere
-from torquer.spacecraft.sun_sensor import BlindZone, SunSensors
-from torquer.spacecraft.wheels import Failure, ReactionWheels
-from torquer.wheel_array.presets import LAYOUTS
+from torquer.scenario.spec import Spacecraft
 
 ROOT = Path(__file__).parents[1]
-#: Tables of a scenario file, in the order of the page.
-TABLES = {
-    "(top of the file)": Scenario,
-    **{f"orbit, kind = {kind!r}": spec for kind, spec in ORBITS.items()},
-    **{f"orbit.start, kind = {kind!r} (numerical)": s for kind, s in STARTS.items()},
-    "orbit.drag (numerical)": Drag,
-    "environment": Environment,
-    **{f"environment.field, kind = {kind!r}": spec for kind, spec in FIELDS.items()},
-    **{f"environment.atmosphere, kind = {kind!r}": s for kind, s in ATMOSPHERES.items()},
-    "spacecraft": Spacecraft,
-    "spacecraft.body": Body,
-    "spacecraft.coils": Coils,
-    "spacecraft.wheels": ReactionWheels,
-    "spacecraft.wheels.failures": Failure,
-    **{f"spacecraft.wheels.layout, kind = {kind!r}": s for kind, s in LAYOUTS.items()},
-    "spacecraft.magnetometer": Magnetometer,
-    "spacecraft.gyro": Gyro,
-    "spacecraft.sun_sensors": SunSensors,
-    "spacecraft.sun_sensors.blind_zones": BlindZone,
-    "spacecraft.attitude_sensor": AttitudeSensor,
-    "spacecraft.aerodynamics": Aerodynamics,
-    "spacecraft.aerodynamics.parts, kind = 'cylinder'": Cylinder,
-    "spacecraft.aerodynamics.parts, kind = 'plate'": Plate,
-    "spacecraft.aerodynamics.parts, kind = 'sphere'": Sphere,
-    "disturbance": Disturbance,
-    **{f"disturbance.{name}": torque.spec for name, torque in TORQUES.items()},
-    "initial": InitialMotion,
-    "control": Control,
-    **{f"control.law, kind = {kind!r}": spec for kind, spec in LAWS.items()},
-    "control.law, kind = 'given_in_python'": GivenLaw,
-    "control.law, kind = 'scheme'": Scheme,
-    "control.law.stages (scheme)": Stage,
-    "control.law.stages.until (scheme)": Until,
-    **{f"control.estimator, kind = {kind!r}": spec for kind, spec in ESTIMATORS.items()},
-    "control.modes": Modes,
-    "control.modes.regions.NAME": Region,
-    "control.modes.states.NAME": State,
-    "control.modes.states.NAME.transitions": Transition,
-    "control.modes.states.NAME.transitions.when": Condition,
-    "simulation": Simulation,
-    "campaign (of `torquer campaign`)": Campaign,
-    "campaign.vary.KEY": Variation,
-    "campaign.correlated": Correlated,
-    "campaign.outcomes.NAME": Outcome,
-    "campaign.outcomes.NAME.what": What,
-    "campaign.outcomes.NAME.signal, of an axis": Axis,
-    "campaign.success.NAME": Threshold,
-    "campaign.stop": Stop,
-}
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
 #: `Source: MAG (2.1.3).` or `Source: FIELD (1.10), FIELD (1.11)`, line breaks allowed.
 SOURCE = re.compile(rf"Source:\s+({_ONE}(?:,\s+(?:and\s+)?{_ONE})*)")
@@ -102,8 +27,12 @@ def scenario_page() -> str:
         'keys. In a hardware table, `preset = "name"` takes the keys of a shipped preset',
         "(" + "; ".join(_presets_listed()) + "); keys given beside it take precedence.",
         "",
+        "`torquer explain KEY` prints the same; `torquer schema` prints a JSON schema, with which",
+        "an editor completes and describes keys. Names of your choice are NAME below, elements of",
+        "lists `[]`.",
+        "",
     ]
-    return "\n".join(head + [line for name, spec in TABLES.items() for line in _table(name, spec)])
+    return "\n".join(head + [line for table in file_tables() for line in _table(table)])
 
 
 def _presets_listed() -> list[str]:
@@ -112,21 +41,21 @@ def _presets_listed() -> list[str]:
     return [f"`{table}`: {', '.join(names)}" for table, names in fitting.items() if names]
 
 
-def _table(name: str, spec) -> list[str]:
-    rows = [f"| `{key}` | {_default(key, field)} |" for key, field in spec.model_fields.items()]
-    text = inspect.cleandoc(spec.__doc__ or "")
-    return [f"## {name}", "", text, "", "| key | default |", "|---|---|", *rows, ""]
+def _table(table: Table) -> list[str]:
+    """A section: where the table stands, what it is, its keys."""
+    also = [f"Also at {', '.join(f'`{p}`' for p in table.places[1:])}.", ""]
+    rows = [" | ".join(_row(key)) for key in table.keys]
+    return [
+        f"## {table.title}", "", table.about, "", *(also if table.places[1:] else []),
+        "| key | what it is | unit | values | default |", "|---|---|---|---|---|",
+        *(f"| {row} |" for row in rows), "",
+    ]  # fmt: skip
 
 
-def _default(key: str, field) -> str:
-    if field.is_required():
-        return "**must be given**"
-    if field.default_factory is not None:
-        made = field.default_factory()
-        return ", ".join(f"`{name}`" for name in made) if made else f"`{made!r}`"
-    if isinstance(field.default, BaseModel):
-        return "its own defaults" if key != "kind" else f"`{field.default!r}`"
-    return f"`{field.default!r}`"
+def _row(key: Key) -> list[str]:
+    cells = [key.description, key.unit, key.values]
+    default = f"`{key.default}`" if key.default else "**must be given**"
+    return [f"`{key.name}`", *(cell.replace("|", "\\|") for cell in cells), default]
 
 
 def citations_of(docstring: str) -> list[tuple[str, str]]:

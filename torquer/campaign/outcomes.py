@@ -43,20 +43,24 @@ _Time = Annotated[float, Field(ge=0.0)]
 
 
 class What(Spec):
-    """What is taken of a signal; one of these is given. A value that there is not is missing, NaN.
+    """What is taken of a signal; one of these keys is given.
 
-    `settles_below`: the time [s] from which the signal stays below a value until the end.
-    `first_below`: the time [s] at which it first is. `at_end = true`: its value at the end.
-    `greatest_after_s`, `mean_after_s`: its greatest value and its mean from a time on.
-    `part_below`: the part of the time for which it is below a value. Times are those of records.
+    Times are those of records. A number that does not exist (the signal never settles) is missing:
+    NaN.
     """
 
     settles_below: Number | None = None
+    """Time [s] from which the signal stays below this value to the end of the run."""
     first_below: Number | None = None
+    """Time [s] at which the signal is first below this value."""
     at_end: Literal[True] | None = None
+    """The signal at the end of the run."""
     greatest_after_s: _Time | None = None
+    """Greatest value of the signal from this time on."""
     mean_after_s: _Time | None = None
+    """Mean of the signal from this time on."""
     part_below: Number | None = None
+    """Fraction of the run during which the signal is below this value."""
 
     @model_validator(mode="after")
     def _one_is_given(self):
@@ -107,19 +111,19 @@ def _kind_of_signal(value) -> str:
 
 
 class Outcome(Spec):
-    """A number of a run: `what` is taken of a `signal`.
-
-    `signal`: 'rate_deg_s' (absolute), 'rate_orbital_deg_s' (relative to the orbital frame),
-    'attitude_error_deg' (from the attitude that the scenario's laws hold), a table of an `axis`
-    and what its angle [deg] is taken `to`; or a total of the run, of which there is no more than
-    its value at the end: 'coil_energy_j', 'peak_dipole_a_m2' (of one coil).
-    """
+    """A number that a run comes to."""
 
     signal: Annotated[
         Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
         Discriminator(_kind_of_signal),
     ]
+    """What the number is taken of: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to
+    the orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold), a
+    table with the angle of an `axis`, or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2'
+    (of one coil).
+    """
     what: What | None = None
+    """Which number is taken of the signal; left out for totals of the run."""
 
     @model_validator(mode="after")
     def _what_fits(self):
@@ -140,10 +144,12 @@ class Outcome(Spec):
 
 
 class Threshold(Spec):
-    """What an outcome must be `below` or `above` for a run to succeed."""
+    """What an outcome must be for a run to succeed."""
 
     below: Number | None = None
+    """The outcome must be below this value, in its own unit."""
     above: Number | None = None
+    """The outcome must be above this value, in its own unit."""
 
     @model_validator(mode="after")
     def _one_is_given(self):

@@ -50,7 +50,11 @@ class Axis(Spec):
     """
 
     axis: unit_vector("axis")  # type: ignore[valid-type]
+    """Axis in the body, a vector of any length."""
     to: Literal["sun", "nadir", "orbit_normal", "field"] | unit_vector("to")  # type: ignore[valid-type]
+    """Direction that the angle is measured to: 'sun', 'nadir' (the Earth's centre), 'orbit_normal',
+    'field' (the geomagnetic field) or a vector in the inertial frame.
+    """
 
 
 def rate(scenario: Scenario, flown: Flown) -> np.ndarray:

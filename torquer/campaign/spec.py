@@ -25,17 +25,16 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 
 
 class Stop(Spec):
-    """The campaign ends early once an `outcome`'s confidence interval is narrow enough.
-
-    `outcome`: its name, for its mean, or 'success', for the rate of success. `half_width`: half the
-    width of the interval that is enough; `confidence`: of the interval; `least`: number of members
-    before which it does not end.
-    """
+    """The campaign ends early once an outcome's confidence interval is narrow enough."""
 
     outcome: str
+    """The outcome whose mean is watched, or 'success' for the success rate."""
     half_width: float = Field(gt=0.0, le=1e300)
+    """Half width of the confidence interval at which the campaign ends, in the outcome's unit."""
     confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
+    """Probability that the interval covers the true value."""
     least: int = Field(default=100, ge=2)
+    """Number of members before which the campaign does not end."""
 
 
 def _flattened(table: Mapping, place: str = "") -> dict[str, Any]:
@@ -69,30 +68,37 @@ def _or_default(outcomes: dict[str, Outcome]) -> dict[str, Outcome]:
 
 
 class Campaign(Spec):
-    """Many runs of a scenario, whose keys vary from member to member.
-
-    `runs`: number of members. `seed`: with its number it fixes all that a member has for itself,
-    whatever other members are flown. `sampling`: 'random' (independent members), 'latin_hypercube'
-    (each number's range is covered evenly by the members together), 'sobol' (a scrambled
-    low-discrepancy sequence, best for powers of 2), 'saltelli' (for Sobol's sensitivity indices:
-    points of such a sequence, each with two members and one more for each key that varies) or
-    'grid' (all combinations of the `values`; their number is that of the runs). `vary`: variations
-    by key of the scenario, as `Scenario.replace` takes it; "initial.attitude" for uniform
-    attitudes. `correlated`: keys that are normal together. `outcomes`: what each run comes to, by
-    names of one's own. `success`: what outcomes must be, all together; a missing value is a
-    failure. `stop`: when to end early.
-    """
+    """Many runs of a scenario, whose keys vary from member to member."""
 
     runs: int = Field(ge=1, le=_MOST_RUNS)
+    """Number of members."""
     seed: int = Field(default=0, ge=0, lt=2**63)
+    """With a member's number it fixes all that is random in the member, whichever other members are
+    flown.
+    """
     sampling: Literal["random", "latin_hypercube", "sobol", "saltelli", "grid"] = "random"
+    """How members are drawn: 'random' (independently), 'latin_hypercube' (the members together
+    cover the range of each number evenly), 'sobol' (a scrambled low-discrepancy sequence, best for
+    powers of 2), 'saltelli' (for Sobol's sensitivity indices: points of such a sequence, each with
+    two members and one more for every key that varies) or 'grid' (all combinations of the `values`,
+    whose number must be that of the runs).
+    """
     vary: dict[str, Variation] = Field(default_factory=dict)
+    """How each key varies, by keys of the scenario as `Scenario.replace` takes them;
+    "initial.attitude" for uniformly distributed attitudes.
+    """
     correlated: tuple[Correlated, ...] = ()
+    """Keys that are normally distributed together."""
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
         default_factory=lambda: dict(DEFAULT)
     )
+    """Numbers that each run comes to, by names of your choice."""
     success: dict[str, Threshold] = Field(default_factory=dict)
+    """Conditions on outcomes, by the outcomes' names. A run succeeds if all hold; a missing value
+    is a failure.
+    """
     stop: Stop | None = None
+    """When the campaign ends before all members are flown."""
 
     @model_validator(mode="before")
     @classmethod

@@ -85,7 +85,9 @@ class Normal(Spec):
     """A normal distribution, of each component by itself where one of the two is a vector."""
 
     mean: Size
+    """Mean, a number or a vector."""
     sigma: _NotNegative | tuple[_NotNegative, ...]
+    """Standard deviation, one number or one per component."""
 
     @model_validator(mode="after")
     def _lengths_fit(self):
@@ -94,15 +96,16 @@ class Normal(Spec):
 
 
 class TruncatedNormal(Spec):
-    """A normal distribution within bounds, of which one may be left out.
-
-    `mean`, `sigma`: those before it is cut.
-    """
+    """A normal distribution within bounds, of which one may be left out."""
 
     mean: Size
+    """Mean before truncation."""
     sigma: Annotated[float, Field(gt=0.0, le=sys.float_info.max)]
+    """Standard deviation before truncation."""
     low: Size | None = None
+    """Lower bound; left out: none."""
     high: Size | None = None
+    """Upper bound; left out: none."""
 
     @model_validator(mode="after")
     def _bounds_fit(self):
@@ -133,25 +136,31 @@ def _as_variation(value):
 
 
 class Variation(Spec):
-    """How the value of a key varies; one of these is given.
+    """How the value of a key varies; one of these keys is given (`magnitude` beside `direction`).
 
-    `values`: a list, each drawn equally likely. `uniform`: [low, high], of numbers, vectors
-    (component by component) or two times. `log_uniform`: the same of positive numbers, whose
-    logarithm is uniform. `normal`: `mean` and `sigma`; `truncated_normal`: also `low`, `high`.
-    `direction = "uniform"`: a vector of three, isotropic, whose length is the `magnitude`, a number
-    or a variation of one. `relative`: a variation of the factor on the scenario's own value.
-    `rotation = "uniform"`, or the word "uniform" alone: an attitude, uniform on the rotation group.
+    The word "uniform" alone stands for `rotation = "uniform"`.
     """
 
     values: tuple[Any, ...] | None = Field(default=None, min_length=1)
+    """A list of values, each drawn with equal probability."""
     uniform: Annotated[Any, AfterValidator(_uniform_bounds)] = None
+    """[low, high] of a uniform distribution: numbers, vectors (component by component) or two
+    times.
+    """
     log_uniform: Annotated[Any, AfterValidator(_positive_bounds)] = None
+    """[low, high] of a distribution whose logarithm is uniform; both positive."""
     normal: Normal | None = None
+    """A normal distribution."""
     truncated_normal: TruncatedNormal | None = None
+    """A normal distribution within bounds."""
     direction: Literal["uniform"] | None = None
+    """A vector of isotropic direction, whose length is the `magnitude`."""
     magnitude: Annotated["Variation | None", BeforeValidator(_as_variation)] = None
+    """Length of the vector of `direction`: a number or a variation of one."""
     relative: "Variation | None" = None
+    """A variation of the factor by which the scenario's own value is multiplied."""
     rotation: Literal["uniform"] | None = None
+    """An attitude, uniformly distributed over all rotations."""
 
     @model_validator(mode="before")
     @classmethod
@@ -238,14 +247,14 @@ FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
 
 
 class Correlated(Spec):
-    """Keys of single numbers that are normal together: `mean` and `covariance` in their order.
-
-    The covariance is symmetric and has no negative eigenvalues.
-    """
+    """Keys of single numbers that are normally distributed together."""
 
     keys: tuple[str, ...] = Field(min_length=1)
+    """Keys of the scenario, each of a single number."""
     mean: tuple[Number, ...]
+    """Means, in the order of the keys."""
     covariance: tuple[tuple[Number, ...], ...]
+    """Covariance matrix in the order of the keys, symmetric and without negative eigenvalues."""
 
     @model_validator(mode="after")
     def _is_a_distribution(self):

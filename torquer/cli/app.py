@@ -140,10 +140,22 @@ def schema() -> int:
     """Print the JSON schema of scenario files, for editors."""
     import json
 
-    from torquer.scenario.load import scenario_schema
+    from torquer.campaign.keys import file_schema
 
-    print(json.dumps(scenario_schema(), indent=2))
+    print(json.dumps(file_schema(), indent=2))
     return 0
+
+
+@app.command
+def explain(key: str | None = None, /, *, json: Json = False) -> int:
+    """Explain KEY of scenario files: what it is, its unit, range and default.
+
+    KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the end of either, or the
+    kind of a table ("bdot"). Without it all tables are listed.
+    """
+    from torquer.cli import explain as work
+
+    return work.show(key, json)
 
 
 @app.command

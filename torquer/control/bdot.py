@@ -73,6 +73,7 @@ class _Bdot(Spec):
     """B-dot; the gain k in A m^2 s/T (the same as N m s/T^2)."""
 
     gain_a_m2_s_per_t: float = Field(gt=0.0)
+    """Gain k of m = -k dB/dt; A m^2 s/T is the same as N m s/T^2."""
     kernel: ClassVar
     memory: ClassVar = ()
     needs: ClassVar[frozenset[str]] = frozenset()

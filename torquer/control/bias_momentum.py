@@ -67,26 +67,28 @@ def bias_momentum(inputs, parameters, memory):
 
 
 class BiasMomentum(HeldAttitude):
-    """Momentum-biased satellite: pitch by a wheel, roll and yaw by its momentum and the coils.
-
-    `pitch_axis`: axis of the wheel in the body, along the orbit normal in the wanted attitude
-    (`euler_deg` to the orbital frame). `bias_momentum_n_m_s`: momentum of the wheel along it.
-    `pitch_inertia_kg_m2`, `bandwidth_rad_s`, `damping_ratio`: of the pitch loop;
-    `integral_time_s`: of its integral (left out: none). `nutation_gain_a_m2_s_per_t`: of the
-    damping by the coil along the pitch axis; `unloading_gain_per_s`: rate at which the coils bring
-    the wheel's momentum back to the bias.
-    """
+    """Momentum-biased satellite: pitch by a wheel, roll and yaw by its momentum and the coils."""
 
     kind: Literal["bias_momentum"] = "bias_momentum"
     reference: Literal["orbital"] = "orbital"
+    """Reference frame of the wanted attitude."""
     pitch_axis: unit_vector("pitch_axis") = (0.0, 1.0, 0.0)
+    """Axis of the wheel in the body, of any length; along the orbit normal in the wanted attitude.
+    """
     bias_momentum_n_m_s: float
+    """Momentum of the wheel along the pitch axis, which keeps it along the orbit normal."""
     pitch_inertia_kg_m2: float = Field(gt=0.0)
+    """Moment of inertia about the pitch axis, as the law knows it."""
     bandwidth_rad_s: float = Field(gt=0.0)
+    """Natural frequency of the pitch loop."""
     damping_ratio: float = Field(default=1.0, gt=0.0)
+    """Damping ratio of the pitch loop."""
     integral_time_s: float | None = Field(default=None, gt=0.0)
+    """Integral time of the pitch loop; left out: no integral."""
     nutation_gain_a_m2_s_per_t: float = Field(ge=0.0)
+    """Gain of nutation damping by the coil along the pitch axis."""
     unloading_gain_per_s: float = Field(ge=0.0)
+    """Rate at which the coils bring the wheel's momentum back to the bias."""
 
     def law(self) -> Law:
         """The law with these gains."""

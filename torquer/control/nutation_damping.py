@@ -40,6 +40,9 @@ class _NutationDamping(AboutAxis):
     """Nutation damping; the gain in A m^2 s/T (the same as N m s/T^2)."""
 
     gain_a_m2_s_per_t: float | None = Field(default=None, gt=0.0)
+    """Gain of the law; A m^2 s/T is the same as N m s/T^2. Either it or `relay_dipole_a_m2` is
+    given.
+    """
     gain_key: ClassVar = "gain_a_m2_s_per_t"
     kernel: ClassVar
     memory: ClassVar = ()

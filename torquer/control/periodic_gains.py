@@ -56,17 +56,15 @@ def periodic_gains(inputs, parameters, memory):
 
 
 class PeriodicGains(HeldAttitude):
-    """Three-axis attitude relative to a reference frame, by gains that follow the orbit.
-
-    `rate_gains_n_m_s_per_t2`: K; `angle_gains_n_m_per_t2`: K_a; each a list of 3x3 matrices in
-    body axes, a constant one, then those of cos u, sin u, cos 2u, sin 2u, ... (as many in both), u
-    the argument of latitude. `reference`: 'orbital' or 'inertial'; `euler_deg` with its
-    `sequence`: the wanted attitude of the body relative to it.
-    """
+    """Three-axis attitude relative to a reference frame, by gains that follow the orbit."""
 
     kind: Literal["periodic_gains"] = "periodic_gains"
     rate_gains_n_m_s_per_t2: Series
+    """Rate gains K, a list of 3x3 matrices in body axes: the constant one, then those of cos u, sin
+    u, cos 2u, sin 2u, ... with the argument of latitude u.
+    """
     angle_gains_n_m_per_t2: Series
+    """Angle gains K_a, as many matrices as the rate gains."""
 
     @model_validator(mode="after")
     def _whole_harmonics(self):

@@ -66,15 +66,14 @@ def short_way(error):
 
 
 class HeldAttitude(Spec):
-    """A law that holds an attitude.
-
-    `reference`: 'orbital' or 'inertial'; `euler_deg` with its `sequence`: the wanted attitude of
-    the body relative to it.
-    """
+    """A law that holds an attitude."""
 
     reference: Literal["orbital", "inertial"] = "orbital"
+    """Frame to which the wanted attitude is relative."""
     euler_deg: Vector = (0.0, 0.0, 0.0)
+    """Wanted attitude of the body relative to the reference frame, as Euler angles."""
     sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
+    """Axes of the Euler angles in order: any of the 12 intrinsic sequences."""
 
     @property
     def orbital(self) -> bool:
@@ -93,9 +92,7 @@ class HeldAttitude(Spec):
 
 
 class HeldByWheels(HeldAttitude):
-    """A law of wheels that holds an attitude.
-
-    `inertia_kg_m2`: three moments or 3x3, of the body with its wheels, as the law knows it.
-    """
+    """A law of wheels that holds an attitude."""
 
     inertia_kg_m2: Inertia
+    """Inertia of the body with its wheels, as the law knows it: three moments or 3x3."""

@@ -26,6 +26,8 @@ class Preliminary1(Pointed):
 
     kind: Literal["preliminary_1"] = "preliminary_1"
     gain_a_m2_per_t: float | None = Field(default=None, gt=0.0)
+    """Gain of the law; A m^2/T is the same as N m/T^2. Either it or `relay_dipole_a_m2` is given.
+    """
     gain_key: ClassVar = "gain_a_m2_per_t"
 
     def law(self) -> Law:

@@ -42,14 +42,15 @@ def preliminary_2(inputs, parameters, memory):
 
 
 class Preliminary2(Pointed):
-    """Second preliminary reorientation; the gain in A m^2/T (the same as N m/T^2).
-
-    `inertia_kg_m2`: three moments or 3x3, from which the law takes the direction of J omega.
-    """
+    """Second preliminary reorientation; the gain in A m^2/T (the same as N m/T^2)."""
 
     kind: Literal["preliminary_2"] = "preliminary_2"
     gain_a_m2_per_t: float | None = Field(default=None, gt=0.0)
+    """Gain of the law; A m^2/T is the same as N m/T^2. Either it or `relay_dipole_a_m2` is given.
+    """
     inertia_kg_m2: Inertia
+    """Inertia from which the law takes the direction of the momentum J omega: three moments or 3x3.
+    """
     gain_key: ClassVar = "gain_a_m2_per_t"
 
     def law(self) -> Law:

@@ -38,16 +38,17 @@ def reorientation(inputs, parameters, memory):
 
 
 class Reorientation(Pointed):
-    """Precise reorientation; the gain in A m^2/(N m s T), the same as 1/(s T^2).
-
-    `momentum_n_m_s`: wanted length of the angular momentum L_f; `inertia_kg_m2`: three moments or
-    3x3, from which the law takes L = J omega.
-    """
+    """Precise reorientation; the gain in A m^2/(N m s T), the same as 1/(s T^2)."""
 
     kind: Literal["reorientation"] = "reorientation"
     gain_a_m2_per_n_m_s_t: float | None = Field(default=None, gt=0.0)
+    """Gain of the law; A m^2/(N m s T) is the same as 1/(s T^2). Either it or `relay_dipole_a_m2`
+    is given.
+    """
     momentum_n_m_s: float = Field(gt=0.0)
+    """Wanted length of the angular momentum L_f."""
     inertia_kg_m2: Inertia
+    """Inertia from which the law takes the momentum L = J omega: three moments or 3x3."""
     gain_key: ClassVar = "gain_a_m2_per_n_m_s_t"
 
     def law(self) -> Law:

@@ -43,22 +43,28 @@ _Positive = Annotated[float, Field(gt=0.0)]
 class Until(Spec):
     """When a stage ends: once all the conditions given have held together for `for_s`.
 
-    `nutation_below_deg`: angle between the line of the axis and the momentum (0 for a spin either
-    way); `axis_to_target_below_deg`, `momentum_to_target_below_deg`; `spin_above_deg_s`: rate
-    about the axis; `rate_below_deg_s`: the whole rate. `at_least_s`: not before the stage has
-    lasted so long; `at_most_s`: then in any case, which makes a stage of fixed length if it is
-    given alone. An angle to what is not known (a Sun that is not seen, the momentum of a body at
-    rest) is not below anything.
+    An angle to what is not known (a Sun that is not seen, the momentum of a body at rest) is not
+    below anything.
     """
 
     nutation_below_deg: _Angle | None = None
+    """Angle between the line of the axis and the momentum, 0 for a spin either way."""
     axis_to_target_below_deg: _Angle | None = None
+    """Angle between the axis and the target."""
     momentum_to_target_below_deg: _Angle | None = None
+    """Angle between the momentum and the target."""
     spin_above_deg_s: _Positive | None = None
+    """Rate about the axis."""
     rate_below_deg_s: _Positive | None = None
+    """Magnitude of the rate."""
     at_least_s: _Positive | None = None
+    """Time before which the stage does not end."""
     at_most_s: _Positive | None = None
+    """Time after which the stage ends whatever the conditions; given alone it fixes the stage's
+    length.
+    """
     for_s: float = Field(default=0.0, ge=0.0)
+    """Time for which the conditions must have held together."""
 
     @model_validator(mode="after")
     def _something_ends_it(self):
@@ -81,7 +87,9 @@ class Stage(Spec):
     if `until` is left out)."""
 
     laws: tuple[Part, ...]
+    """Laws that work at once, their dipoles added."""
     until: Until | None = None
+    """When the stage ends; left out in the last stage: never."""
 
     @model_validator(mode="after")
     def _has_laws(self):
@@ -91,21 +99,18 @@ class Stage(Spec):
 
 
 class Scheme(Spec):
-    """Stages of laws in order; after the last one's `until` the coils are off.
-
-    `stages`: tables of `laws`, a list whose dipoles are added, and `until`, a table of conditions
-    that must hold together for `for_s`: `nutation_below_deg`, `axis_to_target_below_deg`,
-    `momentum_to_target_below_deg`, `spin_above_deg_s`, `rate_below_deg_s`; `at_least_s` and
-    `at_most_s` limit the length of the stage, a lone `at_most_s` fixes it.
-    `axis`, `target` (a direction in the inertial frame, or 'sun') and `inertia_kg_m2` are what
-    conditions are taken from, and stand for the same keys of the laws where those leave them out.
-    """
+    """Stages of laws in order; after the last one's `until` the coils are off."""
 
     kind: Literal["scheme"] = "scheme"
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    """Spin axis in the body, of any length, for conditions and for laws that leave out theirs."""
     target: Literal["sun"] | unit_vector("target") | None = None
+    """Direction in the inertial frame, or 'sun', for conditions and for laws that leave out theirs.
+    """
     inertia_kg_m2: Inertia | None = None
+    """Inertia, three moments or 3x3, for conditions and for laws that leave out theirs."""
     stages: tuple[Stage, ...]
+    """The stages in order."""
 
     @model_validator(mode="before")
     @classmethod

@@ -90,6 +90,7 @@ class _Sdot(Spec):
     """S-dot; the gain k in A m^2 s (the same as N m s/T)."""
 
     gain_a_m2_s: float = Field(gt=0.0)
+    """Gain k of the law; A m^2 s is the same as N m s/T."""
     gain_key: ClassVar = "gain_a_m2_s"
     kernel: ClassVar
     memory: ClassVar = ()

@@ -67,7 +67,11 @@ class AboutAxis(Spec):
     """A law with a gain or a relay, and a spin axis."""
 
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    """Spin axis in the body, of any length; one coil is wound about it."""
     relay_dipole_a_m2: float | None = Field(default=None, gt=0.0)
+    """Dipole of a relay in place of a gain: the coil is fully on, with the sign that the law asks
+    for.
+    """
     #: The key that holds the law's gain: its unit differs from law to law.
     gain_key: ClassVar[str] = ""
 
@@ -97,6 +101,7 @@ class Pointed(AboutAxis):
     """
 
     target: Literal["sun"] | unit_vector("target")
+    """Direction in the inertial frame to which the axis is turned, or 'sun'."""
 
     @property
     def needs(self) -> frozenset[str]:

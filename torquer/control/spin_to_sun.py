@@ -54,19 +54,21 @@ def spin_to_sun(inputs, parameters, memory):
 
 
 class SpinToSun(Spec):
-    """Spin about an axis and turn it to the Sun, in two steps.
-
-    `gain_n_m`: torque where the momentum is its wanted length off. `momentum_n_m_s`: wanted length;
-    `inertia_kg_m2`: from which the law takes J omega. `begin_deg`: angle of the momentum from the
-    axis below which the second step begins; it ends beyond twice that.
-    """
+    """Spin about an axis and turn it to the Sun, in two steps."""
 
     kind: Literal["spin_to_sun"] = "spin_to_sun"
     gain_n_m: float = Field(gt=0.0)
+    """Torque commanded where the momentum is off by its wanted length."""
     momentum_n_m_s: float = Field(gt=0.0)
+    """Wanted length of the angular momentum."""
     inertia_kg_m2: Inertia
+    """Inertia from which the law takes the momentum J omega: three moments or 3x3."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    """Spin axis in the body, of any length."""
     begin_deg: float = Field(default=15.0, gt=0.0, lt=45.0)
+    """Angle of the momentum from the axis below which the second step begins; it ends beyond twice
+    this angle.
+    """
 
     def law(self) -> Law:
         """The law with this gain, axis and momentum."""

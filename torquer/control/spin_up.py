@@ -45,16 +45,15 @@ def spin_up(inputs, parameters, memory):
 
 
 class SpinUp(AboutAxis):
-    """Spin-up; the gain in A m^2/T.
-
-    `target_rate_deg_s`: rate about the axis at which it stops (left out: never). `first_coil`:
-    direction of one of the two coils across the axis, for a relay.
-    """
+    """Spin-up; the gain in A m^2/T."""
 
     kind: Literal["spin_up"] = "spin_up"
     gain_a_m2_per_t: float | None = Field(default=None, gt=0.0)
+    """Gain of the law. Either it or `relay_dipole_a_m2` is given."""
     target_rate_deg_s: float | None = Field(default=None, gt=0.0)
+    """Rate about the axis at which spin-up stops; left out: never."""
     first_coil: unit_vector("first_coil") | None = None
+    """Direction of one of the two coils across the axis, for a relay."""
     gain_key: ClassVar = "gain_a_m2_per_t"
 
     @model_validator(mode="after")

@@ -39,14 +39,13 @@ def sun_cross(inputs, parameters, memory):
 
 
 class SunCross(Spec):
-    """Sun pointing by the cross product.
-
-    `gain_n_m`: torque on an axis that is 90 deg off. `axis`: of the body, to be turned to the Sun.
-    """
+    """Sun pointing by the cross product."""
 
     kind: Literal["sun_cross"] = "sun_cross"
     gain_n_m: float = Field(gt=0.0)
+    """Torque commanded on an axis that is 90 deg off."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    """Axis in the body, of any length, that is turned to the Sun."""
 
     def law(self) -> Law:
         """The law with this gain and axis."""

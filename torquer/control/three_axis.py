@@ -38,15 +38,13 @@ def three_axis(inputs, parameters, memory):
 
 
 class ThreeAxis(HeldAttitude):
-    """Three-axis attitude relative to a reference frame.
-
-    `rate_gain_n_m_s_per_t2`: k; `angle_gain_n_m_per_t2`: k_a. `reference`: 'orbital' or
-    'inertial'; `euler_deg` with its `sequence`: the wanted attitude of the body relative to it.
-    """
+    """Three-axis attitude relative to a reference frame."""
 
     kind: Literal["three_axis"] = "three_axis"
     rate_gain_n_m_s_per_t2: float = Field(gt=0.0)
+    """Rate gain k."""
     angle_gain_n_m_per_t2: float = Field(ge=0.0)
+    """Angle gain k_a."""
 
     def law(self) -> Law:
         """The law with these gains and this attitude."""

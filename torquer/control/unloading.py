@@ -37,17 +37,15 @@ def unloading(inputs, parameters, memory):
 
 
 class Unloading(Spec):
-    """Unloading of wheels by coils.
-
-    `gain_per_s`: k, the momentum across the field falls as exp(-k t);
-    `wanted_momentum_n_m_s`: what the wheels are to keep, in the body (zero);
-    `dead_band_n_m_s`: the coils are off while the wheels' momentum is nearer to it than this.
-    """
+    """Unloading of wheels by coils."""
 
     kind: Literal["unloading"] = "unloading"
     gain_per_s: float = Field(gt=0.0)
+    """Gain k: the momentum across the field decays as exp(-k t)."""
     wanted_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
+    """Momentum that the wheels are to keep, in body axes."""
     dead_band_n_m_s: float = Field(default=0.0, ge=0.0)
+    """The coils are off while the wheels' momentum is closer than this to the wanted one."""
 
     def law(self) -> Law:
         """The law with this gain."""

@@ -21,15 +21,17 @@ Parameter = float | tuple[float | tuple[float, ...], ...]
 
 
 class UserLaw(Spec):
-    """`file`: Python file; `function`: the law in it (may be left out if there is one only);
-    `parameters`: values by name, in place of the law's defaults; `memory`: what it remembers at
-    first, in place of the law's own."""
+    """A law of your own, from a Python file."""
 
     kind: Literal["user"]
     file: Path
+    """Python file of the law, relative to the scenario file."""
     function: str | None = None
+    """Law in the file; may be left out if the file holds one only."""
     parameters: dict[str, Parameter] = Field(default_factory=dict)
+    """Parameters by name, in place of the law's defaults."""
     memory: tuple[float, ...] | None = None
+    """Initial memory, in place of the law's own."""
 
     def law(self) -> Law:
         """The law, compiled if it is decorated with `@torquer.law`."""
@@ -38,16 +40,18 @@ class UserLaw(Spec):
 
 
 class GivenLaw(Spec):
-    """Stands in a result for a law that was given in Python and is in no file to load it from.
+    """Stands in a result for a law that was passed from Python and is in no file to load it from.
 
-    `name`, `parameters` and `memory` are those that were flown. To fly it again the function must
-    be given again.
+    To fly it again the function must be passed again.
     """
 
     kind: Literal["given_in_python"] = "given_in_python"
     name: str
+    """Name of the function that was flown."""
     parameters: dict[str, Parameter] = Field(default_factory=dict)
+    """Parameters that were flown, by name."""
     memory: tuple[float, ...] = ()
+    """Initial memory that was flown."""
 
     def law(self) -> Law:
         """A `ValueError`: the function is not known."""

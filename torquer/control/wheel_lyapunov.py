@@ -68,21 +68,21 @@ def wheel_lyapunov(inputs, parameters, memory):
 
 
 class WheelLyapunov(HeldByWheels):
-    """Attitude taken up from any motion and held by wheels.
+    """Attitude acquired from any motion and held by wheels.
 
-    `rate_gain_n_m_s`: k_w; `angle_gain_n_m`: k_a, twice the torque per radian of a small turn
-    (for a rate kappa and a damping zeta of small motion about an axis of the moment J:
-    k_a = 2 J kappa^2, k_w = 2 zeta kappa J). `reference`: 'orbital' or 'inertial'; `euler_deg`
-    with its `sequence`: the wanted attitude of the body relative to it. `inertia_kg_m2`: three
-    moments or 3x3, as the law knows them. `gravity_feedforward`: the wheels take on the gravity
-    torque of the attitude and position known on board; unless said, they do with the orbital
-    reference only.
+    For a natural frequency kappa and a damping ratio zeta of small motion about an axis of moment
+    J: k_a = 2 J kappa^2, k_w = 2 zeta kappa J.
     """
 
     kind: Literal["wheel_lyapunov"] = "wheel_lyapunov"
     rate_gain_n_m_s: float = Field(gt=0.0)
+    """Rate gain k_w."""
     angle_gain_n_m: float = Field(gt=0.0)
+    """Angle gain k_a, twice the torque per radian of a small rotation."""
     gravity_feedforward: bool | None = None
+    """Whether the wheels compensate the gravity-gradient torque at the attitude and position known
+    on board; left out: with the orbital reference only.
+    """
 
     def law(self) -> Law:
         """The law with these gains and this attitude."""

@@ -58,20 +58,18 @@ def wheel_pd(inputs, parameters, memory):
 
 
 class WheelPd(HeldByWheels):
-    """Attitude held by wheels: PD law on small angles.
-
-    `bandwidth_rad_s`: kappa, the rate of the closed loop; `damping`: zeta, 1 for the shortest
-    time without overshoot. `reference`: 'orbital' or 'inertial'; `euler_deg` with its `sequence`:
-    the wanted attitude of the body relative to it. `inertia_kg_m2`: three moments or 3x3, as the
-    law knows them. `orbital_rate_rad_s`: one rate of the orbital frame for all times, as the
-    publication's law has it; left out, the rate of the orbit at the instant. On an eccentric
-    orbit the one rate leaves an error of about 2 zeta/kappa times the difference of the two.
-    """
+    """Attitude held by wheels: PD law on small angles."""
 
     kind: Literal["wheel_pd"] = "wheel_pd"
     bandwidth_rad_s: float = Field(gt=0.0)
+    """Natural frequency kappa of the closed loop."""
     damping: float = Field(default=1.0, gt=0.0)
+    """Damping ratio zeta; 1 for the shortest time without overshoot."""
     orbital_rate_rad_s: float | None = Field(default=None, gt=0.0)
+    """One rate of the orbital frame for all times, as in the published law; left out: the rate at
+    the instant. On an eccentric orbit one rate leaves an error of about 2 zeta/kappa times the
+    difference of the two.
+    """
 
     @model_validator(mode="after")
     def _rate_of_the_orbital_frame(self):

@@ -32,35 +32,43 @@ def _unit_sun_direction(value):
 class Environment(Spec):
     """Models of the environment.
 
-    `field`: geomagnetic field model; its date advances during the run, which must end within the
-    model's period of validity. `earth_rotation`: 'precise' (precession and nutation) or 'sidereal'
-    (rotation by Greenwich sidereal time alone). `ut1_minus_utc_s`: UT1 - UTC at the start, from the
-    IERS's Bulletin A or B; it is held constant (it changes by a millisecond or two a day). Left at
-    0, the Earth's rotation is up to 0.9 s in error: 450 m at 500 km, 1.6 nT. Polar motion (20 m) is
-    neglected. `eclipse`: model of the Earth's shadow: 'conical' (umbra and penumbra of a sphere of
-    the equatorial radius), 'oblate' (the same for the ellipsoid WGS84), 'cylindrical' or 'none'
-    (always in sunlight). In low orbits the contact times of the sphere are in error by 5 s on
-    average, by 30 s where the orbit grazes the shadow; those of the ellipsoid by 0.1 s, without
-    refraction. `sun_direction`: for comparison with theory, fixes the Sun at 1 au from the Earth's
-    centre in this inertial direction (a vector of any length); the parallax in low orbit is below
-    10 arcsec. By default the Sun follows its true path, which density models use in any case.
-    `atmosphere`: density model (for `spacecraft.aerodynamics`). The atmosphere co-rotates with the
-    Earth unless `co_rotating_atmosphere` is false, as publications often assume. `table_tolerance`:
-    bound on the relative error of the tabulated field and position; 0 evaluates the models at every
-    stage of RK4 (exact, about ten times slower).
+    In low orbits the contact times of a spherical Earth's shadow are in error by 5 s on average, by
+    30 s where the orbit grazes the shadow; those of the ellipsoid by 0.1 s, without refraction.
+    With UT1 - UTC left at 0 the Earth's rotation is up to 0.9 s in error: 450 m at 500 km, 1.6 nT.
+    Polar motion (20 m) is neglected.
     """
 
     renamed: ClassVar = {"air_turns": "co_rotating_atmosphere"}
 
     field: AnyField = FIELDS["igrf14"]()
+    """Geomagnetic field model. Its date advances during the run, which must end within the model's
+    period of validity.
+    """
     earth_rotation: Literal["precise", "sidereal"] = "precise"
+    """'precise' (precession and nutation) or 'sidereal' (rotation by Greenwich sidereal time
+    alone).
+    """
     ut1_minus_utc_s: Annotated[float, Field(ge=-0.9, le=0.9)] = 0.0
+    """UT1 - UTC at the start, from Bulletin A or B of the IERS; held constant during the run."""
     eclipse: Literal["conical", "oblate", "cylindrical", "none"] = "conical"
+    """Model of the Earth's shadow: 'conical' (umbra and penumbra of a sphere of the equatorial
+    radius), 'oblate' (the same for the WGS84 ellipsoid), 'cylindrical' or 'none' (always in
+    sunlight).
+    """
     sun_direction: Annotated[Vector, AfterValidator(_unit_sun_direction)] | None = None
+    """Fixes the Sun at 1 au in this inertial direction (a vector of any length), for comparison
+    with theory; left out: the Sun follows its true path, which density models use in any case.
+    """
     gravity_gradient: bool = True
+    """Whether the gravity-gradient torque acts."""
     atmosphere: AnyAtmosphere | None = None
+    """Density model, for `spacecraft.aerodynamics`."""
     co_rotating_atmosphere: bool = True
+    """Whether the atmosphere rotates with the Earth; publications often assume that it does not."""
     table_tolerance: Annotated[float, Field(ge=0.0, le=1e-3)] = 1e-9
+    """Bound on the relative error of the tabulated field and position; 0 evaluates the models at
+    every stage of RK4 (exact, about ten times slower).
+    """
 
 
 @dataclass(frozen=True)

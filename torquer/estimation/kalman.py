@@ -280,39 +280,49 @@ LOG = {
 
 
 def keys_of(spec: type[Spec]) -> str:
-    """What a spec's docstring says of its keys, for those of its kinds."""
+    """What a spec's docstring says after its first line, for those of its kinds."""
     return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
 
 
 class Filter(Spec):
     """A Kalman filter; noise as the filter believes it.
 
-    `sensors`: directions that it uses. `magnetometer_noise_nt` and `sun_noise_deg`: standard
-    deviation of each component of a reading, errors of the field model included; one for each of
-    the `sensors`. `magnetometer_bias_sigma_nt`: estimate the magnetometer's bias, too, of this
-    standard deviation about zero at the start (left out: no bias). `gate`: probability of refusing
-    a reading although filter and reading are sound.
-
     The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
     axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor refused
     one after another. Without Sun sensors it begins with any attitude that fits the field; without
-    a magnetometer it must be handed one. Where others have worked before it, in other modes, it
-    takes over an attitude that is not older than `longest_gap_s` and better than its own; after a
-    longer gap it starts again.
-
-    `record_covariance`: record the states beyond the attitude, and the covariance matrix row by
-    row.
+    a magnetometer it must be handed one. Where other estimators have worked before it, in other
+    modes, it takes over an attitude that is not older than `longest_gap_s` and better than its own;
+    after a longer gap it starts again.
     """
 
     sensors: tuple[Literal["magnetometer", "sun"], ...] = ("magnetometer", "sun")
+    """Sensors that the filter uses."""
     magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
+    """Standard deviation of each component of a magnetometer reading, errors of the field model
+    included; given if the filter uses the magnetometer.
+    """
     sun_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
+    """Standard deviation of each component of a Sun reading; given if the filter uses Sun sensors.
+    """
     magnetometer_bias_sigma_nt: Annotated[float, Field(gt=0.0)] | None = None
+    """Estimate the magnetometer's bias, too, with this standard deviation about zero at the start;
+    left out: no bias.
+    """
     gate: float = Field(default=1e-5, gt=0.0, lt=1.0)
+    """Probability of refusing a reading although filter and reading are sound."""
     lost_sigma_deg: float = Field(default=30.0, gt=0.0, le=180.0)
+    """Standard deviation of the attitude, of all axes together, above which the filter starts
+    again.
+    """
     most_refused: int = Field(default=30, ge=1)
+    """Number of readings of a sensor refused one after another, after which the filter starts
+    again.
+    """
     longest_gap_s: float = Field(default=10.0, gt=0.0)
+    """Age up to which the filter takes over another estimator's attitude, or its own after a pause.
+    """
     record_covariance: bool = False
+    """Record the states beyond the attitude, and the covariance matrix row by row."""
 
     @model_validator(mode="after")
     def _noise_of_each_sensor(self):

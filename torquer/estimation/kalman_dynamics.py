@@ -289,25 +289,26 @@ def kalman_dynamics(inputs, parameters, memory):
 
 
 class KalmanDynamics(Filter):
-    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of both.
-
-    `inertia_kg_m2`: three moments or 3x3, of the body with its wheels; `wheel_momentum_n_m_s`:
-    fixed momentum of the body. `torque_noise_n_m_sqrt_s`: square root of the spectral density of
-    all torques but gravity gradient, wheels, coils and the residual dipole that is estimated; a
-    random torque sigma, held for T seconds, has sigma sqrt(T). `rate_sigma_deg_s`: standard
-    deviation of the rate about zero at the start. `dipole_sigma_a_m2`: estimate the residual
-    dipole, too, of this standard deviation about zero at the start (left out: no dipole).
-    """
+    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of both."""
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     kind: Literal["kalman_dynamics"] = "kalman_dynamics"
     gives: ClassVar = frozenset({"attitude", "rate"})
     inertia_kg_m2: Inertia
+    """Inertia of the body with its wheels: three moments or 3x3."""
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
+    """Fixed momentum of the body's wheels, in body axes."""
     torque_noise_n_m_sqrt_s: float = Field(gt=0.0)
+    """Square root of the spectral density of all torques but gravity gradient, wheels, coils and the
+    residual dipole that is estimated; a random torque sigma, held for T seconds, has sigma sqrt(T).
+    """
     rate_sigma_deg_s: float = Field(gt=0.0)
+    """Standard deviation of the rate about zero at the start."""
     dipole_sigma_a_m2: Annotated[float, Field(gt=0.0)] | None = None
+    """Estimate the residual dipole, too, with this standard deviation about zero at the start; left
+    out: no dipole.
+    """
 
     def estimator(self) -> Estimator:
         """The filter, not yet started."""

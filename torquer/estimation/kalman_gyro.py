@@ -180,18 +180,20 @@ def kalman_gyro(inputs, parameters, memory):
 class GyroFilter(Filter):
     """A Kalman filter with a gyro, magnetometer and Sun sensors, or one of both.
 
-    `angle_random_walk_deg_sqrt_s`: white noise of the gyro, deg/sqrt(s); readings with a standard
-    deviation sigma, taken every T seconds, have sigma sqrt(T). `rate_random_walk_deg_s_sqrt_s`:
-    random walk of its bias, which is zero at the start with `gyro_bias_sigma_deg_s`
-    (`torquer.estimation.gyro_noise.filter_noise` makes the first two from a data sheet).
+    `torquer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     gives: ClassVar = frozenset({"attitude", "rate"})
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
+    """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
+    seconds, have sigma sqrt(T).
+    """
     rate_random_walk_deg_s_sqrt_s: float = Field(ge=0.0)
+    """Random walk of the gyro's bias: standard deviation of its change after one second."""
     gyro_bias_sigma_deg_s: float = Field(gt=0.0)
+    """Standard deviation of the gyro's bias about zero at the start."""
 
     def constants(self) -> GyroFilterParameters:
         """Constants for the kernels."""

@@ -54,16 +54,16 @@ def rate_from_field(inputs, parameters, memory):
 
 
 class RateFromField(Spec):
-    """Rate across the field from two magnetometer readings, `interval_s` or more apart.
+    """Rate across the field from two magnetometer readings.
 
-    `interval_s`: left out, from one reading to the next. A turn by more than 180 deg between them
-    is taken for the shorter one; magnetometer noise gives a rate noise of sqrt(2) sigma_B/(B dt).
-    The attitude stays unknown.
+    A rotation by more than 180 deg between them is taken for the shorter one; magnetometer noise
+    gives a rate noise of sqrt(2) sigma_B/(B dt). The attitude stays unknown.
     """
 
     kind: Literal["rate_from_field"] = "rate_from_field"
     gives: ClassVar = frozenset({"rate"})
     interval_s: float = Field(default=0.0, ge=0.0)
+    """Least time between the two readings; 0: from one reading to the next."""
 
     def estimator(self) -> Estimator:
         """The estimator with this interval."""

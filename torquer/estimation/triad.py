@@ -153,20 +153,21 @@ def by_two(parameters, b, sun, b_inertial, place):
 
 
 class Triad(Spec):
-    """TRIAD: attitude from magnetometer and Sun sensors, in the light only.
+    """TRIAD: attitude from magnetometer and Sun sensors, in sunlight only.
 
-    `first`: the direction that the attitude reproduces exactly, 'magnetometer' or 'sun' (of the
-    more accurate one). `magnetometer_noise_nt` and `sun_noise_deg`: standard deviation of each
-    component, errors of the field model included: they make the stated accuracy. `rate`: from
-    'gyro', or as the 'difference' of two attitudes.
+    The noises include errors of the field model; they make the stated accuracy.
     """
 
     kind: Literal["triad"] = "triad"
     gives: ClassVar = frozenset({"attitude", "rate"})
     first: Literal["magnetometer", "sun"] = "sun"
+    """Direction that the attitude reproduces exactly, that of the more accurate sensor."""
     magnetometer_noise_nt: float = Field(gt=0.0)
+    """Standard deviation of each component of a magnetometer reading."""
     sun_noise_deg: float = Field(gt=0.0, le=180.0)
+    """Standard deviation of each component of a Sun reading."""
     rate: Literal["gyro", "difference"] = "difference"
+    """Where the rate comes from: the 'gyro', or the 'difference' of two attitudes."""
 
     def estimator(self) -> Estimator:
         """The estimator with this noise."""

@@ -16,10 +16,15 @@ class Circular(Spec):
 
     kind: Literal["circular"] = "circular"
     altitude_km: float | None = Field(default=None, gt=0.0, le=kepler.FARTHEST_KM)
+    """Altitude above the equatorial radius. Either it or `radius_km` is given."""
     radius_km: float | None = Field(default=None, gt=EARTH_RADIUS_M / 1e3, le=kepler.FARTHEST_KM)
+    """Radius of the orbit. Either it or `altitude_km` is given."""
     inclination_deg: float = Field(ge=0.0, le=180.0)
+    """Inclination to the equator."""
     raan_deg: float = 0.0
+    """Right ascension of the ascending node."""
     argument_of_latitude_deg: float = 0.0
+    """Argument of latitude at the start of the run."""
 
     @model_validator(mode="after")
     def _check(self):

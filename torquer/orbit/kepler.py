@@ -102,21 +102,27 @@ def states(t_s, semi_major_axis_m, eccentricity, angles_deg, mean_anomaly_rad) -
 
 
 class Kepler(Spec):
-    """Two-body orbit: size and shape by axis and eccentricity or by its two altitudes.
-
-    Altitudes are above the equatorial radius. The anomaly is that at the start of the run.
-    """
+    """Two-body orbit: size and shape by axis and eccentricity or by its two altitudes."""
 
     kind: Literal["kepler"] = "kepler"
     semi_major_axis_km: float | None = Field(default=None, gt=0.0)
+    """Semi-major axis; given with `eccentricity`."""
     eccentricity: float | None = Field(default=None, ge=0.0, lt=1.0)
+    """Eccentricity; given with `semi_major_axis_km`."""
     perigee_altitude_km: float | None = None
+    """Altitude of the perigee above the equatorial radius; given with `apogee_altitude_km`."""
     apogee_altitude_km: float | None = None
+    """Altitude of the apogee above the equatorial radius; given with `perigee_altitude_km`."""
     inclination_deg: float = Field(ge=0.0, le=180.0)
+    """Inclination to the equator."""
     raan_deg: float = 0.0
+    """Right ascension of the ascending node."""
     argument_of_perigee_deg: float = 0.0
+    """Argument of perigee."""
     mean_anomaly_deg: float | None = None
+    """Mean anomaly at the start of the run; 0 if neither anomaly is given."""
     true_anomaly_deg: float | None = None
+    """True anomaly at the start of the run, in place of the mean one."""
 
     @model_validator(mode="after")
     def _check(self):

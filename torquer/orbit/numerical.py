@@ -29,7 +29,9 @@ class StateVector(Spec):
 
     kind: Literal["state_vector"] = "state_vector"
     position_km: Vector
+    """Position in `start_frame`."""
     velocity_km_s: Vector
+    """Velocity in `start_frame`."""
 
     @model_validator(mode="after")
     def _check(self):
@@ -67,9 +69,13 @@ class Drag(Spec):
     """Drag of a body by its area, mass and drag coefficient in an atmosphere."""
 
     mass_kg: float = Field(gt=0.0)
+    """Mass of the satellite."""
     area_m2: float = Field(gt=0.0)
+    """Cross-section to the flow, the same for all attitudes."""
     drag_coefficient: float = Field(default=2.2, gt=0.0)
+    """Drag coefficient."""
     atmosphere: AnyAtmosphere
+    """Density model; it must be one that compiled code can call."""
 
     @model_validator(mode="after")
     def _compiles(self):
@@ -90,22 +96,23 @@ AnyStart = Annotated[Kepler | Circular | StateVector | Sgp4, Field(discriminator
 
 
 class Numerical(Spec):
-    """Orbit under EGM2008 to a degree and order and, optionally, drag in a co-rotating atmosphere.
-
-    `start`: osculating elements (kind 'kepler' or 'circular') or a state vector at the start of
-    the run, or a two-line element set (kind 'sgp4'), whose state at its own epoch is taken.
-    `start_frame`: frame of elements and vectors: 'J', or 'TEME' for the mean equinox of date.
-    `earth_rotation`: as in the environment, with which it should agree. `order`: by default the
-    degree.
-    """
+    """Orbit under EGM2008 to a degree and order; drag, if given, is of a co-rotating atmosphere."""
 
     kind: Literal["numerical"] = "numerical"
     start: AnyStart
+    """Osculating elements (kind 'kepler' or 'circular') or a state vector at the start of the run,
+    or a two-line element set (kind 'sgp4'), whose state at its own epoch is taken.
+    """
     start_frame: Literal["J", "TEME"] = "J"
+    """Frame of elements and vectors: 'J', or 'TEME' for the mean equinox of date."""
     degree: int = Field(default=16, ge=0, le=gravity.MAX_DEGREE)
+    """Degree of the gravity field."""
     order: int | None = Field(default=None, ge=0)
+    """Order of the gravity field; left out: the degree."""
     drag: Drag | None = None
+    """Drag of the satellite; left out: none."""
     earth_rotation: Literal["precise", "sidereal"] = "precise"
+    """As in the environment, with which it should agree: 'precise' or 'sidereal'."""
 
     @model_validator(mode="after")
     def _order_exists(self):

@@ -108,10 +108,11 @@ def _check_ranges(first: str, second: str) -> None:
 
 
 class Sgp4(Spec):
-    """Orbit of a two-line element set `tle`: two lines, or three with a name before them."""
+    """Orbit of a two-line element set by SGP4."""
 
     kind: Literal["sgp4"] = "sgp4"
     tle: tuple[str, str]
+    """The two lines, or three with a name before them."""
 
     @field_validator("tle", mode="before")
     @classmethod

@@ -34,27 +34,30 @@ class Program(NamedTuple):
 class Control(Spec):
     """What the on-board computer does, and when.
 
-    `law`: the only law, or a scheme; or `laws`: a table of laws by names of the author's choice,
-    whose commands are added. `estimator`: where attitude and rate come from; left out, from
-    attitude sensor and gyro. `modes`: a mode table, whose states say which of the laws work when
-    and which estimator, of those in the table `estimators`.
-
-    Plain sample and hold: leave `measure_s` at 0; a control step every `sample_s`, the command
-    held until the next. With a measurement window the coils are off for `measure_s` while the laws
-    are called every `sample_s`, then follow the latest dipole for `actuate_s`; wheels follow every
+    Plain sample and hold: leave `measure_s` at 0; a control step every `sample_s`, the command held
+    until the next. With a measurement window the coils are off for `measure_s` while the laws are
+    called every `sample_s`, then follow the latest dipole for `actuate_s`; wheels follow every
     command.
     """
 
     renamed: ClassVar = {"wheel_law": "laws.NAME (with NAME of your choice)"}
 
     law: OnlyLaw | None = None
+    """The only law, or a scheme; or else `laws`."""
     laws: dict[str, AnyLaw] = Field(default_factory=dict)
+    """Several laws by names of your choice, whose commands are added."""
     estimator: AnyEstimator = SensorReadings()
+    """Where attitude and rate come from; left out: from attitude sensor and gyro."""
     estimators: dict[str, AnyEstimator] = Field(default_factory=dict)
+    """Further estimators by names of your choice, for modes to choose from."""
     modes: Modes | None = None
+    """Mode table, whose states say which laws and which estimator work when."""
     sample_s: Positive = 1.0
+    """Interval between control steps."""
     measure_s: float = Field(default=0.0, ge=0.0)
+    """Length of the measurement window, during which the coils are off; 0: none."""
     actuate_s: Positive | None = None
+    """Time for which the coils hold the dipole after a measurement window."""
 
     @model_validator(mode="after")
     def _laws_given(self):

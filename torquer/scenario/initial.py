@@ -13,19 +13,20 @@ from torquer.spec import Spec, Vector
 
 
 class InitialMotion(Spec):
-    """Attitude and rate at the start.
-
-    Attitude: `euler_deg` with its `sequence` (any of the 12, intrinsic), or `quaternion`
-    (x, y, z, w); body to the frame named by `reference`. `rate_deg_s`: in body axes, absolute,
-    or relative to the orbital frame where `rate_relative_to` says 'orbital'.
-    """
+    """Attitude and rate at the start."""
 
     euler_deg: Vector = (0.0, 0.0, 0.0)
+    """Attitude of the body relative to the `reference`, as Euler angles."""
     sequence: Annotated[str, AfterValidator(euler.known_sequence)] = "321"
+    """Axes of the Euler angles in order: any of the 12 intrinsic sequences."""
     quaternion: tuple[float, float, float, float] | None = None
+    """Attitude of the body relative to the `reference`, (x, y, z, w), in place of Euler angles."""
     reference: Literal["inertial", "orbital"] = "inertial"
+    """Frame to which the attitude is relative."""
     rate_deg_s: Vector
+    """Angular velocity in body axes."""
     rate_relative_to: Literal["inertial", "orbital"] = "inertial"
+    """Frame to which the angular velocity is relative."""
 
     @model_validator(mode="after")
     def _attitude_makes_sense(self):

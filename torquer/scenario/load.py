@@ -228,7 +228,10 @@ def _whole_path(key: str, path: Path) -> str:
 
 def scenario_schema() -> dict:
     """JSON schema of scenario files, for editors; tables of hardware may begin with a preset."""
+    from torquer.scenario.keys import describe  # which reads the source of all specs
+
     schema = Scenario.model_json_schema(mode="validation")
+    describe(schema, Scenario)
     specs = schema["$defs"]
     for table, told in specs["Spacecraft"]["properties"].items():
         if fitting := presets(table):
@@ -245,9 +248,14 @@ def _let_modes_be_short(specs: dict) -> None:
     modes["properties"] |= specs["Region"]["properties"]
     modes.pop("required", None)
     names = {"type": "array", "items": {"type": "string"}}
-    state["laws"] = {"anyOf": [state["laws"], names]}
+    state["laws"] = _either(state["laws"], names)
     when = way["properties"]["when"]
-    way["properties"]["when"] = {"anyOf": [when, {"$ref": "#/$defs/Condition"}]}
+    way["properties"]["when"] = _either(when, {"$ref": "#/$defs/Condition"})
+
+
+def _either(long: dict, short: dict) -> dict:
+    """Either of two forms of a key, described as the long one."""
+    return {"description": long["description"], "anyOf": [long, short]}
 
 
 def _let_preset_stand(table: dict, fitting: list[str]) -> None:

@@ -45,13 +45,21 @@ class Spacecraft(Spec):
     """Body, coils, wheels and sensors; sensors that are left out are ideal."""
 
     body: Body
+    """Inertia and mass."""
     coils: Coils | None = None
+    """Magnetorquers; left out: none."""
     wheels: ReactionWheels | None = None
+    """Reaction wheels; left out: none."""
     magnetometer: Magnetometer = Magnetometer()
+    """Magnetometer; left out: an ideal one."""
     gyro: Gyro = Gyro()
+    """Gyro; left out: an ideal one."""
     sun_sensors: SunSensors | None = None
+    """Sun sensors; left out: ideal ones that see the whole sky."""
     attitude_sensor: AttitudeSensor = AttitudeSensor()
+    """Attitude sensor; left out: an ideal one."""
     aerodynamics: Aerodynamics | None = None
+    """Parts of the body on which the air acts; left out: no aerodynamic torque."""
 
     @model_validator(mode="after")
     def _rotors_fit(self):
@@ -77,27 +85,31 @@ class Spacecraft(Spec):
 class Simulation(Spec):
     """How the run is computed.
 
-    Duration: `duration_s` or `revolutions`. `record_s`: interval of the record (a run lasts whole
-    intervals: the duration is rounded up to them, and must not be shorter than one).
-    `integrator`: 'auto' takes steps of its own, of order 8, that add at most `tolerance_deg` to the
-    error of the attitude in each revolution of the orbit; the result states the estimated error.
-    None of its steps is longer than `max_step_s`, if given.
-    With `step_s` steps are fixed: 'rk4', the default then, or 'splitting' (exact free rotation
-    between kicks: large steps for a fast spinner). 'dop853' is for comparison (relative
-    `tolerance`). All that happens at given times falls on multiples of `step_s`, or of the greatest
-    common divisor of these times where it is left out. A long run is computed in pieces and its
-    result written piece by piece; `torquer validate` tells its rows, memory, disk and computing
-    time, and refuses what cannot fit.
+    All that happens at given times falls on multiples of `step_s`, or of the greatest common
+    divisor of these times where it is left out. A long run is computed in pieces and its result
+    written piece by piece; `torquer validate` tells its rows, memory, disk and computing time, and
+    refuses what cannot fit.
     """
 
     duration_s: Positive | None = None
+    """Duration, rounded up to whole record intervals. Either it or `revolutions` is given."""
     revolutions: Positive | None = None
+    """Duration in orbital periods. Either it or `duration_s` is given."""
     step_s: Positive | None = None
+    """Fixed step; left out: adaptive steps."""
     record_s: Positive = 10.0
+    """Interval of the record, not longer than the run."""
     integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
+    """'auto' (adaptive steps of order 8; the result states the estimated error), 'rk4' (fixed
+    steps, the default with `step_s`), 'splitting' (fixed steps, exact free rotation between kicks:
+    large steps for a fast spinner) or 'dop853' (for comparison).
+    """
     tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
+    """Error of the attitude that adaptive steps may add in each orbital revolution."""
     max_step_s: float | None = Field(default=None, ge=1e-3)
+    """Longest adaptive step; left out: no limit."""
     tolerance: float = Field(default=_TOLERANCE, ge=1e-14, le=1e-3)
+    """Relative tolerance of 'dop853'."""
 
     @model_validator(mode="before")
     @classmethod
@@ -173,19 +185,30 @@ def _checked_start(value) -> datetime:
 
 
 class Scenario(Spec):
-    """A whole run. `start` must name its zone; `seed` fixes every random number."""
+    """A whole run."""
 
     name: str = Field(default="run", pattern=r"^\w[\w.-]*$")
+    """Name of the run; left out: that of the file."""
     description: str = ""
+    """What the run is for, in a sentence."""
     start: Annotated[datetime, BeforeValidator(_checked_start)]
+    """UTC of the start with its zone, such as "2024-03-20T12:00:00Z"."""
     seed: int = Field(default=0, ge=0, lt=2**63)
+    """Fixes every random number."""
     orbit: AnyOrbit
+    """The orbit."""
     environment: Environment = Environment()
+    """Models of the field, the Earth, the Sun and the atmosphere."""
     spacecraft: Spacecraft
+    """Body, actuators and sensors."""
     disturbance: Disturbance | None = None
+    """Disturbance torques beside gravity gradient and aerodynamics; left out: none."""
     initial: InitialMotion
+    """Attitude and rate at the start."""
     control: Control
+    """The on-board computer."""
     simulation: Simulation
+    """Duration, steps and record."""
 
     @model_validator(mode="after")
     def _steps_fit(self):

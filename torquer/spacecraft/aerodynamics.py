@@ -78,6 +78,7 @@ class Aerodynamics(Spec):
     """The body as the air sees it: its parts, in body axes from the centre of mass."""
 
     parts: tuple[AnyPart, ...] = Field(min_length=1)
+    """Cylinders, plates and spheres that the body is made of; they do not shade each other."""
 
     def pack(self) -> Surface:
         """Constants for kernels."""

@@ -44,14 +44,12 @@ def _turn(phi):
 
 
 class AttitudeSensor(Sampled):
-    """Attitude sensor; the default is an ideal one.
-
-    `error_deg`: fixed turn about the body axes between true and measured attitude (a mounting
-    error); `noise_deg`: standard deviation of a random turn about each axis, anew at every reading.
-    """
+    """Attitude sensor; the default is an ideal one."""
 
     error_deg: Vector = (0.0, 0.0, 0.0)
+    """Fixed rotation about the body axes between true and measured attitude, a mounting error."""
     noise_deg: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of a random rotation about each axis, drawn at every reading."""
 
     def pack(self) -> AttitudeSensorSet:
         """Constants for kernels."""

@@ -111,11 +111,14 @@ def _short(symmetric):
 
 
 class Body(Spec):
-    """Inertia tensor [kg m^2] in body axes (3 moments or 3x3) and fixed wheel momentum [N m s]."""
+    """Inertia, mass and fixed wheel momentum of the body."""
 
     inertia_kg_m2: Inertia
+    """Inertia tensor in body axes: three moments or 3x3."""
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
+    """Fixed momentum of a wheel in body axes."""
     mass_kg: float | None = Field(default=None, gt=0.0)
+    """Mass, for the record: attitude motion does not depend on it."""
 
     @model_validator(mode="after")
     def _nutation_can_be_followed(self):

@@ -165,26 +165,30 @@ def _checked_axes(value):
 
 
 class Coils(Spec):
-    """Coil set. Default: three coils along the body axes.
-
-    `limit_a_m2`: greatest dipole, one number or one per coil. `saturation`: 'scale', 'clip' or
-    'relay'. `polarity`, one per coil: 1 as commanded, -1 wired the wrong way round, 0 dead; the
-    on-board computer does not know. `lag_s`: time constant of the first-order lag.
-    `power_at_limit_w`: electrical power of a coil at its limit (left out: energies are those of
-    coils of 1 W).
-    """
+    """Coil set. Default: three coils along the body axes."""
 
     limit_a_m2: Annotated[float, Field(gt=0.0)] | tuple[Annotated[float, Field(gt=0.0)], ...]
+    """Greatest dipole, one number or one per coil."""
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)] = (
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
         (0.0, 0.0, 1.0),
     )
+    """Axes of the coils in the body, of any length."""
     saturation: Literal["scale", "clip", "relay"] = "scale"
+    """Beyond the limits: 'scale' (the dipole keeps its direction), 'clip' (each coil for itself) or
+    'relay' (every coil is fully on, one way or the other).
+    """
     polarity: tuple[Literal[-1, 0, 1], ...] | None = None
+    """One per coil: 1 as commanded, -1 wired the wrong way round, 0 dead; the on-board computer
+    does not know.
+    """
     lag_s: float = Field(default=0.0, ge=0.0)
+    """Time constant of the first-order lag between command and dipole."""
     residual_dipole_a_m2: Vector = (0.0, 0.0, 0.0)
+    """Constant residual dipole in body axes."""
     power_at_limit_w: float | None = Field(default=None, gt=0.0)
+    """Electrical power of a coil at its limit; left out: energies are those of coils of 1 W."""
 
     @model_validator(mode="after")
     def _one_limit_per_coil(self):

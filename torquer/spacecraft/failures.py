@@ -20,16 +20,16 @@ FAILURE = np.dtype(
 
 
 class SensorFailure(Spec):
-    """A failure of a sensor in an interval of the run.
-
-    `kind`: 'silent' (no new readings: the last one grows old), 'stuck' (the last reading again and
-    again, as if it were new), 'zeros' (zeros in place of what was measured). `from_s`, `until_s`:
-    times since the start (left out: from the start, to the end).
-    """
+    """A failure of a sensor in an interval of the run."""
 
     kind: Literal["silent", "stuck", "zeros"]
+    """'silent' (no new readings: the last one grows old), 'stuck' (the last reading again and
+    again, as if it were new) or 'zeros' (zeros in place of what was measured).
+    """
     from_s: float = Field(default=0.0, ge=0.0)
+    """Time since the start at which the failure begins."""
     until_s: float | None = None
+    """Time since the start at which the failure ends; left out: it lasts to the end of the run."""
 
     @model_validator(mode="after")
     def _ends_after_it_begins(self):

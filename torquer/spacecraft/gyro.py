@@ -45,20 +45,22 @@ def read_rate(gyro, omega_body, drift, drawn):
 
 
 class Gyro(Sampled):
-    """Three-axis gyro; the defaults are an ideal one.
-
-    `range_deg_s` (each axis is clipped there), `noise_deg_s` (standard deviation per reading),
-    `bias_deg_s` at the start, `bias_drift_deg_s_sqrt_s` (random walk: standard deviation of
-    the drift after one second), `scale_error`, `misalignment_deg`, `resolution_deg_s`.
-    """
+    """Three-axis gyro; the defaults are an ideal one."""
 
     range_deg_s: float = Field(default=1e6, gt=0.0)
+    """Range: readings of each axis are clipped there."""
     noise_deg_s: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of each reading about each axis."""
     bias_deg_s: Vector = (0.0, 0.0, 0.0)
+    """Bias at the start."""
     bias_drift_deg_s_sqrt_s: float = Field(default=0.0, ge=0.0)
+    """Random walk of the bias: standard deviation of its change after one second."""
     scale_error: Vector = (0.0, 0.0, 0.0)
+    """Relative scale-factor error of each axis."""
     misalignment_deg: Vector = (0.0, 0.0, 0.0)
+    """Rotation vector of the misalignment, small."""
     resolution_deg_s: float = Field(default=0.0, ge=0.0)
+    """Quantisation step; 0: none."""
 
     def pack(self) -> GyroSet:
         """Constants for kernels."""

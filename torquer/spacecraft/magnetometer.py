@@ -36,21 +36,23 @@ def read_field(magnetometer, b_body_t, dipole_body_a_m2, drawn):
 
 
 class Magnetometer(Sampled):
-    """Three-axis magnetometer; the defaults are an ideal one.
-
-    `range_nt` (each axis is clipped there), `noise_nt` (standard deviation per reading),
-    `bias_nt`, `scale_error` (parts, per axis), `misalignment_deg` (small turn vector),
-    `resolution_nt` (step of quantisation), `coil_disturbance_nt_per_a_m2`: field at the sensor
-    per unit of dipole, parallel to the dipole, while coils are on.
-    """
+    """Three-axis magnetometer; the defaults are an ideal one."""
 
     range_nt: float = Field(default=1e9, gt=0.0)
+    """Range: readings of each axis are clipped there."""
     noise_nt: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of each reading along each axis."""
     bias_nt: Vector = (0.0, 0.0, 0.0)
+    """Constant bias."""
     scale_error: Vector = (0.0, 0.0, 0.0)
+    """Relative scale-factor error of each axis."""
     misalignment_deg: Vector = (0.0, 0.0, 0.0)
+    """Rotation vector of the misalignment, small."""
     resolution_nt: float = Field(default=0.0, ge=0.0)
+    """Quantisation step; 0: none."""
     coil_disturbance_nt_per_a_m2: float = 0.0
+    """Field at the sensor per unit of coil dipole, parallel to the dipole, while the coils are on.
+    """
 
     def pack(self) -> MagnetometerSet:
         """Constants for kernels."""

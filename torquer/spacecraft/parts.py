@@ -15,16 +15,16 @@ _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Part(Spec):
-    """What all parts have: a centre; how air and sunlight leave their surface.
-
-    `drag_coefficient`: 2 for inelastic impact. `specular_reflectivity`, `diffuse_reflectivity`:
-    fractions of sunlight; the rest is absorbed.
-    """
+    """What all parts have: a centre; how air and sunlight leave their surface."""
 
     centre_m: Vector = (0.0, 0.0, 0.0)
+    """Centre in body axes, from the centre of mass."""
     drag_coefficient: float = Field(default=2.0, gt=0.0)
+    """Drag coefficient; 2 for inelastic impact."""
     specular_reflectivity: _Fraction = 0.0
+    """Fraction of sunlight that is reflected as by a mirror."""
     diffuse_reflectivity: _Fraction = 0.0
+    """Fraction of sunlight that is reflected in all directions; what is left is absorbed."""
 
     @model_validator(mode="after")
     def _no_more_light_leaves_than_comes(self):
@@ -45,6 +45,7 @@ class _Directed(_Part):
     """A part with an axis, of any length when given."""
 
     axis: Vector
+    """Axis of a cylinder or normal of a plate in the body, of any length."""
 
     @field_validator("axis")
     @classmethod
@@ -53,11 +54,13 @@ class _Directed(_Part):
 
 
 class Cylinder(_Directed):
-    """Closed cylinder of a radius and a length; `centre_m` is the middle of its axis."""
+    """Closed cylinder; `centre_m` is the middle of its axis."""
 
     kind: Literal["cylinder"] = "cylinder"
     radius_m: float = Field(gt=0.0)
+    """Radius."""
     length_m: float = Field(gt=0.0)
+    """Length."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
         """Areas along, against, beside the axis, and from anywhere."""
@@ -66,14 +69,13 @@ class Cylinder(_Directed):
 
 
 class Plate(_Directed):
-    """Flat plate, `axis` its normal; with `one_sided` only the face that the normal leaves.
-
-    Panels have two sides; the faces of a box have one each.
-    """
+    """Flat plate. Panels have two sides; the faces of a box have one each."""
 
     kind: Literal["plate"] = "plate"
     area_m2: float = Field(gt=0.0)
+    """Area of one side."""
     one_sided: bool = False
+    """Whether only the face that the normal leaves exists."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
         """Areas along, against, beside the axis, and from anywhere."""
@@ -81,10 +83,11 @@ class Plate(_Directed):
 
 
 class Sphere(_Part):
-    """Sphere of a radius."""
+    """Sphere."""
 
     kind: Literal["sphere"] = "sphere"
     radius_m: float = Field(gt=0.0)
+    """Radius."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
         """Areas along, against, beside the axis, and from anywhere."""

@@ -7,16 +7,14 @@ from torquer.spec import Spec
 
 
 class Sampled(Spec):
-    """A sensor that is read at its own rate.
-
-    `sample_s`: interval between readings (left out: a reading at every control step); `delay_s`:
-    from the instant of a reading until the computer has it, at most one interval. `failures`:
-    intervals in which it is silent, stuck or reads zeros.
-    """
+    """A sensor that is read at its own rate."""
 
     sample_s: float | None = Field(default=None, gt=0.0)
+    """Interval between readings; left out: a reading at every control step."""
     delay_s: float = Field(default=0.0, ge=0.0)
+    """Time from a reading until the computer has it, at most one interval."""
     failures: tuple[SensorFailure, ...] = ()
+    """Intervals in which the sensor is silent, stuck or reads zeros."""
 
     @model_validator(mode="after")
     def _delay_within_interval(self):

@@ -89,8 +89,11 @@ class BlindZone(Spec):
     """
 
     axis: Annotated[Vector, AfterValidator(_checked_axis)]
+    """Axis of the cone in the body, of any length."""
     half_angle_deg: _HalfAngle
+    """Half angle of the cone."""
     sensors: tuple[int, ...] | None = None
+    """Numbers, from 0, of the sensors that it shades; left out: all."""
 
     def of(self, count: int) -> tuple[int, ...]:
         """Numbers of the sensors that it shades, of so many."""
@@ -100,22 +103,24 @@ class BlindZone(Spec):
 class SunSensors(Sampled):
     """Sun sensors by their axes in the body.
 
-    `half_field_deg`: half angle of the cone in which a sensor sees the Sun, one number or one per
-    sensor. `blind_zones`: cones in which something shades them. Where several see the Sun, the one
-    that faces it most directly is read. `noise_deg`: standard deviation of the reading about each
-    axis across the line of sight; `bias_deg`: fixed small rotation of the reading about the body
-    axes, one vector or one per sensor. `albedo` of the Earth (about 0.3; 0: sensors that tell the
-    Sun from the Earth): coarse sensors are misled by the light that the lit Earth reflects, by up
-    to some 15 deg; a reading is the direction of the sum of both lights, as of cosine detectors on
-    all sides, the Earth a Lambertian sphere (NASA Technical Memorandum 104596).
+    Where several see the Sun, the one that faces it most directly is read. Coarse sensors are
+    misled by the light that the lit Earth reflects, by up to some 15 deg: a reading is the
+    direction of the sum of both lights, as of cosine detectors on all sides, the Earth a Lambertian
+    sphere (NASA Technical Memorandum 104596).
     """
 
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]
+    """Axes of the sensors in the body, of any length."""
     half_field_deg: _HalfAngle | tuple[_HalfAngle, ...]
+    """Half angle of the cone in which a sensor sees the Sun, one number or one per sensor."""
     blind_zones: tuple[BlindZone, ...] = ()
+    """Cones in which something shades the sensors."""
     noise_deg: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the reading about each axis across the line of sight."""
     bias_deg: Vector | tuple[Vector, ...] = (0.0, 0.0, 0.0)
+    """Fixed small rotation of the reading about the body axes, one vector or one per sensor."""
     albedo: float = Field(default=0.0, ge=0.0, le=1.0)
+    """Albedo of the Earth, about 0.3; 0 for sensors that tell the Sun from the Earth."""
 
     @model_validator(mode="after")
     def _one_of_each_per_sensor(self):

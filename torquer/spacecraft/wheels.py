@@ -39,8 +39,11 @@ class Failure(Spec):
     """A wheel, by its number from 0, whose motor dies; the computer notices some time later."""
 
     wheel: int = Field(ge=0)
+    """Number of the wheel, from 0."""
     time_s: float = Field(ge=0.0)
+    """Time since the start at which its motor dies."""
     noticed_after_s: float = Field(default=0.0, ge=0.0)
+    """Time from then until the computer knows."""
 
 
 _PerWheel = float | tuple[float, ...]
@@ -50,30 +53,38 @@ class ReactionWheels(Wheels):
     """Reaction wheels, driven by torque; a layout and limits as in a wheel design.
 
     `momentum_limit_n_m_s` is reached at `speed_limit_rpm`, which makes the rotors' inertia (it is
-    part of the body's). Friction of a turning wheel: `coulomb_friction_n_m` and
-    `viscous_friction_n_m_s` (N m per rad/s); a standing one needs more than `stiction_n_m` (left
-    out: the Coulomb friction) to turn. `speed_noise_rpm`: standard deviation of a tachometer's
-    reading. `initial_speed_rpm`: one number or one per wheel. `lost`: wheels dead from the start;
-    `failures` in flight. `allocation`: 'minimax' or 'least_squares' (the pseudo-inverse).
-    `minimum_speed_fraction`: keep the wheels above this part of their limits by a bias in the null
-    space (left out: no bias). Without a law of the wheels their motors are off.
+    part of the body's). Without a law that drives them the motors are off.
 
-    By minimax what torque is left over evens the wheels out in their null space; while a dead
-    wheel is not noticed, this and the bias disturb the body.
+    By minimax the torque that the demand leaves evens the wheels out in their null space; while a
+    dead wheel is not noticed, this and the bias of speeds disturb the body.
     """
 
     renamed: ClassVar = {"idle_share": "minimum_speed_fraction"}
 
     torque_limit_n_m: Limit | tuple[Limit, ...]
+    """Greatest motor torque, one number or one per wheel."""
     speed_limit_rpm: float = Field(default=6000.0, gt=0.0)
+    """Speed at which a wheel has its greatest momentum."""
     coulomb_friction_n_m: float = Field(default=0.0, ge=0.0)
+    """Coulomb friction of a turning wheel."""
     viscous_friction_n_m_s: float = Field(default=0.0, ge=0.0)
+    """Viscous friction of a turning wheel, N m per rad/s."""
     stiction_n_m: float | None = Field(default=None, ge=0.0)
+    """Torque that a standing wheel needs to turn; left out: the Coulomb friction."""
     speed_noise_rpm: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of a tachometer's reading."""
     initial_speed_rpm: _PerWheel = 0.0
+    """Speed at the start, one number or one per wheel."""
     failures: tuple[Failure, ...] = ()
+    """Failures in flight."""
     allocation: Literal["minimax", "least_squares"] = "minimax"
+    """How the demanded torque is shared: 'minimax' (the greatest share of a limit is as small as
+    possible) or 'least_squares' (the pseudo-inverse).
+    """
     minimum_speed_fraction: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """Fraction of their limits above which a bias in the null space keeps the wheels' speeds; left
+    out: no bias.
+    """
 
     @model_validator(mode="after")
     def _wheels_make_sense(self):

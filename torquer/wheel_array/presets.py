@@ -23,7 +23,9 @@ class FourSided(Spec):
 
     kind: Literal["four_sided_pyramid"]
     alpha_deg: Angle
+    """Angle of the edges from the height."""
     beta_deg: Angle
+    """Angle of the edges from x3, across the height."""
 
     def rows(self) -> np.ndarray:
         """Axes (4, 3)."""
@@ -35,7 +37,9 @@ class Regular(Spec):
 
     kind: Literal["regular_pyramid"]
     count: int = Field(ge=3, le=12)
+    """Number of wheels."""
     gamma_deg: Angle
+    """Angle of the edges from the height."""
 
     def rows(self) -> np.ndarray:
         """Axes (count, 3)."""
@@ -77,6 +81,7 @@ class Free(Spec):
 
     kind: Literal["axes"]
     axes: Annotated[tuple[Vector, ...], AfterValidator(_axes)]
+    """Axes of the wheels in the body, of any length."""
 
     def rows(self) -> np.ndarray:
         """Axes (n, 3)."""
@@ -99,12 +104,16 @@ AnyLayout = Annotated[
 
 
 class Wheels(Spec):
-    """The array: layout, limits (one number or one per wheel), numbers from 0 of lost wheels."""
+    """A wheel array: layout, limits, lost wheels."""
 
     layout: AnyLayout
+    """Directions of the wheels' axes."""
     momentum_limit_n_m_s: Limit | tuple[Limit, ...]
+    """Greatest momentum, one number or one per wheel."""
     torque_limit_n_m: Limit | tuple[Limit, ...] | None = None
+    """Greatest torque, one number or one per wheel; left out: no limit."""
     lost: tuple[int, ...] = ()
+    """Numbers, from 0, of wheels that are dead from the start."""
 
     @model_validator(mode="after")
     def _is_an_array(self):

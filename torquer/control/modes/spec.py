@@ -42,23 +42,30 @@ def _as_factors(value):
 
 
 class Condition(Spec):
-    """A signal above or below a value.
-
-    `back_below`, `back_above`: hysteresis; once true, the condition stays true until the signal
-    is beyond that value. `since_entry`: of the signal's change since the state was entered.
-    `state` (and its `region`, where several have a state of that name) for `in_state` and
-    `entries`; `sensor` for `reading_age_s`. A time is `above` its value once it has reached it.
-    """
+    """A signal above or below a value. A time is `above` its value once it has reached it."""
 
     signal: str
+    """Name of the signal; docs/tutorials/modes.md lists them."""
     above: float | None = None
+    """The condition holds while the signal is above this value."""
     below: float | None = None
+    """The condition holds while the signal is below this value."""
     back_below: float | None = None
+    """Hysteresis of `above`: once true, the condition stays true until the signal is below this
+    value.
+    """
     back_above: float | None = None
+    """Hysteresis of `below`: once true, the condition stays true until the signal is above this
+    value.
+    """
     since_entry: bool = False
+    """Compare the signal's change since the state was entered rather than the signal."""
     state: str | None = None
+    """State that the signals 'in_state' and 'entries' are about."""
     region: str | None = None
+    """Region of that state, where several regions have a state of that name."""
     sensor: str | None = None
+    """Sensor that the signal 'reading_age_s' is about."""
 
     @model_validator(mode="after")
     def _makes_sense(self):
@@ -106,16 +113,18 @@ class Condition(Spec):
 
 
 class Transition(Spec):
-    """To another state, once all conditions have held together for `for_s`.
-
-    `at_least_s`: not before the state has lasted so long; `at_most_s`: then in any case.
-    """
+    """To another state, once all conditions have held together."""
 
     to: str
+    """State that the transition leads to."""
     when: Annotated[tuple[Condition, ...], BeforeValidator(_as_list)] = ()
+    """Conditions, all of which must hold."""
     for_s: float = Field(default=0.0, ge=0.0)
+    """Time for which the conditions must have held together."""
     at_least_s: _Time | None = None
+    """Time in the state before which the transition is not taken."""
     at_most_s: _Time | None = None
+    """Time in the state after which the transition is taken whatever the conditions."""
 
     @model_validator(mode="after")
     def _something_fires_it(self):
@@ -132,21 +141,26 @@ class Transition(Spec):
 
 
 class State(Spec):
-    """What is done in a state, and where it leads.
-
-    `laws`: names, whose commands are added, or a table of names and factors; `estimator`: its
-    name; `coils`, `wheels`: whether they may work; `set`: parameters of laws,
-    `"law.parameter" = number or list`, given on entry and kept until they are set again.
-    `final`: meant to have no way out.
-    """
+    """What is done in a state, and where it leads."""
 
     laws: Annotated[dict[str, float], BeforeValidator(_as_factors)] = Field(default_factory=dict)
+    """Laws that work in this state, whose commands are added: their names, or a table of names and
+    factors.
+    """
     estimator: str | None = None
+    """Estimator that works in this state, by its name."""
     coils: Literal["on", "off"] | None = None
+    """Whether the coils may work."""
     wheels: Literal["on", "off"] | None = None
+    """Whether the wheels may work."""
     set: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
+    """Parameters of laws, `"law.parameter" = number or list`, set on entry and kept until they are
+    set again.
+    """
     transitions: tuple[Transition, ...] = ()
+    """Transitions out of this state; the first whose conditions hold is taken."""
     final: bool = False
+    """The state is meant to have no way out."""
 
     @model_validator(mode="after")
     def _final_is_final(self):
@@ -156,11 +170,14 @@ class State(Spec):
 
 
 class Region(Spec):
-    """A state machine; `transitions` lead out of any of its states, before those of the state."""
+    """A state machine."""
 
     states: dict[str, State]
+    """States, by names of your choice."""
     initial: str = ""
+    """State at the start; left out: the first."""
     transitions: tuple[Transition, ...] = ()
+    """Transitions out of any state, tried before those of the state."""
 
     @model_validator(mode="before")
     @classmethod
@@ -179,16 +196,16 @@ class Region(Spec):
 
 
 class Modes(Spec):
-    """Regions side by side, each in one of its states; or one region's keys directly.
-
-    `axis` (in the body), `target` (a direction in the inertial frame, or 'sun') and
-    `inertia_kg_m2` are what signals are taken from.
-    """
+    """Regions side by side, each in one of its states; or one region's keys directly."""
 
     axis: unit_vector("axis") | None = None
+    """Axis in the body that signals refer to, of any length."""
     target: Literal["sun"] | unit_vector("target") | None = None
+    """Direction in the inertial frame that signals refer to, or 'sun'."""
     inertia_kg_m2: Inertia | None = None
+    """Inertia from which signals take the angular momentum: three moments or 3x3."""
     regions: dict[str, Region]
+    """State machines that run side by side, by names of your choice."""
 
     @model_validator(mode="before")
     @classmethod

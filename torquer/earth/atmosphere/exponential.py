@@ -26,14 +26,17 @@ TOP_SCALE_KM = 268.0
 class Exponential(Atmosphere):
     """Density that decays exponentially between the heights of a table, continuously.
 
-    Or with one scale height throughout, from its value at one height: give all three keys.
-    It does not depend on Sun, season and solar activity.
+    Or with one scale height throughout, from its value at one height: then all three keys are
+    given. It does not depend on the Sun, season or solar activity.
     """
 
     kind: Literal["exponential"] = "exponential"
     density_kg_m3: float | None = Field(default=None, gt=0.0)
+    """Density at `at_height_km`."""
     at_height_km: float | None = None
+    """Height above the ellipsoid at which the density is given."""
     scale_height_km: float | None = Field(default=None, gt=0.0)
+    """Scale height, constant throughout."""
     heights_km: ClassVar = (0.0, math.inf)
 
     @model_validator(mode="after")

@@ -44,18 +44,20 @@ def _group(table: dict, name: str, column: int) -> list[float]:
 class Gost(Atmosphere):
     """GOST R 25645.166-2004 with fixed indices of solar and geomagnetic activity.
 
-    `f107`: F10.7 of the day, as it was 1.7 days before; `f81`: its weighted mean over 81 days
-    (`f81_of`; default: f107). One of `kp` (daily mean, as it was 0.6 days before), `ap` (daily,
-    turned into kp by the standard's table) and `kp_3h` (of three hours, as it was 0.25 days
-    before).
+    One of `kp`, `ap` and `kp_3h` is given.
     """
 
     kind: Literal["gost"] = "gost"
     f107: float = Field(ge=50.0, le=500.0)
+    """Solar index F10.7 of the day, as it was 1.7 days before."""
     f81: float | None = Field(default=None, ge=60.0, le=300.0)
+    """Weighted mean of F10.7 over 81 days (`f81_of`); left out: f107."""
     kp: float | None = Field(default=None, ge=0.0, le=9.0)
+    """Daily mean of the geomagnetic index Kp, as it was 0.6 days before."""
     ap: float | None = Field(default=None, ge=0.0, le=400.0)
+    """Daily geomagnetic index Ap, converted to Kp by the standard's table."""
     kp_3h: float | None = Field(default=None, ge=0.0, le=9.0)
+    """Three-hour geomagnetic index Kp, as it was 0.25 days before."""
     heights_km: ClassVar = (120.0, 1500.0)
 
     @model_validator(mode="after")

@@ -14,15 +14,18 @@ from torquer.time import utc_at
 class Nrlmsis(Atmosphere):
     """NRLMSIS with fixed indices; pymsis must be installed: `pip install "torquer[nrlmsis]"`.
 
-    `f107`: F10.7 of the day before; `f81`: its mean over the 81 days around (default: f107); `ap`:
-    of the day. It cannot be called from compiled code, so not where the orbit is integrated.
+    It cannot be called from compiled code, so not where the orbit is integrated.
     """
 
     kind: Literal["nrlmsis"] = "nrlmsis"
     f107: float = Field(ge=50.0, le=500.0)
+    """Solar index F10.7 of the day before."""
     f81: float | None = Field(default=None, ge=50.0, le=500.0)
+    """Mean of F10.7 over the 81 days around; left out: f107."""
     ap: float = Field(ge=0.0, le=400.0)
+    """Daily geomagnetic index Ap."""
     version: Literal["00", "2.0", "2.1"] = "2.1"
+    """Version of the model."""
     heights_km: ClassVar = (0.0, 2000.0)
 
     def _densities(self, t_s, start_utc, r, dut1_s) -> np.ndarray:

@@ -164,14 +164,18 @@ def b_inertial_many(field, r, v, out):
 
 
 class Averaged(Spec):
-    """Averaged field; `b0`: 'arithmetic', 'integral', or the strength itself in tesla.
+    """Averaged field.
 
     It is defined along an orbit only, without an Earth-fixed form; it does not depend on the date.
     """
 
     kind: Literal["averaged"] = "averaged"
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
+    """Strength mu_e of the dipole."""
     b0: Literal["arithmetic", "integral"] | float = "arithmetic"
+    """Field strength B0: 'arithmetic' (mean of the extremes over the orbit), 'integral' (mean over
+    the orbit) or a number in tesla.
+    """
 
     @field_validator("b0", mode="before")
     @classmethod

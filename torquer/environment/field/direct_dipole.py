@@ -58,6 +58,7 @@ class DirectDipole(Spec):
 
     kind: Literal["direct_dipole"] = "direct_dipole"
     mu_e_t_km3: float = Field(7.812e6, gt=0.0)
+    """Strength mu_e of the dipole."""
 
     def prepare(self, decimal_year: float) -> tuple:
         """Dipole vector [T m^3], the same in Earth-fixed and inertial axes."""

@@ -27,16 +27,17 @@ def b_inertial_many(harmonics_, r_inertial, dcm_inertial_to_ecef, out):
 
 
 class Gauss(Spec):
-    """The main field by its Gauss coefficients, truncated at `degree` (all by default).
-
-    `extrapolate` turns the error for a date outside the model's validity into a warning.
-    `held_at_year` holds the coefficients at a decimal year, whatever the date.
-    """
+    """The main field by its Gauss coefficients."""
 
     kind: Literal["igrf14", "wmm2025"] = "igrf14"
     degree: int | None = None
+    """Degree at which the series is truncated; left out: the model's own."""
     extrapolate: bool = False
+    """Whether a date outside the model's validity is a warning rather than an error."""
     held_at_year: float | None = None
+    """Decimal year at which the coefficients are held whatever the date, as on-board software or
+    another program may do; left out: they follow the date.
+    """
 
     @model_validator(mode="after")
     def _degree_exists(self):
@@ -80,17 +81,12 @@ class Gauss(Spec):
 
 
 class Igrf14(Gauss):
-    """International Geomagnetic Reference Field, 14th generation: 1900-2030.
-
-    The coefficients follow the date during a run; `held_at_year` holds them at a decimal year, as
-    on-board software or another program may do. `degree`: truncation of the sum (default: 13).
-    `extrapolate`: dates beyond those years are a warning, not an error.
-    """
+    """International Geomagnetic Reference Field, 14th generation: 1900-2030, to degree 13."""
 
     kind: Literal["igrf14"] = "igrf14"
 
 
 class Wmm2025(Gauss):
-    """World Magnetic Model 2025: 2025-2030, to degree 12; keys as those of 'igrf14'."""
+    """World Magnetic Model 2025: 2025-2030, to degree 12."""
 
     kind: Literal["wmm2025"] = "wmm2025"

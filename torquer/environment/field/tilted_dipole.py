@@ -50,19 +50,26 @@ def _moment(g, h) -> tuple:
 class TiltedDipole(Spec):
     """Dipole at the Earth's centre: of `source` at the date, or given by three numbers.
 
-    `held_at_year` and `extrapolate` as those of 'igrf14'.
-    `tilt_deg` is the angle of the dipole's direction to the Earth's axis (north): 168.3 in FIELD,
-    168 deg 26' in MAG. `longitude_deg` is its east longitude: FIELD's lambda2, which counts from
-    -Y2, is longitude + 90 deg - (longitude of Y1).
+    FIELD's lambda2, which counts from -Y2, is longitude + 90 deg - (longitude of Y1).
     """
 
     kind: Literal["tilted_dipole"] = "tilted_dipole"
     source: Literal["igrf14", "wmm2025"] = "igrf14"
+    """Model of whose first-degree coefficients the dipole is made."""
     extrapolate: bool = False
+    """Whether a date outside the source's validity is a warning rather than an error."""
     held_at_year: float | None = None
+    """Decimal year at which the coefficients are held whatever the date; left out: they follow the
+    date.
+    """
     mu_e_t_km3: float | None = Field(None, gt=0.0)
+    """Strength mu_e of the dipole, in place of the source's."""
     tilt_deg: float | None = Field(None, ge=0.0, le=180.0)
+    """Angle of the dipole's direction to the Earth's axis (north): 168.3 in FIELD, 168 deg 26' in
+    MAG.
+    """
     longitude_deg: float | None = None
+    """East longitude of the dipole's direction."""
 
     @model_validator(mode="after")
     def _all_or_none(self):

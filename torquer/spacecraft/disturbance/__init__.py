@@ -57,19 +57,26 @@ TORQUES = {
 class Disturbance(Spec):
     """Disturbance torques beside the gravity gradient (`environment`) and the air (`spacecraft`).
 
-    `constant_torque_n_m`: always there, fixed in the body. `random_torque_n_m`: standard deviation
-    about each axis of a torque drawn anew every `random_hold_s` (left out: every
-    `control.sample_s`). What a random torque does depends on how long it is held: its spectral
-    density is sigma^2 times that interval. The others are tables of their own.
+    What a random torque does depends on how long it is held: its spectral density is sigma^2 times
+    that interval.
     """
 
     constant_torque_n_m: Vector = (0.0, 0.0, 0.0)
+    """Constant torque, fixed in the body."""
     random_torque_n_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation about each axis of a random torque."""
     random_hold_s: float | None = Field(default=None, gt=0.0)
+    """Time for which the random torque is held before it is drawn again; left out:
+    `control.sample_s`.
+    """
     solar_pressure: SolarPressure | None = None
+    """Solar radiation pressure; left out: none."""
     residual_dipole: ResidualDipole | None = None
+    """Residual dipole that varies along the orbit; left out: none."""
     eddy_currents: EddyCurrents | None = None
+    """Eddy currents; left out: none."""
     unmodelled: UnmodelledTorque | None = None
+    """Torque of unknown nature with harmonics of the orbit; left out: none."""
 
     @property
     def is_held(self) -> bool:

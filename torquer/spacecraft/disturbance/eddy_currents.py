@@ -60,15 +60,13 @@ def _positive(value):
 
 
 class EddyCurrents(Spec):
-    """Torque of eddy currents, K (omega x B) x B.
-
-    `damping_n_m_s_per_t2`: the tensor K as one number, as three (about the body axes) or as 3x3.
-    """
+    """Torque of eddy currents, K (omega x B) x B."""
 
     damping_n_m_s_per_t2: Annotated[
         Annotated[float, Field(ge=0.0)] | Vector | tuple[Vector, Vector, Vector],
         AfterValidator(_positive),
     ]
+    """Tensor K: one number, three (about the body axes) or 3x3."""
 
     def pack(self, parts) -> EddyTensor:
         """Constants for kernels; the body's `parts` do not matter."""

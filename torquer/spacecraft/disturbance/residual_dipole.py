@@ -37,16 +37,20 @@ def residual_dipole_torque(dipole, here_body, omega_body):
 class ResidualDipole(Spec):
     """Residual dipole beside that of the coils (`spacecraft.coils.residual_dipole_a_m2`).
 
-    `constant_a_m2` + `amplitude_a_m2` sin(`cycles_per_orbit` u + `phase_deg`): u is the argument of
-    latitude at the start, from where it grows with the mean orbital rate. Currents in solar panels
-    make such dipoles; half a cycle per orbit is that of SDOT, section 3.2. The magnetometer's
-    `coil_disturbance_nt_per_a_m2` does not count it.
+    constant + amplitude sin(cycles u + phase): u is the argument of latitude at the start, from
+    where it grows with the mean orbital rate. Currents in solar panels make such dipoles; half a
+    cycle per orbit is that of SDOT, section 3.2. The magnetometer's `coil_disturbance_nt_per_a_m2`
+    does not count it.
     """
 
     constant_a_m2: Vector = _ZERO
+    """Constant part, in body axes."""
     amplitude_a_m2: Vector = _ZERO
+    """Amplitude of the oscillating part, in body axes."""
     cycles_per_orbit: float = Field(default=1.0, gt=0.0, le=1000.0)
+    """Oscillations per orbit."""
     phase_deg: float = 0.0
+    """Phase of the oscillation."""
 
     def pack(self, parts) -> OscillatingDipole:
         """Constants for kernels; the body's `parts` do not matter."""

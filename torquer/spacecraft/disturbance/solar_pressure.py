@@ -78,14 +78,15 @@ def _torque_by(rows, light):
 class SolarPressure(Spec):
     """Solar radiation pressure on the parts of the body.
 
-    `parts`: as those of `spacecraft.aerodynamics`, whose they are where left out; of their light
-    `specular_reflectivity` leaves as from a mirror, `diffuse_reflectivity` in all directions, the
-    rest is absorbed. The pressure is 4.54e-6 Pa at 1 au, less by the square of the distance from
-    the Sun, and in proportion to the visible part of its disc (`environment.eclipse`). Adaptive
-    steps end at the edges of the shadow, fixed ones pass over them.
+    Of the light `specular_reflectivity` of a part leaves as from a mirror, `diffuse_reflectivity`
+    in all directions, and the rest is absorbed. The pressure is 4.54e-6 Pa at 1 au, less by the
+    square of the distance from the Sun, and in proportion to the visible part of its disc
+    (`environment.eclipse`). Adaptive steps end at the edges of the shadow, fixed ones pass over
+    them.
     """
 
     parts: tuple[AnyPart, ...] | None = Field(default=None, min_length=1)
+    """Parts of the body; left out: those of `spacecraft.aerodynamics`."""
 
     def pack(self, parts: tuple[AnyPart, ...]) -> SunlitSurface:
         """Constants for kernels; `parts`: those of the body, if it has none of its own."""

@@ -101,15 +101,18 @@ class UnmodelledTorque(Spec):
     """Torque of unknown nature: a0 + a1 sin u + b1 cos u + a2 sin 2u + b2 cos 2u.
 
     Of SDOT, section 3.2. All components of the five vectors (body axes) are drawn anew every
-    `hold_s`, from normal distributions with the standard deviations `constant_n_m` (of a0),
-    `harmonic_1_n_m` (a1, b1) and `harmonic_2_n_m` (a2, b2). u is the argument of latitude at the
-    start, from where it grows with the mean orbital rate.
+    `hold_s`, from normal distributions. u is the argument of latitude at the start, from where it
+    grows with the mean orbital rate.
     """
 
     constant_n_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the components of a0."""
     harmonic_1_n_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the components of a1 and b1."""
     harmonic_2_n_m: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the components of a2 and b2."""
     hold_s: float = Field(gt=0.0)
+    """Time for which the coefficients are held before they are drawn again."""
 
     def pack(self, parts) -> Harmonics:
         """Constants for kernels, no coefficients drawn yet; the body's `parts` do not matter."""

@@ -1,0 +1,126 @@
+"""Every key of scenario files is described: for editors, for `torquer explain`, for the docs."""
+
+import json
+import tomllib
+
+import pytest
+
+from torquer import validate
+from torquer.campaign.keys import file_schema, file_tables, find
+from torquer.campaign.spec import Campaign
+from torquer.cli.app import answer
+from torquer.control import LAWS
+from torquer.environment.field import FIELDS
+from torquer.estimation import ESTIMATORS
+from torquer.scenario.keys import UNITS, Table, specs_below, unit_of
+from torquer.scenario.spec import Scenario
+
+TABLES = file_tables()
+KEYS = [(table.title, key) for table in TABLES for key in table.keys]
+
+
+def test_there_are_as_many_keys_as_the_schema_has():
+    assert len(KEYS) > 390
+    places = {place for table in TABLES for place in table.places}
+    assert {"orbit", "control.law", "campaign.vary.NAME", "spacecraft.gyro.failures[]"} <= places
+    kinds = {table.kind for table in TABLES}
+    assert kinds >= {*LAWS, *FIELDS, *ESTIMATORS}
+
+
+@pytest.mark.parametrize(("title", "key"), KEYS, ids=lambda each: getattr(each, "name", each))
+def test_key_is_described(title, key):
+    assert key.description.endswith((".", ")")) and key.description[0] in key.description[0].upper()
+    assert len(key.description) >= 6 and key.values
+    # what follows "or" is a kind of value, never the name of a class
+    assert "a value" not in key.values, f"{title}: {key.values}"
+
+
+def test_every_table_says_what_it_is():
+    assert [table.title for table in TABLES if not table.about] == []
+
+
+def test_units_are_those_of_the_ranges():
+    known = {*UNITS, "", "b0", "table_tolerance", "axis", "axes", "direction", "target"}
+    known |= {"first_coil", "parameters", "height_km", "a_m2_s_t"}
+    named = {ending.removeprefix("gain_") for ending in validate.RANGES}
+    assert named <= known
+    told = {key: unit_of(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")}
+    assert told == {"rate_deg_s": "deg/s", "gain_a_m2_s_per_t": "A m² s/T",
+                    "limit_a_m2": "A m²", "f107": ""}  # fmt: skip
+
+
+def test_ranges_and_defaults_are_those_that_are_checked():
+    told = {f"{title}.{key.name}": key for title, key in KEYS}
+    inclination = told["orbit, kind = 'circular'.inclination_deg"]
+    assert (inclination.values, inclination.default) == ("a number, ≥ 0, ≤ 180", "")
+    limit = told["spacecraft.coils.limit_a_m2"]
+    assert limit.values == "a number or a list of numbers, > 0, ≤ 1e+09"
+    assert told["spacecraft.gyro.bias_deg_s"].values == "a list of 3 numbers, within ±1e+06"
+    assert told["simulation.record_s"].default == "10"
+    assert told["environment.field"].default == 'kind = "igrf14"'
+    for default in (key.default for key in told.values() if key.default.startswith('"')):
+        tomllib.loads(f"x = {default}")
+
+
+def test_the_schema_describes_every_key_with_its_unit():
+    schema = file_schema()
+    for spec in (*specs_below(Scenario), *specs_below(Campaign)):
+        table = schema if spec is Scenario else schema["$defs"][spec.__name__]
+        for name, key in table["properties"].items():
+            assert key.get("description"), f"{spec.__name__}.{name}"
+    altitude = schema["$defs"]["Circular"]["properties"]["altitude_km"]["description"]
+    assert altitude.startswith("Altitude above") and altitude.endswith("[km]")
+
+
+def test_the_schema_takes_campaigns():
+    jsonschema = pytest.importorskip("jsonschema")
+    checker = jsonschema.validators.validator_for(schema := file_schema())
+    checker.check_schema(schema)
+    campaign = {"$defs": schema["$defs"], "$ref": "#/$defs/Campaign"}
+    given = {"runs": 8, "outcomes": {"end": {"signal": "rate_deg_s", "what": {"at_end": True}}}}
+    assert checker(campaign).is_valid(given)
+    assert not checker(campaign).is_valid(given | {"run": 9})
+
+
+@pytest.mark.parametrize(
+    ("name", "titles"),
+    [
+        ("limit_a_m2", ["spacecraft.coils"]),
+        ("spacecraft.coils.limit_a_m2[1]", ["spacecraft.coils"]),
+        ("control.laws.mine.gain_a_m2_s", ["control.law, kind = 'sdot'",
+                                           "control.law, kind = 'sdot_rate'"]),
+        ("orbit.start.position_km", ["orbit.start, kind = 'state_vector'"]),
+        ("campaign.vary.any.sigma", []),
+    ],
+)  # fmt: skip
+def test_keys_are_found_by_their_ends(name, titles):
+    if not titles:
+        with pytest.raises(ValueError, match="KEY: must be a key or table"):
+            find(name)
+        return
+    assert [table.title for table, _ in find(name)[1]] == titles
+
+
+def test_tables_are_found_by_place_and_by_kind():
+    assert [table.title for table in find("spacecraft.wheels")[0]] == ["spacecraft.wheels"]
+    assert [table.title for table in find("igrf14")[0]] == ["environment.field, kind = 'igrf14'"]
+    assert isinstance(find("gyro")[0][0], Table) and find("gyro")[1]  # the table and its key
+
+
+def test_explain_prints_all_about_a_key(capsys):
+    assert answer(["explain", "sample_s"]) in (0, None)
+    shown = capsys.readouterr().out
+    assert "Interval between control steps." in shown and "spacecraft.gyro" in shown
+    assert "  default  1\n" in shown and "a number, > 0, ≤ 1e+10" in shown
+    assert answer(["explain", "limit_a_m2", "--json"]) in (0, None)
+    (found,) = json.loads(capsys.readouterr().out)["keys"]
+    assert found["unit"] == "A m²" and found["table"] == "spacecraft.coils"
+    assert answer(["explain"]) in (0, None)
+    assert len(capsys.readouterr().out.splitlines()) == len(TABLES)
+
+
+def test_a_misspelt_key_is_answered_with_the_nearest_ones(capsys):
+    assert answer(["explain", "altitud_km"]) == 2
+    told = capsys.readouterr().err
+    assert told.startswith("error: KEY: must be a key or table of scenario files; received ")
+    assert "did you mean altitude_km" in told and "Traceback" not in told

@@ -1,0 +1,78 @@
+"""All keys of a scenario's file, those of its campaign among them: their tables, their schema."""
+
+import difflib
+import re
+from functools import cache
+
+from torquer.campaign.spec import Campaign
+from torquer.scenario.keys import Key, Table, describe, tables_of
+from torquer.scenario.load import scenario_schema
+from torquer.scenario.spec import Scenario
+
+PLACE = "campaign"
+
+
+@cache
+def file_tables() -> list[Table]:
+    """All tables of a file."""
+    return [*tables_of(Scenario), *tables_of(Campaign, PLACE)]
+
+
+def file_schema() -> dict:
+    """JSON schema of scenario files with their campaigns, for editors."""
+    schema = scenario_schema()
+    campaign = Campaign.model_json_schema(mode="validation")
+    describe(campaign, Campaign)
+    schema["$defs"] |= campaign.pop("$defs") | {"Campaign": campaign}
+    schema["properties"]["campaign"] = {
+        "$ref": "#/$defs/Campaign",
+        "description": "Many runs of the scenario, whose keys vary.",
+    }
+    return schema
+
+
+def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
+    """The tables, and the keys with their tables, that a name may mean.
+
+    A name is a whole key ("spacecraft.coils.limit_a_m2"), a table ("spacecraft.coils"), the end
+    of one of them ("coils", "limit_a_m2") or the kind of a table ("bdot"). `ValueError` with the
+    nearest names for one that means nothing.
+    """
+    asked = _words(name)
+    keys = [
+        (table, key)
+        for table in file_tables()
+        for key in table.keys
+        if any(_ends_with(_words(f"{place}.{key.name}"), asked) for place in table.places)
+    ]
+    tables = [
+        table
+        for table in file_tables()
+        if [table.kind] == asked
+        or any(place and _ends_with(_words(place), asked) for place in table.places)
+    ]
+    if not tables and not keys:
+        near = difflib.get_close_matches(asked[-1] if asked else "", _known(), n=3, cutoff=0.7)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        raise ValueError(f"KEY: must be a key or table of scenario files; received {name!r}{hint}")
+    return tables, keys
+
+
+def _known() -> list[str]:
+    keys = [key.name for table in file_tables() for key in table.keys]
+    kinds = [table.kind for table in file_tables() if table.kind]
+    return list(dict.fromkeys([*keys, *kinds]))
+
+
+def _words(place: str) -> list[str]:
+    """Words of a dotted place, without numbers of elements."""
+    return [word for word in re.sub(r"\[\d*\]", "", place).split(".") if word]
+
+
+def _ends_with(place: list[str], asked: list[str]) -> bool:
+    """Whether a place ends as asked; NAME stands for any name, but not for the first word."""
+    end = place[-len(asked) :]
+    return len(end) == len(asked) > 0 and all(
+        ours == word or (ours == "NAME" and n > 0)
+        for n, (ours, word) in enumerate(zip(end, asked, strict=True))
+    )

@@ -1,0 +1,65 @@
+"""`torquer explain`: what a key or a table of scenario files means."""
+
+from torquer.campaign.keys import file_tables, find
+from torquer.cli.output import console, json_text
+from torquer.scenario.keys import Key, Table
+
+#: More tables than this are listed by their first lines.
+_MOST_TABLES = 3
+
+
+def show(name: str | None, as_json: bool) -> int:
+    """Print what a name means; without one, all tables."""
+    tables, keys = find(name) if name else ([], [])
+    if as_json:
+        whole = tables if name else file_tables()
+        alone = [{"table": table.title} | key._asdict() for table, key in keys]
+        print(json_text({"tables": [_plain(table) for table in whole], "keys": alone}))
+        return 0
+    if not name:
+        tables = file_tables()
+    blocks = [_listed(tables)] if len(tables) > _MOST_TABLES else [*map(_of_table, tables)]
+    console(soft_wrap=True).print("\n\n".join(blocks + [_of_keys(k, keys) for k in _each(keys)]))
+    return 0
+
+
+def _listed(tables: list[Table]) -> str:
+    """Tables in a line each."""
+    return "\n".join(f"{table.title}: {_first_line(table)}" for table in tables)
+
+
+def _plain(table: Table) -> dict:
+    return table._asdict() | {"keys": [key._asdict() for key in table.keys]}
+
+
+def _each(keys: list[tuple[Table, Key]]) -> list[Key]:
+    """Keys that differ: the same key of several tables is told once."""
+    return list(dict.fromkeys(key for _, key in keys))
+
+
+def _of_keys(key: Key, keys: list[tuple[Table, Key]]) -> str:
+    """A key, and the tables that have it."""
+    titles = [table.title for table, other in keys if other == key]
+    default = key.default or "none: the key must be given"
+    rows = [("in", titles[0]), *(("", title) for title in titles[1:])]
+    rows += [("unit", key.unit), ("values", key.values), ("default", default)]
+    lines = [f"  {label:8} {value}" for label, value in rows if value]
+    return "\n".join([key.name, f"  {key.description}", *lines])
+
+
+def _of_table(table: Table) -> str:
+    places = f"\nAlso at {', '.join(table.places[1:])}." if table.places[1:] else ""
+    wide = max(len(key.name) for key in table.keys)
+    lines = [f"  {key.name:{wide}}  {_line_of(key)}" for key in table.keys]
+    return "\n".join([table.title, table.about + places, "", *lines])
+
+
+def _line_of(key: Key) -> str:
+    """Description, unit and default in one line."""
+    unit = f" [{key.unit}]" if key.unit else ""
+    default = f" Default: {key.default}." if key.default else " Must be given."
+    return f"{key.description}{unit}{default}"
+
+
+def _first_line(table: Table) -> str:
+    return table.about.partition("\n\n")[0].replace("\n", " ")
