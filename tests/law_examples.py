@@ -10,6 +10,12 @@ EXAMPLES = {
     "sdot": {"gain_a_m2_s": 6e3},
     "sdot_rate": {"gain_a_m2_s": 6e3},
     "sun_cross": {"gain_n_m": 1e-4, "axis": [0.0, 0.6, 0.8]},
+    "panel_tracking": {
+        "brightest_gain_n_m": 1e-4,
+        "difference_gain_n_m": 3e-4,
+        "axis": [0.0, 0.6, 0.8],
+        "turning_axis": [1.0, 0.0, 0.0],
+    },
     "spin_to_sun": {
         "gain_n_m": 1e-4,
         "momentum_n_m_s": 0.001,

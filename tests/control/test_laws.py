@@ -32,6 +32,7 @@ def braking(inputs, parameters, memory):
 OF_THE_BODY = {
     "axis": (0.0, 0.0, 1.0),
     "first_coil": None,
+    "turning_axis": (1.0, 0.0, 0.0),
     "pitch_axis": (0.0, 1.0, 0.0),
     "inertia_kg_m2": None,
     "wanted_momentum_n_m_s": (0.0, 0.0, 0.0),

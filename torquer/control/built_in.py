@@ -8,6 +8,7 @@ from torquer.control.nutation_damping import (
     NutationDampingRate,
 )
 from torquer.control.off import Off
+from torquer.control.panel_tracking import PanelTracking
 from torquer.control.periodic_gains import PeriodicGains
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.preliminary_2 import Preliminary2
@@ -33,6 +34,7 @@ BUILT_IN = {
     "sdot_rate": SdotRate,
     "sun_cross": SunCross,
     "spin_to_sun": SpinToSun,
+    "panel_tracking": PanelTracking,
     "nutation_damping": NutationDamping,
     "nutation_damping_rate": NutationDampingRate,
     "nutation_damping_derivative": NutationDampingDerivative,
