@@ -117,6 +117,27 @@ def test_difference_remembers_the_last_reading_only():
     assert memory.b_body_t.tolist() == [8.0, 0.0, -8.0]
 
 
+@pytest.mark.parametrize(("gap_s", "taken"), [(2.0, True), (2.5, True), (2.6, False), (6e3, False)])
+def test_no_difference_is_taken_across_a_gap(gap_s, taken):
+    """The law not called through a mode, or a magnetometer that was silent: it starts afresh."""
+    memory, gain = no_reading(), Gain(1e5)
+    rows = [(0.0, 1e-5), (1.0, 2e-5), (1.0 + gap_s, -3e-5), (2.0 + gap_s, 1e-5)]
+    found = [bdot_difference(inputs(t, (b, 0.0, 0.0)), gain, memory)[0] for t, b in rows]
+    assert found[1] == pytest.approx(-1.0, rel=1e-12)
+    assert found[2] == pytest.approx(5.0 / gap_s if taken else 0.0, rel=1e-12)
+    assert found[3] == pytest.approx(-4.0, rel=1e-12)
+
+
+def test_readings_at_uneven_intervals_are_all_used():
+    """A magnetometer read every 0.7 s at control steps of 1 s: intervals of 0.7 and 1.4 s."""
+    times = np.array([0.0, 0.7, 1.4, 2.8, 3.5, 4.9, 5.6])
+    fields = 3e-5 * np.sin(0.3 * times)
+    memory = no_reading()
+    rows = zip(times, fields, strict=True)
+    found = [bdot_difference(inputs(t, (b, 0.0, 0.0)), Gain(1.0), memory)[0] for t, b in rows]
+    assert found[1:] == pytest.approx(-np.diff(fields) / np.diff(times), rel=1e-12)
+
+
 @pytest.mark.parametrize("law", [bdot_rate, bdot_derivative, bdot_difference])
 def test_no_field_no_dipole(law):
     memory = no_reading()

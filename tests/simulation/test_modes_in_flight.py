@@ -223,6 +223,40 @@ def test_an_estimator_of_the_only_law_is_recorded(make):
     assert np.isnan(result.q_estimated.values).all()
 
 
+def test_what_an_estimator_knew_ends_with_it(make):
+    """Attitude sensor and gyro, which take over, state neither an error nor a bias."""
+    laws, sensors = {"laws": ["idle"]}, {"estimator": "attitude_sensor"}
+    modes = timed(filtered=laws | {"estimator": "fixes"}, read=laws | sensors)
+    fixes = {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
+    changes = {
+        "control": {"laws": {"idle": {"kind": "off"}}, "modes": modes,
+                    "estimators": {"fixes": fixes}},
+        "spacecraft.sun_sensors": {"axes": [[0, 0, 1]], "half_field_deg": 180.0},
+        "environment.eclipse": "none",
+        "simulation": {"duration_s": 120.0, "step_s": 1.0, "record_s": 1.0},
+    }  # fmt: skip
+    result = simulate(make(changes))
+    sigma = result.attitude_sigma.values
+    assert np.isfinite(sigma[5:60]).all()
+    assert np.isnan(sigma[62:]).all()
+
+
+@pytest.mark.parametrize("kind", ["bdot", "nutation_damping", "sdot"])
+def test_a_law_that_has_rested_takes_no_difference_across_its_rest(make, kind):
+    """Its last reading is a minute old when it works again: the first command is none."""
+    gain = "gain_a_m2_s" if kind == "sdot" else "gain_a_m2_s_per_t"
+    modes = timed(on={"laws": ["own"]}, rest={}, again={"laws": ["own"]})
+    changes = {
+        "control": {"laws": {"own": {"kind": kind, gain: 1e4}}, "modes": modes},
+        "environment.eclipse": "none",
+        "simulation": {"duration_s": 180.0, "step_s": 1.0, "record_s": 1.0},
+    }
+    command = simulate(make(changes)).command_body.values
+    assert command[2:60].any(axis=1).all()
+    assert not command[60:121].any()  # called again at 120 s, with a reading to begin with
+    assert command[121:180].any(axis=1).all()
+
+
 #: All that remembers: modes in three regions, an estimator, delays, noise, drift, lag, a window.
 EVERYTHING = {
     "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0,

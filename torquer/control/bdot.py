@@ -5,6 +5,7 @@ normal to the field. In slow motion B-dot brakes the rate relative to the field,
 inertial space: the satellite ends up turning with the field, at about twice the orbital rate.
 """
 
+import math
 from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
@@ -16,9 +17,16 @@ from torquer.geometry.vec3 import cross, put_vector, scale, sub, vector_of
 from torquer.spec import Spec
 
 _ZERO = (0.0, 0.0, 0.0)
+#: An interval of readings this many times the shortest so far is a gap: the law has rested in a
+#: mode, or its sensor was silent. (Readings that keep another step than the control come at
+#: intervals that differ by up to a factor of 2.)
+GAP = 2.5
 #: Memory of laws that take the difference of two readings: whether there was one, its time and
-#: field, and the dipole asked for since.
-PREVIOUS_READING = {"has_reading": 0.0, "t_s": 0.0, "b_body_t": _ZERO, "dipole_a_m2": _ZERO}
+#: field, the dipole asked for since, and the shortest interval of readings.
+PREVIOUS_READING = {
+    "has_reading": 0.0, "t_s": 0.0, "b_body_t": _ZERO, "dipole_a_m2": _ZERO,
+    "shortest_s": math.inf,
+}  # fmt: skip
 
 
 class Gain(NamedTuple):
@@ -43,14 +51,19 @@ def bdot_derivative(inputs, parameters, memory):
 def bdot_difference(inputs, parameters, memory):
     """m = -k (B - B_before) / (t - t_before): dB/dt from two readings; a constant bias cancels.
 
-    Between two readings the last dipole is asked for again. Memory: see `PREVIOUS_READING`.
+    Between two readings the last dipole is asked for again; after a gap there is none until the
+    second reading. Memory: see `PREVIOUS_READING`.
     """
     b, t_s = inputs.b_body_t, inputs.read_at.magnetometer_s
-    m = vector_of(memory.dipole_a_m2)
-    if memory.has_reading == 0.0 or t_s > memory.t_s:
+    m, interval_s = vector_of(memory.dipole_a_m2), t_s - memory.t_s
+    if memory.has_reading == 0.0 or interval_s > 0.0:
+        m = (0.0, 0.0, 0.0)
         if memory.has_reading == 1.0:
-            difference = sub(b, vector_of(memory.b_body_t))
-            m = scale(-parameters.gain / (t_s - memory.t_s), difference)
+            if interval_s <= GAP * memory.shortest_s:
+                difference = sub(b, vector_of(memory.b_body_t))
+                m = scale(-parameters.gain / interval_s, difference)
+            is_shorter = interval_s < memory.shortest_s
+            memory.shortest_s = interval_s if is_shorter else memory.shortest_s
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.b_body_t, b)
         put_vector(memory.dipole_a_m2, m)

@@ -107,12 +107,17 @@ def estimate_step(computer, board, number):
 
 @internal
 def take_readings(known):
-    """The estimate is what attitude sensor and gyro read."""
+    """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
+
+    What an estimator knew of them, which worked before a mode chose these, ends with it.
+    """
     known.estimate_s = known.q_s
     known.estimate_q_x, known.estimate_q_y = known.q_x, known.q_y
     known.estimate_q_z, known.estimate_q_w = known.q_z, known.q_w
     known.estimate_omega_x, known.estimate_omega_y = known.omega_x, known.omega_y
     known.estimate_omega_z = known.omega_z
+    known.estimate_bias_x, known.estimate_bias_y, known.estimate_bias_z = 0.0, 0.0, 0.0
+    known.sigma_rad, known.sigma_rad_s = math.nan, math.nan
 
 
 @internal

@@ -13,15 +13,13 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.control.bdot import GAP
 from torquer.control.law import Law
 from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import cross, dot, norm, put_vector, scale, sub, vector_of
 from torquer.spec import Spec
 
 _ZERO = (0.0, 0.0, 0.0)
-#: An interval of readings this many times the shortest so far is a gap. (Readings that keep another
-#: step than the control come at intervals that differ by up to a factor of 2.)
-_GAP = 2.5
 #: Memory of the law of differences: whether there was a reading, its time, its direction to the
 #: Sun, dS/dt [1/s] since then, and the shortest interval of readings (0: none yet).
 PREVIOUS_SUN = {
@@ -58,7 +56,7 @@ def sdot_rate(inputs, parameters, memory):
 @inlined
 def _difference(sun, interval_s, memory):
     """dS/dt [1/s] from the reading before; zero at the first one and after a gap."""
-    if memory.has_reading == 1.0 and interval_s <= _GAP * memory.shortest_s:
+    if memory.has_reading == 1.0 and interval_s <= GAP * memory.shortest_s:
         return scale(1.0 / interval_s, sub(sun, vector_of(memory.sun_body)))
     return (0.0, 0.0, 0.0)
 

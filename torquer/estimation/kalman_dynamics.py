@@ -300,8 +300,9 @@ class KalmanDynamics(Filter):
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
     """Fixed momentum of the body's wheels, in body axes."""
     torque_noise_n_m_sqrt_s: float = Field(gt=0.0)
-    """Square root of the spectral density of all torques but gravity gradient, wheels, coils and the
-    residual dipole that is estimated; a random torque sigma, held for T seconds, has sigma sqrt(T).
+    """Square root of the spectral density of all torques but gravity gradient, wheels, coils and
+    the residual dipole that is estimated; a random torque sigma, held for T seconds, has sigma
+    sqrt(T).
     """
     rate_sigma_deg_s: float = Field(gt=0.0)
     """Standard deviation of the rate about zero at the start."""
