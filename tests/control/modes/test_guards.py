@@ -156,9 +156,6 @@ def test_a_hold_time_without_hysteresis_never_ends():
 
 @pytest.mark.parametrize("name", presets("region"))
 def test_the_guards_themselves_are_sound(name):
-    laws = 'sdot = { kind = "off" }\n'
     text = CHIBIS_M.format(seed=1, polarity=RIGHT, magnetometer="", gyro="", angle=0, revolutions=1)
-    if "sdot" in str(presets("region")[name]):
-        text = text.replace("[control.laws]\n", "[control.laws]\n" + laws)
     scenario = scenario_from_text(text + DAMPING + GUARD.format(name))
     assert [found for found in findings(scenario.control.modes) if found.is_fault] == []
