@@ -149,9 +149,13 @@ def test_the_tutorial_prints_what_the_checker_says(satellites):
     assert pointing in shown(ROOT / "examples/sun_pointing.toml", False, None, False)
 
 
-def test_the_tutorial_shows_the_diagram_of_the_example():
-    (drawn,) = [text for kind, text in BLOCKS if kind == "mermaid"]
-    printed = shown(ROOT / "examples/sun_pointing.toml", True, None, False)
+@pytest.mark.parametrize(
+    ("page", "example"), [("modes.md", "sun_pointing.toml"), ("safe-mode.md", "safe_mode.toml")]
+)
+def test_the_tutorials_show_the_diagrams_of_their_examples(page, example):
+    text = (ROOT / "docs/tutorials" / page).read_text(encoding="utf-8")
+    (drawn,) = re.findall(r"^```mermaid\n(.*?)^```", text, re.S | re.M)
+    printed = shown(ROOT / "examples" / example, True, None, False)
     assert printed.startswith(drawn)
     assert all(line.startswith("%% ") for line in printed.removeprefix(drawn).splitlines())
 
