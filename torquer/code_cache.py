@@ -140,11 +140,11 @@ def _is_sound(path: str) -> bool:
     except FileNotFoundError:
         return True
     except OSError as error:
-        _tell(f"compiled code is compiled anew: {error}")
+        _tell(f"compiling again: {error}")
         return False
     if hashlib.sha256(content[:-_SEAL_BYTES]).digest() == content[-_SEAL_BYTES:]:
         return True
-    _tell(f"damaged compiled code in {os.path.dirname(path)} is compiled anew")
+    _tell(f"compiled code in {os.path.dirname(path)} is damaged: compiling again")
     return False
 
 

@@ -181,8 +181,8 @@ def test_the_coils_own_dipole_in_the_readings_is_told(told):
     strong = law(gain=2e5)
     (note,) = told(strong, disturbed)  # k c / d = 2e5 * 5e-7 / 1
     assert note == (
-        "the magnetometer reads the coils' own dipole: 0.1 of it comes back in the next command, "
-        "and what B-dot can brake is told without that"
+        "the magnetometer reads the coils' own dipole: 0.1 of it returns in the next command, "
+        "which the limit stated for B-dot does not include"
     )
     assert told(strong, disturbed, WINDOW) == []  # off, and without lag
     (note,) = told(law(gain=2e6), disturbed, WINDOW, {"spacecraft.coils.lag_s": 3.0})

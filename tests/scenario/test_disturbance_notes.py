@@ -35,11 +35,11 @@ def test_sound_values_need_no_note(make):
     ("key", "value", "told"),
     [
         ("disturbance.constant_torque_n_m", [1e-3, 0, 0],
-         "the constant torque of 0.001 N m is beyond what the coils can give in a field of 4e-05 "
+         "the constant torque of 0.001 N m exceeds what the coils can give in a field of 4e-05 "
          "T, 0.00021 N m"),
         ("disturbance.residual_dipole", {}, "residual_dipole has no effect: its dipoles are zero"),
         ("disturbance.residual_dipole", {"constant_a_m2": [4, 0, 0], "amplitude_a_m2": [2, 0, 0]},
-         "the residual dipole of up to 6 A m^2 is beyond the coils' greatest, 5.2 A m^2"),
+         "the residual dipole of up to 6 A m^2 exceeds the coils' greatest, 5.2 A m^2"),
         ("disturbance.solar_pressure.parts", [{"kind": "sphere", "radius_m": 1.0}],
          "disturbance.solar_pressure has no effect: every part has its centre"),
         ("disturbance.eddy_currents.damping_n_m_s_per_t2", 0.0, "its damping is zero"),

@@ -65,7 +65,7 @@ def test_unloading_of_nothing(told):
     assert told(COILS | both) == []
     without = told(COILS | {"control.law": UNLOADING})
     assert len(without) == 2
-    assert without[0].startswith("no law of the wheels takes on the torque of the coils")
+    assert without[0].startswith("no wheel law compensates the torque of the coils")
 
 
 def in_modes(first, second, factor=1.0):
@@ -83,9 +83,9 @@ def test_laws_of_modes_are_told_by_name(told):
     weak = far | {"spacecraft.wheels": WHEELS | {"torque_limit_n_m": 1e-3}}
     fast = HOLD | {"bandwidth_rad_s": 0.4}
     (note,) = told(far | in_modes(HOLD, fast))
-    assert note.startswith("second: the law of the wheels has a time of 2.5 s")
+    assert note.startswith("second: the wheel law has a time constant of 2.5 s")
     (note,) = told(weak | in_modes(HOLD, HOLD))
-    assert note.startswith("first: at the start the spring of the law asks for")
+    assert note.startswith("first: at the start the law demands")
     rest = {"kind": "off"}
     assert told(weak | in_modes(rest, HOLD)) == []
 
@@ -93,7 +93,7 @@ def test_laws_of_modes_are_told_by_name(told):
 def test_the_factor_of_a_mode_counts(told):
     """A factor of 1000 on 2 zeta kappa = 0.1 1/s, and held for 1 s."""
     (note,) = told(in_modes(HOLD, HOLD, 1000.0))
-    assert note.startswith("second: the law of the wheels is unstable with torques held for 1 s")
+    assert note.startswith("second: the wheel law is unstable with torques held for 1 s")
 
 
 def test_the_pitch_loop_of_a_momentum_bias_may_be_unstable(told):
@@ -128,7 +128,7 @@ def test_idle_share_needs_a_null_space(told):
     three = WHEELS | {"minimum_speed_fraction": 0.1, "layout": {"kind": "orthogonal"}}
     (note,) = told({"spacecraft.wheels": three})
     assert note.startswith(
-        "minimum_speed_fraction has no effect: these wheels cannot all turn at more than 10%"
+        "minimum_speed_fraction has no effect: these wheels cannot all spin above 10%"
     )
 
 
@@ -161,12 +161,10 @@ def test_lyapunov_laws_may_be_unstable_too(told):
     assert told(law(0.1, 0.005)) == []
     # the lightest axis has 1 kg m^2: d T = 2.1
     (note,) = told(law(2.1, 0.005))
-    assert note.startswith(
-        "the law of the wheels is unstable with torques held for 1 s: its damping"
-    )
+    assert note.startswith("the wheel law is unstable with torques held for 1 s: its damping")
     (note,) = told(law(1.9, 0.005))
     assert note.startswith(
-        "the law of the wheels has a time of 1.05 s, and torques are held for 1 s"
+        "the wheel law has a time constant of 1.05 s, and torques are held for 1 s"
     )
 
 
@@ -192,7 +190,7 @@ def test_torque_beyond_the_wheels(told, allocation):
 
     assert told(turn | law | wheels(1.001 * torque)) == []
     (note,) = told(turn | law | wheels(0.5 * torque))
-    assert "the spring of the law asks for 0.017 N m, 2 times what the wheels give" in note
+    assert "the law demands 0.017 N m, 2 times what the wheels can give" in note
 
 
 def test_sharing_by_least_squares_gives_less(told):
@@ -233,7 +231,7 @@ def test_momentum_beyond_the_wheels(told):
         assert len(notes) == count
     assert notes[0] == (
         "the satellite starts with 0.875 N m s more than the wanted attitude leaves to the body, "
-        "and the wheels hold 0.866 N m s at most: they cannot take on all"
+        "and the wheels hold 0.866 N m s at most: they cannot absorb it all"
     )
     # a wheel that turns at the start counts: 6000 rpm are 0.5 N m s
     spun = WHEELS | {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [0.0, 6000.0, 0.0]}

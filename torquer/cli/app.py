@@ -103,7 +103,7 @@ def modes(
     scenario: Path,
     *,
     mermaid: Annotated[
-        bool, Parameter(help="Print the diagram as text of Mermaid.", negative="")
+        bool, Parameter(help="Print the diagram as Mermaid text.", negative="")
     ] = False,
     svg: Annotated[Path | None, Parameter(help="File for the diagram as a picture.")] = None,
     json: Json = False,

@@ -52,7 +52,7 @@ def fly(path: Path, out: Path | None, as_json: bool, how: HowMany) -> int:
                     where=how.where, resume=how.resume, progress=progress,
                 )  # fmt: skip
         except KeyboardInterrupt:
-            tell_error(f"interrupted; what was flown is in {out}: --resume goes on")
+            tell_error(f"interrupted; the runs flown so far are in {out}: continue with --resume")
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
         summary = campaign_summary(result)

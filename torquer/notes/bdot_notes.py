@@ -193,8 +193,8 @@ def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
     if heard <= _HEARD:
         return []
     return [
-        f"the magnetometer reads the coils' own dipole: {heard:.2g} of it comes back in the next "
-        f"command, and what {_turn(scenario, law).law} can brake is told without that"
+        f"the magnetometer reads the coils' own dipole: {heard:.2g} of it returns in the next "
+        f"command, which the limit stated for {_turn(scenario, law).law} does not include"
     ]
 
 

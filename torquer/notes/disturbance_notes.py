@@ -45,7 +45,7 @@ def _constant_notes(scenario: Scenario) -> list[str]:
     if reach is None or torque <= reach * _FIELD_T:
         return []
     return [
-        f"the constant torque of {torque:.3g} N m is beyond what the coils can give in a field of "
+        f"the constant torque of {torque:.3g} N m exceeds what the coils can give in a field of "
         f"{_FIELD_T:g} T, {reach * _FIELD_T:.2g} N m"
     ]
 
@@ -60,7 +60,7 @@ def _dipole_notes(scenario: Scenario) -> list[str]:
     if reach is None or size <= reach:
         return []
     return [
-        f"the residual dipole of up to {size:.3g} A m^2 is beyond the coils' greatest, "
+        f"the residual dipole of up to {size:.3g} A m^2 exceeds the coils' greatest, "
         f"{reach:.3g} A m^2"
     ]
 

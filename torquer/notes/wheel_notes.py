@@ -53,8 +53,8 @@ def _motor_notes(laws: list[Spec]) -> list[str]:
     if any(isinstance(law, Unloading) for law in laws):
         notes.insert(
             0,
-            "no law of the wheels takes on the torque of the coils: 'unloading' turns the body "
-            "and leaves the wheels as they are",
+            "no wheel law compensates the torque of the coils: 'unloading' rotates the body and "
+            "leaves the wheels' momentum as it is",
         )
     return notes
 
@@ -72,12 +72,12 @@ def _friction_notes(wheels: ReactionWheels) -> list[str]:
         return [f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor speeds one up"]
     if (wheels.stiction_n_m or 0.0) >= limit:
         return [
-            f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: one at rest stays so"
+            f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: none starts from rest"
         ]
     if coulomb + top >= limit:
         return [
             f"the wheels' friction at the highest speed, {coulomb + top:.3g} N m, {motor}: they "
-            "cannot come to their limit of momentum"
+            "cannot reach their momentum limit"
         ]
     return []
 
@@ -88,8 +88,8 @@ def _idle_notes(wheels: ReactionWheels) -> list[str]:
     if bias_of(wheels.array(), wheels.minimum_speed_fraction).keeps_off_zero_up_to > 0.0:
         return []
     return [
-        f"minimum_speed_fraction has no effect: these wheels cannot all turn at more than "
-        f"{wheels.minimum_speed_fraction:.0%} of their limits without a momentum of their sum"
+        f"minimum_speed_fraction has no effect: these wheels cannot all spin above "
+        f"{wheels.minimum_speed_fraction:.0%} of their limits with zero total momentum"
     ]
 
 
@@ -104,7 +104,7 @@ def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
     damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
     if damping * hold_s >= 2.0 or stiffness * hold_s >= 2.0 * damping:
         return [
-            f"the law of the wheels is unstable with torques held for {hold_s:g} s: its damping "
+            f"the wheel law is unstable with torques held for {hold_s:g} s: its damping "
             f"of {damping:.3g} 1/s must be below {2.0 / hold_s:.3g}, its stiffness of "
             f"{stiffness:.3g} 1/s^2 below {2.0 * damping / hold_s:.3g}"
         ]
@@ -112,8 +112,8 @@ def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
     if fastest * hold_s <= _COARSE:
         return []
     return [
-        f"the law of the wheels has a time of {1.0 / fastest:.3g} s, and torques are held for "
-        f"{hold_s:g} s: the motion is not the one of its bandwidth and damping"
+        f"the wheel law has a time constant of {1.0 / fastest:.3g} s, and torques are held for "
+        f"{hold_s:g} s: the loop will not have its nominal bandwidth and damping"
     ]
 
 
@@ -136,15 +136,15 @@ def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     share, notes = _torque_share(wheels, torque), []
     if share > 1.0:
         notes.append(
-            f"at the start the spring of the law asks for {np.linalg.norm(torque):.3g} N m, "
-            f"{share:.3g} times what the wheels give about that axis: the attitude is taken up "
-            "with the torque at its limit, and may overshoot"
+            f"at the start the law demands {np.linalg.norm(torque):.3g} N m, {share:.3g} times "
+            "what the wheels can give about that axis: the torque saturates during acquisition, "
+            "and the attitude may overshoot"
         )
     excess, reach = _excess_momentum(scenario, law, motion[4:], r, v)
     if excess > reach:
         notes.append(
             f"the satellite starts with {excess:.3g} N m s more than the wanted attitude leaves to "
-            f"the body, and the wheels hold {reach:.3g} N m s at most: they cannot take on all"
+            f"the body, and the wheels hold {reach:.3g} N m s at most: they cannot absorb it all"
         )
     return notes
 

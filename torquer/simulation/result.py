@@ -266,8 +266,8 @@ def _of_steps(run: Run) -> dict:
         return _of_adaptive_steps(run)
     if run.scenario.simulation.integrator != "rk4":
         return {}
-    taken = "part of the amplitude of nutation and libration that RK4's steps took, at most"
-    behind = "phase lag of the rotation that RK4's steps made, about"
+    taken = "relative loss of nutation and libration amplitude to RK4's steps, upper bound"
+    behind = "phase lag of the rotation due to RK4's steps, approximate"
     cells = run.state.cells[0]
     damping, lag = -np.expm1(-cells["damping"]), cells["lag"]
     return {

@@ -69,7 +69,7 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
         axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)
-    wanted = "; green: width that is asked for" if stop else ""
+    wanted = "; green: requested width" if stop else ""
     foot(figure, f"band: {percent(summary['confidence'])} confidence interval{wanted}")
     return figure
 

@@ -180,7 +180,7 @@ def about_comparison(found: dict) -> str:
         "alone, whatever the number of tests. "
     )
     if not found["pairs"]:
-        return text + "Members of A and B are taken for independent."
+        return text + "Members of A and B are assumed to be independent."
     text += (
         f"{found['pairs']} members had the same inputs in A and in B: differences of means and "
         "tests are those within pairs."
