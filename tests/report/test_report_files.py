@@ -20,6 +20,7 @@ from torquer.report.common.interactive import packed
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
+from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.page import page
 from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.scene import scene_figure
@@ -124,7 +125,9 @@ def test_page_loads_nothing(text, parsed):
     assert parsed.balanced
     assert "link" not in parsed.tags and "iframe" not in parsed.tags
     for tag, name, value in parsed.attributes:
-        if name in ("src", "href", "srcset", "data", "action", "poster"):
+        if tag == "a" and name == "href":
+            assert value.startswith("#")
+        elif name in ("src", "href", "srcset", "data", "action", "poster"):
             assert tag == "img" and value.startswith("data:image/png;base64,")
     style = "".join(parsed.inside("style"))
     assert style and "@import" not in style and "url(" not in style
@@ -137,11 +140,34 @@ def test_page_loads_nothing(text, parsed):
 
 def test_page_says_what_the_summary_says(detumble, parsed):
     cells = parsed.inside("td")
-    for label, value in rows_of(summary_of(detumble)):
+    for label, value in rows_of(summary_of(detumble), verdict=False):
         assert value in cells, label
+    verdict = summary_of(detumble)["verdict"]
+    assert verdict["headline"] in parsed.inside("p")
+    assert any(f"rate below {verdict['goals'][0]['below']:.3g} deg/s" in cell for cell in cells)
     assert "2020-03-01 00:00:00 UTC" in cells and "bdot (gain = 2e+06)" in cells
     for version in json.loads(detumble.attrs["versions"]).values():
         assert version in cells
+
+
+def test_page_can_be_read_without_seeing_and_steered_by_keys(parsed):
+    named = {name: value for tag, name, value in parsed.attributes if tag == "img"}
+    assert named["alt"]
+    plots = [a for a in parsed.attributes if a[:2] == ("div", "class") and a[2] == "plot"]
+    labels = [v for tag, name, v in parsed.attributes if (tag, name) == ("div", "aria-label")]
+    steered = [v for tag, name, v in parsed.attributes if (tag, name) == ("div", "tabindex")]
+    assert len(labels) == len(steered) >= len(plots) > 10 and all(labels) and set(steered) == {"0"}
+    assert any("Absolute rate" in label and "Arrow keys" in label for label in labels)
+    heads = [v for tag, name, v in parsed.attributes if (tag, name) == ("th", "scope")]
+    assert len(heads) == parsed.tags.count("th")
+    links = {v[1:] for tag, name, v in parsed.attributes if (tag, name) == ("a", "href")}
+    ids = {v for tag, name, v in parsed.attributes if (tag, name) == ("section", "id")}
+    assert links and links <= ids
+
+
+def test_no_row_stands_twice(detumble):
+    labels = [label.strip() for label, _ in rows_of(summary_of(detumble))]
+    assert len(labels) == len(set(labels))
 
 
 def test_users_text_is_text(detumble, parsed):
@@ -180,12 +206,23 @@ def test_toml_of_nested_and_empty_tables():
     }
     expected = {**data}
     del expected["none"]
-    assert tomllib.loads(toml_of(data)) == expected
+    text = toml_of(data)
+    assert tomllib.loads(text) == expected
+    assert "x = [[1.5, 2], [3, 4]]" in text  # short lists stand in a line
+
+
+@pytest.mark.parametrize("words", ["[\n 1,\n]", "a[\n  2,\n]", '"', "[1,", "],", "\r\n[\n3,\n]"])
+def test_no_text_is_taken_for_a_list(words):
+    import tomllib
+
+    data = {"a": words, "b": [words, words], "t": [{"x": [1, 2]}], words: [[1.0, 2.0]] * 9}
+    assert tomllib.loads(toml_of(data)) == data
 
 
 def figures_of(view):
     panels = [panel for picture in drawn.pictures(view) for panel in picture.panels]
-    return [*(panel_figure(view, p) for p in panels), track_figure(view), scene_figure(view)]
+    in_space = (track_figure(view), scene_figure(view), orbit_figure(view))
+    return [*(panel_figure(view, p) for p in panels), *in_space]
 
 
 def test_plotly_knows_every_property(detumble):

@@ -89,8 +89,16 @@ def orbit_normals(result: xr.Dataset) -> np.ndarray:
 
 def body_axes_from_vertical_deg(result: xr.Dataset) -> np.ndarray:
     """Angle [deg] of the body's x, y, z axes [n, 3] from the local vertical (up)."""
+    return _body_axes_from_deg(result, result["position_inertial"].values)
+
+
+def body_axes_from_sun_deg(result: xr.Dataset) -> np.ndarray:
+    """Angle [deg] of the body's x, y, z axes [n, 3] from the Sun, in eclipse, too."""
+    return _body_axes_from_deg(result, result["sun_inertial"].values)
+
+
+def _body_axes_from_deg(result: xr.Dataset, direction) -> np.ndarray:
     from scipy.spatial.transform import Rotation
 
-    up = result["position_inertial"].values
     axes = Rotation.from_quat(result["q_body_to_inertial"].values).as_matrix()
-    return np.stack([angle_deg(axes[:, :, i], up) for i in range(3)], axis=1)
+    return np.stack([angle_deg(axes[:, :, i], direction) for i in range(3)], axis=1)

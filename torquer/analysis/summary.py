@@ -7,9 +7,12 @@ import xarray as xr
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.conserved import conserved_of, drifts_of
+from torquer.analysis.goals import Goal, goals_of, signal_of
 from torquer.analysis.modes import state_uses
+from torquer.analysis.verdict import stays_from, verdict_of
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
-from torquer.simulation.result import laws_of, scenario_of
+from torquer.simulation.result import COMPLETE, laws_of, scenario_of
+from torquer.spacecraft.coils import Coils
 
 #: Records that are in memory together.
 _PART = 1 << 18
@@ -21,11 +24,13 @@ def summary_of(result: xr.Dataset) -> dict:
     """Summary as plain data: value by key, unit in the key."""
     scenario = scenario_of(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
-    t, found = result["time"].values, _joined(_series_of(part) for part in _parts(result))
+    goals = goals_of(scenario)
+    t, found = result["time"].values, _joined(_series_of(part, goals) for part in _parts(result))
     rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
     return {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
+        "verdict": verdict_of(scenario, goals, t, found, result.attrs["ended"] == COMPLETE),
         "simulated_s": float(t[-1]),
         "revolutions": float(t[-1] * omega0 / (2.0 * np.pi)),
         "orbital_rate_deg_s": float(np.degrees(omega0)),
@@ -104,14 +109,20 @@ def _parts(result: xr.Dataset):
         yield result.isel(time=slice(first, first + _PART))
 
 
-def _series_of(part: xr.Dataset) -> dict[str, np.ndarray]:
+def _series_of(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
     """The series that the summary needs."""
     found = {
         "rate": np.linalg.norm(part["omega_body"].values, axis=1),
         "momentum": np.linalg.norm(part["momentum_inertial"].values, axis=1),
     }
     found |= {_CONSERVED + name: values for name, values in conserved_of(part).items()}
-    error, wheels = attitude_error_of(part), wheels_of(part, scenario_of(part))
+    scenario = scenario_of(part)
+    for n, goal in enumerate(goals):
+        if (signal := signal_of(goal, part)) is not None:
+            found[f"goal {n}"] = signal
+    if scenario.spacecraft.coils is not None:
+        found["coil_share"] = _coil_share(part, scenario.spacecraft.coils)
+    error, wheels = attitude_error_of(part), wheels_of(part, scenario)
     if error is not None:
         found["angle"] = error.angle_deg
     if wheels is not None:
@@ -125,6 +136,13 @@ def _series_of(part: xr.Dataset) -> dict[str, np.ndarray]:
             "spin_sign": wheels.spin_sign,
         }
     return found
+
+
+def _coil_share(part: xr.Dataset, coils: Coils) -> np.ndarray:
+    """Greatest share of its limit that a coil has; of more coils than three, by least squares."""
+    dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
+    each = dipole @ np.linalg.pinv(np.array(coils.axes))
+    return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
 
 
 def _joined(parts) -> dict[str, np.ndarray]:
@@ -160,18 +178,10 @@ def _of_attitude(t, angle, revolution_s: float) -> dict:
     return {
         "initial_attitude_error_deg": float(angle[0]),
         "final_attitude_error_deg": float(angle[-1]),
-        "attitude_error_stays_below_1_deg_from_s": _stays_from(t, angle < 1.0),
+        "attitude_error_stays_below_1_deg_from_s": stays_from(t, angle < 1.0),
         "mean_attitude_error_last_revolution_deg": float(last.mean()) if whole else None,
         "peak_attitude_error_last_revolution_deg": float(last.max()) if whole else None,
     }
-
-
-def _stays_from(t, within) -> float | None:
-    """Time from which a condition holds to the end; None if it does not hold there."""
-    if not within[-1]:
-        return None
-    failed = np.flatnonzero(~within)
-    return float(t[failed[-1] + 1]) if failed.size else float(t[0])
 
 
 def _times_below(t, rate, omega0) -> dict:
@@ -181,5 +191,5 @@ def _times_below(t, rate, omega0) -> dict:
         below = rate < factor * omega0
         first = float(t[np.argmax(below)]) if below.any() else None
         times[f"time_to_below_{factor}x_orbital_rate_s"] = first
-        times[f"stays_below_{factor}x_orbital_rate_from_s"] = _stays_from(t, below)
+        times[f"stays_below_{factor}x_orbital_rate_from_s"] = stays_from(t, below)
     return times

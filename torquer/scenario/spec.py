@@ -14,6 +14,7 @@ from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
 from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
 from torquer.scenario.initial import InitialMotion
+from torquer.scenario.mission import Mission
 from torquer.scenario.resolution import check_step, speeds_at_start
 from torquer.spacecraft.aerodynamics import Aerodynamics
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
@@ -209,6 +210,8 @@ class Scenario(Spec):
     """The on-board computer."""
     simulation: Simulation
     """Duration, steps and record."""
+    mission: Mission | None = None
+    """What the run is to achieve, for the verdict of its report; left out: usual limits."""
 
     @model_validator(mode="after")
     def _steps_fit(self):
@@ -231,6 +234,7 @@ class Scenario(Spec):
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self._check_end()
+        self._check_mission()
         self._check_failures()
         self._check_disturbance()
         return self
@@ -277,6 +281,16 @@ class Scenario(Spec):
             raise ValueError(
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
                 f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
+            )
+
+    def _check_mission(self) -> None:
+        """Limits can be reached during the run."""
+        within_s = self.mission.within_s if self.mission else None
+        length_s = self.steps() * self.grid_s
+        if within_s is not None and within_s > length_s:
+            raise ValueError(
+                f"mission.within_s: must not exceed the run's length of {length_s:g} s; "
+                f"received {within_s:g} s"
             )
 
     def _check_failures(self) -> None:

@@ -1,29 +1,34 @@
 """Plain data as TOML text."""
 
-import json
+import re
+
+import tomli_w
+
+#: A list over several lines, without lists or texts in it.
+_PLAIN_LIST = re.compile(r'\[\n\s+([^\[\]{}"\n]+(?:\n\s+[^\[\]{}"\n]+)*),\n\s*\]')
+#: A list of such lists, each in one line.
+_LIST_OF_LISTS = re.compile(r"\[\n\s+(\[[^\[\]\n]*\](?:,\n\s+\[[^\[\]\n]*\])*),\n\s*\]")
+_WIDEST = 80
 
 
-def toml_of(data: dict, place: tuple[str, ...] = ()) -> str:
-    """A scenario's plain data as TOML text: plain keys first, then tables."""
-    plain = {k: v for k, v in data.items() if not isinstance(v, dict) and v is not None}
-    lines = [f"{_key(key)} = {_toml_value(value)}" for key, value in plain.items()]
-    if place and (lines or not data):
-        lines.insert(0, f"[{'.'.join(map(_key, place))}]")
-    blocks = ["\n".join(lines)] if lines else []
-    blocks += [toml_of(v, (*place, k)) for k, v in data.items() if isinstance(v, dict)]
-    return "\n\n".join(blocks)
+def toml_of(data: dict) -> str:
+    """A scenario's plain data as TOML text; keys without a value are left out.
+
+    Lists of numbers that fit stand in one line: no text has a line break, so none is touched.
+    """
+    text = tomli_w.dumps(_given(data))
+    for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):
+        text = pattern.sub(_in_one_line, text)
+    return text
 
 
-def _key(name: str) -> str:
-    plain = name.isascii() and name.replace("_", "").replace("-", "").isalnum()
-    return name if plain else json.dumps(name)
+def _given(value):
+    """The data without keys that have no value."""
+    if isinstance(value, dict):
+        return {key: _given(each) for key, each in value.items() if each is not None}
+    return [_given(each) for each in value] if isinstance(value, list) else value
 
 
-def _toml_value(value) -> str:
-    if isinstance(value, list):
-        parts = [_toml_value(item) for item in value]
-        if sum(map(len, parts)) < 80:
-            return f"[{', '.join(parts)}]"
-        return "[\n" + "".join(f"  {part},\n" for part in parts) + "]"
-    # JSON writes text, numbers and truth values as TOML does, all but DEL in text
-    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+def _in_one_line(found: re.Match) -> str:
+    line = f"[{' '.join(found[1].split())}]"
+    return line if len(line) <= _WIDEST else found[0]

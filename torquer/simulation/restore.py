@@ -88,14 +88,16 @@ def scenario_in(result: xr.Dataset) -> Scenario:
         raise ValueError(f"result: must hold a scenario; received {' '.join(lines[:3])}") from None
 
 
+#: Keys of a scenario that its motion does not depend on.
+_NOT_FLOWN = {"name", "description", "mission"}
+
+
 def of_one_run(a: Scenario, b: Scenario) -> bool:
-    """Whether two scenarios are the same run: but for names, and where the files of laws lie.
+    """Whether two scenarios are the same run: but for names, mission, and where laws' files lie.
 
     What is in those files is compared by itself.
     """
-    return _flown(a.model_dump(exclude={"name", "description"})) == _flown(
-        b.model_dump(exclude={"name", "description"})
-    )
+    return _flown(a.model_dump(exclude=_NOT_FLOWN)) == _flown(b.model_dump(exclude=_NOT_FLOWN))
 
 
 def _flown(value):

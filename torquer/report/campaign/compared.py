@@ -1,7 +1,6 @@
 """Two campaigns beside each other: distribution functions, differences, one HTML page."""
 
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +9,6 @@ from matplotlib.figure import Figure
 
 from torquer.campaign.contents import missing_as_worst
 from torquer.campaign.summary import percent, with_unit
-from torquer.report.campaign.page import picture
 from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
 from torquer.report.campaign.tables import (
@@ -20,7 +18,7 @@ from torquer.report.campaign.tables import (
 )
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
-from torquer.report.common.html import document, grid, section
+from torquer.report.common.html import card, cards, picture
 
 _COLOURS = (BLUE, ORANGE)
 
@@ -103,18 +101,21 @@ def _draw_differences(found: dict) -> Figure | None:
 def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Path:
     """Write the page, its pictures within it."""
     title = f"{found['names'][0]} and {found['names'][1]}: campaigns compared"
-    sections = [
-        f"<header><h1>{escape(title)}</h1><p>{escape('; '.join(labels_of(found)))}</p></header>",
-        section("differences", "Differences B - A", about_comparison(found),
-                grid(*comparison_grid(found))
-                + picture(pictures, "differences", "Differences")),
-        *(_distribution(found, pictures, name) for name in found["outcomes"]),
-    ]  # fmt: skip
-    path.write_text(document(title, sections, interactive=False), encoding="utf-8")
+    differences = card(
+        "differences",
+        "Differences B - A",
+        about_comparison(found),
+        {"grid": comparison_grid(found)},
+        picture(pictures.get("differences"), "Differences of the outcomes with their intervals"),
+    )
+    made = [differences, *(_distribution(found, pictures, name) for name in found["outcomes"])]
+    labels = "; ".join(labels_of(found))
+    text = cards(title, made, interactive=False, description=labels)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
-def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> str:
+def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> dict:
     caption = found["summaries"][0]["outcomes"][name]["definition"]
-    body = picture(pictures, f"cdf_{name}", f"Distribution functions of {name}")
-    return section(f"cdf_{name}", name, caption, body or "<p>No member has a value.</p>")
+    shown = picture(pictures.get(f"cdf_{name}"), f"Distribution functions of {name}")
+    return card(f"cdf_{name}", name, caption, shown or {"line": "No member has a value."})

@@ -1,10 +1,20 @@
-"""Self-contained HTML pages: they open anywhere and load nothing."""
+"""Self-contained HTML pages: they open anywhere and load nothing.
 
+Pages are the templates of `torquer/report/templates`; Python hands them plain data. Every text is
+escaped there, but for the style, the scripts and the numbers of figures.
+"""
+
+import base64
 import json
-from html import escape
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
 
-from torquer.report.common.style import CSS, SCRIPT
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from markupsafe import Markup
 
+_TEMPLATES = Path(__file__).parents[1] / "templates"
 #: Forbids the browser to load anything. (plotly.js compiles its shaders' glue by itself.)
 _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
@@ -12,62 +22,62 @@ _POLICY = (
 )
 
 
-def document(title: str, sections, interactive: bool = True) -> str:
-    """A whole page around its sections, style included; the title is escaped.
+def page(template: str, title: str, interactive: bool = True, **data) -> str:
+    """A whole page of a template, with its style; scripts unless no figure is interactive."""
+    data |= {"css": _file("page.css"), "policy": _POLICY, "title": title}
+    data["scripts"] = _scripts() if interactive else ()
+    return _environment().get_template(template).render(data)
 
-    Scripts are included unless the page has no interactive figures.
+
+def cards(title: str, given: Sequence[Mapping], interactive: bool = True, **data) -> str:
+    """A page of cards one below the other; see `card`."""
+    return page("cards.html", title, interactive, cards=given, **data)
+
+
+def card(id: str, title: str, caption: str, *parts: Mapping[str, Any]) -> dict:
+    """A card and its parts, each a dictionary with one of these keys.
+
+    "figure" (a plotly figure) or "picture" (base64 of a PNG), with "words" that say what it shows;
+    "pairs" (labels and values), "grid" (head and rows), "text" (as it is), "title", "line".
     """
-    return "\n".join(
-        [
-            "<!DOCTYPE html>",
-            '<html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">',
-            f"<title>{escape(title)} · torquer</title>",
-            f"<style>{CSS}</style></head><body><main>",
-            *sections,
-            "</main>",
-            *(_scripts() if interactive else ()),
-            "</body></html>",
-        ]
+    return {"id": id, "title": title, "caption": caption, "parts": [part for part in parts if part]}
+
+
+def encoded(data: bytes) -> str:
+    """Bytes as base64."""
+    return base64.b64encode(data).decode("ascii")
+
+
+def picture(path: Path | None, words: str) -> dict[str, str]:
+    """A PNG file as a part of a card; empty if there is none."""
+    return {} if path is None else {"picture": encoded(path.read_bytes()), "words": words}
+
+
+@cache
+def _environment() -> Environment:
+    made = Environment(
+        loader=FileSystemLoader(_TEMPLATES),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
+    made.filters["embedded"] = embedded
+    return made
 
 
-def _scripts() -> tuple[str, str]:
+def _file(name: str) -> Markup:
+    return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
+
+
+def _scripts() -> tuple[Markup, Markup]:
     from plotly.offline import get_plotlyjs
 
-    return f"<script>{get_plotlyjs()}</script>", f"<script>{SCRIPT}</script>"
+    return Markup(get_plotlyjs()), _file("page.js")
 
 
-def table(rows) -> str:
-    """A table of label and value; a label that begins with a space is indented."""
-    cells = (
-        f"<tr><th{' class=inset' if label.startswith(' ') else ''}>{escape(label.strip())}</th>"
-        f"<td>{escape(value)}</td></tr>"
-        for label, value in rows
-    )
-    return f"<table>{''.join(cells)}</table>"
-
-
-def grid(header, rows) -> str:
-    """A table with a header and any number of columns."""
-    first = "".join(f"<th>{escape(text)}</th>" for text in header)
-    others = ("".join(f"<td>{escape(text)}</td>" for text in row) for row in rows)
-    return f"<table><tr>{first}</tr>{''.join(f'<tr>{row}</tr>' for row in others)}</table>"
-
-
-def section(name: str, title: str, caption: str, body: str) -> str:
-    """A card with its title, its caption unless that is empty, and its body (HTML)."""
-    words = f"<p>{escape(caption)}</p>" if caption else ""
-    return f'<section class="card" id="{name}"><h2>{escape(title)}</h2>{words}{body}</section>'
-
-
-def figure_box(figure: dict, attribute: str = "") -> str:
-    """Placeholder of a figure, which the page's script draws when it scrolls into view."""
+def embedded(figure: dict) -> Markup:
+    """A figure as JSON that can stand within a script."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
     safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    height = figure["layout"]["height"]
-    return (
-        f'<div class="plot"{attribute} style="min-height:{height}px">'
-        f'<script type="application/json">{safe}</script></div>'
-    )
+    return Markup(safe)

@@ -1,7 +1,6 @@
 """The cone of the averaged field and the paths of field vectors: PNG and an HTML page."""
 
 import math
-from html import escape
 from pathlib import Path
 
 import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
@@ -11,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from torquer.analysis.field_cone import ConeShape
 from torquer.environment.field.along import FieldsAlong
 from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
-from torquer.report.common.html import document, figure_box
+from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
 from torquer.report.field.along import COLOURS
 
@@ -117,13 +116,9 @@ def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, pa
         f"{shape.half_angle_deg:.2f} deg, magnitude {1e6 * shape.b0_t:.2f} µT. Drag to rotate; "
         "click a legend entry to hide it."
     )
-    sections = [
-        f"<header><h1>Field cone · {escape(title)}</h1></header>",
-        f'<section class="card" id="cone"><p>{escape(caption)}</p>',
-        figure_box(cone_figure(along, labels, shape)),
-        "</section>",
-    ]
-    path.write_text(document(title, sections), encoding="utf-8")
+    figure = {"figure": cone_figure(along, labels, shape), "words": "The field along the orbit."}
+    made = cards(f"Field cone · {title}", [card("cone", "Field along the orbit", caption, figure)])
+    path.write_text(made, encoding="utf-8")
     return path
 
 

@@ -1,20 +1,20 @@
 """The report as one self-contained page: it opens anywhere and loads nothing."""
 
-import base64
 import json
-from html import escape
 from pathlib import Path
 
-from torquer.report.common.html import document, figure_box, grid, section, table
+from torquer.report.common.html import encoded, page as page_of
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
-from torquer.report.flight.modes import modes_section
+from torquer.report.flight.modes import modes_data
 from torquer.report.flight.notes import notes
-from torquer.report.flight.panels.panel import Picture, about_ranges
+from torquer.report.flight.orbit_scene import orbit_figure
+from torquer.report.flight.panels.panel import Panel, Picture, about_ranges
 from torquer.report.flight.scene import chapters, scene_figure
 from torquer.report.flight.setting import setting
 from torquer.report.flight.summary_rows import rows_of
+from torquer.report.flight.verdict import verdict_data
 from torquer.report.flight.view import View
 from torquer.scenario.toml_text import toml_of
 
@@ -27,67 +27,75 @@ def write_page(view: View, pictures, path: Path, overview_png: Path | None = Non
 
 def page(view: View, pictures, overview_png: Path | None = None) -> str:
     """The page's text."""
-    return document(
-        view.scenario.name,
-        [
-            _head(view),
-            _without_scripts(overview_png),
-            _modes(view),
-            *(_picture(view, picture) for picture in pictures),
-            _budget(view),
-            _track(view),
-            _scene(view),
-            _scenario(view),
-        ],
-    )
-
-
-def _head(view: View) -> str:
-    scenario = view.scenario
-    items = "".join(f"<li>{escape(note)}</li>" for note in notes(view))
-    box = f'<section class="notes"><h2>Notes</h2><ul>{items}</ul></section>' if items else ""
-    summary = table(rows_of(view.summary))
-    return (
-        f"<header><h1>{escape(scenario.name)}</h1><p>{escape(scenario.description)}</p></header>"
-        f'{box}<div class="columns"><section><h2>Summary</h2>{summary}</section>'
-        f"<section><h2>The run</h2>{table(setting(view))}</section></div>"
-    )
-
-
-def _without_scripts(overview_png: Path | None) -> str:
-    if overview_png is None:
-        return ""
-    data = base64.b64encode(overview_png.read_bytes()).decode("ascii")
-    return (
-        "<noscript><p>The interactive plots below need JavaScript; this picture does not.</p>"
-        f'<img alt="Overview" src="data:image/png;base64,{data}"></noscript>'
-    )
-
-
-def _modes(view: View) -> str:
     modes = view.scenario.control.named().modes
-    return modes_section(view, modes) if modes else ""
+    shown = [_picture(view, picture) for picture in pictures]
+    in_space = [_track(view), _motion(view), _orbit(view)]
+    budget = _budget(view)
+    return page_of(
+        "flight.html",
+        view.scenario.name,
+        description=view.scenario.description,
+        verdict=verdict_data(view),
+        notes=notes(view),
+        summary=rows_of(view.summary, verdict=False),
+        setting=setting(view),
+        contents=_contents(bool(modes), shown, bool(budget), in_space),
+        overview=encoded(overview_png.read_bytes()) if overview_png else "",
+        modes=modes_data(view, modes) if modes else None,
+        pictures=shown,
+        budget=budget,
+        in_space=in_space,
+        scenario=toml_of(json.loads(view.result.attrs["scenario"])),
+        laws=_law_texts(view),
+        versions=list(json.loads(view.result.attrs["versions"]).items()),
+    )
 
 
-def _picture(view: View, picture: Picture) -> str:
-    plots = [
-        f"<h3>{escape(panel.title)}</h3>"
-        + figure_box(panel_figure(view, panel), "" if panel.window else " data-linked")
+def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, str]]:
+    """Where the links at the head of the page lead, and their words."""
+    return [
+        *([("modes", "Modes")] if modes else []),
+        *((each["id"], each["title"]) for each in pictures),
+        *([("torque_budget", "Torque budget")] if budget else []),
+        *((each["id"], each["title"]) for each in in_space),
+        ("scenario", "Scenario"),
+    ]
+
+
+def _picture(view: View, picture: Picture) -> dict:
+    caption = " ".join(text for text in (picture.caption, about_ranges(picture)) if text)
+    panels = [
+        {
+            "title": panel.title,
+            "name": _in_words(panel),
+            "figure": panel_figure(view, panel),
+            "linked": panel.window is None,
+        }
         for panel in picture.panels
     ]
-    caption = " ".join(text for text in (picture.caption, about_ranges(picture)) if text)
-    return section(picture.name, picture.title, caption, "".join(plots))
+    return {"id": picture.name, "title": picture.title, "caption": caption, "panels": panels}
 
 
-def _budget(view: View) -> str:
+def _in_words(panel: Panel) -> str:
+    """What a plot shows, for readers who do not see it, and how to move in it by keys."""
+    if panel.bars:
+        return f"{panel.title} over time: {', '.join(bar.label for bar in panel.bars)}."
+    lines = ", ".join(dict.fromkeys(line.label for line in panel.lines))
+    return (
+        f"{panel.title}, {panel.y_label}, over time: {lines}. Arrow keys move, plus and minus "
+        "zoom, 0 shows all."
+    )
+
+
+def _budget(view: View) -> dict | None:
     if not view.budget.disturbance:
-        return ""
+        return None
     unit, rows = budget_table(view.budget)
     caption = f"In {unit}, over the recorded motion. {reach_in_words(view.budget)}"
-    return section("torque_budget", "Torque budget", caption, grid(HEAD, rows))
+    return {"caption": caption, "head": HEAD, "rows": rows}
 
 
-def _track(view: View) -> str:
+def _track(view: View) -> dict:
     field = view.scenario.environment.field
     along_orbit_only = not hasattr(field, "b_earth_fixed")
     caption = (
@@ -95,33 +103,45 @@ def _track(view: View) -> str:
         if along_orbit_only
         else f"Background: |B| of the scenario's field model ({field.kind}) at the mean altitude."
     )
-    return section("ground_track", "Ground track", caption, figure_box(track_figure(view)))
+    words = "Ground track on a map of longitude and latitude."
+    return _in_space("ground_track", "Ground track", caption, words, track_figure(view))
 
 
-def _scene(view: View) -> str:
+def _motion(view: View) -> dict:
     spacing = "; ".join(f"{part.name}: {part.description}" for part in chapters(view))
     caption = (
         "Directions from the satellite in the inertial frame: body axes x, y, z with a box of the "
         "same inertia, the magnetic field B, the angular momentum L with its path over the run "
         f"(grey), the Sun (grey in eclipse) and nadir. Lengths are not to scale. {spacing}."
     )
-    return section("motion", "Motion in space", caption, figure_box(scene_figure(view)))
+    words = f"Animation of the satellite's attitude.{_KEYS}"
+    return _in_space("motion", "Motion in space", caption, words, scene_figure(view))
 
 
-def _scenario(view: View) -> str:
-    text = toml_of(json.loads(view.result.attrs["scenario"]))
-    versions = json.loads(view.result.attrs["versions"]).items()
-    return (
-        '<section class="card" id="scenario"><h2>Scenario</h2>'
-        "<p>Save this text as a .toml file to repeat the run.</p>"
-        f"<pre>{escape(text)}</pre>{_law_texts(view)}<h2>Versions</h2>{table(versions)}</section>"
+def _orbit(view: View) -> dict:
+    """The Earth with the orbit and the field line."""
+    line = ", with the field line through the satellite (pink)"
+    if not hasattr(view.scenario.environment.field, "b_earth_fixed"):
+        line = ""
+    when = "The last revolution" if view.end_s > view.revolution_s else "The run"
+    caption = (
+        f"{when} around the Earth in the inertial frame{line}, the body axes x, y, z (not to "
+        "scale) and the day side of the Earth."
     )
+    words = f"Animation of the satellite on its orbit around the Earth.{_KEYS}"
+    return _in_space("orbit", "Orbit and field", caption, words, orbit_figure(view))
 
 
-def _law_texts(view: View) -> str:
+_KEYS = " The space bar plays, left and right arrows step, up and down arrows turn the view."
+
+
+def _in_space(id: str, title: str, caption: str, words: str, figure: dict) -> dict:
+    return {"id": id, "title": title, "caption": caption, "name": words, "figure": figure}
+
+
+def _law_texts(view: View) -> list[tuple[str, str]]:
     """Source text of user laws, as flown, each once."""
     texts = {law["text"]: (key, law["name"]) for key, law in view.laws.items() if law["text"]}
-    return "".join(
-        f"<h2>{view.kind_of(key).capitalize()} {escape(name)}</h2><pre>{escape(text)}</pre>"
-        for text, (key, name) in texts.items()
-    )
+    return [
+        (f"{view.kind_of(key).capitalize()} {name}", text) for text, (key, name) in texts.items()
+    ]

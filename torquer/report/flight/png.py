@@ -11,6 +11,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
 
+from torquer.analysis.verdict import clock_text
 from torquer.report.common.figure import FAINT, INK, SMALL, foot, legend, place, quiet, sheet
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.ground_track import draw_ground_track, draw_track
@@ -267,21 +268,26 @@ def draw_overview(view: View) -> Figure:
     return figure
 
 
+def _reached(goal: dict) -> str:
+    """When a limit held from, if it did."""
+    limit, stays = f"{goal['below']:.3g} {goal['unit']}", goal["stays_from_s"]
+    if stays is None:
+        return f"{goal['signal']} not kept below {limit}"
+    return f"below {limit} from {clock_text(stays)}"
+
+
 def _facts(view: View) -> str:
     """The key numbers in one line."""
     summary, clock = view.summary, clock_for(view.end_s)
     facts = [f"{view.end_s / clock.seconds:.4g} {clock.unit} simulated"]
     if view.attitude_error is None:
-        below = summary["time_to_below_3x_orbital_rate_s"]
-        facts += [
-            f"rate {summary['initial_rate_deg_s']:.3g} → {summary['final_rate_deg_s']:.3g} deg/s",
-            "never below 3 ω₀"
-            if below is None
-            else f"below 3 ω₀ after {below / clock.seconds:.4g} {clock.unit}",
-        ]
+        facts.append(
+            f"rate {summary['initial_rate_deg_s']:.3g} → {summary['final_rate_deg_s']:.3g} deg/s"
+        )
     else:
         error = summary["initial_attitude_error_deg"], summary["final_attitude_error_deg"]
         facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
+    facts += [_reached(goal) for goal in summary["verdict"]["goals"]]
     facts.append(f"final momentum {summary['momentum_left_n_m_s']:.3g} N m s")
     if view.has_coils:
         facts.append(f"peak coil dipole {summary['peak_coil_dipole_a_m2']:.3g} A m²")

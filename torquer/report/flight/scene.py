@@ -72,10 +72,10 @@ def _chapter(view: View, name: str, t_s, remark: str = "every rotation resolved"
         t_s = view.t_s[np.unique(np.clip(nearest, 0, len(view.t_s) - 1))]
         remark = "records too far apart to resolve each rotation"
     spacing = (t_s[-1] - t_s[0]) / max(len(t_s) - 1, 1)
-    return Chapter(name, f"frames {_spell(spacing, 3)} apart, {remark}", t_s)
+    return Chapter(name, f"frames {spell(spacing, 3)} apart, {remark}", t_s)
 
 
-def _spell(seconds: float, digits: int = 4) -> str:
+def spell(seconds: float, digits: int = 4) -> str:
     clock = clock_for(seconds)
     return f"{seconds / clock.seconds:.{digits}g} {clock.unit}"
 
@@ -126,12 +126,12 @@ def scene_figure(view: View) -> dict:
             margin={"l": 0, "r": 0, "t": 0, "b": 0},
             showlegend=False,
             sliders=[_slider(view, parts)] if len(t) > 1 else [],
-            updatemenus=_buttons(parts) if len(t) > 1 else [],
+            updatemenus=buttons(parts) if len(t) > 1 else [],
         ),
     }
 
 
-def _units(vectors) -> np.ndarray:
+def units(vectors) -> np.ndarray:
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0.0)
 
@@ -143,10 +143,10 @@ def _moving(view: View, t) -> list[list[dict]]:
     dark = np.interp(t, view.t_s, view.values("lit")) < 0.5
     arrows = [(name, colour, turn[:, :, i], None) for i, (name, colour) in enumerate(AXES)]
     arrows += [
-        ("B", PINK, _units(view.at("b_inertial", t)), None),
-        ("L", GREY, _units(view.at("momentum_inertial", t)), None),
-        ("nadir", SKY, -_units(view.at("position_inertial", t)), None),
-        ("Sun", ORANGE, _units(view.at("sun_inertial", t)), dark),
+        ("B", PINK, units(view.at("b_inertial", t)), None),
+        ("L", GREY, units(view.at("momentum_inertial", t)), None),
+        ("nadir", SKY, -units(view.at("position_inertial", t)), None),
+        ("Sun", ORANGE, units(view.at("sun_inertial", t)), dark),
     ]
     return [[_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))]
 
@@ -159,18 +159,18 @@ def _box(view: View) -> np.ndarray:
     return (_CORNERS * (0.32 * edges / edges.max())) @ axes.T
 
 
-def _short(values) -> list:
+def short(values) -> list:
     return np.round(values, 3).tolist()
 
 
 def _mesh(corners) -> dict:
-    x, y, z = (_short(corners[:, i]) for i in range(3))
+    x, y, z = (short(corners[:, i]) for i in range(3))
     return {"type": "mesh3d", "x": x, "y": y, "z": z}
 
 
 def _arrow(arrow, n: int) -> dict:
     name, colour, tips, dark = arrow
-    x, y, z = _short(tips[n])
+    x, y, z = short(tips[n])
     if dark is not None and dark[n]:
         colour = GREY
     return {
@@ -246,8 +246,8 @@ def _great_circles() -> dict:
 def _path_of_momentum(view: View) -> dict:
     """Where the angular momentum has pointed during the whole run."""
     rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
-    path = _units(view.values("momentum_inertial")[rows])
-    x, y, z = (_short(path[:, i]) for i in range(3))
+    path = units(view.values("momentum_inertial")[rows])
+    x, y, z = (short(path[:, i]) for i in range(3))
     return {
         "type": "scatter3d",
         "mode": "lines",
@@ -267,12 +267,12 @@ def _with_gaps(values) -> list:
 def _slider(view: View, parts: tuple[Chapter, ...]) -> dict:
     rates = np.degrees(view.rate)
     labels = [
-        f"{part.name}: {_spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
+        f"{part.name}: {spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
         for part in parts
         for at in part.t_s
     ]
     steps = [
-        {"label": label, "method": "animate", "args": [[str(i)], _at_once()]}
+        {"label": label, "method": "animate", "args": [[str(i)], at_once()]}
         for i, label in enumerate(labels)
     ]
     return {
@@ -290,7 +290,7 @@ def _slider(view: View, parts: tuple[Chapter, ...]) -> dict:
     }
 
 
-def _at_once(duration_ms: int = 0) -> dict:
+def at_once(duration_ms: int = 0) -> dict:
     return {
         "mode": "immediate",
         "frame": {"duration": duration_ms, "redraw": True},
@@ -298,17 +298,17 @@ def _at_once(duration_ms: int = 0) -> dict:
     }
 
 
-def _buttons(parts: tuple[Chapter, ...]) -> list[dict]:
+def buttons(parts: tuple[Chapter, ...]) -> list[dict]:
     """Play, pause, and a jump to each chapter."""
     play = {
         "label": "▶ play",
         "method": "animate",
-        "args": [None, {**_at_once(110), "fromcurrent": True}],
+        "args": [None, {**at_once(110), "fromcurrent": True}],
     }
-    pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], _at_once()]}
+    pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], at_once()]}
     began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
     jumps = [
-        {"label": part.name, "method": "animate", "args": [[str(first)], _at_once()]}
+        {"label": part.name, "method": "animate", "args": [[str(first)], at_once()]}
         for part, first in zip(parts, began, strict=False)
     ]
     look = {

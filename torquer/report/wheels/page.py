@@ -1,12 +1,11 @@
 """The report on a wheel design as one self-contained page with the envelope in 3D."""
 
-from html import escape
 from pathlib import Path
 
 import numpy as np
 
 from torquer.report.common.colours import BLUE, ORANGE
-from torquer.report.common.html import document, figure_box, section, table
+from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
 from torquer.report.wheels.pictures import needed
 from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
@@ -26,30 +25,23 @@ def write_page(design, report: dict, path: Path) -> Path:
         f"{needed(design, report)[1]:.4g} deg/s about any axis. Drag to rotate; the menu selects "
         "failed wheels; click a legend entry to hide it."
     )
+    figure = {"figure": figure_of(design, report), "words": "Momentum envelope in body axes."}
     rows = [
-        section("momentum", "Momentum envelope", caption, figure_box(figure_of(design, report)))
+        card("momentum", "Momentum envelope", caption, figure),
+        card("summary", "The array", "", {"pairs": summary_rows(report)}),
+        _titled("failures", failure_rows(report)),
     ]
-    rows.append(section("summary", "The array", "", table(summary_rows(report))))
-    rows.append(section("failures", *_titled(failure_rows(report))))
     if len(report["layouts"]) > 1:
-        rows.append(section("layouts", *_titled(layout_rows(report))))
-    path.write_text(
-        document(title, [f"<header><h1>{escape(title)}</h1></header>", *rows]), encoding="utf-8"
-    )
+        rows.append(_titled("layouts", layout_rows(report)))
+    path.write_text(cards(title, rows), encoding="utf-8")
     return path
 
 
-def _titled(content) -> tuple[str, str, str]:
-    """Title, units and body of a section with a table."""
+def _titled(id: str, content) -> dict:
+    """A card with a table, its units below the title."""
     heading, head, rows = content
     title, _, units = heading.partition(": ")
-    heads = "".join(f"<th>{escape(name)}</th>" for name in head)
-    cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
-    return title, units, _rows([heads, *cells])
-
-
-def _rows(rows) -> str:
-    return f"<table>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
+    return card(id, title, units, {"grid": (head, list(rows))})
 
 
 def figure_of(design, report: dict) -> dict:

@@ -4,7 +4,15 @@ import numpy as np
 
 from torquer.analysis.attitude import AttitudeError
 from torquer.report.common.colours import GREY, SKY
-from torquer.report.flight.panels.panel import Panel, Picture, log_panel, part_of, with_room, xyz
+from torquer.report.flight.panels.panel import (
+    Panel,
+    Picture,
+    limit_levels,
+    log_panel,
+    part_of,
+    with_room,
+    xyz,
+)
 from torquer.report.flight.view import View
 
 
@@ -36,7 +44,8 @@ def angle(view: View) -> Panel:
     series = (("angle", _error_of(view).angle_deg, GREY, 1.3),)
     marks = view.marks()
     title = "Attitude error angle"
-    panel = log_panel(view, series, decades=5.0, title=title, y_label="[deg]", marks=marks)
+    levels = limit_levels(view, "attitude error")
+    panel = log_panel(view, series, levels, 5.0, title=title, y_label="[deg]", marks=marks)
     return with_room(panel)
 
 

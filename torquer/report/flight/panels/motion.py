@@ -2,7 +2,12 @@
 
 import numpy as np
 
-from torquer.analysis.attitude import body_axes_from_vertical_deg, orbit_normals
+from torquer.analysis.attitude import (
+    body_axes_from_sun_deg,
+    body_axes_from_vertical_deg,
+    orbit_normals,
+)
+from torquer.analysis.goals import angle_of_axis_deg, goals_of
 from torquer.analysis.series import angle_deg
 from torquer.report.common.colours import BLUE, GREY, ORANGE, PINK
 from torquer.report.common.scales import prefixed
@@ -10,6 +15,7 @@ from torquer.report.flight.panels.panel import (
     Level,
     Panel,
     Picture,
+    limit_levels,
     line_of,
     log_panel,
     quiet_panels,
@@ -28,9 +34,8 @@ def _orbital_levels(view: View) -> tuple[Level, ...]:
 def rate_size(view: View) -> Panel:
     """Absolute rate on a logarithmic axis."""
     series = (("|ω|", np.degrees(view.rate), GREY, 1.4),)
-    return log_panel(
-        view, series, _orbital_levels(view), title="Absolute rate", y_label="|ω| [deg/s]"
-    )
+    levels = (*_orbital_levels(view), *limit_levels(view, "rate"))
+    return log_panel(view, series, levels, title="Absolute rate", y_label="|ω| [deg/s]")
 
 
 def rate(view: View) -> Picture:
@@ -42,7 +47,7 @@ def rate(view: View) -> Picture:
         view, f"{title}, after the fast motion has decayed", omega, "deg/s", view.rate, False
     )
     omega0 = f"ω₀ = {np.degrees(view.omega0_rad_s):.4g} deg/s"
-    caption = f"Dashed: one, two and three orbital rates, {omega0}."
+    caption = f"Dashed: multiples of the orbital rate, {omega0}."
     return Picture("rate", "Angular velocity", caption, (rate_size(view), parts, *late))
 
 
@@ -78,7 +83,7 @@ def momentum(view: View) -> Picture:
 
 def pointing(view: View) -> Picture:
     """Angular velocity, momentum and body axes relative to the field and the orbit."""
-    caption = "Directions relative to the field, the orbit normal and the local vertical."
+    caption = "Directions relative to the field, the orbit normal, the local vertical and the Sun."
     if view.has_coils:
         caption = "Coils damp only the rate component perpendicular to the field."
     if [law["name"].startswith("bdot") for law in view.laws.values()] == [True]:
@@ -90,7 +95,12 @@ def pointing(view: View) -> Picture:
         "pointing",
         "Pointing",
         caption,
-        (_rate_parts(view), *_angles(view), body_axes_from_vertical(view)),
+        (
+            _rate_parts(view),
+            *_angles(view),
+            body_axes_from_vertical(view),
+            body_axes_from_sun(view),
+        ),
     )
 
 
@@ -101,6 +111,24 @@ def body_axes_from_vertical(view: View) -> Panel:
         title="Angles of the body axes from the local vertical",
         y_label="angle [deg]",
         lines=xyz(view.t_s, body_axes_from_vertical_deg(view.result), width=0.7),
+        y_range=(0.0, 180.0),
+    )
+
+
+def body_axes_from_sun(view: View) -> Panel:
+    """Angles of the body axes from the Sun, seen or not; that of a goal, if it has another axis."""
+    lines = [*xyz(view.t_s, body_axes_from_sun_deg(view.result), width=0.7)]
+    axes = np.eye(3)
+    for goal in goals_of(view.scenario):
+        if goal.signal == "angle to the Sun" and not np.any(axes @ goal.axis > 1.0 - 1e-9):
+            angle = angle_of_axis_deg(view.result, goal.axis)
+            lines.append(line_of("axis of the mission", view.t_s, angle, GREY, 1.4))
+    return whole(
+        view,
+        title="Angles of the body axes from the Sun",
+        y_label="angle [deg]",
+        lines=tuple(lines),
+        levels=limit_levels(view, "angle to the Sun"),
         y_range=(0.0, 180.0),
     )
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from torquer.analysis.goals import NAMED, goals_of
 from torquer.analysis.series import quiet_from, usual_size
 from torquer.report.common.colours import AXES
 from torquer.report.common.downsample import Downsampled, downsampled, thinned
@@ -112,6 +113,15 @@ def xyz(t, vectors, style="line", width=0.9) -> tuple[Line, ...]:
 def whole(view: View, **keys) -> Panel:
     """A panel of the whole run."""
     return Panel(bands=view.eclipses, **keys)
+
+
+def limit_levels(view: View, signal: str) -> tuple[Level, ...]:
+    """Limits of a signal; the usual one of the rate is an orbital rate, which has its mark."""
+    return tuple(
+        Level(goal.below, "limit")
+        for goal in goals_of(view.scenario)
+        if goal.signal == signal and (goal.why == NAMED or signal != "rate")
+    )
 
 
 def log_panel(view: View, series, levels=(), decades=6.0, **keys) -> Panel:

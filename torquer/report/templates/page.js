@@ -1,40 +1,3 @@
-"""Style and script of the HTML report."""
-
-CSS = """
-:root { color-scheme: light dark; --ink: #22262b; --soft: #5d6670; --paper: #f5f6f7;
-  --card: #ffffff; --line: #dfe3e7; --note: #fff6df; --note-line: #e3b341; }
-@media (prefers-color-scheme: dark) { :root { --ink: #dde2e7; --soft: #9aa4ae; --paper: #14171a;
-  --card: #1d2125; --line: #343a41; --note: #2d2815; --note-line: #9a7a20; } }
-* { box-sizing: border-box; }
-body { margin: 0; background: var(--paper); color: var(--ink);
-  font: 16px/1.5 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; }
-main { max-width: 68rem; margin: 0 auto; padding: 1.5rem 1rem 3rem; }
-h1 { font-size: 1.7rem; margin: 0; overflow-wrap: anywhere; }
-h2 { font-size: 1.15rem; margin: 0 0 .5rem; }
-h3 { font-size: .95rem; font-weight: 600; margin: 1rem 0 0; }
-p { color: var(--soft); margin: .2rem 0 .6rem; }
-header { margin-bottom: 1rem; }
-.columns { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fit, minmax(19rem, 1fr)); }
-section { background: var(--card); border: 1px solid var(--line); border-radius: 8px;
-  padding: 1rem 1.1rem; min-width: 0; }
-.card, .notes { margin: 1rem 0; }
-.notes { background: var(--note); border-color: var(--note-line); }
-.notes ul { margin: 0; padding-left: 1.2rem; }
-table { border-collapse: collapse; width: 100%; font-size: .92rem; }
-th, td { text-align: left; padding: .28rem 0; border-bottom: 1px solid var(--line);
-  vertical-align: top; }
-th { font-weight: 400; color: var(--soft); padding-right: 1rem; }
-th.inset { padding-left: 1rem; }
-td { font-variant-numeric: tabular-nums; padding-right: .8rem; overflow-wrap: anywhere; }
-tr:last-child th, tr:last-child td { border-bottom: 0; }
-pre { overflow-x: auto; font-size: .82rem; line-height: 1.45; margin: 0 0 1.2rem; padding: .8rem;
-  background: var(--paper); border-radius: 6px; }
-img { max-width: 100%; }
-.plot { width: 100%; }
-@media (max-width: 40rem) { main { padding: .8rem .4rem 2rem; } section { padding: .8rem .6rem; } }
-"""
-
-SCRIPT = """
 (() => {
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const narrow = innerWidth < 640;
@@ -72,6 +35,51 @@ SCRIPT = """
     return { height: Math.min(figure.layout.height, 300) };
   }
 
+  // arrows move, + and - zoom, 0 shows all; in an animation arrows step and the space bar plays
+  function steer(event, stage, figure) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const done = figure.frames && figure.frames.length ? animated(event.key, stage, figure)
+      : figure.layout.xaxis ? moved(event.key, stage, figure) : turned(event.key, stage);
+    if (done) event.preventDefault();
+  }
+
+  function moved(key, stage, figure) {
+    const [low, high] = stage.layout.xaxis.range, tenth = 0.1 * (high - low);
+    const range = {
+      ArrowLeft: [low - tenth, high - tenth], ArrowRight: [low + tenth, high + tenth],
+      "+": [low + tenth, high - tenth], "-": [low - tenth, high + tenth],
+      "0": stage.whole || figure.layout.xaxis.range,
+    }[key];
+    if (range) Plotly.relayout(stage, { "xaxis.range": range.slice() });
+    return Boolean(range);
+  }
+
+  function animated(key, stage, figure) {
+    const last = figure.frames.length - 1, now = stage.frame || 0;
+    const at = { ArrowLeft: now - 1, ArrowRight: now + 1, Home: 0, End: last }[key];
+    if (key === " ") {
+      stage.playing = !stage.playing;
+      Plotly.animate(stage, stage.playing ? null : [null], { mode: "immediate",
+        fromcurrent: true, frame: { duration: 110, redraw: true }, transition: { duration: 0 } });
+      return true;
+    }
+    if (at === undefined) return turned(key, stage);
+    stage.frame = Math.min(Math.max(at, 0), last);
+    Plotly.animate(stage, [String(stage.frame)], { mode: "immediate",
+      frame: { duration: 0, redraw: true }, transition: { duration: 0 } });
+    return true;
+  }
+
+  // up and down turn the view of a plot in space
+  function turned(key, stage) {
+    const scene = stage.layout.scene, step = { ArrowUp: 0.15, ArrowDown: -0.15 }[key];
+    if (!scene || step === undefined) return false;
+    const eye = { ...scene.camera.eye }, c = Math.cos(step), s = Math.sin(step);
+    Plotly.relayout(stage, { "scene.camera.eye":
+      { x: c * eye.x - s * eye.y, y: s * eye.x + c * eye.y, z: eye.z } });
+    return true;
+  }
+
   async function draw(box) {
     const figure = JSON.parse(box.querySelector("script").textContent);
     const stage = document.createElement("div");
@@ -79,7 +87,10 @@ SCRIPT = """
     if (narrow) Object.assign(figure.layout, narrowed(figure));
     // the animation's buttons take the place of plotly's
     figure.config = figure.frames ? { ...config, displayModeBar: false } : config;
+    // what the box says of the plot is said once: not again by what plotly draws
+    stage.setAttribute("aria-hidden", "true");
     await Plotly.newPlot(stage, figure);
+    box.addEventListener("keydown", event => steer(event, stage, figure));
     stage.classList.add("drawn");
     box.style.minHeight = "";
     await Plotly.relayout(stage, colours());
@@ -100,4 +111,3 @@ SCRIPT = """
   dark.addEventListener("change", () =>
     document.querySelectorAll(".drawn").forEach(stage => Plotly.relayout(stage, colours())));
 })();
-"""

@@ -1,0 +1,111 @@
+"""What a run is to achieve: the limits of its mission, or those usual for its laws."""
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.attitude import attitude_error_of, held_attitudes
+from torquer.analysis.series import angle_deg
+from torquer.control.spin_axis import Pointed
+from torquer.scenario.mission import Mission
+from torquer.scenario.spec import Scenario
+
+#: Limits that are usual for laws, where the scenario names none.
+ORBITAL_RATES = 3.0
+HELD_BY_WHEELS_DEG, HELD_BY_COILS_DEG, POINTED_DEG = 1.0, 10.0, 15.0
+_DAMPING = ("bdot", "sdot")
+_TO_THE_SUN = ("sun_cross", "spin_to_sun")
+
+
+class Goal(NamedTuple):
+    """A limit that a signal is to keep; the signal in words, its unit, and why this limit.
+
+    `axis` in the body and `target` (a direction in J, None for the Sun) are those of an angle.
+    """
+
+    signal: str
+    below: float
+    unit: str
+    why: str
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    target: tuple[float, float, float] | None = None
+
+
+NAMED = "[mission]"
+
+
+def goals_of(scenario: Scenario) -> list[Goal]:
+    """The goals of a scenario; none for motion that nobody controls."""
+    if scenario.mission is not None:
+        return _named(scenario.mission)
+    return _usual(scenario)
+
+
+def _named(mission: Mission) -> list[Goal]:
+    limits = (
+        ("rate", mission.rate_below_deg_s, "deg/s"),
+        ("rate relative to the orbital frame", mission.rate_orbital_below_deg_s, "deg/s"),
+        ("attitude error", mission.attitude_error_below_deg, "deg"),
+        ("angle to the Sun", mission.sun_angle_below_deg, "deg"),
+    )
+    return [
+        Goal(signal, below, unit, NAMED, mission.axis)
+        for signal, below, unit in limits
+        if below is not None
+    ]
+
+
+def _usual(scenario: Scenario) -> list[Goal]:
+    """By the laws that work at the end: attitude, else direction, else rate."""
+    laws = _last_laws(scenario)
+    if len(held_attitudes(scenario.control)) == 1:
+        by_wheels = any(law.drives_wheels for law in map(_law_of, laws) if law is not None)
+        limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG
+        why = f"usual for an attitude held by {'wheels' if by_wheels else 'coils'}"
+        return [Goal("attitude error", limit, "deg", why)]
+    for spec in laws:
+        if spec.kind in _TO_THE_SUN or (isinstance(spec, Pointed) and spec.target == "sun"):
+            return [Goal("angle to the Sun", POINTED_DEG, "deg", "usual for coils", spec.axis)]
+        if isinstance(spec, Pointed) and not isinstance(spec.target, str):
+            why, target = "usual for coils", spec.target
+            return [Goal("angle to the target", POINTED_DEG, "deg", why, spec.axis, target)]
+    if any(spec.kind.startswith(_DAMPING) for spec in laws):
+        rate = np.degrees(scenario.orbit.rate_rad_s(scenario.start))
+        why = f"{ORBITAL_RATES:g} orbital rates, usual for damping by coils"
+        return [Goal("rate", float(ORBITAL_RATES * rate), "deg/s", why)]
+    return []
+
+
+def _law_of(spec):
+    return None if spec.kind in ("user", "given_in_python") else spec.law()
+
+
+def _last_laws(scenario: Scenario) -> list:
+    """Specs of laws: with modes those of the last state that has any, else all."""
+    laws, modes = scenario.control.named()
+    if modes is None:
+        return list(laws.values())
+    used = [state.laws for state in modes.states() if state.laws]
+    return [laws[name] for name in (used[-1] if used else ())]
+
+
+def signal_of(goal: Goal, part: xr.Dataset) -> np.ndarray | None:
+    """The signal of a goal at the records of a result; None where it does not exist."""
+    if goal.signal == "rate":
+        return np.degrees(np.linalg.norm(part["omega_body"].values, axis=1))
+    if goal.signal == "rate relative to the orbital frame":
+        return np.degrees(np.linalg.norm(part["omega_orbital"].values, axis=1))
+    if goal.signal == "attitude error":
+        error = attitude_error_of(part)
+        return None if error is None else error.angle_deg
+    return angle_of_axis_deg(part, goal.axis, goal.target)
+
+
+def angle_of_axis_deg(part: xr.Dataset, axis, target=None) -> np.ndarray:
+    """Angle [deg] of an axis of the body to a direction in J, to the Sun where that is None."""
+    from scipy.spatial.transform import Rotation
+
+    pointed = Rotation.from_quat(part["q_body_to_inertial"].values).apply(axis)
+    wanted = part["sun_inertial"].values if target is None else np.broadcast_to(target, (1, 3))
+    return angle_deg(pointed, wanted)

@@ -1,0 +1,115 @@
+"""The verdict on a run: whether it did what it was to do, when, how well, and its limits met."""
+
+import numpy as np
+
+from torquer.analysis.goals import NAMED, Goal
+from torquer.analysis.wheels import AT_LIMIT
+from torquer.scenario.spec import Scenario
+
+#: Parts of the record below this are not worth a line.
+_WORTH_TELLING = 0.005
+
+
+def verdict_of(
+    scenario: Scenario, goals: list[Goal], t, found: dict[str, np.ndarray], complete: bool
+) -> dict:
+    """Verdict as plain data.
+
+    `found`: series at the times `t` [s]: signals by "goal 0", "goal 1", ...; "coil_share" and
+    "share", "torque_share" of the wheels, as far as there are any.
+    """
+    revolution_s = 2.0 * np.pi / scenario.orbit.rate_rad_s(scenario.start)
+    within_s = scenario.mission.within_s if scenario.mission else None
+    judged = [
+        _judged(goal, t, found[f"goal {n}"], revolution_s, within_s)
+        for n, goal in enumerate(goals)
+        if f"goal {n}" in found
+    ]
+    times = [each["stays_from_s"] for each in judged]
+    settled = None if not judged or None in times else max(times)
+    done = all(each["done"] for each in judged) if judged else None
+    return {
+        "done": done,
+        "headline": _headline(judged, done, settled, complete),
+        "settled_s": settled,
+        "goals": judged,
+        "limits_met": limits_met(t, found, settled),
+    }
+
+
+def _judged(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:
+    """When a signal came below its limit and stayed, and how it was after that."""
+    below = signal < goal.below
+    first = float(t[np.argmax(below)]) if below.any() else None
+    stays = stays_from(t, below)
+    last = signal[t >= t[-1] - revolution_s]
+    whole = t[-1] - t[0] >= revolution_s
+    return {
+        "signal": goal.signal, "below": goal.below, "unit": goal.unit, "why": goal.why,
+        "done": stays is not None and (within_s is None or stays <= within_s),
+        "within_s": within_s, "first_s": first, "stays_from_s": stays,
+        "initial": float(signal[0]), "final": float(signal[-1]),
+        "mean_last_revolution": float(last.mean()) if whole else None,
+        "greatest_last_revolution": float(last.max()) if whole else None,
+    }  # fmt: skip
+
+
+def stays_from(t, within) -> float | None:
+    """Time from which a condition holds to the end; None if it does not hold there."""
+    if not within[-1]:
+        return None
+    failed = np.flatnonzero(~within)
+    return float(t[failed[-1] + 1]) if failed.size else float(t[0])
+
+
+def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[str]:
+    """Actuators at their limits, before the goals were reached or in the whole run."""
+    whole = settled is None or settled <= t[0]
+    when, early = ("all records", t <= t[-1]) if whole else ("the records until then", t <= settled)
+    named = (
+        ("coil_share", "a coil was at its limit"),
+        ("share", "a wheel was at its momentum limit"),
+        ("torque_share", "a wheel's motor was at its torque limit"),
+    )
+    lines = []
+    for key, words in named:
+        if key in found:
+            part = float(np.mean(found[key][early] >= AT_LIMIT))
+            if part >= _WORTH_TELLING:
+                lines.append(f"{words} in {100.0 * part:.0f} % of {when}")
+    return lines
+
+
+def _headline(judged: list[dict], done, settled, complete: bool) -> str:
+    if not complete:
+        return "The run is not complete: there is no verdict yet."
+    if done is None:
+        return f"No verdict: the scenario names no limits in {NAMED}, and its laws imply none."
+    if done:
+        what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
+        return f"Achieved: {what} from {clock_text(settled)} to the end."
+    return "Not achieved: " + "; ".join(_failure(each) for each in judged if not each["done"]) + "."
+
+
+def _failure(each: dict) -> str:
+    signal, limit, final = each["signal"], _limit(each), f"{each['final']:.3g} {each['unit']}"
+    if each["first_s"] is None:
+        return f"{signal} never below {limit}, {final} at the end"
+    if each["stays_from_s"] is None:
+        first = clock_text(each["first_s"])
+        return f"{signal} below {limit} at {first} for the first time, but {final} at the end"
+    late, wanted = clock_text(each["stays_from_s"]), clock_text(each["within_s"])
+    return f"{signal} below {limit} from {late} only, later than {wanted}"
+
+
+def _limit(each: dict) -> str:
+    return f"{each['below']:.3g} {each['unit']}"
+
+
+def clock_text(t_s: float) -> str:
+    """A time since the start, in a unit that suits it."""
+    if t_s < 120.0:
+        return f"{t_s:.3g} s"
+    if t_s < 7200.0:
+        return f"{t_s / 60.0:.3g} min"
+    return f"{t_s / 3600.0:.3g} h" if t_s < 4 * 86400.0 else f"{t_s / 86400.0:.3g} d"

@@ -1,0 +1,66 @@
+"""The verdict at the head of the report: what was to be achieved, when it was, what stood near."""
+
+import numpy as np
+
+from torquer.analysis.budget import NAMES, rows_of
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.summary_rows import time_or_never
+from torquer.report.flight.view import View
+
+HEAD = ("Limit", "Set by", "First below at", "Stays below from", "At the end", "Last revolution")
+#: Look of a verdict: achieved, not achieved, none.
+LOOKS = {True: "done", False: "missed", None: "open"}
+
+
+def goal_grid(view: View) -> list[tuple[str, ...]]:
+    """Rows below `HEAD`: every limit, since when it was kept, and how well."""
+    return [
+        (
+            f"{goal['signal']} below {goal['below']:.3g} {goal['unit']}",
+            goal["why"],
+            time_or_never(goal["first_s"]),
+            time_or_never(goal["stays_from_s"]),
+            f"{goal['final']:.3g} {goal['unit']}",
+            _last_revolution(goal),
+        )
+        for goal in view.summary["verdict"]["goals"]
+    ]
+
+
+def _last_revolution(goal: dict) -> str:
+    if goal["mean_last_revolution"] is None:
+        return "shorter run"
+    mean, greatest = goal["mean_last_revolution"], goal["greatest_last_revolution"]
+    return f"mean {mean:.3g}, greatest {greatest:.3g} {goal['unit']}"
+
+
+def limiting(view: View) -> list[str]:
+    """Limits that actuators met, and the greatest disturbance beside what the coils can give."""
+    return [*view.summary["verdict"]["limits_met"], *_greatest_disturbance(view)]
+
+
+def _greatest_disturbance(view: View) -> list[str]:
+    torques = {
+        name: row
+        for name, row in rows_of(view.budget).items()
+        if name not in ("all", "coils") and row.rms_size_n_m > 0.0
+    }
+    if not torques:
+        return []
+    name, row = max(torques.items(), key=lambda each: each[1].rms_size_n_m)
+    factor, unit = prefixed(np.array([row.rms_size_n_m]), "N m")
+    line = f"greatest disturbance torque: {NAMES[name]}, {factor * row.rms_size_n_m:.3g} {unit} RMS"
+    share = "" if row.share is None else f", {100.0 * row.share:.2g} % of what the coils can give"
+    return [line + share]
+
+
+def verdict_data(view: View) -> dict:
+    """The verdict as the page's template takes it."""
+    verdict = view.summary["verdict"]
+    return {
+        "look": LOOKS[verdict["done"]],
+        "headline": verdict["headline"],
+        "head": HEAD,
+        "rows": goal_grid(view),
+        "limiting": limiting(view),
+    }

@@ -1,0 +1,40 @@
+"""What a run is to achieve: limits that its motion must keep from some time to the end."""
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from torquer.control.spin_axis import unit_vector
+from torquer.spec import Spec
+
+_Limit = Annotated[float, Field(gt=0.0)]
+_Angle = Annotated[float, Field(gt=0.0, lt=180.0)]
+
+
+class Mission(Spec):
+    """What the run is to achieve, for the verdict of its report.
+
+    Every limit must hold from some time to the end of the run. Without this table the verdict
+    takes a limit that is usual for the laws of the scenario, and says so.
+    """
+
+    rate_below_deg_s: _Limit | None = None
+    """Limit of the absolute rate."""
+    rate_orbital_below_deg_s: _Limit | None = None
+    """Limit of the rate relative to the orbital frame."""
+    attitude_error_below_deg: _Angle | None = None
+    """Limit of the deviation from the attitude that the scenario's laws hold."""
+    sun_angle_below_deg: _Angle | None = None
+    """Limit of the angle between `axis` and the Sun."""
+    axis: unit_vector("axis") = (0.0, 0.0, 1.0)  # type: ignore[valid-type]
+    """Axis in the body, of any length, for `sun_angle_below_deg`."""
+    within_s: _Limit | None = None
+    """Time by which the limits must hold; left out: the end of the run."""
+
+    @model_validator(mode="after")
+    def _has_a_limit(self):
+        limits = ("rate_below_deg_s", "rate_orbital_below_deg_s", "attitude_error_below_deg",
+                  "sun_angle_below_deg")  # fmt: skip
+        if all(getattr(self, name) is None for name in limits):
+            raise ValueError(f"mission: must have one of {', '.join(limits)}; received none")
+        return self
