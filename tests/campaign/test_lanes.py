@@ -73,6 +73,12 @@ cycles_per_orbit = 7.5, phase_deg = 20 }
 disturbance.eddy_currents.damping_n_m_s_per_t2 = [[1e4, 1e3, 0], [1e3, 2e4, 0], [0, 0, 3e4]]
 disturbance.unmodelled = { constant_n_m = 1e-6, harmonic_1_n_m = 2e-6, harmonic_2_n_m = 3e-6, \
 hold_s = 50.0 }
+environment.atmosphere.kind = "exponential"
+spacecraft.aerodynamics.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 2.0, \
+centre_m = [0, 0, 0.5] }]
+disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
+centre_m = [0, 0, 5], specular_reflectivity = 0.3 }, { kind = "sphere", radius_m = 0.3, \
+centre_m = [0.1, 0, 0] }]
 control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
 simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 """,
@@ -82,39 +88,22 @@ disturbance = { unmodelled = { harmonic_2_n_m = 3e-6, hold_s = 60.0 }, random_to
 control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
 simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 """,
-    "modes": """
+    "modes, an estimator, sensors that fail": """
 spacecraft.coils.limit_a_m2 = 3.0
 spacecraft.magnetometer = { noise_nt = 50, failures = [{ kind = "zeros", from_s = 400, \
 until_s = 500 }, { kind = "stuck", from_s = 700 }] }
 spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0]], half_field_deg = 80, failures = [ \
 { kind = "silent", from_s = 300, until_s = 350 }] }
 control.sample_s = 2.0
+control.estimators.by_field = { kind = "rate_from_field" }
 control.laws.damping = { kind = "bdot", gain_a_m2_s_per_t = 2e5 }
 control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [1, 0, 0], \
 target = "sun" }
-control.modes.states.damping = { laws = ["damping"], transitions = [ \
+control.modes.states.damping = { laws = ["damping"], estimator = "by_field", transitions = [ \
 { to = "turning", when = { signal = "rate_deg_s", below = 1.5 } }] }
 control.modes.states.turning = { laws = ["turning"], \
 set = { "turning.gain" = 2e3 }, transitions = [ \
 { to = "damping", when = { signal = "rate_deg_s", above = 2.0 } }] }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "an estimator": """
-spacecraft.coils.limit_a_m2 = 3.0
-spacecraft.magnetometer.noise_nt = 50
-control = { estimator = { kind = "rate_from_field" }, sample_s = 2.0, \
-law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 } }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "air and sunlight": """
-environment.atmosphere.kind = "exponential"
-spacecraft.coils.limit_a_m2 = 3.0
-spacecraft.aerodynamics.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 2.0, \
-centre_m = [0, 0, 0.5] }]
-disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
-centre_m = [0, 0, 5], specular_reflectivity = 0.3 }, { kind = "sphere", radius_m = 0.3, \
-centre_m = [0.1, 0, 0] }]
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 }, sample_s = 2.0 }
 simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 """,
 }
