@@ -39,6 +39,25 @@ SCENARIO = {
     "control": {"law": {"kind": "off"}, "estimator": GYRO},
     "simulation": {"duration_s": 1200.0, "step_s": 1.0, "record_s": 10.0},
 }
+#: One TRIAD at the start; handing over to filters without one of the directions.
+HANDED_OVER = {
+    "laws": {"off": {"kind": "off"}},
+    "estimators": {"triad": {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}},
+    "modes": {
+        "regions": {
+            "estimator": {
+                "states": {
+                    "start": {
+                        "laws": ["off"],
+                        "estimator": "triad",
+                        "transitions": [{"to": "filter", "at_least_s": 3.0}],
+                    },
+                    "filter": {"laws": ["off"], "estimator": "estimator"},
+                }
+            }
+        }
+    },
+}
 
 
 def without(keys: dict, *names: str) -> dict:

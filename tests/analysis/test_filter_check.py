@@ -5,20 +5,24 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, without
 
 from torquer import engine, simulate
-from torquer.analysis.filter_check import (
+from torquer.analysis.filter_check import as_plain, check_filter, fly_filter, members_of
+from torquer.analysis.filter_statistics import (
     FilterRuns,
     autocorrelation,
     band,
-    check_filter,
     consistency,
-    fly_filter,
-    members_of,
     nees,
     nis,
 )
-from torquer.analysis.linear_covariance import expected_accuracy, held_attitude
+from torquer.analysis.linear_covariance import (
+    Motion,
+    error_95_rad,
+    expected_accuracy,
+    held_attitude,
+)
 from torquer.scenario.load import scenario_from_data
 
+NOT_FLOWN = Motion(np.zeros(0), *(np.zeros((0, n)) for n in (4, 3, 3)))
 WHOLE_RUNS = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
 
@@ -28,7 +32,7 @@ def drawn(runs=50, samples=400, n=4, factor=1.0):
     root = rng.normal(size=(n, n)) * np.array([[1.0], [1e-3], [1e-6], [1e3]])[:n]
     errors = rng.normal(size=(runs, samples, n)) @ root.T
     covariance = np.broadcast_to(factor * root @ root.T, (runs, samples, n, n))
-    return FilterRuns(np.arange(float(samples)), errors, covariance, {})
+    return FilterRuns(np.arange(float(samples)), errors, covariance, {}, NOT_FLOWN)
 
 
 def test_consistent_errors_lie_in_the_band_at_95_percent_of_instants():
@@ -102,9 +106,8 @@ def test_expected_accuracy_is_that_of_monte_carlo(estimator):
     flown = scenario(estimator, record_s=20.0)
     runs = fly_filter(members_of(flown, 200))
     one = simulate(flown.replace("simulation.record_s", 1.0))
-    expected = expected_accuracy(
-        flown, (one["q_body_to_inertial"].values, one["omega_body"].values)
-    )
+    own = (one[name].values for name in ("time", "q_body_to_inertial", "omega_body"))
+    expected = expected_accuracy(flown, Motion(*own, np.zeros((len(one.time), 3))))
     assert expected.sun_seen[100] and not expected.sun_seen[2000]
     square = np.mean(np.sum(runs.errors[..., :3] ** 2, axis=2), axis=0) / 3.0
     ratio = square / expected.attitude_sigma_rad[::20][: len(square)] ** 2
@@ -136,12 +139,71 @@ def test_only_filters_have_statistics():
 
 @WHOLE_RUNS
 def test_the_whole_check_passes_an_honest_filter_and_fails_another():
-    honest = check_filter(scenario(GYRO, duration_s=1200.0), 40)
-    assert honest["consistent"] and len(honest["checks"]) == 6
+    told = []
+    found = check_filter(scenario(GYRO, duration_s=1200.0), 40, told.append)
+    honest = as_plain(found)
+    assert told == sorted(told) and told[-1] == 1.0 and len(told) == 44
+    assert found.consistent and honest["consistent"] and len(honest["checks"]) == 6
     assert honest["error_deg"] == pytest.approx(honest["sigma_deg"], rel=0.1)
+    assert honest["error_deg"] == pytest.approx(honest["expected_deg"], rel=0.1)
     wrong = check_filter(scenario(GYRO | {"magnetometer_noise_nt": 500.0}, duration_s=1200.0), 40)
-    failed = {check["name"] for check in wrong["checks"] if not check["passed"]}
-    assert "NIS of the magnetometer" in failed and not wrong["consistent"]
+    failed = {check.name for check in wrong.checks if not check.passed}
+    assert "NIS of the magnetometer" in failed and not wrong.consistent
     one = check_filter(scenario({**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]},
                                 duration_s=600.0), 4)  # fmt: skip
-    assert not any("sun" in check["name"] for check in one["checks"])
+    assert not any("sun" in check.name for check in one.checks)
+
+
+def with_windows(estimator, sample_s=1.0, measure_s=2.0, actuate_s=6.0, **changes):
+    """Coils off while sensors are read, then B-dot."""
+    control = {"sample_s": sample_s, "measure_s": measure_s, "actuate_s": actuate_s}
+    return scenario_from_data(
+        {
+            **SCENARIO,
+            "disturbance": DISTURBANCE,
+            "control": {
+                "law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6},
+                "estimator": estimator,
+                **control,
+            },
+            "simulation": {**SCENARIO["simulation"], **changes},
+        }
+    )
+
+
+#: Of readings every 2 s.
+SLOW_GYRO = GYRO | {"angle_random_walk_deg_sqrt_s": 0.01 * np.sqrt(2.0)}
+
+
+@WHOLE_RUNS
+@pytest.mark.parametrize(
+    ("estimator", "windows", "steps"),
+    [(DYNAMICS, (1.0, 2.0, 6.0), 3 * 150), (SLOW_GYRO, (2.0, 6.0, 2.0), 4 * 150)],
+    ids=["dynamics", "gyro"],
+)
+def test_windows_of_measurement_and_actuation_change_nothing(estimator, windows, steps):
+    """A filter that works at uneven steps, with coils on in between, is as honest; one with a gyro
+    as long as its steps are even, which the gyro's noise is stated for."""
+    found = check_filter(with_windows(estimator, *windows), 30)
+    assert found.consistent and len(found.closely.t_s) == steps
+    plain = as_plain(found)
+    assert plain["error_deg"] == pytest.approx(plain["expected_deg"], rel=0.1)
+
+
+@WHOLE_RUNS
+def test_a_gyro_read_at_uneven_steps_is_found_out():
+    """Its noise counts six times as much over 6 s as it was stated for steps of 1 s."""
+    failed = [c.name for c in check_filter(with_windows(GYRO), 30).checks if not c.passed]
+    assert "NEES of the attitude" in failed
+
+
+def test_records_between_control_cycles_are_refused():
+    with pytest.raises(ValueError, match=r"simulation.record_s: must be .* the control cycle = 8"):
+        fly_filter(members_of(with_windows(GYRO, record_s=12.0), 2))
+
+
+def test_95_percent_of_whole_errors():
+    """One axis: 1.96 sigma; three alike: the chi distribution's 2.795."""
+    covariance = np.array([np.diag([0.04, 0.0, 0.0]), 0.01 * np.eye(3), 9.0 * np.eye(3)])
+    expected = [0.2 * 1.95996, 0.1 * 2.79548, np.pi]
+    assert error_95_rad(covariance) == pytest.approx(expected, rel=0.01)

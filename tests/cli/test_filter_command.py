@@ -58,3 +58,35 @@ def test_mistakes_are_told(call, scenario, with_filter):
     assert code == 2 and "control.estimator.kind: must be one of kalman_gyro" in err
     code, _, err = call("filter-check", with_filter(), "--runs", "1")
     assert code == 2 and "--runs: must be 2 or more; received 1" in err
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path):
+    out = tmp_path / "checked"
+    code, said, _ = call("filter-check", with_filter(), "--runs", "4", "--out", out)
+    assert code in (0, 1) and said.splitlines()[-1] == str(out / "report.html")
+    page = (out / "report.html").read_text(encoding="utf-8")
+    pictures = sorted(path.stem for path in (out / "plots").glob("*.png"))
+    assert pictures == ["consistency", "errors_attitude", "errors_gyro_bias", "whiteness"]
+    assert page.count("data:image/png;base64,") == 4
+    assert "NEES of the attitude" in page and "magnetometer_noise_nt = 20" in page
+
+
+def test_what_to_expect_is_told_for_the_filter_and_its_parts(call, with_filter, tmp_path):
+    """As a table, in a picture, and as numbers; nothing is flown."""
+    code, out, _ = call("filter-check", with_filter(), "--expected", "--out", tmp_path)
+    lines = [line for line in out.splitlines() if " + gyro" in line or "gaps: " in line]
+    names = ("magnetometer + Sun sensors + gyro", "magnetometer + gyro", "Sun sensors + gyro")
+    assert code == 0 and len(lines) == 4
+    assert all(name in line for name, line in zip(names, lines, strict=False))
+    assert "unknown" in lines[2] and (tmp_path / "expected.png").stat().st_size > 10_000
+    code, out, _ = call("filter-check", with_filter(), "--expected", "--json")
+    sets = json.loads(out)["sensor_sets"]
+    assert code == 0 and [each["sensors"] for each in sets] == list(names)
+    assert sets[0]["light_95_deg"] < sets[1]["light_95_deg"] < sets[2]["light_95_deg"]
+    assert len(sets[0]["windows"][0]["singular_values"]) == 6
+
+
+def test_runs_and_expectation_exclude_each_other(call, with_filter):
+    code, _, err = call("filter-check", with_filter(), "--expected", "--runs", "5")
+    assert code == 2 and "--runs: must be left out with --expected; received 5" in err

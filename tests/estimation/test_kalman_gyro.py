@@ -7,43 +7,18 @@ import math
 
 import numpy as np
 import pytest
-from filter_cases import GYRO, SCENARIO, without
+from filter_cases import GYRO, HANDED_OVER, SCENARIO, without
 from filter_twin import GyroTwin
 
 from torquer import engine, resume, simulate
-from torquer.analysis.filter_check import (
-    autocorrelation,
-    consistency,
-    fly_filter,
-    members_of,
-    nees,
-    nis,
-)
+from torquer.analysis.filter_check import fly_filter, members_of
+from torquer.analysis.filter_statistics import autocorrelation, consistency, nees, nis
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 FIELD = {**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}
 SUN = {**without(GYRO, "magnetometer_noise_nt"), "sensors": ["sun"]}
-#: One TRIAD at the start; handing over to filters without one of the directions.
-HANDED_OVER = {
-    "laws": {"off": {"kind": "off"}},
-    "estimators": {"triad": {"kind": "triad", "magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.1}},
-    "modes": {
-        "regions": {
-            "estimator": {
-                "states": {
-                    "start": {
-                        "laws": ["off"],
-                        "estimator": "triad",
-                        "transitions": [{"to": "filter", "at_least_s": 3.0}],
-                    },
-                    "filter": {"laws": ["off"], "estimator": "estimator"},
-                }
-            }
-        }
-    },
-}
 
 
 def scenario(estimator=GYRO, control=None, **changes):

@@ -9,7 +9,8 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer import engine, simulate
-from torquer.analysis.filter_check import consistency, fly_filter, members_of, nees, nis
+from torquer.analysis.filter_check import fly_filter, members_of
+from torquer.analysis.filter_statistics import consistency, nees, nis
 from torquer.estimation.usque import grp_of_quaternion, quaternion_of_grp
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data

@@ -27,6 +27,17 @@ def acting_rows(scenario: Scenario, t_s) -> np.ndarray:
     return np.flatnonzero(_phase(scenario, t_s)[:-1] >= measure)
 
 
+def control_times(scenario: Scenario) -> np.ndarray:
+    """Instants (k,) [s] of a run at which the computer controls."""
+    control, step_s = scenario.control, scenario.grid_s
+    measure, sample = round(control.measure_s / step_s), round(control.sample_s / step_s)
+    cycle = round(control.cycle_s / step_s)
+    within = np.arange(0, measure + 1, sample)
+    first = np.arange(0, scenario.steps() + 1, cycle)
+    steps = np.sort(np.add.outer(first, within).ravel())
+    return steps[steps <= scenario.steps()] * step_s
+
+
 def _phase(scenario: Scenario, t_s) -> np.ndarray:
     """Steps since the start of the control cycle."""
     step_s = scenario.grid_s

@@ -1,28 +1,30 @@
-"""Is a filter honest? Its errors over many runs against the covariance that it states.
-
-The error e of a consistent filter has the covariance P that the filter states, so that e P^-1 e
-(normalised estimation error squared, NEES) is chi-square distributed with as many degrees of
-freedom as there are states; so is the normalised innovation squared (NIS), with those of the
-measurement; and whitened innovations are not correlated in time. Y. Bar-Shalom, X. Li, T.
-Kirubarajan, 'Estimation with applications to tracking and navigation' (2001), 5.4.
-"""
+"""Runs of a scenario's filter, and their statistics (`torquer.analysis.filter_statistics`)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from scipy.stats import chi2
 
-from torquer.scenario.control import whole_steps
+from torquer.analysis.control_cycle import control_times
+from torquer.analysis.filter_statistics import (
+    FilterRuns,
+    autocorrelation,
+    consistency,
+    nees,
+    nis,
+)
+from torquer.analysis.linear_covariance import Expected, Motion, expected_accuracy
+from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.gyro_drift import fill_drift
 from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run, prepare
 from torquer.spacecraft.gyro import GyroSet
+from torquer.spacecraft.rotors import axis_of
 
 #: Filters that state a covariance, and what their states are after the attitude error.
 STATES = {
@@ -31,47 +33,15 @@ STATES = {
     "usque": ("gyro_bias",),
 }
 _ESTIMATOR = "control.estimator"
-
-
-class FilterRuns(NamedTuple):
-    """Errors of a filter in many runs; NaN while it knows nothing.
-
-    `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
-    other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
-    (runs, samples, 3): whitened, NaN where there was no reading or no such component.
-    """
-
-    t_s: np.ndarray
-    errors: np.ndarray
-    covariance: np.ndarray
-    innovations: dict[str, np.ndarray]
-
-
-class Consistency(NamedTuple):
-    """A statistic over runs against its chi-square band.
-
-    `mean` (samples,) over the runs, over the degrees of freedom: 1 in a consistent filter; `low`
-    and `high`: what it lies between at an instant with the probability; `inside`: part of the
-    instants at which it does; `overall`: mean over the instants.
-    """
-
-    mean: np.ndarray
-    low: float
-    high: float
-    inside: float
-    overall: float
-
-    @property
-    def consistent(self) -> bool:
-        """Whether the mean over all instants lies in the band of a single one."""
-        return self.low <= self.overall <= self.high
+#: Runs whose innovations are looked at one after another.
+_CLOSELY = 4
 
 
 def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
     """The scenario with other random numbers in each run, and other biases where they are states.
 
     The biases are drawn as the filter believes at its start. ValueError for an estimator that is
-    no Kalman filter, a control cycle with a measurement window, and records between control steps.
+    no Kalman filter.
     """
     spec = scenario.control.estimator
     if spec.kind not in STATES:
@@ -79,15 +49,6 @@ def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
             f"{_ESTIMATOR}.kind: must be one of {', '.join(STATES)} for statistics of a filter; "
             f"received {spec.kind!r}"
         )
-    control = scenario.control
-    if control.measure_s > 0.0:
-        raise ValueError(
-            "control.measure_s: must be 0 for statistics of a filter; "
-            f"received {control.measure_s:g} s"
-        )
-    whole_steps(
-        "simulation.record_s", scenario.simulation.record_s, control.sample_s, "control.sample_s"
-    )
     scenario = scenario.replace(f"{_ESTIMATOR}.record_covariance", True)
     drawn = {
         "spacecraft.gyro.bias_deg_s": getattr(spec, "gyro_bias_sigma_deg_s", None),
@@ -103,28 +64,84 @@ def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
         yield member
 
 
-def fly_filter(members: Iterable[Scenario]) -> FilterRuns:
-    """Fly runs with a filter on one orbit; what the filter believed beside the truth."""
-    piece, found = None, []
+def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = None) -> FilterRuns:
+    """Fly runs with a filter on one orbit; what the filter believed beside the truth.
+
+    At the records that fall on control steps: ValueError if not all do (`simulation.record_s` must
+    be a multiple of the control cycle), unless there are some at every control step. `flown` is
+    called after each run.
+    """
+    piece, found, motion = None, [], None
     for member in members:
         run = prepare(member, piece=piece)
         piece = piece or run.piece
-        found.append(_flown(run))
+        rows = control_rows(member)
+        parts = _recorded(run)
+        motion = motion or _motion(run, parts, rows)
+        found.append([part[rows] for part in _flown(run, parts)])
+        if flown:
+            flown()
     errors, covariance, field, sun = (np.stack(part) for part in zip(*found, strict=True))
-    t_s = np.arange(errors.shape[1]) * member.simulation.record_s
-    return FilterRuns(t_s, errors, covariance, {"magnetometer": field, "sun": sun})
+    assert motion is not None
+    return FilterRuns(motion.t_s, errors, covariance, {"magnetometer": field, "sun": sun}, motion)
 
 
-def _flown(run: Run) -> tuple[np.ndarray, ...]:
-    """Errors, covariance and innovations of a run."""
+def control_rows(scenario: Scenario) -> np.ndarray:
+    """Numbers of the records to look at: those on control steps; see `fly_filter`."""
+    control, record_s = scenario.control, scenario.simulation.record_s
+    count = math.ceil(scenario.steps() * scenario.grid_s / record_s - 1e-9)
+    if record_s == finest_record_s(scenario):
+        rows = np.round(control_times(scenario) / record_s).astype(int)
+        return rows[rows < count]
+    cycle = "control.sample_s" if control.measure_s == 0.0 else "the control cycle"
+    whole_steps("simulation.record_s", record_s, control.cycle_s, cycle)
+    return np.arange(count)
+
+
+def finest_record_s(scenario: Scenario) -> float:
+    """Record interval that has every control step among its records."""
+    control = scenario.control
+    if control.measure_s == 0.0:
+        return control.sample_s
+    assert control.actuate_s is not None
+    return common_divisor({"sample_s": control.sample_s, "actuate_s": control.actuate_s})
+
+
+class Recorded(NamedTuple):
+    """What a run has recorded: rows, wheels, log, estimate; see `Record`."""
+
+    rows: np.ndarray
+    wheels: np.ndarray
+    log: np.ndarray
+    estimate: np.ndarray
+
+
+def _recorded(run: Run) -> Recorded:
     parts: list = []
     run.keep = lambda run: parts.append(run.rows())
     run.advance_to(run.steps)
     parts.append(run.rows())
-    rows, log, estimate = (
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("rows", "log", "estimate")
+    return Recorded(
+        *(np.concatenate([getattr(part, name) for part in parts]) for name in Recorded._fields)
     )
+
+
+def _motion(run: Run, recorded: Recorded, at: np.ndarray) -> Motion:
+    """The motion that was flown."""
+    rows, rotors = recorded.rows[at], run.plan.plant.rotors
+    momentum = np.zeros((len(rows), 3))
+    if rotors:
+        count = len(rotors.rows)
+        axes = np.array([axis_of(rotors.rows, k) for k in range(count)])
+        momentum = recorded.wheels[at, :count] @ axes
+    q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)
+    omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)
+    return Motion(run.scenario.simulation.record_s * at, q, omega, momentum)
+
+
+def _flown(run: Run, recorded: Recorded) -> tuple[np.ndarray, ...]:
+    """Errors, covariance and innovations of a run."""
+    rows, _, log, estimate = recorded
     logged = _logged(run, log)
     n = math.isqrt(logged["covariance"].shape[1])
     own = np.stack([estimate[f"estimate_q_{c}"] for c in "xyzw"], axis=1)
@@ -155,8 +172,10 @@ def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
     """What states of a filter are in truth (samples, 3), those that it has."""
     scenario, plant = run.scenario, run.plan.plant
     spec, count = scenario.control.estimator, len(rows)
-    read_s = scenario.spacecraft.gyro.sample_s or scenario.control.sample_s
     t_s = scenario.simulation.record_s * np.arange(count)
+    read_s = control_times(scenario)
+    if own_s := scenario.spacecraft.gyro.sample_s:
+        read_s = np.arange(0.0, t_s[-1] + own_s, own_s)
     truth = {
         "gyro_bias": _drifted(plant.gyro, scenario.seed, read_s, t_s),
         "rate": np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1),
@@ -168,69 +187,12 @@ def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
     return truth
 
 
-def _drifted(gyro: GyroSet, seed: int, interval_s: float, t_s: np.ndarray) -> np.ndarray:
-    """The gyro's bias (samples, 3) at its latest reading; it is read at intervals from 0 on."""
-    latest = np.floor(t_s / interval_s + 1e-9).astype(int)
-    out = np.zeros((latest[-1] + 1, 3))
-    fill_drift(gyro, seed, interval_s, out)
+def _drifted(gyro: GyroSet, seed: int, read_s: np.ndarray, t_s: np.ndarray) -> np.ndarray:
+    """The gyro's bias (samples, 3) at its latest reading of those at times `read_s`."""
+    latest = np.searchsorted(read_s, t_s * (1.0 + 1e-12) + 1e-9, side="right") - 1
+    out = np.zeros((len(read_s), 3))
+    fill_drift(gyro, seed, read_s, out)
     return out[latest] + np.array(gyro.bias_rad_s)
-
-
-def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:
-    """Normalised estimation error squared (runs, samples) of the first so many states (all)."""
-    e, p = runs.errors[..., :states], runs.covariance[..., :states, :states]
-    out = np.full(e.shape[:2], np.nan)
-    known = np.isfinite(e[..., 0])
-    # states differ in size by many orders: scaled by their standard deviations
-    sigma = np.sqrt(np.einsum("kii->ki", p[known]))
-    scaled, ratio = e[known] / sigma, p[known] / (sigma[:, :, None] * sigma[:, None, :])
-    out[known] = np.einsum("ki,ki->k", scaled, np.linalg.solve(ratio, scaled[..., None])[..., 0])
-    return out
-
-
-def nis(innovations: np.ndarray) -> tuple[np.ndarray, int]:
-    """Normalised innovation squared (runs, samples), NaN without a reading; its freedoms."""
-    there = np.isfinite(innovations)
-    freedoms = int(there.sum(axis=-1).max())
-    square = np.where(there, innovations, 0.0) ** 2
-    return np.where(there.any(axis=-1), square.sum(axis=-1), np.nan), freedoms
-
-
-def consistency(values: np.ndarray, freedoms: int, probability: float = 0.95) -> Consistency:
-    """Mean over runs (runs, samples) of a chi-square statistic against its band.
-
-    Instants at which fewer than half of the runs have a value are left out.
-    """
-    there = np.isfinite(values).sum(axis=0)
-    used = there >= 0.5 * len(values)
-    mean = np.nanmean(values[:, used], axis=0) / freedoms
-    low, high = band(freedoms, len(values), probability)
-    inside = float(np.mean((mean >= low) & (mean <= high)))
-    return Consistency(mean, low, high, inside, float(np.nanmean(mean)))
-
-
-def band(freedoms: int, runs: int, probability: float = 0.95) -> tuple[float, float]:
-    """What the mean of chi-square numbers of so many runs, over its freedoms, lies between."""
-    tail, total = 0.5 * (1.0 - probability), freedoms * runs
-    return float(chi2.ppf(tail, total) / total), float(chi2.ppf(1.0 - tail, total) / total)
-
-
-def autocorrelation(innovations: np.ndarray, lag: int = 1) -> tuple[float, float]:
-    """Correlation of whitened innovations (runs, samples, 3) `lag` readings apart, and its sigma.
-
-    The sigma is what white noise would show.
-    """
-    product = square = 0.0
-    pairs = 0
-    for run in innovations:
-        there = np.isfinite(run)
-        readings = run[there.any(axis=1)][:, there.any(axis=0)]
-        product += float(np.sum(readings[lag:] * readings[:-lag]))
-        square += 0.5 * float(np.sum(readings[lag:] ** 2) + np.sum(readings[:-lag] ** 2))
-        pairs += readings[lag:].size
-    if not pairs:
-        return math.nan, math.nan
-    return product / square, 1.0 / math.sqrt(pairs)
 
 
 class Check(NamedTuple):
@@ -244,50 +206,100 @@ class Check(NamedTuple):
     passed: bool
 
 
-def check_filter(scenario: Scenario, runs: int = 200) -> dict:
-    """Statistics of a scenario's filter over runs, as plain data.
+class FilterCheck(NamedTuple):
+    """A filter looked at over many runs.
 
-    `checks`: of errors (NEES) of the attitude and of all states, and of innovations (NIS) of each
+    `flown`: at about 200 instants; `closely`: a few runs at every control step, with the accuracy
+    `expected` by linear covariance along the first one's motion.
+    """
+
+    scenario: Scenario
+    runs: int
+    checks: list[Check]
+    flown: FilterRuns
+    closely: FilterRuns
+    expected: Expected
+
+    @property
+    def consistent(self) -> bool:
+        """Whether all statistics are those of a consistent filter."""
+        return all(check.passed for check in self.checks)
+
+
+def check_filter(
+    scenario: Scenario, runs: int = 200, progress: Callable[[float], None] | None = None
+) -> FilterCheck:
+    """Statistics of a scenario's filter over runs.
+
+    Checks of errors (NEES) of the attitude and of all states, and of innovations (NIS) of each
     sensor, over their freedoms: mean over runs and instants, its 95 % band at one instant, part of
     the instants inside; of the correlation of innovations one reading apart, five sigma of white
-    noise. `error_deg`: root mean square, and 95 % of all errors; `sigma_deg`: what the filter
-    stated, both per axis, without the first tenth of the time.
+    noise. `progress` is called with the part that is done, 0..1.
     """
-    checks = []
-    flown = fly_filter(members_of(scenario.replace(*_record(scenario)), runs))
+    done, total = 0, runs + min(runs, _CLOSELY)
+
+    def one_more() -> None:
+        nonlocal done
+        done += 1
+        if progress:
+            progress(done / total)
+
+    flown = fly_filter(members_of(scenario.replace(*_record(scenario)), runs), one_more)
+    every = scenario.replace("simulation.record_s", finest_record_s(scenario))
+    closely = fly_filter(members_of(every, min(runs, _CLOSELY)), one_more)
+    checks = [*_checks_of_errors(flown), *_checks_of_whiteness(closely)]
+    expected = expected_accuracy(scenario, closely.motion)
+    return FilterCheck(scenario, runs, checks, flown, closely, expected)
+
+
+def _checks_of_errors(flown: FilterRuns) -> Iterator[Check]:
     n = flown.errors.shape[-1]
     for name, states in {"NEES of the attitude": 3, "NEES of all states": n}.items():
-        checks.append(_check(name, nees(flown, states), states))
+        yield _check(name, nees(flown, states), states)
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
-            checks.append(_check(f"NIS of the {sensor}", *nis(innovations)))
-    every = scenario.replace("simulation.record_s", scenario.control.sample_s)
-    for sensor, innovations in fly_filter(members_of(every, min(runs, 4))).innovations.items():
+            yield _check(f"NIS of the {sensor}", *nis(innovations))
+
+
+def _checks_of_whiteness(closely: FilterRuns) -> Iterator[Check]:
+    for sensor, innovations in closely.innovations.items():
         value, sigma = autocorrelation(innovations)
         if math.isfinite(value):
             passed = abs(value) < 5.0 * sigma
             name = f"correlation of the {sensor}"
-            checks.append(Check(name, value, -5.0 * sigma, 5.0 * sigma, math.nan, passed))
+            yield Check(name, value, -5.0 * sigma, 5.0 * sigma, math.nan, passed)
+
+
+def as_plain(found: FilterCheck) -> dict:
+    """A check as plain data.
+
+    Attitude errors about each axis without the first tenth of the time: `error_deg`, root mean
+    square over the runs; `sigma_deg`: as the filter stated; `expected_deg`: by linear covariance.
+    `error_95_deg`: 95 % of the whole errors.
+    """
+    flown, expected = found.flown, found.expected
     later = flown.t_s >= 0.1 * flown.t_s[-1]
     error = np.degrees(np.linalg.norm(flown.errors[:, later, :3], axis=2))
     sigma = np.einsum("rkii->rk", flown.covariance[:, later, :3, :3]) / 3.0
+    linear = np.interp(flown.t_s[later], expected.t_s, expected.attitude_sigma_rad**2)
     return {
-        "scenario": scenario.name,
-        "estimator": scenario.control.estimator.kind,
-        "runs": runs,
-        "checks": [check._asdict() for check in checks],
-        "consistent": all(check.passed for check in checks),
+        "scenario": found.scenario.name,
+        "estimator": found.scenario.control.estimator.kind,
+        "runs": found.runs,
+        "checks": [check._asdict() for check in found.checks],
+        "consistent": found.consistent,
         "error_deg": float(np.sqrt(np.nanmean(error**2) / 3.0)),
         "error_95_deg": float(np.nanquantile(error, 0.95)),
         "sigma_deg": float(np.degrees(np.sqrt(np.nanmean(sigma)))),
+        "expected_deg": float(np.degrees(np.sqrt(np.mean(linear)))),
     }
 
 
 def _record(scenario: Scenario) -> tuple[str, float]:
-    """Record interval for about 200 instants of a run: whole control steps."""
-    sample_s = scenario.control.sample_s
+    """Record interval for about 200 instants of a run: whole control cycles."""
+    cycle_s = scenario.control.cycle_s
     length_s = scenario.steps() * scenario.grid_s
-    return "simulation.record_s", sample_s * max(round(length_s / sample_s / 200.0), 1)
+    return "simulation.record_s", cycle_s * max(round(length_s / cycle_s / 200.0), 1)
 
 
 def _check(name: str, values: np.ndarray, freedoms: int) -> Check:

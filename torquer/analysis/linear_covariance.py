@@ -6,13 +6,13 @@ reads. So it is carried along a nominal motion by the filter's own kernels.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from torquer.analysis.control_cycle import control_times
 from torquer.earth.gravity import gravity_gradient_vector
 from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro
 from torquer.estimation.kalman import UNINFORMED
@@ -22,6 +22,19 @@ from torquer.estimation.usque import Usque
 from torquer.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.sun_sensor import sensor_that_sees
+
+#: Random errors of which the 95 % of an attitude's whole error is taken.
+_DRAWN = 20_000
+
+
+class Motion(NamedTuple):
+    """A nominal motion at control steps: times (k,) [s], attitudes (k, 4), rates (k, 3) [rad/s],
+    momentum of the wheels (k, 3) [N m s, body]."""
+
+    t_s: np.ndarray
+    q: np.ndarray
+    omega: np.ndarray
+    wheels: np.ndarray
 
 
 class Expected(NamedTuple):
@@ -46,6 +59,17 @@ class Expected(NamedTuple):
         return np.linalg.eigh(self.covariance[:, :3, :3])[1][:, :, -1]
 
 
+def error_95_rad(covariance: np.ndarray) -> np.ndarray:
+    """Angle [rad] below which 95 % of the whole attitude errors of covariances (k, 3, 3) are.
+
+    Of normally distributed rotation vectors, half a turn at most; the same draws for all, to 1 %.
+    """
+    squares = np.random.default_rng(0).normal(size=(_DRAWN, 3)) ** 2
+    axes = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
+    whole = np.array([np.sqrt(np.quantile(squares @ each, 0.95)) for each in axes])
+    return np.minimum(whole, np.pi)
+
+
 def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Attitudes (k, 4) and rates (k, 3) of a satellite that goes on as it begins.
 
@@ -67,40 +91,55 @@ def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.n
     return turned.as_quat(), turned.inv().apply(turning)
 
 
-def expected_accuracy(
-    scenario: Scenario, motion: tuple[np.ndarray, np.ndarray] | None = None
-) -> Expected:
-    """Covariance of the scenario's filter at its control steps, along a nominal motion.
+def held_motion(scenario: Scenario) -> Motion:
+    """`held_attitude` at the control steps, the wheels turning as they do at the start."""
+    t_s = control_times(scenario)
+    wheels, momentum = scenario.spacecraft.wheels, np.zeros(3)
+    if wheels is not None:
+        spin = wheels.rotor_inertia_kg_m2() * wheels.initial_speeds_rad_s()
+        momentum = spin @ np.array(wheels.array().axes)
+    return Motion(t_s, *held_attitude(scenario, t_s), np.tile(momentum, (len(t_s), 1)))
 
-    `motion`: attitudes (k, 4) and rates (k, 3) [rad/s] at the control steps from the start on;
-    left out, `held_attitude`. All sensors are read at each control step, and the attitude is not
-    known at the start. ValueError unless `control.estimator` is a Kalman filter.
-    """
+
+def kalman_filter(scenario: Scenario) -> KalmanGyro | Usque | KalmanDynamics:
+    """The scenario's filter; ValueError for another estimator."""
     spec = scenario.control.estimator
     if not isinstance(spec, KalmanGyro | Usque | KalmanDynamics):
         raise ValueError(
             "control.estimator.kind: must be that of a Kalman filter for its expected accuracy; "
             f"received {spec.kind!r}"
         )
-    dt = scenario.control.sample_s
-    count = math.floor(scenario.steps() * scenario.grid_s / dt + 1e-9) + 1
-    t_s = dt * np.arange(count if motion is None else len(motion[0]))
-    q, omega = held_attitude(scenario, t_s) if motion is None else motion
-    seen = nominal(scenario, t_s, q, omega)
+    return spec
+
+
+def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expected:
+    """Covariance of the scenario's filter at its control steps, along a nominal motion.
+
+    `motion`: left out, `held_motion`. All sensors are read at each control step, and the attitude
+    is not known at the start. ValueError unless `control.estimator` is a Kalman filter.
+    """
+    spec = kalman_filter(scenario)
+    seen = nominal(scenario, motion or held_motion(scenario))
     block = spec.estimator()
     assert isinstance(block.memory, Mapping)
-    parameters, n = block.parameters, len(block.memory["correction"])
-    out = np.zeros((len(t_s), n * n))
+    n = len(block.memory["correction"])
+    out = np.zeros((len(seen.t_s), n * n))
+    put_first(out[0], n, first_variances(spec))
+    carry = fill_dynamics if isinstance(spec, KalmanDynamics) else fill_gyro
+    carry(block.parameters, seen, np.zeros(3 * n), np.zeros(n), out)
+    return Expected(seen.t_s, out.reshape(-1, n, n), seen.seen)
+
+
+def first_variances(spec: KalmanGyro | Usque | KalmanDynamics) -> np.ndarray:
+    """Variances of a filter's states at the start, one for each three states: attitude first."""
+    parameters = spec.estimator().parameters
     if isinstance(spec, KalmanDynamics):
-        first = [parameters.rate, parameters.dipole, parameters.field_bias]
-        if not parameters.dipole_at:
-            del first[1]
-        carry = fill_dynamics
+        dipole = [parameters.dipole] if parameters.dipole_at else []
+        others = [parameters.rate, *dipole]
     else:
-        first, carry = [parameters.bias, parameters.field_bias], fill_gyro
-    put_first(out[0], n, np.array([UNINFORMED, *first])[: n // 3])
-    carry(parameters, seen, dt, np.zeros(3 * n), np.zeros(n), out)
-    return Expected(t_s, out.reshape(-1, n, n), seen.seen)
+        others = [parameters.bias]
+    bias = [parameters.field_bias] if parameters.sensing.bias_at else []
+    return np.array([UNINFORMED, *others, *bias])
 
 
 def put_first(p: np.ndarray, n: int, variances: np.ndarray) -> None:
@@ -108,9 +147,10 @@ def put_first(p: np.ndarray, n: int, variances: np.ndarray) -> None:
     p[:: n + 1] = np.repeat(variances, 3)
 
 
-def nominal(scenario: Scenario, t_s: np.ndarray, q: np.ndarray, omega: np.ndarray) -> Nominal:
+def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     """What sensors would see along a motion."""
     around, sensors = scenario.surroundings(), scenario.spacecraft.sun_sensors
+    t_s, q, omega, wheels = motion
     r, v = around.state(t_s)
     sun = around.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
@@ -120,5 +160,5 @@ def nominal(scenario: Scenario, t_s: np.ndarray, q: np.ndarray, omega: np.ndarra
         packed = sensors.pack()
         seen &= [sensor_that_sees(packed, as_vector(row)) >= 0 for row in in_body]
     b = around.field(t_s, r, v)
-    rows = [np.ascontiguousarray(x) for x in (q, omega, b, gravity_gradient_vector(r), sun)]
-    return Nominal(rows[0], rows[1], rows[2], rows[3], rows[4], seen)
+    rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)
+    return Nominal(*(np.ascontiguousarray(row, dtype=float) for row in rows), seen)  # type: ignore[call-arg]

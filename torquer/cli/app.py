@@ -121,18 +121,27 @@ def modes(
 def filter_check(
     scenario: Path,
     *,
-    runs: Annotated[int, Parameter(help="Number of runs.")] = 200,
+    runs: Annotated[int | None, Parameter(help="Number of runs (200).")] = None,
+    expected: Annotated[
+        bool, Parameter(help="Fly nothing: the accuracy to expect of the sensors.", negative=())
+    ] = False,
+    out: Annotated[Path | None, Parameter(help="Folder for report and pictures.")] = None,
     json: Json = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Check the Kalman filter of SCENARIO: its errors over many runs against what it states.
 
-    NEES, NIS and whiteness with their chi-square bands; exit code 1 if one fails.
+    NEES, NIS and whiteness with their chi-square bands, errors beside those that linear covariance
+    expects; exit code 1 if a statistic fails. With --expected, before anything is flown: accuracy
+    in light and dark and gaps of observability, for the sensors of each filter and for fewer.
     """
     from torquer.cli import filter_work as work
 
-    return work.check(scenario, runs, json, not no_user_code, code_from_anywhere)
+    code = (not no_user_code, code_from_anywhere)
+    if expected:
+        return work.expect(scenario, runs, out, json, *code)
+    return work.check(scenario, runs, out, json, *code)
 
 
 @app.command

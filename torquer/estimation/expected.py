@@ -24,7 +24,7 @@ from torquer.estimation.kalman_dynamics import (
 from torquer.estimation.kalman_gyro import propagate_covariance as propagate_gyro
 from torquer.geometry.frames import mat_mul
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import scale
+from torquer.geometry.vec3 import add, scale
 
 _NO_DIPOLE = (0.0, 0.0, 0.0)
 
@@ -32,12 +32,14 @@ _NO_DIPOLE = (0.0, 0.0, 0.0)
 class Nominal(NamedTuple):
     """What a filter would see along a motion, a row at each control step.
 
-    Attitude, rate [rad/s]; field [T], radius vector of `gravity_gradient_at`, direction to the
-    Sun, all inertial; whether a Sun sensor sees it.
+    Time [s]; attitude, rate [rad/s]; wheels' momentum [N m s, body]; field [T], radius vector of
+    `gravity_gradient_at`, direction to the Sun, all inertial; whether a Sun sensor sees it.
     """
 
+    t_s: np.ndarray
     q: np.ndarray
     omega: np.ndarray
+    wheels: np.ndarray
     b: np.ndarray
     gravity: np.ndarray
     sun: np.ndarray
@@ -73,27 +75,28 @@ def take_readings(sensing, along, k, p, gain, correction):
 
 
 @kernel
-def fill_gyro(parameters, along, dt, gain, correction, out):
+def fill_gyro(parameters, along, gain, correction, out):
     """Covariance after each control step, of a filter with a gyro; `out[0]`: at the start."""
     n = correction.shape[0]
     take_readings(parameters.sensing, along, 0, out[0], gain, correction)
     for k in range(1, out.shape[0]):
-        out[k] = out[k - 1]
+        out[k], dt = out[k - 1], along.t_s[k] - along.t_s[k - 1]
         turn = scale(dt, row3(along.omega, k - 1))
         propagate_gyro(out[k], n, turn, dt, parameters.white, parameters.walk)
         take_readings(parameters.sensing, along, k, out[k], gain, correction)
 
 
 @kernel
-def fill_dynamics(parameters, along, dt, gain, correction, out):
+def fill_dynamics(parameters, along, gain, correction, out):
     """The same of a filter without a gyro."""
     n, inverse = correction.shape[0], full(parameters.inverse)
     noise = mat_scale(parameters.torque, mat_mul(inverse, inverse))
     take_readings(parameters.sensing, along, 0, out[0], gain, correction)
     for k in range(1, out.shape[0]):
-        out[k] = out[k - 1]
+        out[k], dt = out[k - 1], along.t_s[k] - along.t_s[k - 1]
         around = Surroundings(row3(along.gravity, k - 1), row3(along.b, k - 1))
         q, omega = row4(along.q, k - 1), row3(along.omega, k - 1)
-        linear = linearised(parameters, q, omega, parameters.fixed, around, _NO_DIPOLE, dt)
+        wheels = add(parameters.fixed, row3(along.wheels, k - 1))
+        linear = linearised(parameters, q, omega, wheels, around, _NO_DIPOLE, dt)
         propagate_dynamics(out[k], n, linear, noise, parameters.dipole_at, dt)
         take_readings(parameters.sensing, along, k, out[k], gain, correction)

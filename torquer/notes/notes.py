@@ -6,6 +6,7 @@ import numpy as np
 
 from torquer.notes.bdot_notes import bdot_notes
 from torquer.notes.disturbance_notes import disturbance_notes
+from torquer.notes.filter_notes import filter_notes
 from torquer.notes.mode_notes import mode_notes
 from torquer.notes.wheel_notes import wheel_notes
 from torquer.orbit.numerical import epoch_of
@@ -31,6 +32,7 @@ def notes_of(scenario: Scenario) -> list[str]:
         *wheel_notes(scenario),
         *disturbance_notes(scenario),
         *mode_notes(scenario),
+        *filter_notes(scenario),
     ]
 
 

@@ -6,11 +6,13 @@ from torquer.spacecraft.gyro import DRIFT_STREAM, walked_bias
 
 
 @kernel
-def fill_drift(gyro, seed, interval_s, out):
-    """Accumulated drift [rad/s] of a gyro at its readings (n, 3), as the simulation has it."""
-    drift, dt = (0.0, 0.0, 0.0), 0.0
+def fill_drift(gyro, seed, t_s, out):
+    """Accumulated drift [rad/s] of a gyro at its readings (n, 3), as the simulation has it.
+
+    `t_s` (n,): when it has been read.
+    """
+    drift = (0.0, 0.0, 0.0)
     for k in range(out.shape[0]):
         drawn = noise.drawn(gyro.drift_rad_s_sqrt_s, seed, DRIFT_STREAM, k)
-        drift = walked_bias(gyro, drift, dt, drawn)
+        drift = walked_bias(gyro, drift, t_s[k] - t_s[max(k - 1, 0)], drawn)
         out[k, 0], out[k, 1], out[k, 2] = drift
-        dt = interval_s

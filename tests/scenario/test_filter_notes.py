@@ -1,0 +1,22 @@
+"""Notes on Kalman filters."""
+
+import pytest
+from filter_cases import DYNAMICS, GYRO, SCENARIO
+
+from torquer.notes.filter_notes import filter_notes
+from torquer.scenario.load import scenario_from_data
+
+
+@pytest.mark.parametrize(
+    ("estimator", "windows", "told"),
+    [
+        (GYRO, {"measure_s": 2.0, "actuate_s": 6.0}, True),
+        (GYRO, {"measure_s": 2.0, "actuate_s": 1.0}, False),
+        (GYRO, {}, False),
+        (DYNAMICS, {"measure_s": 2.0, "actuate_s": 6.0}, False),
+    ],
+)
+def test_uneven_steps_of_a_filter_with_a_gyro_are_told(estimator, windows, told):
+    control = {"law": {"kind": "off"}, "estimator": estimator, **windows}
+    notes = filter_notes(scenario_from_data({**SCENARIO, "control": control}))
+    assert len(notes) == told and all("by 1 and by 6 s" in note for note in notes)

@@ -1,0 +1,111 @@
+"""Is a filter honest? Statistics of its errors over many runs against the covariance it states.
+
+The error e of a consistent filter has the covariance P that the filter states, so that e P^-1 e
+(normalised estimation error squared, NEES) is chi-square distributed with as many degrees of
+freedom as there are states; so is the normalised innovation squared (NIS), with those of the
+measurement; and whitened innovations are not correlated in time. Y. Bar-Shalom, X. Li, T.
+Kirubarajan, 'Estimation with applications to tracking and navigation' (2001), 5.4.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from torquer.analysis.linear_covariance import Motion
+
+
+class FilterRuns(NamedTuple):
+    """Errors of a filter in many runs; NaN while it knows nothing.
+
+    `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
+    other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
+    (runs, samples, 3): whitened, NaN where there was no reading or no such component. `motion`: of
+    the first run, at the same instants.
+    """
+
+    t_s: np.ndarray
+    errors: np.ndarray
+    covariance: np.ndarray
+    innovations: dict[str, np.ndarray]
+    motion: Motion
+
+
+class Consistency(NamedTuple):
+    """A statistic over runs against its chi-square band.
+
+    `mean` (samples,) over the runs, over the degrees of freedom: 1 in a consistent filter; `low`
+    and `high`: what it lies between at an instant with the probability; `inside`: part of the
+    instants at which it does; `overall`: mean over the instants.
+    """
+
+    mean: np.ndarray
+    low: float
+    high: float
+    inside: float
+    overall: float
+
+    @property
+    def consistent(self) -> bool:
+        """Whether the mean over all instants lies in the band of a single one."""
+        return self.low <= self.overall <= self.high
+
+
+def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:
+    """Normalised estimation error squared (runs, samples) of the first so many states (all)."""
+    e, p = runs.errors[..., :states], runs.covariance[..., :states, :states]
+    out = np.full(e.shape[:2], np.nan)
+    known = np.isfinite(e[..., 0])
+    # states differ in size by many orders: scaled by their standard deviations
+    sigma = np.sqrt(np.einsum("kii->ki", p[known]))
+    scaled, ratio = e[known] / sigma, p[known] / (sigma[:, :, None] * sigma[:, None, :])
+    out[known] = np.einsum("ki,ki->k", scaled, np.linalg.solve(ratio, scaled[..., None])[..., 0])
+    return out
+
+
+def nis(innovations: np.ndarray) -> tuple[np.ndarray, int]:
+    """Normalised innovation squared (runs, samples), NaN without a reading; its freedoms."""
+    there = np.isfinite(innovations)
+    freedoms = int(there.sum(axis=-1).max())
+    square = np.where(there, innovations, 0.0) ** 2
+    return np.where(there.any(axis=-1), square.sum(axis=-1), np.nan), freedoms
+
+
+def consistency(values: np.ndarray, freedoms: int, probability: float = 0.95) -> Consistency:
+    """Mean over runs (runs, samples) of a chi-square statistic against its band.
+
+    Instants at which fewer than half of the runs have a value are left out.
+    """
+    there = np.isfinite(values).sum(axis=0)
+    used = there >= 0.5 * len(values)
+    mean = np.nanmean(values[:, used], axis=0) / freedoms
+    low, high = band(freedoms, len(values), probability)
+    inside = float(np.mean((mean >= low) & (mean <= high)))
+    return Consistency(mean, low, high, inside, float(np.nanmean(mean)))
+
+
+def band(freedoms: int, runs: int, probability: float = 0.95) -> tuple[float, float]:
+    """What the mean of chi-square numbers of so many runs, over its freedoms, lies between."""
+    tail, total = 0.5 * (1.0 - probability), freedoms * runs
+    return float(chi2.ppf(tail, total) / total), float(chi2.ppf(1.0 - tail, total) / total)
+
+
+def autocorrelation(innovations: np.ndarray, lag: int = 1) -> tuple[float, float]:
+    """Correlation of whitened innovations (runs, samples, 3) `lag` readings apart, and its sigma.
+
+    The sigma is what white noise would show.
+    """
+    product = square = 0.0
+    pairs = 0
+    for run in innovations:
+        there = np.isfinite(run)
+        readings = run[there.any(axis=1)][:, there.any(axis=0)]
+        product += float(np.sum(readings[lag:] * readings[:-lag]))
+        square += 0.5 * float(np.sum(readings[lag:] ** 2) + np.sum(readings[:-lag] ** 2))
+        pairs += readings[lag:].size
+    if not pairs:
+        return math.nan, math.nan
+    return product / square, 1.0 / math.sqrt(pairs)

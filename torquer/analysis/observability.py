@@ -1,0 +1,155 @@
+"""What the readings of a window alone tell of a filter's states: the observability Gramian.
+
+G = sum over the readings of (H Phi)^T R^-1 (H Phi), Phi the transition from the window's start. Its
+states are scaled by their standard deviations at the filter's start, so that a singular value s
+means: the readings of the window alone would tell this combination of states 1/sqrt(s) times as
+closely as it was known then. Below one they add nothing worth mention: a gap. P. Maybeck,
+'Stochastic models, estimation, and control', vol. 1 (1979), 2.5 and 5.4.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from torquer.analysis.linear_covariance import (
+    Motion,
+    first_variances,
+    held_motion,
+    kalman_filter,
+    nominal,
+)
+from torquer.estimation.expected import Nominal
+from torquer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.scenario.spec import Scenario
+
+
+class Observability(NamedTuple):
+    """Windows of a motion: from `from_s` to `to_s` (w,).
+
+    `singular` (w, n): singular values of the scaled Gramian, greatest first; `weakest` (w, n): the
+    combination of scaled states of the last one, of length one; `states`: names, of three each.
+    """
+
+    from_s: np.ndarray
+    to_s: np.ndarray
+    singular: np.ndarray
+    weakest: np.ndarray
+    states: tuple[str, ...]
+
+    @property
+    def gaps(self) -> np.ndarray:
+        """Windows (w,) whose readings leave some combination of states as unknown as it was."""
+        return self.singular[:, -1] < 1.0
+
+    def weakest_state(self, window: int) -> str:
+        """Name of the states that have the greatest part in the weakest combination."""
+        parts = np.sum(self.weakest[window].reshape(-1, 3) ** 2, axis=1)
+        return self.states[int(np.argmax(parts))]
+
+
+def observability(
+    scenario: Scenario, window_s: float, motion: Motion | None = None
+) -> Observability:
+    """Observability of the states of the scenario's filter in windows one after another.
+
+    Along a nominal motion as for `expected_accuracy`. ValueError unless `control.estimator` is a
+    Kalman filter, or for a window that is longer than the motion or shorter than two readings.
+    """
+    spec = kalman_filter(scenario)
+    seen = nominal(scenario, motion or held_motion(scenario))
+    steps = round(window_s * (len(seen.t_s) - 1) / (seen.t_s[-1] - seen.t_s[0]))
+    if not 2 <= steps < len(seen.t_s):
+        raise ValueError(
+            f"window_s: must hold two control steps or more and fit into the run of "
+            f"{seen.t_s[-1]:g} s; received {window_s:g} s"
+        )
+    sigma = np.repeat(np.sqrt(first_variances(spec)), 3)
+    each = transitions(spec, seen), information(spec, seen)
+    first = np.arange(0, len(seen.t_s) - steps, steps)
+    scaled = sigma[:, None] * gramians(*each, first, steps) * sigma
+    values, vectors = np.linalg.eigh(scaled)
+    singular = np.maximum(values[:, ::-1], 0.0)
+    return Observability(
+        seen.t_s[first], seen.t_s[first + steps], singular, vectors[:, :, 0], states_of(spec)
+    )
+
+
+def states_of(spec) -> tuple[str, ...]:
+    """What a filter's states are, three each."""
+    dynamics = isinstance(spec, KalmanDynamics)
+    names = ["attitude", "rate" if dynamics else "gyro bias"]
+    if dynamics and spec.dipole_sigma_a_m2:
+        names.append("residual dipole")
+    if spec.magnetometer_bias_sigma_nt:
+        names.append("magnetometer bias")
+    return tuple(names)
+
+
+def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int) -> np.ndarray:
+    """Gramians (w, n, n) of windows of so many readings that begin at places (w,).
+
+    `phi` (k - 1, n, n): transitions; `gained` (k, n, n): information of each instant's readings.
+    """
+    g = gained[first + steps - 1]
+    for k in range(steps - 2, -1, -1):
+        f = phi[first + k]
+        g = gained[first + k] + np.swapaxes(f, 1, 2) @ g @ f
+    return g
+
+
+def information(spec, seen: Nominal) -> np.ndarray:
+    """H^T R^-1 H (k, n, n) of each instant's readings."""
+    sensing, n = spec.estimator().parameters.sensing, 3 * len(first_variances(spec))
+    out = np.zeros((len(seen.t_s), n, n))
+    if sensing.magnetometer:
+        h = np.zeros((len(seen.t_s), 3, n))
+        h[:, :, :3] = cross_matrices(_in_body(seen.q, seen.b))
+        if at := int(sensing.bias_at):
+            h[:, :, at : at + 3] = np.eye(3)
+        out += np.swapaxes(h, 1, 2) @ h / sensing.r_field
+    if sensing.sun:
+        across = cross_matrices(_in_body(seen.q, seen.sun))
+        gained = np.swapaxes(across, 1, 2) @ across / sensing.r_sun
+        out[:, :3, :3] += np.where(seen.seen[:, None, None], gained, 0.0)
+    return out
+
+
+def transitions(spec, seen: Nominal) -> np.ndarray:
+    """Transition matrices (k - 1, n, n) of small errors from one control step to the next."""
+    f = rates_of_change(spec, seen)[:-1]
+    by = f * np.diff(seen.t_s)[:, None, None]
+    return np.eye(f.shape[1]) + by + by @ by / 2.0 + by @ by @ by / 6.0
+
+
+def rates_of_change(spec, seen: Nominal) -> np.ndarray:
+    """F (k, n, n) of the linear motion of small errors, dx/dt = F x."""
+    n = 3 * len(first_variances(spec))
+    f = np.zeros((len(seen.t_s), n, n))
+    f[:, :3, :3] = -cross_matrices(seen.omega)
+    if not isinstance(spec, KalmanDynamics):
+        f[:, :3, 3:6] = -np.eye(3)
+        return f
+    inertia = np.array(spec.inertia_kg_m2)
+    inverse = np.linalg.inv(inertia)
+    g = _in_body(seen.q, seen.gravity)
+    across = cross_matrices(g)
+    gravity = (across @ inertia - cross_matrices(g @ inertia)) @ across
+    momentum = seen.omega @ inertia + seen.wheels + np.array(spec.wheel_momentum_n_m_s)
+    f[:, :3, 3:6] = np.eye(3)
+    f[:, 3:6, :3] = inverse @ gravity
+    f[:, 3:6, 3:6] = inverse @ (cross_matrices(momentum) - cross_matrices(seen.omega) @ inertia)
+    if spec.dipole_sigma_a_m2:
+        f[:, 3:6, 6:9] = -inverse @ cross_matrices(_in_body(seen.q, seen.b))
+    return f
+
+
+def cross_matrices(v: np.ndarray) -> np.ndarray:
+    """v x, as matrices (k, 3, 3) of vectors (k, 3)."""
+    return np.cross(np.eye(3), v[:, None, :])
+
+
+def _in_body(q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return Rotation.from_quat(q).inv().apply(v)

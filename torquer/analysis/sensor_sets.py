@@ -1,0 +1,124 @@
+"""Which sensors are enough: the accuracy to expect of a scenario's filters and of their parts."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
+from torquer.analysis.observability import Observability, observability
+from torquer.estimation.kalman import Filter
+from torquer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.scenario.spec import Scenario
+
+#: Instants of a motion at which the 95 % of the errors is taken.
+_INSTANTS = 400
+#: Length of the windows of observability, as part of a revolution.
+_WINDOWS = 20
+#: Attitude error [deg] of which the time until it is reached is told.
+REACHED_DEG = 5.0
+_NOISE = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
+
+
+class SensorSet(NamedTuple):
+    """What to expect of a filter with some sensors.
+
+    `light_deg`, `dark_deg`: 95 % of the whole attitude errors while a Sun sensor sees the Sun and
+    while none does, the worst instant of each after `settled_s`; NaN where there is no such.
+    `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never.
+    `t_s`, `error_deg`: the same over time.
+    """
+
+    name: str
+    light_deg: float
+    dark_deg: float
+    reached_s: float
+    settled_s: float
+    t_s: np.ndarray
+    error_deg: np.ndarray
+    sun_seen: np.ndarray
+    observability: Observability
+
+
+def sensor_sets(scenario: Scenario) -> list[SensorSet]:
+    """The scenario's Kalman filters, those of its modes too, and each with one direction less.
+
+    ValueError where there is none.
+    """
+    filters = [("", scenario.control.estimator), *scenario.control.estimators.items()]
+    kalman = [(name, spec) for name, spec in filters if isinstance(spec, Filter)]
+    if not kalman:
+        kalman_filter(scenario)
+    found = []
+    for name, spec in kalman:
+        parts = [spec.sensors] if len(spec.sensors) == 1 else [spec.sensors, *zip(spec.sensors)]
+        for sensors in parts:
+            with_part = scenario.replace("control.estimator", _with_sensors(spec, sensors))
+            found.append(expected_of(with_part, _named(name, spec, sensors)))
+    return found
+
+
+def expected_of(scenario: Scenario, name: str) -> SensorSet:
+    """What to expect of the scenario's filter, after one revolution or half of a shorter run."""
+    expected = expected_accuracy(scenario)
+    t_s, length_s = expected.t_s, expected.t_s[-1]
+    settled_s = min(scenario.orbit.period_s, 0.5 * length_s)
+    rows = np.unique(np.linspace(1, len(t_s) - 1, _INSTANTS).astype(int))
+    error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3]))
+    seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
+    above = np.flatnonzero(error > REACHED_DEG)
+    after = 0 if not len(above) else above[-1] + 1
+    reached = t_s[rows][after] if after < len(rows) else np.nan
+    window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
+    return SensorSet(
+        name, _worst(error[later & seen]), _worst(error[later & ~seen]), float(reached),
+        float(settled_s), t_s[rows], error, seen, observability(scenario, window_s),
+    )  # fmt: skip
+
+
+def as_plain(sets: list[SensorSet]) -> list[dict]:
+    """Sensor sets as plain data."""
+    return [
+        {
+            "sensors": each.name,
+            "light_95_deg": each.light_deg,
+            "dark_95_deg": each.dark_deg,
+            f"below_{REACHED_DEG:g}_deg_after_s": each.reached_s,
+            "settled_s": each.settled_s,
+            "windows": [
+                {
+                    "from_s": float(start),
+                    "to_s": float(end),
+                    "singular_values": [float(x) for x in values],
+                    "weakest": each.observability.weakest_state(k),
+                }
+                for k, (start, end, values) in enumerate(zip(*each.observability[:3], strict=True))
+            ],
+        }
+        for each in sets
+    ]
+
+
+def _worst(values: np.ndarray) -> float:
+    return float(values.max()) if len(values) else float("nan")
+
+
+def _with_sensors(spec: Filter, sensors) -> dict:
+    """Keys of a filter with fewer sensors."""
+    keys = spec.model_dump(exclude_none=True) | {"sensors": list(sensors)}
+    for sensor, key in _NOISE.items():
+        if sensor not in sensors:
+            keys.pop(key, None)
+    if "magnetometer" not in sensors:
+        keys.pop("magnetometer_bias_sigma_nt", None)
+    return keys
+
+
+def _named(name: str, spec: Filter, sensors) -> str:
+    """Name of a filter and the sensors that it reads."""
+    words = {"magnetometer": "magnetometer", "sun": "Sun sensors"}
+    read = [words[sensor] for sensor in sensors]
+    if not isinstance(spec, KalmanDynamics):
+        read.append("gyro")
+    return (f"{name}: " if name else "") + " + ".join(read)

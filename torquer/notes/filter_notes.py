@@ -1,0 +1,18 @@
+"""What the author of a scenario with a Kalman filter should know."""
+
+from torquer.estimation.kalman_gyro import GyroFilter
+from torquer.scenario.spec import Scenario
+
+
+def filter_notes(scenario: Scenario) -> list[str]:
+    """Notes on filters, one line each."""
+    control = scenario.control
+    filters = [control.estimator, *control.estimators.values()]
+    uneven = control.measure_s > 0.0 and control.actuate_s != control.sample_s
+    if not uneven or not any(isinstance(spec, GyroFilter) for spec in filters):
+        return []
+    steps = f"{control.sample_s:g} and by {control.actuate_s:g} s"
+    return [
+        f"a filter with a gyro steps by {steps} here: the angle random walk that it is told fits a "
+        "gyro read at one of these intervals; torquer filter-check shows what comes of it"
+    ]

@@ -1,0 +1,36 @@
+"""Picture of the accuracy to expect of sensor sets, and of the gaps of their observability."""
+
+from pathlib import Path
+
+import numpy as np
+
+from torquer.analysis.sensor_sets import SensorSet
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.figure import stacked
+from torquer.report.common.scales import clock_for
+from torquer.report.filter.pictures import saved, shade
+
+_COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
+
+
+def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
+    """95 % of the attitude errors over time, and the weakest singular value of each window."""
+    clock = clock_for(sets[0].t_s[-1])
+    figure, (error, weakest) = stacked(title, 2, 5.6, sharex=True)
+    for k, each in enumerate(sets):
+        colour, seen = _COLOURS[k % len(_COLOURS)], each.observability
+        error.semilogy(each.t_s / clock.seconds, each.error_deg, color=colour, label=each.name)
+        middle = 0.5 * (seen.from_s + seen.to_s) / clock.seconds
+        weakest.semilogy(middle, np.maximum(seen.singular[:, -1], 1e-9), "o-", color=colour, ms=3)
+    for axes in (error, weakest):
+        axes.margins(x=0)
+        shade(axes, sets[0].t_s, sets[0].sun_seen, clock)
+    error.set_ylabel("95 % of the errors [deg]", fontsize=10)
+    weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
+    weakest.set_ylabel("weakest singular value", fontsize=10)
+    weakest.set_xlabel(f"time [{clock.unit}]; grey: no Sun seen", fontsize=10)
+    error.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=9,
+        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+    )  # fmt: skip
+    return saved(figure, path)

@@ -1,0 +1,140 @@
+"""Pictures of a filter's statistics: errors, NEES and NIS, whiteness."""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from torquer.analysis.filter_check import FilterCheck
+from torquer.analysis.filter_statistics import autocorrelation, band, nees, nis
+from torquer.analysis.observability import states_of
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
+from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.report.common.scales import Clock, clock_for
+
+#: Runs drawn one by one; readings apart up to which correlation is shown.
+_LINES, _LAGS = 40, 20
+#: What states are drawn in: name of the unit, its size.
+_UNITS = {
+    "attitude": ("deg", np.pi / 180.0),
+    "rate": ("deg/s", np.pi / 180.0),
+    "gyro bias": ("deg/h", np.pi / 180.0 / 3600.0),
+    "residual dipole": ("A m²", 1.0),
+    "magnetometer bias": ("nT", 1e-9),
+}
+_SHADE = "#e8ebf0"
+
+
+def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
+    """All pictures of a check as PNG files; their paths by name."""
+    paths = {
+        f"errors_{name.replace(' ', '_')}": _draw_errors(found, name, 3 * k)
+        for k, name in enumerate(states_of(found.scenario.control.estimator))
+    }
+    drawn = paths | {"consistency": _draw_consistency(found), "whiteness": _draw_whiteness(found)}
+    return {name: saved(figure, folder / f"{name}.png") for name, figure in drawn.items()}
+
+
+def saved(figure: Figure, path: Path) -> Path:
+    """Write a figure as a PNG file."""
+    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
+    return path
+
+
+def shade(axes, t_s, seen, clock: Clock) -> None:
+    """Grey where no Sun sensor sees the Sun."""
+    axes.fill_between(
+        np.asarray(t_s) / clock.seconds, 0.0, 1.0, where=~np.asarray(seen), step="post",
+        transform=axes.get_xaxis_transform(), color=_SHADE, lw=0, zorder=0,
+    )  # fmt: skip
+
+
+def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
+    """Three states: errors of runs within three sigma of Monte Carlo and linear covariance."""
+    flown, expected = found.flown, found.expected
+    unit, size = _UNITS[name]
+    clock = clock_for(flown.t_s[-1])
+    figure, panels = stacked(f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True)
+    t = flown.t_s / clock.seconds
+    for k, axes in enumerate(panels):
+        errors = flown.errors[:, :, first + k] / size
+        spread = 3.0 * np.sqrt(np.nanmean(errors**2, axis=0))
+        linear = 3.0 * np.sqrt(expected.covariance[:, first + k, first + k]) / size
+        shade(axes, expected.t_s, expected.sun_seen, clock)
+        axes.plot(t, errors[:_LINES].T, color=GREY, lw=0.4, alpha=0.5)
+        for sign in (-1.0, 1.0):
+            axes.plot(t, sign * spread, color=BLUE, lw=1.6)
+            axes.plot(expected.t_s / clock.seconds, sign * linear, color=RED, lw=1.1, ls="--")
+        settled = spread[len(spread) // 10 :]
+        axes.set_ylim(*(1.5 * np.nanmax(settled) * np.array([-1.0, 1.0])))
+        axes.set_ylabel(f"{'xyz'[k]} [{unit}]", fontsize=10)
+    panels[0].plot([], [], color=GREY, lw=0.8, label="runs")
+    panels[0].plot([], [], color=BLUE, label="±3 sigma of the runs")
+    panels[0].plot([], [], color=RED, ls="--", label="±3 sigma, linear covariance")
+    _finish(panels, clock)
+    return figure
+
+
+def _draw_consistency(found: FilterCheck) -> Figure:
+    """NEES and NIS, mean over the runs and over their freedoms, with 95 % bands."""
+    flown, n = found.flown, found.flown.errors.shape[-1]
+    clock = clock_for(flown.t_s[-1])
+    shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
+    for sensor, innovations in flown.innovations.items():
+        if np.isfinite(innovations).any():
+            shown[f"NIS, {sensor}"] = nis(innovations)
+    title = f"NEES and NIS over their freedoms, mean of {found.runs} runs"
+    figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
+    for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
+        there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
+        mean = np.where(there, np.nansum(values, axis=0), np.nan)
+        mean /= np.maximum(np.isfinite(values).sum(axis=0), 1) * freedoms
+        low, high = band(freedoms, len(values))
+        shade(axes, found.expected.t_s, found.expected.sun_seen, clock)
+        axes.axhspan(low, high, color=GREEN, alpha=0.25, lw=0)
+        axes.axhline(1.0, color=GREEN, lw=0.8)
+        axes.plot(flown.t_s / clock.seconds, mean, color=BLUE, lw=0.9)
+        axes.set_ylabel(name.replace(", ", "\n"), fontsize=9.5)
+        if np.isfinite(mean).any():
+            axes.set_ylim(0.0, max(1.25 * high, 1.1 * float(np.nanquantile(mean, 0.98))))
+    panels[0].fill_between([], [], color=GREEN, alpha=0.25, label="95 % of consistent filters")
+    panels[0].plot([], [], color=BLUE, lw=0.9, label="this filter")
+    _finish(panels, clock)
+    return figure
+
+
+def _draw_whiteness(found: FilterCheck) -> Figure:
+    """Correlation of innovations over the number of readings between them."""
+    figure, (axes,) = stacked("Correlation of innovations", 1, 3.2)
+    lags = np.arange(1, _LAGS + 1)
+    colours = {"magnetometer": BLUE, "sun": ORANGE}
+    for k, (sensor, innovations) in enumerate(found.closely.innovations.items()):
+        rows = np.array([autocorrelation(innovations, int(lag)) for lag in lags])
+        if not np.isfinite(rows).any():
+            continue
+        place, colour = lags + 0.18 * (2 * k - 1), colours[sensor]
+        name = "Sun sensors" if sensor == "sun" else sensor
+        axes.vlines(place, 0.0, rows[:, 0], color=colour, lw=2.0, label=name)
+        axes.fill_between(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], color=colour, alpha=0.15, lw=0)
+    axes.axhline(0.0, color=GREY, lw=0.8)
+    axes.fill_between([], [], color=GREY, alpha=0.2, label="95 % of white noise")
+    axes.set_xticks(lags)
+    axes.set_xlabel("readings apart", fontsize=10)
+    axes.set_ylabel("correlation", fontsize=10)
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9,
+        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+    )  # fmt: skip
+    return figure
+
+
+def _finish(panels, clock: Clock) -> None:
+    """Legend above, time below, and what the grey means."""
+    panels[0].fill_between([], [], color=_SHADE, label="no Sun seen")
+    panels[0].legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=9,
+        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+    )  # fmt: skip
+    panels[-1].set_xlabel(f"time [{clock.unit}]", fontsize=10)
+    panels[-1].margins(x=0)
