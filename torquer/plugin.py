@@ -10,11 +10,13 @@ import contextlib
 import dis
 import inspect
 import re
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 from types import CodeType, FunctionType
 
 import numba
+from numba.core.errors import NumbaError
 from numba.core.typeinfer import register_dispatcher
 
 from torquer import engine
@@ -129,6 +131,31 @@ def cache_beside(file: Path | None):
     return cache_of(_beside(file)) if file else contextlib.nullcontext()
 
 
+def place_of(error: BaseException, file: Path | None) -> str:
+    """Where in a user's file an error arose, as " (law.py, line 3)"; "" if it arose elsewhere."""
+    if file is None:
+        return ""
+    lines = [
+        line
+        for frame, line in traceback.walk_tb(error.__traceback__)
+        if Path(frame.f_code.co_filename) == file
+    ]
+    if isinstance(error, SyntaxError) and error.filename and Path(error.filename) == file:
+        lines.append(error.lineno or 0)
+    return f" ({file.name}, line {lines[-1]})" if lines else ""
+
+
+def _place_told(error: NumbaError, text: str, file: Path | None) -> str:
+    """The same of Numba's error: the innermost place in the file that it names, or its own."""
+    if file is None:
+        return ""
+    lines = re.findall(rf'File "(?:[^"]*[/\\])?{re.escape(file.name)}", line (\d+)', text)
+    loc = getattr(error, "loc", None)
+    if not lines and loc is not None and Path(loc.filename).name == file.name:
+        lines = [loc.line]
+    return f" ({file.name}, line {lines[0]})" if lines else ""
+
+
 def check_arguments(plain: Callable, count: int, must: str) -> None:
     """ValueError unless a function takes so many arguments."""
     taken = len(inspect.signature(plain).parameters)
@@ -149,11 +176,12 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
             found.compile(signature)
         found.disable_compile()
         return found
-    except numba.core.errors.NumbaError as error:
+    except NumbaError as error:
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}") from None
+        place = _place_told(error, text, file_of(plain_of(function)))
+        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}{place}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple

@@ -227,8 +227,8 @@ def test_a_run_must_end_within_the_models_years():
     around = met(Igrf14(), late)
     around.orbit_table(3600.0, 1.0)  # ends as the model does, though its last segment does not
     line = (
-        r"^field model igrf14: date must lie within 1900.0..2030.0; received 2030.000002 at t = "
-        r"3660 s$"
+        r"^environment.field: field model igrf14: date must lie within 1900.0..2030.0; received "
+        r"2030.000002 at t = 3660 s$"
     )
     with pytest.raises(ValueError, match=line):
         around.orbit_table(3660.0, 1.0)

@@ -152,7 +152,25 @@ ONE, TWO = CHIBIS
     ),
 )
 def test_a_bad_element_set_is_one_clear_line(lines, message):
-    assert refusal(*lines) == message
+    assert refusal(*lines).splitlines()[0] == message
+
+
+def test_all_faults_of_an_element_set_are_told_at_once():
+    first, second = ONE[:-1] + "5", TWO[:16] + "9" + TWO[17:-1] + "1"
+    assert refusal(first, second).splitlines() == [
+        "tle line 1: checksum must be 4; received 5",
+        "tle line 2: column 17 must be blank; received '9'",
+        f"tle line 2: checksum must be {checksum(second)}; received 1",
+    ]
+    assert refusal(ONE + "  extra", TWO[:-1] + "1").splitlines() == [
+        "tle line 1: must have 69 columns; received 76, with 'extra' beyond them",
+        "tle line 2: checksum must be 0; received 1",
+    ]
+    off = changed(changed(TWO, 9, "181.0000"), 44, "360.5000")
+    assert refusal(ONE, off).splitlines() == [
+        "tle line 2: inclination must lie in 0..180; received 181",
+        "tle line 2: mean anomaly must lie in 0..360; received 360.5",
+    ]
 
 
 def test_lines_must_be_text():

@@ -37,13 +37,20 @@ CASES = [
     ({"orbit.inclination_deg": None}, "orbit.inclination_deg: must be given; received nothing"),
     ({"control.law": {"kind": "bdot"}},
      "control.law.gain_a_m2_s_per_t: must be given; received nothing"),
-    ({"orbits": 3}, "orbits: must be a known key; received 3"),
-    ({"orbit.altitude": 3}, "orbit.altitude: must be a known key; received 3"),
-    ({"control.law.gain": 3}, "control.law.gain: must be a known key; received 3"),
-    ({"control.law.off": 3}, "control.law.off: must be a known key; received 3"),
+    ({"orbits": 3}, "orbits: must be a known key; received 3 (did you mean orbit?)"),
+    ({"orbit.altitud_km": 3},
+     "orbit.altitud_km: must be a known key; received 3 (did you mean altitude_km?)"),
+    ({"control.law.gain": 3}, "control.law.gain: must be a known key; received 3 (known: kind)"),
+    ({"control.law.off": 3}, "control.law.off: must be a known key; received 3 (known: kind)"),
     ({"spacecraft.coils.limits": [1]},
-     "spacecraft.coils.limits: must be a known key; received [1]"),
-    ({"environment.field.degree": 3}, "environment.field.degree: must be a known key; received 3"),
+     "spacecraft.coils.limits: must be a known key; received [1] (did you mean limit_a_m2?)"),
+    ({"environment.field.degree": 3},
+     "environment.field.degree: must be a known key; received 3 (known: kind, mu_e_t_km3, b0)"),
+    ({"control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1.0, "gain": 1}},
+     "control.law.gain: must be a known key; received 1 (did you mean gain_a_m2_s_per_t?)"),
+    ({"disturbance.solar_pressure": {"parts": [{"kind": "sphere", "radius_m": 1, "radius": 1}]}},
+     "disturbance.solar_pressure.parts[0].radius: must be a known key; received 1 "
+     "(did you mean radius_m?)"),
     # kinds
     ({"orbit.kind": None},
      "orbit.kind: must be one of circular, kepler, sgp4, numerical; received nothing"),
@@ -267,7 +274,7 @@ def test_every_mistake_has_its_line(plain_data):
     assert str(caught.value).splitlines() == [
         "seed: must be greater than or equal to 0; received -1",
         "initial.rate_deg_s: must have 3 values; received [1]",
-        "orbits: must be a known key; received 3",
+        "orbits: must be a known key; received 3 (did you mean orbit?)",
     ]
 
 
@@ -277,7 +284,7 @@ def test_a_long_value_is_cut():
     assert max(map(len, str(caught.value).splitlines())) < 20000
     with pytest.raises(ScenarioError) as caught:
         scenario_from_data({"mistaken": {str(k): k for k in range(1000)}})
-    assert max(map(len, str(caught.value).splitlines())) < 200
+    assert max(map(len, str(caught.value).splitlines())) < 300
 
 
 def test_files_that_are_no_scenarios(tmp_path):

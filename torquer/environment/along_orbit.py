@@ -17,7 +17,14 @@ from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
 from torquer.environment.field import FIELDS, AnyField
 from torquer.environment.field.drift import b_inertial_along, bends_s, check_span
 from torquer.environment.sun import Shadow, lit_fraction, shadow_of, sun_position
-from torquer.environment.table import DEGREE, ProvenTable, build, build_exact, build_proven
+from torquer.environment.table import (
+    DEGREE,
+    NotSmooth,
+    ProvenTable,
+    build,
+    build_exact,
+    build_proven,
+)
 from torquer.geometry.vec3 import as_vector
 from torquer.orbit import AnyOrbit
 from torquer.spec import Spec, Vector
@@ -103,7 +110,10 @@ class OrbitEnvironment:
 
     def check_dates(self, *times_s: float) -> None:
         """ValueError (a warning if the model extrapolates) for a time outside its validity."""
-        check_span(self.environment.field, self.start, *times_s)
+        try:
+            check_span(self.environment.field, self.start, *times_s)
+        except ValueError as error:
+            raise ValueError(f"environment.field: {error}") from None
 
     def _field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
         model = self.environment.field
@@ -168,9 +178,12 @@ class OrbitEnvironment:
         tolerance = self.environment.table_tolerance
         groups = (_POSITION, _FIELD, _GRAVITY_GRADIENT)
         bends = bends_s(self.environment.field, self.start, start_s, end_s)
-        return build_proven(
-            self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends
-        )
+        try:
+            return build_proven(
+                self.sample, duration_s, self.segment_s, tolerance, groups, start_s, bends
+            )
+        except NotSmooth as error:
+            raise ValueError(f"environment.table_tolerance: {error}") from None
 
     def sun_table(self, duration_s: float, start_s: float = 0.0):
         """Table of the Sun's position; two days of its path are a smooth arc."""

@@ -192,6 +192,10 @@ def _greatest_error(coefficients, x, exact, first, end):
     return greatest
 
 
+class NotSmooth(ValueError):
+    """A function that segments cannot follow to the tolerance, however short they are."""
+
+
 def build_proven(
     sample: Callable[[np.ndarray], np.ndarray],
     duration_s: float,
@@ -204,7 +208,7 @@ def build_proven(
     """Table whose relative error in every group of channels is below the tolerance.
 
     Starts from segments of `segment_s` and halves them until the check passes; raises
-    ValueError when thirteen halvings do not suffice (a function that is not smooth); an orbit from
+    `NotSmooth` when thirteen halvings do not suffice (a function that is not smooth); an orbit from
     the ground to the Hill sphere needs that many. `bends_s`: times at which the slope jumps, the
     worst one first, where two segments meet.
     """
@@ -217,7 +221,7 @@ def build_proven(
         if error <= tolerance:
             return ProvenTable(table, error, evaluations)
         segment_s *= 0.5
-    raise ValueError(
+    raise NotSmooth(
         f"environment table: must reach a relative error of {tolerance:.1e}; "
         f"received {error:.1e} with segments of {2.0 * segment_s:.3g} s"
     )

@@ -60,31 +60,39 @@ def checksum(line: str) -> int:
     return (sum(int(c) for c in head if c.isdigit()) + head.count("-")) % 10
 
 
-def _check_line(number: int, line: str) -> None:
-    """Raise `ValueError` unless the line has the published layout and its checksum."""
+def _faults_of_line(number: int, line: str) -> list[str]:
+    """What keeps a line from having the published layout and its checksum, a text each."""
     where = f"tle line {number}"
+    if len(line) > _LENGTH and line.isascii():
+        beyond = (
+            f"{where}: must have {_LENGTH} columns; received {len(line)}, with "
+            f"{line[_LENGTH:].strip()!r} beyond them"
+        )
+        return [beyond, *_faults_of_line(number, line[:_LENGTH])]
     if len(line) != _LENGTH or not line.isascii():
-        raise ValueError(f"{where}: must have {_LENGTH} columns; received {len(line)}")
-    blank = set(range(1, _LENGTH + 1))
+        return [f"{where}: must have {_LENGTH} columns; received {len(line)}"]
+    faults, blank = [], set(range(1, _LENGTH + 1))
     for name, first, last, pattern in _FIELDS[number]:
         text = line[first - 1 : last]
         blank -= set(range(first, last + 1))
         if not re.fullmatch(pattern, text):
             columns = f"column {first}" if first == last else f"columns {first}-{last}"
-            raise ValueError(f"{where}: {columns} must hold the {name}; received {text!r}")
-    for column in sorted(blank):
-        if line[column - 1] != " ":
-            raise ValueError(
-                f"{where}: column {column} must be blank; received {line[column - 1]!r}"
-            )
-    if int(line[-1]) != checksum(line):
-        raise ValueError(f"{where}: checksum must be {checksum(line)}; received {line[-1]}")
+            faults.append(f"{where}: {columns} must hold the {name}; received {text!r}")
+    faults += [
+        f"{where}: column {column} must be blank; received {line[column - 1]!r}"
+        for column in sorted(blank)
+        if line[column - 1] != " "
+    ]
+    if line[-1].isdigit() and int(line[-1]) != checksum(line):
+        faults.append(f"{where}: checksum must be {checksum(line)}; received {line[-1]}")
+    return faults
 
 
-def _check_ranges(first: str, second: str) -> None:
-    """Raise `ValueError` unless the numbers of two well-formed lines can describe an orbit."""
+def _faults_of_ranges(first: str, second: str) -> list[str]:
+    """Which numbers of two well-formed lines cannot describe an orbit, a text each."""
+    faults = []
     if first[2:7] != second[2:7]:
-        raise ValueError(
+        faults.append(
             "tle: catalogue number must be the same in both lines; received "
             f"{first[2:7]!r} and {second[2:7]!r}"
         )
@@ -97,12 +105,16 @@ def _check_ranges(first: str, second: str) -> None:
     )
     for name, value, low, high in ranged:
         if not low <= value <= high:
-            raise ValueError(f"{name} must lie in {low:g}..{high:g}; received {value:.12g}")
+            faults.append(f"{name} must lie in {low:g}..{high:g}; received {value:.12g}")
     rev_per_day = float(second[52:63])
     if not rev_per_day > 0.0:
-        raise ValueError(
-            f"tle line 2: mean motion must be positive; received {rev_per_day:g} rev/day"
-        )
+        faults.append(f"tle line 2: mean motion must be positive; received {rev_per_day:g} rev/day")
+    return faults
+
+
+def _check_size(second: str) -> None:
+    """Raise `ValueError` for an orbit beyond the Hill sphere."""
+    rev_per_day = float(second[52:63])
     axis = (MU_EARTH_M3_S2 / (rev_per_day * TWO_PI / DAY_S) ** 2) ** (1.0 / 3.0)
     check_farthest(axis * (1.0 + float(f"0.{second[26:33]}")))
 
@@ -130,9 +142,12 @@ class Sgp4(Spec):
     @field_validator("tle")
     @classmethod
     def _check(cls, tle):
-        for number, line in enumerate(tle, start=1):
-            _check_line(number, line)
-        _check_ranges(*tle)
+        """All faults at once, a line each; those of the numbers in well-formed lines only."""
+        numbered = enumerate(tle, start=1)
+        faults = [fault for number, line in numbered for fault in _faults_of_line(number, line)]
+        if faults := faults or _faults_of_ranges(*tle):
+            raise ValueError("\n".join(faults))
+        _check_size(tle[1])
         return tle
 
     @property

@@ -3,7 +3,7 @@
 import json
 import re
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from torquer.control import BUILT_IN, LAWS
 from torquer.earth.atmosphere import ATMOSPHERES
@@ -11,6 +11,7 @@ from torquer.environment.field import FIELDS
 from torquer.estimation import ESTIMATORS
 from torquer.orbit import ORBITS
 from torquer.orbit.numerical import STARTS
+from torquer.scenario.known_keys import known_keys, spec_named, suggestion
 from torquer.wheel_array.presets import LAYOUTS
 
 #: Tables that say by their `kind` which keys they have, by the last word of their place.
@@ -55,12 +56,13 @@ _LONGEST = 100
 
 def explain(error: ValidationError, data: dict) -> list[str]:
     """One line per mistake in `data`, the tables of the file."""
-    lines = {}
+    lines, spec = {}, spec_named(error.title)
     for place, mistakes in _by_place(error, data).items():
         chosen = min(mistakes.values(), key=_strangeness)
         for keys, mistake in chosen:
-            lines[place, keys] = _line(keys, mistake)
-    return list(dict.fromkeys(lines.values()))
+            lines[place, keys] = _line(keys, mistake, spec)
+    told = [line for text in lines.values() for line in text.split("\n")]
+    return list(dict.fromkeys(told))
 
 
 def _by_place(error: ValidationError, data: dict) -> dict:
@@ -121,17 +123,20 @@ def name_of(keys: tuple) -> str:
     return shown.removeprefix(".") or "scenario"
 
 
-def _line(keys: tuple, mistake: dict) -> str:
+def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
+    """What is wrong; the package's own check may tell several mistakes, a line each."""
     key, kind, context = name_of(keys), mistake["type"], mistake.get("ctx", {})
     received = _shown(mistake["input"])
     if kind == "value_error":
-        return _own_line(keys, str(context["error"]))
+        return "\n".join(_own_line(keys, line) for line in str(context["error"]).split("\n"))
     if kind == "missing":
         if isinstance(mistake["input"], list | tuple):
             return f"{key}: must have {mistake['loc'][-1] + 1} values; received {received}"
         return f"{key}: must be given; received nothing"
     if kind == "extra_forbidden":
-        return f"{key}: must be a known key; received {received}"
+        known = known_keys(spec, mistake["loc"][:-1]) if spec else []
+        told = suggestion(str(mistake["loc"][-1]), known)
+        return f"{key}: must be a known key; received {received}{told}"
     if kind == "too_short":
         return f"{key}: must have {context['min_length']} or more values; received {received}"
     if kind == "too_long":

@@ -10,6 +10,7 @@ from typing import Any
 from pydantic import BaseModel, ValidationError
 
 from torquer.scenario.explain import explain, name_of
+from torquer.scenario.known_keys import suggestion
 from torquer.scenario.spec import Scenario
 from torquer.spec import as_data
 
@@ -130,7 +131,8 @@ def value_at(scenario: Scenario, key: str):
     """What stands at a dotted key, as plain data."""
     table, last = _place_of(as_data(scenario), key)
     if isinstance(table, dict) and last not in table:
-        raise ScenarioError(f"{key}: must be a known key; received {key!r}")
+        told = suggestion(str(last), [str(name) for name in table])
+        raise ScenarioError(f"{key}: must be a known key; received {key!r}{told}")
     return table[last]
 
 

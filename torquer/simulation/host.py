@@ -187,8 +187,9 @@ class Host:
             self.signals.heed_at_once(True)
             answer = block(inputs_from(self.known), parameters, cells)
         except (Exception, SystemExit) as error:
+            place = plugin.place_of(error, plugin.file_of(plugin.plain_of(block.function)))
             raise HostFailed(
-                f"{block.kind.name} {block.name}: must not raise; received {error!r}"
+                f"{block.kind.name} {block.name}: must not raise; received {error!r}{place}"
             ) from error
         finally:
             self.signals.heed_at_once(False)
