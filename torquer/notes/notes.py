@@ -8,6 +8,7 @@ from torquer.notes.bdot_notes import bdot_notes
 from torquer.notes.disturbance_notes import disturbance_notes
 from torquer.notes.filter_notes import filter_notes
 from torquer.notes.mode_notes import mode_notes
+from torquer.notes.slip_notes import slip_notes
 from torquer.notes.wheel_notes import wheel_notes
 from torquer.orbit.numerical import epoch_of
 from torquer.orbit.sgp4 import Sgp4
@@ -26,6 +27,7 @@ _OLD_DAYS = 14.0
 def notes_of(scenario: Scenario) -> list[str]:
     """Notes, one line each."""
     return [
+        *slip_notes(scenario),
         *bdot_notes(scenario),
         *_step_notes(scenario),
         *_orbit_notes(scenario),

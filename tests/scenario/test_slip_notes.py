@@ -1,0 +1,63 @@
+"""Likely slips of units are told, and ordinary satellites are left alone."""
+
+from pathlib import Path
+
+import pytest
+
+from torquer.notes.slip_notes import slip_notes
+from torquer.scenario.load import load_scenario, scenario_from_text
+
+ROOT = Path(__file__).parents[2]
+BODY = "spacecraft.body.inertia_kg_m2"
+AXES = [[1, 0, 0], [0, 1, 0], [1, 1, 0]]
+
+SLIPS = [
+    ({"orbit.altitude_km": 80.0}, ["orbit.altitude_km is 80 km: below 120 km"]),
+    ({"orbit.altitude_km": 500000.0}, ["or is it 500 km in metres?"]),
+    ({"orbit.altitude_km": 60000.0}, ["far beyond the geostationary orbit's 35786 km"]),
+    # a 3U CubeSat's 0.03 kg m^2 in g cm^2
+    ({BODY: [3e5, 3e5, 1e5], "spacecraft.coils.limit_a_m2": 0.2},
+     [f"{BODY} of 3e+05 is too much for coils of 0.2 A m^2"]),
+    ({"spacecraft.coils.axes": [[1, 0, 0], [1, 0, 0.001], [0, 1, 0]]},
+     ["reach no dipole outside a plane: coils 0 and 1 are parallel"]),
+    ({"spacecraft.coils.axes": AXES}, ["the 3 coils reach no dipole outside a plane"]),
+    ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 2.0},
+     ["lag_s of 3 s is longer than the 2 s for which a command is held"]),
+    ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 5.0}, []),
+    ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 5.0, "control.measure_s": 5.0,
+      "control.actuate_s": 2.0}, ["longer than the 2 s"]),
+    ({"spacecraft.coils.axes": [[1, 0, 0], [0, 1, 0]]}, []),  # two coils are meant to be two
+    ({"spacecraft.coils": None, BODY: [3e5, 3e5, 1e5]}, []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "told"), SLIPS)
+def test_a_slip_is_told(make, change, told):
+    notes = slip_notes(make(change))
+    assert len(notes) == len(told)
+    assert all(part in note for part, note in zip(told, notes, strict=True))
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.toml")), ids=lambda p: p.stem)
+def test_the_examples_have_no_slips(path):
+    assert slip_notes(load_scenario(path)) == []
+
+
+@pytest.mark.parametrize(
+    ("inertia", "limit"),
+    [("[77217, 77000, 40000]", 3600.0), ("[0.002, 0.002, 0.002]", 0.05), ("[1.7, 1.3, 1]", 3.2)],
+    ids=["Hubble", "1U", "Chibis-M"],
+)
+def test_real_satellites_are_left_alone(inertia, limit):
+    scenario = scenario_from_text(
+        f"""
+start = 2025-07-01T00:00:00Z
+orbit = {{ kind = "circular", altitude_km = 540, inclination_deg = 28.5 }}
+spacecraft.body.inertia_kg_m2 = {inertia}
+spacecraft.coils.limit_a_m2 = {limit}
+initial.rate_deg_s = [0, 0, 0]
+control.law.kind = "off"
+simulation = {{ revolutions = 1 }}
+"""
+    )
+    assert slip_notes(scenario) == []
