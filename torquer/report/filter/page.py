@@ -3,12 +3,10 @@
 import json
 import math
 from collections.abc import Mapping
-from html import escape
 from pathlib import Path
 
 from torquer.analysis.filter_check import Check, FilterCheck, as_plain
-from torquer.report.campaign.page import picture
-from torquer.report.common.html import document, grid, section, table
+from torquer.report.common.html import card, cards, picture
 from torquer.scenario.toml_text import toml_of
 
 HEAD = ("statistic", "value", "band", "instants inside", "")
@@ -24,16 +22,16 @@ _WORDS = {
 
 def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> Path:
     """Write the page, its pictures within it."""
-    name = f"{found.scenario.name}: filter"
     text = toml_of(json.loads(found.scenario.model_dump_json(exclude_none=True)))
-    sections = [
-        f"<header><h1>{escape(name)}</h1></header>",
-        section("verdict", verdict_in_words(found), "", table(rows_of(found))),
-        section("checks", "Checks", "", grid(HEAD, map(check_row, found.checks))),
-        *(_pictured(key, pictures) for key in pictures if key != "report"),
-        section("scenario", "Scenario", "", f"<pre>{escape(text)}</pre>"),
+    rows = list(map(check_row, found.checks))
+    made = [
+        card("verdict", verdict_in_words(found), "", {"pairs": rows_of(found)}),
+        card("checks", "Checks", "", {"grid": (HEAD, rows)}),
+        *(_pictured(key, pictures[key]) for key in pictures if key != "report"),
+        card("scenario", "Scenario", "", {"text": text}),
     ]
-    path.write_text(document(name, sections, interactive=False), encoding="utf-8")
+    title = f"{found.scenario.name}: filter"
+    path.write_text(cards(title, made, interactive=False), encoding="utf-8")
     return path
 
 
@@ -62,7 +60,6 @@ def check_row(check: Check) -> tuple[str, ...]:
     return check.name, f"{check.value:.3f}", band, inside, "ok" if check.passed else "FAIL"
 
 
-def _pictured(key: str, pictures: Mapping[str, Path]) -> str:
+def _pictured(key: str, path: Path) -> dict:
     title = key.replace("_", " ").capitalize()
-    words = _WORDS[key.partition("_")[0]]
-    return section(key, title, words, picture(pictures, key, title))
+    return card(key, title, _WORDS[key.partition("_")[0]], picture(path, title))
