@@ -12,20 +12,35 @@ from torquer.scenario.load import scenario_from_text
 from torquer.simulation.members import Lanes, Pieces
 from torquer.simulation.run import prepare
 
-SCENARIO = """
+LAW = 'control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 4e4 }, sample_s = 1.0 }'
+SCENARIO = f"""
 start = 2012-03-04T10:31:47Z
-orbit = { kind = "circular", altitude_km = 500, inclination_deg = 51.7 }
+orbit = {{ kind = "circular", altitude_km = 500, inclination_deg = 51.7 }}
 spacecraft.body.inertia_kg_m2 = [1.0255, 1.5393, 1.8172]
 spacecraft.coils.limit_a_m2 = 3.2
 initial.rate_deg_s = [5, 4, 3]
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 4e4 }, sample_s = 1.0 }
-simulation = { duration_s = 11480, step_s = 1.0, record_s = 20.0 }
+{LAW}
+simulation = {{ duration_s = 11480, step_s = 1.0, record_s = 20.0 }}
 """
 NOISE = """
 spacecraft.magnetometer.noise_nt = 50.0
 spacecraft.gyro = { noise_deg_s = 0.01, bias_drift_deg_s_sqrt_s = 1e-4 }
 spacecraft.attitude_sensor.noise_deg = 0.01
 """
+MODES = """
+control.laws.damping = { kind = "bdot", gain_a_m2_s_per_t = 4e4 }
+control.laws.slow = { kind = "bdot_rate", gain_a_m2_s_per_t = 2e4 }
+[control.modes.states]
+fast.laws = ["damping"]
+fast.transitions = [{ to = "slow", when = { signal = "rate_deg_s", below = 3 } }]
+slow.laws = ["slow"]
+slow.transitions = [{ to = "fast", when = { signal = "rate_deg_s", above = 4 } }]
+"""
+CASES = {
+    "no noise": SCENARIO,
+    "noise on all sensors": SCENARIO + NOISE,
+    "modes": SCENARIO.replace(LAW, "control.sample_s = 1.0") + MODES,
+}
 ROUNDS = 9
 
 
@@ -46,7 +61,7 @@ def beside(lanes: Lanes, numbers, seeds) -> float:
 
 def main() -> None:
     """Print both costs and the median of their ratio."""
-    for name, text in (("no noise", SCENARIO), ("noise on all sensors", SCENARIO + NOISE)):
+    for name, text in CASES.items():
         scenario = scenario_from_text(text)
         run = prepare(scenario)
         lanes = Lanes(run, Pieces(run))
