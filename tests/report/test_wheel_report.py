@@ -10,6 +10,7 @@ import pytest
 
 from torquer.analysis.wheel_design import half_spaces, report_of
 from torquer.analysis.wheel_file import load_wheels, wheels_from_text
+from torquer.report.common.packing import PACKED, unpacked
 from torquer.report.wheels.page import figure_of, write_page
 from torquer.report.wheels.pictures import draw_all
 from torquer.report.wheels.tables import failure_rows, hours, layout_rows, summary_rows
@@ -158,7 +159,8 @@ def test_the_page_is_whole_and_loads_nothing(design, report, tmp_path):
     assert "default-src 'none'" in text and "0.1849" in text
     own = text.split("<script>")[0]  # plotly.js names addresses, the policy lets it load none
     assert "</table>" in own and not re.search(r'(src|href)="', own)
-    figure = json.loads(re.search(r'<script type="application/json">(.*?)</script>', text)[1])
+    packed = re.search(rf'<script type="{PACKED}">(.*?)</script>', text)[1]
+    figure = json.loads(unpacked(packed))
     assert len(figure["data"]) == 1 + 2 * 11
 
 

@@ -1,6 +1,7 @@
 """Reports: summary tables, pictures, self-contained HTML, by what they show."""
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 
@@ -14,20 +15,30 @@ def write_report(
     `ValueError` for a result without records.
     """
     from torquer.control.modes.diagram import svg
+    from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
     from torquer.report.flight.panels import pictures
-    from torquer.report.flight.png import draw_all
+    from torquer.report.flight.png import figures_of
     from torquer.report.flight.view import view_of
 
     view = view_of(result)
     shown = pictures(view)
     folder = Path(out_dir)
     (folder / "plots").mkdir(parents=True, exist_ok=True)
-    report = progress or (lambda part: None)
-    paths = draw_all(view, shown, folder / "plots", lambda part: report(0.8 * part))
+    figures = figures_of(shown)
+    paths = {name: folder / "plots" / f"{name}.png" for name in figures}
+    draw = [partial(_draw, figure_of, view, paths[name]) for name, figure_of in figures.items()]
     if modes := view.scenario.control.named().modes:
         paths["modes"] = folder / "plots" / "modes.svg"
         paths["modes"].write_text(svg(modes), encoding="utf-8")
-    paths["report"] = write_page(view, shown, folder / "report.html", paths["overview"])
-    report(1.0)
+    paths["report"] = folder / "report.html"
+    # the page shows the overview, which is therefore drawn first, in this process
+    page = partial(write_page, view, shown, paths["report"], paths["overview"])
+    done_side_by_side(draw, page, progress)
     return paths
+
+
+def _draw(figure_of: Callable, view, path: Path) -> None:
+    from torquer.report.common.figure import png_of
+
+    path.write_bytes(png_of(figure_of(view)))

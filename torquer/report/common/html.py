@@ -14,9 +14,11 @@ from typing import Any
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup
 
+from torquer.report.common.packing import PACKED, packed
+
 _TEMPLATES = Path(__file__).parents[1] / "templates"
 #: Forbids the browser to load anything. (plotly.js compiles its shaders' glue by itself.)
-_POLICY = (
+_POLICY = Markup(
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval'; style-src 'unsafe-inline'; "
     "img-src data: blob:; font-src data:; worker-src blob:"
 )
@@ -25,7 +27,8 @@ _POLICY = (
 def page(template: str, title: str, interactive: bool = True, **data) -> str:
     """A whole page of a template, with its style; scripts unless no figure is interactive."""
     data |= {"css": _file("page.css"), "policy": _POLICY, "title": title}
-    data["scripts"] = _scripts() if interactive else ()
+    data |= {"library": _library() if interactive else "", "packed_type": PACKED}
+    data["script"] = _file("page.js")
     return _environment().get_template(template).render(data)
 
 
@@ -70,14 +73,14 @@ def _file(name: str) -> Markup:
     return Markup((_TEMPLATES / name).read_text(encoding="utf-8"))
 
 
-def _scripts() -> tuple[Markup, Markup]:
+def _library() -> Markup:
+    """plotly.js, packed: the page's script unpacks it."""
     from plotly.offline import get_plotlyjs
 
-    return Markup(get_plotlyjs()), _file("page.js")
+    return Markup(packed(get_plotlyjs()))
 
 
 def embedded(figure: dict) -> Markup:
-    """A figure as JSON that can stand within a script."""
+    """A figure as packed JSON, for a script of a page."""
     text = json.dumps(figure, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
-    safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return Markup(safe)
+    return Markup(packed(text))

@@ -19,6 +19,12 @@ def packed(values, kind: str = "f4") -> dict:
     return {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
 
 
+def packed_times(t) -> dict:
+    """Ascending numbers, in four bytes each where these tell neighbours apart by far."""
+    least = np.diff(t).min(initial=np.inf)
+    return packed(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
+
+
 def layout(height_px: int, **keys) -> dict:
     """Layout shared by all figures; the page's script sets light or dark colours."""
     return {

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed
+from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed, packed_times
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.panels.panel import MEASUREMENT, Bar, Line, Panel, shown_times
 from torquer.report.flight.view import View
@@ -100,7 +100,7 @@ def _y_keys(panel: Panel) -> dict:
 def _traces(line: Line, clock_s: float) -> list[dict]:
     """A line, below it its range where it has one."""
     series = line.series
-    base = {"type": "scatter", "x": packed(series.t / clock_s, "f8"), "legendgroup": line.label}
+    base = {"type": "scatter", "x": packed_times(series.t / clock_s), "legendgroup": line.label}
     mode = "markers" if line.style == "dots" else "lines"
     many = len(series.t) > 200
     return [

@@ -2,17 +2,24 @@
 
 from collections.abc import Callable
 from functools import partial
-from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLocator
 
 from torquer.analysis.verdict import clock_text
-from torquer.report.common.figure import FAINT, INK, SMALL, foot, legend, place, quiet, sheet
+from torquer.report.common.figure import (
+    FAINT,
+    INK,
+    SMALL,
+    foot,
+    legend,
+    place,
+    quiet,
+    sheet,
+)
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.ground_track import draw_ground_track, draw_track
 from torquer.report.flight.panels import overview
@@ -35,19 +42,13 @@ _NIGHT = "#e3e6ef"
 _DASHES = (0, (5, 2))
 
 
-def draw_all(view: View, pictures, folder: Path, progress=None) -> dict[str, Path]:
-    """Write every picture into a folder; their paths by name."""
-    draw: dict[str, Callable[[View], Figure]] = {
-        p.name: partial(draw_picture, picture=p) for p in pictures
+def figures_of(pictures) -> dict[str, Callable[[View], Figure]]:
+    """What draws every picture of a view, by name; the overview first."""
+    return {
+        "overview": draw_overview,
+        "ground_track": draw_ground_track,
+        **{each.name: partial(draw_picture, picture=each) for each in pictures},
     }
-    draw |= {"ground_track": draw_ground_track, "overview": draw_overview}
-    paths = {}
-    for count, (name, figure_of) in enumerate(draw.items(), 1):
-        paths[name] = folder / f"{name}.png"
-        FigureCanvasAgg(figure_of(view)).print_png(paths[name])
-        if progress:
-            progress(count / len(draw))
-    return paths
 
 
 def draw_picture(view: View, picture: Picture) -> Figure:
@@ -85,7 +86,7 @@ def draw_strip(axes, view: View, panel: Panel) -> None:
             axes.text(
                 (first + last) / 2, 0.45, bar.label, ha="center", va="center", fontsize=SMALL - 0.5
             )
-    axes.set_title(panel.title, loc="left", fontsize=9.5, color=INK)
+    axes.set_title(panel.title, loc="left", y=1.0, fontsize=9.5, color=INK)
     handles = [Patch(color=b.colour, alpha=b.opacity, lw=0, label=b.label) for b in panel.bars]
     _legend(axes, handles, panel.title)
 
@@ -106,7 +107,7 @@ def draw_panel(axes, view: View, panel: Panel) -> None:
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL, labelpad=1)
     axes.set_ylabel(panel.y_label, fontsize=9)
     axes.yaxis.set_label_coords(-0.53 / _inches_wide(axes), 0.5)
-    axes.set_title(panel.title, loc="left", fontsize=9.5, color=INK)
+    axes.set_title(panel.title, loc="left", y=1.0, fontsize=9.5, color=INK)
     _legend(axes, handles, panel.title)
 
 

@@ -1,4 +1,11 @@
 (() => {
+  // what `torquer.report.common.packing.packed` was given
+  async function unpacked(text) {
+    const bytes = Uint8Array.from(atob(text), sign => sign.charCodeAt(0));
+    const plain = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(plain).text();
+  }
+
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const narrow = innerWidth < 640;
   // nothing leaves this page: newer plotly would offer to send a picture to a server
@@ -81,7 +88,8 @@
   }
 
   async function draw(box) {
-    const figure = JSON.parse(box.querySelector("script").textContent);
+    await plotly;
+    const figure = JSON.parse(await unpacked(box.querySelector("script").textContent));
     const stage = document.createElement("div");
     box.append(stage);
     if (narrow) Object.assign(figure.layout, narrowed(figure));
@@ -101,7 +109,19 @@
     stage.on("plotly_relayout", event => follow(stage, event));
   }
 
-  const waiting = new Set(document.querySelectorAll(".plot"));
+  async function load() {
+    const script = document.createElement("script");
+    script.textContent = await unpacked(document.getElementById("plotly").textContent);
+    document.head.append(script);
+  }
+
+  const plots = document.querySelectorAll(".plot");
+  if (!("DecompressionStream" in window)) {
+    plots.forEach(box => { box.textContent = "This plot needs a browser of 2023 or later."; });
+    return;
+  }
+  const plotly = load();
+  const waiting = new Set(plots);
   const show = box => { if (waiting.delete(box)) draw(box); };
   const watch = new IntersectionObserver(
     entries => entries.forEach(e => { if (e.isIntersecting) show(e.target); }),

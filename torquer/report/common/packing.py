@@ -1,0 +1,21 @@
+"""Texts packed for HTML pages: compressed, as base64; the browser unpacks them itself."""
+
+import base64
+import zlib
+
+#: gzip's format, which every browser since 2023 unpacks (`DecompressionStream`).
+_GZIP = 16 + zlib.MAX_WBITS
+#: Type of a script that holds a packed text.
+PACKED = "application/gzip"
+
+
+def packed(text: str, level: int = 6) -> str:
+    """The text, compressed, as base64."""
+    packer = zlib.compressobj(level, zlib.DEFLATED, _GZIP)
+    data = packer.compress(text.encode("utf-8")) + packer.flush()
+    return base64.b64encode(data).decode("ascii")
+
+
+def unpacked(text: str) -> str:
+    """What `packed` was given."""
+    return zlib.decompress(base64.b64decode(text), _GZIP).decode("utf-8")
