@@ -95,6 +95,31 @@ def test_without_a_mission_the_laws_tell_the_goal(law, signal, below):
     assert goal.why != NAMED
 
 
+def test_a_usual_limit_can_be_kept_but_not_missed():
+    given = scenario()
+    signal = np.full(len(T), 7.0)
+    verdict = verdict_of(given, goals_of(given), T, {"goal 0": signal}, True)
+    assert verdict["done"] is None
+    assert verdict["headline"] == (
+        "No limit is named in [mission]; the usual one was not kept: rate never below 0.19 deg/s, "
+        "7 deg/s at the end."
+    )
+    assert verdict_of(given, goals_of(given), T, {"goal 0": 0.01 * signal}, True)["done"]
+
+
+def test_regions_side_by_side_imply_no_limit():
+    control = {
+        "laws": {"damping": {"kind": "bdot", "gain_a_m2_s_per_t": 1e5}},
+        "modes": {
+            "regions": {
+                name: {"states": {"on": {"laws": laws, "final": True}}}
+                for name, laws in (("a", ["damping"]), ("b", []))
+            }
+        },
+    }
+    assert goals_of(scenario(control=control)) == []
+
+
 def test_without_control_there_is_no_verdict():
     free = scenario(control={"law": {"kind": "off"}})
     assert goals_of(free) == []

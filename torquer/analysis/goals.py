@@ -14,7 +14,7 @@ from torquer.scenario.spec import Scenario
 #: Limits that are usual for laws, where the scenario names none.
 ORBITAL_RATES = 3.0
 HELD_BY_WHEELS_DEG, HELD_BY_COILS_DEG, POINTED_DEG = 1.0, 10.0, 15.0
-_DAMPING = ("bdot", "sdot")
+_DAMPING = "bdot"
 _TO_THE_SUN = ("sun_cross", "spin_to_sun")
 
 
@@ -57,9 +57,12 @@ def _named(mission: Mission) -> list[Goal]:
 
 
 def _usual(scenario: Scenario) -> list[Goal]:
-    """By the laws that work at the end: attitude, else direction, else rate."""
+    """By the laws that work at the end: attitude, else direction, else rate.
+
+    None where regions of modes work side by side: what they are for together only the author knows.
+    """
     laws = _last_laws(scenario)
-    if len(held_attitudes(scenario.control)) == 1:
+    if laws and len(held_attitudes(scenario.control)) == 1:
         by_wheels = any(law.drives_wheels for law in map(_law_of, laws) if law is not None)
         limit = HELD_BY_WHEELS_DEG if by_wheels else HELD_BY_COILS_DEG
         why = f"usual for an attitude held by {'wheels' if by_wheels else 'coils'}"
@@ -86,6 +89,8 @@ def _last_laws(scenario: Scenario) -> list:
     laws, modes = scenario.control.named()
     if modes is None:
         return list(laws.values())
+    if len(modes.regions) > 1:
+        return []
     used = [state.laws for state in modes.states() if state.laws]
     return [laws[name] for name in (used[-1] if used else ())]
 

@@ -13,7 +13,9 @@ _WORTH_TELLING = 0.005
 def verdict_of(
     scenario: Scenario, goals: list[Goal], t, found: dict[str, np.ndarray], complete: bool
 ) -> dict:
-    """Verdict as plain data.
+    """Verdict as plain data; `done` is None without a limit to judge by.
+
+    A limit that is only usual for the laws can be kept, but not be missed.
 
     `found`: series at the times `t` [s]: signals by "goal 0", "goal 1", ...; "coil_share" and
     "share", "torque_share" of the wheels, as far as there are any.
@@ -28,6 +30,8 @@ def verdict_of(
     times = [each["stays_from_s"] for each in judged]
     settled = None if not judged or None in times else max(times)
     done = all(each["done"] for each in judged) if judged else None
+    if done is False and scenario.mission is None:
+        done = None  # a limit that nobody asked for is not missed
     return {
         "done": done,
         "headline": _headline(judged, done, settled, complete),
@@ -83,8 +87,11 @@ def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[s
 def _headline(judged: list[dict], done, settled, complete: bool) -> str:
     if not complete:
         return "The run is not complete: there is no verdict yet."
-    if done is None:
+    if not judged:
         return f"No verdict: the scenario names no limits in {NAMED}, and its laws imply none."
+    if done is None:
+        failures = "; ".join(_failure(each) for each in judged if not each["done"])
+        return f"No limit is named in {NAMED}; the usual one was not kept: {failures}."
     if done:
         what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
         return f"Achieved: {what} from {clock_text(settled)} to the end."

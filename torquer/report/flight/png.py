@@ -269,14 +269,6 @@ def draw_overview(view: View) -> Figure:
     return figure
 
 
-def _reached(goal: dict) -> str:
-    """When a limit held from, if it did."""
-    limit, stays = f"{goal['below']:.3g} {goal['unit']}", goal["stays_from_s"]
-    if stays is None:
-        return f"{goal['signal']} not kept below {limit}"
-    return f"below {limit} from {clock_text(stays)}"
-
-
 def _facts(view: View) -> str:
     """The key numbers in one line."""
     summary, clock = view.summary, clock_for(view.end_s)
@@ -288,7 +280,11 @@ def _facts(view: View) -> str:
     else:
         error = summary["initial_attitude_error_deg"], summary["final_attitude_error_deg"]
         facts.append(f"attitude error {error[0]:.3g} → {error[1]:.3g} deg")
-    facts += [_reached(goal) for goal in summary["verdict"]["goals"]]
+    facts += [
+        f"below {goal['below']:.3g} {goal['unit']} from {clock_text(goal['stays_from_s'])}"
+        for goal in summary["verdict"]["goals"][:1]
+        if goal["stays_from_s"] is not None
+    ]
     facts.append(f"final momentum {summary['momentum_left_n_m_s']:.3g} N m s")
     if view.has_coils:
         facts.append(f"peak coil dipole {summary['peak_coil_dipole_a_m2']:.3g} A m²")
