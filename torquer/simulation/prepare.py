@@ -243,14 +243,14 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
     )
 
 
-def failures_of(sensors: dict[str, Sampled]) -> np.ndarray | tuple[()]:
-    """Rows of `FAILURE`; () where no sensor fails."""
+def failures_of(sensors: dict[str, Sampled]) -> np.ndarray:
+    """Rows of `FAILURE`."""
     rows = [
         failure.row(SENSORS.index(name))
         for name, sensor in sensors.items()
         for failure in sensor.failures
     ]
-    return np.array(rows, FAILURE) if rows else ()
+    return np.array(rows, FAILURE)
 
 
 def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:

@@ -42,7 +42,7 @@ class Plant(NamedTuple):
     `rotors`: () for a satellite without wheels. `held`: constant and random torque, () for none;
     `unmodelled`: sizes and jumps of that torque, `orbit_angle`: at the start [rad] and its rate,
     () where none of `torquer.spacecraft.disturbance` acts. `gravity`: 1, or 0 without gradient.
-    `failures`: rows of `FAILURE`, () for none.
+    `failures`: rows of `FAILURE`.
     """
 
     rigid: Rigid
@@ -58,7 +58,7 @@ class Plant(NamedTuple):
     held: HeldTorque | tuple
     unmodelled: Unmodelled | tuple
     orbit_angle: tuple
-    failures: np.ndarray | tuple[()]
+    failures: np.ndarray
 
 
 class Plan(NamedTuple):
