@@ -6,6 +6,7 @@ import itertools
 import re
 from pathlib import Path
 
+from torquer.analysis.variables import variables_page
 from torquer.campaign.keys import file_tables
 from torquer.scenario.keys import Key, Table
 from torquer.scenario.load import presets
@@ -101,6 +102,7 @@ PACKAGES = (
     "torquer.wheel_array",
 )
 MODULES = (
+    "torquer.analysis.derived",
     "torquer.geometry.frames",
     "torquer.geometry.euler",
     "torquer.geometry.quaternion",
@@ -178,7 +180,12 @@ def _comment_above(source: str, line: int) -> str:
     return text.split(". ")[0]
 
 
-PAGES = {"scenario.md": scenario_page, "equations.md": equations_page, "api.md": api_page}
+PAGES = {
+    "scenario.md": scenario_page,
+    "equations.md": equations_page,
+    "api.md": api_page,
+    "variables.md": variables_page,
+}
 
 if __name__ == "__main__":
     for name, make in PAGES.items():

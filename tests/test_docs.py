@@ -28,7 +28,7 @@ def _generator():
     return module
 
 
-@pytest.mark.parametrize("name", ["scenario.md", "equations.md", "api.md"])
+@pytest.mark.parametrize("name", ["scenario.md", "equations.md", "api.md", "variables.md"])
 def test_generated_page_is_up_to_date(name):
     made = _generator().PAGES[name]()
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"
@@ -89,6 +89,22 @@ def test_flight_tutorial_runs_and_its_claims_hold():
     speeds = np.degrees(np.linalg.norm(on_board[[0, -1]], axis=1))
     assert [f"{speed:.2g}" for speed in speeds] == ["9.9", "0.46"]
     assert [f"{rate:.3f}" for rate in names["rates"].values()] == ["0.120", "0.103", "0.096"]
+
+
+@needs_jit
+def test_notebook_tutorial_runs_and_its_claims_hold(tmp_path, monkeypatch):
+    text = (ROOT / "docs/tutorials/notebook.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(ROOT / "examples")
+    names: dict = {}
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        for block in re.findall(r"```python\n(.*?)```", text, re.S):
+            exec(block, names)
+    assert printed.getvalue().splitlines()[0] in text
+    assert (tmp_path / "rate.png").stat().st_size > 10_000
+    assert names["again"].torquer.scenario == names["weak"].torquer.scenario
+    for method in re.findall(r"`(\w+)\([a-z]*\)`", text):
+        assert hasattr(names["result"].torquer, method), method
 
 
 @needs_jit

@@ -4,6 +4,7 @@
     scenario = torquer.load_scenario("chibis_m_detumble.toml")
     result = torquer.simulate(scenario)      # an xarray.Dataset with units, frames, scenario
     torquer.summary_of(result)
+    result.torquer.plot.rate()               # derived quantities and pictures: `result.torquer`
 
 Names are imported when first used, so that `import torquer` costs nothing.
 """
@@ -13,7 +14,9 @@ from torquer.lazy import lazily
 #: True to type checkers and editors; `typing` itself would cost a hundredth of a second.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from torquer.analysis.derived import derived_of as derived_of
     from torquer.analysis.summary import summary_of as summary_of
+    from torquer.analysis.together import concat as concat, run_of as run_of
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
     from torquer.control import LAWS as LAWS
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
     from torquer.interface import Command as Command, Estimate as Estimate, Inputs as Inputs
     from torquer.orbit import ORBITS as ORBITS
     from torquer.report import write_report as write_report
+    from torquer.report.flight.compared import Comparison as Comparison, compare as compare
     from torquer.report.flight.summary_rows import rows_of as rows_of
     from torquer.scenario.load import (
         ScenarioError as ScenarioError,
@@ -53,5 +57,14 @@ if TYPE_CHECKING:
 
 __version__ = "0.2.0"
 
-__getattr__, __dir__, __all__ = lazily(__name__, __file__)
+_imported, __dir__, __all__ = lazily(__name__, __file__)
 __all__ += ["__version__"]
+#: Names after whose use a result may be at hand: xarray then knows `result.torquer`.
+_GIVE_RESULTS = ("Flight", "compare", "concat", "load", "resume", "run_of", "simulate")
+
+
+def __getattr__(name: str):
+    value = _imported(name)
+    if name in _GIVE_RESULTS:
+        import torquer.report.accessor  # noqa: F401  registers itself
+    return value

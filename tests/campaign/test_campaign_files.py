@@ -132,7 +132,8 @@ def test_a_campaign_is_a_table(value):
 NOISE, BIAS = "spacecraft.magnetometer.noise_nt", "spacecraft.magnetometer.bias_nt"
 #: (what varies, what is told of it: after `campaign.vary`).
 VARIED = [
-    ({"orbit.raan": {"values": [1.0]}}, '."orbit.raan": must be a known key; received 1.0'),
+    ({"orbit.raan": {"values": [1.0]}},
+     '."orbit.raan": must be a known key; received 1.0 (did you mean raan_deg?)'),
     ({"orbit.raan.x": {"values": [1]}},
      ": members must be scenarios that can be flown; received orbit.raan: must be a table to "
      "change a key in it; received no such key"),
@@ -151,7 +152,8 @@ VARIED = [
     ({NOISE: "uniform"}, f'."{NOISE}": must be a table of a variation: only initial.attitude is '
      '"uniform" by a word; received "uniform"'),
     ({NOISE: 5}, f'."{NOISE}": must be a table of keys; received 5'),
-    ({NOISE: {"unifrm": [1, 2]}}, f'."{NOISE}".unifrm: must be a known key; received [1, 2]'),
+    ({NOISE: {"unifrm": [1, 2]}},
+     f'."{NOISE}".unifrm: must be a known key; received [1, 2] (did you mean uniform?)'),
     ({NOISE: {}}, f'."{NOISE}": must have one of values, uniform, log_uniform, normal, '
      "truncated_normal, direction, relative, rotation; received none"),
     ({NOISE: {"values": [1], "uniform": [1, 2]}}, f'."{NOISE}": must have one of values, uniform, '
@@ -247,7 +249,8 @@ TABLES = [
     ({"sampling": "halton"},
      ".sampling: must be 'random', 'latin_hypercube', 'sobol', 'saltelli' or 'grid'; "
      "received 'halton'"),
-    ({"colour": 1}, ".colour: must be a known key; received 1"),
+    ({"colour": 1}, ".colour: must be a known key; received 1 (known: runs, seed, sampling, vary, "
+     "correlated, outcomes, success, stop)"),
     ({"vary": 5}, ".vary: must be a table of keys; received 5"),
     ({"sampling": "latin_hypercube", "runs": 10**8, "vary": {NOISE: {"uniform": [1, 2]}}},
      ".sampling: 'latin_hypercube' must have at most 5e+07 numbers in all; received 100000000 "

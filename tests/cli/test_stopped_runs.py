@@ -96,7 +96,9 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 130
-    assert f"error: interrupted at t = 124 s; partial results are in {out}\n" in err
+    assert (
+        f"error: interrupted at t = 124 s; partial results are in {out}: --resume goes on\n" in err
+    )
     assert "Traceback" not in err
     part = torquer.load(out / "result.nc")
     assert part.attrs["ended"] == "interrupted at t = 124 s"

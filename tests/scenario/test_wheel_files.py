@@ -71,7 +71,8 @@ KINDS = ", ".join(LAYOUTS)
          "cylinder, plate, sphere; received 'cone'"),
         ("altitude_km = 425", "altitude_km = 1e30",
          "accumulation.altitude_km: must be less than or equal to 1500000; received 1e+30"),
-        ("\nrate_deg_s", "\nrate", "demand.rate: must be a known key; received 0.15"),
+        ("\nrate_deg_s", "\nrate", "demand.rate: must be a known key; received 0.15 "
+         "(did you mean rate_deg_s?)"),
     ],
 )  # fmt: skip
 def test_a_mistake_is_one_clear_line(right, wrong, line):

@@ -45,7 +45,10 @@ KEYS = [
     ({"layout": None}, "layout: must be given; received nothing"),
     ({"momentum_limit_n_m_s": None}, "momentum_limit_n_m_s: must be given; received nothing"),
     ({"torque_limit_n_m": None}, "torque_limit_n_m: must be given; received nothing"),
-    ({"speed": "3"}, "speed: must be a known key; received 3"),
+    ({"speed": "3"}, "speed: must be a known key; received 3 (known: layout, momentum_limit_n_m_s, "
+     "torque_limit_n_m, lost, speed_limit_rpm, coulomb_friction_n_m, viscous_friction_n_m_s, "
+     "stiction_n_m, speed_noise_rpm, initial_speed_rpm, failures, allocation, "
+     "minimum_speed_fraction)"),
     # layout
     ({"layout": '"pyramid"'}, "layout: must be a table of keys; received 'pyramid'"),
     ({"layout": "{}"}, f"layout.kind: must be one of {LAYOUTS}; received nothing"),
@@ -59,7 +62,7 @@ KEYS = [
     ({"layout": '{ kind = "four_sided_pyramid", alpha_deg = 0, beta_deg = 3 }'},
      "layout.alpha_deg: must be greater than 0; received 0"),
     ({"layout": '{ kind = "orthogonal", count = 3 }'},
-     "layout.count: must be a known key; received 3"),
+     "layout.count: must be a known key; received 3 (known: kind)"),
     ({"layout": '{ kind = "axes", axes = [[1, 0, 0], [0, 1, 0]] }'},
      "layout.axes: must be 3 to 12; received 2"),
     ({"layout": '{ kind = "axes", axes = [[1, 0, 0], [0, 1, 0], [0, -1, 0]] }'},
@@ -120,7 +123,7 @@ KEYS = [
     ({"failures": "[{ wheel = 1, time_s = 1, noticed_after_s = -1 }]"},
      "failures[0].noticed_after_s: must be greater than or equal to 0; received -1"),
     ({"failures": "[{ wheel = 1, time_s = 1, noticed_s = 2 }]"},
-     "failures[0].noticed_s: must be a known key; received 2"),
+     "failures[0].noticed_s: must be a known key; received 2 (did you mean noticed_after_s?)"),
     ({"failures": "[{ wheel = 4, time_s = 1 }]"}, f"{WORKING}; received 4"),
     ({"failures": "[{ wheel = 1, time_s = 1 }, { wheel = 1, time_s = 9 }]"},
      f"{WORKING}; received 1"),

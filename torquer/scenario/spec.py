@@ -357,6 +357,15 @@ class Scenario(Spec):
 
         return replaced(self, key, value)
 
+    def _repr_html_(self) -> str:
+        """In notebooks: what was given, as the text of a scenario file."""
+        from html import escape
+
+        from torquer.scenario.toml_text import toml_of
+
+        text = toml_of(self.model_dump(mode="json", exclude_unset=True, exclude_none=True))
+        return f"<pre>{escape(text)}</pre>"
+
     def surroundings(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)

@@ -1,0 +1,155 @@
+"""What a result tells beyond what it holds: angles, rates in degrees, speeds in rpm, modes.
+
+Each function gives an `xarray.DataArray` over the time of the result, with its unit; `derived_of`
+gives all of them that apply, as one data set. `result.torquer` has them as methods.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.attitude import attitude_error_of, body_axes_from_vertical_deg
+from torquer.analysis.modes import regions_of
+from torquer.analysis.series import angle_deg
+from torquer.simulation.result import scenario_of
+from torquer.validate import unit_rows
+
+_RPM_PER_RAD_S = 30.0 / np.pi
+
+
+def rate_of(result: xr.Dataset) -> xr.DataArray:
+    """Size of the absolute angular velocity [deg/s] over `time`."""
+    size = np.degrees(np.linalg.norm(result["omega_body"].values, axis=1))
+    return _over_time(result, size, "deg/s", "absolute angular velocity")
+
+
+def rate_body_of(result: xr.Dataset) -> xr.DataArray:
+    """Absolute angular velocity [deg/s] in body axes over `time`, `axis`."""
+    omega = np.degrees(result["omega_body"].values)
+    return _by_axis(result, omega, "deg/s", "absolute angular velocity in body axes")
+
+
+def rate_orbital_of(result: xr.Dataset) -> xr.DataArray:
+    """Angular velocity relative to the orbital frame [deg/s] in body axes over `time`, `axis`."""
+    omega = np.degrees(result["omega_orbital"].values)
+    return _by_axis(result, omega, "deg/s", "angular velocity relative to the orbital frame")
+
+
+def attitude_error_angle_of(result: xr.Dataset) -> xr.DataArray:
+    """Angle [deg] from the attitude that the laws held, over `time`.
+
+    ValueError where no built-in law held one attitude.
+    """
+    error = attitude_error_of(result)
+    if error is None:
+        raise ValueError(
+            "attitude error: a built-in law must have held one attitude; received a run without"
+        )
+    return _over_time(result, error.angle_deg, "deg", "angle of the attitude error")
+
+
+def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
+    """Angle [deg] of a body axis from the direction to the Sun, over `time`.
+
+    `axis`: a direction in body axes, of any length; left out, those of x, y and z, over `time`,
+    `axis`. In eclipse, too: `result["lit"]` tells that.
+    """
+    sun = _to_body(result, result["sun_inertial"].values)
+    meaning = "angle from the direction to the Sun"
+    if axis is None:
+        angles = [angle_deg(np.broadcast_to(e, sun.shape), sun) for e in np.eye(3)]
+        return _by_axis(result, np.stack(angles, axis=1), "deg", meaning)
+    along = unit_rows("axis", axis)[0]
+    return _over_time(result, angle_deg(np.broadcast_to(along, sun.shape), sun), "deg", meaning)
+
+
+def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
+    """Angle [deg] of the angular momentum from a body axis, over `time`.
+
+    `axis`: a direction in body axes; left out, the principal axis of the greatest moment, on the
+    side on which the momentum is at the end. Not a number where there is no momentum.
+    """
+    momentum = _to_body(result, result["momentum_inertial"].values)
+    if axis is None:
+        moments, axes = scenario_of(result).spacecraft.body.principal()
+        along = np.asarray(axes)[:, int(np.argmax(moments))]
+        along = along if momentum[-1] @ along >= 0.0 else -along
+    else:
+        along = unit_rows("axis", axis)[0]
+    angle = angle_deg(np.broadcast_to(along, momentum.shape), momentum)
+    return _over_time(result, angle, "deg", "nutation: angle of the momentum from a body axis")
+
+
+def vertical_angle_of(result: xr.Dataset) -> xr.DataArray:
+    """Angles [deg] of the body's x, y and z axes from the local vertical, over `time`, `axis`."""
+    angles = body_axes_from_vertical_deg(result)
+    return _by_axis(result, angles, "deg", "angle from the local vertical")
+
+
+def wheel_speed_of(result: xr.Dataset) -> xr.DataArray:
+    """Speed of each wheel relative to the body [rpm] over `time`, `wheel`.
+
+    ValueError for a satellite without wheels.
+    """
+    if "wheel_speed" not in result:
+        raise ValueError("wheel speed: the satellite must have wheels; received a run without")
+    speed = result["wheel_speed"] * _RPM_PER_RAD_S
+    return speed.assign_attrs(units="rpm", long_name="speed relative to the body")
+
+
+def mode_of(result: xr.Dataset, region: str | None = None) -> xr.DataArray:
+    """Name of the state of a region of modes, over `time`; the only region need not be named.
+
+    ValueError for laws that always work, and for a region that there is not.
+    """
+    found = {each.name: each for each in regions_of(result)}
+    name = next(iter(found), None) if region is None and len(found) == 1 else region
+    if name not in found:
+        known = ", ".join(found) or "none: the laws of this run always work"
+        raise ValueError(f"region: must be one of {known}; received {region!r}")
+    states = np.array([*found[name].states, ""])  # the last for -1: not known
+    return _over_time(result, states[found[name].numbers], "", f"state of the region {name}")
+
+
+def derived_of(result: xr.Dataset) -> xr.Dataset:
+    """All that applies to the run, as one data set over its time, with units."""
+    makers = {
+        "rate": rate_of,
+        "rate_body": rate_body_of,
+        "rate_orbital": rate_orbital_of,
+        "sun_angle": sun_angle_of,
+        "nutation": nutation_of,
+        "vertical_angle": vertical_angle_of,
+    }
+    if attitude_error_of(result) is not None:
+        makers["attitude_error"] = attitude_error_angle_of
+    if "wheel_speed" in result:
+        makers["wheel_speed"] = wheel_speed_of
+    found = {name: make(result) for name, make in makers.items()}
+    found |= {f"mode_{each.name}": mode_of(result, each.name) for each in regions_of(result)}
+    return xr.Dataset(found)
+
+
+def _to_body(result: xr.Dataset, vectors: np.ndarray) -> np.ndarray:
+    """Inertial vectors [n, 3] in body axes."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(result["q_body_to_inertial"].values).inv().apply(vectors)
+
+
+def _over_time(result: xr.Dataset, values, unit: str, meaning: str) -> xr.DataArray:
+    attributes = {"units": unit, "long_name": meaning} if unit else {"long_name": meaning}
+    return xr.DataArray(values, dims=("time",), coords=_times(result), attrs=attributes)
+
+
+def _by_axis(result: xr.Dataset, values, unit: str, meaning: str) -> xr.DataArray:
+    coordinates = {**_times(result), "axis": result["axis"]}
+    attributes = {"units": unit, "long_name": meaning}
+    return xr.DataArray(values, dims=("time", "axis"), coords=coordinates, attrs=attributes)
+
+
+def _times(result: xr.Dataset) -> dict:
+    return {"time": result["time"], "utc": result["utc"]}

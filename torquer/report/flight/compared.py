@@ -1,0 +1,165 @@
+"""Runs beside each other: what differs in their scenarios, their key numbers, one picture."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.derived import rate_of
+from torquer.analysis.summary import summary_of
+from torquer.analysis.together import differences, names_of
+from torquer.analysis.wheels import wheels_of
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.figure import place, png_of, sheet
+from torquer.report.common.scales import prefixed
+from torquer.report.flight.panels.panel import Line, Panel, mean_line
+from torquer.report.flight.png import draw_panel
+from torquer.report.flight.summary_rows import rows_of
+from torquer.report.flight.view import View, view_of
+
+#: As many runs as there are colours that can be told apart.
+MOST = 6
+_COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+_WIDE, _LEFT, _PANEL, _HEAD, _BETWEEN, _UNDER = 9.0, 0.82, 1.9, 0.75, 0.85, 0.55
+_DECADES = 5.0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What `compare` gives; shows itself in notebooks."""
+
+    names: tuple[str, ...]
+    results: tuple[xr.Dataset, ...]
+    summaries: tuple[dict, ...]
+    """Of each run, as `torquer.summary_of` gives it."""
+    changed: dict[str, list]
+    """Keys whose values differ between the scenarios, with the value of each run."""
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """The key numbers as rows of a table: label, then a value of each run."""
+        shown = [_numbered(rows_of(summary)) for summary in self.summaries]
+        labels = dict.fromkeys(label for rows in shown for label in rows)
+        return [(label[0], *(rows.get(label, "") for rows in shown)) for label in labels]
+
+    def plot(self) -> Figure:
+        """Attitude error if laws held an attitude, rate, momentum, wheels: a line of each run."""
+        return _figure(self)
+
+    def as_plain(self) -> dict:
+        """Plain data: names, differing keys, summaries."""
+        return {
+            "runs": [
+                {"name": name, "summary": summary}
+                for name, summary in zip(self.names, self.summaries, strict=True)
+            ],
+            "changed": self.changed,
+        }
+
+    def __str__(self) -> str:
+        return "\n".join(" | ".join(row) for row in [("", *self.names), *self.rows()])
+
+    def _repr_html_(self) -> str:
+        picture = base64.b64encode(png_of(self.plot())).decode("ascii")
+        changed = [(key, *map(_told, values)) for key, values in self.changed.items()]
+        head = "".join(f"<th>{escape(name)}</th>" for name in ("", *self.names))
+        rows = "".join(
+            f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>"
+            for row in [*changed, *self.rows()]
+        )
+        return (
+            f"<table><tr>{head}</tr>{rows}</table>"
+            f'<img alt="The runs, overlaid" src="data:image/png;base64,{picture}">'
+        )
+
+
+def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Comparison:
+    """Two to six runs beside each other: differing keys, key numbers, one picture.
+
+    `names`: of the runs, left out those of their scenarios. ValueError for another number of runs.
+    """
+    if not 2 <= len(results) <= MOST:
+        raise ValueError(f"results: must be 2 to {MOST} runs; received {len(results)}")
+    named = tuple(names_of(results, names))
+    summaries = tuple(map(summary_of, results))
+    return Comparison(named, tuple(results), summaries, differences(results))
+
+
+def _told(value) -> str:
+    return "not given" if value is None else str(value)
+
+
+def _numbered(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
+    """Values by label, the second of two equal labels ("Final rate") apart from the first."""
+    found: dict[tuple[str, int], str] = {}
+    for label, value in rows:
+        found[label, sum(label == known for known, _ in found)] = value
+    return found
+
+
+def _figure(compared: Comparison) -> Figure:
+    views = [view_of(result) for result in compared.results]
+    longest = max(views, key=lambda view: view.end_s)
+    panels = _panels(compared.names, views)
+    height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
+    figure = sheet(_WIDE, height, " · ".join(compared.names))
+    for k, panel in enumerate(panels):
+        top = _HEAD + k * (_PANEL + _BETWEEN)
+        draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
+    return figure
+
+
+def _panels(names, views: list[View]) -> list[Panel]:
+    """Those that apply to all runs."""
+    rates = [rate_of(view.result).values for view in views]
+    momenta = [np.linalg.norm(view.values("momentum_inertial"), axis=1) for view in views]
+    factor, unit = prefixed(np.concatenate(momenta), "N m s")
+    panels = [
+        _panel(names, views, rates, "Absolute rate", "|ω| [deg/s]"),
+        _panel(names, views, [factor * m for m in momenta], "Angular momentum", f"|L| [{unit}]"),
+    ]
+    errors = [attitude_error_of(view.result) for view in views]
+    known = [error.angle_deg for error in errors if error is not None]
+    if len(known) == len(views):
+        panels.insert(0, _panel(names, views, known, "Attitude error angle", "[deg]"))
+    wheels = [wheels_of(view.result, view.scenario) for view in views]
+    if all(each is not None for each in wheels):
+        shares = [100.0 * each.momentum_shares.max(axis=1) for each in wheels if each is not None]
+        title = "Fullest wheel, share of its momentum limit"
+        panels.append(_panel(names, views, shares, title, "[%]", log=False))
+    return panels
+
+
+def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> Panel:
+    """A panel with a line of each run; logarithmic over the decades worth showing."""
+    top = max(float(np.nanmax(y, initial=0.0)) for y in series)
+    least = max(
+        min((float(np.nanmin(y[y > 0.0], initial=np.inf)) for y in series), default=np.inf),
+        top * 10.0**-_DECADES,
+    )
+    log = log and np.isfinite(least) and top > 3.0 * least
+    lines = tuple(
+        _line(name, view, y, colour, log)
+        for name, view, y, colour in zip(names, views, series, _COLOURS, strict=False)
+    )
+    y_range = (0.8 * least, 1.25 * top) if log else (-0.04 * top, 1.08 * top or 1.0)
+    return Panel(title, y_label, lines, log=log, y_range=y_range)
+
+
+def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
+    shown = np.where(y > 0.0, y, np.nan) if log else y
+    return mean_line(name, view.t_s, shown, colour, 1.2)
+
+
+def write_comparison(compared: Comparison, folder: Path) -> Path:
+    """Write the picture into a folder; its path."""
+    path = folder / "compared.png"
+    path.write_bytes(png_of(compared.plot()))
+    return path
