@@ -167,9 +167,10 @@ MISTAKES = [
     ("limit_a_m2 = 3.0", "", ["spacecraft.coils.limit_a_m2: must be given; received nothing"]),
     ("step_s = 1.0\nduration_s = 300", "duration = 300\nstep_s = 0",
      ["simulation.step_s: must be greater than 0; received 0",
-      "simulation.duration: must be a known key; received 300"]),
+      "simulation.duration: must be a known key; received 300 (did you mean duration_s?)"]),
     ('field = { kind = "averaged" }', 'field = { kind = "wmm2025" }',
-     ["field model wmm2025: date must lie within 2025.0..2030.0; received 2012.17"]),
+     ["environment.field: field model wmm2025: date must lie within 2025.0..2030.0; received "
+      "2012.17"]),
     ('[environment]\nfield = { kind = "averaged" }',
      '[environment]\nfield = { kind = "igrf14", held_at_year = 2031 }\nut1_minus_utc_s = 0.95',
      ["environment.ut1_minus_utc_s: must be less than or equal to 0.9; received 0.95"]),

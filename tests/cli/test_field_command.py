@@ -1,5 +1,7 @@
 """`torquer field`: numbers, JSON, pictures, and one line per mistake."""
 
+import csv
+import io
 import subprocess
 import sys
 
@@ -122,9 +124,9 @@ MISTAKES = [
     ({"--alt-km": "-11"}, "--alt-km: must lie within -10..50000 km; received -11"),
     ({"--alt-km": "1e9"}, "--alt-km: must lie within -10..50000 km; received 1e+09"),
     ({"--date": "2030-01-02"},
-     "field model igrf14: date must lie within 1900.0..2030.0; received 2030.0027"),
+     "--date: field model igrf14: date must lie within 1900.0..2030.0; received 2030.0027"),
     ({"--date": "2024.9", "--model": "wmm2025"},
-     "field model wmm2025: date must lie within 2025.0..2030.0; received 2024.9"),
+     "--date: field model wmm2025: date must lie within 2025.0..2030.0; received 2024.9"),
     *(({"--date": text}, "--date: must be a date (2025-07-01), a time with a zone "
        f"(2025-07-01T12:00Z) or a decimal year (2025.5), within 1900 to 2099; received {text!r}")
       for text in ("2025-02-30", "2025-07-01T12:00", "yesterday", "1899.99", "2100", "0000.5")),
@@ -288,9 +290,10 @@ ORBIT_MISTAKES = [
     (["--altitude-km", "550", "--inclination-deg", "181", "--start", "2025"],
      "--inclination-deg: must be less than or equal to 180; received 181"),
     ([*CIRCLE[:5], "soon"], "--start: must be a date (2025-07-01), a time with a zone "),
-    ([*CIRCLE[:5], "2031"], "field model igrf14: date must lie within 1900.0..2030.0; received"),
+    ([*CIRCLE[:5], "2031"], "--start: field model igrf14: date must lie within 1900.0..2030.0; "),
     ([*CIRCLE[:5], "2029-12-31", "--duration-min", "1500"],
-     "field model igrf14: date must lie within 1900.0..2030.0; received 2030.000114 at t = 90000"),
+     "--start: field model igrf14: date must lie within 1900.0..2030.0; received 2030.000114 at "
+     "t = 90000"),
     ([*CIRCLE, "--ut1-minus-utc-s", "1.2"],
      "--ut1-minus-utc-s: must lie within -0.9..0.9; received 1.2"),
     ([*CIRCLE, "--step-s", "0"], "--step-s: must be a positive number; received 0"),
@@ -389,3 +392,74 @@ def test_mistakes_of_maps_and_cones_are_one_line(field, arguments, line, tmp_pat
     assert (code, out) == (2, "")
     assert err.startswith(f"error: {line}") and err.count("\n") == 1
     assert not (tmp_path / "runs").exists()
+
+
+# ------------------------------------------------------------------ many points
+
+
+def points_file(tmp_path, text):
+    path = tmp_path / "places.csv"
+    path.write_text(text)
+    return path
+
+
+def test_many_points_are_those_of_one_by_one(call, strict_json, tmp_path):
+    places = [("55.75", "37.62", "550", "2025-07-01"), ("-33", "200", "0", "1999.5")]
+    rows = "".join(",".join(row) + "\n" for row in places)
+    path = points_file(tmp_path, f"date,lon , LAT,alt_km\n{_reordered(rows)}")
+    code, out, err = call("field", "point", "--points", path)
+    assert (code, err) == (0, "")
+    table = list(csv.DictReader(io.StringIO(out)))
+    columns = strict_json(call("field", "point", "--points", path, "--json")[1])
+    for k, (lat, lon, alt, date) in enumerate(places):
+        options = ("--lat", lat, "--lon", lon, "--alt-km", alt, "--date", date)
+        one = strict_json(call("field", "point", *options, "--json")[1])
+        for key, value in one["elements"].items():
+            name = f"{key[0].upper()}_{'deg' if key.endswith('deg') else 'nT'}"
+            assert float(table[k][name]) == pytest.approx(value, rel=1e-9)
+            assert columns[name][k] == value
+            rate = one["rates"][f"{key}_per_year"]
+            assert columns[f"{name}_per_year"][k] == rate
+
+
+def _reordered(rows):
+    """Latitude, longitude, height, date as date, longitude, latitude, height."""
+    parts = (line.split(",") for line in rows.splitlines())
+    return "".join(f"{date},{lon},{lat},{alt}\n" for lat, lon, alt, date in parts)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "says"),
+    [
+        ("lat,alt\n1,2\n", ["--date", "2025"], "--points: must have a first line with the columns"),
+        ("lat,lon\n1,2\n", [], "--date: must be given where --points has no column date"),
+        ("lat,lon\n1,2\n1,x\n", ["--date", "2025"],
+         "--points, line 3: lon must be a number; received 'x'"),
+        ("lat,lon\n91,2\n", ["--date", "2025"], "--points, line 2: lat: must lie within -90..90"),
+        ("lat,lon,date\n1,2,\n", [], "--points, line 2: date must be given, or --date"),
+        ("lat,lon,date\n1,2,never\n", [], "--points, line 2: must be a date"),
+        ("lat,lon\n", ["--date", "2025"], "--points: must have 1 to 1000000 places; received 0"),
+        ("lat,lon\n1,2\n", ["--date", "2025", "--lat", "1"], "--points: must not be given with"),
+        ("lat,lon\n1,2\n", ["--date", "2031"], "--date: field model igrf14: date must lie within"),
+    ],
+)  # fmt: skip
+def test_bad_points_are_one_line(call, tmp_path, text, options, says):
+    path = points_file(tmp_path, text)
+    code, out, err = call("field", "point", "--points", path, *options)
+    assert (code, out) == (2, "") and err.startswith(f"error: {says}") and err.count("\n") == 1
+
+
+def test_extrapolation_is_linear_and_told(call, strict_json):
+    at = {}
+    for date in ("2029", "2030", "2031"):
+        place = ("--lat", "10", "--lon", "20", "--date", date, "--extrapolate", "--json")
+        code, out, err = call("field", "point", *place)
+        assert code == 0
+        assert err.count("extrapolated") == (date == "2031")
+        at[date] = strict_json(out)["elements"]["x_nt"]
+    assert at["2031"] == pytest.approx(2.0 * at["2030"] - at["2029"], rel=1e-12)
+    code, out, err = call(
+        "field", "point", "--lat", "1", "--lon", "2", "--date", "2025", "--model",
+        "direct_dipole", "--extrapolate",
+    )  # fmt: skip
+    assert (code, out) == (2, "") and "--extrapolate: must go with a model that has dates" in err

@@ -1,23 +1,29 @@
 """The commands: thin layers over the package; a mistake is one clear line and exit code 2."""
 
+import sys
+from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, CycloptsError, Parameter
 
+import torquer
 from torquer.cli.campaign import app as campaign_app
 from torquer.cli.design import app as design_app
+from torquer.cli.examples import show_examples
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
 from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
-from torquer.cli.output import drop_output, finish_output, tell_error
+from torquer.cli.output import drop_output, finish_output, json_text, tell_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
 
 app = App(
     name="torquer",
     help="Satellite attitude control with magnetorquers and reaction wheels.",
-    version_flags=[],
+    version=torquer.__version__,
+    version_flags=["--version"],
+    default_parameter=Parameter(negative_iterable=()),
     suppress_keyboard_interrupt=False,
 )
 
@@ -71,6 +77,9 @@ def validate(
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
+    from torquer.cli.plain_kernels import without_compiler
+
+    without_compiler(scenario)
     from torquer.cli import simulate as work
 
     return work.validate(scenario, json, not no_user_code, code_from_anywhere)
@@ -170,9 +179,61 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
 @app.command
 def version(*, json: Json = False) -> int:
     """Print the versions of torquer and its numerical dependencies."""
-    from torquer.cli import simulate as work
+    from torquer.cli import version_work as work
 
     return work.version(json)
+
+
+@app.command
+def init(
+    name: str | None = None,
+    /,
+    *,
+    example: Annotated[
+        str | None, Parameter(help="Copy this example instead, with the files that it names.")
+    ] = None,
+    listed: Annotated[
+        bool, Parameter(name="--list", help="List the examples.", negative="")
+    ] = False,
+    json: Json = False,
+) -> int:
+    """Write NAME.toml: a commented scenario to begin with."""
+    from torquer.cli import init_work as work
+
+    return work.init(name, example, listed, json)
+
+
+@app.command
+def compare(
+    *results: Path,
+    out: Annotated[Path | None, Parameter(help="Folder for the pictures [none are made].")] = None,
+    json: Json = False,
+) -> int:
+    """Compare runs: RESULTS are their output folders, or result.nc; two to six of them."""
+    from torquer.cli import compare_work as work
+
+    return work.compare(results, out, json)
+
+
+@app.command
+def completion(
+    shell: Literal["bash", "zsh", "fish", "powershell"] | None = None,
+    /,
+    *,
+    install: Annotated[
+        bool,
+        Parameter(help="Write it where the shell finds it, instead of printing.", negative=""),
+    ] = False,
+) -> int:
+    """Print the completion script of SHELL [the present one]: Tab completes commands, options."""
+    if install:
+        print(f"{app.install_completion(shell=shell)}: start a new shell to use it")
+    else:
+        print(app.generate_completion(shell=shell))
+    return 0
+
+
+show_examples(app)
 
 
 def answer(arguments: list[str] | None = None) -> int | None:
@@ -184,7 +245,16 @@ def answer(arguments: list[str] | None = None) -> int | None:
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         drop_output()
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
-        tell_error(str(error) or repr(error))
+        told = str(error) or repr(error)
+        tell_error(told)
+        if "--json" in (sys.argv[1:] if arguments is None else arguments):
+            _print_as_json(told)
         drop_output()
         code = 2
     return code
+
+
+def _print_as_json(told: str) -> None:
+    """Mistakes for programs that read standard output."""
+    with suppress(OSError):
+        print(json_text({"errors": [line for line in told.split("\n") if line]}))

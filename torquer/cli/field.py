@@ -33,12 +33,29 @@ Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm20
 @app.command
 def point(
     *,
-    lat: Annotated[float, Parameter(help="Latitude [deg].")],
-    lon: Annotated[float, Parameter(help="East longitude, -180..360 [deg].")],
+    lat: Annotated[float | None, Parameter(help="Latitude [deg].")] = None,
+    lon: Annotated[float | None, Parameter(help="East longitude, -180..360 [deg].")] = None,
     alt_km: Annotated[float, Parameter(help="Height [km].")] = 0.0,
-    date: Date,
+    date: Annotated[
+        str | None,
+        Parameter(
+            help="Date (00:00 UTC), time with a zone, or decimal year such as 2025.5; --points may "
+            "have its own."
+        ),
+    ] = None,
+    points: Annotated[
+        Path | None,
+        Parameter(
+            help="CSV file of places instead of --lat and --lon: columns lat, lon, and as needed "
+            "alt_km and date. Prints CSV."
+        ),
+    ] = None,
     model: Model = "igrf14",
     degree: Degree = None,
+    extrapolate: Annotated[
+        bool,
+        Parameter(help="Allow dates beyond the model's validity, with a note.", negative=""),
+    ] = False,
     geocentric: Annotated[
         bool,
         Parameter(
@@ -49,10 +66,20 @@ def point(
     ] = False,
     json: Json = False,
 ) -> int:
-    """X, Y, Z, H, F, D, I at a place and date, and their secular variation."""
+    """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places."""
     from torquer.cli import field_options as options, field_work as work
 
-    return work.point((lat, lon, alt_km), date, options.model_of(model, degree), geocentric, json)
+    chosen = options.extrapolated(options.model_of(model, degree), extrapolate)
+    if points is not None:
+        if lat is not None or lon is not None:
+            raise ValueError("--points: must not be given with --lat and --lon; received both")
+        from torquer.cli.field_points import points as at_points
+
+        return at_points(points, alt_km, date, chosen, geocentric, json)
+    if lat is None or lon is None or date is None:
+        missing = "--lat" if lat is None else "--lon" if lon is None else "--date"
+        raise ValueError(f"{missing}: must be given, or --points; received nothing")
+    return work.point((lat, lon, alt_km), date, chosen, geocentric, json)
 
 
 @app.command

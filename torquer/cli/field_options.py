@@ -85,6 +85,17 @@ def model_of(text: str, degree: int | None = None):
     return FIELDS[name](degree=degree)
 
 
+def extrapolated(model, wanted: bool):
+    """The model, to be used beyond its validity, if wanted."""
+    if not wanted:
+        return model
+    if "extrapolate" not in type(model).model_fields:
+        raise ValueError(
+            f"--extrapolate: must go with a model that has dates; received it with {model.kind}"
+        )
+    return model.model_copy(update={"extrapolate": True})
+
+
 def _degree(text: str, digits: str) -> int:
     if not re.fullmatch(r"\d{1,4}", digits):
         raise ValueError(f"--model: must end with a degree, as in igrf14:6; received {text!r}")
@@ -93,6 +104,8 @@ def _degree(text: str, digits: str) -> int:
 
 def label(model) -> str:
     """A model's name in tables and pictures, marked where it is not the plain model."""
+    if getattr(model, "extrapolate", False):
+        model = model.model_copy(update={"extrapolate": False})
     if model == FIELDS[model.kind]():
         return model.kind
     if isinstance(model, Gauss) and model == FIELDS[model.kind](degree=model.degree):

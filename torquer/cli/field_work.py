@@ -16,6 +16,8 @@ from torquer.cli.field_options import (
 from torquer.cli.output import json_text, make_writable, writing_to
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
 from torquer.environment.field.at_point import point_field
+from torquer.environment.field.coefficients import check_date
+from torquer.environment.field.drift import coefficients_of
 from torquer.time import decimal_year
 
 _NAMES = {
@@ -26,6 +28,18 @@ _NAMES = {
 _ROWS = 19
 
 
+def check_dates(model, *years: float) -> None:
+    """ValueError, with the option that gives them, for dates beyond a model's validity."""
+    source = coefficients_of(model)
+    if source is None or model.extrapolate:  # the model says itself that it extrapolates
+        return
+    for year in years:
+        try:
+            check_date(source, year, False)
+        except ValueError as error:
+            raise ValueError(f"--date: {error} (--extrapolate goes beyond)") from None
+
+
 def point(
     place: tuple[float, float, float], when: str, model, geocentric: bool, as_json: bool
 ) -> int:
@@ -34,6 +48,7 @@ def point(
     check_earth_fixed(model)
     utc = moment(when)
     year = decimal_year(utc)
+    check_dates(model, year)
     data = _point_data(place, utc, model, geocentric, point_field(model, year, *place, geocentric))
     if as_json:
         print(json_text(data))
@@ -78,7 +93,7 @@ def orbit(case: OrbitCase, models: tuple, t_s, out: Path | None, as_json: bool) 
     """Print the field along an orbit; draw it if a folder is given."""
     if out is not None:
         make_writable(out)
-    along = fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
+    along = _along(models, case, t_s, "--start")
     labels = [label(model) for model in models]
     if out is not None:
         from torquer.report.field.along import draw_along
@@ -95,6 +110,17 @@ def orbit(case: OrbitCase, models: tuple, t_s, out: Path | None, as_json: bool) 
     if out is not None:
         print(f"\n{out}: inertial.png, orbital.png")
     return 0
+
+
+def _along(models: tuple, case: OrbitCase, t_s, option: str) -> FieldsAlong:
+    """The fields; a date beyond a model's validity is told of the option that gives it."""
+    try:
+        return fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
+    except ValueError as error:
+        key, _, rest = str(error).partition("environment.field: ")
+        if key or not rest:
+            raise
+        raise ValueError(f"{option}: {rest}") from None
 
 
 def _along_data(case: OrbitCase, along: FieldsAlong, labels: list[str]) -> dict:
@@ -190,7 +216,7 @@ def cone(case: OrbitCase, models: tuple, t_s, out: Path, as_json: bool) -> int:
     from torquer.report.field.cone import draw_cone, write_cone_page
 
     make_writable(out)
-    along = fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
+    along = _along(models, case, t_s, "--date")
     labels, title = [label(m) for m in models], f"{case.name}, from {_stamp(case.start)}"
     shape = cone_of(case.orbit)
     with writing_to(out):

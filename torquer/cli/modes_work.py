@@ -6,7 +6,6 @@ from pathlib import Path
 from torquer.cli.output import json_text
 from torquer.cli.user_code import check_code
 from torquer.control.modes.check import Finding, findings
-from torquer.control.modes.diagram import mermaid, svg
 from torquer.control.modes.spec import MAIN, Modes
 from torquer.control.modes.wording import state_in_words, transition_in_words
 from torquer.scenario.load import load_scenario
@@ -27,6 +26,8 @@ def show(
     code_from_anywhere: bool = False,
 ) -> int:
     """Print or write the diagram, print the findings."""
+    from torquer.control.modes.diagram import mermaid, svg
+
     scenario = load_scenario(scenario_path)
     check_code(scenario, scenario_path, user_code, code_from_anywhere)
     modes = scenario.control.named().modes

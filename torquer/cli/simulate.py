@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-import torquer
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.cli.claim import claimed
+from torquer.cli.compiling import TOLD, bars, compiling_shown, counting, is_cold, tell
 from torquer.cli.modes_work import mode_findings
 from torquer.cli.output import (
     console,
@@ -62,7 +62,8 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
 def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
     """The same for a scenario whose code may be executed."""
     out = out or Path("runs") / scenario.name
-    check_surroundings(scenario)
+    with compiling_shown():
+        check_surroundings(scenario)
     make_writable(out)
     with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
         try:
@@ -83,7 +84,8 @@ def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
         show_summary(summary["scenario"], rows_of(summary), out, "result.nc", how.report)
     _print_notes(notes_on_steps(result))
     if stopped:
-        tell_error(f"{stopped}; partial results are in {out}")
+        goes_on = "" if code == FAILED_CODE else ": --resume goes on"
+        tell_error(f"{stopped}; partial results are in {out}{goes_on}")
     return code
 
 
@@ -218,20 +220,6 @@ def check_surroundings(scenario) -> None:
         )
 
 
-def version(as_json: bool) -> int:
-    """Print versions."""
-    from importlib.metadata import version as of
-
-    names = ["numpy", "numba", "scipy", "xarray", "pydantic", "pyerfa", "sgp4"]
-    versions = {"torquer": torquer.__version__} | {name: of(name) for name in names}
-    versions["python"] = sys.version.split()[0]
-    if as_json:
-        print(json_text(versions))
-    else:
-        print("\n".join(f"{name} {number}" for name, number in versions.items()))
-    return 0
-
-
 def _looks(scenario):
     """Times at which models are checked: both ends of the run, and along the first orbit."""
     end = scenario.steps() * scenario.grid_s
@@ -258,14 +246,25 @@ def _check_earlier(path: Path, scenario) -> bool:
 @contextlib.contextmanager
 def progress_of(name: str):
     """Progress callback of a bar on a terminal; None elsewhere."""
+    cold = is_cold()
     if not sys.stderr.isatty():
+        if cold:
+            tell()
         yield None
         return
-    from rich.progress import Progress
+    with bars() as shown, contextlib.ExitStack() as stack:
+        task = shown.add_task(name, total=1.0, visible=not cold)
+        if not cold:
+            yield lambda part: shown.update(task, completed=part)
+            return
+        first = shown.add_task(TOLD, total=1.0)
+        stack.enter_context(counting(lambda part: shown.update(first, completed=part)))
 
-    with Progress(console=console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=1.0)
-        yield lambda part: bar.update(task, completed=part)
+        def told(part: float) -> None:  # from now on all is compiled
+            shown.update(first, visible=False)
+            shown.update(task, completed=part, visible=True)
+
+        yield told
 
 
 def _write(result, out: Path, signals: Stop, report: bool) -> dict:

@@ -1,0 +1,206 @@
+"""What a new user meets first: help, examples, `init`, completion, mistakes as JSON."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import torquer
+from torquer.cli.app import app
+from torquer.cli.examples import EXAMPLES
+from torquer.notes.notes import notes_of
+
+
+def commands(at=app, words=()):
+    """Words of every command."""
+    yield words
+    for name in at:
+        if not name.startswith("-"):
+            yield from commands(at[name], (*words, name))
+
+
+ALL = sorted(" ".join(words) for words in commands())
+
+
+def test_every_command_has_examples():
+    assert sorted(EXAMPLES) == ALL
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_help_ends_with_examples_and_has_no_stray_flags(call, name):
+    code, out, err = call(*name.split(), "--help")
+    assert (code or 0, err) == (0, "")
+    told = " ".join(out.split())
+    assert "--empty" not in told and "--no-json" not in told
+    shown = told.partition("Examples:")[2]
+    for line in EXAMPLES[name]:
+        assert " ".join(line.split()) in shown
+
+
+@pytest.mark.parametrize("line", sorted({line for each in EXAMPLES.values() for line in each}))
+def test_examples_are_commands(line):
+    words = shlex.split(line.partition(" > ")[0])
+    assert words[0] == "torquer"
+    if "--help" not in words:
+        app.parse_args(words[1:], exit_on_error=False, print_error=False)
+
+
+def test_version_is_an_option_too(call):
+    code, out, err = call("--version")
+    assert (code or 0, out, err) == (0, f"{torquer.__version__}\n", "")
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_names_the_commands(call, shell):
+    code, out, err = call("completion", shell)
+    assert (code, err) == (0, "")
+    assert all(word in out for word in ("validate", "filter-check", "no-report"))
+
+
+# ------------------------------------------------------------------ init
+
+
+def test_init_writes_a_scenario_that_is_valid(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call("init", "mine")
+    assert (code, err) == (0, "")
+    assert out.splitlines() == ["mine.toml: written", "torquer validate mine.toml",
+                                "torquer run mine.toml"]  # fmt: skip
+    scenario = torquer.load_scenario("mine.toml")
+    assert scenario.name == "mine" and notes_of(scenario) == []
+
+
+def test_what_is_commented_out_may_be_used(tmp_path):
+    """Every key that stands there as a comment is one."""
+    from torquer.cli.init_work import _START
+
+    text = _START.read_text(encoding="utf-8")
+    assert "# lag_s" in text and "# [spacecraft.gyro]" in text
+    opened = re.sub(r"^# (?=\[?[\w.]+\]? *(=|#|$))", "", text, flags=re.M)
+    scenario = torquer.scenario_from_text(opened)
+    assert scenario.spacecraft.coils.lag_s > 0.0 and scenario.spacecraft.gyro.noise_deg_s > 0.0
+
+
+def test_init_copies_an_example_with_its_law(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, _ = call("init", "own", "--example", "my_law")
+    assert code == 0 and out.startswith("own.toml, my_law.py: written")
+    assert torquer.load_scenario("own.toml").control.law.file.is_file()
+    code, out, err = call("init", "own", "--example", "my_law")
+    assert (code, out) == (2, "") and "must not name a file that exists; received own.toml" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["init"], "NAME: must be given; received nothing"),
+        (["init", "a b"], "NAME: must begin with a letter, digit or '_'"),
+        (["init", "x", "--example", "chibis"], "--example: must be one of chibis_m_detumble, "),
+        (["init", "nowhere/x"], "NAME: must be a folder that can be written"),
+    ],
+)
+def test_init_refuses(call, tmp_path, monkeypatch, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call(*arguments)
+    assert (code, out) == (2, "") and err.startswith(f"error: {says}") and err.count("\n") == 1
+
+
+def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):
+    from torquer.cli import init_work
+
+    here = init_work.examples()
+    assert (
+        len(here) > 5 and init_work._about(here["spinner"]) == "Spin stabilisation in four stages"
+    )
+    installed = tmp_path / "data" / "share" / "torquer" / "examples"
+    shutil.copytree(here["spinner"].parent, installed)
+    monkeypatch.setattr(init_work, "__file__", str(tmp_path / "site" / "torquer" / "cli" / "x.py"))
+    monkeypatch.setattr(init_work.sysconfig, "get_path", lambda name: str(tmp_path / name))
+    assert init_work.examples().keys() == here.keys()
+    assert init_work.examples()["spinner"].is_relative_to(installed)
+
+
+# ------------------------------------------------------------------ mistakes
+
+
+@pytest.mark.parametrize(
+    ("arguments", "first"),
+    [
+        (["run", "no.toml", "--json"], "scenario: must be a readable file; received no.toml"),
+        (["fly", "--json"], 'Unknown command "fly"'),
+        (["field", "point", "--lat", "95", "--lon", "0", "--date", "2025", "--json"],
+         "--lat: must lie within -90..90 deg; received 95"),
+        (["field", "point", "--lat", "5", "--lon", "0", "--date", "2031", "--json"],
+         "--date: field model igrf14: date must lie within 1900.0..2030.0; received 2031.0"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_json_where_that_is_asked(call, strict_json, arguments, first):
+    code, out, err = call(*arguments)
+    (told,) = strict_json(out)["errors"]
+    assert code == 2 and told.startswith(first) and err == f"error: {told}\n"
+
+
+def test_a_mistyped_key_has_its_suggestion(call, scenario):
+    scenario.write_text(scenario.read_text().replace("altitude_km", "altitud_km"))
+    code, _, err = call("validate", scenario)
+    assert code == 2
+    assert "orbit.altitud_km: must be a known key; received 550 (did you mean altitude_km?)" in err
+
+
+def test_the_first_run_says_that_it_compiles(monkeypatch, capsys):
+    from torquer.cli import compiling
+
+    monkeypatch.setattr(compiling, "is_cold", lambda: True)
+    monkeypatch.setattr(compiling, "_told", False)
+    for _ in range(2):
+        with compiling.compiling_shown():
+            pass
+    assert capsys.readouterr().err == "note: compiling, once, about half a minute\n"
+
+
+def test_what_is_compiled_is_counted():
+    from types import SimpleNamespace
+
+    from numba.core import event
+
+    from torquer.cli import compiling
+
+    seen, dispatcher = [], SimpleNamespace()
+    with compiling.counting(seen.append):
+        for _ in range(3):
+            with event.trigger_event("numba:compile", data={"dispatcher": dispatcher}):
+                pass
+    assert len(seen) == 3 and 0.0 < seen[0] < seen[1] < seen[2] < 1.0
+
+
+@pytest.mark.parametrize(
+    ("change", "plain"),
+    [
+        ((), True),
+        (('law = { kind = "bdot"', 'law = { kind = "user", file = "my.py" } # "'), False),
+        (('kind = "circular"', 'kind = "numerical"'), False),
+        (("start =", "start = ="), False),
+    ],
+)
+def test_what_is_checked_without_the_compiler(scenario, monkeypatch, change, plain):
+    from torquer.cli import plain_kernels
+
+    if change:
+        scenario.write_text(scenario.read_text().replace(*change))
+    modules = {name: found for name, found in sys.modules.items() if name != "torquer.engine"}
+    monkeypatch.setattr(plain_kernels.sys, "modules", modules)
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+    plain_kernels.without_compiler(scenario)
+    assert ("NUMBA_DISABLE_JIT" in os.environ) == plain
+    monkeypatch.delenv("NUMBA_DISABLE_JIT", raising=False)
+
+
+def test_both_ways_say_the_same(call, scenario):
+    """In a process of its own `validate` needs no compiler; in this one it has it."""
+    command = [sys.executable, "-m", "torquer", "validate", str(scenario)]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert (0, done.stdout, done.stderr) == call("validate", scenario)

@@ -1,0 +1,79 @@
+"""Work of `compare`: runs that have been flown, beside each other."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.box import SIMPLE
+from rich.table import Table
+
+from torquer.cli.output import json_text, make_writable, table_console, writing_to
+from torquer.simulation.file import load
+
+_WIDTH = 160
+
+
+def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
+    """Print what differs and the key numbers; draw the picture into a folder."""
+    from torquer.report.flight.compared import MOST, compare as compared_of, write_comparison
+
+    if not 2 <= len(paths) <= MOST:
+        raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(paths)}")
+    if out is not None:
+        make_writable(out)
+    results = [_loaded(path) for path in paths]
+    names = _names(paths)
+    compared = compared_of(*results, names=names)
+    if out is not None:
+        with writing_to(out):
+            picture = write_comparison(compared, out)
+    if as_json:
+        print(json_text(compared.as_plain()))
+        return 0
+    screen = table_console(_WIDTH)
+    if compared.changed:
+        screen.print(_table("Keys that differ", names, _changed(compared.changed)))
+    screen.print(_table("Key numbers", names, compared.rows()))
+    if out is not None:
+        print(picture)
+    return 0
+
+
+def _loaded(path: Path):
+    file = path / "result.nc" if path.is_dir() else path
+    try:
+        return load(file)
+    except OSError as error:
+        raise ValueError(
+            f"RESULTS: must be folders of runs, or result.nc; received {path} "
+            f"({error.strerror or error})"
+        ) from None
+    except ValueError as error:
+        raise ValueError(f"RESULTS: {error}") from None
+
+
+def _names(paths: Sequence[Path]) -> list[str]:
+    """The names of the folders; of the whole paths where two are the same."""
+    folders = [path if path.is_dir() or path.name != "result.nc" else path.parent for path in paths]
+    short = [folder.resolve().name for folder in folders]
+    if len(set(short)) == len(short):
+        return short
+    whole = [str(folder) for folder in folders]
+    if len(set(whole)) < len(whole):
+        raise ValueError(f"RESULTS: must be different runs; received {', '.join(whole)}")
+    return whole
+
+
+def _changed(changed: dict[str, list]) -> list[tuple[str, ...]]:
+    return [
+        (key, *("not given" if value is None else str(value) for value in values))
+        for key, values in changed.items()
+    ]
+
+
+def _table(title: str, names: Sequence[str], rows) -> Table:
+    table = Table(title=title, title_justify="left", box=SIMPLE)
+    for k, name in enumerate(["", *names]):
+        table.add_column(name, justify="right" if k else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    return table

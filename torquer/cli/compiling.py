@@ -1,0 +1,81 @@
+"""The first run compiles the kernels, which takes a while: it says so, and how far it is."""
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+
+from torquer.cli.output import console
+
+TOLD = "compiling, once, about half a minute"
+#: Functions that a run compiles where none is kept: of the simulation of Chibis-M.
+_FUNCTIONS = 260
+#: The part of the time after which all of them are known; the loop itself is optimised then.
+_KNOWN = 0.72
+
+_count = 0
+_told = False
+
+
+def is_cold() -> bool:
+    """Whether the simulation's loop has yet to be compiled, as far as the cache tells."""
+    from torquer.code_cache import FOLDER
+    from torquer.engine import COMPILED
+
+    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/boxed.advance-*.nbi"))
+    return COMPILED and not kept
+
+
+@contextlib.contextmanager
+def counting(report: Callable[[float], None]) -> Iterator[None]:
+    """Within the block, report the part of the compiling that is done, 0..1."""
+    from numba.core import event
+
+    class Count(event.Listener):
+        def on_start(self, each) -> None:
+            """Nothing: a function counts when it is compiled."""
+
+        def on_end(self, each) -> None:
+            global _count
+            _count += 1
+            report(min(_KNOWN * _count / _FUNCTIONS, _KNOWN))
+
+    listener = Count()
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)
+
+
+@contextlib.contextmanager
+def compiling_shown() -> Iterator[None]:
+    """Around work that may compile and shows nothing else: a bar on a terminal, else a note."""
+    if not is_cold():
+        yield
+        return
+    if not sys.stderr.isatty():
+        tell()
+        yield
+        return
+    with bars() as shown:
+        task = shown.add_task(TOLD, total=1.0)
+        with counting(lambda part: shown.update(task, completed=part)):
+            yield
+
+
+def tell() -> None:
+    """Say it once, where there is no terminal for a bar."""
+    global _told
+    if not _told:
+        print(f"note: {TOLD}", file=sys.stderr)
+    _told = True
+
+
+def bars():
+    """Bars with the time that has passed, which goes on where nothing else moves."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
+    )  # fmt: skip
+    return Progress(*columns, console=console(stderr=True), transient=True)

@@ -1,0 +1,95 @@
+"""Examples that `--help` shows below each command: what to type, as it stands."""
+
+from cyclopts import App
+
+_S = "examples/chibis_m_detumble.toml"
+
+#: Command line by line, by the words of the command; "" for `torquer` itself.
+EXAMPLES: dict[str, tuple[str, ...]] = {
+    "": (
+        "torquer init my_satellite",
+        "torquer run my_satellite.toml",
+        "torquer run --help",
+    ),
+    "budget": (
+        "torquer budget examples/disturbances.toml",
+        "torquer budget examples/disturbances.toml --hold --out runs/budget",
+    ),
+    "campaign": (
+        "torquer campaign examples/tip_off_campaign.toml --runs 200",
+        "torquer campaign examples/tip_off_campaign.toml --member 17",
+        "torquer campaign compare runs/a runs/b",
+    ),
+    "campaign compare": ("torquer campaign compare runs/a runs/b --out runs/a-and-b",),
+    "compare": (
+        "torquer compare runs/gain_low runs/gain_high",
+        "torquer compare runs/a/result.nc runs/b/result.nc runs/c/result.nc --out runs/three",
+    ),
+    "completion": (
+        "torquer completion bash > ~/.local/share/bash-completion/completions/torquer",
+        "torquer completion --install",
+    ),
+    "design": ("torquer design three-axis --help",),
+    "design three-axis": (
+        "torquer design three-axis --inertia 0.03 0.03 0.01 --altitude-km 550 "
+        "--inclination-deg 97.6 --limit-a-m2 0.2",
+        f"torquer design three-axis {_S}",
+    ),
+    "field": (
+        "torquer field point --lat 55.75 --lon 37.62 --date 2025-07-01",
+        "torquer field orbit --scenario examples/chibis_m_detumble.toml",
+    ),
+    "field cone": ("torquer field cone --inclination-deg 51.6 --altitude-km 500",),
+    "field map": ("torquer field map --element F --date 2025-01-01 --alt-km 500",),
+    "field orbit": (
+        "torquer field orbit --altitude-km 550 --inclination-deg 97.6 --start 2025-07-01 "
+        "--model igrf14 --model tilted_dipole --out runs/field",
+        "torquer field orbit --tle my_satellite.tle --revolutions 2 --json",
+    ),
+    "field point": (
+        "torquer field point --lat 55.75 --lon 37.62 --alt-km 550 --date 2025-07-01",
+        "torquer field point --points places.csv --date 2025-07-01 > field.csv",
+        "torquer field point --lat 0 --lon 0 --date 2031.5 --extrapolate",
+    ),
+    "filter-check": ("torquer filter-check examples/sun_pointing.toml --runs 100",),
+    "gallery": ("torquer gallery list", "torquer gallery run MAG-3.1.3"),
+    "gallery all": ("torquer gallery all --out runs/gallery",),
+    "gallery list": ("torquer gallery list --json",),
+    "gallery run": ("torquer gallery run MAG-3.1.3 MAG-3.3.2",),
+    "init": (
+        "torquer init my_satellite",
+        "torquer init my_satellite --example wheels_in_flight",
+        "torquer init --list",
+    ),
+    "modes": (
+        "torquer modes examples/sun_pointing.toml",
+        "torquer modes examples/sun_pointing.toml --svg modes.svg",
+    ),
+    "run": (
+        f"torquer run {_S}",
+        f"torquer run {_S} --out runs/first --no-report --json",
+        f"torquer run {_S} --out runs/first --resume",
+    ),
+    "schema": ("torquer schema > scenario.schema.json",),
+    "theory": (
+        "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
+        "--inertia 1.0 1.2 1.5 --gain 1e6",
+        f"torquer theory --scenario {_S} --design",
+    ),
+    "validate": (f"torquer validate {_S}", f"torquer validate {_S} --json"),
+    "version": ("torquer version", "torquer version --json"),
+    "wheels": (
+        "torquer wheels examples/wheels/foton.toml",
+        "torquer wheels examples/wheels/foton.toml --out runs/wheels",
+    ),
+}
+
+
+def show_examples(app: App, words: tuple[str, ...] = ()) -> None:
+    """Let the help of an app and of all its commands end with their examples."""
+    lines = EXAMPLES.get(" ".join(words), ())
+    # the format of the help is Markdown: a line each, as it stands
+    app.help_epilogue = "\n".join(["Examples:", "", *(f"    {line}" for line in lines)])
+    for name in app:
+        if not name.startswith("-"):
+            show_examples(app[name], (*words, name))

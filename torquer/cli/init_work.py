@@ -1,0 +1,86 @@
+"""Work of `init`: a commented scenario to begin with, or a copy of an example."""
+
+import re
+import sysconfig
+from pathlib import Path
+
+from torquer.cli.output import json_text, writing_to
+
+_START = Path(__file__).parents[1] / "scenario" / "start.toml"
+#: Files that an example names, which come with it.
+_NAMED = re.compile(r'^\s*(?:file|.*\bfile)\s*=\s*"([^"]+)"', re.M)
+
+
+def examples() -> dict[str, Path]:
+    """The examples by name: beside the package in its sources, among the data when installed."""
+    package = Path(__file__).parents[1]
+    data = Path(sysconfig.get_path("data"))
+    folders = (package.parent / "examples", data / "share" / "torquer" / "examples")
+    for folder in folders:
+        found = {path.stem: path for path in sorted(folder.glob("*.toml"))}
+        if "chibis_m_detumble" in found:
+            return found
+    return {}
+
+
+def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> int:
+    """Write NAME.toml into the present folder; or list the examples."""
+    if listed:
+        return _list(as_json)
+    if name is None:
+        raise ValueError("NAME: must be given; received nothing")
+    path = _file_for(name)
+    text, others = _START.read_text(encoding="utf-8"), {}
+    if example is not None:
+        source = _example(example)
+        text = source.read_text(encoding="utf-8")
+        others = {path.parent / file: source.parent / file for file in _NAMED.findall(text)}
+    for each in (path, *others):
+        if each.exists():
+            raise ValueError(f"NAME: must not name a file that exists; received {each}")
+    with writing_to(path.parent, "NAME"):
+        path.write_text(text, encoding="utf-8")
+        for to, source in others.items():
+            to.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+    if as_json:
+        print(json_text({"written": [str(each) for each in (path, *others)]}))
+        return 0
+    print(f"{', '.join(str(each) for each in (path, *others))}: written")
+    print(f"torquer validate {path}")
+    print(f"torquer run {path}")
+    return 0
+
+
+def _file_for(name: str) -> Path:
+    path = Path(name)
+    path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
+    if not re.fullmatch(r"\w[\w.-]*", path.name):
+        raise ValueError(
+            "NAME: must begin with a letter, digit or '_' and hold only these, '-' and '.'; "
+            f"received {name!r}"
+        )
+    return path
+
+
+def _example(name: str) -> Path:
+    known = examples()
+    if name not in known:
+        raise ValueError(f"--example: must be one of {', '.join(known)}; received {name!r}")
+    return known[name]
+
+
+def _list(as_json: bool) -> int:
+    told = {name: _about(path) for name, path in examples().items()}
+    if as_json:
+        print(json_text(told))
+        return 0
+    wide = max(map(len, told), default=0)
+    print("\n".join(f"{name:<{wide}}  {about}" for name, about in told.items()))
+    return 0
+
+
+def _about(path: Path) -> str:
+    """What an example says of itself: its description, or its first comment."""
+    text = path.read_text(encoding="utf-8")
+    found = re.search(r'^description = "(.*)"', text, re.M) or re.search(r"^# (.*)", text, re.M)
+    return found[1] if found else ""
