@@ -1,4 +1,4 @@
-"""What each member of a campaign comes to: one number of a signal, or a total of the run.
+"""Outcomes of the members of a campaign: a number taken from a signal, or a total of the run.
 
 [campaign.outcomes]
 settling_s = { signal = "rate_deg_s", what = { settles_below = 1.0 } }
@@ -43,7 +43,7 @@ _Time = Annotated[float, Field(ge=0.0)]
 
 
 class What(Spec):
-    """What is taken of a signal; one of these keys is given.
+    """What is taken from a signal; one of these keys is given.
 
     Times are those of records. A number that does not exist (the signal never settles) is missing:
     NaN.
@@ -111,19 +111,19 @@ def _kind_of_signal(value) -> str:
 
 
 class Outcome(Spec):
-    """A number that a run comes to."""
+    """A number taken from a run."""
 
     signal: Annotated[
         Annotated[_Name, Tag("by name")] | Annotated[Axis, Tag("of an axis")],
         Discriminator(_kind_of_signal),
     ]
-    """What the number is taken of: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to
-    the orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold), a
+    """Source of the number: 'rate_deg_s' (absolute rate), 'rate_orbital_deg_s' (relative to the
+    orbital frame), 'attitude_error_deg' (from the attitude that the scenario's laws hold), a
     table with the angle of an `axis`, or a total of the run: 'coil_energy_j', 'peak_dipole_a_m2'
     (of one coil).
     """
     what: What | None = None
-    """Which number is taken of the signal; left out for totals of the run."""
+    """Which number is taken from the signal; left out for totals of the run."""
 
     @model_validator(mode="after")
     def _what_fits(self):

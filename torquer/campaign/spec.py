@@ -92,7 +92,7 @@ class Campaign(Spec):
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
         default_factory=lambda: dict(DEFAULT)
     )
-    """Numbers that each run comes to, by names of your choice."""
+    """Numbers taken from each run, by names of your choice."""
     success: dict[str, Threshold] = Field(default_factory=dict)
     """Conditions on outcomes, by the outcomes' names. A run succeeds if all hold; a missing value
     is a failure.

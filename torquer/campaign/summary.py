@@ -1,4 +1,4 @@
-"""What a campaign comes to, as plain data and as rows of text.
+"""Summary of a campaign, as plain data and as rows of text.
 
 Statistics are those of independent members. A missing value counts as worse than any other in
 quantiles and ranks, and has no part in a mean. Numbers that do not exist are None: a quantile among
