@@ -1,4 +1,4 @@
-"""How the mean of each outcome and the rate of success come to rest with more members."""
+"""How the mean of each outcome and the success rate converge with more members."""
 
 import numpy as np
 import xarray as xr
