@@ -50,8 +50,15 @@ def momentum_gained(result):
     return result.momentum_inertial.values[-1] - result.momentum_inertial.values[0]
 
 
+#: Integrators; those that few use compile the whole loop for a minute.
+WITH_TORQUES = [
+    pytest.param(name, marks=pytest.mark.slow if name in ("splitting", "dop853") else ())
+    for name in INTEGRATORS
+]
+
+
 @needs_jit
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", WITH_TORQUES)
 def test_momentum_gained_is_the_integral_of_the_torques(make, integrator):
     """The torques along the recorded motion are those of the kernels; sums are the loop's."""
     without = {"environment.gravity_gradient": False}
