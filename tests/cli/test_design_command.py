@@ -1,5 +1,6 @@
 """`torquer design three-axis`: table, JSON, map, laws that fly, and one line per mistake."""
 
+import re
 import tomllib
 
 import numpy as np
@@ -39,6 +40,26 @@ def test_a_design_by_options(call, strict_json, folder):
     assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_law_of_the_scenario_is_told_of(call, strict_json, scenario):
+    """Beside the laws that are designed; the air disturbs it."""
+    text = scenario.read_text().replace("[1.0, 1.2, 1.5]", "[1.2, 1.5, 1.0]")
+    law = '{ kind = "projected_pd", rate_gain_n_m_s = 2e-3, angle_gain_n_m = 2e-6 }'
+    lines = [f"law = {law}" if line.startswith("law =") else line for line in text.splitlines()]
+    text = "\n".join(lines).replace("sample_s = 2.0", "sample_s = 20.0")
+    field = 'field = { kind = "averaged" }'
+    text = text.replace(field, f'{field}\natmosphere = {{ kind = "gost", f107 = 150, ap = 12 }}')
+    air = (
+        '[spacecraft.aerodynamics]\nparts = [{ kind = "cylinder", axis = [0, 0, 1], '
+        "radius_m = 0.1, length_m = 0.5, centre_m = [0, 0, 0.01] }]\n"
+    )
+    scenario.write_text(f"{text}\n{air}")
+    code, out, err = call("design", "three-axis", scenario, "--gain-margin", 1.5, "--json")
+    assert (code, err) == (0, "")
+    own = strict_json(out)["candidates"]["own"]
+    assert own["law"]["kind"] == "projected_pd" and own["capture"] is None
+    assert own["degree_per_rad"] > 0.0 and own["error"]["by_source_deg"]["air"] > 0.0
+
+
 def test_the_regulator_flies_as_predicted(folder, call, strict_json):
     """From its TOML: residual dipole and noise of the attitude, ten revolutions."""
     law = tomllib.loads((folder / "regulator.toml").read_text())["control"]["law"]
@@ -72,8 +93,12 @@ def test_a_scenario_gives_the_satellite(call, scenario):
     """The conftest's, whose law holds no attitude; nothing disturbs it."""
     text = scenario.read_text().replace("inclination_deg = 60", "inclination_deg = 98")
     scenario.write_text(text.replace("sample_s = 2.0", "sample_s = 20.0"))
-    code, out, err = call("design", "three-axis", scenario, "--gain-margin", 1.5)
+    starts = ("--capture-runs", 16, "--capture-rate-deg-s", 0.1)
+    code, out, err = call("design", "three-axis", scenario, "--gain-margin", 1.5, *starts)
     assert (code, err) == (0, "")
+    assert "refined: captures nothing" in out  # a body that gravity would turn over
+    captured = re.search(r"regulator: captures (\d+) of 16 starts of any attitude \(", out)
+    assert 12 <= int(captured[1]) <= 16
     lines = out.splitlines()
     assert lines[0].startswith("short: three axes by coils, field averaged (repeats after 1 rev of")
     assert [line.split()[0] for line in lines[3:6]] == ["formula", "refined", "regulator"]
@@ -91,6 +116,7 @@ def test_a_scenario_gives_the_satellite(call, scenario):
         ((*CUBESAT, "--linear-range-deg", 0), "linear_range_deg: must lie within 0..90"),
         (WEAK, "design: gains must make the loop stable with a gain margin of 2 within the coils'"),
         ((*CUBESAT, "--measure-s", 20), "--actuate-s: must be given with measure_s"),
+        ((*CUBESAT, "--capture-runs", 0), "--capture-runs: must lie within 1.."),
         ((*CUBESAT, "--revolutions", 0), "revolutions: must be at least 1; received 0"),
     ],
 )

@@ -10,13 +10,18 @@ from attitude_holds import CUBESAT, at_strength, damping, gains_of, hold
 
 from torquer import engine
 from torquer.control.periodic_gains import PeriodicGains
+from torquer.control.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge
-from torquer.theory.three_axis.design import DesignTask, design_gains
+from torquer.theory.three_axis.design import DesignTask, assessed, design_gains
+from torquer.theory.three_axis.feedback import attitude_keys
 from torquer.theory.three_axis.margins import (
+    best_factors,
+    degrees_with_margin,
     delay_margin_s,
     gain_margins,
     inertia_margin,
     margins_of,
+    mixed_family,
     scaled_family,
 )
 from torquer.theory.three_axis.response import Noise
@@ -108,6 +113,25 @@ def test_the_inertia_margin_is_that_of_the_worst_corner(sampled):
             assert sampled_family(other).degrees(ALONE)[0] > 0.0
 
 
+def test_factors_of_laws_make_the_loop_of_their_sum(sampled):
+    """A damper and a spring as two laws: the three-axis law."""
+    zero, one, keys = np.zeros((3, 3)).tolist(), np.eye(3).tolist(), attitude_keys(sampled.hold)
+    damper = PeriodicGains(rate_gains_n_m_s_per_t2=[one], angle_gains_n_m_per_t2=[zero], **keys)
+    spring = PeriodicGains(rate_gains_n_m_s_per_t2=[zero], angle_gains_n_m_per_t2=[one], **keys)
+    family = mixed_family(sampled, [damper.law(), spring.law()])
+    pair = np.array([gains_of(sampled.hold)])
+    own = sampled_family(sampled).degrees(ALONE)
+    assert family.degrees(pair) == pytest.approx(own, rel=1e-9)
+    most = gain_margins(sampled)[1]
+    within, beyond = (degrees_with_margin(family, pair, f * most)[0] for f in (0.99, 1.01))
+    assert within == pytest.approx(own[0]) and beyond == -np.inf
+    low, high = 0.2 * pair[0], 5.0 * pair[0]
+    best = best_factors(family, low, high, gain_margin=1.5, count=9, spacing=0.02)
+    assert best.value > own[0] and (best.point > low).all() and (best.point < high).all()
+    trials = low * (high / low) ** np.random.default_rng(5).random((100, 2))
+    assert degrees_with_margin(family, trials, 1.5).max() < best.value * 1.01
+
+
 def test_an_unstable_loop_has_no_margins():
     weak = SampledHold(at_strength(hold(70.0, gravity_gradient=True), 0.5), Cycle(60.0))
     assert all(map(math.isnan, margins_of(weak)))
@@ -153,6 +177,22 @@ def test_no_gains_nearby_or_far_are_better_than_the_refined_ones(made, task):
     assert len(better) > 3 and not np.logical_and(*with_margin).any()
     assert made.refined.margins.greatest_gain == pytest.approx(2.0, abs=0.01)
     assert made.search.value == pytest.approx(own, abs=5e-3)
+
+
+def test_any_law_that_holds_the_attitude_can_be_assessed(task):
+    """That of Lovera and Astolfi, without a field's strength; what is doubtful is told."""
+    keys, n = attitude_keys(task.sampled.hold), task.sampled.hold.rate_rad_s
+    law = ProjectedPd(rate_gain_n_m_s=3.0 * n, angle_gain_n_m=6.0 * n * n, **keys).law()
+    found = assessed(task, law)
+    again = sampled_family(task.sampled.with_law(law)).degrees(ALONE)[0]
+    assert found.degree == pytest.approx(again) and found.degree > 0.0
+    assert found.error.greatest_rad == pytest.approx(
+        task.error_of(task.sampled.with_law(law)).greatest_rad
+    )
+    assert any("averaged equations do not hold" in note for note in found.notes)
+    lost = assessed(task, ProjectedPd(rate_gain_n_m_s=1e-3 * n, angle_gain_n_m=0.0, **keys).law())
+    assert lost.margins is None and lost.settling_s == math.inf
+    assert "the loop is unstable" in lost.notes
 
 
 def test_the_coils_bound_the_gains(sampled):

@@ -59,14 +59,21 @@ def three_axis(
     revolutions: Annotated[
         int | None, Parameter(help="Revolutions after which the field repeats [about a day].")
     ] = None,
+    capture_runs: Annotated[
+        int | None, Parameter(help="Starts of any attitude to be flown with each law [none].")
+    ] = None,
+    capture_rate_deg_s: Annotated[float, Parameter(help="Their greatest initial rate.")] = 1.0,
     out: Annotated[Path | None, Parameter(help="Folder for map.png and the laws as TOML.")] = None,
     json: Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")] = False,
 ) -> int:
     """Gains for three axes by coils alone: by formula, refined, and a periodic regulator.
 
-    All about the satellite is taken from SCENARIO if it is given, otherwise from the options.
+    All about the satellite is taken from SCENARIO if it is given, otherwise from the options. A law
+    of SCENARIO that holds an attitude is told of, too. Captured is what stays, over the last
+    revolution, within the linear range and the predicted steady error.
     """
     from torquer.cli import design_options as options, design_work as work
+    from torquer.cli.design_capture import CaptureTask
 
     given = {
         "inertia": inertia, "altitude_km": altitude_km, "inclination_deg": inclination_deg,
@@ -76,4 +83,5 @@ def three_axis(
         "attitude_noise_deg": attitude_noise_deg, "rate_noise_deg_s": rate_noise_deg_s,
     }  # fmt: skip
     case = options.case_of(scenario, given, (linear_range_deg, gain_margin, revolutions))
-    return work.show(case, out, json)
+    starts = None if capture_runs is None else CaptureTask(capture_runs, capture_rate_deg_s)
+    return work.show(case, starts, out, json)

@@ -1,11 +1,12 @@
 """The case of `torquer design three-axis`, from options or a scenario; one line per mistake."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude
 from torquer.control.three_axis import ThreeAxis
 from torquer.estimation.sensors import SensorReadings
@@ -37,11 +38,20 @@ _START = "2025-01-01T00:00:00Z"
 
 @dataclass(frozen=True)
 class DesignCase:
-    """What gains are designed for, in words and for `design_gains`; `notes`: what is left out."""
+    """What gains are designed for, in words and for `design_gains`; `notes`: what is left out.
 
-    name: str
+    `own`: a law of the scenario's that holds an attitude and that linear theory can tell of.
+    """
+
+    scenario: Scenario
     task: DesignTask
     notes: tuple[str, ...]
+    own: Law | None = None
+
+    @property
+    def name(self) -> str:
+        """Of the scenario."""
+        return self.scenario.name
 
 
 def case_of(path: Path | None, given: dict, how: tuple) -> DesignCase:
@@ -54,7 +64,8 @@ def case_of(path: Path | None, given: dict, how: tuple) -> DesignCase:
         option = _option(next(iter(named)))
         raise ValueError(f"{option}: must not be given with SCENARIO; received both")
     if path is not None:
-        return _case(load_scenario(path), *how)
+        found = _case(load_scenario(path), *how)
+        return replace(found, own=_own_law(found.scenario.control))
     for key in _NEEDED:
         if key not in named:
             raise ValueError(f"{_option(key)}: must be given (or SCENARIO); received nothing")
@@ -106,7 +117,7 @@ def _case(scenario: Scenario, linear_range_deg, gain_margin, revolutions) -> Des
         float(np.min(craft.coils.limit_a_m2)),
         linear_range_deg, gain_margin, torque, noise, offsets,
     )  # fmt: skip
-    return DesignCase(scenario.name, task, (*notes, *_left_out(scenario)))
+    return DesignCase(scenario, task, (*notes, *_left_out(scenario)))
 
 
 def _attitude(control) -> tuple[ThreeAxis, tuple[str, ...]]:
@@ -117,6 +128,14 @@ def _attitude(control) -> tuple[ThreeAxis, tuple[str, ...]]:
         return ThreeAxis(**keys), ("no law holds an attitude: that of the orbital frame is taken",)
     held = laws[0].model_dump(include={"reference", "euler_deg", "sequence"})
     return ThreeAxis(**keys, **held), ()
+
+
+def _own_law(control) -> Law | None:
+    """The only law, where it holds an attitude by coils and without memory."""
+    laws = [spec.law() for spec in control.named().laws.values()]
+    if len(laws) != 1 or not {"orbital", "q_wanted"} <= laws[0].values().keys():
+        return None
+    return laws[0] if laws[0].answers == "dipole" and not len(laws[0].first_memory()) else None
 
 
 def _left_out(scenario: Scenario) -> tuple[str, ...]:

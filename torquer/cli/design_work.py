@@ -2,26 +2,43 @@
 
 import json
 import math
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from torquer.cli.design_capture import Capture, CaptureTask, capture, law_keys, told
 from torquer.cli.design_options import DesignCase
 from torquer.cli.output import json_text, make_writable, writing_to
-from torquer.theory.three_axis.design import SETTLED, Candidate, ThreeAxisDesign, design_gains
+from torquer.theory.three_axis.design import (
+    SETTLED,
+    Candidate,
+    ThreeAxisDesign,
+    assessed,
+    design_gains,
+)
 from torquer.theory.three_axis.response import greatest_angle
 
 _HEAD = ("", "degree", "settling", "gain margin", "delay", "inertia", "error", "noise")
 _UNITS = ("", "1/rad", "rev", "", "s", "%", "deg", "deg rms")
 
 
-def show(case: DesignCase, out: Path | None, as_json: bool) -> int:
+@dataclass(frozen=True)
+class _Shown:
+    """The design, its laws and the scenario's own by name, and what each captures, if asked."""
+
+    design: ThreeAxisDesign
+    candidates: dict[str, Candidate]
+    captures: dict[str, Capture | None]
+
+
+def show(case: DesignCase, starts: CaptureTask | None, out: Path | None, as_json: bool) -> int:
     """Print the design; write the map and the laws if a folder is given."""
     if out is not None:
         make_writable(out)
     try:
-        made = design_gains(case.task)
+        made = _made(case, starts)
     except ArithmeticError as error:
         raise ValueError(str(error)) from None
-    files = [] if out is None else _write(case, made, out)
+    files = [] if out is None else _write(case, made.design, out)
     if as_json:
         print(json_text(_data(case, made, files)))
         return 0
@@ -31,7 +48,18 @@ def show(case: DesignCase, out: Path | None, as_json: bool) -> int:
     return 0
 
 
-def _lines(case: DesignCase, made: ThreeAxisDesign) -> list[str]:
+def _made(case: DesignCase, starts: CaptureTask | None) -> _Shown:
+    design, captures = design_gains(case.task), {}
+    candidates = dict(design.candidates)
+    if case.own is not None:
+        candidates["own"] = assessed(case.task, case.own)
+    if starts is not None:
+        for name, each in candidates.items():
+            captures[name] = capture(case.scenario, case.task, each, starts)
+    return _Shown(design, candidates, captures)
+
+
+def _lines(case: DesignCase, made: _Shown) -> list[str]:
     """The design as text."""
     task, hold = case.task, case.task.sampled.hold
     cycle, field = task.sampled.cycle, hold.surroundings.environment.field.kind
@@ -49,8 +77,9 @@ def _lines(case: DesignCase, made: ThreeAxisDesign) -> list[str]:
         lines.append(f"{name}: rate_gain_n_m_s_per_t2 = {k:.6g}, angle_gain_n_m_per_t2 = {k_a:.6g}")
     lines.append(
         f"refined: no gains on the grids around it are better; the last has a spacing of "
-        f"{100.0 * made.search.spacing.max():.2g} %"
+        f"{100.0 * made.design.search.spacing.max():.2g} %"
     )
+    lines += [told(name, found) for name, found in made.captures.items()]
     notes = [f"{name}: {note}" for name, each in made.candidates.items() for note in each.notes]
     return lines + [f"note: {note}" for note in (*case.notes, *notes)]
 
@@ -72,7 +101,7 @@ def _pair(candidate: Candidate) -> tuple[float, float]:
     return values["rate_gain"], values["angle_gain"]
 
 
-def _data(case: DesignCase, made: ThreeAxisDesign, files: list[str]) -> dict:
+def _data(case: DesignCase, made: _Shown, files: list[str]) -> dict:
     task, hold = case.task, case.task.sampled.hold
     return {
         "name": case.name,
@@ -82,9 +111,12 @@ def _data(case: DesignCase, made: ThreeAxisDesign, files: list[str]) -> dict:
         "linear_range_deg": task.linear_range_deg,
         "gain_margin": task.gain_margin,
         "settled_part": SETTLED,
-        "strengths": dict(zip(("formula", "refined"), made.strengths, strict=True)),
-        "grid_spacing": float(made.search.spacing.max()),
-        "candidates": {name: _candidate(each) for name, each in made.candidates.items()},
+        "strengths": dict(zip(("formula", "refined"), made.design.strengths, strict=True)),
+        "grid_spacing": float(made.design.search.spacing.max()),
+        "candidates": {
+            name: {**_candidate(each), "capture": _capture(made.captures.get(name))}
+            for name, each in made.candidates.items()
+        },
         "notes": list(case.notes),
         "files": files,
     }
@@ -93,7 +125,7 @@ def _data(case: DesignCase, made: ThreeAxisDesign, files: list[str]) -> dict:
 def _candidate(candidate: Candidate) -> dict:
     error, margins = candidate.error, candidate.margins
     return {
-        "law": _spec(candidate.law),
+        "law": law_keys(candidate.law),
         "degree_per_rad": candidate.degree,
         "continuous_degree_per_rad": candidate.continuous_degree,
         "averaged_degree_per_rad": candidate.averaged_degree,
@@ -112,6 +144,10 @@ def _candidate(candidate: Candidate) -> dict:
     }  # fmt: skip
 
 
+def _capture(found: Capture | None) -> dict | None:
+    return None if found is None else {**asdict(found), "interval": list(found.interval)}
+
+
 def _write(case: DesignCase, made: ThreeAxisDesign, out: Path) -> list[str]:
     """map.png and a TOML file of each law."""
     from torquer.report.theory.three_axis import draw_design
@@ -124,12 +160,7 @@ def _write(case: DesignCase, made: ThreeAxisDesign, out: Path) -> list[str]:
     return [str(file) for file in files]
 
 
-def _spec(law) -> dict:
-    """A law's keys as a scenario has them."""
-    return law.spec.model_dump(mode="json")
-
-
 def _toml(law) -> str:
     """A law as the table of a scenario."""
-    rows = (f"{key} = {json.dumps(value)}" for key, value in _spec(law).items())
+    rows = (f"{key} = {json.dumps(value)}" for key, value in law_keys(law).items())
     return "\n".join(["[control.law]", *rows, ""])

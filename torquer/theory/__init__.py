@@ -172,6 +172,8 @@ if TYPE_CHECKING:
     from torquer.theory.three_axis.design import (
         DesignTask as DesignTask,
         ThreeAxisDesign as ThreeAxisDesign,
+        assessed as assessed,
+        coarser as coarser,
         design_gains as design_gains,
     )
     from torquer.theory.three_axis.feedback import (
@@ -184,7 +186,13 @@ if TYPE_CHECKING:
         stability_of as stability_of,
     )
     from torquer.theory.three_axis.hold import AttitudeHold as AttitudeHold
-    from torquer.theory.three_axis.margins import Margins as Margins, margins_of as margins_of
+    from torquer.theory.three_axis.margins import (
+        Margins as Margins,
+        best_factors as best_factors,
+        degrees_with_margin as degrees_with_margin,
+        margins_of as margins_of,
+        mixed_family as mixed_family,
+    )
     from torquer.theory.three_axis.periodic_lqr import (
         PeriodicLqr as PeriodicLqr,
         Weights as Weights,

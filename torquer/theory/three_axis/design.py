@@ -20,7 +20,12 @@ from torquer.theory.three_axis.averaged import channel_factors, mean_damping, pl
 from torquer.theory.three_axis.feedback import attitude_keys, lqr_law
 from torquer.theory.three_axis.floquet import stability_of
 from torquer.theory.three_axis.hold import AttitudeHold
-from torquer.theory.three_axis.margins import Margins, margins_of, scaled_family
+from torquer.theory.three_axis.margins import (
+    Margins,
+    degrees_with_margin,
+    margins_of,
+    scaled_family,
+)
 from torquer.theory.three_axis.periodic_lqr import Weights, periodic_lqr
 from torquer.theory.three_axis.response import (
     Noise,
@@ -50,6 +55,8 @@ RATE, ANGLE = "rate_gain", "angle_gain"
 HARMONICS = 2
 _PARTS_OF_LIMIT = 10.0 ** np.arange(0.0, -4.1, -0.5)
 _ALONE = np.empty((1, 0))
+#: Notes: relative difference of exact and averaged degree; error of the moments.
+_AVERAGES_OFF, _LITTLE_INERTIA = 0.1, 0.05
 
 
 @dataclass(frozen=True)
@@ -174,7 +181,7 @@ def design_gains(task: DesignTask) -> ThreeAxisDesign:
     pairs = first, (k, math.exp(best.point[1]) * scales.edge * k * k)
     strengths = pairs[0][0] * scales.strength, pairs[1][0] * scales.strength
     laws = *(task.with_gains(*pair).hold.law for pair in pairs), _regulator(task, quick)
-    one, two, three = (_evaluated(task, quick, law) for law in laws)
+    one, two, three = (assessed(task, law, quick) for law in laws)
     return ThreeAxisDesign(one, two, three, best, strengths)
 
 
@@ -231,12 +238,7 @@ def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
         pairs = gains(points)
         allowed = 2.0 * pairs[:, 1] + scales.n * pairs[:, 0] <= scales.allowed
         found = np.full(len(pairs), -np.inf)
-        found[allowed] = made.degrees(pairs[allowed])
-        for factor in (task.gain_margin**0.5, task.gain_margin):
-            stable = found > 0.0
-            found[stable] = np.where(
-                made.degrees(factor * pairs[stable]) > 0.0, found[stable], -np.inf
-            )
+        found[allowed] = degrees_with_margin(made, pairs[allowed], task.gain_margin)
         return found
 
     try:
@@ -248,18 +250,42 @@ def _search(task: DesignTask, quick: SampledHold, scales: _Scales) -> Best:
         ) from None
 
 
-def _evaluated(task: DesignTask, quick: SampledHold, law: Law) -> Candidate:
+def assessed(task: DesignTask, law: Law, quick: SampledHold | None = None) -> Candidate:
+    """What a law comes to that holds the attitude of the task: any one without memory, smooth about
+    that attitude. `quick`: the hold with a coarser cycle, whose tables are used again."""
     sampled = task.sampled.with_law(law)
+    quick = coarser(sampled) if quick is None else quick.with_law(law)
     hold, exact = sampled.hold, stability_of(sampled.hold, 1e-9)
     degree = float(sampled_family(sampled).degrees(_ALONE)[0])
     margins = error = None
     if degree > 0.0:
-        margins = margins_of(quick.with_law(law))
+        margins = margins_of(quick)
         error = task.error_of(sampled, task.limit_a_m2)
-    notes = ("the loop is unstable",) if error is None else error.notes
-    settling_s = settling_time_s(hold, degree)
     degrees = degree, exact.degree, exact.averaged_degree
+    settling_s = settling_time_s(hold, degree)
+    notes = _notes(degrees, margins, error)
     return Candidate(law, *degrees, settling_s, margins, error, notes)
+
+
+def _notes(degrees, margins: Margins | None, error: PointingError | None) -> tuple[str, ...]:
+    """What is doubtful: the loop, the averages, the moments, the error."""
+    _, exact, averaged = degrees
+    found = []
+    if error is None:
+        found.append("the loop is unstable")
+        if exact > 0.0:
+            found.append(f"without sampling it were stable, with a degree of {exact:.2g} per rad")
+    if averaged > 0.0 and abs(exact / averaged - 1.0) > _AVERAGES_OFF:
+        found.append(
+            f"the averaged equations do not hold: their degree is {averaged:.2g} per rad, the "
+            f"exact one {exact:.2g}"
+        )
+    if margins is not None and margins.inertia < _LITTLE_INERTIA:
+        found.append(
+            f"moments of inertia wrong by {100.0 * max(margins.inertia, 0.01):.0f} % may make the "
+            "loop unstable"
+        )
+    return (*found, *(error.notes if error is not None else ()))
 
 
 def settling_time_s(hold: AttitudeHold, degree: float) -> float:
