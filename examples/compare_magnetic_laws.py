@@ -1,7 +1,7 @@
 """Hold an attitude with coils alone: which law settles, how well, from where, at what cost?
 
 python examples/compare_magnetic_laws.py design     (minutes: finds all gains, magnetic_laws.json)
-python examples/compare_magnetic_laws.py [STARTS]   (256 unless given; writes magnetic-laws.png)
+python examples/compare_magnetic_laws.py [STARTS]   (128 unless given; writes magnetic-laws.png)
 
 All gains by one rule, in the sampled loop in IGRF-14: of those with a gain margin of 2 that settle
 at least half as fast as any, the ones with the least steady error.
@@ -185,4 +185,4 @@ if __name__ == "__main__":
     if sys.argv[1:] == ["design"]:
         design()
     else:
-        main(int(sys.argv[1]) if len(sys.argv) > 1 else 256)
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 128)
