@@ -10,11 +10,13 @@ from hypothesis import given, settings
 from torquer.simulation.timetable import (
     COILS_OFF,
     COILS_ON,
+    COILS_STAY,
     CONTROL,
     DELIVER,
     GYRO,
     MAGNETOMETER,
     READ,
+    SEARCH_COIL,
     SENSORS,
     Sampling,
     next_row,
@@ -23,14 +25,17 @@ from torquer.simulation.timetable import (
 )
 
 
-def actions_at(step, cycle, measure, sample, read):
+def actions_at(step, cycle, measure, sample, read, while_acting):
     """Bits of what is due at a step, from the rules alone."""
     phase = step % cycle
-    controls = phase == measure or (phase < measure and phase % sample == 0)
+    window = phase == measure or (phase < measure and phase % sample == 0)
+    acts = while_acting and phase > measure and (phase - measure) % sample == 0
+    controls = window or acts
     bits = COILS_OFF * (phase == 0 and measure > 0) + CONTROL * controls
-    bits += COILS_ON * (phase == measure)
+    bits += COILS_ON * (phase == measure) + COILS_STAY * bool(acts)
     for sensor, (interval, delay) in read.items():
-        reads = step % interval == 0 if interval else controls
+        undisturbed = sensor not in (MAGNETOMETER, SEARCH_COIL)
+        reads = step % interval == 0 if interval else window or (acts and undisturbed)
         arrives = interval > 0 and delay > 0 and (step - delay) % interval == 0
         bits += (READ << sensor) * reads + (DELIVER << sensor) * arrives
     return bits
@@ -47,7 +52,7 @@ def timings(draw):
     for sensor in sorted(sensors):
         interval = draw(st.integers(0, 9))
         read[sensor] = Sampling(interval, draw(st.integers(0, interval)))
-    return cycle, measure, sample, read
+    return cycle, measure, sample, read, windows > 0 and draw(st.booleans())
 
 
 @settings(max_examples=200, deadline=None)
@@ -81,7 +86,7 @@ def test_a_command_is_held_until_the_next_control_step(timing):
 @settings(max_examples=100, deadline=None)
 @given(timings())
 def test_all_repeats_after_the_least_common_multiple(timing):
-    cycle, _, _, read = timing
+    cycle, _, _, read, _ = timing
     intervals = [sampling.interval for sampling in read.values() if sampling.interval]
     assert timetable_of(*timing).cycle_steps == math.lcm(cycle, *intervals)
 

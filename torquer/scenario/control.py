@@ -37,7 +37,9 @@ class Control(Spec):
     Plain sample and hold: leave `measure_s` at 0; a control step every `sample_s`, the command held
     until the next. With a measurement window the coils are off for `measure_s` while the laws are
     called every `sample_s`, then follow the latest dipole for `actuate_s`; wheels follow every
-    command.
+    command. With `control_while_actuating` the computer goes on every `sample_s` while the coils
+    act: estimators and the wheels' laws then work all the time, without the magnetometer, which the
+    coils disturb; the dipole stays as it is.
     """
 
     renamed: ClassVar = {"wheel_law": "laws.NAME (with NAME of your choice)"}
@@ -58,6 +60,8 @@ class Control(Spec):
     """Length of the measurement window, during which the coils are off; 0: none."""
     actuate_s: Positive | None = None
     """Time for which the coils hold the dipole after a measurement window."""
+    control_while_actuating: bool = False
+    """Control every `sample_s` while the coils act, too: for estimators and wheels."""
 
     @model_validator(mode="after")
     def _laws_given(self):
@@ -92,6 +96,13 @@ class Control(Spec):
                 "actuate_s: without measure_s the dipole is held for sample_s = "
                 f"{self.sample_s:g} s; received {self.actuate_s:g} s"
             )
+        if self.control_while_actuating:
+            if self.measure_s == 0.0:
+                raise ValueError(
+                    "control_while_actuating: must be left out without measure_s, where the "
+                    "computer controls all the time; received true"
+                )
+            whole_steps("actuate_s", self.actuate_s, self.sample_s, "sample_s")
         return self
 
     @model_validator(mode="after")
@@ -125,6 +136,19 @@ class Control(Spec):
     def key_of(self, name: str) -> str:
         """The key of a law in this table."""
         return "law" if self.law is not None else f"laws.{name}"
+
+    @property
+    def steps_in_cycle(self) -> int:
+        """Control steps in a cycle."""
+        acting = round(self.actuate_s / self.sample_s) - 1 if self.control_while_actuating else 0
+        return round(self.measure_s / self.sample_s) + 1 + acting
+
+    @property
+    def longest_hold_s(self) -> float:
+        """The longest time from one control step to the next."""
+        if self.control_while_actuating:
+            return self.sample_s
+        return max(self.sample_s, self.actuate_s or 0.0)
 
     @property
     def cycle_s(self) -> float:

@@ -248,7 +248,7 @@ class Scenario(Spec):
             interval, _ = sampling_steps(f"spacecraft.{name}", sensor, step_s)
             intervals |= {f"spacecraft.{name}.sample_s": interval} if interval else {}
         whole = math.lcm(*intervals.values())
-        windows = round(control.measure_s / control.sample_s) * (whole // cycle)
+        windows = (control.steps_in_cycle - 1) * (whole // cycle)
         if sum(whole // each for each in intervals.values()) + windows > _MOST_INSTANTS:
             raise ValueError(
                 f"{[*intervals][-1]}: must let control steps and readings repeat after at most "

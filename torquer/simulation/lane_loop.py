@@ -28,7 +28,7 @@ from torquer.simulation.step import (
     drive_coils,
     leave_coils_off,
 )
-from torquer.simulation.timetable import COILS_OFF, COILS_ON, CONTROL, row_from
+from torquer.simulation.timetable import COILS_OFF, COILS_ON, COILS_STAY, CONTROL, row_from
 from torquer.spacecraft.coils import present_dipole, switch_off_coils
 from torquer.spacecraft.disturbance.held import present_torque
 
@@ -150,7 +150,7 @@ def run_lanes(
                 control_in_lanes(layout, plan, tables, boards, cells, len(seeds), ends, step)
             if actions & COILS_ON:
                 coils_in_lanes(layout, shared, cells, len(seeds))
-            elif actions & CONTROL:
+            elif actions & CONTROL and actions & COILS_STAY == 0:
                 leave_coils_off_in_lanes(layout, cells, len(seeds))
             number += 1
             if number == timetable.rows.shape[0]:

@@ -189,6 +189,7 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
         round(control.measure_s / step_s),
         whole_steps("sample_s", control.sample_s, step_s),
         read,
+        control.control_while_actuating,
     )
 
 

@@ -98,8 +98,7 @@ def _estimators(scenario: Scenario) -> list:
 def _computing_s(scenario: Scenario, steps: int, rows: int, compiled: bool) -> float:
     craft, control, simulation = scenario.spacecraft, scenario.control, scenario.simulation
     duration_s = steps * scenario.grid_s
-    a_cycle = round(control.measure_s / control.sample_s) + 1
-    readings = duration_s / control.cycle_s * a_cycle
+    readings = duration_s / control.cycle_s * control.steps_in_cycle
     readings += sum(duration_s / interval_s for interval_s in _own_intervals_s(scenario))
     # adaptive steps: one for each reading, more for a fast rotation
     turns = duration_s * math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))

@@ -19,6 +19,7 @@ from torquer.simulation.state import motion_of, put_goal, put_motion
 from torquer.simulation.timetable import (
     COILS_OFF,
     COILS_ON,
+    COILS_STAY,
     CONTROL,
     row_from,
 )
@@ -85,7 +86,7 @@ def actuate(plan, state, row, step):
     c = state.cells[0]
     if row.actions & COILS_ON:
         drive_coils(plan.plant.coils, state)
-    else:
+    elif row.actions & COILS_STAY == 0:
         leave_coils_off(state)
     torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), row.hold_steps * plan.step_s
     drive_wheels(plan.allocation, state, torque, hold_s, step)

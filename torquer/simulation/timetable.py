@@ -3,7 +3,9 @@
 A control cycle is a window of measurement (coils off) followed by a window of actuation; a
 measurement window of no length gives plain sample-and-hold control. The laws are called at every
 sampling instant of the measurement window and at its end; the coils follow their latest answer. A
-sensor without a rate of its own is read at every one of these instants. The whole repeats after
+sensor without a rate of its own is read at every one of these instants. Where it is wanted, the
+computer goes on controlling while the coils act: for the wheels, without the sensors that the
+coils disturb. The whole repeats after
 the least common multiple of the cycle and the sensors' intervals. All times are whole numbers of
 steps, so a run can stop at any step and go on bit for bit.
 """
@@ -20,7 +22,11 @@ SENSORS = ("magnetometer", "search_coil", "gyro", "sun_sensors", "attitude_senso
 MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
 #: Actions, in the order in which they are done: late readings arrive, coils off, sensors are read,
 #: the computer controls, coils on. A sensor has the bit of the first one shifted by its number.
+#: Where the computer controls while the coils act, they stay as they are.
 DELIVER, READ, COILS_OFF, CONTROL, COILS_ON = 1, 1 << 6, 1 << 12, 1 << 13, 1 << 14
+COILS_STAY = 1 << 15
+#: Sensors that are not read while the coils act, unless they have a rate of their own.
+DISTURBED = (MAGNETOMETER, SEARCH_COIL)
 #: All deliveries.
 ANY_DELIVERY = 0b111111 * DELIVER
 #: A row: step within the cycle, bits of its actions, steps to the next row that controls.
@@ -65,10 +71,18 @@ def next_row(timetable: Timetable, step: int) -> tuple[int, int]:
 
 
 def timetable_of(
-    cycle_steps: int, measure_steps: int, sample_steps: int, read: dict[int, Sampling]
+    cycle_steps: int,
+    measure_steps: int,
+    sample_steps: int,
+    read: dict[int, Sampling],
+    while_acting: bool = False,
 ) -> Timetable:
-    """The timetable of a control cycle and of the sensors that are read, by their numbers."""
+    """The timetable of a control cycle and of the sensors that are read, by their numbers.
+
+    `while_acting`: whether the computer controls while the coils act, too.
+    """
     control = [*range(0, measure_steps, sample_steps), measure_steps]
+    acting = range(measure_steps + sample_steps, cycle_steps, sample_steps) if while_acting else ()
     own = {sensor: s for sensor, s in read.items() if s.interval}
     whole = math.lcm(cycle_steps, *(s.interval for s in own.values()))
     rows: dict[int, int] = {}
@@ -82,6 +96,10 @@ def timetable_of(
         for step in control:
             add(begin + step, CONTROL)
             for sensor in read.keys() - own.keys():
+                add(begin + step, READ << sensor)
+        for step in acting:
+            add(begin + step, CONTROL | COILS_STAY)
+            for sensor in read.keys() - own.keys() - set(DISTURBED):
                 add(begin + step, READ << sensor)
         add(begin + measure_steps, COILS_ON)
     for sensor, sampling in own.items():

@@ -20,6 +20,8 @@ def setting(view: View) -> list[tuple[str, str]]:
             f"{control.measure_s:g} s measurement, sampled every {control.sample_s:g} s, "
             f"then {control.actuate_s:g} s actuation"
         )
+        if control.control_while_actuating:
+            cycle += ", with control steps in it"
     degree = getattr(scenario.environment.field, "degree", None)
     return [
         ("Ended", attrs["ended"]),
