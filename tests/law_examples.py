@@ -86,6 +86,15 @@ EXAMPLES = {
         "euler_deg": [40, 20, -10],
         "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
     },
+    "wheel_one_axis": {
+        "rate_gain_n_m_s": 0.1,
+        "angle_gain_n_m": 0.01,
+        "axis": [0.0, 0.6, 0.8],
+        "target": "sun",
+        "greatest_rate_deg_s": 3.0,
+        "inertia_kg_m2": [[1.49, 0.054, 0.0442], [0.054, 1.51, 0.0], [0.0442, 0.0, 1.56]],
+        "gravity_feedforward": True,
+    },
     "unloading": {
         "gain_per_s": 1e-3,
         "wanted_momentum_n_m_s": [0.1, 0.2, -0.1],

@@ -1,92 +1,17 @@
 """Wheels' laws in closed-loop flight: the Lyapunov function and its rate, the end of any motion."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from wheel_cases import RATE, machine, orbit_at, orbital_frame, row
+from wheel_cases import RATE, cross, deviation, flight, random_inertia, start, stepped
 
 from torquer.control.wheel_lyapunov import WheelLyapunov
 from torquer.control.wheel_pd import WheelPd
-from torquer.conventions import MU_EARTH_M3_S2
 
 EULER = (40.0, -20.0, 110.0)
 J = np.array([[2.6, 0.2, -0.3], [0.2, 3.1, 0.15], [-0.3, 0.15, 1.9]])
-
-
-def cross(a, b):
-    return np.array(
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-    )
-
-
-def flight(spec, inertia, eccentricity=0.0, gravity=False):
-    """Body with wheels under a law: rates of (q, omega, h, r, v), with J and the orbit."""
-    ask, inverse = machine(spec), np.linalg.inv(inertia)
-
-    def rates(x):
-        q, omega, h, r, v = np.split(x, (4, 7, 10, 13))
-        size = math.sqrt(r @ r)
-        a, b, c, w = q
-        p, y, z = omega
-        q_rate = 0.5 * np.array(
-            [w * p + b * z - c * y, w * y + c * p - a * z, w * z + a * y - b * p, -omega @ q[:3]]
-        )
-        motor = ask(row(q, omega, h, r, v))
-        outer = np.zeros(3)
-        if gravity:
-            up = Rotation.from_quat(q).inv().apply(r) / size
-            outer = 3.0 * MU_EARTH_M3_S2 / size**3 * cross(up, inertia @ up)
-        omega_rate = inverse @ (outer + motor - cross(omega, inertia @ omega + h))
-        h_rate = -motor  # the motors' reaction, in body axes
-        return np.concatenate([q_rate, omega_rate, h_rate, v, -MU_EARTH_M3_S2 / size**3 * r])
-
-    return SimpleNamespace(rates=rates, inertia=inertia, eccentricity=eccentricity, spec=spec)
-
-
-def stepped(f, x, h):
-    k1 = f.rates(x)
-    k2 = f.rates(x + h / 2 * k1)
-    k3 = f.rates(x + h / 2 * k2)
-    k4 = f.rates(x + h * k3)
-    x = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-    x[:4] /= np.linalg.norm(x[:4])
-    return x
-
-
-def deviation(f, x):
-    """(Turn from the wanted attitude, rate relative to the reference), by the definition."""
-    body = Rotation.from_quat(x[:4])
-    wanted = Rotation.from_euler("ZYX", f.spec.euler_deg, degrees=True)
-    turning = np.zeros(3)
-    if f.spec.reference == "orbital":
-        r, v = x[10:13], x[13:]
-        wanted = orbital_frame(r, v) * wanted
-        turning = np.cross(r, v) / (r @ r)
-    return wanted.inv() * body, x[4:7] - body.inv().apply(turning)
-
-
-def start(f, turn_deg, omega, h, seed=0):
-    """State turned away by an angle about a random axis, with a rate relative to the reference."""
-    rng = np.random.default_rng(seed)
-    axis = rng.normal(size=3)
-    r, v = orbit_at(0.0, f.eccentricity)
-    x = np.concatenate([[0.0, 0.0, 0.0, 1.0], np.zeros(3), h, r, v])
-    error, _ = deviation(f, x)
-    turn = Rotation.from_rotvec(np.radians(turn_deg) * axis / np.linalg.norm(axis))
-    x[:4] = (error.inv() * turn).as_quat()
-    _, relative = deviation(f, x)
-    x[4:7] = omega - relative
-    return x
-
-
-def random_inertia(rng):
-    """A physical tensor (triangle inequality) in axes turned at random."""
-    masses = rng.uniform(0.3, 2.0, 3)
-    axes = Rotation.random(random_state=int(rng.integers(1000))).as_matrix()
-    return axes @ np.diag(masses.sum() - masses) @ axes.T
 
 
 def lyapunov_function(f, x):

@@ -246,3 +246,47 @@ def test_too_long_a_step_with_wheels(told):
     wheels = WHEELS | {"momentum_limit_n_m_s": 5.0}
     (note,) = told({"spacecraft.wheels": wheels, "initial.rate_deg_s": [0.0, 40.0, 0.0]})
     assert note.endswith("take shorter steps, or adaptive ones (no step_s)")
+
+
+ONE_AXIS = {
+    "kind": "wheel_one_axis", "axis": [0, 0, 1], "target": [1, 0, 0], "rate_gain_n_m_s": 0.1,
+    "angle_gain_n_m": 0.005, "inertia_kg_m2": [1.0, 1.3, 1.7],
+}  # fmt: skip
+
+
+def test_one_axis_laws_are_looked_at_as_others(told):
+    assert told({"control.law": ONE_AXIS}) == []
+    (note,) = told({"control.law": ONE_AXIS | {"rate_gain_n_m_s": 2.1}})
+    assert note.startswith("the law of the wheels is unstable with torques held for 1 s")
+
+
+@pytest.mark.parametrize("kind", ["wheel_pd", "wheel_one_axis"])
+def test_turns_for_which_the_wheels_lack_momentum_or_torque(told, kind):
+    """1.7 kg m^2 about the heaviest axis; three wheels of 0.5 N m s and 0.05 N m."""
+    law = {"wheel_pd": HOLD, "wheel_one_axis": ONE_AXIS}[kind]
+    wheels = {"spacecraft.wheels": WHEELS | {"layout": {"kind": "orthogonal"}}}
+
+    def at(rate_deg_s, **limits):
+        turn = {"initial": {"euler_deg": [60.0, 0.0, 0.0], "rate_deg_s": [0.0] * 3}}
+        changed = {"spacecraft.wheels": wheels["spacecraft.wheels"] | limits}
+        return told(turn | changed | {"control.law": law | {"greatest_rate_deg_s": rate_deg_s}})
+
+    most_deg_s = np.degrees(0.5 / 1.7)
+    assert at(0.99 * most_deg_s) == []
+    (note,) = at(1.01 * most_deg_s)
+    assert "may take 0.505 N m s, and the wheels hold 0.5 N m s about their weakest axis" in note
+    # damping 2 zeta kappa = 0.1 1/s about the fastest axis: 0.33 x 0.1 x 0.4 N m s = 0.0132 N m
+    rate_deg_s = np.degrees(0.4 / 1.7)
+    assert at(rate_deg_s, torque_limit_n_m=0.0133) == []
+    (note,) = at(rate_deg_s, torque_limit_n_m=0.0131)
+    assert "ends with up to 0.0132 N m, and the wheels give 0.0131 N m" in note
+
+
+@pytest.mark.parametrize("damping", [0.7, 1.0, 1.4])
+def test_the_torque_at_the_end_of_a_turn_is_not_above_what_is_said(damping):
+    """x'' + 2 zeta x' + x = 0 from x = 2 zeta, x' = -1, where spring and damper balance."""
+    t = np.linspace(0.0, 30.0, 30001)
+    roots = np.roots([1.0, 2.0 * damping, 1.0]).astype(complex) + np.array([0.0, 1e-9])
+    parts = np.linalg.solve(np.vander(roots, increasing=True).T, [2.0 * damping, -1.0])
+    braking = np.real(np.exp(np.outer(t, roots)) @ (parts * roots**2)).max() / (2.0 * damping)
+    assert 0.05 < braking < 0.33

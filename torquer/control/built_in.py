@@ -22,6 +22,7 @@ from torquer.control.sun_cross import SunCross
 from torquer.control.three_axis import ThreeAxis
 from torquer.control.unloading import Unloading
 from torquer.control.wheel_lyapunov import WheelLyapunov
+from torquer.control.wheel_one_axis import WheelOneAxis
 from torquer.control.wheel_pd import WheelPd
 
 BUILT_IN = {
@@ -49,5 +50,6 @@ BUILT_IN = {
     "unloading": Unloading,
     "wheel_pd": WheelPd,
     "wheel_lyapunov": WheelLyapunov,
+    "wheel_one_axis": WheelOneAxis,
     "bias_momentum": BiasMomentum,
 }

@@ -5,16 +5,17 @@ wanted attitude is that of the body to it. Among the parameters of such a law ar
 an orbital reference, and `q_wanted`, the wanted attitude to it.
 """
 
+import math
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import AfterValidator
+from pydantic import AfterValidator, Field
 
 from torquer.engine import inlined
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
-from torquer.geometry.vec3 import cross, dot, scale, sub
+from torquer.geometry.vec3 import cross, dot, norm, scale, sub
 from torquer.spec import Inertia, Spec, Vector
 
 
@@ -65,6 +66,27 @@ def short_way(error):
     return scale(sign, (error[0], error[1], error[2]))
 
 
+#: Longer than any e sin(a/2): no limit.
+NO_LIMIT = 2.0
+
+
+@inlined
+def limited(half_turn, most):
+    """e sin(a/2), or where that is longer than `most` a vector of this length along it."""
+    size = norm(half_turn)
+    return scale(most / size, half_turn) if size > most else half_turn
+
+
+def most_half_turn(greatest_rate_deg_s: float | None, damper_to_spring_s: float) -> float:
+    """Length of e sin(a/2) at which the spring balances the damper at the greatest rate.
+
+    `damper_to_spring_s`: gain of the rate over gain of e sin(a/2).
+    """
+    if greatest_rate_deg_s is None:
+        return NO_LIMIT
+    return min(math.radians(greatest_rate_deg_s) * damper_to_spring_s, NO_LIMIT)
+
+
 class HeldAttitude(Spec):
     """A law that holds an attitude."""
 
@@ -96,3 +118,7 @@ class HeldByWheels(HeldAttitude):
 
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels, as the law knows it: three moments or 3x3."""
+    greatest_rate_deg_s: Annotated[float, Field(gt=0.0)] | None = None
+    """Greatest rate of a large turn, relative to the reference: the spring is limited to what the
+    damper balances at this rate; left out: no limit.
+    """

@@ -14,6 +14,8 @@ from torquer.control.law import Law
 from torquer.control.pointing import (
     HeldByWheels,
     deviation,
+    limited,
+    most_half_turn,
     reference_acceleration,
     reference_motion,
     short_way,
@@ -33,9 +35,9 @@ def known_gravity_torque(inputs, inertia):
 
 
 class WheelLyapunovParameters(NamedTuple):
-    """k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, gravity.
+    """k_w, k_a, 1 for an orbital reference, wanted attitude to it (quaternion), J, gravity, most.
 
-    `gravity`: 1 to take on the gravity torque.
+    `gravity`: 1 to take on the gravity torque; `most`: greatest e sin(a/2) for the spring.
     """
 
     rate_gain: float
@@ -44,6 +46,7 @@ class WheelLyapunovParameters(NamedTuple):
     q_wanted: tuple
     inertia: tuple
     gravity: float
+    most: float
 
 
 @kernel
@@ -52,7 +55,8 @@ def wheel_lyapunov(inputs, parameters, memory):
 
     w' is the absolute rate, h the wheels' momentum, W the reference's rate in body axes, so that
     dW/dt = (its angular acceleration) - w' x W; M_g the gravity torque, where it is wanted;
-    e sin(a/2) the vector part of the turn from the wanted attitude, the short way round.
+    e sin(a/2) the vector part of the turn from the wanted attitude, the short way round, limited
+    in length: V then has another function of a that grows with it, and dV/dt stays -k_w w^2.
     """
     p, j = parameters, parameters.inertia
     q, omega = inputs.estimate.q_body_to_inertial, inputs.estimate.omega_body_rad_s
@@ -64,7 +68,8 @@ def wheel_lyapunov(inputs, parameters, memory):
     m = add(cross(omega, momentum), sym_vec(j, speeding))
     if p.gravity != 0.0:
         m = sub(m, known_gravity_torque(inputs, j))
-    return add_scaled(add_scaled(m, -p.rate_gain, relative), -p.angle_gain, short_way(error))
+    half_turn = limited(short_way(error), p.most)
+    return add_scaled(add_scaled(m, -p.rate_gain, relative), -p.angle_gain, half_turn)
 
 
 class WheelLyapunov(HeldByWheels):
@@ -95,6 +100,7 @@ class WheelLyapunov(HeldByWheels):
             self.q_wanted(),
             as_symmetric(self.inertia_kg_m2),
             float(gravity),
+            most_half_turn(self.greatest_rate_deg_s, self.rate_gain_n_m_s / self.angle_gain_n_m),
         )
         needs = self.needs | ({"ephemeris"} if gravity else set())
         return Law(self.kind, wheel_lyapunov, parameters, needs=needs, answers="torque", spec=self)

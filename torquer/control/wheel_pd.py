@@ -13,6 +13,8 @@ from torquer.control.law import Law
 from torquer.control.pointing import (
     HeldByWheels,
     deviation,
+    limited,
+    most_half_turn,
     reference_motion,
     short_way,
 )
@@ -24,7 +26,7 @@ class WheelPdParameters(NamedTuple):
     """kappa, zeta, 1 for an orbital reference, wanted attitude to it (quaternion), J.
 
     `orbital_rate`: the reference's rate about the orbit normal [rad/s], 0 for that of the orbit at
-    the instant.
+    the instant. `most`: greatest half of d for the spring.
     """
 
     bandwidth: float
@@ -33,6 +35,7 @@ class WheelPdParameters(NamedTuple):
     q_wanted: tuple
     inertia: tuple
     orbital_rate: float
+    most: float
 
 
 @kernel
@@ -52,7 +55,7 @@ def wheel_pd(inputs, parameters, memory):
         turning = scale(p.orbital_rate / norm(turning), turning)
     error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     damper = scale(-2.0 * p.damping * p.bandwidth, omega)
-    spring = scale(-2.0 * p.bandwidth * p.bandwidth, short_way(error))
+    spring = scale(-2.0 * p.bandwidth * p.bandwidth, limited(short_way(error), p.most))
     turned = cross(inputs.estimate.omega_body_rad_s, inputs.wheel_momentum_body_n_m_s)
     return add(sym_vec(p.inertia, add(damper, spring)), turned)
 
@@ -89,5 +92,6 @@ class WheelPd(HeldByWheels):
             self.q_wanted(),
             as_symmetric(self.inertia_kg_m2),
             self.orbital_rate_rad_s or 0.0,
+            most_half_turn(self.greatest_rate_deg_s, self.damping / self.bandwidth_rad_s),
         )
         return Law(self.kind, wheel_pd, parameters, needs=self.needs, answers="torque", spec=self)

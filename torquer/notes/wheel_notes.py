@@ -7,6 +7,7 @@ import numpy as np
 from torquer.control.bias_momentum import BiasMomentum
 from torquer.control.pointing import HeldByWheels
 from torquer.control.unloading import Unloading
+from torquer.control.wheel_one_axis import WheelOneAxis
 from torquer.control.wheel_pd import WheelPd
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
@@ -22,6 +23,11 @@ from torquer.wheel_array.steering import bias_of
 
 #: Part of a law's own time for which a torque may be held before the motion is another one.
 _COARSE = 0.3
+#: Part of the torque at which damper and spring are in balance at the greatest rate that a turn is
+#: braked with at its end, for a damping of 0.7 or more.
+_BRAKING = 0.33
+#: Laws with a greatest rate.
+_TURNING = HeldByWheels | WheelOneAxis
 
 
 def wheel_notes(scenario: Scenario) -> list[str]:
@@ -38,8 +44,10 @@ def wheel_notes(scenario: Scenario) -> list[str]:
 
 def _law_notes(scenario: Scenario, use: Use) -> list[str]:
     notes = []
-    if isinstance(use.law, HeldByWheels | BiasMomentum):
+    if isinstance(use.law, _TURNING | BiasMomentum):
         notes += _hold_notes(scenario, use)
+    if isinstance(use.law, _TURNING):
+        notes += _turn_notes(scenario, use.law)
     if isinstance(use.law, HeldByWheels) and use.at_start:
         notes += _start_notes(scenario, use.law)
     return notes
@@ -100,7 +108,7 @@ def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
     of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
     """
     control = scenario.control
-    hold_s = max(control.sample_s, control.actuate_s or 0.0)
+    hold_s = control.longest_hold_s
     damping, stiffness = (use.factor * part for part in _loop(scenario, use.law))
     if damping * hold_s >= 2.0 or stiffness * hold_s >= 2.0 * damping:
         return [
@@ -127,6 +135,30 @@ def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
     return law.rate_gain_n_m_s / least, 0.5 * law.angle_gain_n_m / least
 
 
+def _turn_notes(scenario: Scenario, law: Spec) -> list[str]:
+    """Whether the wheels have the momentum and the torque for turns at the greatest rate."""
+    if law.greatest_rate_deg_s is None:
+        return []
+    wheels, moments = scenario.spacecraft.wheels, scenario.spacecraft.body.principal()[0]
+    momentum = math.radians(law.greatest_rate_deg_s) * float(moments[-1])
+    least = momentum_envelope(wheels.array()).inner_radius
+    rate = f"a turn at greatest_rate_deg_s = {law.greatest_rate_deg_s:g}"
+    notes = []
+    if momentum > least:
+        notes.append(
+            f"{rate} may take {momentum:.3g} N m s, and the wheels hold {least:.3g} N m s about "
+            "their weakest axis"
+        )
+    braking = _BRAKING * _loop(scenario, law)[0] * momentum
+    weakest = torque_envelope(wheels.array()).inner_radius
+    if braking > weakest:
+        notes.append(
+            f"{rate} ends with up to {braking:.3g} N m, and the wheels give {weakest:.3g} N m "
+            "about their weakest axis: it may overshoot"
+        )
+    return notes
+
+
 def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     """Whether the wheels have the torque and the momentum for the beginning."""
     wheels = scenario.spacecraft.wheels
@@ -134,7 +166,7 @@ def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     motion = scenario.initial.motion(r, v)
     torque = _spring_torque(law, motion[:4], r, v)
     share, notes = _torque_share(wheels, torque), []
-    if share > 1.0:
+    if share > 1.0 and law.greatest_rate_deg_s is None:  # else see `_turn_notes`
         notes.append(
             f"at the start the law demands {np.linalg.norm(torque):.3g} N m, {share:.3g} times "
             "what the wheels can give about that axis: the torque saturates during acquisition, "
