@@ -14,9 +14,14 @@ ESTIMATE = UNKNOWN_ESTIMATE._replace(
 )
 
 
-def reading(t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, **estimate):
-    """Inputs at a time; what is left of the keys belongs to the estimate."""
+def reading(
+    t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, place=None, **estimate
+):
+    """Inputs at a time; what is left of the keys belongs to the estimate. `place`: (r, v)."""
     ephemeris = UNKNOWN_EPHEMERIS._replace(lit=float(lit))
+    if place is not None:
+        r, v = map(_floats, place)
+        ephemeris = ephemeris._replace(r_inertial_m=r, v_inertial_m_s=v)
     believed = ESTIMATE._replace(**{k: _floats(v) for k, v in estimate.items()})
     return Inputs(
         float(t_s), _floats(b), ZERO, ZERO, _floats(sun), (0.0, 0.0, 0.0, 1.0), _floats(wheels),

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning
+from scipy.spatial.transform import Rotation
 
 from torquer.control.modes.signals import NUMBER_OF, SIGNALS, UNITS, signal_value
 from torquer.geometry.quaternion import rotate_inverse
@@ -18,8 +19,8 @@ STATES = {"a": {"transitions": [{"to": "b", "at_most_s": 5.0}]}, "b": {}}
 
 def value(name, inputs, index=0, flown=None, **keys):
     """A signal in its own unit."""
-    flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J, **keys},
-                           states=STATES)  # fmt: skip
+    flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J,
+                              "attitude": {"euler_deg": EULER}, **keys}, states=STATES)  # fmt: skip
     found = signal_value(NUMBER_OF[name], flown.table, flown.state, inputs, index)
     return found / UNITS[SIGNALS[name].unit]
 
@@ -29,11 +30,21 @@ def degrees(a, b):
     return math.degrees(math.acos(a @ b / np.linalg.norm(a) / np.linalg.norm(b)))
 
 
+#: A place on an orbit, the orbital frame there and its rate, by their definitions.
+R, V, EULER = (7e6, -1e5, 2e5), (300.0, 4e3, 6.3e3), (40.0, -20.0, 110.0)
+NORMAL = np.cross(R, V)
+TURNING = NORMAL / np.dot(R, R)
+ORBITAL = Rotation.from_matrix(np.column_stack([
+    np.cross(NORMAL, R) / np.linalg.norm(np.cross(NORMAL, R)),
+    NORMAL / np.linalg.norm(NORMAL), np.array(R) / np.linalg.norm(R)]))  # fmt: skip
+BODY = Rotation.from_quat(Q)
+WANTED = ORBITAL * Rotation.from_euler("ZYX", EULER, degrees=True)
 MOMENTUM = np.array(J) @ OMEGA
 TARGET_BODY = rotate_inverse(Q, TARGET)
 READ = ReadingTimes(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 SEEN = reading(
-    10.0, sun=SUN, lit=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4), read_at=READ,
+    10.0, place=(R, V), sun=SUN, lit=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4),
+    read_at=READ,
     omega_body_rad_s=OMEGA, q_body_to_inertial=Q, sigma_rad=math.radians(0.3),
 )  # fmt: skip
 EXPECTED = {
@@ -43,6 +54,8 @@ EXPECTED = {
     "momentum_rate_deg_s": math.degrees(np.linalg.norm(MOMENTUM)) / (3.7 / 3.0),
     "axis_to_target_deg": degrees(AXIS, TARGET_BODY),
     "momentum_to_target_deg": degrees(MOMENTUM, TARGET_BODY),
+    "attitude_error_deg": math.degrees((WANTED.inv() * BODY).magnitude()),
+    "attitude_rate_deg_s": math.degrees(np.linalg.norm(OMEGA - BODY.inv().apply(TURNING))),
     "axis_to_sun_deg": degrees(AXIS, SUN),
     "sun_in_view": 1.0,
     "lit": 0.25,
@@ -118,3 +131,28 @@ def test_every_signal_says_what_it_is_and_names_its_unit():
     for name, signal in SIGNALS.items():
         assert signal.docs and signal.unit in UNITS
         assert name.endswith(endings.get(signal.unit, ""))
+
+
+def test_an_inertial_attitude_needs_no_place():
+    """Its signals are known without an orbit; those of an orbital one are not."""
+    inertial = {"reference": "inertial", "euler_deg": EULER}
+    away = Rotation.from_euler("ZYX", EULER, degrees=True).inv() * BODY
+    here = reading(10.0, omega_body_rad_s=OMEGA, q_body_to_inertial=Q)
+    error = value("attitude_error_deg", here, attitude=inertial)
+    assert error == pytest.approx(math.degrees(away.magnitude()), rel=1e-12)
+    rate = value("attitude_rate_deg_s", here, attitude=inertial)
+    assert rate == pytest.approx(EXPECTED["rate_deg_s"], rel=1e-12)
+    assert math.isnan(value("attitude_error_deg", here))
+    assert math.isnan(value("attitude_rate_deg_s", here))
+
+
+def test_both_quaternions_of_an_attitude_are_as_far_from_the_wanted_one():
+    other = SEEN._replace(estimate=SEEN.estimate._replace(q_body_to_inertial=tuple(-x for x in Q)))
+    for name in ("attitude_error_deg", "attitude_rate_deg_s"):
+        assert value(name, other) == value(name, SEEN)
+
+
+def test_signals_of_an_attitude_need_one():
+    way = {"to": "b", "when": {"signal": "attitude_error_deg", "below": 5.0}}
+    with pytest.raises(ValueError, match="attitude: must be given for the signal attitude_error"):
+        Flown(states={"a": {"transitions": [way]}, "b": {"final": True}})

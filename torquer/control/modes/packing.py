@@ -137,12 +137,14 @@ def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tupl
 
 
 def _directions(modes) -> dict:
-    """Axis, target and inertia; zeros for what no signal needs."""
+    """Axis, target, inertia, wanted attitude; zeros for what no signal needs."""
     zeros = (0.0, 0.0, 0.0)
-    sun, inertia = modes.target == "sun", modes.inertia_kg_m2
+    sun, inertia, attitude = modes.target == "sun", modes.inertia_kg_m2, modes.attitude
     return {
         "axis": modes.axis or zeros,
         "target": zeros if sun or modes.target is None else modes.target,
         "target_is_sun": float(sun),
         "inertia_kg_m2": zeros + zeros if inertia is None else as_symmetric(inertia),
+        "orbital": float(attitude is not None and attitude.orbital),
+        "q_wanted": (*zeros, 1.0) if attitude is None else attitude.q_wanted(),
     }

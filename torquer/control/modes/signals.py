@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numba
 
+from torquer.control.pointing import deviation, reference_motion, short_way
 from torquer.engine import inlined
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, norm, sym_vec
@@ -97,6 +98,26 @@ def axis_to_sun(table, state, inputs, index):
 
 
 @inlined
+def from_wanted(table, inputs):
+    """(Quaternion from the wanted attitude to the body, rate relative to its reference frame)."""
+    return deviation(inputs, table.q_wanted, *reference_motion(inputs, table.orbital))
+
+
+@inlined
+def attitude_error(table, state, inputs, index):
+    """Angle of the turn from the wanted attitude to the estimated one."""
+    error, _ = from_wanted(table, inputs)
+    return 2.0 * math.atan2(norm(short_way(error)), abs(error[3]))
+
+
+@inlined
+def attitude_rate(table, state, inputs, index):
+    """Angular rate relative to the frame of the wanted attitude."""
+    _, relative = from_wanted(table, inputs)
+    return norm(relative)
+
+
+@inlined
 def sun_in_view(table, state, inputs, index):
     """1 while a Sun sensor sees the Sun, else 0."""
     return 1.0 if norm(inputs.sun_body) > 0.0 else 0.0
@@ -173,9 +194,9 @@ def in_state(table, state, inputs, index):
 class Signal(NamedTuple):
     """A signal: its function, its unit as users write it, what it must be given.
 
-    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`) and of the condition
-    (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state must
-    not wait for it alone. `reads`: what the computer must provide, as for the `needs` of a law.
+    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`) and of the
+    condition (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state
+    must not wait for it alone. `reads`: what the computer must provide, as for a law's `needs`.
     """
 
     function: Callable
@@ -198,6 +219,12 @@ SIGNALS = {
     "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",)),
     "axis_to_target_deg": Signal(axis_to_target, "deg", ("axis", "target"), True),
     "momentum_to_target_deg": Signal(momentum_to_target, "deg", ("target", "inertia_kg_m2"), True),
+    "attitude_error_deg": Signal(
+        attitude_error, "deg", ("attitude",), True, frozenset({"ephemeris"})
+    ),
+    "attitude_rate_deg_s": Signal(
+        attitude_rate, "deg/s", ("attitude",), True, frozenset({"ephemeris"})
+    ),
     "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, reads=frozenset({"sun"})),
     "sun_in_view": Signal(sun_in_view, "yes/no", reads=frozenset({"sun"})),
     "lit": Signal(lit, "part", reads=frozenset({"ephemeris"})),

@@ -17,6 +17,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from torquer.control.modes.packing import must_be_one_of, packed
 from torquer.control.modes.signals import SENSORS, SIGNALS
 from torquer.control.modes.table import ModeState, ModeTable
+from torquer.control.pointing import HeldAttitude
 from torquer.control.spin_axis import unit_vector
 from torquer.spec import Inertia, Spec
 
@@ -204,6 +205,8 @@ class Modes(Spec):
     """Direction in the inertial frame that signals refer to, or 'sun'."""
     inertia_kg_m2: Inertia | None = None
     """Inertia from which signals take the angular momentum: three moments or 3x3."""
+    attitude: HeldAttitude | None = None
+    """Wanted attitude, as laws that hold one have it; signals refer to it."""
     regions: dict[str, Region]
     """State machines that run side by side, by names of your choice."""
 

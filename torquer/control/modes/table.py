@@ -54,7 +54,9 @@ FALSE, UNKNOWN, TRUE = 0.0, 0.5, 1.0
 
 
 class ModeTable(NamedTuple):
-    """The constants; axis, target and inertia (xx, yy, zz, xy, xz, yz) are what signals take."""
+    """The constants; axis, target, inertia (xx, yy, zz, xy, xz, yz) and the wanted attitude to the
+    orbital (`orbital` 1) or the inertial frame are what signals take.
+    """
 
     regions: np.ndarray
     states: np.ndarray
@@ -65,6 +67,8 @@ class ModeTable(NamedTuple):
     target: tuple = (0.0, 0.0, 0.0)
     target_is_sun: float = 0.0
     inertia_kg_m2: tuple = (0.0,) * 6
+    orbital: float = 0.0
+    q_wanted: tuple = (0.0, 0.0, 0.0, 1.0)
 
 
 class ModeState(NamedTuple):
