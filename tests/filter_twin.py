@@ -33,7 +33,11 @@ class Twin:
         change = gain @ (measured - expected)
         left = np.eye(6) - gain @ h
         self.p = left @ self.p @ left.T + gain @ r @ gain.T
-        self.attitude = self.attitude * Rotation.from_rotvec(change[:3])
+        turn = Rotation.from_rotvec(change[:3])
+        axes = np.eye(6)
+        axes[:3, :3] = turn.inv().as_matrix()
+        self.p = axes @ self.p @ axes.T
+        self.attitude = self.attitude * turn
         self.others = self.others + change[3:]
 
 

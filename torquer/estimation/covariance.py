@@ -8,6 +8,8 @@ import math
 from typing import NamedTuple
 
 from torquer.engine import inlined
+from torquer.geometry.frames import mat_mul, transpose
+from torquer.geometry.quaternion import conjugate, to_dcm
 from torquer.geometry.vec3 import add, add_scaled, cross, dot, scale, sub, unit
 
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -104,6 +106,21 @@ def put_uncorrelated(p, n, at, m):
         for j in range(n):
             p[n * (at + i) + j] = p[n * j + at + i] = 0.0
     put_symmetric(p, n, at, m)
+
+
+@inlined
+def turn_attitude(p, n, turn):
+    """Refer the attitude error to body axes that have been turned (a quaternion).
+
+    After a correction: what is known of directions stays with the stars. Left in the old axes, a
+    turn that no reading tells would seem to be told by the next one. A. Barrau, S. Bonnabel, 'The
+    invariant extended Kalman filter as a stable observer' (2017).
+    """
+    r = to_dcm(conjugate(turn))
+    aa = mat_mul(mat_mul(r, block(p, n, 0, 0)), transpose(r))
+    put_symmetric(p, n, 0, aa)
+    for c in range(3, n, 3):
+        put_block(p, n, 0, c, mat_mul(r, block(p, n, 0, c)))
 
 
 @inlined

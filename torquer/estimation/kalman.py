@@ -17,6 +17,7 @@ from torquer.estimation.covariance import (
     direction_measurement,
     mat_scale,
     put_uncorrelated,
+    turn_attitude,
     update,
     variance_of,
 )
@@ -80,9 +81,10 @@ def as_of_now(omega, age, v):
 
 @inlined
 def put_back(memory, places):
-    """Move the change of the states into quaternion and states."""
+    """Move the change of the states into quaternion and states; refer the error to the new axes."""
     c = memory.correction
     turn = from_rotation_vector((c[0], c[1], c[2]))
+    turn_attitude(memory.covariance, c.shape[0], turn)
     put_quaternion(memory.q, normalised(multiply(quaternion_of(memory.q), turn)))
     for i in range(3, places):
         memory.states[i - 3] += c[i]
