@@ -58,19 +58,19 @@ def panel_tracking(inputs, parameters, memory):
 
 
 class PanelTracking(Spec):
-    """Sun pointing by the currents of six solar panels.
-
-    `axis`: of the body, to be turned to the Sun; `turning_axis`: at right angles to it, about which
-    the difference of the currents on both sides turns it. `difference_gain_n_m`: torque at the
-    difference of a panel that faces the Sun; `brightest_gain_n_m`: torque towards the brightest
-    panel, while that is none on the axis.
-    """
+    """Sun pointing by the currents of six solar panels."""
 
     kind: Literal["panel_tracking"] = "panel_tracking"
     difference_gain_n_m: float = Field(gt=0.0)
+    """Torque k1 at the difference of the currents of a panel that faces the Sun."""
     brightest_gain_n_m: float = Field(gt=0.0)
+    """Torque k2 towards the brightest panel, while that is none on the axis."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)
+    """Axis e1 in the body to be turned to the Sun."""
     turning_axis: unit_vector("turning_axis") = (1.0, 0.0, 0.0)
+    """Axis e3 at right angles to `axis`, about which the difference of the currents on both sides
+    turns it.
+    """
 
     @model_validator(mode="after")
     def _axes_at_right_angles(self):

@@ -55,19 +55,18 @@ def projected_pd(inputs, parameters, memory):
 
 
 class ProjectedPd(HeldAttitude):
-    """Three-axis attitude relative to a reference frame, by the part of a PD torque across B.
-
-    `rate_gain_n_m_s`: k_v; `angle_gain_n_m`: k_p, twice the torque per radian of a small turn.
-    `mean_projection`: mean of 1 - b b^T along the orbit, b a unit vector along the field, in the
-    axes of the wanted attitude (`torquer.theory.mean_projection`): the torque asked for is weighted
-    by its inverse; left out, it is not. `reference`: 'orbital' or 'inertial'; `euler_deg` with its
-    `sequence`: the wanted attitude of the body relative to it.
-    """
+    """Three-axis attitude by the part of a PD torque across the field."""
 
     kind: Literal["projected_pd"] = "projected_pd"
     rate_gain_n_m_s: float = Field(gt=0.0)
+    """Gain k_v of the rate."""
     angle_gain_n_m: float = Field(ge=0.0)
+    """Gain k_p of the angle: twice the torque per radian of a small turn."""
     mean_projection: Matrix = _ONE
+    """Mean of 1 - b b^T along the orbit, b a unit vector along the field, in the axes of the wanted
+    attitude (`torquer.theory.mean_projection`): the torque is weighted by its inverse; left out, it
+    is not.
+    """
 
     @field_validator("mean_projection")
     @classmethod

@@ -63,19 +63,17 @@ def sliding_mode(inputs, parameters, memory):
 
 
 class SlidingMode(HeldAttitude):
-    """Three-axis attitude relative to a reference frame, by a sliding mode.
-
-    `manifold_rate_rad_s`: kappa; small errors on the manifold fall with half of it.
-    `reaching_rate_per_s`: lambda, with which the distance from the manifold would fall if coils
-    could make any torque. `inertia_kg_m2`: three moments or 3x3, as the law knows them.
-    `reference`: 'orbital' or 'inertial'; `euler_deg` with its `sequence`: the wanted attitude of
-    the body relative to it.
-    """
+    """Three-axis attitude by a sliding mode."""
 
     kind: Literal["sliding_mode"] = "sliding_mode"
     manifold_rate_rad_s: float = Field(gt=0.0)
+    """Rate kappa of the manifold: small errors on it fall with half of it."""
     reaching_rate_per_s: float = Field(gt=0.0)
+    """Rate lambda with which the distance from the manifold would fall if coils could make any
+    torque.
+    """
     inertia_kg_m2: Inertia
+    """Inertia of the body as the law knows it: three moments or 3x3."""
 
     @property
     def needs(self) -> frozenset[str]:

@@ -86,26 +86,29 @@ def wheel_one_axis(inputs, parameters, memory):
 class WheelOneAxis(Spec):
     """One axis turned to a direction and held there by wheels.
 
-    `rate_gain_n_m_s`: k_w; `angle_gain_n_m`: k_a, twice the torque per radian of a small turn
-    (for a rate kappa and a damping zeta of small motion about an axis of the moment J:
-    k_a = 2 J kappa^2, k_w = 2 zeta kappa J). `axis`: of the body; `target`: 'sun', by the ephemeris
-    on board, or a direction in the inertial frame. `spin_deg_s`: wanted rate about the axis (0 to
-    stop it; left out: the rotation about the axis is free, and what there is of it stays).
-    `greatest_rate_deg_s`: of a large turn (left out: no limit): the spring is limited to what the
-    damper balances at this rate. `inertia_kg_m2`: three moments or 3x3, of the body with its
-    wheels, as the law knows it. `gravity_feedforward`: the wheels take on the gravity torque of the
-    attitude and position known on board.
+    For a natural frequency kappa and a damping ratio zeta of small motion about an axis of moment
+    J: k_a = 2 J kappa^2, k_w = 2 zeta kappa J.
     """
 
     kind: Literal["wheel_one_axis"] = "wheel_one_axis"
     rate_gain_n_m_s: float = Field(gt=0.0)
+    """Gain k_w of the rate."""
     angle_gain_n_m: float = Field(gt=0.0)
+    """Gain k_a of the angle: twice the torque per radian of a small turn."""
     axis: unit_vector("axis")
+    """Axis in the body to be turned to the target."""
     target: Literal["sun"] | unit_vector("target")
+    """Direction in the inertial frame, or 'sun', by the ephemeris on board."""
     spin_deg_s: float | None = None
+    """Wanted rate about the axis, 0 to stop it; left out: the rotation about the axis is free."""
     greatest_rate_deg_s: Annotated[float, Field(gt=0.0)] | None = None
+    """Greatest rate of a large turn: the spring is limited to what the damper balances at this
+    rate; left out: no limit.
+    """
     inertia_kg_m2: Inertia
+    """Inertia of the body with its wheels, as the law knows it: three moments or 3x3."""
     gravity_feedforward: bool = False
+    """Whether the wheels take on the gravity torque of the attitude and position known on board."""
 
     def law(self) -> Law:
         """The law with these gains, this axis and direction."""
