@@ -42,7 +42,7 @@ range_deg_s = 20, resolution_deg_s = 1e-3 }
 spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3] }
 disturbance = { constant_torque_n_m = [1e-6, 0, 0], random_torque_n_m = 1e-6 }
 control = { law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }, sample_s = 1.5, measure_s = 3.0, \
-actuate_s = 3.0 }
+actuate_s = 3.0, control_while_actuating = true }
 simulation = { duration_s = 900, record_s = 15, step_s = 0.5 }
 """,
     "laws that see the Sun": """
