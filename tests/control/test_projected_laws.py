@@ -1,16 +1,19 @@
 """Laws that ask for a torque of which the coils give the part across the field."""
 
+import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from attitude_holds import hold
 from law_cases import inputs
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import torquer
+from torquer.control import AnyLaw
 from torquer.control.projected_pd import ProjectedPd
 from torquer.control.sliding_mode import SlidingMode
 from torquer.control.three_axis import ThreeAxis
@@ -223,6 +226,14 @@ def test_a_satellite_of_gravity_s_gradient_settles(name):
     off = np.degrees(turns.magnitude())
     assert off[0] > 60.0
     assert off[-90:].max() < 0.5
+
+
+def test_the_gains_of_the_comparison_are_those_of_laws():
+    """What `examples/compare_magnetic_laws.py` has found and flies."""
+    path = Path(torquer.__file__).parents[1] / "examples/magnetic_laws.json"
+    specs = [TypeAdapter(AnyLaw).validate_python(k) for k in json.loads(path.read_text()).values()]
+    assert {spec.kind for spec in specs} == {"periodic_gains", "projected_pd", "sliding_mode"}
+    assert len(specs) == 9 and all(spec.orbital for spec in specs)
 
 
 @pytest.mark.parametrize(

@@ -274,8 +274,7 @@ def _notes(degrees, margins: Margins | None, error: PointingError | None) -> tup
     if error is None:
         found.append("the loop is unstable")
         if exact > 0.0:
-            told = f"with a continuous dipole it is stable, by a degree of {exact:.2g} per rad"
-            found.append(told)
+            found.append(f"with a continuous dipole it is stable, to a degree of {exact:.2g}")
     if averaged > 0.0 and abs(exact / averaged - 1.0) > _AVERAGES_OFF:
         found.append(
             f"the averaged equations do not hold: their degree is {averaged:.2g} per rad, the "
