@@ -54,6 +54,12 @@ def call(capsys):
     return run
 
 
+@pytest.fixture(autouse=True)
+def warm(monkeypatch):
+    """Nothing is said of compiling, as with a warm cache: the first test of a suite has none."""
+    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: False)
+
+
 @pytest.fixture
 def no_report(monkeypatch):
     """Runs without pictures: they have tests of their own."""

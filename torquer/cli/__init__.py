@@ -11,11 +11,15 @@ from torquer.cli.output import let_streams_take_any_text
 #: A signal ends a command with this code and its own number.
 SIGNAL_CODE = 128
 FAILED_CODE, INTERRUPTED_CODE = 1, SIGNAL_CODE + signal.SIGINT
+#: Whether the process is the command's own: it may then be set up for this command alone.
+own_process = False
 
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point: exit 0 on success, 1 if a run failed or a verdict is not the declared one, 2 on
     a user's mistake, 130 on an interrupt."""
+    global own_process
+    own_process = arguments is None
     let_streams_take_any_text()
     try:
         with _interrupts_of_imports():

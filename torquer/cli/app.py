@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from cyclopts import App, CycloptsError, Parameter
 
 import torquer
+import torquer.cli
 from torquer.cli.campaign import app as campaign_app
 from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
@@ -77,9 +78,10 @@ def validate(
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
-    from torquer.cli.plain_kernels import without_compiler
+    if torquer.cli.own_process:
+        from torquer.cli.plain_kernels import without_compiler
 
-    without_compiler(scenario)
+        without_compiler(scenario)
     from torquer.cli import simulate as work
 
     return work.validate(scenario, json, not no_user_code, code_from_anywhere)

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, leave_or_raise
+from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.claim import claimed
-from torquer.cli.compiling import TOLD, bars, compiling_shown, counting, is_cold, tell
 from torquer.cli.modes_work import mode_findings
 from torquer.cli.output import (
     console,
@@ -62,7 +61,7 @@ def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
 def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
     """The same for a scenario whose code may be executed."""
     out = out or Path("runs") / scenario.name
-    with compiling_shown():
+    with compiling.compiling_shown():
         check_surroundings(scenario)
     make_writable(out)
     with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
@@ -246,19 +245,19 @@ def _check_earlier(path: Path, scenario) -> bool:
 @contextlib.contextmanager
 def progress_of(name: str):
     """Progress callback of a bar on a terminal; None elsewhere."""
-    cold = is_cold()
+    cold = compiling.is_cold()
     if not sys.stderr.isatty():
         if cold:
-            tell()
+            compiling.tell()
         yield None
         return
-    with bars() as shown, contextlib.ExitStack() as stack:
+    with compiling.bars() as shown, contextlib.ExitStack() as stack:
         task = shown.add_task(name, total=1.0, visible=not cold)
         if not cold:
             yield lambda part: shown.update(task, completed=part)
             return
-        first = shown.add_task(TOLD, total=1.0)
-        stack.enter_context(counting(lambda part: shown.update(first, completed=part)))
+        first = shown.add_task(compiling.TOLD, total=1.0)
+        stack.enter_context(compiling.counting(lambda part: shown.update(first, completed=part)))
 
         def told(part: float) -> None:  # from now on all is compiled
             shown.update(first, visible=False)
