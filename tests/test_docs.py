@@ -124,6 +124,31 @@ def test_steps_tutorial_prints_what_it_shows(monkeypatch):
         assert rows[label] == f"{value} {unit}"
 
 
+SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")
+
+
+@needs_jit
+def test_the_sensors_tutorial_shows_what_is_expected():
+    from torquer.cli.filter_work import expect
+
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        assert expect(ROOT / "examples/which_sensors.toml", None, None, False) == 0
+    lines = [line.rstrip() for line in printed.getvalue().splitlines()[:-1] if line.strip()]
+    assert len(lines) == 9 and all(line in SENSORS_PAGE for line in lines)
+
+
+@needs_jit
+def test_the_sensors_tutorial_prints_what_it_shows(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    names = {}
+    found = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", SENSORS_PAGE, re.S)
+    for code, shown_there in found:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(code, names)
+        assert printed.getvalue() == shown_there
+    assert len(found) == 2
+
+
 def test_readme_links_exist():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     for target in re.findall(r"\]\(([^)#]+)\)", text):
