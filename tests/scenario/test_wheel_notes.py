@@ -171,7 +171,7 @@ def test_lyapunov_laws_may_be_unstable_too(told):
 def test_coarse_sampling_is_told(told):
     fast = {"control.law": HOLD | {"bandwidth_rad_s": 0.4}, "initial.euler_deg": [0.1, 0, 0]}
     (note,) = told(fast)
-    assert "has a time of 2.5 s, and torques are held for 1 s" in note
+    assert "has a time constant of 2.5 s, and torques are held for 1 s" in note
     assert told(fast | {"control.sample_s": 0.5, "simulation.step_s": 0.5}) == []
     window = {"control.measure_s": 0.5, "control.actuate_s": 1.0}
     assert len(told(fast | window | {"control.sample_s": 0.5, "simulation.step_s": 0.5})) == 1
@@ -218,7 +218,7 @@ def test_the_wanted_attitude_is_reached_from_any_frame(told):
     assert told(weak | {"control.law": law, "initial": at_rest}) == []
     turned = at_rest | {"euler_deg": [100.0, 60.0, 0.0]}
     (note,) = told(weak | {"control.law": law, "initial": turned})
-    assert "asks for" in note
+    assert "demands" in note
 
 
 def test_momentum_beyond_the_wheels(told):

@@ -283,7 +283,7 @@ def _facts(view: View) -> str:
     facts += [
         f"below {goal['below']:.3g} {goal['unit']} from {clock_text(goal['stays_from_s'])}"
         for goal in summary["verdict"]["goals"][:1]
-        if goal["stays_from_s"] is not None
+        if goal["stays_from_s"] is not None and view.wheels is None  # else the line is too long
     ]
     facts.append(f"final momentum {summary['momentum_left_n_m_s']:.3g} N m s")
     if view.has_coils:
