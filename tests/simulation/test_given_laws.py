@@ -190,7 +190,7 @@ def test_summary_and_report_tell_the_law_that_was_flown(make, file, tmp_path):
     assert same(simulate(scenario_from_text(text)), result)
     view = view_of(result)
     assert not any("Python" in note for note in notes(view))
-    assert "<h2>Law tuned</h2><pre>\nimport torquer\n" in page(view, ())
+    assert '<h2>Law tuned</h2><pre tabindex="0">\nimport torquer\n' in page(view, ())
     view = view_of(simulate(make(), in_this_package))
     wanted = "the law in_this_package was passed from Python: to repeat the run it must be passed "
     assert f"{wanted}again" in notes(view)
