@@ -17,7 +17,7 @@ SLIPS = [
     ({"orbit.altitude_km": 60000.0}, ["far beyond the geostationary orbit's 35786 km"]),
     # a 3U CubeSat's 0.03 kg m^2 in g cm^2
     ({BODY: [3e5, 3e5, 1e5], "spacecraft.coils.limit_a_m2": 0.2},
-     [f"{BODY} of 3e+05 is too much for coils of 0.2 A m^2"]),
+     [f"{BODY} of 3e+05 is too large for coils of 0.2 A m^2"]),
     ({"spacecraft.coils.axes": [[1, 0, 0], [1, 0, 0.001], [0, 1, 0]]},
      ["reach no dipole outside a plane: coils 0 and 1 are parallel"]),
     ({"spacecraft.coils.axes": AXES}, ["the 3 coils reach no dipole outside a plane"]),

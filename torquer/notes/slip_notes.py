@@ -55,7 +55,7 @@ def _inertia_notes(scenario: Scenario) -> list[str]:
     if not 0.0 < a_day < _LEAST_DEG_S_A_DAY:
         return []
     return [
-        f"spacecraft.body.inertia_kg_m2 of {moment:.3g} is too much for coils of {limit:g} A m^2, "
+        f"spacecraft.body.inertia_kg_m2 of {moment:.3g} is too large for coils of {limit:g} A m^2, "
         f"which could change its rate by {a_day:.2g} deg/s a day at best: is it in kg m^2 "
         "(1 g cm^2 is 1e-7 kg m^2)?"
     ]
@@ -81,5 +81,5 @@ def _lag_notes(scenario: Scenario) -> list[str]:
         return []
     return [
         f"spacecraft.coils.lag_s of {coils.lag_s:g} s is longer than the {held_s:g} s for which a "
-        "command is held: the coils never come to give what they are asked for"
+        "command is held: the coils never reach the commanded dipole"
     ]
