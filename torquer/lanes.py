@@ -50,13 +50,14 @@ class Fields(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """Parts of a tuple in a lane: place, (place, `Rows`), `Parts`; or `SHARED`, `ZERO`."""
+    """Parts of a tuple in a lane: place, (place, `Rows`), `Parts`; or one of those below."""
 
     parts: tuple
 
 
-#: Parts that all members share; numbers that are zero for all, and left out of the compiled code.
-SHARED, ZERO = "shared", "zero"
+#: Numbers that all members share; numbers that are zero for all, and left out of the compiled code;
+#: arrays that no lane needs (a tuple may not hold them: it would not own them), () in their place.
+SHARED, ZERO, LEFT_OUT = "shared", "zero", "left out"
 
 
 def rows_of(array: np.ndarray) -> Rows:
@@ -291,6 +292,8 @@ def _type_with(shared, part):
     """Type of a tuple, or of a part of one, with numbers and rows of a lane in it."""
     if part == SHARED:
         return shared
+    if part == LEFT_OUT:
+        return types.Tuple(())
     if isinstance(part, int) or part == ZERO:
         return types.float64
     if not isinstance(part, Parts):
@@ -304,6 +307,8 @@ def _type_with(shared, part):
 def _tuple_with(context, builder, pointer, shared, made, part, value):
     if part == SHARED:
         return value
+    if part == LEFT_OUT:
+        return context.make_tuple(builder, made, ())
     if part == ZERO:
         return ir.DoubleType()(0.0)
     if isinstance(part, int):

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.lanes import SHARED, ZERO, Fields, Layout, Parts, Rows, rows_of
+from torquer.lanes import LEFT_OUT, SHARED, ZERO, Fields, Layout, Parts, Rows, rows_of
 from torquer.simulation.state import Plant, State
 from torquer.spacecraft.failures import FAILURE
 
@@ -43,7 +43,8 @@ class _Packing:
         if isinstance(value, np.ndarray) and value.dtype != FAILURE:
             return self.rows(value)
         if isinstance(value, np.ndarray):
-            value = tuple(value.tolist())
+            self.shared.append(value.tolist())
+            return LEFT_OUT
         self.shared.append(value)
         return ZERO if isinstance(value, float) and value == 0.0 else SHARED
 
