@@ -273,7 +273,7 @@ def _lane_state(typing_context, layout, cells, lane):
 
 def _lane_plant(typing_context, layout, cells, lane, plant):
     """The constants of a member's satellite: `plant` with the member's own numbers."""
-    made = _type_with(plant, layout.plant)
+    made = type_with(plant, layout.plant)
 
     def build(context, builder, of_call, arguments):
         pointer = _pointer(context, builder, of_call.args[1], arguments[1])
@@ -288,7 +288,7 @@ lane_state: Any = intrinsic(_lane_state)
 lane_plant: Any = intrinsic(_lane_plant)
 
 
-def _type_with(shared, part):
+def type_with(shared, part):
     """Type of a tuple, or of a part of one, with numbers and rows of a lane in it."""
     if part == SHARED:
         return shared
@@ -298,7 +298,7 @@ def _type_with(shared, part):
         return types.float64
     if not isinstance(part, Parts):
         return _Lane(part[1])
-    inner = tuple(map(_type_with, shared, part.parts))
+    inner = tuple(map(type_with, shared, part.parts))
     if isinstance(shared, types.BaseNamedTuple):
         return types.BaseTuple.from_types(inner, shared.instance_class)
     return types.BaseTuple.from_types(inner)

@@ -5,15 +5,17 @@ import re
 import numba
 import numpy as np
 import pytest
+from numba import types
 
 from torquer import engine, law
 from torquer.control.law import Law
 from torquer.environment.local import LocalEnvironment
-from torquer.lanes import LANES
+from torquer.lanes import LANES, type_with
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.lane_law import law_in_lanes
 from torquer.simulation.lane_loop import coils_in_lanes, step_in_lanes
 from torquer.simulation.lane_sensors import attitude_sensors, draw_in_lanes, gyros, magnetometers
+from torquer.simulation.lane_state import packed
 from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.run import prepare
 
@@ -166,6 +168,21 @@ def test_what_coils_have_done_is_known_beside_others_as_alone(name):
         assert np.array_equal(beside, kept)
         for axis in "xyz":
             assert cells[f"reached_{axis}"] == own[f"reached_{axis}"] != 0.0
+
+
+def types_in(of_type):
+    """A type and, of a tuple, those in it."""
+    inner = of_type.types if isinstance(of_type, types.BaseTuple) else ()
+    return [of_type, *(each for part in inner for each in types_in(part))]
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_no_lane_holds_an_array(name):
+    """A lane's tuple is made without references of its own: an array in it would be freed."""
+    run = prepare(scenario_from_text(HEAD + SCENARIOS[name]))
+    plant = run.plan.plant
+    made = type_with(numba.typeof(plant), packed(plant, run.state).layout.plant)
+    assert not any(isinstance(each, types.Array) for each in types_in(made))
 
 
 @law(memory={"calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
