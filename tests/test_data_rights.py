@@ -8,7 +8,7 @@ import torquer
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/data.md").read_text(encoding="utf-8")
 #: Files of the package that are no data of others.
-_OWN = (".py", ".pyc", ".typed", ".md")
+_OWN = (".py", ".pyc", ".typed", ".md", ".html", ".css", ".js")
 
 
 def test_every_shipped_file_of_data_has_its_rights():

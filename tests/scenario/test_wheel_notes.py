@@ -257,7 +257,7 @@ ONE_AXIS = {
 def test_one_axis_laws_are_looked_at_as_others(told):
     assert told({"control.law": ONE_AXIS}) == []
     (note,) = told({"control.law": ONE_AXIS | {"rate_gain_n_m_s": 2.1}})
-    assert note.startswith("the law of the wheels is unstable with torques held for 1 s")
+    assert note.startswith("the wheel law is unstable with torques held for 1 s")
 
 
 @pytest.mark.parametrize("kind", ["wheel_pd", "wheel_one_axis"])

@@ -256,7 +256,11 @@ def test_an_edited_law_is_noticed(with_law, folder):
         ("leaves", 0.0, r"must not raise; received SystemExit\(.*\) at t = 0 s"),
         ("reads_past_the_end", 33.0, r"must not raise; received IndexError\(.*\) at t = 33 s; q"),
         ("divides_by_zero", 33.0, r"must not raise; received ZeroDivisionError\(.*\) at t = 33 s"),
-        ("raises_compiled", 33.0, r"must not raise; received ValueError\('too late'\) at t = 33"),
+        (
+            "raises_compiled",
+            33.0,
+            r"must not raise; received ValueError\('too late'\) \(laws.py, line 60\) at t = 33",
+        ),
         (
             "counts_and_raises",
             33.0,

@@ -270,8 +270,8 @@ def in_plain_python(inputs, parameters, memory):
     [
         (not_a_number, r"law not_a_number: must return a finite torque; received \(0, nan, 0\) at "
          r"t = 21 s; quaternion and rate: .*"),
-        (raising, r"law raising: must not raise; received ValueError\('too late'\) at t = 21 s; "
-         "quaternion and rate: .*"),
+        (raising, r"law raising: must not raise; received ValueError\('too late'\) "
+         r"\(test_wheel_runs.py, line \d+\) at t = 21 s; quaternion and rate: .*"),
         (in_plain_python, r"law in_plain_python: must return three numbers; received "
          r"\(1\.0, 2\.0\) at t = 0 s"),
     ],

@@ -216,7 +216,7 @@ def navigating(inputs, parameters, memory):
     [
         (
             Bdot(gain_a_m2_s_per_t=1.0).law(),
-            r"law bdot: must have no memory to be averaged .* received 8 cells",
+            r"law bdot: must have no memory to be averaged .* received 9 cells",
         ),
         (
             Law("far", navigating, needs={"ephemeris"}),

@@ -18,11 +18,12 @@ _told = False
 
 def is_cold() -> bool:
     """Whether the simulation's loop has yet to be compiled, as far as the cache tells."""
+    from numba import config
+
     from torquer.code_cache import FOLDER
-    from torquer.engine import COMPILED
 
     kept = FOLDER is not None and any(FOLDER.glob("simulation_*/boxed.advance-*.nbi"))
-    return COMPILED and not kept
+    return not config.DISABLE_JIT and not kept  # type: ignore[attr-defined]
 
 
 @contextlib.contextmanager

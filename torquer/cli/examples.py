@@ -35,6 +35,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "--inclination-deg 97.6 --limit-a-m2 0.2",
         f"torquer design three-axis {_S}",
     ),
+    "explain": ("torquer explain control.sample_s", "torquer explain spacecraft.coils"),
     "field": (
         "torquer field point --lat 55.75 --lon 37.62 --date 2025-07-01",
         "torquer field orbit --scenario examples/chibis_m_detumble.toml",

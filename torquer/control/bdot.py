@@ -5,7 +5,6 @@ normal to the field. In slow motion B-dot brakes the rate relative to the field,
 inertial space: the satellite ends up turning with the field, at about twice the orbital rate.
 """
 
-import math
 from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
@@ -22,10 +21,10 @@ _ZERO = (0.0, 0.0, 0.0)
 #: intervals that differ by up to a factor of 2.)
 GAP = 2.5
 #: Memory of laws that take the difference of two readings: whether there was one, its time and
-#: field, the dipole asked for since, and the shortest interval of readings.
+#: field, the dipole asked for since, and the shortest interval of readings (0: none yet).
 PREVIOUS_READING = {
     "has_reading": 0.0, "t_s": 0.0, "b_body_t": _ZERO, "dipole_a_m2": _ZERO,
-    "shortest_s": math.inf,
+    "shortest_s": 0.0,
 }  # fmt: skip
 
 
@@ -59,10 +58,11 @@ def bdot_difference(inputs, parameters, memory):
     if memory.has_reading == 0.0 or interval_s > 0.0:
         m = (0.0, 0.0, 0.0)
         if memory.has_reading == 1.0:
-            if interval_s <= GAP * memory.shortest_s:
+            is_first = memory.shortest_s == 0.0
+            if is_first or interval_s <= GAP * memory.shortest_s:
                 difference = sub(b, vector_of(memory.b_body_t))
                 m = scale(-parameters.gain / interval_s, difference)
-            is_shorter = interval_s < memory.shortest_s
+            is_shorter = is_first or interval_s < memory.shortest_s
             memory.shortest_s = interval_s if is_shorter else memory.shortest_s
         memory.has_reading, memory.t_s = 1.0, t_s
         put_vector(memory.b_body_t, b)
