@@ -76,12 +76,13 @@ def error_after(estimator, wrong_deg, duration_s):
 
 
 @WHOLE_RUNS
-def test_from_large_errors_it_loses_fewer_runs_than_the_linear_filter():
-    """Magnetometer and gyro, 50 deg wrong about each axis: an hour later."""
+def test_from_large_errors_both_filters_come_back_the_linear_one_more_often():
+    """Magnetometer and gyro, 50 deg wrong about each axis: an hour later. Of 300 runs the sigma
+    points are 10 deg off in 28, the linear filter, which turns its covariance, in one."""
     field = {**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}
     one, other = (error_after(each, 50.0, 3600.0) for each in (field | {"kind": "usque"}, field))
-    assert np.quantile(one, 0.95) < 0.5 * np.quantile(other, 0.95)
-    assert np.quantile(one, 0.95) < 10.0
+    assert np.quantile(one, 0.8) < 10.0 and np.quantile(other, 0.95) < 10.0
+    assert np.mean(other > 10.0) <= np.mean(one > 10.0)
 
 
 @WHOLE_RUNS
