@@ -6,6 +6,7 @@ callee in another file either: the folder is named by a hash of all sources that
 """
 
 import contextlib
+import functools
 import hashlib
 import io
 import os
@@ -17,7 +18,14 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numba
-from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
+from numba.core.caching import (
+    CompileResultCacheImpl,
+    FunctionCache,
+    IndexDataCacheFile,
+    NullCache,
+    UserProvidedCacheLocator,
+)
+from numba.core.runtime import rtsys
 
 PACKAGE = Path(__file__).parent
 #: Rooms without kernels: editing them must not throw compiled code away.
@@ -148,13 +156,38 @@ def _is_sound(path: str) -> bool:
     return False
 
 
+@functools.cache
+def _make_folder(path: str) -> None:
+    os.makedirs(path, exist_ok=True)
+
+
+class _Locator(UserProvidedCacheLocator):
+    """Our folder alone; it was tried on import, not once more for each of 500 functions."""
+
+    def ensure_cache_path(self):
+        _make_folder(self.get_cache_path())
+
+
+class _Files(CompileResultCacheImpl):
+    _locator_classes = (_Locator,)
+
+
 class _SealedCache(FunctionCache):
     """Numba's cache of a function, in such files."""
+
+    _impl_class = _Files
 
     def __init__(self, py_func):
         super().__init__(py_func)
         stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _SealedFile(self._cache_path, self._impl.filename_base, stamp)
+
+    def load_overload(self, sig, target_context):
+        """What is on the disk, without the compiler's tables, which only compiling needs: loading
+        them takes a quarter of a second."""
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
     def save_overload(self, sig, data):
         """Keep compiled code if there is room for it."""
@@ -165,15 +198,20 @@ class _SealedCache(FunctionCache):
 
 
 def kept(function):
-    """A function of Numba, not compiled yet, whose compiled code is kept on the disk."""
+    """A function of Numba, not compiled yet, whose compiled code is kept on the disk.
+
+    That of a notebook's cell, which has no file, is compiled in every process.
+    """
     if FOLDER is None or not hasattr(function, "enable_caching"):
+        return function
+    if not os.path.exists(function.py_func.__code__.co_filename):
         return function
     try:
         cache = _SealedCache(function.py_func)
     except (RuntimeError, OSError) as error:
         _tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
         return function
-    if Path(cache.cache_path).is_relative_to(FOLDER):  # Numba may have chosen another place
+    if Path(cache.cache_path).is_relative_to(FOLDER):  # NUMBA_CACHE_LOCATOR_CLASSES moves it
         function._cache = cache
     return function
 

@@ -128,7 +128,7 @@ class Spec(BaseModel):
     number may stand for any number, and 5.0 for 5.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
     #: Keys of earlier versions and their present names.
     renamed: ClassVar[Mapping[str, str]] = {}
 

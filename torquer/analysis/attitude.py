@@ -7,6 +7,7 @@ import xarray as xr
 
 from torquer.analysis.series import angle_deg
 from torquer.control.pointing import HeldAttitude
+from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
 from torquer.simulation.result import scenario_of
 
@@ -98,7 +99,5 @@ def body_axes_from_sun_deg(result: xr.Dataset) -> np.ndarray:
 
 
 def _body_axes_from_deg(result: xr.Dataset, direction) -> np.ndarray:
-    from scipy.spatial.transform import Rotation
-
-    axes = Rotation.from_quat(result["q_body_to_inertial"].values).as_matrix()
+    axes = dcm_body_to_reference(result["q_body_to_inertial"].values)
     return np.stack([angle_deg(axes[:, :, i], direction) for i in range(3)], axis=1)

@@ -7,6 +7,7 @@ import xarray as xr
 
 from torquer.earth.gravity import gravity_gradient_vector
 from torquer.environment.light import light_along
+from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 from torquer.simulation.result import scenario_of
 from torquer.spacecraft.coils import Coils
@@ -148,9 +149,7 @@ def _unmodelled(scenario: Scenario, steps: np.ndarray, along: Along) -> np.ndarr
 
 def _in_body(along: Along) -> np.ndarray:
     """Field in the body [n, 3]."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(along.q).inv().apply(along.b_t)
+    return to_body(along.q, along.b_t)
 
 
 def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:

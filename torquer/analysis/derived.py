@@ -14,6 +14,7 @@ import xarray as xr
 from torquer.analysis.attitude import attitude_error_of, body_axes_from_vertical_deg
 from torquer.analysis.modes import regions_of
 from torquer.analysis.series import angle_deg
+from torquer.geometry.attitudes import to_body
 from torquer.simulation.result import scenario_of
 from torquer.validate import unit_rows
 
@@ -57,7 +58,7 @@ def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.
     `axis`: a direction in body axes, of any length; left out, those of x, y and z, over `time`,
     `axis`. In eclipse, too: `result["lit"]` tells that.
     """
-    sun = _to_body(result, result["sun_inertial"].values)
+    sun = to_body(result["q_body_to_inertial"].values, result["sun_inertial"].values)
     meaning = "angle from the direction to the Sun"
     if axis is None:
         angles = [angle_deg(np.broadcast_to(e, sun.shape), sun) for e in np.eye(3)]
@@ -72,7 +73,7 @@ def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.D
     `axis`: a direction in body axes; left out, the principal axis of the greatest moment, on the
     side on which the momentum is at the end. Not a number where there is no momentum.
     """
-    momentum = _to_body(result, result["momentum_inertial"].values)
+    momentum = to_body(result["q_body_to_inertial"].values, result["momentum_inertial"].values)
     if axis is None:
         moments, axes = scenario_of(result).spacecraft.body.principal()
         along = np.asarray(axes)[:, int(np.argmax(moments))]
@@ -131,13 +132,6 @@ def derived_of(result: xr.Dataset) -> xr.Dataset:
     found = {name: make(result) for name, make in makers.items()}
     found |= {f"mode_{each.name}": mode_of(result, each.name) for each in regions_of(result)}
     return xr.Dataset(found)
-
-
-def _to_body(result: xr.Dataset, vectors: np.ndarray) -> np.ndarray:
-    """Inertial vectors [n, 3] in body axes."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(result["q_body_to_inertial"].values).inv().apply(vectors)
 
 
 def _over_time(result: xr.Dataset, values, unit: str, meaning: str) -> xr.DataArray:

@@ -8,6 +8,7 @@ import xarray as xr
 from torquer.analysis.attitude import attitude_error_of, held_attitudes
 from torquer.analysis.series import angle_deg
 from torquer.control.spin_axis import Pointed
+from torquer.geometry.attitudes import to_reference
 from torquer.scenario.mission import Mission
 from torquer.scenario.spec import Scenario
 
@@ -109,8 +110,6 @@ def signal_of(goal: Goal, part: xr.Dataset) -> np.ndarray | None:
 
 def angle_of_axis_deg(part: xr.Dataset, axis, target=None) -> np.ndarray:
     """Angle [deg] of an axis of the body to a direction in J, to the Sun where that is None."""
-    from scipy.spatial.transform import Rotation
-
-    pointed = Rotation.from_quat(part["q_body_to_inertial"].values).apply(axis)
+    pointed = to_reference(part["q_body_to_inertial"].values, axis)
     wanted = part["sun_inertial"].values if target is None else np.broadcast_to(target, (1, 3))
     return angle_deg(pointed, wanted)

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from torquer.analysis.linear_covariance import (
     Motion,
@@ -23,6 +22,7 @@ from torquer.analysis.linear_covariance import (
 )
 from torquer.estimation.expected import Nominal
 from torquer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 
 
@@ -106,12 +106,12 @@ def information(spec, seen: Nominal) -> np.ndarray:
     out = np.zeros((len(seen.t_s), n, n))
     if sensing.magnetometer:
         h = np.zeros((len(seen.t_s), 3, n))
-        h[:, :, :3] = cross_matrices(_in_body(seen.q, seen.b))
+        h[:, :, :3] = cross_matrices(to_body(seen.q, seen.b))
         if at := int(sensing.bias_at):
             h[:, :, at : at + 3] = np.eye(3)
         out += np.swapaxes(h, 1, 2) @ h / sensing.r_field
     if sensing.sun:
-        across = cross_matrices(_in_body(seen.q, seen.sun))
+        across = cross_matrices(to_body(seen.q, seen.sun))
         gained = np.swapaxes(across, 1, 2) @ across / sensing.r_sun
         out[:, :3, :3] += np.where(seen.seen[:, None, None], gained, 0.0)
     return out
@@ -134,7 +134,7 @@ def rates_of_change(spec, seen: Nominal) -> np.ndarray:
         return f
     inertia = np.array(spec.inertia_kg_m2)
     inverse = np.linalg.inv(inertia)
-    g = _in_body(seen.q, seen.gravity)
+    g = to_body(seen.q, seen.gravity)
     across = cross_matrices(g)
     gravity = (across @ inertia - cross_matrices(g @ inertia)) @ across
     momentum = seen.omega @ inertia + seen.wheels + np.array(spec.wheel_momentum_n_m_s)
@@ -142,14 +142,10 @@ def rates_of_change(spec, seen: Nominal) -> np.ndarray:
     f[:, 3:6, :3] = inverse @ gravity
     f[:, 3:6, 3:6] = inverse @ (cross_matrices(momentum) - cross_matrices(seen.omega) @ inertia)
     if spec.dipole_sigma_a_m2:
-        f[:, 3:6, 6:9] = -inverse @ cross_matrices(_in_body(seen.q, seen.b))
+        f[:, 3:6, 6:9] = -inverse @ cross_matrices(to_body(seen.q, seen.b))
     return f
 
 
 def cross_matrices(v: np.ndarray) -> np.ndarray:
     """v x, as matrices (k, 3, 3) of vectors (k, 3)."""
     return np.cross(np.eye(3), v[:, None, :])
-
-
-def _in_body(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return Rotation.from_quat(q).inv().apply(v)

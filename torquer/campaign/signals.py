@@ -10,6 +10,7 @@ import numpy as np
 from torquer.analysis.attitude import held_attitudes, orbital_axes
 from torquer.analysis.series import angle_deg
 from torquer.control.spin_axis import unit_vector
+from torquer.geometry.attitudes import to_body, to_reference
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
 from torquer.spec import Spec
@@ -66,7 +67,7 @@ def rate_orbital(scenario: Scenario, flown: Flown) -> np.ndarray:
     """Angular rate relative to the orbital frame [deg/s]."""
     r, v = flown.position_inertial, flown.velocity_inertial
     turning = np.cross(r, v) / np.sum(r * r, axis=1, keepdims=True)
-    relative = flown.omega_body - _turned(_inverse(flown.q_body_to_inertial), turning[:, None])
+    relative = flown.omega_body - to_body(flown.q_body_to_inertial, turning[:, None])
     return np.degrees(np.linalg.norm(relative, axis=-1))
 
 
@@ -85,7 +86,7 @@ def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
 def angle_to(axis: Axis, flown: Flown) -> np.ndarray:
     """Angle [deg] of an axis of the body to a direction."""
     direction = _direction(axis.to, flown)[:, None]
-    return angle_deg(_turned(flown.q_body_to_inertial, np.array(axis.axis)), direction)
+    return angle_deg(to_reference(flown.q_body_to_inertial, np.array(axis.axis)), direction)
 
 
 def _direction(to, flown: Flown) -> np.ndarray:
@@ -102,14 +103,3 @@ def _direction(to, flown: Flown) -> np.ndarray:
     if to == "field":
         return flown.b_inertial
     return np.tile(to, (len(flown.t_s), 1))
-
-
-def _inverse(q: np.ndarray) -> np.ndarray:
-    return q * np.array([-1.0, -1.0, -1.0, 1.0])
-
-
-def _turned(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Vectors (..., 3) turned by quaternions (..., 4), the kernels' `rotate` for arrays."""
-    axis = q[..., :3]
-    twice = 2.0 * np.cross(axis, vector)
-    return vector + q[..., 3:] * twice + np.cross(axis, twice)

@@ -14,6 +14,7 @@ import numpy as np
 from scipy import stats
 
 from torquer.campaign.spec import ATTITUDE, SUCCESS, Stop
+from torquer.geometry.attitudes import dcm_body_to_reference
 
 
 class Interval(NamedTuple):
@@ -197,7 +198,5 @@ def _of(key: str, numbers: np.ndarray) -> dict[str, np.ndarray]:
 
 def _of_attitudes(key: str, quaternions: np.ndarray) -> dict[str, np.ndarray]:
     """Direction cosines: unlike a quaternion's components they have one sign only."""
-    from scipy.spatial.transform import Rotation
-
-    matrices = Rotation.from_quat(quaternions).as_matrix()
+    matrices = dcm_body_to_reference(quaternions)
     return {f"{key}[{i}][{j}]": matrices[:, i, j] for i in range(3) for j in range(3)}

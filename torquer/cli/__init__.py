@@ -16,7 +16,7 @@ FAILED_CODE, INTERRUPTED_CODE = 1, SIGNAL_CODE + signal.SIGINT
 own_process = False
 #: When Python looks for garbage: seldom, as a command imports much and leaves little; a tenth of
 #: the time of a short run.
-_GARBAGE = (100_000, 50, 100)
+_GARBAGE = (500_000, 50, 100)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -35,6 +35,8 @@ def main(arguments: list[str] | None = None) -> None:
     except KeyboardInterrupt:
         print("error: interrupted", file=sys.stderr)
         code = INTERRUPTED_CODE
+    if own_process:
+        gc.freeze()  # or Python looks for garbage at its end, half a second for nothing
     sys.exit(code)
 
 

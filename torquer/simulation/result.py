@@ -12,6 +12,7 @@ import numpy as np
 
 import torquer
 from torquer.engine import processor
+from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.plugin import source_mark, source_text
 from torquer.scenario.spec import Scenario
@@ -208,7 +209,7 @@ def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
     b = around.field(t_s, r, v)
     lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", around.dcm_to_ecef(t_s), r))
     q, omega = data["q_body_to_inertial"].values, data["omega_body"].values
-    to_inertial = _matrices(q)
+    to_inertial = dcm_body_to_reference(q)
     to_body = to_inertial.transpose(0, 2, 1)
     body = run.scenario.spacecraft.body
     momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
@@ -298,13 +299,6 @@ def _of_adaptive_steps(run: Run) -> dict:
             {"units": "s", "long_name": "shortest step"},
         ),
     }
-
-
-def _matrices(q: np.ndarray) -> np.ndarray:
-    """Direction cosines [n, 3, 3] of quaternions [n, 4], by scipy."""
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(q).as_matrix()
 
 
 def versions() -> dict[str, str]:

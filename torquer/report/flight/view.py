@@ -14,6 +14,7 @@ from torquer.analysis.series import bands_where, settled_from
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheels import FlownWheels, wheels_of
 from torquer.environment.field import at_geodetic
+from torquer.geometry.attitudes import dcm_body_to_reference, interpolated
 from torquer.scenario.spec import Scenario
 from torquer.simulation.result import laws_of, scenario_of
 from torquer.time import decimal_year
@@ -127,12 +128,11 @@ class View:
 
     def to_inertial(self, t_s) -> np.ndarray:
         """Direction cosines [n, 3, 3], body to J, at times within the record, interpolated."""
-        from scipy.spatial.transform import Rotation, Slerp
-
-        turns = Rotation.from_quat(self.values("q_body_to_inertial"))
+        q = self.values("q_body_to_inertial")
         if len(self.t_s) == 1:
-            return np.repeat(turns.as_matrix(), len(t_s), axis=0)
-        return Slerp(self.t_s, turns)(np.clip(t_s, self.t_s[0], self.end_s)).as_matrix()
+            return np.repeat(dcm_body_to_reference(q), len(t_s), axis=0)
+        within = np.clip(t_s, self.t_s[0], self.end_s)
+        return dcm_body_to_reference(interpolated(self.t_s, q, within))
 
     def at(self, name: str, t_s) -> np.ndarray:
         """A slowly changing vector [n, 3] at times within the record, interpolated."""

@@ -1,0 +1,48 @@
+"""Many attitudes at once: arrays of unit quaternions [..., 4] in NumPy, for results and pictures.
+
+As in `torquer.geometry.quaternion`: scalar last, from body to reference components. SciPy's
+`Rotation` has the same and more; importing it takes a quarter of a second of every run.
+"""
+
+import numpy as np
+
+#: Below this angle [rad] between two attitudes their chord is their arc.
+_CHORD = 1e-6
+
+
+def inverse(q) -> np.ndarray:
+    """Quaternions of the inverse rotations."""
+    return np.asarray(q) * np.array([-1.0, -1.0, -1.0, 1.0])
+
+
+def to_reference(q, v_body) -> np.ndarray:
+    """Reference components [..., 3] of vectors [..., 3] given in body components."""
+    q = np.asarray(q)
+    axis = q[..., :3]
+    twice = 2.0 * np.cross(axis, v_body)
+    return v_body + q[..., 3:] * twice + np.cross(axis, twice)
+
+
+def to_body(q, v_reference) -> np.ndarray:
+    """Body components [..., 3] of vectors [..., 3] given in reference components."""
+    return to_reference(inverse(q), v_reference)
+
+
+def dcm_body_to_reference(q) -> np.ndarray:
+    """Direction cosines [..., 3, 3]; their columns are the body's axes."""
+    columns = to_reference(np.asarray(q)[..., None, :], np.eye(3))
+    return np.swapaxes(columns, -1, -2)
+
+
+def interpolated(t, q, wanted) -> np.ndarray:
+    """Attitudes [m, 4] at times [m] within t [n >= 2], of q [n, 4] turning at constant rates."""
+    after = np.clip(np.searchsorted(t, wanted), 1, len(t) - 1)
+    part = ((wanted - t[after - 1]) / (t[after] - t[after - 1]))[:, None]
+    a, b = q[after - 1], q[after]
+    cosine = np.sum(a * b, axis=1, keepdims=True)
+    b, angle = np.where(cosine < 0.0, -b, b), np.arccos(np.minimum(np.abs(cosine), 1.0))
+    near_same = angle < _CHORD
+    sine = np.where(near_same, 1.0, np.sin(angle))
+    of_a = np.where(near_same, 1.0 - part, np.sin((1.0 - part) * angle) / sine)
+    of_b = np.where(near_same, part, np.sin(part * angle) / sine)
+    return of_a * a + of_b * b
