@@ -46,7 +46,7 @@ def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | 
                                  label=literal(_short(label)))  # fmt: skip
     axes.set_xscale("log" if is_wide(known) else "linear")
     axes.set_ylim(0.0, 1.02)
-    axes.set_ylabel("part of all members", fontsize=SMALL)
+    axes.set_ylabel("share of members", fontsize=SMALL)
     unit = found["summaries"][0]["outcomes"][name]["unit"]
     axes.set_xlabel(with_unit(name, unit), fontsize=SMALL)
     legend(axes, handles)

@@ -28,7 +28,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0)
     upper.set_ylabel("members", fontsize=SMALL)
     lower.plot(*steps(values), color=BLUE, lw=1.4, drawstyle="steps-post")
-    lower.set_ylabel("part of all members", fontsize=SMALL)
+    lower.set_ylabel("share of members", fontsize=SMALL)
     lower.set_ylim(0.0, 1.02)
     lower.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
     for axes in (upper, lower):
@@ -81,7 +81,7 @@ def _name_quantiles(axes, each: dict) -> None:
 
 
 def _words(each: dict, condition: dict | None) -> str:
-    text = "orange: quantiles; dashed: mean" + (
+    text = "orange: percentiles; dashed: mean" + (
         "; green: condition of success" if condition else ""
     )
     return text + (f"; {each['missing']} members without a value" if each["missing"] else "")

@@ -46,9 +46,9 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
 
 def _outcomes(summary: dict) -> dict:
     caption = (
-        f"In brackets: {percent(summary['confidence'])} confidence intervals of independent "
-        "members. A missing value has no part in a mean; in quantiles and ranks it counts as worse "
-        "than any other."
+        f"In brackets: {percent(summary['confidence'])} confidence intervals for independent "
+        "members. Missing values are left out of means and count as the worst in percentiles and "
+        "ranks."
     )
     return card("outcomes", "Outcomes", caption, {"grid": outcome_grid(summary)})
 
@@ -73,8 +73,8 @@ def _over_time(result: xr.Dataset, pictures: Mapping[str, Path]) -> list[dict]:
         if name in pictures:
             title = f"{result[f'series.{names[0]}'].attrs.get('long_name', names[0])} over time"
             caption = (
-                "At each instant by itself: percentiles of the members that did not fail. The "
-                f"worst members are those of {', '.join(names)}."
+                "Percentiles at each instant over the members that did not fail, and the members "
+                f"with the worst {', '.join(names)}."
             )
             found.append(card(name, title, caption, picture(pictures[name], title)))
     return found
@@ -85,9 +85,9 @@ def _dependence(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
         return []
     chance, pairs = summary["chance_correlation"], summary["correlations_computed"]
     caption = (
-        f"Spearman's rank correlations. Of independent numbers one in "
-        f"{1.0 / (1.0 - summary['confidence']):.3g} exceeds {chance:.3g} in size by chance: of the "
-        f"{pairs} here about {pairs * (1.0 - summary['confidence']):.2g}. "
+        f"Spearman's rank correlations. Between independent quantities, one in "
+        f"{1.0 / (1.0 - summary['confidence']):.3g} exceeds {chance:.3g} in magnitude by chance: "
+        f"about {pairs * (1.0 - summary['confidence']):.2g} of the {pairs} here. "
         f"{len(summary['correlations'])} do."
     )
     parts = (
@@ -103,10 +103,10 @@ def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
         return []
     points = summary["sensitivity"]["points"]
     caption = (
-        f"Sobol's indices, from the {points} points of Saltelli's design: the part of an outcome's "
-        "variance that is due to a key alone (S1), and with all its interactions (ST). The numbers "
-        "of a vector, and keys that are correlated, count as one. The noise counts as a further "
-        "input, which has no index here. Where a member has no value its point is left out. In "
+        f"Sobol's indices, from the {points} points of Saltelli's design: the share of an "
+        "outcome's variance due to a key alone (S1) and with all its interactions (ST). The "
+        "components of a vector, and keys that vary together, count as one input. Noise is a "
+        "further input, without an index here. Points with a missing value are left out. In "
         f"brackets: {percent(summary['confidence'])} confidence intervals."
     )
     shown = picture(pictures.get("sobol"), "Sobol indices of every outcome")
@@ -117,7 +117,7 @@ def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
 def _convergence(pictures: Mapping[str, Path]) -> list[dict]:
     if "convergence" not in pictures:
         return []
-    caption = "Estimates of the first members, in the order of the file."
+    caption = "Estimates from the first members, in the order of the file."
     shown = picture(pictures["convergence"], "Estimates over the number of members")
     return [card("convergence", "Convergence", caption, shown)]
 

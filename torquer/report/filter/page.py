@@ -9,14 +9,16 @@ from torquer.analysis.filter_check import Check, FilterCheck, as_plain
 from torquer.report.common.html import card, cards, picture
 from torquer.scenario.toml_text import toml_of
 
-HEAD = ("statistic", "value", "band", "instants inside", "")
+HEAD = ("Statistic", "Value", "95 % band", "Instants inside", "Result")
 _WORDS = {
-    "errors": "Thin lines: single runs. A filter is as good as the linear analysis says where the "
-    "blue and the dashed red lines agree, within 3 % at an instant for 200 runs.",
-    "consistency": "Mean over the runs of the errors' squares over the covariance that the filter "
-    "states, 1 for an honest filter. Above the band: it is too sure of itself; below: too modest.",
-    "whiteness": "What a reading tells that the ones before did not is white noise in an honest "
-    "filter. Correlation means that something is not modelled.",
+    "errors": "Thin lines: single runs. Where the solid line (scatter of the runs) follows the "
+    "dashed one (linear covariance analysis), the filter is as accurate as its sensors allow; with "
+    "200 runs, sampling alone makes them differ by about 5 %.",
+    "consistency": "Squared errors (NEES) and innovations (NIS), normalised by the covariance that "
+    "the filter states and averaged over the runs: 1 if it is consistent. Above the band it is "
+    "overconfident, below it too conservative.",
+    "whiteness": "The innovations of a consistent filter are white noise: correlation between "
+    "successive ones points to something that the filter does not model.",
 }
 
 
@@ -25,12 +27,12 @@ def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> 
     text = toml_of(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
     made = [
-        card("verdict", verdict_in_words(found), "", {"pairs": rows_of(found)}),
+        card("verdict", verdict_in_words(found).capitalize(), "", {"pairs": rows_of(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
         *(_pictured(key, pictures[key]) for key in pictures if key != "report"),
         card("scenario", "Scenario", "", {"text": text}),
     ]
-    title = f"{found.scenario.name}: filter"
+    title = f"{found.scenario.name}: filter check"
     path.write_text(cards(title, made, interactive=False), encoding="utf-8")
     return path
 
@@ -44,12 +46,12 @@ def rows_of(found: FilterCheck) -> list[tuple[str, str]]:
     """What a check has found, as labels and values."""
     plain = as_plain(found)
     return [
-        ("estimator", plain["estimator"]),
-        ("runs", str(found.runs)),
-        ("error about each axis", f"{plain['error_deg']:.3g} deg rms over the runs"),
-        ("as the filter stated", f"{plain['sigma_deg']:.3g} deg"),
-        ("by linear covariance", f"{plain['expected_deg']:.3g} deg"),
-        ("whole error", f"below {plain['error_95_deg']:.3g} deg in 95 %"),
+        ("Estimator", plain["estimator"]),
+        ("Runs", str(found.runs)),
+        ("Error per axis, RMS over the runs", f"{plain['error_deg']:.3g} deg"),
+        ("Stated by the filter", f"{plain['sigma_deg']:.3g} deg"),
+        ("Expected by linear covariance", f"{plain['expected_deg']:.3g} deg"),
+        ("Total error, 95th percentile", f"{plain['error_95_deg']:.3g} deg"),
     ]
 
 
@@ -61,5 +63,6 @@ def check_row(check: Check) -> tuple[str, ...]:
 
 
 def _pictured(key: str, path: Path) -> dict:
-    title = key.replace("_", " ").capitalize()
-    return card(key, title, _WORDS[key.partition("_")[0]], picture(path, title))
+    kind, _, state = key.partition("_")
+    title = f"{state.replace('_', ' ')} error".capitalize() if state else key.capitalize()
+    return card(key, title, _WORDS[kind], picture(path, title))

@@ -84,7 +84,7 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
             shown[f"NIS, {sensor}"] = nis(innovations)
-    title = f"NEES and NIS over their freedoms, mean of {found.runs} runs"
+    title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
     figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
     for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
         there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
@@ -98,7 +98,9 @@ def _draw_consistency(found: FilterCheck) -> Figure:
         axes.set_ylabel(name.replace(", ", "\n"), fontsize=9.5)
         if np.isfinite(mean).any():
             axes.set_ylim(0.0, max(1.25 * high, 1.1 * float(np.nanquantile(mean, 0.98))))
-    panels[0].fill_between([], [], color=GREEN, alpha=0.25, label="95 % of consistent filters")
+    panels[0].fill_between(
+        [], [], color=GREEN, alpha=0.25, label="95 % band of a consistent filter"
+    )
     panels[0].plot([], [], color=BLUE, lw=0.9, label="this filter")
     _finish(panels, clock)
     return figure
@@ -120,7 +122,7 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
     axes.axhline(0.0, color=GREY, lw=0.8)
     axes.fill_between([], [], color=GREY, alpha=0.2, label="95 % of white noise")
     axes.set_xticks(lags)
-    axes.set_xlabel("readings apart", fontsize=10)
+    axes.set_xlabel("lag [readings]", fontsize=10)
     axes.set_ylabel("correlation", fontsize=10)
     axes.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9,

@@ -7,10 +7,11 @@ from torquer.report.flight.summary_rows import time_or_never
 from torquer.report.flight.view import View
 
 _CAPTION = (
-    "In every state the laws named in its box work, their commands added; a transition is taken "
-    "when its condition holds. The strips above the plots show when each state was active."
+    "Each state runs the laws named in its box and adds their commands; a transition is taken "
+    "when its condition holds. The strips above the plots show when each state was active; a "
+    "region that never changed has none."
 )
-_HEAD = ("State", "Entered", "Last entered at", "Share of the time")
+_HEAD = ("State", "Entered", "Last entered at", "Share of time")
 
 
 def modes_data(view: View, modes: Modes) -> dict:

@@ -67,13 +67,16 @@ def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
 
 def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
     """What part of the time each region was in its states, the most first."""
-    rows = []
+    rows, unchanged = [], []
     for region, uses in modes.items():
-        used = sorted(uses.items(), key=lambda item: -item[1]["share"])
-        shares = [f"{state} {use['share']:.1%}" for state, use in used if use["entries"]]
+        entered = ((state, use["share"]) for state, use in uses.items() if use["entries"])
+        used = sorted(entered, key=lambda item: -item[1])
+        if region != MAIN and len(used) == 1:
+            unchanged.append(f"{region} {used[0][0]}")
+            continue
         label = "Time by mode" if region == MAIN else f"Time by mode of {region}"
-        rows.append((label, ", ".join(shares)))
-    return rows
+        rows.append((label, ", ".join(f"{state} {share:.1%}" for state, share in used)))
+    return [*rows, *([("Unchanged throughout", ", ".join(unchanged))] if unchanged else [])]
 
 
 def time_or_never(t_s: float | None) -> str:

@@ -55,11 +55,11 @@ def figure_of(design, report: dict) -> dict:
     scene: dict[str, object] = {
         f"{axis}axis": {"title": {"text": name}, "range": [-1.05 * side, 1.05 * side],
                         "color": "#808080", "gridcolor": "rgba(128,128,128,0.3)",
-                        "showbackground": False}
+                        "showbackground": False, "nticks": 3 + round(5 * side / float(reach.max()))}
         for axis, name, side in zip("xyz", ("x1", "x2", "x3"), reach.tolist(), strict=True)
     }  # fmt: skip
     scene |= {"aspectmode": "data", "dragmode": "orbit",
-              "camera": {"eye": {"x": 1.9, "y": -1.7, "z": 0.9}}}  # fmt: skip
+              "camera": {"eye": {"x": 2.2, "y": -1.95, "z": 1.15}}}  # fmt: skip
     menu = {**_MENU, "buttons": [_button(cases, number) for number in range(len(cases))]}
     return {
         "data": data,

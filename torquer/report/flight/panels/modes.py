@@ -1,4 +1,4 @@
-"""Modes over time: a strip for each region, above the panels of every picture."""
+"""Modes over time: a strip for each region that changed, above the panels of every picture."""
 
 from dataclasses import replace
 
@@ -27,6 +27,7 @@ def _bar(number: int, state: str, spans) -> Bar:
 
 
 def with_modes(view: View, picture: Picture) -> Picture:
-    """The picture below the strips of all regions."""
-    strips = (strip(view, region) for region in view.regions)
-    return replace(picture, panels=(*strips, *picture.panels))
+    """The picture below the strips of the first region and of all others that changed."""
+    strips = [strip(view, region) for region in view.regions]
+    shown = strips[:1] + [each for each in strips[1:] if len(each.bars) > 1]
+    return replace(picture, panels=(*shown, *picture.panels))
