@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 
 from torquer.analysis.variables import variables_page
-from torquer.campaign.keys import file_tables
+from torquer.campaign.keys import design_tables, file_tables
 from torquer.scenario.keys import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
@@ -34,6 +34,19 @@ def scenario_page() -> str:
         "",
     ]
     return "\n".join(head + [line for table in file_tables() for line in _table(table)])
+
+
+def wheels_page() -> str:
+    """Reference of wheel design files, likewise."""
+    head = [
+        "# Wheel design files, key by key",
+        "",
+        "Made from the code by `docs/generate.py`. `torquer wheels FILE` reads a wheel design, a",
+        "TOML file with these tables, or the wheels and body of a scenario. `torquer explain KEY`",
+        "knows these keys, too.",
+        "",
+    ]
+    return "\n".join(head + [line for table in design_tables() for line in _table(table)])
 
 
 def _presets_listed() -> list[str]:
@@ -182,6 +195,7 @@ def _comment_above(source: str, line: int) -> str:
 
 PAGES = {
     "scenario.md": scenario_page,
+    "wheel-design.md": wheels_page,
     "equations.md": equations_page,
     "api.md": api_page,
     "variables.md": variables_page,

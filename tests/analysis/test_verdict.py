@@ -49,8 +49,8 @@ def test_what_rises_again_is_not_achieved():
     verdict = judge(2.0 + 1.9 * np.cos(T / 1500.0))
     (goal,) = verdict["goals"]
     assert verdict["done"] is False and goal["first_s"] < T[-1] and goal["stays_from_s"] is None
-    assert verdict["headline"].startswith("Not achieved: rate below 1 deg/s at 5")
-    assert "for the first time, but" in verdict["headline"]
+    assert verdict["headline"].startswith("Not achieved: rate first below 1 deg/s at 5")
+    assert "first below" in verdict["headline"]
     never = judge(np.full(len(T), 7.0))["headline"]
     assert never == "Not achieved: rate never below 1 deg/s, 7 deg/s at the end."
 
@@ -101,7 +101,8 @@ def test_a_usual_limit_can_be_kept_but_not_missed():
     verdict = verdict_of(given, goals_of(given), T, {"goal 0": signal}, True)
     assert verdict["done"] is None
     assert verdict["headline"] == (
-        "No limit is named in [mission]; the usual one was not kept: rate never below 0.19 deg/s, "
+        "No verdict (no limits in [mission]). The usual limit was not kept: rate never below 0.19 "
+        "deg/s, "
         "7 deg/s at the end."
     )
     assert verdict_of(given, goals_of(given), T, {"goal 0": 0.01 * signal}, True)["done"]
@@ -125,7 +126,7 @@ def test_without_control_there_is_no_verdict():
     assert goals_of(free) == []
     verdict = verdict_of(free, [], T, {}, True)
     assert verdict["done"] is None and verdict["headline"].startswith("No verdict")
-    assert "not complete" in verdict_of(free, [], T, {}, False)["headline"]
+    assert "did not reach its end" in verdict_of(free, [], T, {}, False)["headline"]
 
 
 def test_a_mission_has_limits_within_the_run():

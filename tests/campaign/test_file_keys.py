@@ -6,7 +6,7 @@ import tomllib
 import pytest
 
 from torquer import validate
-from torquer.campaign.keys import file_schema, file_tables, find
+from torquer.campaign.keys import design_tables, file_schema, file_tables, find
 from torquer.campaign.spec import Campaign
 from torquer.cli.app import answer
 from torquer.control import LAWS
@@ -15,7 +15,7 @@ from torquer.estimation import ESTIMATORS
 from torquer.scenario.keys import UNITS, Table, specs_below, unit_of
 from torquer.scenario.spec import Scenario
 
-TABLES = file_tables()
+TABLES = [*file_tables(), *design_tables()]
 KEYS = [(table.title, key) for table in TABLES for key in table.keys]
 
 
@@ -116,11 +116,19 @@ def test_explain_prints_all_about_a_key(capsys):
     (found,) = json.loads(capsys.readouterr().out)["keys"]
     assert found["unit"] == "A m²" and found["table"] == "spacecraft.coils"
     assert answer(["explain"]) in (0, None)
-    assert len(capsys.readouterr().out.splitlines()) == len(TABLES)
+    assert len(capsys.readouterr().out.splitlines()) == len(file_tables())
+
+
+def test_keys_of_wheel_designs_are_explained_below_design(capsys):
+    assert answer(["explain", "demand"]) in (0, None)
+    shown = capsys.readouterr().out
+    assert shown.startswith("DESIGN.demand\n") and "acceleration_deg_s2" in shown
 
 
 def test_a_misspelt_key_is_answered_with_the_nearest_ones(capsys):
     assert answer(["explain", "altitud_km"]) == 2
     told = capsys.readouterr().err
-    assert told.startswith("error: KEY: must be a key or table of scenario files; received ")
+    assert told.startswith(
+        "error: KEY: must be a key or table of scenario files or wheel designs; received "
+    )
     assert "did you mean altitude_km" in told and "Traceback" not in told

@@ -261,7 +261,7 @@ def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
     steps = {"duration_s": 900.0, "record_s": 20.0}
     adaptive = scenario.replace("simulation", steps)
     made = campaign(adaptive, runs=3)
-    with pytest.warns(OneByOne, match="one by one, not 16 at a time: its steps are its own"):
+    with pytest.warns(OneByOne, match="one by one, not 16 at a time: their steps are adaptive"):
         result = torquer.fly_campaign(adaptive, made)
     alone = torquer.simulate(member_scenario(adaptive, made, 2))
     rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))

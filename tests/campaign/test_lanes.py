@@ -309,7 +309,7 @@ WHEELS = {
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "its steps are its own"),
+        ({"simulation": {"duration_s": 900.0, "record_s": 20.0}}, "their steps are adaptive"),
         ({"spacecraft.wheels": WHEELS}, "wheels"),
     ],
 )

@@ -84,7 +84,9 @@ def test_flying_one_by_one_is_told(call, campaign_file, tmp_path):
     campaign_file.write_text(text.replace("runs = 20", "runs = 2"))
     code, _, err = call("campaign", campaign_file, "--out", tmp_path / "out", "--no-report")
     assert code == 0
-    assert err.startswith("note: members fly one by one, not 16 at a time: its steps are its own")
+    assert err.startswith(
+        "note: members fly one by one, not 16 at a time: their steps are adaptive"
+    )
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ def test_tables(call):
     assert (code, err) == (0, "")
     assert "14 vertices, 24 edges, 12 faces" in out
     assert "Rate, deg/s" in out and "0.1849" in out
-    assert "80.5, 45.5" in out and "0 + 1" in out and "pseudo-inv." in out
+    assert "alpha 80.5, beta 45.5" in out and "0 + 1" in out and "pseudo-inv." in out
     assert max(map(len, out.splitlines())) <= 110
 
 
@@ -32,6 +32,49 @@ def test_pictures_and_page(call, tmp_path):
     names = ["accumulation.png", "envelope.png", "failures.png", "wheels.html"]
     assert sorted(path.name for path in out_dir.iterdir()) == names
     assert "envelope.png" in out.splitlines()[-1]
+
+
+def test_a_sweep_is_a_table_and_a_picture(call, tmp_path, strict_json):
+    code, out, err = call("wheels", EXAMPLE, "--sweep", "alpha_deg=60:88:15", "--out", tmp_path)
+    assert (code, err) == (0, "") and (tmp_path / "sweep.png").stat().st_size > 10_000
+    assert "highest guaranteed rate of the sweep: 0.1849 deg/s at alpha_deg = 80.51" in out
+    assert max(map(len, out.splitlines()[:-2])) <= 110
+    code, out, err = call("wheels", EXAMPLE, "--sweep", "alpha_deg=60:88:15", "--json")
+    points = strict_json(out)["sweep"]["points"]
+    assert len(points) == 16 and points[0]["alpha_deg"] == 60.0
+
+
+@pytest.mark.parametrize(
+    ("asked", "told"),
+    [
+        ("gamma_deg=20:80", "must be ANGLE=FROM:TO, such as alpha_deg=20:85 or"),
+        ("alpha_deg", "must be ANGLE=FROM:TO"),
+        ("alpha_deg=a:80", "must have numbers"),
+        ("alpha_deg=80:20", "must rise within 0 to 90 deg; received 'alpha_deg=80:20'"),
+        ("alpha_deg=20:90", "must rise within 0 to 90 deg"),
+        ("alpha_deg=20:80:1", "must have 2 to 1001 points; received 1"),
+    ],
+)
+def test_a_mistaken_sweep_is_one_line(call, asked, told):
+    code, out, err = call("wheels", EXAMPLE, "--sweep", asked)
+    assert (code, out) == (2, "") and err.startswith(f"error: --sweep: {told}")
+    assert err.count("\n") == 1
+
+
+def test_axes_cannot_be_swept(call, tmp_path):
+    file, text = tmp_path / "axes.toml", EXAMPLE.read_text()
+    layout = 'layout = { kind = "four_sided_pyramid", alpha_deg = 80.5, beta_deg = 45.5 }'
+    file.write_text(text.replace(layout, 'layout = { kind = "orthogonal" }'))
+    code, _, err = call("wheels", file, "--sweep", "alpha_deg=20:80")
+    assert code == 2 and "must name an angle of the layout; orthogonal has none" in err
+
+
+def test_an_acceleration_needs_torques(call, tmp_path):
+    file = tmp_path / "no_torque.toml"
+    file.write_text(EXAMPLE.read_text().replace("torque_limit_n_m = 0.2", ""))
+    code, _, err = call("wheels", file)
+    assert code == 2
+    assert "wheels.torque_limit_n_m: must be given with demand.acceleration_deg_s2" in err
 
 
 def test_mistakes_are_one_line(call, tmp_path):

@@ -224,7 +224,7 @@ def kind_of(name: str, values: xr.Variable) -> str:
     """The name on the page; "" for a log, whose name is the law's."""
     if "flag_meanings" in values.attrs:
         return "mode_REGION"
-    return "" if values.attrs.get("long_name", "").startswith("log of") else name
+    return "" if ", logged by " in values.attrs.get("long_name", "") else name
 
 
 def test_every_variable_of_a_result_is_described(detumble, flown, switched, estimated):

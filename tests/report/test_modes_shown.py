@@ -162,7 +162,7 @@ def test_the_report_has_diagram_strips_and_table(switched, view, tmp_path):
     section = re.search(r'<section class="card" id="modes">.*?</section>', text, re.S)[0]
     data = re.search(r"data:image/svg\+xml;base64,([^\"]+)", section)[1]
     ElementTree.fromstring(base64.b64decode(data))
-    cells = re.findall(r"<td>(.*?)</td>", section)
+    cells = re.findall(r"<td[^>]*>(.*?)</td>", section)
     states = cells[0::4]
     assert states == ["detumble", "hold", "safe", "day", "night"]
     hold_s = state_uses(switched)["task"]["hold"].last_entered_s

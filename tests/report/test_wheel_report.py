@@ -43,7 +43,7 @@ def test_published_numbers_are_in_the_report(report):
     assert [round(case["worst_rate_deg_s"], 3) for case in singles] == [0.092] * 4
     assert len(report["failures"]) == 1 + 4 + 6
     by_name = {row["name"]: row for row in report["layouts"]}
-    assert by_name["balanced rates"]["angles"] == "80.5, 45.5"
+    assert by_name["balanced rates"]["angles"] == "alpha 80.5, beta 45.5"
     assert by_name["minimum momentum"]["norm_n_m_s"] == pytest.approx(0.5 * (4.6 + 4.6 + 29.6))
 
 

@@ -13,7 +13,7 @@ WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s"
 HELD = {"control.sample_s": 2.0, "spacecraft.coils.lag_s": 0.5}
 
 
-def law(kind="bdot", gain=1e4, **more):
+def law(kind="bdot", gain=3e4, **more):
     return {"control.law": {"kind": kind, "gain_a_m2_s_per_t": gain, **more}}
 
 
@@ -154,6 +154,16 @@ def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(told):
     for sign, side in ((1.0, "above"), (-1.0, "near")):
         (note,) = told(law(), HELD, frame, rate(sign * limit))
         assert f"deg/s is {side} the" in note
+
+
+def test_too_low_a_gain_is_told_from_an_e_fold_of_a_day_on(make, told):
+    least = float(make().spacecraft.body.principal()[0][0])
+    weakest = least / (86400.0 * 5e-5**2)
+    assert told(law(gain=1.01 * weakest)) == []
+    (note,) = told(law(gain=0.99 * weakest))
+    assert note.startswith(f"the gain of {0.99 * weakest:.3g} A m^2 s/T takes 24.2 h or more")
+    (note,) = told(law(gain=1.01 * weakest), WINDOW)  # coils act for a third of the time
+    assert "takes 71.3 h or more" in note
 
 
 @pytest.mark.parametrize(

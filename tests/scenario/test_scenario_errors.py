@@ -77,7 +77,8 @@ CASES = [
     ({"control": {"laws": {"field": {"kind": "scheme"}}}},
      f"control.laws.field.kind: must be one of {', '.join(LAWS)}; received 'scheme'"),
     ({"control.estimator": {"kind": "kalman"}},
-     f"control.estimator.kind: must be one of {', '.join(ESTIMATORS)}; received 'kalman'"),
+     f"control.estimator.kind: must be one of {', '.join(ESTIMATORS)}; received 'kalman' "
+     "(did you mean kalman_gyro?)"),
     ({"control.estimators": {"law": {"kind": 3}}},
      f"control.estimators.law.kind: must be one of {', '.join(ESTIMATORS)}; received 3"),
     # sensors at a rate of their own

@@ -28,6 +28,10 @@ SLIPS = [
       "control.actuate_s": 2.0}, ["longer than the 2 s"]),
     ({"spacecraft.coils.axes": [[1, 0, 0], [0, 1, 0]]}, []),  # two coils are meant to be two
     ({"spacecraft.coils": None, BODY: [3e5, 3e5, 1e5]}, []),
+    ({"spacecraft.magnetometer.noise_nt": 1e-7}, ["noise_nt of 1e-07 nT is below that of any"]),
+    ({"spacecraft.magnetometer.noise_nt": 0.0}, []),
+    ({"spacecraft.magnetometer.range_nt": 1e4}, ["range_nt of 10000 nT is exceeded on this orbit"]),
+    ({"spacecraft.magnetometer.range_nt": 7e4}, []),
 ]  # fmt: skip
 
 

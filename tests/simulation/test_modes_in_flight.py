@@ -199,7 +199,7 @@ def telling(inputs, parameters, memory):
 def test_the_result_has_what_laws_log(make):
     result = flown(make, timed(work={"laws": ["own"]}, rest={}), {"own": telling})
     calls = result["own.calls"]
-    assert calls.attrs == {"units": "1", "long_name": "log of law telling"}
+    assert calls.attrs == {"units": "1", "long_name": "own.calls, logged by law telling"}
     t = result.time.values[:-1]
     assert np.array_equal(calls.values[:-1], np.minimum(t, 59.0) + 1.0)  # after that of the step
     assert result["own.leaky"].dims == ("time", "axis")

@@ -63,6 +63,8 @@ def _of_steps(result) -> dict:
         error = float(np.degrees(result["integration_error_measured"]))
         measured = {"integration_error_measured_deg": error}
     if "integration_error" in result:
+        if not float(result["steps"]):
+            return measured
         return measured | {
             "integration_error_deg": float(np.degrees(result["integration_error"])),
             "mean_step_s": float(result["mean_step"]),

@@ -187,7 +187,7 @@ VARIABLES = (
 
 #: Logs: their names, dimensions and units are those that laws and estimators declare.
 LOGS = (
-    "What laws and estimators log is recorded as `KEY_NAME` over `time` (vectors over `time`, "
+    "What laws and estimators log is recorded as `KEY.NAME` over `time` (vectors over `time`, "
     "`axis`), by the name in their `log`, with the unit that they give."
 )
 

@@ -86,12 +86,12 @@ def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[s
 
 def _headline(judged: list[dict], done, settled, complete: bool) -> str:
     if not complete:
-        return "The run is not complete: there is no verdict yet."
+        return "No verdict: the run did not reach its end."
     if not judged:
         return f"No verdict: the scenario names no limits in {NAMED}, and its laws imply none."
     if done is None:
         failures = "; ".join(_failure(each) for each in judged if not each["done"])
-        return f"No limit is named in {NAMED}; the usual one was not kept: {failures}."
+        return f"No verdict (no limits in {NAMED}). The usual limit was not kept: {failures}."
     if done:
         what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
         return f"Achieved: {what} from {clock_text(settled)} to the end."
@@ -104,7 +104,7 @@ def _failure(each: dict) -> str:
         return f"{signal} never below {limit}, {final} at the end"
     if each["stays_from_s"] is None:
         first = clock_text(each["first_s"])
-        return f"{signal} below {limit} at {first} for the first time, but {final} at the end"
+        return f"{signal} first below {limit} at {first}, but {final} at the end"
     late, wanted = clock_text(each["stays_from_s"]), clock_text(each["within_s"])
     return f"{signal} below {limit} from {late} only, later than {wanted}"
 

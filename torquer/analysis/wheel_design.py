@@ -103,8 +103,8 @@ def _turns(envelope: Envelope, inertia):
     )
 
 
-def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
-    """Share of the envelope that each demand takes: met up to 1."""
+def demand_shares(design: WheelDesign, array: WheelArray, inertia) -> dict[str, float]:
+    """Share of the envelope that each demand takes: met up to 1, infinite if unreachable."""
     demand, held = design.demand, momentum_envelope(array)
     shares = {}
     if demand.rate_deg_s is not None:
@@ -114,8 +114,13 @@ def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
         shares["acceleration"] = greatest_share(torque_envelope(array), needed)
     if demand.momentum_n_m_s is not None:
         shares["momentum"] = greatest_share(held, Box(np.array(demand.momentum_n_m_s)))
+    return shares
+
+
+def _demand(design: WheelDesign, array: WheelArray, inertia) -> dict:
     return {
-        name: {"share": _finite(share), "met": bool(share <= 1.0)} for name, share in shares.items()
+        name: {"share": _finite(share), "met": bool(share <= 1.0)}
+        for name, share in demand_shares(design, array, inertia).items()
     }
 
 
@@ -155,7 +160,7 @@ def half_spaces(array: WheelArray, method: str) -> np.ndarray:
     return normals / np.maximum(bounds, 1e-300)[:, None]
 
 
-def _saturation_h(array: WheelArray, growth: Growth | None, method="minimax") -> float | None:
+def saturation_h(array: WheelArray, growth: Growth | None, method="minimax") -> float | None:
     """Hours; None for never, or without data on accumulation."""
     if growth is None:
         return None
@@ -177,7 +182,7 @@ def _failures(design, array: WheelArray, inertia, growth) -> list[dict]:
                 "worst_rate_deg_s": math.degrees(case.worst_rate_rad_s),
                 "worst_acceleration_deg_s2": None if worst is None else math.degrees(worst),
                 "demand_met": all(share is not None and share <= 1.0 for share in shares),
-                "saturation_h": _saturation_h(left, growth),
+                "saturation_h": saturation_h(left, growth),
             }
         )
     return cases
@@ -190,7 +195,8 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
     body's.
     """
     array = design.wheels.array()
-    found, count = [("given", "", np.array(array.axes))], array.count
+    label, count = _angles_of(design.wheels.layout), array.count
+    found = [("given", label, np.array(array.axes))]
     if _only_given(array):
         return found
     moments, turn = _principal(np.array(design.body.inertia_kg_m2))
@@ -205,6 +211,13 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
         least = angles.least_four_sided if count == 4 else angles.least_regular
         found.append(("minimum momentum", *_pyramid(count, least(design.demand.momentum_n_m_s))))
     return [*found, ("maximum volume", *_greatest_volume(count))]
+
+
+def _angles_of(given) -> str:
+    """The angles of a layout in words; its kind where it has none."""
+    angles = (key for key in type(given).model_fields if key.endswith("_deg"))
+    told = ", ".join(f"{key.removesuffix('_deg')} {getattr(given, key):.1f}" for key in angles)
+    return told or given.kind
 
 
 def _only_given(array: WheelArray) -> str | None:
@@ -242,14 +255,15 @@ def _pyramid(count: int, parameters) -> tuple[str, np.ndarray]:
     """Angles in words, and axes, of a pyramid: four-sided for four wheels, else regular."""
     given = np.atleast_1d(parameters)
     if count == 4:
-        return f"{given[0]:.1f}, {given[1]:.1f}", layout.four_sided_pyramid(*given)
-    return f"{given[0]:.1f}", layout.regular_pyramid(count, given[0])
+        label = f"alpha {given[0]:.1f}, beta {given[1]:.1f}"
+        return label, layout.four_sided_pyramid(*given)
+    return f"gamma {given[0]:.1f}", layout.regular_pyramid(count, given[0])
 
 
 def _greatest_volume(count: int) -> tuple[str, np.ndarray]:
     if count < 6:
         regular = layout.regular_pyramid(count, angles.GREATEST_VOLUME_DEG)
-        return f"{angles.GREATEST_VOLUME_DEG:.1f}", regular
+        return f"gamma {angles.GREATEST_VOLUME_DEG:.1f}", regular
     if count == 6:
         return "icosahedral", layout.icosahedral()
     return "by search", search.greatest_volume(count).axes
@@ -272,7 +286,7 @@ def _layouts(design: WheelDesign, array: WheelArray, inertia, growth) -> list[di
                 "worst_rate_deg_s": math.degrees(worst_case(envelope, inertia).rate),
                 "norm_n_m_s": greatest_norm(works, box) if box and reached else None,
                 "wheel_n_m_s": greatest_momentum(works, box) if box and reached else None,
-                **{f"saturation_{m}_h": _saturation_h(other, growth, m) for m in METHODS},
+                **{f"saturation_{m}_h": saturation_h(other, growth, m) for m in METHODS},
             }
         )
     return rows
@@ -294,5 +308,5 @@ def _accumulation(array: WheelArray, growth: Growth) -> dict:
         "along_normal_n_m_s_per_day": along,
         "across_normal_n_m_s_per_day": float(np.linalg.norm(gain - along * held.normal)),
         "cyclic_n_m_s": _by_axis(cyclic_bounds(mean, held.normal, held.rate_rad_s)),
-        **{f"saturation_{m}_h": _saturation_h(array, growth, m) for m in METHODS},
+        **{f"saturation_{m}_h": saturation_h(array, growth, m) for m in METHODS},
     }

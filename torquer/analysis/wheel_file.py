@@ -41,27 +41,34 @@ class WheelsError(ValueError):
 
 
 class Demand(Spec):
-    """What is wanted: a rate and an acceleration about every axis, greatest momenta by axis."""
+    """What the array must be able to do."""
 
     rate_deg_s: float | None = Field(default=None, gt=0.0)
+    """Rate about every axis, from rest."""
     acceleration_deg_s2: float | None = Field(default=None, gt=0.0)
+    """Angular acceleration about every axis; needs `wheels.torque_limit_n_m`."""
     momentum_n_m_s: tuple[Limit, Limit, Limit] | None = None
+    """Greatest momentum to be stored along x1, x2, x3, in all combinations."""
 
 
 class Accumulation(Spec):
-    """A kept attitude on a circular orbit: x1 along the motion, x3 along the orbit normal, x2 down.
+    """Momentum build-up in an attitude held on a circular orbit.
 
-    `offset_deg`: by how much the body stands off it, turns about x1, x2, x3. `density_kg_m3`: of
-    the air, mean over the orbit, for `parts` as the air sees them. With `inclination_deg` the air
-    turns with the Earth, without it rests. `push_n_m`: any other constant torque.
+    x1 is along the motion, x3 along the orbit normal, x2 down.
     """
 
     altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
+    """Altitude above the equatorial radius."""
     inclination_deg: float | None = Field(default=None, ge=0.0, le=180.0)
+    """Inclination; the atmosphere rotates with the Earth. Left out: it is at rest."""
     offset_deg: Vector = (0.0, 0.0, 0.0)
+    """Offset of the attitude, rotations about x1, x2, x3."""
     push_n_m: Vector = (0.0, 0.0, 0.0)
+    """Any other constant torque in body axes."""
     density_kg_m3: float = Field(default=0.0, ge=0.0)
+    """Mean density of the atmosphere over the orbit, for `parts`."""
     parts: tuple[AnyPart, ...] = ()
+    """Surfaces that the atmosphere acts on."""
 
     @model_validator(mode="after")
     def _air_meets_something(self):
@@ -92,19 +99,34 @@ class Accumulation(Spec):
 
 
 class WheelDesign(Spec):
-    """A wheel array on a satellite, and what is wanted of it."""
+    """A wheel array on a satellite, and what it must be able to do."""
 
     name: str = Field(default="wheels", pattern=r"^\w[\w.-]*$")
+    """Name of the design; left out: that of the file."""
     description: str = ""
+    """What the design is for, in a sentence."""
     wheels: Wheels
+    """The array: layout and limits."""
     body: Body
+    """Inertia of the satellite."""
     demand: Demand = Demand()
+    """What the array must be able to do."""
     accumulation: Accumulation | None = None
+    """Attitude and disturbances, for the time to saturation; left out: not computed."""
 
     @model_validator(mode="after")
     def _some_wheel_works(self):
         if len(self.wheels.lost) == self.wheels.array().count:
             raise ValueError(f"wheels.lost: must leave a wheel; received {self.wheels.lost}")
+        return self
+
+    @model_validator(mode="after")
+    def _accelerations_have_torques(self):
+        if self.demand.acceleration_deg_s2 is not None and self.wheels.torque_limit_n_m is None:
+            raise ValueError(
+                "wheels.torque_limit_n_m: must be given with demand.acceleration_deg_s2; received "
+                "none"
+            )
         return self
 
 

@@ -1,9 +1,10 @@
-"""All keys of a scenario's file, those of its campaign among them: their tables, their schema."""
+"""All keys of files, of scenarios with their campaigns and of wheel designs: tables, schema."""
 
 import difflib
 import re
 from functools import cache
 
+from torquer.analysis.wheel_file import WheelDesign
 from torquer.campaign.spec import Campaign
 from torquer.scenario.keys import Key, Table, describe, tables_of
 from torquer.scenario.load import scenario_schema
@@ -16,6 +17,24 @@ PLACE = "campaign"
 def file_tables() -> list[Table]:
     """All tables of a file."""
     return [*tables_of(Scenario), *tables_of(Campaign, PLACE)]
+
+
+@cache
+def design_tables() -> list[Table]:
+    """All tables of a file of `torquer wheels`."""
+    return tables_of(WheelDesign)
+
+
+@cache
+def _all_tables() -> list[Table]:
+    """Those of scenario files, and those that only wheel designs have, below DESIGN."""
+    known = {(table.kind, table.about) for table in file_tables()}
+    own = [
+        table._replace(places=[f"DESIGN.{place}".rstrip(".") for place in table.places])
+        for table in design_tables()
+        if (table.kind, table.about) not in known
+    ]
+    return [*file_tables(), *own]
 
 
 def file_schema() -> dict:
@@ -41,26 +60,29 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
     asked = _words(name)
     keys = [
         (table, key)
-        for table in file_tables()
+        for table in _all_tables()
         for key in table.keys
         if any(_ends_with(_words(f"{place}.{key.name}"), asked) for place in table.places)
     ]
     tables = [
         table
-        for table in file_tables()
+        for table in _all_tables()
         if [table.kind] == asked
         or any(place and _ends_with(_words(place), asked) for place in table.places)
     ]
     if not tables and not keys:
         near = difflib.get_close_matches(asked[-1] if asked else "", _known(), n=3, cutoff=0.7)
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
-        raise ValueError(f"KEY: must be a key or table of scenario files; received {name!r}{hint}")
+        raise ValueError(
+            "KEY: must be a key or table of scenario files or wheel designs; received "
+            f"{name!r}{hint}"
+        )
     return tables, keys
 
 
 def _known() -> list[str]:
-    keys = [key.name for table in file_tables() for key in table.keys]
-    kinds = [table.kind for table in file_tables() if table.kind]
+    keys = [key.name for table in _all_tables() for key in table.keys]
+    kinds = [table.kind for table in _all_tables() if table.kind]
     return list(dict.fromkeys([*keys, *kinds]))
 
 

@@ -40,7 +40,10 @@ def load_campaign(path) -> tuple[Scenario, Campaign]:
     data = {"name": name_after(path), **data_of(text_of(path, "scenario"), "scenario")}
     scenario = scenario_from_data(data, path.parent)
     if "campaign" not in data:
-        raise ScenarioError("campaign: must be given; received nothing")
+        raise ScenarioError(
+            "campaign: must be given, a table [campaign] with runs, vary and outcomes; received "
+            "nothing (`torquer explain campaign`; example: examples/tip_off_campaign.toml)"
+        )
     return scenario, campaign_from_data(data["campaign"], scenario)
 
 

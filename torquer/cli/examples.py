@@ -82,6 +82,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "wheels": (
         "torquer wheels examples/wheels/foton.toml",
         "torquer wheels examples/wheels/foton.toml --out runs/wheels",
+        "torquer wheels examples/wheels/foton.toml --sweep alpha_deg=40:88 --out runs/wheels",
     ),
 }
 

@@ -21,13 +21,17 @@ def wheels(
     out: Annotated[
         Path | None, Parameter(help="Folder for pictures and the page [none are made].")
     ] = None,
+    sweep: Annotated[
+        str | None,
+        Parameter(help="Sweep an angle of the layout: gamma_deg=20:85, or with points: =20:85:14."),
+    ] = None,
     json: Json = False,
 ) -> int:
     """Capability of the array in the file DESIGN, with up to two failed wheels; saturation.
 
     With --out also envelope.png, failures.png, accumulation.png and wheels.html, an interactive
-    view of the envelope.
+    view of the envelope. With --sweep also a table over the angle, and sweep.png.
     """
     from torquer.cli import wheels_work as work
 
-    return work.show(design, out, json)
+    return work.show(design, out, json, sweep)

@@ -7,37 +7,50 @@ from rich.table import Table
 
 from torquer.analysis.wheel_design import report_of
 from torquer.analysis.wheel_file import load_wheels
+from torquer.analysis.wheel_sweep import Sweep, as_plain, sweep_of
 from torquer.cli.output import json_text, make_writable, table_console, writing_to
-from torquer.report.wheels.tables import failure_rows, layout_rows, summary_rows
+from torquer.report.wheels.tables import (
+    best_in_words,
+    failure_rows,
+    layout_rows,
+    summary_rows,
+    sweep_rows,
+)
 
 #: Width of the tables where the output is not a terminal.
 _WIDTH = 110
 
 
-def show(path: Path, out: Path | None, as_json: bool) -> int:
+def show(path: Path, out: Path | None, as_json: bool, sweep: str | None = None) -> int:
     """Print the report on a design; draw it if a folder is given."""
     design = load_wheels(path)
+    swept = None if sweep is None else sweep_of(design, sweep)
     if out is not None:
         make_writable(out)
     report = report_of(design)
-    made = [] if out is None else _draw(design, report, out)
+    made = [] if out is None else _draw(design, report, swept, out)
     if as_json:
-        print(json_text(report))
+        print(json_text(report | ({"sweep": as_plain(swept)} if swept else {})))
         return 0
     screen = table_console(_WIDTH)
     for table in tables(report):
         screen.print(table)
+    if swept:
+        screen.print(_table(*sweep_rows(swept), left=0))
+        print(best_in_words(swept))
     if made:
         print(f"{out}: {', '.join(made)}")
     return 0
 
 
-def _draw(design, report: dict, out: Path) -> list[str]:
+def _draw(design, report: dict, swept: Sweep | None, out: Path) -> list[str]:
     from torquer.report.wheels.page import write_page
     from torquer.report.wheels.pictures import draw_all
+    from torquer.report.wheels.sweep import draw_sweep
 
     with writing_to(out):
         made = draw_all(design, report, out)
+        made += [draw_sweep(design, swept, out / "sweep.png")] if swept else []
         return [path.name for path in (*made, write_page(design, report, out / "wheels.html"))]
 
 

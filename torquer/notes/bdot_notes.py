@@ -19,6 +19,7 @@ from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.theory.gains import (
     MOST_LAG,
     Sampling,
+    bdot_gain,
     bdot_greatest_gain,
     damping_efficiency,
     driven_rate_rad_s,
@@ -32,6 +33,7 @@ _STRONG_FIELD_T = 5e-5
 _NEAR = 0.85
 #: The part of a dipole that may come back as a command by way of the magnetometer.
 _HEARD = 0.05
+_DAY_S = 86400.0
 _BDOT = (Bdot, BdotRate, BdotDerivative, BdotModel)
 _NUTATION = (NutationDamping, NutationDampingRate, NutationDampingDerivative)
 _DIFFERENCES = (Bdot, NutationDamping)
@@ -65,6 +67,7 @@ def _notes_on(scenario: Scenario, use: Use) -> list[str]:
         notes += _own_dipole_notes(scenario, law, use)
     if isinstance(law, _BDOT):
         notes += _gain_notes(scenario, law, use)
+        notes += _weak_gain_notes(scenario, use) if use.at_start else []
     return notes
 
 
@@ -172,9 +175,9 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
         return []  # such coils follow no command
     if not sampling.is_in_step:
         return []
-    moments, _ = scenario.spacecraft.body.principal()
+    least = float(scenario.spacecraft.body.principal()[0][0])
     greatest = bdot_greatest_gain(
-        float(moments[0]), _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,
+        least, _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,
         lag_s=sampling.lag_s, measure_s=sampling.measure_s,
     )  # fmt: skip
     if gain <= greatest:
@@ -183,6 +186,21 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
     return [
         f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
         f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
+    ]
+
+
+def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
+    """A gain with which not even the least moment of inertia is braked e-fold in a day."""
+    control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
+    least = float(scenario.spacecraft.body.principal()[0][0])
+    duty = control.actuate_s / control.cycle_s if control.actuate_s else 1.0
+    e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=duty) / gain
+    duration_s = scenario.steps() * scenario.grid_s
+    if e_fold_s <= max(duration_s, _DAY_S):
+        return []
+    return [
+        f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to brake the "
+        f"rate e-fold, the run {duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
     ]
 
 

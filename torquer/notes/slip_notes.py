@@ -16,6 +16,8 @@ _LEAST_DEG_S_A_DAY = 0.05
 #: Cosine of the angle from which two coils count as parallel, 1 deg.
 _PARALLEL = math.cos(math.radians(1.0))
 _DAY_S = 86400.0
+#: Noise [nT] of the best magnetometers; less is a number in another unit.
+_QUIETEST_NT = 1e-3
 
 
 def slip_notes(scenario: Scenario) -> list[str]:
@@ -25,6 +27,7 @@ def slip_notes(scenario: Scenario) -> list[str]:
         *_inertia_notes(scenario),
         *_axis_notes(scenario),
         *_lag_notes(scenario),
+        *_magnetometer_notes(scenario),
     ]
 
 
@@ -83,3 +86,23 @@ def _lag_notes(scenario: Scenario) -> list[str]:
         f"spacecraft.coils.lag_s of {coils.lag_s:g} s is longer than the {held_s:g} s for which a "
         "command is held: the coils never reach the commanded dipole"
     ]
+
+
+def _magnetometer_notes(scenario: Scenario) -> list[str]:
+    """A range that the field exceeds, and noise that no magnetometer has."""
+    sensor, notes = scenario.spacecraft.magnetometer, []
+    if 0.0 < sensor.noise_nt < _QUIETEST_NT:
+        notes.append(
+            f"spacecraft.magnetometer.noise_nt of {sensor.noise_nt:g} nT is below that of any "
+            f"magnetometer: is it in tesla ({sensor.noise_nt * 1e9:g} nT)?"
+        )
+    around = scenario.surroundings()
+    duration_s = scenario.steps() * scenario.grid_s
+    t_s = np.linspace(0.0, min(scenario.orbit.period_s, duration_s), 50)
+    greatest_nt = 1e9 * float(np.linalg.norm(around.sample(t_s)[:, 3:6], axis=1).max())
+    if sensor.range_nt < greatest_nt:
+        notes.append(
+            f"spacecraft.magnetometer.range_nt of {sensor.range_nt:g} nT is exceeded on this "
+            f"orbit, where the field reaches {greatest_nt:.3g} nT: readings will saturate"
+        )
+    return notes

@@ -1,5 +1,6 @@
 """What pydantic found wrong with a scenario, in the user's words: key, what must hold, received."""
 
+import difflib
 import json
 import re
 
@@ -145,7 +146,9 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
         given = mistake["input"].get("kind")
         received = "nothing" if given is None else _shown(given)
         known = _kinds_at(keys) or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
-        return f"{key}.kind: must be one of {', '.join(known)}; received {received}"
+        near = difflib.get_close_matches(str(given), known, 1)
+        told = f" (did you mean {near[0]}?)" if near else ""
+        return f"{key}.kind: must be one of {', '.join(known)}; received {received}{told}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 

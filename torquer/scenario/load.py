@@ -88,6 +88,8 @@ def _within_levels(data: dict) -> bool:
 
 def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
     """The scenario of what a TOML text holds, as plain data."""
+    if {"wheels", "body"} <= data.keys() and "spacecraft" not in data:
+        raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
     data = _with_presets(_without_campaign(data), ())
     _find_law_files(data, folder)
     try:

@@ -55,13 +55,13 @@ class Pieces:
 def why_not_in_lanes(run: Run) -> str:
     """Why a run cannot be flown beside others; "" if it can."""
     if not isinstance(run.integrator, Rk4):
-        return "its steps are its own: members in lanes share those of RK4 (simulation.step_s)"
+        return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
     for has, what in (
         (run.scenario.spacecraft.wheels is not None, "wheels"),
         (not run.blocks.compiled, "a law in plain Python"),
     ):
         if has:
-            return f"it has {what}"
+            return f"they have {what}"
     return ""
 
 

@@ -126,7 +126,10 @@ def logged(run: Run, record: Record) -> dict:
     variables, at = {}, 0
     for name, block, unit, cells in log_of(run.blocks):
         values, at = record.log[:, at : at + len(cells)], at + len(cells)
-        attributes = {"units": unit, "long_name": f"log of {block.kind.name} {block.name}"}
+        attributes = {
+            "units": unit,
+            "long_name": f"{name}, logged by {block.kind.name} {block.name}",
+        }
         vector = len(cells) == 3
         dims = ("time", "axis") if vector else ("time",)
         if len(cells) in (1, 3):

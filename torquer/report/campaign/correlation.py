@@ -142,8 +142,8 @@ def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
         top += height
         axes.tick_params(labelbottom=top > sum(heights))
     axes.set_xlabel("Spearman's rank correlation", fontsize=SMALL)
-    foot(figure, f"grey: as great as {chance:.2g}, which one in "
-                 f"{1.0 / (1.0 - summary['confidence']):.3g} is by chance")  # fmt: skip
+    foot(figure, f"grey band: up to {chance:.2g}, which one in "
+                 f"{1.0 / (1.0 - summary['confidence']):.3g} exceeds by chance")  # fmt: skip
     return figure
 
 

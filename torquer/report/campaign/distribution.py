@@ -5,6 +5,7 @@ import math
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from torquer.campaign.contents import missing_as_worst, table_of
 from torquer.campaign.summary import with_unit
@@ -25,7 +26,8 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     known = values[np.isfinite(values)]
     condition = (table_of(result).get("success") or {}).get(name)
     edges = bins(known)
-    upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0)
+    upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
+    upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     upper.set_ylabel("members", fontsize=SMALL)
     lower.plot(*steps(values), color=BLUE, lw=1.4, drawstyle="steps-post")
     lower.set_ylabel("share of members", fontsize=SMALL)
@@ -34,12 +36,19 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     for axes in (upper, lower):
         quiet(axes)
         axes.set_xscale("log" if is_wide(known) else "linear")
-        axes.set_xlim(edges[0], edges[-1])
+        axes.set_xlim(edges[0], _right_end(axes, edges))
         _mark(axes, each, condition)
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
-    foot(figure, _words(each, condition))
+    foot(figure, _words(each, condition, axes.get_xlim()))
     return figure
+
+
+def _right_end(axes, edges) -> float:
+    """Some way beyond the last member, whose step of the distribution function shows then."""
+    if axes.get_xscale() == "log":
+        return float(edges[-1] * (edges[-1] / edges[0]) ** 0.02)
+    return float(edges[-1] + 0.02 * (edges[-1] - edges[0]))
 
 
 def bins(known: np.ndarray) -> np.ndarray:
@@ -80,8 +89,16 @@ def _name_quantiles(axes, each: dict) -> None:
                   fontsize=SMALL - 1, color=INK)  # fmt: skip
 
 
-def _words(each: dict, condition: dict | None) -> str:
-    text = "orange: percentiles; dashed: mean" + (
-        "; green: condition of success" if condition else ""
-    )
-    return text + (f"; {each['missing']} members without a value" if each["missing"] else "")
+def _words(each: dict, condition: dict | None, shown: tuple[float, float]) -> str:
+    words = ["orange: percentiles", "dashed: mean"]
+    levels = [level for level in (condition or {}).values() if level is not None]
+    if any(shown[0] < level < shown[1] for level in levels):
+        words.append("green: condition of success")
+    words += [
+        f"condition of success ({level:.4g}) outside the axis"
+        for level in levels
+        if not shown[0] < level < shown[1]
+    ]
+    if each["missing"]:
+        words.append(f"{each['missing']} members without a value")
+    return "; ".join(words)

@@ -24,9 +24,9 @@ def budget_table(budget: Budget) -> tuple[str, list[tuple[str, ...]]]:
 
 
 def _shown(number: float) -> str:
-    """Three digits; what is below a thousandth in words."""
-    if 0.0 < abs(number) < 1e-3:
-        return "<0.001" if number > 0.0 else ">-0.001"
+    """Three digits, and no more than three decimals."""
+    if 0.0 < abs(number) < 5e-4:
+        return "0.000"
     return f"{number:.3g}"
 
 

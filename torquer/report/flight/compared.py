@@ -107,13 +107,25 @@ def _numbered(rows: list[tuple[str, str]]) -> dict[tuple[str, int], str]:
 def _figure(compared: Comparison) -> Figure:
     views = [view_of(result) for result in compared.results]
     longest = max(views, key=lambda view: view.end_s)
-    panels = _panels(compared.names, views)
+    panels = _panels(_labels(compared), views)
     height = _HEAD + len(panels) * (_PANEL + _BETWEEN) - _BETWEEN + _UNDER
     figure = sheet(_WIDE, height, " · ".join(compared.names))
     for k, panel in enumerate(panels):
         top = _HEAD + k * (_PANEL + _BETWEEN)
         draw_panel(place(figure, _LEFT, top, _WIDE - _LEFT - 0.3, _PANEL), longest, panel)
     return figure
+
+
+def _labels(compared: Comparison) -> list[str]:
+    """Names for the legend; with the value where a single key differs."""
+    if len(compared.changed) != 1:
+        return list(compared.names)
+    ((key, values),) = compared.changed.items()
+    told = f"{key.rpartition('.')[2]} "
+    return [
+        f"{name}: {told}{value:g}" if isinstance(value, int | float) else name
+        for name, value in zip(compared.names, values, strict=True)
+    ]
 
 
 def _panels(names, views: list[View]) -> list[Panel]:

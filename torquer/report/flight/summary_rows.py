@@ -1,5 +1,6 @@
 """The summary as rows of a table: label, value, unit."""
 
+from torquer.analysis.verdict import clock_text
 from torquer.control.modes.spec import MAIN
 
 _ROWS = (
@@ -57,7 +58,8 @@ def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
     verdict = summary["verdict"]
     rows = [("Verdict", verdict["headline"])]
     for goal in verdict["goals"]:
-        label = f"{goal['signal'].capitalize()} below {goal['below']:.4g} {goal['unit']}"
+        signal = goal["signal"][0].upper() + goal["signal"][1:]
+        label = f"{signal} below {goal['below']:.4g} {goal['unit']}"
         rows += [
             (f"{label}: first at", time_or_never(goal["first_s"])),
             ("  stays below from", time_or_never(goal["stays_from_s"])),
@@ -86,10 +88,14 @@ def time_or_never(t_s: float | None) -> str:
 
 def _shown(value, key: str, unit: str) -> str:
     if value is None:
-        return "coil power not given" if key == "coil_energy_j" else "not reached in this run"
+        return (
+            "spacecraft.coils.power_at_limit_w not given"
+            if key == "coil_energy_j"
+            else "not reached in this run"
+        )
     if unit == "%":
         return f"{100.0 * value:.4g} %"
     whole = isinstance(value, int) or (unit == "s" and value >= 1000.0)
     shown = f"{value:.0f} {unit}" if whole else f"{value:.4g} {unit}"
-    minutes = f" ({value / 60.0:.1f} min)" if unit == "s" and value >= 600.0 else ""
-    return shown.rstrip() + minutes
+    longer = f" ({clock_text(value)})" if unit == "s" and value >= 600.0 else ""
+    return shown.rstrip() + longer

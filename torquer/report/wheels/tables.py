@@ -1,6 +1,10 @@
 """The report on a wheel design as rows of text, for a terminal and for a page."""
 
+from torquer.analysis.wheel_sweep import Point, Sweep
+
 _AXES = ("x1", "x2", "x3")
+#: Rows of the table of a sweep, about.
+_SHOWN = 14
 
 
 def summary_rows(report: dict) -> list[tuple[str, str]]:
@@ -141,3 +145,37 @@ def _part(value: float, whole: float) -> str:
 
 def _number(value: float | None) -> str:
     return "-" if value is None else f"{value:.4g}"
+
+
+def sweep_rows(sweep: Sweep) -> tuple[str, tuple, list]:
+    """Title, head and rows of a sweep: some of its points, and the best."""
+    last = len(sweep.points) - 1
+    shown = {round(last * k / (_SHOWN - 1)) for k in range(_SHOWN)} | {
+        sweep.points.index(sweep.best())
+    }
+    points = [sweep.points[n] for n in sorted(shown)]
+    head = [sweep.key, "volume", "momentum", "rate", "momentum, one failed", "rate, one failed"]
+    head += ["demand"] if points[0].demand_share is not None else []
+    head += ["saturation"] if any(point.saturation_h is not None for point in points) else []
+    title = "Sweep: guaranteed in any direction; (N m s)^3, N m s, deg/s"
+    return title, tuple(head), [_sweep_row(point, len(head)) for point in points]
+
+
+def _sweep_row(point: Point, columns: int) -> list[str]:
+    row = [f"{point.value:.4g}", f"{point.volume_n3_m3_s3:.4g}"]
+    for able in (point.whole, point.one_failed):
+        row += [f"{able.momentum_n_m_s:.4g}", f"{able.rate_deg_s:.4g}"]
+    if point.demand_share is not None:
+        row.append("met" if point.demand_share <= 1.0 else "not met")
+    return row if len(row) == columns else [*row, hours(point.saturation_h)]
+
+
+def best_in_words(sweep: Sweep) -> str:
+    """The highest rate of a sweep, and where."""
+    best = sweep.best()
+    place = " (an end of the sweep)" if best in (sweep.points[0], sweep.points[-1]) else ""
+    return (
+        f"highest guaranteed rate of the sweep: {best.whole.rate_deg_s:.4g} deg/s at "
+        f"{sweep.key} = {best.value:.4g}{place}; {best.one_failed.rate_deg_s:.4g} deg/s after the "
+        "worst single failure"
+    )

@@ -45,5 +45,5 @@ def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
     factor, unit = prefixed(np.concatenate([*sizes.values()]), "N m")
     series = [(NAMES[name], factor * size, COLOURS[name], 1.0) for name, size in sizes.items()]
     if budget.available is not None:
-        series.append(("coils", factor * budget.available, GREY, 1.2))
+        series.append(("coils, at most", factor * budget.available, GREY, 1.2))
     return log_panel(view, series, title=title, y_label=f"|M| [{unit}]")
