@@ -215,6 +215,9 @@ def variables_page() -> str:
         "what is derived, in degrees and rpm, has its functions: `result.torquer.derived()`. J is",
         "the inertial frame J2000; body axes are those of the scenario's inertia tensor.",
         "",
+        "The control step at the very end of a run is not flown: there, readings and commands",
+        "are those of the step before.",
+        "",
     ]
     tables = (("Coordinates", COORDINATES), ("Variables", VARIABLES))
     parts = [line for title, rows in tables for line in _table(title, rows)]

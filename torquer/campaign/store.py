@@ -30,18 +30,23 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     """What members drew and came to, one row each."""
     import xarray as xr
 
+    from torquer.campaign.contents import unit_of, unit_of_signal
+    from torquer.scenario.keys import unit_of as unit_of_key
+
     campaign = fleet.campaign
     variables: dict = {"seed": ("member", chunk.seeds, {"long_name": "seed of the noise"})}
     for key, values in chunk.drawn.items():
         array = _as_array(values)
         dims = ("member", *(f"{key}.axis{k or ''}" for k in range(array.ndim - 1)))
-        variables[key] = (dims, array, {"role": "input"})
+        about = {"role": "input", "units": unit_of_key(key.rpartition(".")[2])}
+        variables[key] = (dims, array, about)
     for name, outcome in campaign.outcomes.items():
         said = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
         variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **said})
         if name in chunk.series:
             named = outcome.signal if isinstance(outcome.signal, str) else said["signal"]
             dims, about = ("member", "time"), {"role": "series", "long_name": named}
+            about["units"] = unit_of_signal(outcome.signal)
             variables[f"series.{name}"] = (dims, chunk.series[name], about)
     holds = succeeded(campaign.success, chunk.outcomes)
     if holds is not None:
@@ -50,7 +55,10 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
     variables["how_it_ended"] = ("member", np.array(how))
     variables["ended"] = ("member", np.array(chunk.ended))
     coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
-    return xr.Dataset(variables, coordinates, attributes_of(fleet))
+    made = xr.Dataset(variables, coordinates, attributes_of(fleet))
+    for name in campaign.outcomes:
+        made[name].attrs["units"] = unit_of(made, name)
+    return made
 
 
 def _json(value) -> str:

@@ -14,7 +14,7 @@ from torquer.wheel_array.envelope import Envelope
 
 
 class WorstCase(NamedTuple):
-    """The rate that is reached about every axis, and the axis that limits it."""
+    """The rate [rad/s] that is reached about every axis, and the axis (3,) that limits it."""
 
     rate: float
     axis: np.ndarray

@@ -3,6 +3,7 @@
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from torquer.campaign.contents import outcomes_of, succeeded_in, table_of
 from torquer.campaign.spec import SUCCESS
@@ -80,6 +81,8 @@ def _draw_panel(axes, counts, each: np.ndarray) -> None:
     axes.fill_between(counts, each[:, 1], each[:, 2], color=BLUE, alpha=0.22, lw=0)
     axes.plot(counts, each[:, 0], color=BLUE, lw=1.3)
     axes.set_xscale("log")
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda count, _: f"{count:g}"))
+    axes.xaxis.set_minor_formatter("")
     axes.set_xlim(counts[0], max(counts[-1], counts[0] + 1))
     late = each[counts >= min(10, counts[-1])]
     ends = late[np.isfinite(late)]

@@ -29,7 +29,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
     upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     upper.set_ylabel("members", fontsize=SMALL)
-    lower.plot(*steps(values), color=BLUE, lw=1.4, drawstyle="steps-post")
+    x, share = steps(values)
     lower.set_ylabel("share of members", fontsize=SMALL)
     lower.set_ylim(0.0, 1.02)
     lower.set_xlabel(with_unit(name, each["unit"]), fontsize=SMALL)
@@ -38,6 +38,8 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
         axes.set_xscale("log" if is_wide(known) else "linear")
         axes.set_xlim(edges[0], _right_end(axes, edges))
         _mark(axes, each, condition)
+    beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
+    lower.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
     foot(figure, _words(each, condition, axes.get_xlim()))

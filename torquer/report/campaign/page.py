@@ -90,6 +90,8 @@ def _dependence(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
         f"about {pairs * (1.0 - summary['confidence']):.2g} of the {pairs} here. "
         f"{len(summary['correlations'])} do."
     )
+    if any("][" in each["input"] for each in summary["correlations"]):
+        caption += " KEY[i][j] of an attitude: element of the matrix from body to reference axes."
     parts = (
         picture(pictures.get("correlations"), "Rank correlations of outcomes with inputs"),
         picture(pictures.get("scatter"), "Outcomes over inputs"),
