@@ -7,6 +7,7 @@ cannot be compiled is a `ValueError` of one line.
 
 import ast
 import contextlib
+import difflib
 import dis
 import inspect
 import re
@@ -21,6 +22,10 @@ from numba.core.typeinfer import register_dispatcher
 
 from torquer import engine
 from torquer.code_cache import cache_of, kept, mark_of
+from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+
+#: Names of what plug-ins are handed.
+_FIELDS = {each.__name__: each._fields for each in (Inputs, Estimate, Ephemeris, ReadingTimes)}
 
 
 def plain_of(function: Callable) -> Callable:
@@ -163,6 +168,17 @@ def check_arguments(plain: Callable, count: int, must: str) -> None:
         raise ValueError(f"{must}; received one that takes {taken} arguments")
 
 
+def _without_numba(reason: str) -> str:
+    """Numba's reason; of a name that the inputs do not have, in their words and with a near one."""
+    found = re.match(r"Unknown attribute '(\w+)' of type (\w+)\(", reason)
+    if not found:
+        return reason
+    name, holder = found.groups()
+    near = difflib.get_close_matches(name, _FIELDS.get(holder, ()), 1)
+    hint = f" (did you mean {near[0]}?)" if near else ""
+    return f"{holder} without a field {name!r}{hint}"
+
+
 def compiled(function: Callable, signature, must: str, keep: bool = False, **options):
     """The function by Numba; `must` says what must hold, and begins the message if it does not.
 
@@ -181,7 +197,8 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
         place = _place_told(error, text, file_of(plain_of(function)))
-        raise ValueError(f"{must}; received: {(told or lines)[0][:200]}{place}") from None
+        reason = _without_numba((told or lines)[0])
+        raise ValueError(f"{must}; received: {reason[:200]}{place}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple

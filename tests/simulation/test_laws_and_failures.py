@@ -207,7 +207,10 @@ def test_the_only_law_of_a_file_needs_no_name(with_law, folder):
         (None, "must hold one @torquer.law, or name one; received compiled, with_parameters, "),
         ("nowhere", "must define nowhere; received no such function"),
         ("number", "must define number; received no such function"),
-        ("misspelt", "law misspelt: must compile as .* received: Unknown attribute 'b_body'"),
+        (
+            "misspelt",
+            "law misspelt: must compile as .* received: Inputs without a field 'b_body' .did you mean b_body_t",
+        ),
         ("short", r"law short: must compile as \(inputs, parameters, memory\) -> \(x, y, z\)"),
     ],
 )
