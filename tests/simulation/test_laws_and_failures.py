@@ -209,7 +209,7 @@ def test_the_only_law_of_a_file_needs_no_name(with_law, folder):
         ("number", "must define number; received no such function"),
         (
             "misspelt",
-            "law misspelt: must compile as .* received: Inputs without a field 'b_body' .did you mean b_body_t",
+            "received: Inputs without a field 'b_body' .did you mean b_body_t",
         ),
         ("short", r"law short: must compile as \(inputs, parameters, memory\) -> \(x, y, z\)"),
     ],
