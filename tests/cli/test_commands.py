@@ -302,6 +302,23 @@ def test_a_second_process_finds_the_loop_in_the_cache(scenario):
 
 
 @needs_jit
+def test_a_warm_start_loads_nothing_that_it_does_not_use(scenario, tmp_path):
+    """Rules of the compiler, drawing, SciPy's rotations: each costs a quarter of a second."""
+    heavy = ("numba.np.linalg", "matplotlib", "plotly", "scipy.spatial", "scipy.stats")
+    code = (
+        "import sys\nfrom torquer.cli import main\n"
+        "try: main(sys.argv[1:])\n"
+        f"finally: print([name for name in {heavy!r} if name in sys.modules])"
+    )
+    run = ["run", str(scenario), "--no-report", "--overwrite", "--out", str(tmp_path / "out")]
+    for _ in range(2):  # the first one may have to compile
+        done = subprocess.run(
+            [sys.executable, "-c", code, *run], capture_output=True, text=True, check=True
+        )
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@needs_jit
 def test_every_law_uses_the_one_compiled_loop(scenario):
     code = (
         "import sys, torquer\nfrom torquer.simulation.boxed import advance\n"
