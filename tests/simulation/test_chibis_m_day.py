@@ -24,7 +24,7 @@ compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minu
 
 
 def test_the_example_is_the_day_of_the_gallery():
-    same = {"description": "", "name": "chibis_m_day"}
+    same = {"description": "", "name": "chibis_m_day", "mission": None}
     assert load_scenario(EXAMPLE).model_copy(update=same) == scenario_from_data(chibis_m.day())
 
 

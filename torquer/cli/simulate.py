@@ -212,10 +212,14 @@ def check_surroundings(scenario) -> None:
     around, t_s = scenario.surroundings(), _looks(scenario)
     around.check_dates(*t_s[[0, -1]])
     around.sample(t_s)
-    if scenario.spacecraft.aerodynamics and not np.isfinite(around.flow(t_s)).all():
+    if not scenario.spacecraft.aerodynamics:
+        return
+    with np.errstate(invalid="ignore"):
+        known = np.isfinite(around.flow(t_s)).all()
+    if not known:
         raise ValueError(
-            "environment.atmosphere: must have a finite density along the orbit; received one "
-            "beyond the range of floats"
+            "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
+            "negative one (as gost has for f107 far below f81) or one beyond the range of floats"
         )
 
 
