@@ -46,7 +46,7 @@ def attitude_error_of(result: xr.Dataset) -> AttitudeError | None:
 
 
 def held_attitudes(control: Control) -> set[tuple[bool, tuple[float, ...]]]:
-    """What laws hold, at any time: (whether to the orbital frame, wanted attitude to it)."""
+    """The attitudes that laws hold at any time: (whether in the orbital frame, attitude in it)."""
     laws, modes = control.named()
     holders = {name: law for name, law in laws.items() if isinstance(law, HeldAttitude)}
     held: set[tuple[bool, tuple[float, ...]]] = set()
@@ -60,7 +60,7 @@ def held_attitudes(control: Control) -> set[tuple[bool, tuple[float, ...]]]:
 
 
 def orbital_axes(position, velocity):
-    """Attitudes of the orbital frame X to the inertial one, as scipy's `Rotation` [n]."""
+    """Attitudes of the orbital frame X relative to the inertial one, as scipy's `Rotation` [n]."""
     from scipy.spatial.transform import Rotation
 
     up, normal = np.asarray(position, dtype=float), np.cross(position, velocity)
@@ -72,8 +72,8 @@ def orbital_axes(position, velocity):
 def attitude_error_deg(q_body_to_inertial, target, reference=None) -> np.ndarray:
     """Rotation vectors [deg] (n, 3), in body axes, from the reference attitude to the body.
 
-    `target`: quaternion from the body to the frame; `reference`: attitudes of that frame to
-    the inertial one (`Rotation`), None for the inertial frame itself.
+    `target`: quaternion from the body to the frame; `reference`: attitudes of that frame
+    relative to the inertial one (`Rotation`), None for the inertial frame itself.
     """
     from scipy.spatial.transform import Rotation
 
@@ -94,7 +94,7 @@ def body_axes_from_vertical_deg(result: xr.Dataset) -> np.ndarray:
 
 
 def body_axes_from_sun_deg(result: xr.Dataset) -> np.ndarray:
-    """Angle [deg] of the body's x, y, z axes [n, 3] from the Sun, in eclipse, too."""
+    """Angle [deg] of the body's x, y, z axes [n, 3] from the Sun, also in eclipse."""
     return _body_axes_from_deg(result, result["sun_inertial"].values)
 
 

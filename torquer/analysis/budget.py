@@ -1,4 +1,4 @@
-"""Torque budget: every disturbance torque along a motion, against what the coils can give."""
+"""Torque budget: every disturbance torque along a motion, compared with the coils' torque."""
 
 from typing import NamedTuple
 
@@ -65,9 +65,9 @@ def budget_of_run(result: xr.Dataset) -> Budget:
 
 
 def budget_of_held_attitude(scenario: Scenario) -> Budget:
-    """The budget of a satellite that holds its initial attitude for the time of the run.
+    """The budget of a satellite that holds its initial attitude for the length of the run.
 
-    In the frame that `initial.reference` names, without the initial rate: the design attitude.
+    The attitude is held in the frame of `initial.reference`, without the initial rate.
     """
     record = scenario.simulation.record_s
     t_s = record * np.arange(round(scenario.steps() * scenario.grid_s / record) + 1)
@@ -96,7 +96,7 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
 
 
 def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
-    """The motion, field and position as given, and what else it met."""
+    """The motion, field and position as given, and the other surroundings along it."""
     around, none = scenario.surroundings(), np.zeros((len(t_s), 3))
     angle = scenario.orbit_angle() or (0.0, 0.0)
     pushes = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
@@ -157,7 +157,7 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
 
     The torques of dipoles within the limits fill a polygon across the field, with two edges along
     each coil's torque g = limit axis x B; this is the distance of the nearest edge,
-    least over the coils j of sum_k |g_k . n_j|, n_j across g_j.
+    the least of sum_k |g_k . n_j| over the coils j, with n_j perpendicular to g_j.
     """
     limits = np.broadcast_to(coils.limit_a_m2, len(coils.axes))
     per_coil = np.cross((limits[:, None] * np.array(coils.axes))[None], b_body[:, None])
@@ -173,7 +173,7 @@ def torque_across_field(coils: Coils, b_body: np.ndarray) -> np.ndarray:
 class Row(NamedTuple):
     """A torque in the table, [N m]: mean and RMS about the body axes, RMS and greatest size.
 
-    `share`: RMS size as part of the mean torque that the coils can give; None without coils.
+    `share`: RMS size over the mean torque that the coils can give; None without coils.
     """
 
     mean_n_m: tuple[float, float, float]

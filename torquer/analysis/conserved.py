@@ -1,4 +1,4 @@
-"""Quantities that a motion conserves: what they change by is the error of the integration."""
+"""Quantities that a motion conserves: their change is the error of the integration."""
 
 import numpy as np
 import xarray as xr
@@ -29,7 +29,7 @@ def conserved_of(result: xr.Dataset) -> dict[str, np.ndarray]:
 
 
 def drifts_of(found: dict[str, np.ndarray]) -> dict[str, float]:
-    """Greatest change since the start, as part of the greatest amount, by name."""
+    """Greatest change since the start, relative to the greatest magnitude, by name."""
     drifts = {}
     for name, values in found.items():
         rows = values.reshape(len(values), -1)
@@ -48,7 +48,7 @@ def _has_no_torque_but_gravity(scenario: Scenario, result: xr.Dataset) -> bool:
 
 
 def _energy(result: xr.Dataset) -> np.ndarray:
-    """Energy of rotation [J]; the wheels of the body turn at constant speed."""
+    """Energy of rotation [J]; the wheels of the body spin at constant speed."""
     return 0.5 * _form(result, result["omega_body"].values)
 
 

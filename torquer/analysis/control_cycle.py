@@ -6,10 +6,10 @@ from torquer.scenario.spec import Scenario
 
 
 def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:
-    """Rows recorded at a sampling instant: there, and only there, the reading belongs to the time.
+    """Rows recorded at a sampling instant: only there does the reading belong to the time.
 
-    Between samples the record holds the last reading, which a turning body has left behind. The
-    last row is such a one as well: it is written before the sensors are read again.
+    Between samples the record holds the last reading, which is out of date for a rotating body.
+    So it is in the last row, which is written before the sensors are read again.
     """
     control, step_s = scenario.control, scenario.grid_s
     measure, sample = round(control.measure_s / step_s), round(control.sample_s / step_s)
@@ -21,14 +21,14 @@ def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:
 def acting_rows(scenario: Scenario, t_s) -> np.ndarray:
     """Rows recorded while the coils act.
 
-    The last row is none of them: it is written before the coils are switched on.
+    The last row is not one of them: it is written before the coils are switched on.
     """
     measure = round(scenario.control.measure_s / scenario.grid_s)
     return np.flatnonzero(_phase(scenario, t_s)[:-1] >= measure)
 
 
 def control_times(scenario: Scenario) -> np.ndarray:
-    """Instants (k,) [s] of a run at which the computer controls."""
+    """Instants (k,) [s] of the control steps of a run."""
     control, step_s = scenario.control, scenario.grid_s
     measure, sample = round(control.measure_s / step_s), round(control.sample_s / step_s)
     cycle = round(control.cycle_s / step_s)

@@ -1,4 +1,4 @@
-"""What a result tells beyond what it holds: angles, rates in degrees, speeds in rpm, modes.
+"""Quantities derived from a result: angles, rates in degrees, speeds in rpm, modes.
 
 Each function gives an `xarray.DataArray` over the time of the result, with its unit; `derived_of`
 gives all of them that apply, as one data set. `result.torquer` has them as methods.
@@ -55,8 +55,8 @@ def attitude_error_angle_of(result: xr.Dataset) -> xr.DataArray:
 def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
     """Angle [deg] of a body axis from the direction to the Sun, over `time`.
 
-    `axis`: a direction in body axes, of any length; left out, those of x, y and z, over `time`,
-    `axis`. In eclipse, too: `result["lit"]` tells that.
+    `axis`: a direction in body axes, of any length; left out: the angles of x, y and z, over
+    `time`, `axis`. The angle is given in eclipse, too; `result["lit"]` shows where that is.
     """
     sun = to_body(result["q_body_to_inertial"].values, result["sun_inertial"].values)
     meaning = "angle from the direction to the Sun"
@@ -70,8 +70,8 @@ def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.
 def nutation_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.DataArray:
     """Angle [deg] of the angular momentum from a body axis, over `time`.
 
-    `axis`: a direction in body axes; left out, the principal axis of the greatest moment, on the
-    side on which the momentum is at the end. Not a number where there is no momentum.
+    `axis`: a direction in body axes; left out: the principal axis of the greatest moment, in the
+    sense nearer to the final momentum. NaN where the momentum is zero.
     """
     momentum = to_body(result["q_body_to_inertial"].values, result["momentum_inertial"].values)
     if axis is None:
@@ -102,9 +102,9 @@ def wheel_speed_of(result: xr.Dataset) -> xr.DataArray:
 
 
 def mode_of(result: xr.Dataset, region: str | None = None) -> xr.DataArray:
-    """Name of the state of a region of modes, over `time`; the only region need not be named.
+    """Name of the state of a region of modes, over `time`; a single region need not be named.
 
-    ValueError for laws that always work, and for a region that there is not.
+    ValueError for a run whose laws always work, and for an unknown region.
     """
     found = {each.name: each for each in regions_of(result)}
     name = next(iter(found), None) if region is None and len(found) == 1 else region

@@ -1,4 +1,4 @@
-"""Field lines through places along an orbit."""
+"""Field lines through points along an orbit."""
 
 import numpy as np
 
@@ -13,9 +13,9 @@ _MOST_STEPS = 160
 
 
 def field_lines(around: OrbitEnvironment, t_s, r, v) -> np.ndarray | None:
-    """Field lines [n, m, 3] m, J, through places r [n, 3] at times t [n] s, from south to north.
+    """Field lines [n, m, 3] m, J, through points r [n, 3] at times t [n] s, from south to north.
 
-    Each is the line of its own instant; points beyond its ends are NaN. None for a field that is
+    Each is the line at its own instant; points beyond its ends are NaN. None for a field that is
     defined along the orbit only.
     """
     if not hasattr(around.environment.field, "b_earth_fixed"):
@@ -26,7 +26,7 @@ def field_lines(around: OrbitEnvironment, t_s, r, v) -> np.ndarray | None:
 
 
 def _half(around: OrbitEnvironment, t_s, r, v, dcm, sign: float) -> np.ndarray:
-    """The way from the places along the field, or against it: [m, n, 3]."""
+    """The path from the points along the field, or against it: [m, n, 3]."""
 
     def direction(at):
         b = b_inertial_along(around.environment.field, around.start, t_s, at, v, dcm)

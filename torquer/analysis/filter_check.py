@@ -40,8 +40,8 @@ _CLOSELY = 4
 def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
     """The scenario with other random numbers in each run, and other biases where they are states.
 
-    The biases are drawn as the filter believes at its start. ValueError for an estimator that is
-    no Kalman filter.
+    The biases are drawn from the filter's initial covariance. ValueError for an estimator other
+    than a Kalman filter.
     """
     spec = scenario.control.estimator
     if spec.kind not in STATES:
@@ -65,7 +65,7 @@ def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
 
 
 def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = None) -> FilterRuns:
-    """Fly runs with a filter on one orbit; what the filter believed beside the truth.
+    """Fly runs with a filter on one orbit; its estimates and the truth.
 
     At the records that fall on control steps: ValueError if not all do (`simulation.record_s` must
     be a multiple of the control cycle), unless there are some at every control step. `flown` is
@@ -87,7 +87,7 @@ def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = N
 
 
 def control_rows(scenario: Scenario) -> np.ndarray:
-    """Numbers of the records to look at: those on control steps; see `fly_filter`."""
+    """Numbers of the records to evaluate: those on control steps; see `fly_filter`."""
     control, record_s = scenario.control, scenario.simulation.record_s
     count = math.ceil(scenario.steps() * scenario.grid_s / record_s - 1e-9)
     if record_s == finest_record_s(scenario):
@@ -108,7 +108,7 @@ def finest_record_s(scenario: Scenario) -> float:
 
 
 class Recorded(NamedTuple):
-    """What a run has recorded: rows, wheels, log, estimate; see `Record`."""
+    """The record of a run: rows, wheels, log, estimate; see `Record`."""
 
     rows: np.ndarray
     wheels: np.ndarray
@@ -169,7 +169,7 @@ def _logged(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """What states of a filter are in truth (samples, 3), those that it has."""
+    """True values (samples, 3) of the states that a filter has."""
     scenario, plant = run.scenario, run.plan.plant
     spec, count = scenario.control.estimator, len(rows)
     t_s = scenario.simulation.record_s * np.arange(count)
@@ -196,7 +196,7 @@ def _drifted(gyro: GyroSet, seed: int, read_s: np.ndarray, t_s: np.ndarray) -> n
 
 
 class Check(NamedTuple):
-    """A statistic of a filter and whether it is what a consistent filter shows."""
+    """A statistic of a filter, and whether it is that of a consistent filter."""
 
     name: str
     value: float
@@ -207,7 +207,7 @@ class Check(NamedTuple):
 
 
 class FilterCheck(NamedTuple):
-    """A filter looked at over many runs.
+    """A filter evaluated over many runs.
 
     `flown`: at about 200 instants; `closely`: a few runs at every control step, with the accuracy
     `expected` by linear covariance along the first one's motion.
@@ -231,10 +231,10 @@ def check_filter(
 ) -> FilterCheck:
     """Statistics of a scenario's filter over runs.
 
-    Checks of errors (NEES) of the attitude and of all states, and of innovations (NIS) of each
-    sensor, over their freedoms: mean over runs and instants, its 95 % band at one instant, part of
-    the instants inside; of the correlation of innovations one reading apart, five sigma of white
-    noise. `progress` is called with the part that is done, 0..1.
+    Checks errors (NEES) of the attitude and of all states, and innovations (NIS) of each sensor,
+    per degree of freedom: mean over runs and instants, its 95 % band at one instant, share of the
+    instants inside it; and the correlation of innovations one reading apart, against five sigma
+    of white noise. `progress` is called with the fraction done, 0..1.
     """
     done, total = 0, runs + min(runs, _CLOSELY)
 
@@ -275,7 +275,7 @@ def as_plain(found: FilterCheck) -> dict:
 
     Attitude errors about each axis without the first tenth of the time: `error_deg`, root mean
     square over the runs; `sigma_deg`: as the filter stated; `expected_deg`: by linear covariance.
-    `error_95_deg`: 95 % of the whole errors.
+    `error_95_deg`: 95th percentile of the total error.
     """
     flown, expected = found.flown, found.expected
     later = flown.t_s >= 0.1 * flown.t_s[-1]

@@ -1,4 +1,4 @@
-"""Is a filter honest? Statistics of its errors over many runs against the covariance it states.
+"""Is a filter consistent? Statistics of its errors in many runs against its stated covariance.
 
 The error e of a consistent filter has the covariance P that the filter states, so that e P^-1 e
 (normalised estimation error squared, NEES) is chi-square distributed with as many degrees of
@@ -19,7 +19,7 @@ from torquer.analysis.linear_covariance import Motion
 
 
 class FilterRuns(NamedTuple):
-    """Errors of a filter in many runs; NaN while it knows nothing.
+    """Errors of a filter in many runs; NaN while it has no estimate.
 
     `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
     other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
@@ -37,9 +37,9 @@ class FilterRuns(NamedTuple):
 class Consistency(NamedTuple):
     """A statistic over runs against its chi-square band.
 
-    `mean` (samples,) over the runs, over the degrees of freedom: 1 in a consistent filter; `low`
-    and `high`: what it lies between at an instant with the probability; `inside`: part of the
-    instants at which it does; `overall`: mean over the instants.
+    `mean` (samples,) over the runs, per degree of freedom: 1 in a consistent filter; `low` and
+    `high`: the band in which it lies at an instant with the given probability; `inside`: share of
+    the instants at which it does; `overall`: mean over the instants.
     """
 
     mean: np.ndarray
@@ -55,7 +55,7 @@ class Consistency(NamedTuple):
 
 
 def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:
-    """Normalised estimation error squared (runs, samples) of the first so many states (all)."""
+    """Normalised estimation error squared (runs, samples) of the first `states` states (or all)."""
     e, p = runs.errors[..., :states], runs.covariance[..., :states, :states]
     out = np.full(e.shape[:2], np.nan)
     known = np.isfinite(e[..., 0])
@@ -67,7 +67,7 @@ def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:
 
 
 def nis(innovations: np.ndarray) -> tuple[np.ndarray, int]:
-    """Normalised innovation squared (runs, samples), NaN without a reading; its freedoms."""
+    """Normalised innovation squared (runs, samples), NaN without a reading; degrees of freedom."""
     there = np.isfinite(innovations)
     freedoms = int(there.sum(axis=-1).max())
     square = np.where(there, innovations, 0.0) ** 2
@@ -88,7 +88,7 @@ def consistency(values: np.ndarray, freedoms: int, probability: float = 0.95) ->
 
 
 def band(freedoms: int, runs: int, probability: float = 0.95) -> tuple[float, float]:
-    """What the mean of chi-square numbers of so many runs, over its freedoms, lies between."""
+    """Band of the mean over runs of chi-square variables divided by their degrees of freedom."""
     tail, total = 0.5 * (1.0 - probability), freedoms * runs
     return float(chi2.ppf(tail, total) / total), float(chi2.ppf(1.0 - tail, total) / total)
 

@@ -1,4 +1,4 @@
-"""What a run is to achieve: the limits of its mission, or those usual for its laws."""
+"""The goals of a run: the limits of its mission, or those usual for its laws."""
 
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ _TO_THE_SUN = ("sun_cross", "spin_to_sun")
 
 
 class Goal(NamedTuple):
-    """A limit that a signal is to keep; the signal in words, its unit, and why this limit.
+    """A limit for a signal: the signal in words, its unit, and the reason for the limit.
 
     `axis` in the body and `target` (a direction in J, None for the Sun) are those of an angle.
     """
@@ -37,7 +37,7 @@ NAMED = "[mission]"
 
 
 def goals_of(scenario: Scenario) -> list[Goal]:
-    """The goals of a scenario; none for motion that nobody controls."""
+    """The goals of a scenario; none for uncontrolled motion."""
     if scenario.mission is not None:
         return _named(scenario.mission)
     return _usual(scenario)
@@ -58,9 +58,9 @@ def _named(mission: Mission) -> list[Goal]:
 
 
 def _usual(scenario: Scenario) -> list[Goal]:
-    """By the laws that work at the end: attitude, else direction, else rate.
+    """Usual goals, from the laws that work at the end: attitude, else direction, else rate.
 
-    None where regions of modes work side by side: what they are for together only the author knows.
+    None where regions of modes work side by side: only the author knows their common purpose.
     """
     laws = _last_laws(scenario)
     if laws and len(held_attitudes(scenario.control)) == 1:
@@ -109,7 +109,7 @@ def signal_of(goal: Goal, part: xr.Dataset) -> np.ndarray | None:
 
 
 def angle_of_axis_deg(part: xr.Dataset, axis, target=None) -> np.ndarray:
-    """Angle [deg] of an axis of the body to a direction in J, to the Sun where that is None."""
+    """Angle [deg] of an axis of the body from a direction in J, or from the Sun if that is None."""
     pointed = to_reference(part["q_body_to_inertial"].values, axis)
     wanted = part["sun_inertial"].values if target is None else np.broadcast_to(target, (1, 3))
     return angle_deg(pointed, wanted)

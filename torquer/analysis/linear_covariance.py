@@ -1,7 +1,7 @@
-"""Linear covariance analysis: the accuracy to expect of a filter, before anything is simulated.
+"""Linear covariance analysis: the expected accuracy of a filter, before anything is simulated.
 
-The covariance of a Kalman filter depends on where it flies and how it is turned, not on what it
-reads. So it is carried along a nominal motion by the filter's own kernels.
+The covariance of a Kalman filter depends on the orbit and the attitude, not on the readings. So it
+is propagated along a nominal motion by the filter's own kernels.
 """
 
 from __future__ import annotations
@@ -55,14 +55,14 @@ class Expected(NamedTuple):
 
     @property
     def worst_axis_body(self) -> np.ndarray:
-        """Axis (k, 3) about which the attitude is known worst."""
+        """Axis (k, 3) about which the attitude is known least well."""
         return np.linalg.eigh(self.covariance[:, :3, :3])[1][:, :, -1]
 
 
 def error_95_rad(covariance: np.ndarray) -> np.ndarray:
-    """Angle [rad] below which 95 % of the whole attitude errors of covariances (k, 3, 3) are.
+    """Angle [rad] below which 95 % of the total attitude errors lie, for covariances (k, 3, 3).
 
-    Of normally distributed rotation vectors, half a turn at most; the same draws for all, to 1 %.
+    From normally distributed rotation vectors of up to 180 deg, the same draws for all; to 1 %.
     """
     squares = np.random.default_rng(0).normal(size=(_DRAWN, 3)) ** 2
     axes = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
@@ -71,10 +71,10 @@ def error_95_rad(covariance: np.ndarray) -> np.ndarray:
 
 
 def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Attitudes (k, 4) and rates (k, 3) of a satellite that goes on as it begins.
+    """Attitudes (k, 4) and rates (k, 3) of a satellite that keeps its initial motion.
 
-    With an initial attitude relative to the orbital frame it is held there; else the initial rate
-    stays as it is in body axes.
+    An initial attitude relative to the orbital frame is held there; otherwise the initial rate
+    stays constant in body axes.
     """
     r, v = scenario.surroundings().state(t_s)
     first = scenario.initial.motion(r[0], v[0])
@@ -92,7 +92,7 @@ def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def held_motion(scenario: Scenario) -> Motion:
-    """`held_attitude` at the control steps, the wheels turning as they do at the start."""
+    """`held_attitude` at the control steps, with the wheels at their initial speeds."""
     t_s = control_times(scenario)
     wheels, momentum = scenario.spacecraft.wheels, np.zeros(3)
     if wheels is not None:
@@ -131,7 +131,7 @@ def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expec
 
 
 def first_variances(spec: KalmanGyro | Usque | KalmanDynamics) -> np.ndarray:
-    """Variances of a filter's states at the start, one for each three states: attitude first."""
+    """Initial variances of a filter's states, one for each three states: attitude first."""
     parameters = spec.estimator().parameters
     if isinstance(spec, KalmanDynamics):
         dipole = [parameters.dipole] if parameters.dipole_at else []
@@ -148,7 +148,7 @@ def put_first(p: np.ndarray, n: int, variances: np.ndarray) -> None:
 
 
 def nominal(scenario: Scenario, motion: Motion) -> Nominal:
-    """What sensors would see along a motion."""
+    """What sensors would measure along a motion."""
     around, sensors = scenario.surroundings(), scenario.spacecraft.sun_sensors
     t_s, q, omega, wheels = motion
     r, v = around.state(t_s)

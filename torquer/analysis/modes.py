@@ -1,4 +1,4 @@
-"""Modes of a run: which state each region was in, how often, and for what part of the time."""
+"""Modes of a run: which state each region was in, how often, and for what share of the time."""
 
 from typing import NamedTuple
 
@@ -12,7 +12,7 @@ class StateUse(NamedTuple):
     """A state of a region in a run.
 
     `entries`: how often it was entered, the start included; `last_entered_s`: when last, None if
-    never; `share`: its part of the recorded time.
+    never; `share`: its share of the recorded time.
     """
 
     entries: int
@@ -43,7 +43,7 @@ class RegionRecord(NamedTuple):
         return found
 
     def shares(self) -> list[float]:
-        """Parts of the time by state; a record counts until the next one, the last not at all."""
+        """Shares of the time by state; a record counts until the next one, the last not at all."""
         counted = self.numbers[:-1] if len(self.numbers) > 1 else self.numbers
         return (np.bincount(counted, minlength=len(self.states)) / len(counted)).tolist()
 

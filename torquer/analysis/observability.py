@@ -1,10 +1,10 @@
-"""What the readings of a window alone tell of a filter's states: the observability Gramian.
+"""What the readings of a window alone reveal of a filter's states: the observability Gramian.
 
 G = sum over the readings of (H Phi)^T R^-1 (H Phi), Phi the transition from the window's start. Its
-states are scaled by their standard deviations at the filter's start, so that a singular value s
-means: the readings of the window alone would tell this combination of states 1/sqrt(s) times as
-closely as it was known then. Below one they add nothing worth mention: a gap. P. Maybeck,
-'Stochastic models, estimation, and control', vol. 1 (1979), 2.5 and 5.4.
+states are scaled by their standard deviations at the filter's start. A singular value s then means
+that the readings of the window alone would give this combination of states a standard deviation of
+1/sqrt(s) times its initial one. Below one they add little: a gap. P. Maybeck, 'Stochastic models,
+estimation, and control', vol. 1 (1979), 2.5 and 5.4.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Observability(NamedTuple):
     """Windows of a motion: from `from_s` to `to_s` (w,).
 
     `singular` (w, n): singular values of the scaled Gramian, greatest first; `weakest` (w, n): the
-    combination of scaled states of the last one, of length one; `states`: names, of three each.
+    unit combination of scaled states that belongs to the last one; `states`: names, of three each.
     """
 
     from_s: np.ndarray
@@ -45,7 +45,7 @@ class Observability(NamedTuple):
         return self.singular[:, -1] < 1.0
 
     def weakest_state(self, window: int) -> str:
-        """Name of the states that have the greatest part in the weakest combination."""
+        """Name of the states that contribute most to the weakest combination."""
         parts = np.sum(self.weakest[window].reshape(-1, 3) ** 2, axis=1)
         return self.states[int(np.argmax(parts))]
 
@@ -53,7 +53,7 @@ class Observability(NamedTuple):
 def observability(
     scenario: Scenario, window_s: float, motion: Motion | None = None
 ) -> Observability:
-    """Observability of the states of the scenario's filter in windows one after another.
+    """Observability of the states of the scenario's filter in consecutive windows.
 
     Along a nominal motion as for `expected_accuracy`. ValueError unless `control.estimator` is a
     Kalman filter, or for a window that is longer than the motion or shorter than two readings.
@@ -78,7 +78,7 @@ def observability(
 
 
 def states_of(spec) -> tuple[str, ...]:
-    """What a filter's states are, three each."""
+    """Names of a filter's states, of three each."""
     dynamics = isinstance(spec, KalmanDynamics)
     names = ["attitude", "rate" if dynamics else "gyro bias"]
     if dynamics and spec.dipole_sigma_a_m2:
@@ -89,7 +89,7 @@ def states_of(spec) -> tuple[str, ...]:
 
 
 def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int) -> np.ndarray:
-    """Gramians (w, n, n) of windows of so many readings that begin at places (w,).
+    """Gramians (w, n, n) of windows of `steps` readings that begin at the indices `first` (w,).
 
     `phi` (k - 1, n, n): transitions; `gained` (k, n, n): information of each instant's readings.
     """

@@ -1,4 +1,4 @@
-"""Which sensors are enough: the accuracy to expect of a scenario's filters and of their parts."""
+"""Which sensors are enough: expected accuracy of a scenario's filters and of single sensors."""
 
 from __future__ import annotations
 
@@ -22,10 +22,11 @@ _NOISE = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 
 
 class SensorSet(NamedTuple):
-    """What to expect of a filter with some sensors.
+    """Expected accuracy of a filter with some sensors.
 
-    `light_deg`, `dark_deg`: 95 % of the whole attitude errors while a Sun sensor sees the Sun and
-    while none does, the worst instant of each after `settled_s`; NaN where there is no such.
+    `light_deg`, `dark_deg`: 95th percentile of the total attitude error while a Sun sensor sees
+    the Sun and while none does, at the worst instant of each after `settled_s`; NaN if there is
+    none.
     `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never.
     `t_s`, `error_deg`: the same over time.
     """
@@ -42,9 +43,9 @@ class SensorSet(NamedTuple):
 
 
 def sensor_sets(scenario: Scenario) -> list[SensorSet]:
-    """The scenario's Kalman filters, those of its modes too, and each with one direction less.
+    """The scenario's Kalman filters, those of its modes too, and each with a single sensor.
 
-    ValueError where there is none.
+    ValueError if there are none.
     """
     filters = [("", scenario.control.estimator), *scenario.control.estimators.items()]
     kalman = [(name, spec) for name, spec in filters if isinstance(spec, Filter)]
@@ -60,7 +61,7 @@ def sensor_sets(scenario: Scenario) -> list[SensorSet]:
 
 
 def expected_of(scenario: Scenario, name: str) -> SensorSet:
-    """What to expect of the scenario's filter, after one revolution or half of a shorter run."""
+    """Expected accuracy of the scenario's filter, after one revolution or half of a shorter run."""
     expected = expected_accuracy(scenario)
     t_s, length_s = expected.t_s, expected.t_s[-1]
     settled_s = min(scenario.orbit.period_s, 0.5 * length_s)

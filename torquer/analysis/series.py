@@ -18,7 +18,7 @@ def bands_where(t, inside) -> list[tuple[float, float]]:
 
 
 def angle_deg(a, b) -> np.ndarray:
-    """Angle [deg] between the rows of a and b [n, 3]; not a number where either is zero."""
+    """Angle [deg] between the rows of a and b [n, 3]; NaN where either is zero."""
     across, along = np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1)
     angle = np.degrees(np.arctan2(across, along))
     zero = (np.linalg.norm(a, axis=-1) == 0.0) | (np.linalg.norm(b, axis=-1) == 0.0)

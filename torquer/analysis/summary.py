@@ -57,7 +57,7 @@ def summary_of(result: xr.Dataset) -> dict:
 
 
 def _of_steps(result) -> dict:
-    """Error and length of adaptive steps; numerical damping and phase lag of RK4; error found."""
+    """Error and length of adaptive steps; numerical damping and lag of RK4; error measured."""
     measured = {}
     if "integration_error_measured" in result:
         error = float(np.degrees(result["integration_error_measured"]))
@@ -141,7 +141,7 @@ def _series_of(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
 
 
 def _coil_share(part: xr.Dataset, coils: Coils) -> np.ndarray:
-    """Greatest share of its limit that a coil has; of more coils than three, by least squares."""
+    """Greatest share of its limit that a coil has; with more than three, by least squares."""
     dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
     each = dipole @ np.linalg.pinv(np.array(coils.axes))
     return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
@@ -187,7 +187,7 @@ def _of_attitude(t, angle, revolution_s: float) -> dict:
 
 
 def _times_below(t, rate, omega0) -> dict:
-    """First time below 2 and 3 orbital rates, and the time from which it stays below."""
+    """First time below 2 and 3 orbital rates, and the time from which the rate stays below."""
     times = {}
     for factor in (3, 2):
         below = rate < factor * omega0

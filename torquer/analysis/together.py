@@ -21,10 +21,10 @@ _SAYS_NOTHING = ("name", "description")
 def concat(
     results: Sequence[xr.Dataset], names: Sequence[str] | None = None, dim: str = "run"
 ) -> xr.Dataset:
-    """Results side by side along a dimension of their own, each with its scenario and seed.
+    """Results side by side along a new dimension, each with its scenario and seed.
 
-    `names` of the runs: left out, those of their scenarios, numbered where two are the same.
-    Variables that all of them have are kept; records at other times are not numbers.
+    `names` of the runs; left out: those of their scenarios, numbered where two are the same.
+    Variables that all runs have are kept; they are NaN at times that a run did not record.
     `scenario`, `seed`, `laws`, `ended` and `versions` become coordinates along `dim`:
     `run_of(joined, name)` gives a run back as it was. ValueError for no results.
     """
@@ -44,7 +44,7 @@ def concat(
 
 
 def _stacks(name) -> bool:
-    """What is of use beside other runs: not the state of the loop."""
+    """Whether a variable is of use beside other runs: not the state of the loop."""
     return name != "checkpoint"
 
 
@@ -83,7 +83,7 @@ def names_of(results: Sequence[xr.Dataset], names: Sequence[str] | None = None) 
 
 
 def differences(results: Sequence[xr.Dataset]) -> dict[str, list]:
-    """Keys of the scenarios whose values differ, with the value of each run; None: not given."""
+    """Keys whose values differ between the scenarios, with each run's value; None: not given."""
     flat = [_flat(json.loads(result.attrs["scenario"])) for result in results]
     keys = dict.fromkeys(key for each in flat for key in each)
     values = {key: [each.get(key) for each in flat] for key in keys if key not in _SAYS_NOTHING}

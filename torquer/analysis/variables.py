@@ -56,7 +56,7 @@ VARIABLES = (
         "body",
         "dipole of the coils, residual dipole included, as it acts",
     ),
-    Variable("command_body", _XYZ, "A m^2", "body", "dipole that the computer asked for last"),
+    Variable("command_body", _XYZ, "A m^2", "body", "dipole that the computer commanded last"),
     Variable("b_body", _XYZ, "T", "body", "true geomagnetic field"),
     Variable("b_inertial", _XYZ, "T", "J", "true geomagnetic field"),
     Variable("b_measured", _XYZ, "T", "body", "last magnetometer reading"),
@@ -70,7 +70,7 @@ VARIABLES = (
     ),
     Variable("position_inertial", _XYZ, "m", "J", "position from the Earth's centre"),
     Variable("velocity_inertial", _XYZ, "m/s", "J", "velocity"),
-    Variable("sun_inertial", _XYZ, "1", "J", "direction to the Sun, in eclipse, too"),
+    Variable("sun_inertial", _XYZ, "1", "J", "direction to the Sun, also in eclipse"),
     Variable("lit", "time", "1", "", "visible part of the Sun's disc: 0 in the umbra"),
     Variable("latitude", "time", "deg", "", "geodetic latitude, WGS84"),
     Variable("longitude", "time", "deg", "", "longitude, east positive"),
@@ -80,7 +80,7 @@ VARIABLES = (
         _XYZ,
         "N m",
         "body",
-        "torque on the body that the computer asked the wheels for last",
+        "torque on the body that the computer commanded the wheels to give last",
         _WHEELS,
     ),
     Variable(
@@ -104,7 +104,7 @@ VARIABLES = (
         "time, wheel",
         "N m",
         "wheel axis",
-        "torque that each motor is asked for",
+        "commanded torque of each motor",
         _WHEELS,
     ),
     Variable(
@@ -116,10 +116,10 @@ VARIABLES = (
         _XYZ,
         "rad/s",
         "body",
-        "estimated bias of the gyro; not numbers where none is estimated",
+        "estimated bias of the gyro; NaN where none is estimated",
         _ESTIMATE,
     ),
-    Variable("estimate_time", "time", "s", "body", "time for which the estimate holds", _ESTIMATE),
+    Variable("estimate_time", "time", "s", "body", "time to which the estimate applies", _ESTIMATE),
     Variable(
         "attitude_sigma",
         "time",
@@ -141,7 +141,7 @@ VARIABLES = (
         "time",
         "",
         "",
-        "state of a region: numbers, whose names are the attribute `flag_meanings`; -1: none",
+        "state of a region, as a number; names in the attribute `flag_meanings`; -1: none",
         _MODES,
     ),
     Variable("mode_entered", "mode", "s", "", "time at which each state was entered last", _MODES),
@@ -151,7 +151,7 @@ VARIABLES = (
         "",
         "J",
         "",
-        "electrical energy of the coils; no power given: as if each took 1 W at its limit",
+        "electrical energy of the coils; if no power is given, for 1 W of each at its limit",
     ),
     Variable("peak_coil_dipole", "", "A m^2", "", "greatest dipole of a coil in the whole run"),
     Variable(
@@ -159,7 +159,7 @@ VARIABLES = (
         "",
         "rad",
         "",
-        "error of the attitude at the end: sum of the steps' estimates",
+        "attitude error at the end: sum of the steps' estimates",
         _AUTO,
     ),
     Variable("steps", "", "1", "", "number of integration steps", _AUTO),
@@ -170,25 +170,25 @@ VARIABLES = (
         "",
         "1",
         "",
-        "part of the amplitude of nutation and libration that the steps took, at most",
+        "fraction of the nutation or libration amplitude damped by the steps, at most",
         _RK4,
     ),
     Variable(
-        "rk4_lag", "", "rad", "", "phase lag of the rotation that the steps made, about", _RK4
+        "rk4_lag", "", "rad", "", "approximate phase lag of the rotation due to the steps", _RK4
     ),
     Variable(
         "checkpoint",
         "checkpoint_cell",
         "",
         "",
-        "state of the loop, from which the run can be resumed: not for reading",
+        "internal state of the loop, from which the run can be resumed",
     ),
 )
 
 #: Logs: their names, dimensions and units are those that laws and estimators declare.
 LOGS = (
     "What laws and estimators log is recorded as `KEY.NAME` over `time` (vectors over `time`, "
-    "`axis`), by the name in their `log`, with the unit that they give."
+    "`axis`), by the name in their `log`, with the unit given there."
 )
 
 ATTRIBUTES = {
@@ -197,11 +197,11 @@ ATTRIBUTES = {
     "seed": "seed of all random numbers",
     "how_it_ended": "complete, stopped, interrupted or failed",
     "ended": "the same in full, with the time and the reason",
-    "versions": "versions of torquer, Python and the libraries that bits depend on, as JSON",
+    "versions": "versions of torquer, Python and the libraries that the bits depend on, as JSON",
     "processor": "kind of processor that the code was compiled for",
     "table_relative_error": "proven bound on the relative error of the tabulated environment",
     "conventions": "frames and units in short",
-    "digest": "SHA-256 of what a run goes on from",
+    "digest": "SHA-256 of the data from which a run is resumed",
 }
 
 
@@ -212,10 +212,10 @@ def variables_page() -> str:
         "",
         "Made from the code by `docs/generate.py`. `torquer.simulate` and `torquer.load` give an",
         "`xarray.Dataset` with these variables; `result.nc` has the same. SI units throughout;",
-        "what is derived, in degrees and rpm, has its functions: `result.torquer.derived()`. J is",
+        "`result.torquer.derived()` gives derived quantities, in degrees and rpm. J is",
         "the inertial frame J2000; body axes are those of the scenario's inertia tensor.",
         "",
-        "The control step at the very end of a run is not flown: there, readings and commands",
+        "The control step at the very end of a run is not executed: there, readings and commands",
         "are those of the step before.",
         "",
     ]

@@ -1,4 +1,4 @@
-"""The verdict on a run: whether it did what it was to do, when, how well, and its limits met."""
+"""The verdict on a run: whether and when it met its goals, how well, and what was at its limit."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ def verdict_of(
 ) -> dict:
     """Verdict as plain data; `done` is None without a limit to judge by.
 
-    A limit that is only usual for the laws can be kept, but not be missed.
+    A limit that is only usual for the laws can be met, but not failed.
 
     `found`: series at the times `t` [s]: signals by "goal 0", "goal 1", ...; "coil_share" and
     "share", "torque_share" of the wheels, as far as there are any.
@@ -88,10 +88,10 @@ def _headline(judged: list[dict], done, settled, complete: bool) -> str:
     if not complete:
         return "No verdict: the run did not reach its end."
     if not judged:
-        return f"No verdict: the scenario names no limits in {NAMED}, and its laws imply none."
+        return f"No verdict: the scenario gives no limits in {NAMED}, and its laws imply none."
     if done is None:
         failures = "; ".join(_failure(each) for each in judged if not each["done"])
-        return f"No verdict (no limits in {NAMED}). The usual limit was not kept: {failures}."
+        return f"No verdict (no limits in {NAMED}). The usual limit was not met: {failures}."
     if done:
         what = ", ".join(f"{each['signal']} below {_limit(each)}" for each in judged)
         return f"Achieved: {what} from {clock_text(settled)} to the end."
@@ -114,7 +114,7 @@ def _limit(each: dict) -> str:
 
 
 def clock_text(t_s: float) -> str:
-    """A time since the start, in a unit that suits it."""
+    """A time since the start, in a suitable unit."""
     if t_s < 120.0:
         return f"{t_s:.3g} s"
     if t_s < 7200.0:

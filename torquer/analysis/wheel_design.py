@@ -221,7 +221,7 @@ def _angles_of(given) -> str:
 
 
 def _only_given(array: WheelArray) -> str | None:
-    """Why no other layouts are compared; None where they are."""
+    """Why no other layouts are compared; None if they are."""
     if array.lost:
         return "wheels have failed"
     return None if np.ptp(array.momentum_limits()) == 0.0 else "the limits are not equal"

@@ -1,6 +1,6 @@
-"""Files of wheel designs: an array, a body, and what is wanted of them; TOML as of scenarios.
+"""Files of wheel designs: an array, a body, and their requirements; TOML, like scenarios.
 
-A scenario with wheels is taken for a design, too: of its wheels and its body.
+A scenario with wheels serves as a design, too: that of its wheels and its body.
 """
 
 import math
@@ -37,7 +37,7 @@ from torquer.wheel_array.presets import Wheels
 
 
 class WheelsError(ValueError):
-    """What is wrong with a file of a wheel design: one line per mistake."""
+    """Errors in a wheel design file: one line each."""
 
 
 class Demand(Spec):
@@ -60,7 +60,7 @@ class Accumulation(Spec):
     altitude_km: float = Field(gt=0.0, le=FARTHEST_KM)
     """Altitude above the equatorial radius."""
     inclination_deg: float | None = Field(default=None, ge=0.0, le=180.0)
-    """Inclination; the atmosphere rotates with the Earth. Left out: it is at rest."""
+    """Inclination, for an atmosphere that rotates with the Earth; left out: it is at rest."""
     offset_deg: Vector = (0.0, 0.0, 0.0)
     """Offset of the attitude, rotations about x1, x2, x3."""
     push_n_m: Vector = (0.0, 0.0, 0.0)
@@ -161,7 +161,7 @@ def _of_scenario(data: dict, folder: Path) -> WheelDesign:
     scenario = scenario_from_data(data, folder)
     craft = scenario.spacecraft
     if craft.wheels is None:
-        raise WheelsError("spacecraft.wheels: must be given for a design of wheels; received none")
+        raise WheelsError("spacecraft.wheels: must be given for a wheel design; received none")
     wheels = {key: getattr(craft.wheels, key) for key in Wheels.model_fields}
     texts = {"name": scenario.name, "description": scenario.description}
     return WheelDesign(wheels=Wheels(**wheels), body=craft.body, **texts)

@@ -25,7 +25,7 @@ class Capability(NamedTuple):
 
 
 class Point(NamedTuple):
-    """An array at one value of the angle: whole, and with the wheel lost that leaves least."""
+    """An array at one value of the angle: whole, and after the worst single failure."""
 
     value: float
     volume_n3_m3_s3: float
@@ -49,11 +49,11 @@ class Sweep(NamedTuple):
 
 
 def sweep_of(design: WheelDesign, text: str) -> Sweep:
-    """The sweep that a text asks for: `gamma_deg=20:85`, or with the number of points behind it.
+    """The sweep described by a text: `gamma_deg=20:85`, or with the number of points behind it.
 
-    The place of the highest rate is a point, too.
+    The angle of the highest rate is added as a point.
 
-    `ValueError` for another key than an angle of the design's layout.
+    `ValueError` for a key other than an angle of the design's layout.
     """
     key, values = _asked(design, text)
     inertia = np.array(design.body.inertia_kg_m2)
@@ -137,7 +137,7 @@ def _asked(design: WheelDesign, text: str) -> tuple[str, np.ndarray]:
         raise ValueError(f"--sweep: must have numbers, {example}; received {text!r}") from None
     points = int(found[4] or _POINTS)
     if not 0.0 < first < last < 90.0:
-        raise ValueError(f"--sweep: must rise within 0 to 90 deg; received {text!r}")
+        raise ValueError(f"--sweep: must increase within 0 to 90 deg; received {text!r}")
     if not 2 <= points <= _MOST_POINTS:
         raise ValueError(f"--sweep: must have 2 to {_MOST_POINTS} points; received {points}")
     return found[1], np.linspace(first, last, points)

@@ -64,7 +64,7 @@ class FlownWheels:
     def minimax_share(self) -> np.ndarray:
         """(n,): smallest peak share with which the working wheels could store their total momentum.
 
-        Not a number while the working wheels do not span space.
+        NaN while the working wheels do not span three dimensions.
         """
         working = self.t_s[:, None] < self.failed_at_s
         held = total_momentum(self.spec.array().axes, np.where(working, self.momentum, 0.0))

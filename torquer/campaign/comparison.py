@@ -1,8 +1,8 @@
-"""What two campaigns differ in: means, quantiles and rates of success, with intervals and tests.
+"""How two campaigns differ: means, quantiles and success rates, with intervals and tests.
 
-Members are paired if those of the same number had the same inputs: then the difference of means is
-that within pairs, whose interval is narrower. A test tells how probable a difference as great is
-by chance, were A and B alike; in its ranks a missing value is worse than any other.
+Members are paired if those of the same number had the same inputs: the difference of means is then
+taken within pairs, and its interval is narrower. The p of a test is the probability of a difference
+at least as great if A and B were alike; in its ranks a missing value is worse than any other.
 """
 
 import math
@@ -71,7 +71,7 @@ def _same(one, other) -> bool:
 
 
 def _outcome(a, b, name: str, rows, confidence: float) -> dict:
-    """The difference of the means; within pairs if there are."""
+    """The difference of the means; within pairs if there are any."""
     one, other = outcomes_of(a)[name], outcomes_of(b)[name]
     if rows is not None:
         within = other[rows[1]] - one[rows[0]]
@@ -89,7 +89,7 @@ def _outcome(a, b, name: str, rows, confidence: float) -> dict:
 
 
 def _rank_test(one: np.ndarray, other: np.ndarray, rows) -> dict | None:
-    """Name and p of the test that two outcomes [n] are distributed alike; None without members."""
+    """Name and p of the test that two outcomes [n] have one distribution; None without members."""
     if not len(one) or not len(other):
         return None
     if rows is None:

@@ -28,7 +28,7 @@ def name_of(result: xr.Dataset) -> str:
 
 
 def groups_in(result: xr.Dataset) -> list[str]:
-    """Names of what is drawn by itself: keys that vary, and keys that are correlated."""
+    """Names of what is drawn independently: keys that vary, and groups of correlated keys."""
     table = table_of(result)
     return [*table["vary"], *(", ".join(each["keys"]) for each in table["correlated"])]
 
@@ -54,7 +54,7 @@ def members_of(result: xr.Dataset) -> np.ndarray:
 
 
 def inputs_of(result: xr.Dataset) -> dict[str, np.ndarray | list]:
-    """What members have at each key that varies, as `columns_of` takes it; times in seconds."""
+    """The members' values at each key that varies, as `columns_of` takes them; times in seconds."""
     return {key: _plain(values) for key, values in _by_role(result, "input").items()}
 
 
@@ -128,7 +128,7 @@ def in_words(result: xr.Dataset, name: str) -> str:
 
 
 def signal_in_words(signal) -> str:
-    """A signal's name, or the axis and what its angle is taken to."""
+    """A signal's name, or the axis and the direction from which its angle is measured."""
     if isinstance(signal, Mapping):
         return f"angle of axis {_numbers(signal.get('axis'))} to {_numbers(signal.get('to'))}"
     return str(signal or "")
@@ -141,7 +141,7 @@ def _numbers(value) -> str:
 def least_is_worst(result: xr.Dataset, name: str) -> bool:
     """Whether small values of an outcome are bad.
 
-    By its condition of success if there is one; else of a part of time below a value only.
+    By its condition of success if there is one; else only for a fraction of time below a value.
     """
     condition = _given((table_of(result).get("success") or {}).get(name) or {})
     if condition:

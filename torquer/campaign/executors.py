@@ -72,9 +72,9 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
 
 
 def _end_with_parent() -> None:
-    """From now on this process ends when its parent does, which may be killed.
+    """Make this process end when its parent does, even if the parent is killed.
 
-    Workers wait for chunks on a pipe that they hold open themselves: it never ends by itself.
+    Workers wait for chunks on a pipe that they hold open themselves: it never closes by itself.
     """
 
     def leave() -> None:

@@ -1,6 +1,6 @@
-"""Members flown: those that differ by numbers only in lanes, all others one by one.
+"""Flying members: those that differ only in numbers together in lanes, all others one by one.
 
-A member's result is the same bits in lanes, alone, and beside whatever other members.
+A member's result is the same to the bit in lanes, alone, and beside any other members.
 """
 
 from typing import NamedTuple
@@ -31,7 +31,7 @@ MOST_INSTANTS = 200
 
 
 class Chunk(NamedTuple):
-    """What some members drew and came to; `series`: signals over time (n, t)."""
+    """Inputs and outcomes of some members; `series`: signals over time (n, t)."""
 
     members: np.ndarray
     seeds: np.ndarray
@@ -61,7 +61,7 @@ class Fleet:
         self._start = r[0], v[0]
 
     def _side_by_side(self, around: list[str]) -> tuple[Lanes | None, str]:
-        """Lanes for the members; None, and why, if all are to be flown one by one.
+        """Lanes for the members; None, and the reason, if all must be flown one by one.
 
         `around`: keys that vary of the orbit, the environment or the steps.
         """
@@ -80,7 +80,7 @@ class Fleet:
         return lanes, ""
 
     def _may_vary(self, key: str, lanes: Lanes) -> bool:
-        """Whether a member fits into lanes, of some, if it differs by what it has at a key."""
+        """Whether at least one of some members fits into lanes if it differs only at a key."""
         if key in _MOTION_KEYS:
             return True
         members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
@@ -115,7 +115,7 @@ class Fleet:
         return [name for name, each in self.campaign.outcomes.items() if each.signal not in TOTALS]
 
     def _fly_in_lanes(self, lanes: Lanes, chunk: Chunk) -> None:
-        """Fly all members: alone those that do not fit into lanes, or that end early in theirs."""
+        """Fly all members, alone those that do not fit into lanes or that end early there."""
         found = {row: self._numbers_of(lanes, chunk, row) for row in range(len(chunk.members))}
         fitting = {row: numbers for row, numbers in found.items() if numbers is not None}
         rows = np.array([*fitting], int)
@@ -127,7 +127,7 @@ class Fleet:
                 self._fly_alone(chunk, row)
 
     def _with_surroundings(self, flown: FlownLanes) -> Flown:
-        """What members flew in lanes, with what they met on their orbit."""
+        """The motion of members in lanes, with the environment along their orbit."""
         motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
         energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
         return Flown(self.t_s, motion[..., :4], motion[..., 4:], r, v, b, sun, energy, peak)
@@ -147,7 +147,7 @@ class Fleet:
         return numbers
 
     def _first_motion(self, chunk: Chunk, row: int) -> np.ndarray | None:
-        """Attitude and rate of a member at the start; None if they are not to be flown."""
+        """Initial attitude and rate of a member; None if they cannot be flown."""
         own = self.scenario.initial.model_dump(exclude_unset=True)
         for key, value in changes_of(chunk.drawn, row).items():
             own[key.removeprefix("initial.")] = value

@@ -41,7 +41,7 @@ _AHEAD = 2
 
 
 class Progress(NamedTuple):
-    """How far a campaign has come: members flown, and in all."""
+    """Progress of a campaign: members flown, and members in total."""
 
     done: int
     runs: int
@@ -64,11 +64,11 @@ def fly_campaign(
     """Fly all members of a campaign; one row each in the order of their numbers.
 
     `to`: a file (NetCDF) for the result; chunks of it are written as they are flown, into a folder
-    beside it. `resume` goes on with the members that are missing there, more than at first if the
-    campaign has more `runs` now. `workers`: as many as cores unless given. `where`: 'threads',
-    'processes', or the address of a Dask scheduler. A member's bits depend on none of these.
-    Members that fail are kept, with the reason. KeyboardInterrupt ends the campaign with what is
-    written.
+    beside it. `resume` continues with the members that are missing there, also with added ones if
+    the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
+    'processes', or the address of a Dask scheduler. A member's result does not depend on any of
+    these, to the bit. Members that fail are kept, with the reason. KeyboardInterrupt ends the
+    campaign; what has been written is kept.
     """
     check_campaign(campaign, checked(scenario))
     path = None if to is None else Path(to)
@@ -97,14 +97,14 @@ def fly_campaign(
 def _check_free(path: Path) -> None:
     if path.exists() or chunks_folder(path).exists():
         raise ValueError(
-            f"to: must hold no campaign; received {path}: resume goes on with it, or remove it"
+            f"to: must hold no campaign; received {path}: resume continues it, or remove it"
         )
 
 
 class _Known:
-    """What is known of a campaign: which members are `there`, how many `members` it is to have.
+    """The state of a campaign: which members are `there`, how many `members` it will have.
 
-    A stopping rule is looked at when the members are there up to a whole number of chunks: neither
+    A stopping rule is evaluated when the members up to a whole number of chunks are there: neither
     the order in which chunks end nor a resume changes where the campaign ends.
     """
 
@@ -116,7 +116,7 @@ class _Known:
 
     @property
     def has_enough(self) -> bool:
-        """Whether a part of the runs is enough."""
+        """Whether fewer than all runs are enough."""
         return self.members < self.runs
 
     def add(self, data: xr.Dataset) -> None:
@@ -135,7 +135,7 @@ class _Known:
                 return
 
     def _ends_of_chunks(self) -> Iterator[int]:
-        """Numbers of members up to the ends of chunks, as far as all members are there."""
+        """Numbers of members at the ends of chunks up to which all members are there."""
         for first in range(self._looked_at, self.runs, CHUNK):
             last = min(first + CHUNK, self.runs)
             if not self.there[first:last].all():

@@ -45,7 +45,7 @@ def file_schema() -> dict:
     schema["$defs"] |= campaign.pop("$defs") | {"Campaign": campaign}
     schema["properties"]["campaign"] = {
         "$ref": "#/$defs/Campaign",
-        "description": "Many runs of the scenario, whose keys vary.",
+        "description": "Many runs of the scenario, with varied keys.",
     }
     return schema
 

@@ -29,7 +29,7 @@ _MOST_VALUES = 100
 
 
 class _File(Spec):
-    """What of a file is about the campaign."""
+    """The part of a file that is about the campaign."""
 
     campaign: Campaign
 
@@ -64,8 +64,8 @@ def campaign_from_data(table: dict, scenario: Scenario) -> Campaign:
 def check_campaign(campaign: Campaign, scenario: Scenario) -> None:
     """ScenarioError unless members can be flown and have the outcomes.
 
-    Tried are the first members and the ends of all distributions; of those without ends what one
-    in twice as many members goes beyond.
+    The first members and the ends of all distributions are tried; for distributions without ends,
+    the values that one in twice as many members exceeds.
     """
     try:
         check_outcomes(campaign.outcomes, scenario)
@@ -107,7 +107,7 @@ def _low_and_high(rows: np.ndarray, low: float) -> np.ndarray:
 
 
 def _member(campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int) -> Scenario:
-    """The scenario of a row; ScenarioError in the words of the campaign."""
+    """The scenario of a row; ScenarioError in terms of the campaign."""
     try:
         return with_values(scenario, changes_of(drawn, row))
     except ScenarioError as error:
@@ -128,10 +128,10 @@ def _told(line: str, keys: list[str], campaign: Campaign) -> str:
 
 
 def _check_held(campaign: Campaign, scenario: Scenario, member: Scenario) -> None:
-    """The attitude error of all members is taken from one attitude."""
+    """The attitude error of all members is measured from one attitude."""
     asked = any(each.signal == "attitude_error_deg" for each in campaign.outcomes.values())
     if asked and held_attitudes(member.control) != held_attitudes(scenario.control):
         raise ScenarioError(
             "campaign.vary: the attitude that laws hold must not vary with an outcome of "
-            "attitude_error_deg; received members that hold others"
+            "attitude_error_deg; received members that hold different ones"
         )

@@ -172,7 +172,7 @@ DEFAULT = {
 
 
 def needs_sun(outcomes: Mapping[str, Outcome]) -> bool:
-    """Whether outcomes look at the Sun: then `Flown` must have its direction."""
+    """Whether outcomes need the Sun: then `Flown` must have its direction."""
     return any(outcome.needs_sun for outcome in outcomes.values())
 
 
@@ -238,7 +238,7 @@ def evaluate(
 def taken_of(
     outcomes: Mapping[str, Outcome], signals: Mapping[str, np.ndarray], flown: Flown
 ) -> dict[str, np.ndarray]:
-    """The same of signals that are known."""
+    """The same, from signals that are known."""
     found = {}
     for name, outcome in outcomes.items():
         if outcome.signal in TOTALS:

@@ -27,7 +27,7 @@ Drawn = dict[str, np.ndarray | list]
 def draw(campaign: Campaign, scenario: Scenario, members) -> Drawn:
     """Values of each key that varies, of members by their numbers (n integers, 0 or more).
 
-    They do not depend on which members are asked for together. Of "initial.attitude" they are
+    They do not depend on which members are asked for together. For "initial.attitude" they are
     quaternions (x, y, z, w). `values` and times come as lists, all others as arrays.
     """
     return values_of(campaign, scenario, unit_numbers(campaign, members))
@@ -63,7 +63,7 @@ def _times_own(key: str, factors: np.ndarray, scenario: Scenario) -> np.ndarray:
     if not numbers.size:
         place = name_of(("campaign", "vary", key, "relative"))
         raise ScenarioError(
-            f"{place}: must be of a number or numbers that the scenario gives; received "
+            f"{place}: must be for a number or numbers that the scenario gives; received "
             f"{'nothing' if own is None else repr(own)}"
         )
     return np.multiply.outer(factors, numbers)

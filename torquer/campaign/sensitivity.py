@@ -1,12 +1,12 @@
-"""Sobol's sensitivity indices: what part of an outcome's variance is due to which varied keys.
+"""Sobol's sensitivity indices: the share of an outcome's variance that is due to each varied key.
 
 A campaign with sampling 'saltelli' has, for each point of a Sobol sequence, a member A, an
 independent one B, and one for each group of numbers (a key, or keys that are correlated), which is
 A with that group's numbers of B. All of them but B have the same noise.
 
-The design and the estimators are those of `scipy.stats.sobol_indices`, which wants a power of 2 of
-points and draws its bootstrap without a seed: points whose members have no value are left out here,
-and the same file has the same intervals.
+The design and the estimators are those of `scipy.stats.sobol_indices`, which requires a power of 2
+of points and draws its bootstrap without a seed. Here points whose members have no value are left
+out, and the same file always has the same intervals.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def sobol_indices(f_a, f_b, f_ab) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _terms(f_a: np.ndarray, f_b: np.ndarray, f_ab: np.ndarray) -> np.ndarray:
-    """What is averaged over the points: sums and squares of A and B, products of all groups."""
+    """The terms averaged over the points: sums and squares of A and B, products of all groups."""
     f_a, f_b = np.asarray(f_a, dtype=float), np.asarray(f_b, dtype=float)
     mean = 0.5 * (f_a.mean() + f_b.mean())
     f_a, f_b, f_ab = f_a - mean, f_b - mean, np.asarray(f_ab, dtype=float) - mean
@@ -76,7 +76,7 @@ def sensitivity(result: xr.Dataset, confidence: float = 0.95) -> dict | None:
 
 
 def _indices(values: np.ndarray, names: list[str], confidence: float) -> dict:
-    """Indices of an outcome [members] by group, none of so few points, or without a variance."""
+    """Indices of an outcome [members] by group; none with too few points or no variance."""
     rows = len(names) + 2
     points = values[: len(values) // rows * rows].reshape(-1, rows)
     known = points[np.isfinite(points).all(axis=1)].T

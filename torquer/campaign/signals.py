@@ -17,9 +17,9 @@ from torquer.spec import Spec
 
 
 class Flown(NamedTuple):
-    """What n members flew, at r records.
+    """The motion of n members at r records.
 
-    `sun_inertial`: direction to the Sun; it may be None where no outcome looks at it.
+    `sun_inertial`: direction to the Sun; it may be None if no outcome uses it.
     `coil_energy_j`, `peak_dipole_a_m2` (greatest dipole of one coil): totals of each run.
     """
 
@@ -44,7 +44,7 @@ class Flown(NamedTuple):
 
 
 class Axis(Spec):
-    """Angle [deg] of an `axis` of the body `to` a direction.
+    """Angle [deg] from an `axis` of the body `to` a direction.
 
     'sun', 'nadir' (the Earth's centre), 'orbit_normal', 'field' (the geomagnetic field), or a
     vector in the inertial frame.
@@ -53,8 +53,8 @@ class Axis(Spec):
     axis: unit_vector("axis")  # type: ignore[valid-type]
     """Axis in the body, a vector of any length."""
     to: Literal["sun", "nadir", "orbit_normal", "field"] | unit_vector("to")  # type: ignore[valid-type]
-    """Direction that the angle is measured to: 'sun', 'nadir' (the Earth's centre), 'orbit_normal',
-    'field' (the geomagnetic field) or a vector in the inertial frame.
+    """Direction to which the angle is measured: 'sun', 'nadir' (the Earth's centre),
+    'orbit_normal', 'field' (the geomagnetic field) or a vector in the inertial frame.
     """
 
 
@@ -84,7 +84,7 @@ def attitude_error(scenario: Scenario, flown: Flown) -> np.ndarray:
 
 
 def angle_to(axis: Axis, flown: Flown) -> np.ndarray:
-    """Angle [deg] of an axis of the body to a direction."""
+    """Angle [deg] from an axis of the body to a direction."""
     direction = _direction(axis.to, flown)[:, None]
     return angle_deg(to_reference(flown.q_body_to_inertial, np.array(axis.axis)), direction)
 

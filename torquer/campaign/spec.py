@@ -1,4 +1,4 @@
-"""The table `[campaign]` of a scenario file: what varies, how often, and what is asked of it."""
+"""The table `[campaign]` of a scenario file: what varies, in how many runs, which outcomes."""
 
 import math
 import re
@@ -34,11 +34,11 @@ class Stop(Spec):
     confidence: float = Field(default=0.95, gt=0.0, lt=1.0)
     """Probability that the interval covers the true value."""
     least: int = Field(default=100, ge=2)
-    """Number of members before which the campaign does not end."""
+    """Number of members to fly before the campaign may end."""
 
 
 def _flattened(table: Mapping, place: str = "") -> dict[str, Any]:
-    """The table with tables in tables, as TOML makes them of dotted keys, as dotted keys again."""
+    """The table with nested tables, as TOML makes them of dotted keys, turned into dotted keys."""
     flat: dict[str, Any] = {}
     for key, value in table.items():
         here = f"{place}{key}"
@@ -68,37 +68,37 @@ def _or_default(outcomes: dict[str, Outcome]) -> dict[str, Outcome]:
 
 
 class Campaign(Spec):
-    """Many runs of a scenario, whose keys vary from member to member."""
+    """Many runs of a scenario, with keys that vary from member to member."""
 
     runs: int = Field(ge=1, le=_MOST_RUNS)
     """Number of members."""
     seed: int = Field(default=0, ge=0, lt=2**63)
-    """With a member's number it fixes all that is random in the member, whichever other members are
-    flown.
+    """Seed: with a member's number it determines everything random in that member, whichever other
+    members are flown.
     """
     sampling: Literal["random", "latin_hypercube", "sobol", "saltelli", "grid"] = "random"
     """How members are drawn: 'random' (independently), 'latin_hypercube' (the members together
     cover the range of each number evenly), 'sobol' (a scrambled low-discrepancy sequence, best for
     powers of 2), 'saltelli' (for Sobol's sensitivity indices: points of such a sequence, each with
-    two members and one more for every key that varies) or 'grid' (all combinations of the `values`,
-    whose number must be that of the runs).
+    two members and one more for every key that varies) or 'grid' (all combinations of the `values`;
+    their number must equal the number of runs).
     """
     vary: dict[str, Variation] = Field(default_factory=dict)
     """How each key varies, by keys of the scenario as `Scenario.replace` takes them;
     "initial.attitude" for uniformly distributed attitudes.
     """
     correlated: tuple[Correlated, ...] = ()
-    """Keys that are normally distributed together."""
+    """Keys with a joint normal distribution."""
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
         default_factory=lambda: dict(DEFAULT)
     )
-    """Numbers taken from each run, by names of your choice."""
+    """Numbers taken from each run, under names of your choice."""
     success: dict[str, Threshold] = Field(default_factory=dict)
     """Conditions on outcomes, by the outcomes' names. A run succeeds if all hold; a missing value
     is a failure.
     """
     stop: Stop | None = None
-    """When the campaign ends before all members are flown."""
+    """Rule for ending the campaign before all members are flown."""
 
     @model_validator(mode="before")
     @classmethod
@@ -127,7 +127,7 @@ class Campaign(Spec):
                 raise ValueError(f"{place}: must not vary: each member has its own; received {key}")
         for (_, one), (place, other) in combinations(places, 2):
             if _overlap(one, other):
-                raise ValueError(f"{place}: must be apart from all other keys; received {one}, too")
+                raise ValueError(f"{place}: must not overlap with another key; received {one}, too")
         return self
 
     def _places(self) -> Iterator[tuple[str, str]]:
@@ -145,8 +145,8 @@ class Campaign(Spec):
                 if key == ATTITUDE:
                     raise ValueError(f'vary."{key}": must be "uniform"; received {variation.form}')
                 raise ValueError(
-                    f'vary."{key}": must be a table of a variation: only {ATTITUDE} is '
-                    '"uniform" by a word; received "uniform"'
+                    f'vary."{key}": must be a table of a variation: only {ATTITUDE} takes '
+                    'the word "uniform"; received "uniform"'
                 )
         return self
 
@@ -184,7 +184,7 @@ class Campaign(Spec):
     def _check_no_stop(self) -> None:
         if self.stop is not None:
             raise ValueError(
-                f"stop: must be left out with sampling {self.sampling!r}, a part of which is none"
+                f"stop: must be left out with sampling {self.sampling!r}, which must be complete"
             )
 
     def _check_saltelli(self) -> None:
@@ -228,7 +228,7 @@ class Campaign(Spec):
 
     @property
     def in_words(self) -> str:
-        """How many runs, and what varies."""
+        """The number of runs, and what varies."""
         keys = self.varied_keys
         varied = f"; varied: {', '.join(keys)}" if keys else ", which differ by their noise only"
         return f"{self.runs} runs, sampling {self.sampling!r}{varied}"

@@ -1,8 +1,8 @@
 """Statistics over members: confidence intervals, rank correlations, when to stop.
 
-A missing value (NaN: what never settled) has no part in a mean. In quantiles and ranks it counts as
-greater than any other. Intervals are those of independent members; of a Latin hypercube or Sobol
-points the estimates are better as a rule, and the intervals too wide.
+A missing value (NaN: never settled) is left out of means. In quantiles and ranks it counts as
+greater than any other. Intervals are those of independent members; for a Latin hypercube or Sobol
+points the estimates are usually better, and the intervals too wide.
 """
 
 import math
@@ -18,7 +18,7 @@ from torquer.geometry.attitudes import dcm_body_to_reference
 
 
 class Interval(NamedTuple):
-    """A confidence interval; its ends may be infinite where the members tell nothing."""
+    """A confidence interval; an end may be infinite if the members do not bound it."""
 
     low: float
     high: float
@@ -41,7 +41,7 @@ def plain(interval: Interval) -> list[float | None]:
 
 
 def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Interval:
-    """Wilson's score interval of a rate of success. E. Wilson (1927)."""
+    """Wilson's score interval of a success rate. E. Wilson (1927)."""
     if members == 0:
         return Interval(0.0, 1.0)
     z, n, rate = float(stats.norm.isf(0.5 * (1.0 - confidence))), members, successes / members
@@ -74,7 +74,7 @@ def _ordered(values) -> np.ndarray:
 
 
 def quantile(values, part: float) -> float:
-    """The least value that is not below a part (0..1) of all: one of the values."""
+    """The least value that a fraction (0..1) of all values does not exceed: one of the values."""
     ordered = _ordered(values)
     if not len(ordered):
         return math.nan
@@ -85,8 +85,8 @@ def quantile(values, part: float) -> float:
 def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval:
     """Interval of a quantile between order statistics, right for every distribution.
 
-    The number of values below the quantile is binomial, whatever they are distributed by. An end
-    is infinite where so few members have none. H. David, H. Nagaraja, 'Order Statistics', 7.1.
+    The number of values below the quantile is binomial, whatever their distribution. An end is
+    infinite if there are too few members for one. H. David, H. Nagaraja, 'Order Statistics', 7.1.
     """
     ordered = _ordered(values)
     n, tail = len(ordered), 0.5 * (1.0 - confidence)
@@ -100,10 +100,10 @@ def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval
 
 
 def is_enough(stop: Stop, values) -> bool:
-    """Whether members so far make the confidence interval as narrow as is asked for.
+    """Whether the members so far make the confidence interval as narrow as required.
 
     `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. An
-    interval that is looked at again and again errs somewhat more often than its confidence says.
+    interval that is checked repeatedly errs somewhat more often than its confidence says.
     """
     values = np.asarray(values)
     if len(values) < stop.least:
@@ -157,10 +157,10 @@ def chance_correlation(members: int, confidence: float = 0.95) -> float:
 def columns_of(inputs: Mapping[str, Sequence | np.ndarray]) -> dict[str, np.ndarray]:
     """Numbers [n] by name of what members drew.
 
-    Of a vector its components `key[0]`, ..., its magnitude `|key|` and its direction cosines
-    `key.direction[0]`, ...; of an attitude the direction cosines of body axis j to axis i of its
-    reference, `initial.attitude[i][j]`; of a matrix its size. Times count in seconds. Texts, tables
-    and lists of different lengths have none.
+    For a vector its components `key[0]`, ..., its magnitude `|key|` and its direction cosines
+    `key.direction[0]`, ...; for an attitude the direction cosines of body axis j to axis i of its
+    reference, `initial.attitude[i][j]`; for a matrix its size. Times count in seconds. Texts,
+    tables and lists of different lengths have none.
     """
     columns: dict[str, np.ndarray] = {}
     for key, values in inputs.items():

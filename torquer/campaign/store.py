@@ -1,7 +1,7 @@
 """The results of a campaign on the disk: a file for each chunk, joined at the end.
 
-Each file is written whole or not at all, so that what is there is complete: a campaign whose
-process was killed goes on with the chunks that are missing.
+Each file is written whole or not at all, so every file there is complete: a campaign whose process
+was killed continues with the chunks that are missing.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
-    """What members drew and came to, one row each."""
+    """Inputs and outcomes of members, one row each."""
     import xarray as xr
 
     from torquer.campaign.contents import unit_of, unit_of_signal
@@ -143,7 +143,7 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
 
 
 def check_same(path: Path, fleet: Fleet) -> None:
-    """ValueError unless a campaign can go on with all that was flown of it."""
+    """ValueError unless a campaign can continue with all members flown so far."""
     files = files_there(path)
     if not files:
         return
@@ -152,7 +152,7 @@ def check_same(path: Path, fleet: Fleet) -> None:
         raise ValueError(f"to: must be the file of a campaign; received {path}")
     check_version(began)
     if not of_one_run(scenario_in(began), fleet.scenario):
-        raise ValueError(f"scenario: must be that with which {path} began; received another")
+        raise ValueError(f"scenario: must be the one {path} was started with; received another")
     now = attributes_of(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
     _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
@@ -168,14 +168,14 @@ def _check_table(path: Path, began: dict, now: dict) -> None:
     """ValueError unless campaigns are the same in what members and their outcomes depend on."""
     if now["sampling"] == "latin_hypercube" and now["runs"] != began["runs"]:
         raise ValueError(
-            f"campaign.runs: must be {began['runs']}, with which {path} began: a Latin hypercube "
-            f"is drawn for all its members together; received {now['runs']}"
+            f"campaign.runs: must be {began['runs']}, as when {path} was started: a Latin "
+            f"hypercube is drawn for all its members together; received {now['runs']}"
         )
     for key in sorted((began.keys() | now.keys()) - {"runs", "stop"}):
         # as texts: the order of keys that vary is that of the numbers of a design
         if json.dumps(began.get(key)) != json.dumps(now.get(key)):
             raise ValueError(
-                f"campaign.{key}: must be that with which {path} began; received another"
+                f"campaign.{key}: must be the one {path} was started with; received another"
             )
 
 
@@ -183,6 +183,6 @@ def _check_laws(path: Path, began: dict, now: dict) -> None:
     for key, law in now.items():
         if law["source"] != began.get(key, law)["source"]:
             raise ValueError(
-                f"{key} {law['name']}: must be the one with which {path} began; its file, or one "
-                "that it imports from beside it, has been edited since"
+                f"{key} {law['name']}: must be the one {path} was started with; its file, or "
+                "one that it imports from beside it, has been edited since"
             )

@@ -1,8 +1,8 @@
 """Summary of a campaign, as plain data and as rows of text.
 
 Statistics are those of independent members. A missing value counts as worse than any other in
-quantiles and ranks, and has no part in a mean. Numbers that do not exist are None: a quantile among
-missing values, the end of an interval about which so few members tell nothing.
+quantiles and ranks, and is left out of means. Numbers that do not exist are None: a quantile among
+missing values, the end of an interval that so few members do not bound.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ NAMED = 5
 
 
 def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
-    """Members, rate of success, statistics of each outcome, correlations above chance."""
+    """Members, success rate, statistics of each outcome, correlations above chance."""
     failed, own = failed_in(result), independent(result)
     pairs = correlations(own)
     chance = chance_correlation(own.sizes["member"], confidence)
@@ -118,7 +118,7 @@ def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dic
 def correlations(result: xr.Dataset) -> dict[str, dict[str, float]]:
     """Rank correlations [outcome][input], of success too; see `rank_correlations`.
 
-    None of so few members that any might be by chance.
+    None with so few members that any value might be due to chance.
     """
     if chance_correlation(result.sizes["member"]) >= 1.0:
         return {}
@@ -168,19 +168,19 @@ def _sensitivity_rows(summary: dict) -> list[tuple[str, str]]:
 
 
 def headline_rows(summary: dict) -> list[tuple[str, str]]:
-    """Members, failures, rate of success."""
+    """Members, failures, success rate."""
     members, runs = summary["members"], summary["runs"]
     of_runs = f" of {runs} runs" if runs is not None and runs != members else ""
     rows = [("Members", f"{members}{of_runs}"), ("Failed", str(summary["failed"]))]
     if summary["independent"] != members:
-        rows.append(("Independent members", f"{summary['independent']}, on which statistics rest"))
+        rows.append(("Independent members", f"{summary['independent']}, used for the statistics"))
     if summary["success"] is not None:
         rows.append(("Success rate", rate_text(summary["success"], summary["confidence"])))
     return rows
 
 
 def rate_text(success: dict, confidence: float) -> str:
-    """Rate of success with its interval."""
+    """Success rate with its interval."""
     if success["rate"] is None:
         return "none"
     low, high = success["interval"]

@@ -1,6 +1,6 @@
-"""Numbers uniform on 0..1, of which the values of a member are made: one row a member.
+"""Numbers uniform on 0..1, from which the values of a member are made: one row per member.
 
-A row depends on the campaign and the member's number alone, not on which members are asked for
+A row depends only on the campaign and the member's number, not on which members are asked for
 together.
 """
 
@@ -35,7 +35,7 @@ def checked_members(members) -> np.ndarray:
     """Numbers of members as an array (n,)."""
     members = np.atleast_1d(np.asarray(members))
     if members.ndim != 1 or (members.size and members.dtype.kind not in "iu"):
-        raise ValueError(f"members: must be whole numbers in a row; received {members!r}")
+        raise ValueError(f"members: must be a list of whole numbers; received {members!r}")
     if members.size and not (members.min() >= 0 and members.max() < MOST_MEMBERS):
         raise ValueError(
             f"members: must lie within 0..{MOST_MEMBERS - 1}; received {members.min()} to "
@@ -76,7 +76,7 @@ def _of_stream(seed: int, name: str, members: np.ndarray, count: int) -> np.ndar
 
 
 def _latin_hypercube(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """Blocks of `runs` members, each a Latin hypercube: members beyond the runs begin a further."""
+    """Blocks of `runs` members, each a Latin hypercube: members beyond the runs begin another."""
     blocks, rows = np.divmod(members, campaign.runs)
     out = np.empty((len(members), campaign.unit_numbers))
     for block in np.unique(blocks):
@@ -116,7 +116,7 @@ def _saltelli(campaign: Campaign, members: np.ndarray) -> np.ndarray:
 
 
 def of_noise(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """Numbers of the members whose noise members have: their own as a rule.
+    """Numbers of the members whose noise members have: usually their own.
 
     In a point of Saltelli's design it is that of A, for all but B: what differs between A and
     another member is due to the group that was exchanged, and to nothing else.
@@ -146,7 +146,7 @@ def _sobol_points(count: int, seed: int, numbers: np.ndarray) -> np.ndarray:
 
 
 def _grid(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """The middle of the part of 0..1 that stands for a value; the last key changes fastest."""
+    """The middle of the part of 0..1 that represents a value; the last key changes fastest."""
     if members.max() >= campaign.runs:
         raise ValueError(
             f"members: must lie within 0..{campaign.runs - 1} of the grid; received {members.max()}"

@@ -82,7 +82,7 @@ def _positive_bounds(value):
 
 
 class Normal(Spec):
-    """A normal distribution, of each component by itself where one of the two is a vector."""
+    """A normal distribution, of each component independently if one of the two is a vector."""
 
     mean: Size
     """Mean, a number or a vector."""
@@ -236,7 +236,7 @@ class Variation(Spec):
     def in_words(self) -> str:
         """What it varies."""
         if self.values is not None:
-            return "values that are no numbers"
+            return "values that are not numbers"
         return {"relative": "another factor", "rotation": "an attitude"}.get(
             self.form, "times" if self.is_of_times else "a vector"
         )
@@ -247,7 +247,7 @@ FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
 
 
 class Correlated(Spec):
-    """Keys of single numbers that are normally distributed together."""
+    """Keys of single numbers with a joint normal distribution."""
 
     keys: tuple[str, ...] = Field(min_length=1)
     """Keys of the scenario, each of a single number."""
@@ -282,7 +282,7 @@ class Correlated(Spec):
         """The symmetric square root of the covariance.
 
         Unlike eigenvectors or a factor of a semidefinite matrix it is unique: members are the
-        same on every processor, but for rounding.
+        same on every processor, up to rounding.
         """
         values, vectors = np.linalg.eigh(np.array(self.covariance))
         return (vectors * np.sqrt(np.maximum(values, 0.0))) @ vectors.T

@@ -20,8 +20,8 @@ _GARBAGE = (500_000, 50, 100)
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Entry point: exit 0 on success, 1 if a run failed or a verdict is not the declared one, 2 on
-    a user's mistake, 130 on an interrupt."""
+    """Entry point: exit code 0 on success, 1 if a run failed or a verdict differs from the declared
+    one, 2 on a user error, 130 on an interrupt."""
     global own_process
     own_process = arguments is None
     if own_process:
@@ -59,7 +59,7 @@ def _interrupts_of_imports():
 
 
 def leave_or_raise(number, frame) -> None:
-    """Handler of an interrupt: end the process during an import, else raise KeyboardInterrupt."""
+    """Interrupt handler: end the process during an import, else raise KeyboardInterrupt."""
     while frame:
         if frame.f_code.co_filename == "<frozen importlib._bootstrap>":
             os.write(2, b"error: interrupted\n")

@@ -1,4 +1,4 @@
-"""The commands: thin layers over the package; a mistake is one clear line and exit code 2."""
+"""The commands: thin layers over the package; a user error gives one line and exit code 2."""
 
 import sys
 from contextlib import suppress
@@ -50,11 +50,9 @@ def run(
     ] = False,
     check_steps: Annotated[
         bool,
-        Parameter(help="Measure the integration error by a second, finer run.", negative=""),
+        Parameter(help="Measure the integration error with a second, finer run.", negative=""),
     ] = False,
-    checkpoint_s: Annotated[
-        float, Parameter(help="Seconds from one save of a long run to the next.")
-    ] = 5.0,
+    checkpoint_s: Annotated[float, Parameter(help="Seconds between saves of a long run.")] = 5.0,
     no_report: NoReport = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
@@ -91,11 +89,11 @@ def validate(
 def budget(
     scenario: Path,
     *,
-    out: Annotated[Path | None, Parameter(help="Folder for torques.png [none is drawn].")] = None,
+    out: Annotated[Path | None, Parameter(help="Folder for torques.png [not drawn].")] = None,
     hold: Annotated[
         bool,
         Parameter(
-            help="Do not fly: hold the initial attitude in the frame of initial.reference.",
+            help="Do not simulate: hold the initial attitude in the frame of initial.reference.",
             negative="",
         ),
     ] = False,
@@ -103,7 +101,7 @@ def budget(
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
-    """Disturbance torques of SCENARIO along its motion, beside what the coils can give."""
+    """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
     from torquer.cli import budget as work
 
     return work.show(scenario, out, hold, json, not no_user_code, code_from_anywhere)
@@ -134,18 +132,19 @@ def filter_check(
     *,
     runs: Annotated[int | None, Parameter(help="Number of runs (200).")] = None,
     expected: Annotated[
-        bool, Parameter(help="Fly nothing: the accuracy to expect of the sensors.", negative=())
+        bool, Parameter(help="Predict the accuracy, without simulating.", negative=())
     ] = False,
     out: Annotated[Path | None, Parameter(help="Folder for report and pictures.")] = None,
     json: Json = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
-    """Check the Kalman filter of SCENARIO: its errors over many runs against what it states.
+    """Check the Kalman filter of SCENARIO: its errors over many runs against its own covariance.
 
-    NEES, NIS and whiteness with their chi-square bands, errors beside those that linear covariance
-    expects; exit code 1 if a statistic fails. With --expected, before anything is flown: accuracy
-    in light and dark and gaps of observability, for the sensors of each filter and for fewer.
+    NEES, NIS and whiteness with their chi-square bands; errors compared with linear covariance
+    analysis. Exit code 1 if a statistic fails. With --expected, without simulating: the accuracy
+    with and without the Sun in view, and gaps in observability, for the sensors of each filter
+    and for each sensor alone.
     """
     from torquer.cli import filter_work as work
 
@@ -168,10 +167,10 @@ def schema() -> int:
 
 @app.command
 def explain(key: str | None = None, /, *, json: Json = False) -> int:
-    """Explain KEY of scenario files: what it is, its unit, range and default.
+    """Explain KEY of scenario files: meaning, unit, range and default.
 
-    KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the end of either, or the
-    kind of a table ("bdot"). Without it all tables are listed.
+    KEY is a key ("spacecraft.coils.limit_a_m2"), a table ("coils"), the last part of either, or
+    the kind of a table ("bdot"). Without KEY all tables are listed.
     """
     from torquer.cli import explain as work
 
@@ -192,14 +191,14 @@ def init(
     /,
     *,
     example: Annotated[
-        str | None, Parameter(help="Copy this example instead, with the files that it names.")
+        str | None, Parameter(help="Copy this example instead, with the files it refers to.")
     ] = None,
     listed: Annotated[
         bool, Parameter(name="--list", help="List the examples.", negative="")
     ] = False,
     json: Json = False,
 ) -> int:
-    """Write NAME.toml: a commented scenario to begin with."""
+    """Write NAME.toml: a commented scenario to start from."""
     from torquer.cli import init_work as work
 
     return work.init(name, example, listed, json)
@@ -208,10 +207,10 @@ def init(
 @app.command
 def compare(
     *results: Path,
-    out: Annotated[Path | None, Parameter(help="Folder for the pictures [none are made].")] = None,
+    out: Annotated[Path | None, Parameter(help="Folder for the pictures [not drawn].")] = None,
     json: Json = False,
 ) -> int:
-    """Compare runs: RESULTS are their output folders, or result.nc; two to six of them."""
+    """Compare two to six runs: RESULTS are their output folders or result.nc files."""
     from torquer.cli import compare_work as work
 
     return work.compare(results, out, json)
@@ -224,10 +223,10 @@ def completion(
     *,
     install: Annotated[
         bool,
-        Parameter(help="Write it where the shell finds it, instead of printing.", negative=""),
+        Parameter(help="Install it for the shell instead of printing it.", negative=""),
     ] = False,
 ) -> int:
-    """Print the completion script of SHELL [the present one]: Tab completes commands, options."""
+    """Print the completion script for SHELL [the current one]: Tab completes commands, options."""
     if install:
         print(f"{app.install_completion(shell=shell)}: start a new shell to use it")
     else:
@@ -239,7 +238,7 @@ show_examples(app)
 
 
 def answer(arguments: list[str] | None = None) -> int | None:
-    """Run a command; return its exit code: 2 on a user's mistake, none or 0 on success."""
+    """Run a command; return its exit code: 2 on a user error, none or 0 on success."""
     code = 0
     try:
         code = app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
@@ -257,6 +256,6 @@ def answer(arguments: list[str] | None = None) -> int | None:
 
 
 def _print_as_json(told: str) -> None:
-    """Mistakes for programs that read standard output."""
+    """User errors for programs that read standard output."""
     with suppress(OSError):
         print(json_text({"errors": [line for line in told.split("\n") if line]}))

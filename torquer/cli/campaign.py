@@ -1,4 +1,4 @@
-"""`torquer campaign`: many runs of a scenario whose keys vary; two campaigns compared."""
+"""`torquer campaign`: many runs of a scenario with varied keys; comparison of two campaigns."""
 
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +9,7 @@ from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
 
 app = App(
     name="campaign",
-    help="Many runs of a scenario whose keys vary; two campaigns compared.",
+    help="Many runs of a scenario with varied keys; comparison of two campaigns.",
     version_flags=[],
 )
 
@@ -21,23 +21,23 @@ def fly(
     out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME-campaign].")] = None,
     json: Json = False,
     runs: Annotated[int | None, Parameter(help="Number of runs, in place of the file's.")] = None,
-    workers: Annotated[int | None, Parameter(help="Workers [as many as cores].")] = None,
+    workers: Annotated[int | None, Parameter(help="Number of workers [one per core].")] = None,
     where: Annotated[
         str,
         Parameter(help="Where runs are computed: 'threads', 'processes', or a Dask address."),
     ] = "threads",
     resume: Annotated[
         bool,
-        Parameter(help="Go on with the campaign in the output folder, or add runs.", negative=""),
+        Parameter(help="Continue the campaign in the output folder, or add runs.", negative=""),
     ] = False,
     member: Annotated[
-        int | None, Parameter(help="Fly this run alone, with its whole record and its report.")
+        int | None, Parameter(help="Fly this run alone, with its full record and report.")
     ] = None,
     no_report: NoReport = False,
     no_user_code: NoUserCode = False,
     code_from_anywhere: CodeFromAnywhere = False,
 ) -> int:
-    """Fly the campaign of SCENARIO, many runs whose keys vary; write campaign.nc and a report."""
+    """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
     from torquer.cli import campaign_work as work
 
     how = work.HowMany(
@@ -54,13 +54,13 @@ def compare(
     b: Path,
     *,
     out: Annotated[
-        Path | None, Parameter(help="Folder for the report and its pictures [none are made].")
+        Path | None, Parameter(help="Folder for the report and its pictures [not written].")
     ] = None,
     json: Json = False,
 ) -> int:
-    """Compare two campaigns that have been flown: their folders, or campaign.nc, A and B.
+    """Compare the results of two campaigns, A and B, given by their folders or campaign.nc files.
 
-    Means, quantiles and rates of success with intervals, the differences, and rank tests.
+    Means, quantiles and success rates with intervals, their differences, and rank tests.
     """
     from torquer.cli import campaign_compare as work
 

@@ -14,7 +14,7 @@ _WIDTH = 120
 
 
 def compare(a: Path, b: Path, out: Path | None, as_json: bool) -> int:
-    """Print what two campaigns differ in; with a folder write the report, too."""
+    """Print how two campaigns differ; with a folder, also write the report."""
     results = _result_in(a, "A"), _result_in(b, "B")
     found = comparison(*results)
     if out is not None:
@@ -33,13 +33,13 @@ def compare(a: Path, b: Path, out: Path | None, as_json: bool) -> int:
 
 
 def _result_in(path: Path, name: str) -> xr.Dataset:
-    """The campaign of a file, or of the folder that it was written to."""
+    """The campaign of a file, or of the folder it was written to."""
     file = path / "campaign.nc" if path.is_dir() else path
     try:
         result = load(file)
     except OSError as error:
         raise ValueError(
-            f"{name}: must be a campaign that has been flown, its folder or campaign.nc; received "
+            f"{name}: must be the folder or the campaign.nc of a flown campaign; received "
             f"{path} ({error.strerror or error})"
         ) from None
     if "campaign" not in result.attrs:

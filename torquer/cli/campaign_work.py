@@ -28,7 +28,7 @@ from torquer.simulation.stopping import ALL, heeding
 
 
 class HowMany(NamedTuple):
-    """How `campaign` goes about it, as its options say."""
+    """The options of `campaign` that say how it is flown."""
 
     workers: int | None = None
     where: str = "threads"
@@ -70,7 +70,7 @@ def fly(path: Path, out: Path | None, as_json: bool, how: HowMany) -> int:
 
 
 def fly_member(path: Path, member: int, out: Path | None, as_json: bool, how: HowMany) -> int:
-    """Fly one member alone, with its whole record and its report."""
+    """Fly one member alone, with its full record and report."""
     for option, given in (
         ("--resume", how.resume),
         ("--workers", how.workers is not None),
@@ -87,7 +87,7 @@ def fly_member(path: Path, member: int, out: Path | None, as_json: bool, how: Ho
 
 
 def _loaded(path: Path, how: HowMany):
-    """Scenario and campaign of a file, which may be flown here."""
+    """Scenario and campaign of a file, checked for flight with these options."""
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, how.user_code, how.code_from_anywhere)
     check_surroundings(scenario)
@@ -99,7 +99,7 @@ def _loaded(path: Path, how: HowMany):
 
 @contextlib.contextmanager
 def _notes():
-    """Within the block a note where members are flown one by one."""
+    """Within the block, print a note if members are flown one by one."""
     with warnings.catch_warnings():
         warnings.simplefilter("always", OneByOne)
         usual = warnings.showwarning
@@ -116,7 +116,7 @@ def _notes():
 
 @contextlib.contextmanager
 def _progress(name: str):
-    """Callback of a bar with rate and remaining time on a terminal; None elsewhere."""
+    """Callback for a bar with rate and remaining time on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return

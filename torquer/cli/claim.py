@@ -16,7 +16,7 @@ _NAME = ".claimed"
 
 @contextlib.contextmanager
 def claimed(out: Path) -> Iterator[None]:
-    """Within the block the folder is this process's; the system ends the claim with the process.
+    """Hold the folder for this process within the block; the system releases it with the process.
 
     ValueError if another process has it.
     """

@@ -1,4 +1,4 @@
-"""Work of `compare`: runs that have been flown, beside each other."""
+"""Work of `compare`: results of runs, side by side."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,7 +13,7 @@ _WIDTH = 160
 
 
 def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
-    """Print what differs and the key numbers; draw the picture into a folder."""
+    """Print the differing keys and the key numbers; draw the picture into a folder."""
     from torquer.report.flight.compared import MOST, compare as compared_of, write_comparison
 
     if not 2 <= len(paths) <= MOST:
@@ -52,7 +52,7 @@ def _loaded(path: Path):
 
 
 def _names(paths: Sequence[Path]) -> list[str]:
-    """The names of the folders; of the whole paths where two are the same."""
+    """The names of the folders; their full paths if two names are the same."""
     folders = [path if path.is_dir() or path.name != "result.nc" else path.parent for path in paths]
     short = [folder.resolve().name for folder in folders]
     if len(set(short)) == len(short):

@@ -1,4 +1,4 @@
-"""The first run compiles the kernels, which takes a while: it says so, and how far it is."""
+"""Progress of compiling the kernels, which takes a while on the first run."""
 
 import contextlib
 import sys
@@ -28,7 +28,7 @@ def is_cold() -> bool:
 
 @contextlib.contextmanager
 def counting(report: Callable[[float], None]) -> Iterator[None]:
-    """Within the block, report the part of the compiling that is done, 0..1."""
+    """Within the block, report the fraction of the compilation done, 0..1."""
     from numba.core import event
 
     class Count(event.Listener):
@@ -50,7 +50,7 @@ def counting(report: Callable[[float], None]) -> Iterator[None]:
 
 @contextlib.contextmanager
 def compiling_shown() -> Iterator[None]:
-    """Around work that may compile and shows nothing else: a bar on a terminal, else a note."""
+    """For work that may compile and shows no other progress: a bar on a terminal, else a note."""
     if not is_cold():
         yield
         return
@@ -73,7 +73,7 @@ def tell() -> None:
 
 
 def bars():
-    """Bars with the time that has passed, which goes on where nothing else moves."""
+    """Bars with the elapsed time, which keeps counting while nothing else moves."""
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     columns = (

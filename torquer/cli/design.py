@@ -38,7 +38,7 @@ def three_axis(
         Parameter(help="Frame of the attitude to be held [orbital]."),
     ] = None,
     euler_deg: Annotated[
-        Three | None, Parameter(help="That attitude by Euler angles 321 [0 0 0].")
+        Three | None, Parameter(help="That attitude, as 3-2-1 Euler angles [0 0 0].")
     ] = None,
     residual_a_m2: Annotated[Three | None, Parameter(help="Residual dipole [0 0 0].")] = None,
     torque_n_m: Annotated[
@@ -51,26 +51,26 @@ def three_axis(
         float | None, Parameter(help="Noise of the rate about each axis [0].")
     ] = None,
     linear_range_deg: Annotated[
-        float, Parameter(help="Error up to which the coils must not saturate.")
+        float, Parameter(help="Attitude error up to which the coils must not saturate.")
     ] = 10.0,
     gain_margin: Annotated[
-        float, Parameter(help="Factor of the dipole that must leave the loop stable.")
+        float, Parameter(help="Factor on the dipole with which the loop must stay stable.")
     ] = 2.0,
     revolutions: Annotated[
         int | None, Parameter(help="Revolutions after which the field repeats [about a day].")
     ] = None,
     capture_runs: Annotated[
-        int | None, Parameter(help="Starts of any attitude to be flown with each law [none].")
+        int | None, Parameter(help="Random initial attitudes to fly with each law [none].")
     ] = None,
-    capture_rate_deg_s: Annotated[float, Parameter(help="Their greatest initial rate.")] = 1.0,
+    capture_rate_deg_s: Annotated[float, Parameter(help="Greatest initial rate of them.")] = 1.0,
     out: Annotated[Path | None, Parameter(help="Folder for map.png and the laws as TOML.")] = None,
     json: Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")] = False,
 ) -> int:
-    """Gains for three axes by coils alone: by formula, refined, and a periodic regulator.
+    """Gains for three-axis control by coils alone: by formula, refined, and a periodic regulator.
 
-    All about the satellite is taken from SCENARIO if it is given, otherwise from the options. A law
-    of SCENARIO that holds an attitude is told of, too. Captured is what stays, over the last
-    revolution, within the linear range and the predicted steady error.
+    SCENARIO describes the satellite, if given; otherwise the options do. A law of SCENARIO that
+    holds an attitude is assessed, too. A run counts as captured if its error stays, over the last
+    revolution, within the sum of the linear range and the predicted steady error.
     """
     from torquer.cli import design_options as options, design_work as work
     from torquer.cli.design_capture import CaptureTask

@@ -1,4 +1,4 @@
-"""Capture of `torquer design three-axis`: from how many starts of any attitude a law settles."""
+"""Capture of `torquer design three-axis`: from how many random attitudes a law settles."""
 
 import math
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _STEP_S = 2.0
 
 @dataclass(frozen=True)
 class CaptureTask:
-    """Starts to be flown: their number, greatest initial rate relative to the orbital frame."""
+    """Starts to fly: their number, greatest initial rate relative to the orbital frame."""
 
     runs: int
     rate_deg_s: float
@@ -46,7 +46,7 @@ class Capture:
 def capture(
     scenario: Scenario, task: DesignTask, candidate: Candidate, how: CaptureTask
 ) -> Capture | None:
-    """Fly a law from starts of any attitude; None for a loop that is not stable."""
+    """Fly a law from random initial attitudes; None for an unstable loop."""
     if candidate.error is None:
         return None
     n = task.sampled.hold.rate_rad_s
@@ -64,12 +64,12 @@ def capture(
 
 
 def law_keys(law) -> dict:
-    """A law's keys as a scenario has them."""
+    """A law's keys, as in a scenario file."""
     return law.spec.model_dump(mode="json")
 
 
 def flight(scenario: Scenario, law: Law, revolutions: float, period_s: float) -> Scenario:
-    """The scenario with that law for the only one, its sensors without an estimator, by RK4."""
+    """The scenario with that law alone, its sensors without an estimator, and RK4."""
     control, simulation = scenario.control, scenario.simulation
     own = control.model_dump(mode="json", include={"sample_s", "measure_s", "actuate_s"})
     if control.measure_s == 0.0:
@@ -97,12 +97,12 @@ def _campaign(how: CaptureTask, within_deg: float, until_s: float) -> Campaign:
 
 
 def told(name: str, found: Capture | None) -> str:
-    """A line on it."""
+    """The result in one line."""
     if found is None:
         return f"{name}: captures nothing"
     low, high = (100.0 * end for end in found.interval)
     return (
-        f"{name}: captures {found.captured} of {found.runs} starts of any attitude "
-        f"({low:.0f}..{high:.0f} % with a confidence of 95 %) to within {found.within_deg:.3g} deg "
+        f"{name}: captures {found.captured} of {found.runs} random initial attitudes "
+        f"({low:.0f}..{high:.0f} % with 95 % confidence) to within {found.within_deg:.3g} deg "
         f"in {found.revolutions:g} rev"
     )

@@ -40,7 +40,7 @@ _START = "2025-01-01T00:00:00Z"
 class DesignCase:
     """What gains are designed for, in words and for `design_gains`; `notes`: what is left out.
 
-    `own`: a law of the scenario's that holds an attitude and that linear theory can tell of.
+    `own`: a law of the scenario that holds an attitude and to which linear theory applies.
     """
 
     scenario: Scenario
@@ -50,7 +50,7 @@ class DesignCase:
 
     @property
     def name(self) -> str:
-        """Of the scenario."""
+        """The scenario's own."""
         return self.scenario.name
 
 
@@ -77,7 +77,7 @@ def _option(key: str) -> str:
 
 
 def _scenario_of(named: dict) -> Scenario:
-    """A scenario of the options; mistakes are told by the option's name."""
+    """A scenario made from the options; errors name the option."""
     law = {"kind": "three_axis", "rate_gain_n_m_s_per_t2": 1.0, "angle_gain_n_m_per_t2": 1.0}
     data: dict = {
         "name": "design", "start": _START, "orbit": {"kind": "circular"}, "control": {"law": law},
@@ -125,7 +125,9 @@ def _attitude(control) -> tuple[ThreeAxis, tuple[str, ...]]:
     laws = [spec for spec in control.named().laws.values() if isinstance(spec, HeldAttitude)]
     keys = {"rate_gain_n_m_s_per_t2": 1.0, "angle_gain_n_m_per_t2": 1.0}
     if not laws:
-        return ThreeAxis(**keys), ("no law holds an attitude: that of the orbital frame is taken",)
+        return ThreeAxis(**keys), (
+            "no law holds an attitude: alignment with the orbital frame is assumed",
+        )
     held = laws[0].model_dump(include={"reference", "euler_deg", "sequence"})
     return ThreeAxis(**keys, **held), ()
 
@@ -139,12 +141,12 @@ def _own_law(control) -> Law | None:
 
 
 def _left_out(scenario: Scenario) -> tuple[str, ...]:
-    """What the linear theory does not have."""
+    """What the linear theory leaves out."""
     craft, found = scenario.spacecraft, []
     if craft.coils is not None and craft.coils.lag_s > 0.0:
         found.append("the lag of the coils is left out: compare it with the delay margin")
     if not isinstance(scenario.control.estimator, SensorReadings):
-        found.append("noise is that of the sensors, without the estimator")
+        found.append("the noise is that of the sensors, without the estimator")
     if craft.gyro.bias_drift_deg_s_sqrt_s > 0.0:
         found.append("the gyro's bias is taken as constant, without its drift")
     return tuple(found)

@@ -76,7 +76,7 @@ def _lines(case: DesignCase, made: _Shown) -> list[str]:
         k, k_a = _pair(made.candidates[name])
         lines.append(f"{name}: rate_gain_n_m_s_per_t2 = {k:.6g}, angle_gain_n_m_per_t2 = {k_a:.6g}")
     lines.append(
-        f"refined: no gains on the grids around it are better; the last has a spacing of "
+        f"refined: no gains on the grids around it are better; the last grid has a spacing of "
         f"{100.0 * made.design.search.spacing.max():.2g} %"
     )
     lines += [told(name, found) for name, found in made.captures.items()]

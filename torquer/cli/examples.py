@@ -1,4 +1,4 @@
-"""Examples that `--help` shows below each command: what to type, as it stands."""
+"""Examples that `--help` shows below each command, to be typed as they are."""
 
 from cyclopts import App
 
@@ -88,7 +88,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
 
 
 def show_examples(app: App, words: tuple[str, ...] = ()) -> None:
-    """Let the help of an app and of all its commands end with their examples."""
+    """Append the examples to the help of an app and of all its commands."""
     lines = EXAMPLES.get(" ".join(words), ())
     # the format of the help is Markdown: a line each, as it stands
     app.help_epilogue = "\n".join(["Examples:", "", *(f"    {line}" for line in lines)])

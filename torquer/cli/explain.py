@@ -33,7 +33,7 @@ def _plain(table: Table) -> dict:
 
 
 def _each(keys: list[tuple[Table, Key]]) -> list[Key]:
-    """Keys that differ: the same key of several tables is told once."""
+    """Distinct keys: one that several tables share is explained once."""
     return list(dict.fromkeys(key for _, key in keys))
 
 

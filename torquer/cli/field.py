@@ -59,7 +59,7 @@ def point(
     geocentric: Annotated[
         bool,
         Parameter(
-            help="Latitude from the Earth's centre, height above the sphere of 6371.2 km "
+            help="Geocentric latitude, height above the sphere of radius 6371.2 km "
             "[geodetic, WGS84].",
             negative="",
         ),
@@ -92,10 +92,12 @@ def orbit(
     raan_deg: Annotated[float | None, Parameter(help="Circular orbit: RAAN [deg] [0].")] = None,
     tle: Annotated[Path | None, Parameter(help="File with a two-line element set.")] = None,
     scenario: Annotated[
-        Path | None, Parameter(help="Scenario file that gives orbit, start and first field.")
+        Path | None,
+        Parameter(help="Scenario file with orbit, start and first field model."),
     ] = None,
     start: Annotated[
-        str | None, Parameter(help="As --date of the other commands [epoch of the TLE].")
+        str | None,
+        Parameter(help="Start, in the formats of --date [epoch of the TLE]."),
     ] = None,
     revolutions: Annotated[float | None, Parameter(help="Duration in revolutions [1].")] = None,
     duration_min: Annotated[float | None, Parameter(help="Duration in minutes.")] = None,

@@ -86,7 +86,7 @@ def model_of(text: str, degree: int | None = None):
 
 
 def extrapolated(model, wanted: bool):
-    """The model, to be used beyond its validity, if wanted."""
+    """The model, to be used beyond its validity if so asked."""
     if not wanted:
         return model
     if "extrapolate" not in type(model).model_fields:

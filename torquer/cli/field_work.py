@@ -29,7 +29,7 @@ _ROWS = 19
 
 
 def check_dates(model, *years: float) -> None:
-    """ValueError, with the option that gives them, for dates beyond a model's validity."""
+    """ValueError naming the option, for dates beyond a model's validity."""
     source = coefficients_of(model)
     if source is None or model.extrapolate:  # the model says itself that it extrapolates
         return
@@ -37,7 +37,7 @@ def check_dates(model, *years: float) -> None:
         try:
             check_date(source, year, False)
         except ValueError as error:
-            raise ValueError(f"--date: {error} (--extrapolate goes beyond)") from None
+            raise ValueError(f"--date: {error} (--extrapolate allows it)") from None
 
 
 def point(
@@ -113,7 +113,7 @@ def orbit(case: OrbitCase, models: tuple, t_s, out: Path | None, as_json: bool) 
 
 
 def _along(models: tuple, case: OrbitCase, t_s, option: str) -> FieldsAlong:
-    """The fields; a date beyond a model's validity is told of the option that gives it."""
+    """The fields; the error for a date beyond a model's validity names the option that gave it."""
     try:
         return fields_along(models, case.orbit, case.start, t_s, case.earth_rotation, case.dut1_s)
     except ValueError as error:

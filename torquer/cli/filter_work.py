@@ -57,7 +57,7 @@ def expect(
     user_code: bool = True,
     code_from_anywhere: bool = False,
 ) -> int:
-    """Print the accuracy to expect of the scenario's filters, and of fewer sensors."""
+    """Print the expected accuracy of the scenario's filters, also with fewer sensors."""
     if runs is not None:
         raise ValueError(f"--runs: must be left out with --expected; received {runs}")
     scenario = _loaded(path, out, user_code, code_from_anywhere)
@@ -96,9 +96,9 @@ def in_words(found: FilterCheck) -> list[str]:
             f"(band {each.low:.3f} to {each.high:.3f}{inside})"
         )
     lines.append(
-        f"error about each axis {plain['error_deg']:.3g} deg rms, stated "
+        f"error per axis {plain['error_deg']:.3g} deg rms, stated "
         f"{plain['sigma_deg']:.3g}, expected by linear covariance {plain['expected_deg']:.3g}; "
-        f"whole error below {plain['error_95_deg']:.3g} deg in 95 %"
+        f"total error below {plain['error_95_deg']:.3g} deg in 95 % of cases"
     )
     return [*lines, "consistent" if found.consistent else "not consistent"]
 
@@ -108,9 +108,9 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
     from rich.table import Table
 
     after = f"worst instant after {sets[0].settled_s / 60.0:.0f} min"
-    title = f"{scenario.name}: 95 % of the attitude errors, {after}"
+    title = f"{scenario.name}: 95th percentile of the attitude error, {after}"
     table = Table(title=title, title_justify="left", box=SIMPLE)
-    head = ("sensors", "Sun seen", "no Sun seen", f"below {REACHED_DEG:g} deg after", "gaps", "of")
+    head = ("sensors", "Sun in view", "no Sun", f"below {REACHED_DEG:g} deg after", "gaps", "of")
     for k, name in enumerate(head):
         table.add_column(name, justify="right" if 0 < k < 5 else "left", no_wrap=True)
     for each in sets:
@@ -121,20 +121,20 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
     seen = sets[0].observability
     window_min = (seen.to_s[0] - seen.from_s[0]) / 60.0
     print(
-        f"gaps: windows of {window_min:.1f} min whose readings leave some combination of states as "
-        "unknown as it was at the start; of: what it mostly consists of"
+        f"gaps: share of windows of {window_min:.1f} min whose readings leave some combination of "
+        "states as unknown as it was at the start; of: the states that dominate it"
     )
 
 
 def _degrees(value: float) -> str:
-    """An angle; none: not met with, beyond half a right angle: not known."""
+    """An angle; NaN (no such instant) as "-", 45 deg or more as "unknown"."""
     if not math.isfinite(value):
         return "-"
     return f"{value:.2g} deg" if value < 45.0 else "unknown"
 
 
 def gaps_in_words(seen: Observability) -> tuple[str, str]:
-    """Part of the windows that are gaps, and the states that most of them leave unknown."""
+    """Share of the windows that are gaps, and the states that most of them leave unknown."""
     gaps = np.flatnonzero(seen.gaps)
     if not len(gaps):
         return "none", ""

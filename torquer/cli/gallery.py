@@ -13,7 +13,7 @@ app = App(
     version_flags=[],
 )
 
-Out = Annotated[Path, Parameter(help="Folder of the pictures.")]
+Out = Annotated[Path, Parameter(help="Folder for the pictures.")]
 Docs = Annotated[
     Path | None, Parameter(help="Also write pages and small pictures into this folder.")
 ]
@@ -30,7 +30,7 @@ def list_(*, json: Json = False) -> int:
 
 @app.command
 def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
-    """Compute the entries of these IDS; exit 1 if a verdict is not the declared one."""
+    """Compute the entries of these IDS; exit 1 if a verdict differs from the declared one."""
     from torquer.cli import gallery_work as work
 
     return work.run(ids, json, out)
@@ -38,7 +38,7 @@ def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
 
 @app.command(name="all")
 def all_(*, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
-    """Compute every available entry; exit 1 if a verdict is not the declared one."""
+    """Compute every available entry; exit 1 if a verdict differs from the declared one."""
     from torquer.cli import gallery_work as work
 
     return work.run_all(json, out, docs)

@@ -59,7 +59,7 @@ def _computed(entries: list[Entry], out: Path, small: Path | None) -> list[Outco
 
 @contextlib.contextmanager
 def _progress(total: int):
-    """Progress callback of a bar on a terminal; None elsewhere."""
+    """Progress callback for a bar on a terminal; None elsewhere."""
     if not sys.stderr.isatty():
         yield None
         return

@@ -1,4 +1,4 @@
-"""Work of `init`: a commented scenario to begin with, or a copy of an example."""
+"""Work of `init`: a commented scenario to start from, or a copy of an example."""
 
 import re
 import sysconfig
@@ -12,7 +12,7 @@ _NAMED = re.compile(r'^\s*(?:file|.*\bfile)\s*=\s*"([^"]+)"', re.M)
 
 
 def examples() -> dict[str, Path]:
-    """The examples by name: beside the package in its sources, among the data when installed."""
+    """The examples by name: beside the package in a source tree, among its data when installed."""
     package = Path(__file__).parents[1]
     data = Path(sysconfig.get_path("data"))
     folders = (package.parent / "examples", data / "share" / "torquer" / "examples")
@@ -24,7 +24,7 @@ def examples() -> dict[str, Path]:
 
 
 def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> int:
-    """Write NAME.toml into the present folder; or list the examples."""
+    """Write NAME.toml into the current folder, or list the examples."""
     if listed:
         return _list(as_json)
     if name is None:
@@ -37,7 +37,7 @@ def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> 
         others = {path.parent / file: source.parent / file for file in _NAMED.findall(text)}
     for each in (path, *others):
         if each.exists():
-            raise ValueError(f"NAME: must not name a file that exists; received {each}")
+            raise ValueError(f"NAME: must not name an existing file; received {each}")
     with writing_to(path.parent, "NAME"):
         path.write_text(text, encoding="utf-8")
         for to, source in others.items():
@@ -80,7 +80,7 @@ def _list(as_json: bool) -> int:
 
 
 def _about(path: Path) -> str:
-    """What an example says of itself: its description, or its first comment."""
+    """The description of an example, or its first comment."""
     text = path.read_text(encoding="utf-8")
     found = re.search(r'^description = "(.*)"', text, re.M) or re.search(r"^# (.*)", text, re.M)
     return found[1] if found else ""

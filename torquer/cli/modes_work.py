@@ -1,4 +1,4 @@
-"""Work of `modes`: the mode table of a scenario in words, as a diagram, and what is doubtful."""
+"""Work of `modes`: the mode table of a scenario in words and as a diagram, and its faults."""
 
 import os
 from pathlib import Path
@@ -12,7 +12,7 @@ from torquer.scenario.load import load_scenario
 
 
 def mode_findings(scenario) -> list[Finding]:
-    """What the checker says of a scenario's modes; nothing of laws that always work."""
+    """The checker's findings on a scenario's modes; none for laws that always work."""
     modes = scenario.control.named().modes
     return findings(modes) if modes else []
 

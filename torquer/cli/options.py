@@ -10,5 +10,5 @@ NoUserCode = Annotated[
     bool, Parameter(help="Refuse laws in Python files, which are executed.", negative="")
 ]
 CodeFromAnywhere = Annotated[
-    bool, Parameter(help="Allow laws in files beyond SCENARIO's folder.", negative="")
+    bool, Parameter(help="Allow laws in files outside SCENARIO's folder.", negative="")
 ]

@@ -75,7 +75,7 @@ _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 
 
 def harmless(text: str) -> str:
-    """Text from outside with all that a terminal would obey written as escapes."""
+    """Untrusted text with everything that controls a terminal written as escapes."""
     return _OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
@@ -102,7 +102,7 @@ def _finite(value):
 
 @contextmanager
 def writing_to(out: Path, option: str = "--out"):
-    """Within the block, report an error of writing as one of that folder."""
+    """Within the block, report a write error as an error of that folder."""
     try:
         yield
     except BrokenPipeError:
@@ -115,7 +115,7 @@ def writing_to(out: Path, option: str = "--out"):
 
 
 def make_writable(out: Path, option: str = "--out") -> None:
-    """Check before the work that the results can be written."""
+    """Check, before any work, that the results can be written."""
     with writing_to(out, option):
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
@@ -150,6 +150,6 @@ def console(stderr: bool = False, **keys):
 
 
 def table_console(width: int):
-    """A console for wide tables: as wide as the terminal, or of a width where there is none."""
+    """A console for wide tables: as wide as the terminal, or of a given width without one."""
     screen = console()
     return screen if screen.is_terminal else console(width=width)

@@ -1,7 +1,7 @@
-"""Kernels as plain Python for commands that call them a few times only: nothing is loaded for them.
+"""Kernels as plain Python, for commands that call them only a few times: no compiler is loaded.
 
-Loading the compiler's registries takes longer than `validate` computes. What a user's law needs is
-another thing: whether it compiles is what is to be checked.
+Loading the compiler's registries takes longer than all that `validate` computes. A user's law is
+different: the check is whether it compiles.
 """
 
 import os
@@ -11,10 +11,10 @@ from pathlib import Path
 
 
 def without_compiler(scenario: Path) -> None:
-    """Let kernels be plain Python in this process, if that is enough for the scenario's check.
+    """Use plain-Python kernels in this process if that is enough to check the scenario.
 
-    Nothing is changed where the package is already loaded, a law is in a file, or an orbit is
-    integrated. What is wrong with the file is told later.
+    Nothing changes if the package is already loaded, a law is in a file, or an orbit is
+    integrated. Errors in the file are reported later.
     """
     if "torquer.engine" not in sys.modules and _needs_no_compiler(scenario):
         os.environ["NUMBA_DISABLE_JIT"] = "1"

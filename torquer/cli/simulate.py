@@ -40,7 +40,7 @@ _TOLD = (OtherBits, NotSaved)
 
 
 class How(NamedTuple):
-    """How `run` goes about it, as its options say."""
+    """The options of `run`."""
 
     resume: bool = False
     overwrite: bool = False
@@ -72,7 +72,7 @@ def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
                 signals.forget()
             summary = _write(result, out, signals, how.report)
         except KeyboardInterrupt:
-            tell_error(f"interrupted; what there is stands in {out}: --resume goes on")
+            tell_error(f"interrupted; partial results are in {out}: continue with --resume")
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
     if as_json:
@@ -83,7 +83,7 @@ def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
         show_summary(summary["scenario"], rows_of(summary), out, "result.nc", how.report)
     _print_notes(notes_on_steps(result))
     if stopped:
-        goes_on = "" if code == FAILED_CODE else ": --resume goes on"
+        goes_on = "" if code == FAILED_CODE else ": continue with --resume"
         tell_error(f"{stopped}; partial results are in {out}{goes_on}")
     return code
 
@@ -94,7 +94,7 @@ def _flown(scenario, path: Path, how: How):
         complete = _check_earlier(path, scenario)
     elif not how.overwrite:
         check_free(
-            path, "--out", "--resume goes on, --overwrite replaces it; or choose another --out"
+            path, "--out", "--resume continues it, --overwrite replaces it; or choose another --out"
         )
     _print_notes(notes_of(scenario))
     with progress_of(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
@@ -123,7 +123,7 @@ def _flown(scenario, path: Path, how: How):
 
 
 def _with_measured_error(result, progress):
-    """The result with the error that a second, finer run finds; as it is if that run stops."""
+    """The result with the error found by a second, finer run; unchanged if that run stops."""
     from torquer.simulation.refined import integration_error
 
     try:
@@ -219,7 +219,8 @@ def check_surroundings(scenario) -> None:
     if not known:
         raise ValueError(
             "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
-            "negative one (as gost has for f107 far below f81) or one beyond the range of floats"
+            "negative one (as gost has for f107 far below f81) or one beyond the range of "
+            "floating-point numbers"
         )
 
 
@@ -242,13 +243,13 @@ def _check_earlier(path: Path, scenario) -> bool:
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"--resume: must find a result of a run; received {error}") from None
     if not of_one_run(began_with, scenario):
-        raise ValueError(f"--resume: the scenario must be the one that {path} began with")
+        raise ValueError(f"--resume: the scenario must be the one that {path} was started with")
     return how == COMPLETE
 
 
 @contextlib.contextmanager
 def progress_of(name: str):
-    """Progress callback of a bar on a terminal; None elsewhere."""
+    """Progress callback for a bar on a terminal; None elsewhere."""
     cold = compiling.is_cold()
     if not sys.stderr.isatty():
         if cold:
@@ -271,7 +272,7 @@ def progress_of(name: str):
 
 
 def _write(result, out: Path, signals: Stop, report: bool) -> dict:
-    """Write summary and report, whose drawing a signal ends."""
+    """Write summary and report; a signal ends the drawing."""
     from torquer.analysis.summary import summary_of
 
     summary = summary_of(result)

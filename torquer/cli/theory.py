@@ -42,7 +42,7 @@ def theory(
         float | None, Parameter(help="Time constant of the coils, with --sample-s [0].")
     ] = None,
     scenario: Annotated[
-        Path | None, Parameter(help="Scenario file that gives all of this, and the law.")
+        Path | None, Parameter(help="Scenario file that gives all of these, and the law.")
     ] = None,
     design: Annotated[
         bool, Parameter(help="Print a table of gains and times instead.", negative="")

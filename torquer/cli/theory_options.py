@@ -154,7 +154,11 @@ def _of_options(law: str, given: dict) -> AveragedCase:
     radius_m, b0_t = _radius_and_strength(given["altitude_km"], given["strength_nt"], inclination)
     moments = np.diag(validate.inertia_tensor("--inertia", given["inertia"]))
     rate = given["rate_deg_s"] or _RATE_DEG_S
-    notes = () if given["rate_deg_s"] else ("the rate is a default: give --rate-deg-s",)
+    notes = (
+        ()
+        if given["rate_deg_s"]
+        else ("the initial rate is the default: set it with --rate-deg-s",)
+    )
     motion = _spinning(np.diag(moments), np.array([0.0, 0.0, 1.0]), rate)
     spinner, theta, remarks = _spinner(motion, given["inclination_deg"], b0_t, radius_m)
     rho = None if given["rho_deg"] is None else math.radians(given["rho_deg"])
@@ -199,7 +203,7 @@ def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, 
     if radius_m <= EARTH_RADIUS_M:
         most = 1e9 * mean_of_extremes(equatorial / EARTH_RADIUS_M**3, inclination)
         raise ValueError(
-            f"--strength-nt: must be below {most:.0f} nT, that of the ground, without "
+            f"--strength-nt: must be below {most:.0f} nT, its value on the ground, without "
             f"--altitude-km; received {strength_nt:g}"
         )
     check_farthest(radius_m)
@@ -360,7 +364,7 @@ def _saturation(scenario, spec, kind, spinner) -> tuple:
         return ()
     return (
         f"the law initially commands {words[0]}{commanded:.3g} A m^2 from coils limited to "
-        f"{limit:.3g}: saturated, they {words[1]} more slowly than the averaged motion",
+        f"{limit:.3g}: saturated, they {words[1]} more slowly than averaging predicts",
     )
 
 

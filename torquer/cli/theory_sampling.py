@@ -1,4 +1,4 @@
-"""Sampled laws in `torquer theory`: the rate they can brake and the largest stable gain."""
+"""Sampled laws in `torquer theory`: the rate they can damp and the largest stable gain."""
 
 import math
 
@@ -22,7 +22,7 @@ def sampling_data(case: AveragedCase) -> dict | None:
 
 
 def _rate(case: AveragedCase) -> float:
-    """Rate [rad/s] to be braked: of the body, or of its precession in nutation damping."""
+    """Rate [rad/s] to be damped: of the body, or of its precession in nutation damping."""
     spinner = case.spinner
     across = spinner.momentum_n_m_s / spinner.transverse_kg_m2
     if case.law == "nutation_damping":

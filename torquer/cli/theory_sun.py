@@ -1,4 +1,4 @@
-"""S-dot in `torquer theory`: limit motions by the Sun, final momentum, time of capture."""
+"""S-dot in `torquer theory`: limit motions relative to the Sun, final momentum, capture time."""
 
 import math
 
@@ -12,7 +12,7 @@ _CAPTURED_DEG = 5.0
 
 
 def described(case: AveragedCase, point: Equilibrium) -> str:
-    """An equilibrium in words: by the Sun for S-dot, by the cone axis for other laws."""
+    """An equilibrium in words: relative to the Sun for S-dot, else relative to the cone axis."""
     if case.law != "sdot" or point.rho is None:
         return point.description.replace("third axis", "cone axis")
     there = Slow(1.0, point.rho, point.sigma or 0.0, 0.0)

@@ -234,7 +234,7 @@ def _span(times: dict) -> str:
 
 
 def _latex(law: str) -> str:
-    """The equations of the law that flies, averaged by sympy."""
+    """The equations of the law as flown, averaged by sympy."""
     try:
         from torquer.theory import symbolic
     except ImportError:

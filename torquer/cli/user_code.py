@@ -1,4 +1,4 @@
-"""What a scenario executes: Python files of users' laws, and where they may lie."""
+"""What a scenario executes: Python files with users' laws, and where they may be."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ def code_of(scenario: Scenario) -> dict[str, Path]:
 
 
 def check_code(scenario: Scenario, path: Path, allowed: bool, from_anywhere: bool) -> None:
-    """ValueError for a law's file where none is allowed, or not there."""
+    """ValueError for a law's file if none is allowed, or none in its place."""
     folder = path.resolve().parent
     for key, file in code_of(scenario).items():
         if not allowed:

@@ -1,4 +1,4 @@
-"""Work of `version`: it loads nothing that it names."""
+"""Work of `version`: it imports none of the packages it names."""
 
 import platform
 from importlib.metadata import version as of

@@ -19,11 +19,13 @@ def wheels(
     design: Path,
     *,
     out: Annotated[
-        Path | None, Parameter(help="Folder for pictures and the page [none are made].")
+        Path | None, Parameter(help="Folder for pictures and the page [not written].")
     ] = None,
     sweep: Annotated[
         str | None,
-        Parameter(help="Sweep an angle of the layout: gamma_deg=20:85, or with points: =20:85:14."),
+        Parameter(
+            help="Sweep an angle of the layout: gamma_deg=20:85, or gamma_deg=20:85:14 for 14 points."
+        ),
     ] = None,
     json: Json = False,
 ) -> int:

@@ -40,7 +40,7 @@ _DIFFERENCES = (Bdot, NutationDamping)
 
 
 class _Turn(NamedTuple):
-    """The rotation that a law is to brake: its rate [rad/s], and words for it."""
+    """The rotation that a law has to damp: its rate [rad/s], and words for it."""
 
     rate_rad_s: float
     told: str
@@ -49,9 +49,9 @@ class _Turn(NamedTuple):
 
 
 def bdot_notes(scenario: Scenario) -> list[str]:
-    """Notes on the laws that brake by the field's rate of change, one line each.
+    """Notes on the laws that damp rotation by the field's rate of change, one line each.
 
-    What depends on the rate at the start is told of the laws that work then.
+    Notes that depend on the initial rate are given only for the laws active at the start.
     """
     uses = uses_of(scenario)
     return [note for use in uses for note in named(uses, use, _notes_on(scenario, use))]
@@ -74,7 +74,7 @@ def _notes_on(scenario: Scenario, use: Use) -> list[str]:
 def sampling_of(scenario: Scenario, law) -> Sampling:
     """Times of a law of B-dot's kind in this scenario.
 
-    Where readings fall differently from cycle to cycle, the greatest of each.
+    Where the timing of readings differs from cycle to cycle, the greatest value of each.
     """
     control, sensor = scenario.control, _sensor(scenario, law)
     difference_s, hold_s, delay_s = control.sample_s, control.sample_s, 0.0
@@ -100,7 +100,7 @@ def _sensor(scenario: Scenario, law) -> Magnetometer | AttitudeSensor | None:
 def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
     """Greatest (difference, hold, age) [s] of a sensor's readings when the coils are commanded.
 
-    A law of differences answers anew at the first control step that knows a new reading.
+    A law that takes differences gives a new command at the first control step with a new reading.
     """
     control, step_s = scenario.control, scenario.grid_s
     interval, late = round(sensor.sample_s / step_s), round(sensor.delay_s / step_s)
@@ -121,7 +121,7 @@ def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
 
 
 def _turn(scenario: Scenario, law) -> _Turn:
-    """The absolute rate at the start; for nutation damping the rate of precession, L/A."""
+    """The initial absolute rate; for nutation damping the rate of precession, L/A."""
     omega = _initial_rate(scenario)
     if isinstance(law, _BDOT):
         rate = float(np.linalg.norm(omega))
@@ -134,7 +134,7 @@ def _turn(scenario: Scenario, law) -> _Turn:
 
 
 def _initial_rate(scenario: Scenario) -> np.ndarray:
-    """Absolute rate [rad/s] in the body at the start."""
+    """Initial absolute rate [rad/s] in body axes."""
     initial = scenario.initial
     if initial.rate_relative_to == "inertial":
         return np.radians(initial.rate_deg_s)
@@ -156,13 +156,13 @@ def _rate_notes(scenario: Scenario, law) -> list[str]:
 
 
 def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
-    """What becomes of a rotation near the limit or above it."""
+    """What happens to a rotation near the limit or above it."""
     steady, times = isinstance(law, _BDOT), sampling.times
     driven = driven_rate_rad_s(*times)
     if turn.rate_rad_s <= sampling_limit_rad_s(*times):
         left = damping_efficiency(turn.rate_rad_s, *times)
-        told = f"{100.0 * left:.2g} % of its braking is left"
-        return f"{told}, perhaps none for a body in nutation" if steady else told
+        told = f"{100.0 * left:.2g} % of its damping is left"
+        return f"{told}, perhaps none for a nutating body" if steady else told
     if turn.rate_rad_s >= driven:
         return f"the law will not stop the {turn.what}"
     to = f", a steady one up to {math.degrees(driven):.3g} deg/s" if steady else ""
@@ -184,13 +184,13 @@ def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
         return []
     late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
     return [
-        f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, where a hold "
+        f"the gain of {gain:.3g} A m^2 s/T is above {greatest:.3g}, beyond which a hold "
         f"of {sampling.hold_s:g} s{late} overshoots in a field of {_STRONG_FIELD_T * 1e9:.0f} nT"
     ]
 
 
 def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
-    """A gain with which not even the least moment of inertia is braked e-fold in a day."""
+    """A gain too low to reduce even the rate about the axis of least inertia e-fold in a day."""
     control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
     least = float(scenario.spacecraft.body.principal()[0][0])
     duty = control.actuate_s / control.cycle_s if control.actuate_s else 1.0
@@ -199,13 +199,13 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
     if e_fold_s <= max(duration_s, _DAY_S):
         return []
     return [
-        f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to brake the "
+        f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce the "
         f"rate e-fold, the run {duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
     ]
 
 
 def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
-    """A note if the magnetometer reads what the coils give, and the law takes that in."""
+    """A note if the magnetometer picks up the coils' field, and with it the law."""
     per_a_m2 = 1e-9 * abs(scenario.spacecraft.magnetometer.coil_disturbance_nt_per_a_m2)
     heard = use.gain(law.gain_a_m2_s_per_t or 0.0) * per_a_m2 * _rate_heard(scenario, law)
     if heard <= _HEARD:
@@ -217,7 +217,7 @@ def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:
 
 
 def _rate_heard(scenario: Scenario, law) -> float:
-    """What the law makes of a unit of the coils' dipole in the readings, over its gain [1/s]."""
+    """The law's response to a unit of the coils' dipole in the readings, over its gain [1/s]."""
     d, _, lag_s, off_s, _ = sampling_of(scenario, law)
     if not isinstance(law, (*_DIFFERENCES, BdotRate, NutationDampingRate)):
         return 0.0  # these take no reading of the field itself

@@ -73,13 +73,13 @@ def _light_notes(scenario: Scenario) -> list[str]:
     if any(any(part.centre_m) for part in parts):
         return []
     return [
-        "disturbance.solar_pressure has no effect: every part has its centre (centre_m) in the "
+        "disturbance.solar_pressure has no effect: every part has its centre (centre_m) at the "
         "centre of mass"
     ]
 
 
 def _eddy_notes(scenario: Scenario) -> list[str]:
-    """A time of braking that no satellite has."""
+    """A damping time that no satellite has."""
     eddies, body = scenario.disturbance.eddy_currents, scenario.spacecraft.body
     if eddies is None:
         return []
@@ -115,7 +115,7 @@ def _unmodelled_notes(scenario: Scenario, torque: UnmodelledTorque | None) -> li
     if usual > gravity:
         notes.append(
             f"the unmodelled torque is {usual:.2g} N m (RMS), beyond the greatest gravity-gradient "
-            f"torque of {gravity:.2g} N m; SDOT, section 3.2, has a half to a third of that"
+            f"torque of {gravity:.2g} N m; SDOT, section 3.2, has a third to a half of that"
         )
     return notes
 
@@ -126,7 +126,7 @@ def _sensor_notes(sensors: SunSensors | None) -> list[str]:
     notes, fields = [], sensors.half_fields_deg()
     for k, axis in enumerate(sensors.axes):
         if any(_covers(zone, k, axis, fields[k], len(fields)) for zone in sensors.blind_zones):
-            notes.append(f"the Sun sensor {k} sees nothing: its field is within a blind zone")
+            notes.append(f"Sun sensor {k} sees nothing: its field of view is within a blind zone")
     worst = float(np.linalg.norm(np.atleast_2d(sensors.bias_deg), axis=1).max())
     if worst > _LARGE_BIAS_DEG:
         notes.append(f"a Sun sensor's bias of {worst:.3g} deg is more than a small mounting error")

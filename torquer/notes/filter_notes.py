@@ -11,8 +11,8 @@ def filter_notes(scenario: Scenario) -> list[str]:
     uneven = control.measure_s > 0.0 and control.actuate_s != control.sample_s
     if not uneven or not any(isinstance(spec, GyroFilter) for spec in filters):
         return []
-    steps = f"{control.sample_s:g} and by {control.actuate_s:g} s"
+    steps = f"{control.sample_s:g} and of {control.actuate_s:g} s"
     return [
-        f"a filter with a gyro steps by {steps} here: the angle random walk that it is told fits a "
-        "gyro read at one of these intervals; torquer filter-check shows what comes of it"
+        f"a filter with a gyro takes steps of {steps} here: its angle random walk can be right for "
+        "only one of these intervals; torquer filter-check shows the effect"
     ]

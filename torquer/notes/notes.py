@@ -48,8 +48,8 @@ def _orbit_notes(scenario: Scenario) -> list[str]:
         return []
     side = "after" if age_days > 0.0 else "before"
     return [
-        f"the start is {abs(age_days):.0f} days {side} the epoch of the two-line elements: such "
-        "elements lose some kilometres a day"
+        f"the start is {abs(age_days):.0f} days {side} the epoch of the two-line elements: their "
+        "error grows by some kilometres a day"
     ]
 
 
@@ -66,13 +66,13 @@ def _step_notes(scenario: Scenario) -> list[str]:
     if turn < 0.5:
         return _nutation_notes(scenario)
     return [
-        f"the body turns {math.degrees(turn):.0f} deg within one step of "
+        f"the body rotates by {math.degrees(turn):.0f} deg within one step of "
         f"{scenario.grid_s:g} s: take shorter steps, or adaptive ones (no step_s)"
     ]
 
 
 def _nutation_notes(scenario: Scenario) -> list[str]:
-    """What RK4 damps by itself, if the nutation stays what it is at the start."""
+    """Numerical damping by RK4, if the nutation stays as it is at the start."""
     step_s = scenario.grid_s
     duration_s = scenario.steps() * step_s
     speed = speeds_at_start(scenario.spacecraft, scenario.initial).nutation
@@ -81,8 +81,8 @@ def _nutation_notes(scenario: Scenario) -> list[str]:
         return []
     enough = step_that_keeps(QUIET_DAMPING, speed, duration_s)
     return [
-        f"RK4 with a step of {step_s:g} s damps a nutation of {math.degrees(speed):.3g} deg/s by "
-        f"itself, by {100.0 * lost:.3g} % of its amplitude in this run: take steps of "
+        f"RK4 with a step of {step_s:g} s damps a nutation of {math.degrees(speed):.3g} deg/s "
+        f"numerically, by {100.0 * lost:.3g} % of its amplitude in this run: take steps of "
         f"{enough:.2g} s or less, or adaptive ones (no step_s)"
     ]
 
@@ -94,8 +94,8 @@ def _gyrostat_notes(scenario: Scenario, turn: float) -> list[str]:
     if turn * swing < 1e-2:
         return []
     return [
-        f"with wheels the splitting is of order 2 only: their {wheels:g} N m s turn the rate by "
+        f"with wheels the splitting is of order 2 only: their {wheels:g} N m s rotate the rate by "
         f"{math.degrees(swing):.3g} deg within one step of {scenario.grid_s:g} s, "
-        f"the body turns by {math.degrees(turn):.3g} deg; take shorter steps, or adaptive ones "
+        f"the body rotates by {math.degrees(turn):.3g} deg; take shorter steps, or adaptive ones "
         "(no step_s)"
     ]

@@ -1,4 +1,4 @@
-"""Numbers that look like a slip of the unit, and hardware that cannot do what it is for."""
+"""Numbers that look like a mistaken unit, and hardware that cannot do its job."""
 
 import math
 
@@ -37,7 +37,7 @@ def _altitude_notes(scenario: Scenario) -> list[str]:
         return []
     if altitude_km < _LOWEST_KM:
         return [
-            f"orbit.altitude_km is {altitude_km:g} km: below {_LOWEST_KM:g} km the air ends every "
+            f"orbit.altitude_km is {altitude_km:g} km: below {_LOWEST_KM:g} km drag ends every "
             "flight within a revolution"
         ]
     metres = f", or is it {altitude_km / 1e3:g} km in metres?"
@@ -65,7 +65,7 @@ def _inertia_notes(scenario: Scenario) -> list[str]:
 
 
 def _axis_notes(scenario: Scenario) -> list[str]:
-    """Three coils or more that reach a plane or a line only, as two of them are parallel."""
+    """Three coils or more whose axes span only a plane or a line, as two of them are parallel."""
     coils = scenario.spacecraft.coils
     axes = np.array(coils.axes) if coils is not None else np.zeros((0, 3))
     if len(axes) < 3 or np.linalg.matrix_rank(axes, 1e-2) == 3:
@@ -73,7 +73,7 @@ def _axis_notes(scenario: Scenario) -> list[str]:
     cosines = np.abs(np.triu(axes @ axes.T, 1))
     pairs = [f"{i} and {j}" for i, j in np.argwhere(cosines > _PARALLEL).tolist()]
     why = f": coils {', '.join(pairs)} are parallel" if pairs else ""
-    return [f"spacecraft.coils.axes: the {len(axes)} coils reach no dipole outside a plane{why}"]
+    return [f"spacecraft.coils.axes: the {len(axes)} coils produce no dipole outside a plane{why}"]
 
 
 def _lag_notes(scenario: Scenario) -> list[str]:

@@ -54,7 +54,7 @@ def _law_notes(scenario: Scenario, use: Use) -> list[str]:
 
 
 def _motor_notes(laws: list[Spec]) -> list[str]:
-    """Notes if nothing drives the wheels; 'off' says that this is meant."""
+    """Notes if nothing drives the wheels; 'off' marks this as intended."""
     if any(law.kind == "off" or _may_drive_wheels(law) for law in laws):
         return []
     notes = ["no law drives the wheels (control.laws): their motors are off"]
@@ -77,7 +77,9 @@ def _friction_notes(wheels: ReactionWheels) -> list[str]:
     top = wheels.viscous_friction_n_m_s * wheels.speed_limit_rad_s
     motor = f"is not below the torque limit of {limit:g} N m"
     if coulomb >= limit:
-        return [f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor speeds one up"]
+        return [
+            f"the wheels' Coulomb friction of {coulomb:g} N m {motor}: no motor can speed one up"
+        ]
     if (wheels.stiction_n_m or 0.0) >= limit:
         return [
             f"the wheels' stiction of {wheels.stiction_n_m:g} N m {motor}: none starts from rest"
@@ -102,10 +104,10 @@ def _idle_notes(wheels: ReactionWheels) -> list[str]:
 
 
 def _hold_notes(scenario: Scenario, use: Use) -> list[str]:
-    """Torques are held from reading to reading: what that makes of the law's motion.
+    """The effect on the law's motion of holding torques from reading to reading.
 
-    About an axis the angle x follows x'' = -(d x' + p x) with the right side held for T. The roots
-    of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
+    About an axis the angle x follows x'' = -(d x' + p x) with the right-hand side held for T. The
+    roots of this sampled motion lie within the unit circle while d T < 2 and p T < 2 d.
     """
     control = scenario.control
     hold_s = control.longest_hold_s
@@ -136,31 +138,31 @@ def _loop(scenario: Scenario, law: Spec) -> tuple[float, float]:
 
 
 def _turn_notes(scenario: Scenario, law: Spec) -> list[str]:
-    """Whether the wheels have the momentum and the torque for turns at the greatest rate."""
+    """Whether the wheels have the momentum and the torque for slews at the greatest rate."""
     if law.greatest_rate_deg_s is None:
         return []
     wheels, moments = scenario.spacecraft.wheels, scenario.spacecraft.body.principal()[0]
     momentum = math.radians(law.greatest_rate_deg_s) * float(moments[-1])
     least = momentum_envelope(wheels.array()).inner_radius
-    rate = f"a turn at greatest_rate_deg_s = {law.greatest_rate_deg_s:g}"
+    rate = f"a slew at greatest_rate_deg_s = {law.greatest_rate_deg_s:g}"
     notes = []
     if momentum > least:
         notes.append(
-            f"{rate} may take {momentum:.3g} N m s, and the wheels hold {least:.3g} N m s about "
+            f"{rate} may take {momentum:.3g} N m s, but the wheels hold {least:.3g} N m s about "
             "their weakest axis"
         )
     braking = _BRAKING * _loop(scenario, law)[0] * momentum
     weakest = torque_envelope(wheels.array()).inner_radius
     if braking > weakest:
         notes.append(
-            f"{rate} ends with up to {braking:.3g} N m, and the wheels give {weakest:.3g} N m "
+            f"{rate} takes up to {braking:.3g} N m to stop, but the wheels give {weakest:.3g} N m "
             "about their weakest axis: it may overshoot"
         )
     return notes
 
 
 def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
-    """Whether the wheels have the torque and the momentum for the beginning."""
+    """Whether the wheels have the torque and the momentum for acquisition."""
     wheels = scenario.spacecraft.wheels
     r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
     motion = scenario.initial.motion(r, v)
@@ -175,8 +177,8 @@ def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     excess, reach = _excess_momentum(scenario, law, motion[4:], r, v)
     if excess > reach:
         notes.append(
-            f"the satellite starts with {excess:.3g} N m s more than the wanted attitude leaves to "
-            f"the body, and the wheels hold {reach:.3g} N m s at most: they cannot absorb it all"
+            f"the satellite starts with {excess:.3g} N m s more than the body has in the wanted "
+            f"attitude, but the wheels hold {reach:.3g} N m s at most: they cannot absorb it all"
         )
     return notes
 
@@ -193,7 +195,7 @@ def _spring_torque(law: HeldByWheels, q, r, v) -> np.ndarray:
 
 
 def _torque_share(wheels: ReactionWheels, torque) -> float:
-    """The torque in parts of the greatest one in that direction, as the wheels share it."""
+    """The torque as a share of the greatest in that direction, as allocated to the wheels."""
     array = wheels.array()
     if wheels.allocation == "minimax":
         return float(torque_envelope(array).share(torque))

@@ -10,7 +10,7 @@ def write_report(
 ) -> dict[str, Path]:
     """Write `plots/*.png` and `report.html` of a result into a folder; return the paths by name.
 
-    A run with modes has its state diagram beside them, `plots/modes.svg`. The folder is created if
+    A run with modes also has its state diagram, `plots/modes.svg`. The folder is created if
     missing. `progress` is called with the fraction done, 0..1.
     `ValueError` for a result without records.
     """

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @xr.register_dataset_accessor("torquer")
 class Torquer:
-    """What torquer says of a result; registered with xarray by `import torquer`."""
+    """Derived quantities and pictures of a result; registered with xarray by `import torquer`."""
 
     def __init__(self, result: xr.Dataset):
         self._result = result

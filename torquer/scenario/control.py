@@ -37,23 +37,23 @@ class Control(Spec):
     Plain sample and hold: leave `measure_s` at 0; a control step every `sample_s`, the command held
     until the next. With a measurement window the coils are off for `measure_s` while the laws are
     called every `sample_s`, then follow the latest dipole for `actuate_s`; wheels follow every
-    command. With `control_while_actuating` the computer goes on every `sample_s` while the coils
-    act: estimators and the wheels' laws then work all the time, without the magnetometer, which the
-    coils disturb; the dipole stays as it is.
+    command. With `control_while_actuating` control steps continue every `sample_s` while the coils
+    act: estimators and the wheels' laws then work all the time, but without the magnetometer, which
+    the coils disturb; the dipole is held.
     """
 
     renamed: ClassVar = {"wheel_law": "laws.NAME (with NAME of your choice)"}
 
     law: OnlyLaw | None = None
-    """The only law, or a scheme; or else `laws`."""
+    """A single law, or a scheme; for several laws use `laws` instead."""
     laws: dict[str, AnyLaw] = Field(default_factory=dict)
-    """Several laws by names of your choice, whose commands are added."""
+    """Several laws under names of your choice; their commands are added."""
     estimator: AnyEstimator = SensorReadings()
-    """Where attitude and rate come from; left out: from attitude sensor and gyro."""
+    """Source of attitude and rate; left out: attitude sensor and gyro."""
     estimators: dict[str, AnyEstimator] = Field(default_factory=dict)
-    """Further estimators by names of your choice, for modes to choose from."""
+    """Further estimators under names of your choice, for modes to choose from."""
     modes: Modes | None = None
-    """Mode table, whose states say which laws and which estimator work when."""
+    """Mode table, whose states determine which laws and which estimator work when."""
     sample_s: Positive = 1.0
     """Interval between control steps."""
     measure_s: float = Field(default=0.0, ge=0.0)
@@ -61,7 +61,7 @@ class Control(Spec):
     actuate_s: Positive | None = None
     """Time for which the coils hold the dipole after a measurement window."""
     control_while_actuating: bool = False
-    """Control every `sample_s` while the coils act, too: for estimators and wheels."""
+    """Control every `sample_s` also while the coils act, for estimators and wheels."""
 
     @model_validator(mode="after")
     def _laws_given(self):
@@ -117,7 +117,9 @@ class Control(Spec):
             raise ValueError("laws: must be given with modes, by the names that states use")
         used = {name for state in self.modes.states() for name in state.laws}
         if idle := [name for name in self.laws if name not in used]:
-            raise ValueError(f"laws.{idle[0]}: must be named by a state of modes; received no such")
+            raise ValueError(
+                f"laws.{idle[0]}: must be named by a state of modes; received no such state"
+            )
         known = {*_ESTIMATORS_KNOWN, *self.estimators}
         for state in self.modes.states():
             if state.estimator is not None:
@@ -174,7 +176,7 @@ def common_divisor(times_s: dict[str, float]) -> float:
 
 
 def whole_steps(name: str, length_s: float, step_s: float, step_name: str = "step_s") -> int:
-    """Number of steps in a length; ValueError unless it is a whole number above zero."""
+    """Number of steps in a time; ValueError unless it is a whole number above zero."""
     ratio = length_s / step_s
     steps = round(ratio) if ratio < MOST_STEPS else 0
     if steps < 1 or not math.isclose(steps * step_s, length_s, rel_tol=1e-9):

@@ -1,4 +1,4 @@
-"""What pydantic found wrong with a scenario, in the user's words: key, what must hold, received."""
+"""Errors that pydantic found in a scenario, in the user's terms: key, requirement, value."""
 
 import difflib
 import json
@@ -125,7 +125,7 @@ def name_of(keys: tuple) -> str:
 
 
 def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
-    """What is wrong; the package's own check may tell several mistakes, a line each."""
+    """The error; the package's own check may report several, a line each."""
     key, kind, context = name_of(keys), mistake["type"], mistake.get("ctx", {})
     received = _shown(mistake["input"])
     if kind == "value_error":

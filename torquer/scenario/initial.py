@@ -32,7 +32,7 @@ class InitialMotion(Spec):
     def _attitude_makes_sense(self):
         if self.quaternion is not None and abs(np.linalg.norm(self.quaternion) - 1.0) > 1e-6:
             raise ValueError(
-                f"quaternion: must have length 1 to 1e-6; received {list(self.quaternion)}"
+                f"quaternion: must have length 1 within 1e-6; received {list(self.quaternion)}"
             )
         if self.quaternion is not None and any(self.euler_deg):
             raise ValueError(

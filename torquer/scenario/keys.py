@@ -1,7 +1,7 @@
 """Keys of files, described: what each one is, its unit, range and default.
 
-The description of a key is the text below its field in the spec. It is read from the source when
-somebody asks: no run does.
+The description of a key is the text below its field in the spec. It is read from the source on
+demand, never during a run.
 """
 
 import ast
@@ -97,7 +97,7 @@ def description_of(spec: type[BaseModel], key: str) -> str:
 
 
 def first_sentence(spec: type[BaseModel]) -> str:
-    """First line of what a spec says of itself."""
+    """First paragraph of a spec's docstring, on one line."""
     return (inspect.getdoc(spec) or "").partition("\n\n")[0].replace("\n", " ")
 
 

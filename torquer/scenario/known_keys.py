@@ -33,7 +33,7 @@ def spec_named(name: str) -> type[BaseModel] | None:
 
 
 def suggestion(key: str, known: list[str]) -> str:
-    """In brackets, for the end of a message: a known key near this one, or those that there are."""
+    """In brackets, for the end of a message: a known key near this one, or all known keys."""
     begin = [each for each in known if each.startswith(f"{key.rstrip('s')}_")]
     near = difflib.get_close_matches(key, known, 1, 0.65) or (begin if len(begin) == 1 else [])
     if near:

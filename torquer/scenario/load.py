@@ -22,7 +22,7 @@ _PRESETS = Path(__file__).with_name("presets")
 
 
 class ScenarioError(ValueError):
-    """What is wrong with a file: one line per mistake."""
+    """Errors in a file: one line each."""
 
     def __init__(self, told: str):
         super().__init__("\n".join(map(_shortened, told.split("\n"))))
@@ -57,7 +57,7 @@ def text_of(path: Path, what: str) -> str:
 
 
 def name_after(path: Path) -> str:
-    """The name of what is in a file that gives none."""
+    """The name of a scenario or design from its file, for a text that gives none."""
     return re.sub(r"^[.-]|[^\w.-]", "_", path.stem)
 
 
@@ -78,7 +78,7 @@ def data_of(text: str, what: str) -> dict:
 
 
 def _within_levels(data: dict) -> bool:
-    """Whether tables and lists are in each other no deeper than that."""
+    """Whether tables and lists are nested no deeper than that."""
     level = [data]
     for _ in range(_LEVELS):
         inner = (part.values() if isinstance(part, dict) else part for part in level)
@@ -117,7 +117,7 @@ def replaced(scenario: Scenario, key: str, value) -> Scenario:
 def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
     """The scenario with other values at dotted keys, checked once with all of them in place.
 
-    What stands beside the keys has been checked; how it fits with them is checked again.
+    All other values have been checked already; only how they fit with these is checked again.
     """
     data = _opened(scenario)
     for key, value in values.items():
@@ -130,7 +130,7 @@ def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
 
 
 def value_at(scenario: Scenario, key: str):
-    """What stands at a dotted key, as plain data."""
+    """The value at a dotted key, as plain data."""
     table, last = _place_of(as_data(scenario), key)
     if isinstance(table, dict) and last not in table:
         told = suggestion(str(last), [str(name) for name in table])
@@ -163,10 +163,10 @@ def _within(table, name, place: str):
 
 
 def _opened(table):
-    """A table or list that may be changed; the specs in it stay what they are.
+    """A table or list that may be changed; the specs in it stay as they are.
 
-    Those that were not given become plain data: what is stored of a spec is what was given, and of
-    one that is given now, not even its kind was.
+    Those that were not given become plain data: only given keys of a spec are stored, and of one
+    that was a default not even its kind was given.
     """
     if isinstance(table, BaseModel):
         given = table.model_fields_set
@@ -208,7 +208,7 @@ def _fits(place: tuple) -> str:
 
 
 def _find_law_files(data: dict, folder: Path) -> None:
-    """Whole paths in place of those relative to the folder."""
+    """Absolute paths in place of those relative to the folder."""
     control = data.get("control") if isinstance(data.get("control"), dict) else {}
     laws = control.get("laws") if isinstance(control.get("laws"), dict) else {}
     named = {f"laws.{name}": law for name, law in laws.items()}
@@ -218,7 +218,7 @@ def _find_law_files(data: dict, folder: Path) -> None:
 
 
 def _whole_path(key: str, path: Path) -> str:
-    """The path from the root, as text that can be stored."""
+    """The absolute path, as text that can be stored."""
     try:
         whole = str(path.resolve())
         whole.encode()
@@ -242,7 +242,10 @@ def scenario_schema() -> dict:
             _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
     _let_preset_stand(specs["Region"], [*presets("region")])
     _let_modes_be_short(specs)
-    schema["properties"]["campaign"] = {"type": "object", "description": "Many runs that vary."}
+    schema["properties"]["campaign"] = {
+        "type": "object",
+        "description": "Many runs with varied keys.",
+    }
     return schema
 
 

@@ -1,4 +1,4 @@
-"""What a run is to achieve: limits that its motion must keep from some time to the end."""
+"""The goals of a run: limits that its motion must meet from some time to the end."""
 
 from typing import Annotated
 
@@ -12,20 +12,20 @@ _Angle = Annotated[float, Field(gt=0.0, lt=180.0)]
 
 
 class Mission(Spec):
-    """What the run is to achieve, for the verdict of its report.
+    """Goals of the run, for the verdict in its report.
 
     Every limit must hold from some time to the end of the run. Without this table the verdict
-    takes a limit that is usual for the laws of the scenario, and says so.
+    uses a limit that is usual for the laws of the scenario, and says so.
     """
 
     rate_below_deg_s: _Limit | None = None
-    """Limit of the absolute rate."""
+    """Limit on the absolute rate."""
     rate_orbital_below_deg_s: _Limit | None = None
-    """Limit of the rate relative to the orbital frame."""
+    """Limit on the rate relative to the orbital frame."""
     attitude_error_below_deg: _Angle | None = None
-    """Limit of the deviation from the attitude that the scenario's laws hold."""
+    """Limit on the deviation from the attitude that the scenario's laws hold."""
     sun_angle_below_deg: _Angle | None = None
-    """Limit of the angle between `axis` and the Sun."""
+    """Limit on the angle between `axis` and the Sun."""
     axis: unit_vector("axis") = (0.0, 0.0, 1.0)  # type: ignore[valid-type]
     """Axis in the body, of any length, for `sun_angle_below_deg`."""
     within_s: _Limit | None = None

@@ -1,7 +1,7 @@
-"""Whether RK4's fixed step resolves a motion: asked before the run, of the motion at its start.
+"""Whether RK4's fixed step resolves a motion: checked before the run, for its initial motion.
 
-The loop asks the same at every event (`step.resolves`), and adds up what the steps do to the
-motion by themselves.
+The loop makes the same check at every event (`step.resolves`), and adds up the numerical damping
+and lag of the steps.
 """
 
 import math
@@ -19,7 +19,7 @@ QUIET_DAMPING, QUIET_LAG_DEG = 0.01, 1.0
 
 
 class Speeds(NamedTuple):
-    """How fast the body turns, and how fast it nutates [rad/s]."""
+    """How fast the body rotates, and how fast it nutates [rad/s]."""
 
     rate: float
     nutation: float
@@ -59,29 +59,29 @@ def check_step(speeds: Speeds, step_s: float) -> None:
 
 
 def lost_amplitude(speed: float, step_s: float, duration_s: float) -> float:
-    """Part of the amplitude of an oscillation [rad/s] that RK4 takes away in a run."""
+    """Fraction of the amplitude of an oscillation [rad/s] that RK4 damps out in a run."""
     return -math.expm1(-damping_of_steps(speed * speed, step_s, duration_s / step_s))
 
 
 def step_that_keeps(part: float, speed: float, duration_s: float) -> float:
-    """Step [s] with which RK4 takes this small part of an amplitude away in a run."""
+    """Step [s] with which RK4 damps out this small fraction of an amplitude in a run."""
     return (144.0 * part / (duration_s * speed**6)) ** 0.2
 
 
 def notes_on_steps(result) -> list[str]:
-    """What RK4's steps did to the motion of a run by themselves, where it is no small matter."""
+    """Notes on the numerical damping and lag of RK4's steps in a run, if not small."""
     if "rk4_damping" not in result:
         return []
     told, damping = [], float(result["rk4_damping"])
     lag_deg = math.degrees(float(result["rk4_lag"]))
     if damping >= QUIET_DAMPING:
         told.append(
-            f"the steps of RK4 took up to {100.0 * damping:.3g} % of the amplitude of nutation or "
-            "libration during this run: take shorter steps, or adaptive ones (no step_s)"
+            f"the steps of RK4 damped up to {100.0 * damping:.3g} % of the amplitude of nutation "
+            "or libration during this run: take shorter steps, or adaptive ones (no step_s)"
         )
     if lag_deg >= QUIET_LAG_DEG:
         told.append(
-            f"the steps of RK4 let the rotation lag by about {lag_deg:.3g} deg during this run: "
+            f"the steps of RK4 made the rotation lag by about {lag_deg:.3g} deg during this run: "
             "take shorter steps, or adaptive ones (no step_s)"
         )
     return told

@@ -86,10 +86,10 @@ class Spacecraft(Spec):
 class Simulation(Spec):
     """How the run is computed.
 
-    All that happens at given times falls on multiples of `step_s`, or of the greatest common
-    divisor of these times where it is left out. A long run is computed in pieces and its result
-    written piece by piece; `torquer validate` tells its rows, memory, disk and computing time, and
-    refuses what cannot fit.
+    All events at given times fall on multiples of `step_s` or, if it is left out, of the greatest
+    common divisor of these times. A long run is computed in pieces and its result written piece by
+    piece; `torquer validate` reports its rows, memory, disk space and computing time, and refuses a
+    run that cannot fit.
     """
 
     duration_s: Positive | None = None
@@ -99,14 +99,14 @@ class Simulation(Spec):
     step_s: Positive | None = None
     """Fixed step; left out: adaptive steps."""
     record_s: Positive = 10.0
-    """Interval of the record, not longer than the run."""
+    """Interval between records, not longer than the run."""
     integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
     """'auto' (adaptive steps of order 8; the result states the estimated error), 'rk4' (fixed
     steps, the default with `step_s`), 'splitting' (fixed steps, exact free rotation between kicks:
     large steps for a fast spinner) or 'dop853' (for comparison).
     """
     tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
-    """Error of the attitude that adaptive steps may add in each orbital revolution."""
+    """Attitude error that adaptive steps may add in each orbital revolution."""
     max_step_s: float | None = Field(default=None, ge=1e-3)
     """Longest adaptive step; left out: no limit."""
     tolerance: float = Field(default=_TOLERANCE, ge=1e-14, le=1e-3)
@@ -175,7 +175,7 @@ class Simulation(Spec):
 
 
 def _checked_start(value) -> datetime:
-    """UTC of the start; within the years for which the Sun's path and the leap seconds hold."""
+    """UTC of the start; within the years for which Sun's path and leap seconds are valid."""
     try:
         start = parse_utc(value, "start")
     except OverflowError:  # a zone beyond the first or the last day of the calendar
@@ -189,13 +189,13 @@ class Scenario(Spec):
     """A whole run."""
 
     name: str = Field(default="run", pattern=r"^\w[\w.-]*$")
-    """Name of the run; left out: that of the file."""
+    """Name of the run; left out: the name of the file."""
     description: str = ""
     """What the run is for, in a sentence."""
     start: Annotated[datetime, BeforeValidator(_checked_start)]
     """UTC of the start with its zone, such as "2024-03-20T12:00:00Z"."""
     seed: int = Field(default=0, ge=0, lt=2**63)
-    """Fixes every random number."""
+    """Seed of all random numbers."""
     orbit: AnyOrbit
     """The orbit."""
     environment: Environment = Environment()
@@ -211,7 +211,7 @@ class Scenario(Spec):
     simulation: Simulation
     """Duration, steps and record."""
     mission: Mission | None = None
-    """What the run is to achieve, for the verdict of its report; left out: usual limits."""
+    """Goals of the run, for the verdict in its report; left out: usual limits."""
 
     @model_validator(mode="after")
     def _steps_fit(self):
@@ -240,7 +240,7 @@ class Scenario(Spec):
         return self
 
     def _check_sampling(self) -> None:
-        """Readings fall on steps, and their times repeat after a number of steps."""
+        """Readings fall on steps, and their timing repeats after a number of steps."""
         control, step_s = self.control, self.grid_s
         cycle = whole_steps("cycle", control.cycle_s, step_s)
         intervals = {"control.sample_s": cycle}
@@ -256,7 +256,7 @@ class Scenario(Spec):
             )
 
     def _check_disturbance(self) -> None:
-        """Torques have what they need: parts, whole steps, an integrator that knows them."""
+        """Torques have what they need: parts, whole steps, an integrator that supports them."""
         given = self.disturbance
         if given is None:
             return
@@ -275,7 +275,7 @@ class Scenario(Spec):
             )
 
     def _check_end(self) -> None:
-        """Models of the surroundings hold for the years in which a run may start."""
+        """Models of the surroundings are valid for the years in which a run may start."""
         length_s = self.steps() * self.grid_s
         if length_s > (_LATEST_END - self.start).total_seconds():
             raise ValueError(
@@ -305,7 +305,7 @@ class Scenario(Spec):
                     )
 
     def _check_actuators(self) -> None:
-        """Laws need what they are to drive; wheels need an integrator that knows them."""
+        """Laws need the actuators they drive; wheels need an integrator that supports them."""
         for name, spec in self.control.named().laws.items():
             if spec.kind not in ("off", "user", "given_in_python"):
                 check_fits(self.control.key_of(name), spec.law(), self)
@@ -341,7 +341,7 @@ class Scenario(Spec):
         return torque.pack_sizes(whole_steps(key, torque.hold_s, self.grid_s))
 
     def orbit_angle(self) -> tuple[float, ...]:
-        """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if none asks."""
+        """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
         if not self.acting_torques():
             return ()
         r, v = self.surroundings().state(np.zeros(1))

@@ -14,7 +14,7 @@ _WIDEST = 80
 def toml_of(data: dict) -> str:
     """A scenario's plain data as TOML text; keys without a value are left out.
 
-    Lists of numbers that fit stand in one line: no text has a line break, so none is touched.
+    Lists of numbers that fit are put on one line. No text has a line break, so none is affected.
     """
     text = tomli_w.dumps(_given(data))
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):

@@ -1,4 +1,4 @@
-"""Simulate a scenario, or go on from where a result stopped."""
+"""Simulate a scenario, or continue from where a result stopped."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 
 
 class RunStopped(Exception):
-    """A run that ended early. `result` holds what was computed until then; `interrupted` says
-    that it was the keyboard which stopped it, not a failure."""
+    """A run that ended early. `result` holds what was computed until then; `interrupted` is true
+    if the keyboard stopped it, not a failure."""
 
     def __init__(self, reason: str, result: xr.Dataset, interrupted: bool):
         super().__init__(reason)
@@ -61,18 +61,18 @@ def simulate(
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
-    `law` takes the place of the scenario's laws, those in `laws` of the laws of their names,
-    parameters and all; a function without the decorator runs as plain Python. The scenario in the
-    result names the laws that were flown.
+    `law` replaces the scenario's laws, each of `laws` the law of the same name, including its
+    parameters; a function without the decorator runs as plain Python. The scenario in the result
+    names the laws that were flown.
     `until_s` stops the run early, at the next instant of a reading, of a control cycle or of the
-    record; `resume` goes on from there. `progress` is called with the part done, 0..1.
+    record; `resume` continues from there. `progress` is called with the fraction done, 0..1.
     `to`: a file (NetCDF) for the result. A long run is written piece by piece, in bounded memory;
-    the result returned then reads its numbers from the file when they are asked for. What is
-    computed is written every `checkpoint_s` seconds of computing, so that `resume` can go on from
-    there if the process is killed; after a save that took long, a hundred times as long later.
-    An unfinished run that stands there is replaced with `overwrite` only.
-    Raises `RunStopped`, with what was computed, on a state or a law's answer that is not finite,
-    on an error inside a law and on an interrupt from the keyboard.
+    the result returned then reads its numbers from the file when they are needed. What is computed
+    is saved every `checkpoint_s` seconds of computing, so that `resume` can continue from there if
+    the process is killed; after a slow save the next waits a hundred times as long as it took.
+    An unfinished run in that file is replaced only with `overwrite`.
+    Raises `RunStopped`, with what was computed, if the state or a law's output is not finite, on
+    an error inside a law and on a keyboard interrupt.
     """
     if not isinstance(scenario, Scenario):
         raise ValueError(
@@ -82,7 +82,7 @@ def simulate(
     scenario = checked(scenario)
     _check_size(scenario, to)
     if to is not None and not overwrite:
-        check_free(Path(to), "to", "resume goes on with it, overwrite=True replaces it")
+        check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
     with heeding():
         run = prepare(scenario, law, laws)
         if to is None:
@@ -101,11 +101,11 @@ def resume(
     scenario: Scenario | None = None,
     checkpoint_s: float = CHECKPOINT_S,
 ) -> xr.Dataset:
-    """Go on from where a result stopped; the whole is the same bits as an unbroken run.
+    """Continue from where a result stopped; the whole is the same to the bit as an unbroken run.
 
-    `result`: a result, or the file of one, in which the run then goes on. A law that was given in
-    Python must be given again, unless it is in a file to load it from. `scenario`: that of the run,
-    if the files of its laws lie elsewhere now; its name and description may have changed.
+    `result`: a result, or its file, to which the rest of the run is then written. A law that was
+    passed from Python must be passed again, unless it can be loaded from a file. `scenario`: that
+    of the run, if the files of its laws have moved; its name and description may have changed.
     ValueError for a result that is damaged, of another version of torquer or of another run; a
     warning where the last bits may differ, as on another kind of processor.
     """

@@ -1,1 +1,1 @@
-"""What is bolted together: body, coils, sensors. Specs in edge units, kernels in SI."""
+"""The spacecraft: body, coils, sensors. Specs in edge units, kernels in SI."""

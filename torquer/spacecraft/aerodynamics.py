@@ -1,9 +1,9 @@
 """Force and torque of the air on a body made of parts, in free molecular flow.
 
-What a part offers to the flow depends on the angle to its axis alone: a cylinder, a plate, the
+The area of a part depends only on the angle between the flow and its axis: a cylinder, a plate, the
 face of a box, a sphere. Molecules give up all their momentum (drag coefficient 2, inelastic
-impact) or as much as the coefficient says; the force is along the flow. The body turns slowly
-beside the flow.
+impact) or as much as the coefficient says; the force is along the flow. The body rotates slowly
+compared with the flow.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ class Surface(NamedTuple):
 
 @kernel
 def projected_area(row, direction):
-    """Area [m^2], times half the drag coefficient, that a part turns to its motion's direction."""
+    """Area [m^2] of a part across its direction of motion, times half the drag coefficient."""
     axis = (row[4], row[5], row[6])
     along, beside = dot(axis, direction), norm(cross(axis, direction))
     return row[0] * max(along, 0.0) + row[1] * max(-along, 0.0) + row[2] * beside + row[3]
@@ -38,7 +38,7 @@ def projected_area(row, direction):
 
 @kernel
 def flow(density_kg_m3, air_velocity_m_s):
-    """What the kernels below take: velocity relative to the air times sqrt(density) [sqrt(Pa)].
+    """Input of the kernels below: velocity relative to the air times sqrt(density) [sqrt(Pa)].
 
     Like the gravity-gradient vector it is one smooth vector that can be tabulated along an orbit.
     """
@@ -75,7 +75,7 @@ def _row(part: AnyPart) -> np.ndarray:
 
 
 class Aerodynamics(Spec):
-    """The body as the air sees it: its parts, in body axes from the centre of mass."""
+    """The parts of the body exposed to the air, in body axes from the centre of mass."""
 
     parts: tuple[AnyPart, ...] = Field(min_length=1)
     """Cylinders, plates and spheres that the body is made of; they do not shade each other."""

@@ -1,4 +1,4 @@
-"""Attitude sensor: a star tracker, or what stands for a filter whose accuracy is known."""
+"""Attitude sensor: a star tracker, or a stand-in for a filter of known accuracy."""
 
 import math
 from typing import NamedTuple
@@ -24,7 +24,7 @@ class AttitudeSensorSet(NamedTuple):
 
 @inlined
 def read_attitude(sensor, q_body_to_inertial, drawn):
-    """Measured attitude: the true one after the fixed and the random turn, in body axes.
+    """Measured attitude: the true one after the fixed and the random rotation, in body axes.
 
     `drawn`: three standard normal numbers.
     """
@@ -44,7 +44,7 @@ def _turn(phi):
 
 
 class AttitudeSensor(Sampled):
-    """Attitude sensor; the default is an ideal one."""
+    """Attitude sensor; ideal by default."""
 
     error_deg: Vector = (0.0, 0.0, 0.0)
     """Fixed rotation about the body axes between true and measured attitude, a mounting error."""

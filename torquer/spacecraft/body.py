@@ -30,8 +30,8 @@ from torquer.validate import range_of
 class Rigid(NamedTuple):
     """Constants of the body for kernels; symmetric matrices as `sym_vec` takes them.
 
-    `surface`: what the air meets; `acting`: constants of `torquer.spacecraft.disturbance.TORQUES`;
-    () where there is none.
+    `surface`: parts exposed to the air; `acting`: constants of
+    `torquer.spacecraft.disturbance.TORQUES`; () where there is none.
     """
 
     inertia: tuple
@@ -58,9 +58,9 @@ def _with_air(torque, surface, flow, q):
 
 @inlined
 def torque_body(rigid, here, dipole_body_a_m2, motion, held):
-    """Torque [N m] in the body: dipole times field, gravity gradient, air, what else acts.
+    """Torque [N m] in the body: dipole times field, gravity gradient, air, other disturbances.
 
-    `held`: torque beside all that, () for none.
+    `held`: any further torque, () for none.
     """
     q = motion.q
     control = cross(dipole_body_a_m2, rotate_inverse(q, here.b_t))
@@ -142,8 +142,8 @@ class Body(Spec):
     ) -> Rigid:
         """Constants of Euler's equations for kernels.
 
-        `rotors_kg_m2`: what of the inertia (3, 3) does not resist the body's turning, as it can
-        turn by itself: that of the wheels' rotors about their axes. `acting`: constants of
+        `rotors_kg_m2`: the part of the inertia (3, 3) that does not resist the body's rotation, as
+        it can spin by itself: that of the wheels' rotors about their axes. `acting`: constants of
         disturbance torques.
         """
         inertia, rotors = np.array(self.inertia_kg_m2), rotors_kg_m2

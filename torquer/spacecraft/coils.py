@@ -40,7 +40,7 @@ NO_COILS = CoilSet(np.zeros(0, COIL), (0.0, 0.0, 0.0), SCALE, 0.0)
 
 
 class Goal(NamedTuple):
-    """What the coils go to: dipole vector [A m^2] in the body, residual dipole included; power [W]
+    """The coils' targets: dipole vector [A m^2] in the body, residual dipole included; power [W]
     and greatest dipole of a coil [A m^2] there."""
 
     dipole_a_m2: tuple
@@ -50,12 +50,12 @@ class Goal(NamedTuple):
 
 @inlined
 def command_coils(coils, command_a_m2, state):
-    """Set the dipole that each coil is to take for a commanded vector [A m^2] in the body.
+    """Set the target dipole of each coil for a commanded vector [A m^2] in the body.
 
     The pseudo-inverse shares the vector between the coils. Then 'scale' shrinks all alike until
     the worst coil is at its limit (the direction is kept), 'clip' cuts each coil alone, 'relay'
-    puts each coil at plus or minus its limit, or off where nothing is asked of it. Without lag
-    the coils are there at once.
+    puts each coil at plus or minus its limit, or off where no dipole is commanded. Without lag
+    the coils reach their targets at once.
     """
     rows, worst = coils.rows, 1.0
     x, y, z = command_a_m2
@@ -80,7 +80,7 @@ def command_coils(coils, command_a_m2, state):
 
 @inlined
 def switch_off_coils(coils, state):
-    """Let all coils go to zero."""
+    """Set the targets of all coils to zero."""
     for i in range(state.shape[0]):
         state[i].target_a_m2 = 0.0
     return goal_of(coils, state)
@@ -88,7 +88,7 @@ def switch_off_coils(coils, state):
 
 @inlined
 def goal_of(coils, state):
-    """What the coils go to; without lag they are there at once."""
+    """The coils' targets; without lag they are reached at once."""
     x, y, z = coils.residual_a_m2
     power = greatest = 0.0
     for i in range(coils.rows.shape[0]):
@@ -113,8 +113,8 @@ def present_dipole(coils, state):
 
 @inlined
 def believed_dipole(coils, state):
-    """Dipole vector [A m^2] in the body that the computer has set: residual dipole and polarity are
-    unknown to it."""
+    """Dipole vector [A m^2] in the body that the computer has set: it does not know the residual
+    dipole and the polarity."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(coils.rows.shape[0]):
         coil, dipole = coils.rows[i], state[i].target_a_m2
@@ -126,7 +126,7 @@ def believed_dipole(coils, state):
 
 @inlined
 def remaining(lag_s, t_s):
-    """Part of the way to the target that is still to go after t_s: first-order lag."""
+    """Fraction of the way to the target that remains after t_s: first-order lag."""
     if lag_s == 0.0:
         return 0.0
     return math.exp(-t_s / lag_s)
@@ -134,7 +134,7 @@ def remaining(lag_s, t_s):
 
 @internal
 def remaining_and_mean(lag_s, t_s):
-    """Part of the way to the target that is still to go after t_s, and its mean until then."""
+    """Fraction of the way to the target that remains after t_s, and its mean until then."""
     if lag_s == 0.0 or t_s == 0.0:
         return 0.0, 0.0
     left = remaining(lag_s, t_s)
@@ -143,7 +143,7 @@ def remaining_and_mean(lag_s, t_s):
 
 @kernel
 def advance_coils(coils, state, t_s):
-    """Let coils with a lag go to their targets for t_s; (energy [J], greatest dipole of a coil).
+    """Let coils with a lag approach their targets for t_s; (energy [J], greatest dipole of a coil).
 
     Power goes with the square of the dipole, target + way exp(-t/lag); its integral is exact.
     """
@@ -176,19 +176,19 @@ class Coils(Spec):
     )
     """Axes of the coils in the body, of any length."""
     saturation: Literal["scale", "clip", "relay"] = "scale"
-    """Beyond the limits: 'scale' (the dipole keeps its direction), 'clip' (each coil for itself) or
-    'relay' (every coil is fully on, one way or the other).
+    """Beyond the limits: 'scale' (the dipole keeps its direction), 'clip' (each coil by itself) or
+    'relay' (every coil is fully on, in one sense or the other).
     """
     polarity: tuple[Literal[-1, 0, 1], ...] | None = None
-    """One per coil: 1 as commanded, -1 wired the wrong way round, 0 dead; the on-board computer
-    does not know.
+    """One per coil: 1 as commanded, -1 wired the wrong way round, 0 failed; the on-board computer
+    does not know it.
     """
     lag_s: float = Field(default=0.0, ge=0.0)
     """Time constant of the first-order lag between command and dipole."""
     residual_dipole_a_m2: Vector = (0.0, 0.0, 0.0)
     """Constant residual dipole in body axes."""
     power_at_limit_w: float | None = Field(default=None, gt=0.0)
-    """Electrical power of a coil at its limit; left out: energies are those of coils of 1 W."""
+    """Electrical power of a coil at its limit; left out: energies are those of 1 W coils."""
 
     @model_validator(mode="after")
     def _one_limit_per_coil(self):

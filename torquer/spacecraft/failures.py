@@ -1,6 +1,6 @@
 """Failures of sensors: silent, stuck at the last reading, or zeros, in an interval of the run.
 
-The on-board computer is not told: it sees what the sensor sends.
+The on-board computer does not know: it reads what the sensor sends.
 """
 
 import math
@@ -23,8 +23,8 @@ class SensorFailure(Spec):
     """A failure of a sensor in an interval of the run."""
 
     kind: Literal["silent", "stuck", "zeros"]
-    """'silent' (no new readings: the last one grows old), 'stuck' (the last reading again and
-    again, as if it were new) or 'zeros' (zeros in place of what was measured).
+    """'silent' (no new readings: the last one ages), 'stuck' (the last reading again and again,
+    as if it were new) or 'zeros' (zeros in place of the measurement).
     """
     from_s: float = Field(default=0.0, ge=0.0)
     """Time since the start at which the failure begins."""

@@ -45,7 +45,7 @@ def read_rate(gyro, omega_body, drift, drawn):
 
 
 class Gyro(Sampled):
-    """Three-axis gyro; the defaults are an ideal one."""
+    """Three-axis gyro; ideal by default."""
 
     range_deg_s: float = Field(default=1e6, gt=0.0)
     """Range: readings of each axis are clipped there."""

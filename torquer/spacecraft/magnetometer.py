@@ -36,7 +36,7 @@ def read_field(magnetometer, b_body_t, dipole_body_a_m2, drawn):
 
 
 class Magnetometer(Sampled):
-    """Three-axis magnetometer; the defaults are an ideal one."""
+    """Three-axis magnetometer; ideal by default."""
 
     range_nt: float = Field(default=1e9, gt=0.0)
     """Range: readings of each axis are clipped there."""

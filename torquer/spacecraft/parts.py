@@ -1,4 +1,4 @@
-"""Parts that a body is made of, as air and sunlight meet them: cylinders, plates, spheres.
+"""Parts of a body, as exposed to air and sunlight: cylinders, plates, spheres.
 
 Parts do not shade each other.
 """
@@ -15,7 +15,7 @@ _Fraction = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class _Part(Spec):
-    """What all parts have: a centre; how air and sunlight leave their surface."""
+    """What all parts have: a centre; how their surface reflects air and sunlight."""
 
     centre_m: Vector = (0.0, 0.0, 0.0)
     """Centre in body axes, from the centre of mass."""
@@ -24,7 +24,7 @@ class _Part(Spec):
     specular_reflectivity: _Fraction = 0.0
     """Fraction of sunlight that is reflected as by a mirror."""
     diffuse_reflectivity: _Fraction = 0.0
-    """Fraction of sunlight that is reflected in all directions; what is left is absorbed."""
+    """Fraction of sunlight that is reflected in all directions; the rest is absorbed."""
 
     @model_validator(mode="after")
     def _no_more_light_leaves_than_comes(self):
@@ -75,7 +75,7 @@ class Plate(_Directed):
     area_m2: float = Field(gt=0.0)
     """Area of one side."""
     one_sided: bool = False
-    """Whether only the face that the normal leaves exists."""
+    """Whether the plate has only the face from which the normal points."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
         """Areas along, against, beside the axis, and from anywhere."""

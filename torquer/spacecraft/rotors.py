@@ -1,12 +1,12 @@
-"""Rotors of reaction wheels: motor torque, friction, standing still, a greatest speed, failure.
+"""Rotors of reaction wheels: motor torque, friction, standstill, a greatest speed, failure.
 
-A rotor turns about an axis g fixed in the body; its state is the absolute momentum about it,
-a = I (speed + g . omega), of which nothing but the torque of its own motor and bearing is the
-rate. What a rotor gains the body loses, so that no rounding or friction model can make momentum.
+A rotor spins about an axis g fixed in the body; its state is the absolute momentum about it,
+a = I (speed + g . omega), whose rate is the torque of its own motor and bearing alone. What a
+rotor gains the body loses, so no rounding or friction model can create momentum.
 
-Friction brakes with c + v |speed|. It can bring a rotor to a stand, where it stays until the
-motor's torque exceeds the breakaway torque. Within a step, motor torque and rate of the body are
-held; the speed then follows in closed form, through a stand and back, whatever the step.
+Friction brakes with c + v |speed|. It can bring a rotor to rest, where it stays until the motor's
+torque exceeds the breakaway torque. Within a step, motor torque and rate of the body are held; the
+speed then follows in closed form, through standstill and back, whatever the step.
 """
 
 import math
@@ -75,7 +75,7 @@ def time_to_stand(speed, torque, viscous, inertia):
 
 @kernel
 def speed_after(rotor, speed, stands, motor, t):
-    """(Speed [rad/s], whether it stands) of a rotor after t under a constant motor torque."""
+    """(Speed [rad/s], whether it is at rest) of a rotor after t under a constant motor torque."""
     inertia, coulomb, viscous = rotor.inertia, rotor.coulomb, rotor.viscous
     breakaway, limit = rotor.breakaway, rotor.speed_limit
     if stands and abs(motor) <= breakaway:
@@ -92,7 +92,7 @@ def speed_after(rotor, speed, stands, motor, t):
 
 @kernel
 def step_rotors(rotors, state, omega_body, step, t):
-    """Let the motors work for step number `step` of t seconds; `Spin` tells the body of it."""
+    """Run the motors for step number `step` of t seconds; `Spin` is the effect on the body."""
     rows, held, torque = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
         axis, inertia, before = axis_of(rows, k), rows[k].inertia, state[k].momentum
@@ -110,7 +110,7 @@ def step_rotors(rotors, state, omega_body, step, t):
 
 @inlined
 def relative_momentum(rows, state, omega_body, k):
-    """Momentum [N m s] of rotor k relative to the body: what its tachometer tells."""
+    """Momentum [N m s] of rotor k relative to the body: what its tachometer measures."""
     return state[k].momentum - rows[k].inertia * dot(axis_of(rows, k), omega_body)
 
 

@@ -1,4 +1,4 @@
-"""Sun sensors: each sees the Sun within a cone about its axis, if nothing is in the way."""
+"""Sun sensors: each sees the Sun within a cone about its axis, unless something shades it."""
 
 import math
 from typing import Annotated, NamedTuple
@@ -19,8 +19,8 @@ STREAM = 4
 class SunSensorSet(NamedTuple):
     """Constants of the Sun sensors for kernels.
 
-    `rows` [n, 8], one per sensor: axis, cosine of the half field, quaternion of the fixed turn of
-    its readings. `zones` [m, 5]: number of a sensor; axis and cosine of a blind zone of it.
+    `rows` [n, 8], one per sensor: axis, cosine of the half field, quaternion of the fixed rotation
+    of its readings. `zones` [m, 5]: number of a sensor; axis and cosine of a blind zone of it.
     """
 
     rows: np.ndarray
@@ -41,7 +41,7 @@ def _is_blind(zones, sensor, sun_body):
 
 @inlined
 def sensor_that_sees(sensors, sun_body):
-    """Number of the sensor that reads: of those that see the Sun the one that faces it; or -1."""
+    """Number of the sensor that is read: the one that sees the Sun and best faces it; or -1."""
     rows, best, chosen = sensors.rows, -2.0, -1
     for i in range(rows.shape[0]):
         near = dot((rows[i, 0], rows[i, 1], rows[i, 2]), sun_body)
@@ -83,7 +83,7 @@ _HalfAngle = Annotated[float, Field(gt=0.0, le=180.0)]
 
 
 class BlindZone(Spec):
-    """A cone in the body in which Sun sensors do not see the Sun: a boom or a panel is there.
+    """A cone in the body in which a boom or a panel hides the Sun from Sun sensors.
 
     `sensors`: numbers, from 0, of those that it shades (left out: all).
     """
@@ -104,9 +104,9 @@ class SunSensors(Sampled):
     """Sun sensors by their axes in the body.
 
     Where several see the Sun, the one that faces it most directly is read. Coarse sensors are
-    misled by the light that the lit Earth reflects, by up to some 15 deg: a reading is the
-    direction of the sum of both lights, as of cosine detectors on all sides, the Earth a Lambertian
-    sphere (NASA Technical Memorandum 104596).
+    misled by sunlight that the Earth reflects, by up to some 15 deg: a reading is the direction of
+    the sum of both lights, as for cosine detectors on all sides and a Lambertian Earth
+    (NASA Technical Memorandum 104596).
     """
 
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]
@@ -116,11 +116,11 @@ class SunSensors(Sampled):
     blind_zones: tuple[BlindZone, ...] = ()
     """Cones in which something shades the sensors."""
     noise_deg: float = Field(default=0.0, ge=0.0)
-    """Standard deviation of the reading about each axis across the line of sight."""
+    """Standard deviation of the reading about each axis perpendicular to the line of sight."""
     bias_deg: Vector | tuple[Vector, ...] = (0.0, 0.0, 0.0)
     """Fixed small rotation of the reading about the body axes, one vector or one per sensor."""
     albedo: float = Field(default=0.0, ge=0.0, le=1.0)
-    """Albedo of the Earth, about 0.3; 0 for sensors that tell the Sun from the Earth."""
+    """Albedo of the Earth, about 0.3; 0 for sensors that distinguish the Sun from the Earth."""
 
     @model_validator(mode="after")
     def _one_of_each_per_sensor(self):

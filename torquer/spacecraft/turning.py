@@ -1,9 +1,9 @@
-"""Rotors as part of the motion that an integrator of stages advances.
+"""Rotors as part of the motion that a multi-stage integrator advances.
 
-A rotor that turns is an equation of its own: the rate of its momentum is what motor and friction
-give, the sense of the friction held for the step. A rotor that stands, or that its motor keeps at
-the greatest speed, turns with the body and is a part of it. A step ends where a rotor changes from
-one to the other.
+A rotor that spins has its own equation: the rate of its momentum is the torque of motor and
+friction, with the sense of the friction held for the step. A rotor at rest, or kept at its greatest
+speed by its motor, rotates with the body and is a part of it. A step ends where a rotor changes
+from one to the other.
 """
 
 import math
@@ -27,7 +27,7 @@ _AT_ONCE_S, _ROUNDING = 1e-9, 1e-12
 class Turning(NamedTuple):
     """The rotors for a step: constants, scratch space (WORK_ROWS, n), weights of the stages.
 
-    `tensor`: inertia of those that turn by themselves; `inverse`: of the body with all others.
+    `tensor`: inertia of those that spin by themselves; `inverse`: of the body with all others.
     """
 
     rows: np.ndarray
@@ -45,7 +45,7 @@ def _rubs(rotor):
 
 @internal
 def _changes(rotor, state, speed, motor, driven):
-    """(Whether a rotor turns by itself, sense of its friction, whether it stands)."""
+    """(Whether a rotor spins by itself, sense of its friction, whether it is at rest)."""
     side = np.sign(speed) if speed != 0.0 else np.sign(motor)
     if _rubs(rotor):
         resting = state.stands == 1.0 or speed == 0.0
@@ -79,7 +79,7 @@ def _difference(a, b):
 
 @internal
 def begin_turning(rotors, state, work, tableau, inertia, omega, step):
-    """The rotors at the start of a step: which of them turn by themselves."""
+    """The rotors at the start of a step: which of them spin by themselves."""
     rows, tensor = rotors.rows, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
         rotor, axis = rows[k], axis_of(rows, k)
@@ -163,9 +163,9 @@ def _time_to_limit(rotor, speed, torque):
 
 @kernel
 def part_to_change(turning, h, omega):
-    """Part of a step after which the first rotor has passed zero speed or its limit; 1: none.
+    """Fraction of a step after which the first rotor has passed zero speed or its limit; 1: none.
 
-    0: one that was at its limit has passed it, and is held there from now on.
+    0: one that was at its limit has passed it, and is held there from then on.
     """
     part = 1.0
     for k in range(turning.rows.shape[0]):

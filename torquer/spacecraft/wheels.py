@@ -1,7 +1,7 @@
 """Reaction wheels on the satellite: their spec and their tachometers.
 
-The wheels are driven by torque; how the computer shares a torque among them is its own matter
-(`torquer.control.allocation`).
+The wheels are driven by torque; how the computer shares a torque among them is defined in
+`torquer.control.allocation`.
 """
 
 import math
@@ -36,14 +36,14 @@ def read_tachometers(rotors, noise_rad_s, state, omega_body, seed, sample, momen
 
 
 class Failure(Spec):
-    """A wheel, by its number from 0, whose motor dies; the computer notices some time later."""
+    """A wheel whose motor fails; the computer detects the failure some time later."""
 
     wheel: int = Field(ge=0)
     """Number of the wheel, from 0."""
     time_s: float = Field(ge=0.0)
-    """Time since the start at which its motor dies."""
+    """Time since the start at which its motor fails."""
     noticed_after_s: float = Field(default=0.0, ge=0.0)
-    """Time from then until the computer knows."""
+    """Time from the failure until the computer detects it."""
 
 
 _PerWheel = float | tuple[float, ...]
@@ -52,11 +52,11 @@ _PerWheel = float | tuple[float, ...]
 class ReactionWheels(Wheels):
     """Reaction wheels, driven by torque; a layout and limits as in a wheel design.
 
-    `momentum_limit_n_m_s` is reached at `speed_limit_rpm`, which makes the rotors' inertia (it is
+    `momentum_limit_n_m_s` is reached at `speed_limit_rpm`, which determines the rotors' inertia (a
     part of the body's). Without a law that drives them the motors are off.
 
-    By minimax the torque that the demand leaves evens the wheels out in their null space; while a
-    dead wheel is not noticed, this and the bias of speeds disturb the body.
+    With minimax, the torque that the demand leaves available evens out the wheels in their null
+    space; while a failed wheel is undetected, this and the bias of the speeds disturb the body.
     """
 
     renamed: ClassVar = {"idle_share": "minimum_speed_fraction"}
@@ -66,11 +66,11 @@ class ReactionWheels(Wheels):
     speed_limit_rpm: float = Field(default=6000.0, gt=0.0)
     """Speed at which a wheel has its greatest momentum."""
     coulomb_friction_n_m: float = Field(default=0.0, ge=0.0)
-    """Coulomb friction of a turning wheel."""
+    """Coulomb friction of a spinning wheel."""
     viscous_friction_n_m_s: float = Field(default=0.0, ge=0.0)
-    """Viscous friction of a turning wheel, N m per rad/s."""
+    """Viscous friction of a spinning wheel, N m per rad/s."""
     stiction_n_m: float | None = Field(default=None, ge=0.0)
-    """Torque that a standing wheel needs to turn; left out: the Coulomb friction."""
+    """Torque needed to start a wheel from rest; left out: the Coulomb friction."""
     speed_noise_rpm: float = Field(default=0.0, ge=0.0)
     """Standard deviation of a tachometer's reading."""
     initial_speed_rpm: _PerWheel = 0.0
@@ -160,7 +160,7 @@ class ReactionWheels(Wheels):
         return Rotors(records(rows), as_symmetric(self.rotor_tensor_kg_m2()))
 
     def dead_from_step(self, step_s: float) -> np.ndarray:
-        """The step (n,) from which on each motor is dead; infinite for one that never is."""
+        """The step (n,) from which on each motor has failed; infinite for one that never fails."""
         dead = np.full(len(self.layout.rows()), np.inf)
         dead[list(self.lost)] = 0.0
         for failure in self.failures:

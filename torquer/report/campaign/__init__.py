@@ -24,7 +24,7 @@ def write_campaign_report(result: xr.Dataset, out: Path) -> list[Path]:
 
 
 def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
-    """Write `report.html` and `plots/*.png` on what two campaigns differ in; return the paths.
+    """Write `report.html` and `plots/*.png` on how two campaigns differ; return the paths.
 
     The folder is created if missing. `ValueError` for campaigns without a common outcome.
     """

@@ -1,4 +1,4 @@
-"""A signal over time: where parts of all members are, and the worst member."""
+"""A signal over time: percentile bands of all members, and the worst member."""
 
 import json
 
@@ -29,16 +29,16 @@ def series_by_signal(result: xr.Dataset) -> list[list[str]]:
 
 
 def _signal_text(result: xr.Dataset, name: str) -> str:
-    """What tells signals apart."""
+    """A text that identifies the signal of an outcome."""
     if name in result and "signal" in result[name].attrs:
         return result[name].attrs["signal"]
     return str(result[f"series.{name}"].attrs.get("long_name", name))
 
 
 def percentiles(series: np.ndarray, parts=PARTS) -> np.ndarray:
-    """Values [parts, time] of a series [n, time] that a part of the members are not above.
+    """Quantiles [parts, time] of a series [n, time] over the members.
 
-    They are values of members, as `quantile` has them; missing ones count as greatest.
+    Each is the value of a member, as in `quantile`; missing values count as the greatest.
     """
     ordered = np.sort(series, axis=0)
     places = np.ceil(np.asarray(parts) * len(series) - 1e-9).astype(int) - 1
@@ -46,7 +46,7 @@ def percentiles(series: np.ndarray, parts=PARTS) -> np.ndarray:
 
 
 def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | None:
-    """Bands of the signal that outcomes are taken of, and each one's worst member.
+    """Bands of the signal that outcomes are taken from, and the worst member of each outcome.
 
     None if no member was flown to the end.
     """

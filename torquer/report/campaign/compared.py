@@ -1,4 +1,4 @@
-"""Two campaigns beside each other: distribution functions, differences, one HTML page."""
+"""Two campaigns side by side: distribution functions, differences, one HTML page."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,7 +31,7 @@ def draw_compared(a: xr.Dataset, b: xr.Dataset, found: dict, folder: Path) -> di
 
 
 def _draw_cdf(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> Figure | None:
-    """Distribution functions over one another; None if no member has a value."""
+    """Distribution functions in one picture; None if no member has a value."""
     values = [missing_as_worst(each, name) for each in (a, b)]
     known = np.concatenate([each[np.isfinite(each)] for each in values])
     if not len(known):
@@ -58,11 +58,11 @@ def _short(text: str) -> str:
 
 
 def differences_of(found: dict) -> dict[str, tuple]:
-    """Difference and ends of its interval by label, of all that have them."""
+    """Difference and ends of its interval by label, where there are any."""
     shown = {}
     success = found["success"]
     if success is not None:
-        shown["rate of success"] = (success["difference"], *success["interval"])
+        shown["success rate"] = (success["difference"], *success["interval"])
     for name, each in found["outcomes"].items():
         unit = found["summaries"][0]["outcomes"][name]["unit"]
         shown[f"mean of {with_unit(name, unit)}"] = (each["difference"], *each["interval"])

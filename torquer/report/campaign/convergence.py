@@ -18,7 +18,7 @@ _PANEL, _UNDER = 1.15, 0.5
 
 
 def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
-    """A panel for the rate of success and for each mean; None of fewer than two members."""
+    """A panel for the success rate and for each mean; None with fewer than two members."""
     confidence = summary["confidence"]
     if summary["independent"] < 2:
         return None
@@ -34,12 +34,12 @@ def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
 
 
 def counts_to(members: int) -> np.ndarray:
-    """Numbers of members, of equal ratios, the last being all."""
+    """Numbers of members in equal ratios, the last being all."""
     return np.unique(np.geomspace(2, members, _POINTS).round().astype(int))
 
 
 def rates(succeeded: np.ndarray, counts, confidence: float) -> np.ndarray:
-    """Rate of success of the first members and the ends of its interval [counts, 3]."""
+    """Success rate of the first members and the ends of its interval [counts, 3]."""
     found = [(int(succeeded[:n].sum()), int(n)) for n in counts]
     return np.array([(k / n, *rate_interval(k, n, confidence)) for k, n in found])
 
@@ -66,7 +66,7 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
             for sign in (-1.0, 1.0):
                 axes.axhline(each[-1, 0] + sign * stop["half_width"], color=GREEN, lw=1.0)
         unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-        title = "rate of success" if name == SUCCESS else with_unit(f"mean of {name}", unit)
+        title = "success rate" if name == SUCCESS else with_unit(f"mean of {name}", unit)
         axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)

@@ -127,7 +127,7 @@ def _legend(figure: Figure, kinds) -> None:
 
 
 def draw_correlations(result: xr.Dataset, summary: dict) -> Figure | None:
-    """Rank correlations of each outcome as bars, and how great they are by chance."""
+    """Rank correlations of each outcome as bars, and their size by chance alone."""
     pairs = {name: found for name, found in correlations(result).items() if found}
     if not pairs:
         return None

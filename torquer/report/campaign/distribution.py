@@ -47,14 +47,14 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
 
 
 def _right_end(axes, edges) -> float:
-    """Some way beyond the last member, whose step of the distribution function shows then."""
+    """A little beyond the last member, so that its step of the distribution function shows."""
     if axes.get_xscale() == "log":
         return float(edges[-1] * (edges[-1] / edges[0]) ** 0.02)
     return float(edges[-1] + 0.02 * (edges[-1] - edges[0]))
 
 
 def bins(known: np.ndarray) -> np.ndarray:
-    """Edges of a histogram's bins, by Rice's rule; of equal ratios for values of a wide range."""
+    """Edges of a histogram's bins, by Rice's rule; in equal ratios for values of a wide range."""
     low, high = float(known.min()), float(known.max())
     if low == high:
         half = 0.5 * abs(low) or 0.5

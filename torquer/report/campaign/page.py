@@ -119,7 +119,7 @@ def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
 def _convergence(pictures: Mapping[str, Path]) -> list[dict]:
     if "convergence" not in pictures:
         return []
-    caption = "Estimates from the first members, in the order of the file."
+    caption = "Estimates from more and more members, in the order of the file."
     shown = picture(pictures["convergence"], "Estimates over the number of members")
     return [card("convergence", "Convergence", caption, shown)]
 
@@ -128,7 +128,7 @@ def _worst(result: xr.Dataset, summary: dict) -> list[dict]:
     grid = worst_grid(summary, table_of(result))
     if not grid[1]:
         return []
-    caption = "Commands that fly a member again; FILE is the scenario file of the campaign."
+    caption = "Commands to fly a member again; FILE is the scenario file of the campaign."
     return [card("worst", "Members to look at", caption, {"grid": grid})]
 
 

@@ -13,7 +13,7 @@ from torquer.report.campaign.sobol import draw_sobol
 
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
-    """Write the pictures that there are values for; their paths by name."""
+    """Write all pictures for which there are values; their paths by name."""
     figures: dict[str, Figure | None] = {}
     for name, each in summary["outcomes"].items():
         if each["mean"] is not None:
@@ -30,7 +30,7 @@ def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]
 
 
 def write_all(figures: dict, folder: Path) -> dict[str, Path]:
-    """Write figures, those that are not None, as PNG; their paths by name."""
+    """Write the figures that are not None as PNG; their paths by name."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     paths = {}

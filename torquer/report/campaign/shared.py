@@ -12,7 +12,7 @@ def literal(text: str) -> str:
 
 
 def is_wide(values: np.ndarray) -> bool:
-    """Whether positive values range so far that a logarithmic scale shows them better."""
+    """Whether positive values spread so far that a logarithmic scale shows them better."""
     known = values[np.isfinite(values)]
     if not len(known) or known.min() <= 0.0:
         return False
@@ -23,7 +23,7 @@ def is_wide(values: np.ndarray) -> bool:
 def steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Empirical distribution function of values [n], infinite ones not drawn but counted: (x, F).
 
-    At most some 2000 corners; F(x) is the part of all values that are not greater than x.
+    At most some 2000 corners; F(x) is the share of all values that do not exceed x.
     """
     ordered = np.sort(values)
     rows = np.unique(np.linspace(0, len(ordered) - 1, min(len(ordered), 2000)).astype(int))

@@ -1,4 +1,4 @@
-"""What part of an outcome's variance is due to which keys: Sobol's indices as bars."""
+"""The share of an outcome's variance due to each key: Sobol indices as bars."""
 
 from matplotlib.figure import Figure
 
@@ -32,7 +32,7 @@ def draw_sobol(summary: dict) -> Figure | None:
         if top == 0.65:
             legend(axes, handles)
         top += height
-    axes.set_xlabel("part of the variance", fontsize=SMALL)
+    axes.set_xlabel("share of the variance", fontsize=SMALL)
     foot(figure, f"lines: {percent(summary['confidence'])} confidence intervals (bootstrap)")
     return figure
 

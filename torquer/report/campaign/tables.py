@@ -86,7 +86,7 @@ def sensitivity_grid(summary: dict) -> Grid:
 
 
 def campaign_rows(table: dict) -> list[tuple[str, str]]:
-    """Label and value of what was asked for: sampling, what varied, conditions."""
+    """Label and value of each setting: sampling, what varied, conditions."""
     rows = [("Runs", str(table.get("runs", ""))), ("Seed", str(table.get("seed", ""))),
             ("Sampling", str(table.get("sampling", "")))]  # fmt: skip
     rows += [(f"Varied: {key}", inline(each)) for key, each in (table.get("vary") or {}).items()]
@@ -100,7 +100,7 @@ def campaign_rows(table: dict) -> list[tuple[str, str]]:
 
 
 def inline(value) -> str:
-    """Plain data as TOML in one line, without what is not given; of one key without braces."""
+    """Plain data as TOML in one line, without keys not given; a single key without braces."""
     text = _inline(value)
     one_key = isinstance(value, dict) and len([v for v in value.values() if v is not None]) == 1
     return text[2:-2] if one_key else text
@@ -124,7 +124,7 @@ def labels_of(found: dict) -> list[str]:
 
 
 def comparison_grid(found: dict) -> Grid:
-    """Head and rows: members, rate of success, each outcome; in A, in B, the difference."""
+    """Head and rows: members, success rate, each outcome; in A, in B, the difference."""
     a, b = found["summaries"]
     rows: list[tuple[str, ...]] = [
         (label, str(a[label]), str(b[label]), "") for label in ("members", "failed")
@@ -138,10 +138,10 @@ def comparison_grid(found: dict) -> Grid:
 def _success_rows(found: dict) -> list[tuple[str, ...]]:
     rates = [_rate(each["success"]) for each in found["summaries"]]
     if (success := found["success"]) is None:
-        return [("rate of success", *rates, "")] if any(rates) else []
+        return [("success rate", *rates, "")] if any(rates) else []
     low, high = success["interval"]
     difference = f"{success['difference']:+.2%} ({low:+.2%} to {high:+.2%})"
-    return [("rate of success", *rates, difference), _test_row(success["test"])]
+    return [("success rate", *rates, difference), _test_row(success["test"])]
 
 
 def _rate(success: dict | None) -> str:
@@ -155,7 +155,7 @@ def _compared_rows(found: dict, name: str) -> list[tuple[str, ...]]:
     """Mean, quantiles and missing values of an outcome, and the test."""
     each, ours = found["outcomes"][name], [s["outcomes"][name] for s in found["summaries"]]
     label = with_unit(name, ours[0]["unit"])
-    label += "" if each["same_definition"] else " (defined otherwise in B)"
+    label += "" if each["same_definition"] else " (defined differently in B)"
     means = [with_interval(one["mean"], one["mean_interval"]) for one in ours]
     difference = with_interval(each["difference"], each["interval"])
     rows = [(label, "", "", ""), ("  mean", *means, difference)]
@@ -174,10 +174,10 @@ def _test_row(test: dict | None) -> tuple[str, ...]:
 
 
 def about_comparison(found: dict) -> str:
-    """How the intervals and tests of a comparison are to be read."""
+    """How to read the intervals and tests of a comparison."""
     text = (
-        f"In brackets: {percent(found['confidence'])} confidence intervals. p is of each test "
-        "alone, whatever the number of tests. "
+        f"In brackets: {percent(found['confidence'])} confidence intervals. p applies to each "
+        "test alone, whatever the number of tests. "
     )
     if not found["pairs"]:
         return text + "Members of A and B are assumed to be independent."

@@ -1,7 +1,7 @@
 """Self-contained HTML pages: they open anywhere and load nothing.
 
-Pages are the templates of `torquer/report/templates`; Python hands them plain data. Every text is
-escaped there, but for the style, the scripts and the numbers of figures.
+Pages are made from the templates in `torquer/report/templates`, which receive plain data. All text
+is escaped there, except the style, the scripts and the numbers of figures.
 """
 
 import base64

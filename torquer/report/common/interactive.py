@@ -20,7 +20,7 @@ def packed(values, kind: str = "f4") -> dict:
 
 
 def packed_times(t) -> dict:
-    """Ascending numbers, in four bytes each where these tell neighbours apart by far."""
+    """Ascending numbers, in four bytes each where these clearly separate neighbours."""
     least = np.diff(t).min(initial=np.inf)
     return packed(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
 

@@ -1,8 +1,8 @@
-"""Independent pieces of drawing, side by side on the processors that there are.
+"""Independent pieces of drawing, in parallel on the available processors.
 
-A process of its own for each share, split off this one, which has everything loaded: drawing holds
-Python's lock, so that threads would not help. Where a process cannot be split off safely (Windows,
-macOS, other threads at work), all is done here.
+Each share has its own process, forked from this one, which has everything loaded: drawing holds
+Python's lock, so threads would not help. Where forking is not safe (Windows, macOS, other threads
+at work), everything is done here.
 """
 
 import os
@@ -21,10 +21,10 @@ def done_side_by_side(
     last: Callable[[], object],
     progress: Callable[[float], None] | None = None,
 ) -> None:
-    """Call all pieces, the first one in this process, and after it `last` here, too.
+    """Call all pieces, the first one in this process, followed here by `last`.
 
     A share that fails in its process is done again here, where its error is raised. `progress` is
-    called with the part done, 0..1.
+    called with the fraction done, 0..1.
     """
     count = _shares()
     mine, *others = (list(pieces[k::count]) for k in range(count))
@@ -60,7 +60,7 @@ def _do(share, progress=None) -> None:
 
 
 def _split_off(share) -> int:
-    """Number of a process that does a share and ends without anything else."""
+    """Number of a forked process that does a share and then ends at once."""
     number = os.fork()
     if number:
         return number

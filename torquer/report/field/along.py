@@ -62,7 +62,7 @@ def _draw(along: FieldsAlong, labels, title: str, names, b_ut, against) -> Figur
 
 
 def _lines(axes, against, values, label: str, labels, first: int) -> list:
-    """One row of axes with the models from the first one to be shown; their handles."""
+    """One row of axes with the models from number `first` on; their handles."""
     x, _, whole = against
     quiet(axes)
     handles = []

@@ -6,7 +6,7 @@ from torquer.analysis.filter_check import FilterCheck
 
 
 def write_filter_report(found: FilterCheck, out_dir) -> dict[str, Path]:
-    """Write `plots/*.png` and `report.html` of a filter's check into a folder; paths by name."""
+    """Write `plots/*.png` and `report.html` of a filter check into a folder; paths by name."""
     from torquer.report.filter.page import write_page
     from torquer.report.filter.pictures import draw_all
 

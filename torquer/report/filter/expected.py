@@ -1,4 +1,4 @@
-"""Picture of the accuracy to expect of sensor sets, and of the gaps of their observability."""
+"""Picture of the expected accuracy of sensor sets, and of the gaps in their observability."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ _COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
 
 def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
-    """95 % of the attitude errors over time, and the weakest singular value of each window."""
+    """95th percentile of the attitude error over time, weakest singular value of each window."""
     clock = clock_for(sets[0].t_s[-1])
     figure, (error, weakest) = stacked(title, 2, 5.6, sharex=True)
     for k, each in enumerate(sets):
@@ -25,10 +25,10 @@ def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
     for axes in (error, weakest):
         axes.margins(x=0)
         shade(axes, sets[0].t_s, sets[0].sun_seen, clock)
-    error.set_ylabel("95 % of the errors [deg]", fontsize=10)
+    error.set_ylabel("error, 95th percentile [deg]", fontsize=10)
     weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
     weakest.set_ylabel("weakest singular value", fontsize=10)
-    weakest.set_xlabel(f"time [{clock.unit}]; grey: no Sun seen", fontsize=10)
+    weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
     error.legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=9,
         borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,

@@ -43,7 +43,7 @@ def verdict_in_words(found: FilterCheck) -> str:
 
 
 def rows_of(found: FilterCheck) -> list[tuple[str, str]]:
-    """What a check has found, as labels and values."""
+    """Findings of a check, as labels and values."""
     plain = as_plain(found)
     return [
         ("Estimator", plain["estimator"]),

@@ -77,7 +77,7 @@ def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
 
 
 def _draw_consistency(found: FilterCheck) -> Figure:
-    """NEES and NIS, mean over the runs and over their freedoms, with 95 % bands."""
+    """NEES and NIS per degree of freedom, mean over the runs, with 95 % bands."""
     flown, n = found.flown, found.flown.errors.shape[-1]
     clock = clock_for(flown.t_s[-1])
     shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
@@ -120,7 +120,7 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
         axes.vlines(place, 0.0, rows[:, 0], color=colour, lw=2.0, label=name)
         axes.fill_between(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], color=colour, alpha=0.15, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.8)
-    axes.fill_between([], [], color=GREY, alpha=0.2, label="95 % of white noise")
+    axes.fill_between([], [], color=GREY, alpha=0.2, label="95 % band of white noise")
     axes.set_xticks(lags)
     axes.set_xlabel("lag [readings]", fontsize=10)
     axes.set_ylabel("correlation", fontsize=10)
@@ -132,8 +132,8 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
 
 
 def _finish(panels, clock: Clock) -> None:
-    """Legend above, time below, and what the grey means."""
-    panels[0].fill_between([], [], color=_SHADE, label="no Sun seen")
+    """Legend above, time below, and the meaning of the grey."""
+    panels[0].fill_between([], [], color=_SHADE, label="Sun not in view")
     panels[0].legend(
         loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=9,
         borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,

@@ -1,4 +1,4 @@
-"""Runs beside each other: what differs in their scenarios, their key numbers, one picture."""
+"""Runs side by side: what differs in their scenarios, their key numbers, one picture."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ _DECADES = 5.0
 
 @dataclass(frozen=True)
 class Comparison:
-    """What `compare` gives; shows itself in notebooks."""
+    """The result of `compare`; shows itself in notebooks."""
 
     names: tuple[str, ...]
     results: tuple[xr.Dataset, ...]
     summaries: tuple[dict, ...]
-    """Of each run, as `torquer.summary_of` gives it."""
+    """The summary of each run, as `torquer.summary_of` gives it."""
     changed: dict[str, list]
     """Keys whose values differ between the scenarios, with the value of each run."""
 
@@ -50,7 +50,7 @@ class Comparison:
         return [(label[0], *(rows.get(label, "") for rows in shown)) for label in labels]
 
     def plot(self) -> Figure:
-        """Attitude error if laws held an attitude, rate, momentum, wheels: a line of each run."""
+        """Attitude error if laws held an attitude, rate, momentum, wheels: a line for each run."""
         return _figure(self)
 
     def as_plain(self) -> dict:
@@ -81,9 +81,9 @@ class Comparison:
 
 
 def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Comparison:
-    """Two to six runs beside each other: differing keys, key numbers, one picture.
+    """Two to six runs side by side: differing keys, key numbers, one picture.
 
-    `names`: of the runs, left out those of their scenarios. ValueError for another number of runs.
+    `names` of the runs: by default those of their scenarios. ValueError for another number of runs.
     """
     if not 2 <= len(results) <= MOST:
         raise ValueError(f"results: must be 2 to {MOST} runs; received {len(results)}")
@@ -144,13 +144,13 @@ def _panels(names, views: list[View]) -> list[Panel]:
     wheels = [wheels_of(view.result, view.scenario) for view in views]
     if all(each is not None for each in wheels):
         shares = [100.0 * each.momentum_shares.max(axis=1) for each in wheels if each is not None]
-        title = "Fullest wheel, share of its momentum limit"
+        title = "Most loaded wheel, share of its momentum limit"
         panels.append(_panel(names, views, shares, title, "[%]", log=False))
     return panels
 
 
 def _panel(names, views, series, title: str, y_label: str, log: bool = True) -> Panel:
-    """A panel with a line of each run; logarithmic over the decades worth showing."""
+    """A panel with a line for each run; logarithmic over the decades worth showing."""
     top = max(float(np.nanmax(y, initial=0.0)) for y in series)
     least = max(
         min((float(np.nanmin(y[y > 0.0], initial=np.inf)) for y in series), default=np.inf),

@@ -199,7 +199,7 @@ def split_at_dateline(lon, *others) -> tuple[np.ndarray, ...]:
 
 
 def only_where(mask, *series) -> tuple[np.ndarray, ...]:
-    """The series with gaps wherever the line leaves the mask; joints belong to both sides."""
+    """The series with gaps wherever the line leaves the mask; end points belong to both sides."""
     mask = np.asarray(mask, dtype=bool)
     kept = mask | np.concatenate([[False], mask[:-1]])
     return tuple(np.where(kept, s, np.nan) for s in series)

@@ -46,7 +46,7 @@ def panel_figure(view: View, panel: Panel) -> dict:
 
 
 def strip_figure(view: View, panel: Panel) -> dict:
-    """A strip of states, without labels of the time: it stands above a panel that has them."""
+    """A strip of states, without time labels: it is placed above a panel that has them."""
     began, ended = shown_times(view, panel)
     clock = clock_for(ended - began)
     x_range = [began / clock.seconds, ended / clock.seconds]
@@ -225,7 +225,7 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
 
 
 def _marks(panel: Panel, x_range, clock_s: float) -> tuple[list[dict], list[dict]]:
-    """Upright lines at marked instants, and their labels beside them."""
+    """Vertical lines at marked instants, with labels beside them."""
     at = [mark.t_s / clock_s for mark in panel.marks]
     places = [(x - x_range[0]) / (x_range[1] - x_range[0]) for x in at]
     lines = [

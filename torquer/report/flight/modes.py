@@ -25,7 +25,7 @@ def modes_data(view: View, modes: Modes) -> dict:
 
 
 def _rows(uses: dict) -> list[tuple[str, ...]]:
-    """Entries and shares of the states of a region."""
+    """Entries into the states of a region, and their shares of the time."""
     return [
         (
             state,

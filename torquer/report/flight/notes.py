@@ -25,7 +25,7 @@ def notes(view: View) -> list[str]:
 
 
 def _notes_on_the_laws(view: View) -> list[str]:
-    """Laws that the scenario's text does not hold, and the notes on the scenario."""
+    """Laws that the scenario's text does not contain, and the notes on the scenario."""
     lines = [
         f"the law {law.name} was passed from Python: to repeat the run it must be passed again"
         for law in view.scenario.control.named().laws.values()

@@ -63,7 +63,7 @@ def _in_few_colours(png: Path) -> bytes:
 
 
 def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, str]]:
-    """Where the links at the head of the page lead, and their words."""
+    """Targets and labels of the links at the head of the page."""
     return [
         *([("modes", "Modes")] if modes else []),
         *((each["id"], each["title"]) for each in pictures),
@@ -88,7 +88,7 @@ def _picture(view: View, picture: Picture) -> dict:
 
 
 def _in_words(panel: Panel) -> str:
-    """What a plot shows, for readers who do not see it, and how to move in it by keys."""
+    """Text alternative of a plot, with its keyboard controls."""
     if panel.bars:
         return f"{panel.title} over time: {', '.join(bar.label for bar in panel.bars)}."
     lines = ", ".join(dict.fromkeys(line.label for line in panel.lines))
@@ -143,7 +143,7 @@ def _orbit(view: View) -> dict:
     return _in_space("orbit", "Orbit and field", caption, words, orbit_figure(view))
 
 
-_KEYS = " The space bar plays, left and right arrows step, up and down arrows turn the view."
+_KEYS = " The space bar plays, left and right arrows step, up and down arrows rotate the view."
 
 
 def _in_space(id: str, title: str, caption: str, words: str, figure: dict) -> dict:

@@ -43,7 +43,7 @@ _DASHES = (0, (5, 2))
 
 
 def figures_of(pictures) -> dict[str, Callable[[View], Figure]]:
-    """What draws every picture of a view, by name; the overview first."""
+    """The functions that draw the pictures of a view, by name; the overview first."""
     return {
         "overview": draw_overview,
         "ground_track": draw_ground_track,
@@ -198,7 +198,7 @@ def _draw_levels(axes, panel: Panel) -> None:
 
 
 def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
-    """Upright lines, their labels beside them in the upper part of the axes."""
+    """Vertical lines, their labels beside them in the upper part of the axes."""
     began, ended = axes.get_xlim()
     at = [mark.t_s / clock.seconds for mark in marks]
     places = [(x - began) / (ended - began) for x in at]
@@ -244,7 +244,7 @@ def _legend(axes, handles, title: str) -> None:
 
 
 def _add_revolutions(axes, view: View) -> None:
-    """A second time axis that counts revolutions, below the first, where there is one at least."""
+    """A second time axis in revolutions, below the first, for runs of at least one revolution."""
     if view.end_s < view.revolution_s:
         return
     unit = view.revolution_s / clock_for(view.end_s).seconds

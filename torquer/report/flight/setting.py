@@ -21,7 +21,7 @@ def setting(view: View) -> list[tuple[str, str]]:
             f"then {control.actuate_s:g} s actuation"
         )
         if control.control_while_actuating:
-            cycle += ", with control steps in it"
+            cycle += ", with control steps during actuation"
     degree = getattr(scenario.environment.field, "degree", None)
     return [
         ("Ended", attrs["ended"]),

@@ -44,7 +44,7 @@ _ROWS = (
 def rows_of(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
     """Label and value with unit for every row that applies to the satellite.
 
-    The verdict, and the limits that it is about, come first unless they stand elsewhere.
+    The verdict and its limits come first, unless they are shown elsewhere.
     """
     first = _rows_of_verdict(summary) if verdict else []
     rows = [
@@ -54,7 +54,7 @@ def rows_of(summary: dict, verdict: bool = True) -> list[tuple[str, str]]:
 
 
 def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
-    """Whether the run did what it was to do: the verdict, and every limit."""
+    """Whether the run met its goals: the verdict, and every limit."""
     verdict = summary["verdict"]
     rows = [("Verdict", verdict["headline"])]
     for goal in verdict["goals"]:
@@ -68,7 +68,7 @@ def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
 
 
 def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
-    """What part of the time each region was in its states, the most first."""
+    """Share of the time that each region spent in its states, the largest first."""
     rows, unchanged = [], []
     for region, uses in modes.items():
         entered = ((state, use["share"]) for state, use in uses.items() if use["entries"])

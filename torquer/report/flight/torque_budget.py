@@ -1,4 +1,4 @@
-"""The torque budget as a picture: sizes over time, and their RMS beside what the coils can give."""
+"""The torque budget as a picture: sizes over time, and RMS values against the coils' torque."""
 
 from pathlib import Path
 

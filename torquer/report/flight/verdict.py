@@ -1,4 +1,4 @@
-"""The verdict at the head of the report: what was to be achieved, when it was, what stood near."""
+"""The verdict at the head of the report: the goals, when they were met, what was limiting."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ LOOKS = {True: "done", False: "missed", None: "open"}
 
 
 def goal_grid(view: View) -> list[tuple[str, ...]]:
-    """Rows below `HEAD`: every limit, since when it was kept, and how well."""
+    """Rows below `HEAD`: every limit, since when it was met, and by what margin."""
     return [
         (
             f"{goal['signal']} below {goal['below']:.3g} {goal['unit']}",
@@ -35,7 +35,7 @@ def _last_revolution(goal: dict) -> str:
 
 
 def limiting(view: View) -> list[str]:
-    """Limits that actuators met, and the greatest disturbance beside what the coils can give."""
+    """Limits that actuators reached, and the greatest disturbance against the coils' torque."""
     return [*view.summary["verdict"]["limits_met"], *_greatest_disturbance(view)]
 
 

@@ -27,7 +27,7 @@ _MOST_RECORDS = 300_000
 
 @dataclass(frozen=True)
 class Mark:
-    """An instant, marked by an upright line and its label ("": the line alone)."""
+    """An instant, marked by a vertical line and its label ("": the line alone)."""
 
     t_s: float
     label: str
@@ -77,7 +77,7 @@ class View:
         return laws_of(self.result)
 
     def kind_of(self, key: str) -> str:
-        """What stands at a key of `laws`: a law or an estimator."""
+        """The kind of entry at a key of `laws`: a law or an estimator."""
         return "law" if key in self.scenario.control.named().laws else "estimator"
 
     @cached_property
@@ -119,7 +119,7 @@ class View:
         return np.linalg.norm(self.values("omega_body"), axis=1)
 
     def turn_between_records_deg(self, first: int = 0, last: int | None = None) -> float:
-        """Largest rotation of the body [deg] between records in rows first..last."""
+        """Largest rotation of the body [deg] between records, in rows first..last."""
         return math.degrees(float(self.rate[first:last].max())) * self.record_s
 
     def can_follow(self, first: int = 0, last: int | None = None) -> bool:

@@ -176,7 +176,7 @@ def draw_failures(design, report: dict, path: Path) -> Path:
 
 
 def draw_accumulation(design, report: dict, path: Path) -> Path:
-    """Momentum build-up and the share of the envelope that it takes, until saturation.
+    """Momentum build-up and the share of the envelope that it takes up, until saturation.
 
     Over a long time the oscillation is drawn as a band.
     """

@@ -11,7 +11,7 @@ from torquer.report.common.figure import INK, png_of, stacked
 
 
 def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
-    """Write the picture: the whole array, and with the wheel lost that leaves least."""
+    """Write the picture: the whole array, and the array after its worst single failure."""
     title = f"{sweep.key} swept · {design.description or design.name}"
     figure, (upper, lower) = stacked(title, 2, 5.4, sharex=True)
     angles = np.array([point.value for point in sweep.points])

@@ -88,7 +88,7 @@ def hours(value: float | None) -> str:
 
 
 def failure_rows(report: dict) -> tuple[str, tuple, list]:
-    """Title, head and rows of the failure table; wheels are counted from 0."""
+    """Title, head and rows of the failure table; wheels are numbered from 0."""
     torque, grows = report["torque"] is not None, report["accumulation"] is not None
     head = ["failed", "volume", "momentum", "rate"]
     head += ["acceleration"] if torque else []
@@ -103,7 +103,7 @@ def failure_rows(report: dict) -> tuple[str, tuple, list]:
         row += [hours(case["saturation_h"])] if grows else []
         rows.append(row)
     return (
-        "Wheel failures (wheels from 0): guaranteed in any direction; N m s, deg/s, deg/s^2",
+        "Wheel failures (numbered from 0): guaranteed in any direction; N m s, deg/s, deg/s^2",
         tuple(head),
         rows,
     )
@@ -135,7 +135,7 @@ def layout_rows(report: dict) -> tuple[str, tuple, list]:
     title += "; needed for the demand, N m s" if wanted else ""
     title += "; saturation after" if grows else ""
     turned = any(each["angles"].endswith("*") for each in report["layouts"])
-    title += "; * on principal axes, not the body's" if turned else ""
+    title += "; * along the principal axes, not the body's" if turned else ""
     return title, tuple(head), rows
 
 
@@ -171,7 +171,7 @@ def _sweep_row(point: Point, columns: int) -> list[str]:
 
 
 def best_in_words(sweep: Sweep) -> str:
-    """The highest rate of a sweep, and where."""
+    """The highest rate of a sweep, and at which angle."""
     best = sweep.best()
     place = " (an end of the sweep)" if best in (sweep.points[0], sweep.points[-1]) else ""
     return (

@@ -1,4 +1,4 @@
-"""What laws and estimators log, over time."""
+"""Quantities logged by laws and estimators, over time."""
 
 from torquer.report.common.colours import GREY
 from torquer.report.common.scales import prefixed
@@ -14,7 +14,9 @@ def logged(view: View) -> list[str]:
 
 def logs(view: View) -> Picture:
     """A panel for each logged quantity."""
-    caption = "Quantities that laws and estimators log, by the name under which they are flown."
+    caption = (
+        "Quantities logged by laws and estimators, each under the name of its law or estimator."
+    )
     return Picture("logs", "Logs", caption, tuple(_panel(view, name) for name in logged(view)))
 
 

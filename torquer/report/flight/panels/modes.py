@@ -14,7 +14,7 @@ _OPACITIES = (0.5, 0.2)
 
 
 def strip(view: View, region: RegionRecord) -> Panel:
-    """The states of a region, those that it never was in left out."""
+    """The states of a region, without those it was never in."""
     title = "Mode" if region.name == MAIN else f"Mode: {region.name}"
     found = zip(region.states, region.spans(view.t_s), strict=True)
     bars = (_bar(k, state, tuple(spans)) for k, (state, spans) in enumerate(found) if spans)

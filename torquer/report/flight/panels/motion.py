@@ -116,7 +116,7 @@ def body_axes_from_vertical(view: View) -> Panel:
 
 
 def body_axes_from_sun(view: View) -> Panel:
-    """Angles of the body axes from the Sun, seen or not; that of a goal, if it has another axis."""
+    """Angles of the body axes from the Sun, in view or not; and of a goal's axis, if another."""
     lines = [*xyz(view.t_s, body_axes_from_sun_deg(view.result), width=0.7)]
     axes = np.eye(3)
     for goal in goals_of(view.scenario):

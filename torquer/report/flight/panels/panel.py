@@ -1,4 +1,4 @@
-"""Building blocks of time plots: lines, levels, panels, pictures; and how they are made."""
+"""Building blocks of time plots: lines, levels, panels, pictures, and functions to make them."""
 
 from dataclasses import dataclass, replace
 
@@ -82,7 +82,7 @@ def shown_times(view: View, panel: Panel) -> tuple[float, float]:
 
 
 def about_ranges(picture: Picture) -> str:
-    """What lines and shading mean where a downsampled series is drawn by its range."""
+    """The meaning of lines and shading where a downsampled series is drawn by its range."""
     stretch = max(line.series.stretch_s for panel in picture.panels for line in panel.lines)
     if stretch == 0.0:
         return ""

@@ -57,7 +57,7 @@ def _of_each(t_s, values) -> tuple[Line, ...]:
 
 
 def _between(values, limits) -> dict:
-    """Range of y around zero, with the limits as levels if the values come near to one."""
+    """Range of y around zero, with the limits as levels if the values come near one."""
     greatest = np.nanmax(np.abs(values), initial=0.0)
     if greatest < _NEAR * limits.min():
         return {"levels": (_ZERO,)}
