@@ -101,7 +101,7 @@ def test_a_usual_limit_can_be_kept_but_not_missed():
     verdict = verdict_of(given, goals_of(given), T, {"goal 0": signal}, True)
     assert verdict["done"] is None
     assert verdict["headline"] == (
-        "No verdict (no limits in [mission]). The usual limit was not kept: rate never below 0.19 "
+        "No verdict (no limits in [mission]). The usual limit was not met: rate never below 0.19 "
         "deg/s, "
         "7 deg/s at the end."
     )

@@ -142,15 +142,15 @@ VARIED = [
     ({"orbit": {"raan_deg": {"values": [1]}}, "orbit.raan_deg": {"values": [2]}},
      '."orbit.raan_deg": must be given once; received it twice'),
     ({"orbit.raan_deg": {"values": [1]}, "orbit": {"values": [{}]}},
-     ".orbit: must be apart from all other keys; received orbit.raan_deg, too"),
+     ".orbit: must not overlap with another key; received orbit.raan_deg, too"),
     ({"initial.attitude": "uniform", "initial.euler_deg": {"values": [[0, 0, 1]]}},
-     '."initial.euler_deg": must be apart from all other keys; received initial.attitude, too'),
+     '."initial.euler_deg": must not overlap with another key; received initial.attitude, too'),
     ({"initial.attitude": "normal"},
      '."initial.attitude": must be \'uniform\'; received \'normal\''),
     ({"initial.attitude": {"values": [1]}},
      '."initial.attitude": must be "uniform"; received values'),
-    ({NOISE: "uniform"}, f'."{NOISE}": must be a table of a variation: only initial.attitude is '
-     '"uniform" by a word; received "uniform"'),
+    ({NOISE: "uniform"}, f'."{NOISE}": must be a table of a variation: only initial.attitude '
+     'takes the word "uniform"; received "uniform"'),
     ({NOISE: 5}, f'."{NOISE}": must be a table of keys; received 5'),
     ({NOISE: {"unifrm": [1, 2]}},
      f'."{NOISE}".unifrm: must be a known key; received [1, 2] (did you mean uniform?)'),
@@ -199,12 +199,12 @@ VARIED = [
     ({BIAS: {"direction": "uniform", "magnitude": {"uniform": [-1, -2]}}},
      f'."{BIAS}".magnitude.uniform: must have the lower bound first; received [-1, -2]'),
     ({NOISE: {"relative": {"values": ["a"]}}},
-     f'."{NOISE}".relative: must vary a single number; received values that are no numbers'),
+     f'."{NOISE}".relative: must vary a single number; received values that are not numbers'),
     ({"spacecraft.body.mass_kg": {"relative": {"uniform": [0.5, 2]}}},
-     '."spacecraft.body.mass_kg".relative: must be of a number or numbers that the scenario gives; '
+     '."spacecraft.body.mass_kg".relative: must apply to numbers that the scenario gives; '
      "received nothing"),
     ({"control.law.kind": {"relative": {"uniform": [0.5, 2]}}},
-     '."control.law.kind".relative: must be of a number or numbers that the scenario gives; '
+     '."control.law.kind".relative: must apply to numbers that the scenario gives; '
      "received 'off'"),
     # members that are no scenarios
     ({NOISE: {"uniform": [0, 2e12]}},
@@ -265,7 +265,7 @@ TABLES = [
     (together(covariance=[[1, 2], [2, 1]]), ".correlated[0].covariance: must be positive "
      "semidefinite; received one with the eigenvalue -1"),
     (together(keys=[NOISE, NOISE]),
-     f".correlated[0].keys[1]: must be apart from all other keys; received {NOISE}, too"),
+     f".correlated[0].keys[1]: must not overlap with another key; received {NOISE}, too"),
     (together(mean=[1, 0]), f'.correlated."{NOISE}": must be greater than or equal to 0; '
      "received {}"),
     # grid
@@ -275,7 +275,7 @@ TABLES = [
      f'.vary."{NOISE}": must be given by values with sampling \'grid\'; received uniform'),
     (GRID | together(keys=["a", "b"]), ".correlated: must be left out with sampling 'grid'"),
     (GRID | {"stop": {"outcome": "coil_energy_j", "half_width": 1}},
-     ".stop: must be left out with sampling 'grid', a part of which is none"),
+     ".stop: must be left out with sampling 'grid', which must be complete"),
     # outcomes, success, stop
     ({"outcomes": {"x": {"signal": "warp", "what": {"at_end": True}}}},
      ".outcomes.x.signal: must be 'rate_deg_s', 'rate_orbital_deg_s', 'attitude_error_deg', "

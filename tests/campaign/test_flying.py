@@ -142,7 +142,7 @@ def test_what_stands_there_is_not_overwritten_nor_mixed(scenario, tmp_path):
         ("campaign.vary", (scenario, campaign(scenario, vary=vary))),
         ("scenario", (scenario.replace("initial.reference", "orbital"), campaign(scenario))),
     ):
-        with pytest.raises(ValueError, match=rf"^{key}: must be that with which .* began; rec"):
+        with pytest.raises(ValueError, match=rf"^{key}: must be the one .* was started with; rec"):
             torquer.fly_campaign(*other, to=path, resume=True)
     assert path.read_bytes() == before
 
@@ -192,7 +192,7 @@ def test_runs_are_added_where_members_do_not_depend_on_them(scenario, tmp_path, 
     torquer.fly_campaign(scenario, campaign(scenario, runs=8, sampling=sampling), to=path)
     before, more = path.read_bytes(), campaign(scenario, runs=16, sampling=sampling)
     if sampling == "latin_hypercube":
-        told = r"^campaign.runs: must be 8, with which .* began: a Latin hyper.* received 16$"
+        told = r"^campaign.runs: must be 8, as when .* was started: a Latin hyper.* received 16$"
         with pytest.raises(ValueError, match=told):
             torquer.fly_campaign(scenario, more, to=path, resume=True)
         assert path.read_bytes() == before

@@ -192,7 +192,7 @@ def test_statistics_are_of_the_members_that_are_independent():
          "'saltelli', best with a power of 2 of them; received 10"),
         ({"vary": {}}, "vary: must have a key with sampling 'saltelli'; received none"),
         ({"stop": {"outcome": "coil_energy_j", "half_width": 1.0}},
-         "stop: must be left out with sampling 'saltelli', a part of which is none"),
+         "stop: must be left out with sampling 'saltelli', which must be complete"),
     ],
 )  # fmt: skip
 def test_mistakes_are_told(make, keys, told):

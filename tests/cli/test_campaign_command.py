@@ -151,7 +151,7 @@ def test_what_cannot_be_compared_is_told(call, two, tmp_path):
     nothing, single = tmp_path / "none", tmp_path / "single.nc"
     save(artificial().drop_attrs(), single)
     for b, told in (
-        (nothing, "B: must be a campaign that has been flown, its folder or campaign.nc; received "
+        (nothing, "B: must be the folder or the campaign.nc of a flown campaign; received "
          f"{nothing} (No such file or directory)"),
         (single, f"B: must be the result of a campaign; received {single}"),
     ):  # fmt: skip

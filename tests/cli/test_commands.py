@@ -271,8 +271,8 @@ def test_notes_go_to_stderr_and_leave_json_alone(call, scenario, no_report, tmp_
     answer = [line.removeprefix("note: ")[:24] for line in err.splitlines()]
     assert answer == [
         "the initial rate of 50 d",
-        "the body turns 50 deg wi",
-        "the steps of RK4 let the",
+        "the body rotates by 50 d",
+        "the steps of RK4 made th",
     ]
 
 

@@ -91,7 +91,7 @@ def test_init_copies_an_example_with_its_law(call, tmp_path, monkeypatch):
     assert code == 0 and out.startswith("own.toml, my_law.py: written")
     assert torquer.load_scenario("own.toml").control.law.file.is_file()
     code, out, err = call("init", "own", "--example", "my_law")
-    assert (code, out) == (2, "") and "must not name a file that exists; received own.toml" in err
+    assert (code, out) == (2, "") and "must not name an existing file; received own.toml" in err
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,8 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     _, err = process.communicate(timeout=60.0)
     assert process.returncode == 130
     assert (
-        f"error: interrupted at t = 124 s; partial results are in {out}: --resume goes on\n" in err
+        f"error: interrupted at t = 124 s; partial results are in {out}: continue with --resume\n"
+        in err
     )
     assert "Traceback" not in err
     part = torquer.load(out / "result.nc")
@@ -110,7 +111,7 @@ def test_ctrl_c_keeps_the_result_and_resume_completes_it(
     assert (code, stdout) == (2, "")
     assert err == (
         f"error: --out: must hold no unfinished run; received {out / 'result.nc'} (interrupted at "
-        "t = 124 s): --resume goes on, --overwrite replaces it; or choose another --out\n"
+        "t = 124 s): --resume continues it, --overwrite replaces it; or choose another --out\n"
     )
     assert (out / "result.nc").read_bytes() == before
 
@@ -149,7 +150,7 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
     torquer.save(part, tmp_path / "result.nc")
     code, out, err = call("run", scenario, "--out", tmp_path)
     assert (code, out) == (2, "")
-    assert "(stopped at t = 100 s as asked): --resume goes on" in err
+    assert "(stopped at t = 100 s as asked): continue with --resume" in err
     assert call("run", scenario, "--out", tmp_path, "--resume")[0] == 0
 
 

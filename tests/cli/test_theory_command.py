@@ -182,7 +182,7 @@ def test_the_strength_stands_for_the_altitude_and_back(theory, strict_json):
     [
         ("bdot", ("--gain", "4e6"), r"eps = 3\.4\d? is not small"),
         ("bdot", ("--gain", "4", "--rate-deg-s", "0.1", "0.1", "0.1"), "is not fast"),
-        ("spin_up", ("--gain", "1e3"), "rate is a default"),
+        ("spin_up", ("--gain", "1e3"), "rate is the default"),
         ("reorientation", ("--gain", "1e4"), "theta0 of 6[01] deg is neglected"),
         ("bdot", ("--gain", "4", "--rate-deg-s", "0.18026", "0.18026", "0"), "near resonance: "),
     ],
@@ -442,7 +442,7 @@ def test_the_note_on_s_dot_shows_what_is_printed(theory):
         ),
         (
             ("bdot", *SATELLITE[:2], "--strength-nt", "90000", *SATELLITE[4:], "--gain", "1"),
-            r"--strength-nt: must be below \d+ nT, that of the ground",
+            r"--strength-nt: must be below \d+ nT, its value on the ground",
         ),
         *(
             (

@@ -110,7 +110,7 @@ def test_with_products_of_inertia_pyramids_stand_on_the_principal_axes(report):
         assert there[name]["angles"] == here[name]["angles"] + " *"
         lines = np.abs(np.array(there[name]["axes"]) @ turn @ np.array(here[name]["axes"]).T)
         assert lines.max(axis=0) == pytest.approx(1.0) and lines.max(axis=1) == pytest.approx(1.0)
-    assert "* on principal axes" in layout_rows(turned)[0]
+    assert "* along the principal axes" in layout_rows(turned)[0]
     assert "*" not in layout_rows(report)[0]
 
 

@@ -58,9 +58,7 @@ def test_near_the_limit_the_braking_that_is_left_is_told(told):
     (note,) = told(law(), HELD, rate(35.0))
     left = 100.0 * damping_efficiency(math.radians(35.0), 2.0, 2.0, 0.5)
     assert "35 deg/s is near the 36.2 deg/s that B-dot can brake" in note
-    assert note.endswith(
-        f": {left:.2g} % of its braking is left, perhaps none for a body in nutation"
-    )
+    assert note.endswith(f": {left:.2g} % of its damping is left, perhaps none for a nutating body")
 
 
 @pytest.mark.parametrize(

@@ -57,7 +57,7 @@ def test_sound_values_need_no_note(make):
          "their fields of view are wider than +-45 deg"),
         ("spacecraft.sun_sensors.blind_zones",
          [{"axis": [1, 0, 0], "half_angle_deg": 81, "sensors": [0]}],
-         "the Sun sensor 0 sees nothing: its field is within a blind zone"),
+         "Sun sensor 0 sees nothing: its field of view is within a blind zone"),
     ],
 )  # fmt: skip
 def test_doubtful_values_are_told(make, key, value, told):

@@ -108,7 +108,7 @@ CASES = [
     ({"control.modes": {"states": {"a": {"final": True}}}},
      "control.laws: must be given with modes, by the names that states use"),
     ({"control": {"laws": {"x": {"kind": "off"}}, "modes": {"states": {"a": {"final": True}}}}},
-     "control.laws.x: must be named by a state of modes; received no such"),
+     "control.laws.x: must be named by a state of modes; received no such state"),
     ({"control.estimators": {"none": {"kind": "rate_from_field"}}},
      "control.estimators.none: must not be named attitude_sensor, none, estimator: these exist "
      "already; received 'none'"),
@@ -174,7 +174,7 @@ CASES = [
     ({"spacecraft.coils.axes": [[0, 0, 0]]}, "spacecraft.coils.axes: must be non-zero vectors of "
      "3 numbers; received [[0.0, 0.0, 0.0]]"),
     ({"initial.quaternion": [1, 1, 0, 0]},
-     "initial.quaternion: must have length 1 to 1e-6; received [1.0, 1.0, 0.0, 0.0]"),
+     "initial.quaternion: must have length 1 within 1e-6; received [1.0, 1.0, 0.0, 0.0]"),
     ({"initial.sequence": "11"}, "initial.sequence: must be three axes out of 1, 2, 3 with no axis "
      "twice in a row, such as \"313\" or \"321\"; received '11'"),
     ({"initial.reference": "body"},

@@ -119,7 +119,7 @@ def test_steps_cover_the_duration_in_whole_records(make):
 def test_notes_tell_of_too_long_a_step(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0]}
     (note,) = notes_of(make(fast))
-    assert note.startswith("the body turns 60 deg within one step of 1 s: take shorter steps")
+    assert note.startswith("the body rotates by 60 deg within one step of 1 s: take shorter steps")
     assert notes_of(make(fast | {"simulation.integrator": "splitting"})) == []
     assert notes_of(make({"initial.rate_deg_s": [0.0, 0.0, 20.0]})) == []
 
@@ -128,7 +128,7 @@ def test_notes_tell_that_wheels_spoil_the_splitting_at_large_steps(make):
     fast = {"initial.rate_deg_s": [0.0, 0.0, 60.0], "simulation.integrator": "splitting"}
     wheels = {"spacecraft.body.wheel_momentum_n_m_s": [0.0, 0.5, 0.0]}
     (note,) = notes_of(make(fast | wheels))
-    assert "with wheels the splitting is of order 2 only: their 0.5 N m s turn the rate" in note
+    assert "with wheels the splitting is of order 2 only: their 0.5 N m s rotate the rate" in note
     slow = {"initial.rate_deg_s": [0.0, 0.0, 0.1], "simulation.integrator": "splitting"}
     assert notes_of(make(slow | wheels)) == []
 

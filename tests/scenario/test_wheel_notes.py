@@ -230,8 +230,8 @@ def test_momentum_beyond_the_wheels(told):
         notes = told(three | {"initial.rate_deg_s": [0.0, rate, 0.0]})
         assert len(notes) == count
     assert notes[0] == (
-        "the satellite starts with 0.875 N m s more than the wanted attitude leaves to the body, "
-        "and the wheels hold 0.866 N m s at most: they cannot absorb it all"
+        "the satellite starts with 0.875 N m s more than the body has in the wanted attitude, "
+        "but the wheels hold 0.866 N m s at most: they cannot absorb it all"
     )
     # a wheel that turns at the start counts: 6000 rpm are 0.5 N m s
     spun = WHEELS | {"layout": {"kind": "orthogonal"}, "initial_speed_rpm": [0.0, 6000.0, 0.0]}
@@ -274,12 +274,12 @@ def test_turns_for_which_the_wheels_lack_momentum_or_torque(told, kind):
     most_deg_s = np.degrees(0.5 / 1.7)
     assert at(0.99 * most_deg_s) == []
     (note,) = at(1.01 * most_deg_s)
-    assert "may take 0.505 N m s, and the wheels hold 0.5 N m s about their weakest axis" in note
+    assert "may take 0.505 N m s, but the wheels hold 0.5 N m s about their weakest axis" in note
     # damping 2 zeta kappa = 0.1 1/s about the fastest axis: 0.33 x 0.1 x 0.4 N m s = 0.0132 N m
     rate_deg_s = np.degrees(0.4 / 1.7)
     assert at(rate_deg_s, torque_limit_n_m=0.0133) == []
     (note,) = at(rate_deg_s, torque_limit_n_m=0.0131)
-    assert "ends with up to 0.0132 N m, and the wheels give 0.0131 N m" in note
+    assert "takes up to 0.0132 N m to stop, but the wheels give 0.0131 N m" in note
 
 
 @pytest.mark.parametrize("damping", [0.7, 1.0, 1.4])

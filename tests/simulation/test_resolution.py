@@ -101,7 +101,7 @@ def test_initial_speeds_of_wheels_count(make):
 def test_the_note_names_a_step_that_keeps_the_nutation(make):
     (note,) = notes_of(gyrostat(make, 0.5))
     assert note == (
-        "RK4 with a step of 0.5 s damps a nutation of 66.2 deg/s by itself, by 94.8 % of its "
+        "RK4 with a step of 0.5 s damps a nutation of 66.2 deg/s numerically, by 94.8 % of its "
         "amplitude in this run: take steps of 0.16 s or less, or adaptive ones (no step_s)"
     )
     duration_s = gyrostat(make, 0.5).steps() * 0.5

@@ -63,7 +63,7 @@ def _times_own(key: str, factors: np.ndarray, scenario: Scenario) -> np.ndarray:
     if not numbers.size:
         place = name_of(("campaign", "vary", key, "relative"))
         raise ScenarioError(
-            f"{place}: must be for a number or numbers that the scenario gives; received "
+            f"{place}: must apply to numbers that the scenario gives; received "
             f"{'nothing' if own is None else repr(own)}"
         )
     return np.multiply.outer(factors, numbers)

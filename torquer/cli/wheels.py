@@ -24,7 +24,7 @@ def wheels(
     sweep: Annotated[
         str | None,
         Parameter(
-            help="Sweep an angle of the layout: gamma_deg=20:85, or gamma_deg=20:85:14 for 14 points."
+            help="Sweep an angle of the layout: gamma_deg=20:85, or =20:85:14 for 14 points."
         ),
     ] = None,
     json: Json = False,
