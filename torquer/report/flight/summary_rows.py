@@ -74,7 +74,7 @@ def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
         entered = ((state, use["share"]) for state, use in uses.items() if use["entries"])
         used = sorted(entered, key=lambda item: -item[1])
         if region != MAIN and len(used) == 1:
-            unchanged.append(f"{region} {used[0][0]}")
+            unchanged.append(f"{region}: {used[0][0]}")
             continue
         label = "Time by mode" if region == MAIN else f"Time by mode of {region}"
         rows.append((label, ", ".join(f"{state} {share:.1%}" for state, share in used)))
@@ -89,7 +89,7 @@ def time_or_never(t_s: float | None) -> str:
 def _shown(value, key: str, unit: str) -> str:
     if value is None:
         return (
-            "spacecraft.coils.power_at_limit_w not given"
+            "needs spacecraft.coils.power_at_limit_w"
             if key == "coil_energy_j"
             else "not reached in this run"
         )
