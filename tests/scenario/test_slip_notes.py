@@ -19,7 +19,7 @@ SLIPS = [
     ({BODY: [3e5, 3e5, 1e5], "spacecraft.coils.limit_a_m2": 0.2},
      [f"{BODY} of 3e+05 is too large for coils of 0.2 A m^2"]),
     ({"spacecraft.coils.axes": [[1, 0, 0], [1, 0, 0.001], [0, 1, 0]]},
-     ["reach no dipole outside a plane: coils 0 and 1 are parallel"]),
+     ["produce no dipole outside a plane: coils 0 and 1 are parallel"]),
     ({"spacecraft.coils.axes": AXES}, ["the 3 coils produce no dipole outside a plane"]),
     ({"spacecraft.coils.lag_s": 3.0, "control.sample_s": 2.0},
      ["lag_s of 3 s is longer than the 2 s for which a command is held"]),

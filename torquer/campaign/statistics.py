@@ -53,7 +53,7 @@ def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Int
 
 
 def mean_interval(values, confidence: float = 0.95) -> Interval:
-    """Student's interval of the mean of the values that there are."""
+    """Student's interval of the mean of the values that are not missing."""
     known = _known(values)
     if len(known) < 2:
         return Interval(-math.inf, math.inf)

@@ -62,9 +62,7 @@ def three_axis(
     capture_runs: Annotated[
         int | None, Parameter(help="Random initial attitudes to fly with each law [none].")
     ] = None,
-    capture_rate_deg_s: Annotated[
-        float, Parameter(help="Greatest initial rate in these runs.")
-    ] = 1.0,
+    capture_rate_deg_s: Annotated[float, Parameter(help="Greatest initial rate flown.")] = 1.0,
     out: Annotated[Path | None, Parameter(help="Folder for map.png and the laws as TOML.")] = None,
     json: Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")] = False,
 ) -> int:

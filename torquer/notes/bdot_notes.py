@@ -90,7 +90,7 @@ def sampling_of(scenario: Scenario, law) -> Sampling:
 
 
 def _sensor(scenario: Scenario, law) -> Magnetometer | AttitudeSensor | None:
-    """The sensor whose readings turn with the body; None for a search coil."""
+    """The sensor whose readings rotate with the body; None for a search coil."""
     if isinstance(law, BdotDerivative | NutationDampingDerivative):
         return None
     craft = scenario.spacecraft

@@ -49,7 +49,7 @@ class Key(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table of a file: where it may stand, its kind or "", what it is, its keys."""
+    """A table of a file: where it may appear, its kind or "", its description, its keys."""
 
     places: list[str]
     kind: str
@@ -142,7 +142,7 @@ def _default(field: FieldInfo) -> str:
 
 
 def toml_value(value) -> str:
-    """A default as it would stand in a file."""
+    """A default as it would be written in a file."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

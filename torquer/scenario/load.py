@@ -34,7 +34,7 @@ def _shortened(line: str) -> str:
 
 
 def load_scenario(path) -> Scenario:
-    """The scenario of a TOML file; files it names are looked up beside it."""
+    """The scenario of a TOML file; paths in it are relative to its folder."""
     path = Path(path)
     text = text_of(path, "scenario")
     return scenario_from_text(text, name_after(path), path.parent)

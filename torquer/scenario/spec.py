@@ -203,7 +203,7 @@ class Scenario(Spec):
     spacecraft: Spacecraft
     """Body, actuators and sensors."""
     disturbance: Disturbance | None = None
-    """Disturbance torques beside gravity gradient and aerodynamics; left out: none."""
+    """Disturbance torques in addition to gravity gradient and aerodynamics; left out: none."""
     initial: InitialMotion
     """Attitude and rate at the start."""
     control: Control

@@ -21,7 +21,7 @@ from torquer.spec import Spec
 class Surface(NamedTuple):
     """Parts of a body for kernels; the drag coefficient is within the areas.
 
-    `rows` [n, 10]: area that meets a flow along and against the axis, beside it, and from
+    `rows` [n, 10]: area that meets a flow along and against the axis, across it, and from
     anywhere [m^2]; axis; centre from the centre of mass [m].
     """
 

@@ -36,7 +36,7 @@ def read_attitude(sensor, q_body_to_inertial, drawn):
 
 @inlined
 def _turn(phi):
-    """`from_rotation_vector` without branches or calls, up to two turns: of vectors in lanes."""
+    """`from_rotation_vector` without branches or calls, up to 720 deg: of vectors in lanes."""
     angle = norm(phi)
     cosine, sine = cos_sin(angle / (4.0 * math.pi))
     s = sine / (angle + 1e-300)

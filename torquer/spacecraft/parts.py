@@ -36,7 +36,7 @@ class _Part(Spec):
         return self
 
     def shape(self) -> list[float]:
-        """Areas [m^2] along, against, beside the axis, and from anywhere; axis; centre [m]."""
+        """Areas [m^2] along, against, across the axis, and from anywhere; axis; centre [m]."""
         axis = getattr(self, "axis", (0.0, 0.0, 1.0))
         return [*self.areas_m2(), *axis, *self.centre_m]
 
@@ -63,7 +63,7 @@ class Cylinder(_Directed):
     """Length."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
+        """Areas along, against, across the axis, and from anywhere."""
         end = np.pi * self.radius_m**2
         return (end, end, 2.0 * self.radius_m * self.length_m, 0.0)
 
@@ -78,7 +78,7 @@ class Plate(_Directed):
     """Whether the plate has only the face from which the normal points."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
+        """Areas along, against, across the axis, and from anywhere."""
         return (self.area_m2, 0.0 if self.one_sided else self.area_m2, 0.0, 0.0)
 
 
@@ -90,7 +90,7 @@ class Sphere(_Part):
     """Radius."""
 
     def areas_m2(self) -> tuple[float, float, float, float]:
-        """Areas along, against, beside the axis, and from anywhere."""
+        """Areas along, against, across the axis, and from anywhere."""
         return (0.0, 0.0, 0.0, np.pi * self.radius_m**2)
 
 
