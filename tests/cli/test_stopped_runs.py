@@ -150,7 +150,7 @@ def test_a_run_stopped_as_asked_is_kept(call, scenario, no_report, tmp_path):
     torquer.save(part, tmp_path / "result.nc")
     code, out, err = call("run", scenario, "--out", tmp_path)
     assert (code, out) == (2, "")
-    assert "(stopped at t = 100 s as asked): continue with --resume" in err
+    assert "(stopped at t = 100 s as asked): --resume continues it" in err
     assert call("run", scenario, "--out", tmp_path, "--resume")[0] == 0
 
 

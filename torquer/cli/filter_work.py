@@ -110,7 +110,7 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
     after = f"worst instant after {sets[0].settled_s / 60.0:.0f} min"
     title = f"{scenario.name}: 95th percentile of the attitude error, {after}"
     table = Table(title=title, title_justify="left", box=SIMPLE)
-    head = ("sensors", "Sun in view", "no Sun", f"below {REACHED_DEG:g} deg after", "gaps", "of")
+    head = ("sensors", "Sun seen", "no Sun seen", f"below {REACHED_DEG:g} deg after", "gaps", "of")
     for k, name in enumerate(head):
         table.add_column(name, justify="right" if 0 < k < 5 else "left", no_wrap=True)
     for each in sets:
