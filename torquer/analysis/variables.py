@@ -108,7 +108,12 @@ VARIABLES = (
         _WHEELS,
     ),
     Variable(
-        "q_estimated", "time, component", "1", "body", "estimated attitude quaternion", _ESTIMATE
+        "q_estimated",
+        "time, component",
+        "1",
+        "body to J",
+        "estimated attitude quaternion",
+        _ESTIMATE,
     ),
     Variable("omega_estimated", _XYZ, "rad/s", "body", "estimated angular velocity", _ESTIMATE),
     Variable(
@@ -119,7 +124,7 @@ VARIABLES = (
         "estimated bias of the gyro; NaN where none is estimated",
         _ESTIMATE,
     ),
-    Variable("estimate_time", "time", "s", "body", "time to which the estimate applies", _ESTIMATE),
+    Variable("estimate_time", "time", "s", "", "time to which the estimate applies", _ESTIMATE),
     Variable(
         "attitude_sigma",
         "time",

@@ -25,7 +25,10 @@ class Capability(NamedTuple):
 
 
 class Point(NamedTuple):
-    """An array at one value of the angle: whole, and after the worst single failure."""
+    """An array at one value of the angle: whole, and after the worst single failure.
+
+    `one_failed`: momentum and rate, each after the failure that leaves least of it.
+    """
 
     value: float
     volume_n3_m3_s3: float

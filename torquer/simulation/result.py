@@ -178,14 +178,28 @@ def _entered(run: Run) -> dict:
     }
 
 
-#: What is kept of an estimate: name, names in the record, dimension, unit, meaning.
+#: What is kept of an estimate: name, names in the record, dimension, unit, frame, meaning.
 ESTIMATED = (
-    ("q_estimated", "estimate_q", "component", "1", "estimated attitude (x, y, z, w)"),
-    ("omega_estimated", "estimate_omega", "axis", "rad/s", "estimated angular velocity"),
-    ("gyro_bias_estimated", "estimate_bias", "axis", "rad/s", "estimated bias of the gyro"),
-    ("estimate_time", "estimate_s", None, "s", "time of the estimate"),
-    ("attitude_sigma", "sigma_rad", None, "rad", "standard deviation of the attitude, estimated"),
-    ("rate_sigma", "sigma_rad_s", None, "rad/s", "standard deviation of the rate, estimated"),
+    ("q_estimated", "estimate_q", "component", "1", "body to J", "estimated attitude (x, y, z, w)"),
+    ("omega_estimated", "estimate_omega", "axis", "rad/s", "body", "estimated angular velocity"),
+    ("gyro_bias_estimated", "estimate_bias", "axis", "rad/s", "body", "estimated bias of the gyro"),
+    ("estimate_time", "estimate_s", None, "s", "", "time of the estimate"),
+    (
+        "attitude_sigma",
+        "sigma_rad",
+        None,
+        "rad",
+        "body",
+        "standard deviation of the attitude, estimated",
+    ),
+    (
+        "rate_sigma",
+        "sigma_rad_s",
+        None,
+        "rad/s",
+        "body",
+        "standard deviation of the rate, estimated",
+    ),
 )
 
 
@@ -197,9 +211,9 @@ def names_in(key: str, dimension: str | None) -> list[str]:
 def _of_estimate(estimate: np.ndarray) -> dict:
     """What the estimator believes."""
     variables = {}
-    for name, key, dimension, unit, meaning in ESTIMATED:
+    for name, key, dimension, unit, frame, meaning in ESTIMATED:
         values = np.column_stack([estimate[part] for part in names_in(key, dimension)])
-        attributes = {"units": unit, "frame": "body", "long_name": meaning}
+        attributes = {"units": unit, "frame": frame, "long_name": meaning}
         dims = ("time", dimension) if dimension else ("time",)
         variables[name] = (dims, values if dimension else values[:, 0], attributes)
     return variables
