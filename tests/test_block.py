@@ -137,7 +137,7 @@ def test_a_law_may_answer_with_a_dipole_a_torque_or_a_command():
         ("torque", "return (1.0, 2.0)", r"\(x, y, z\); received one that returns UniTuple"),
         ("command", "return inputs.b_body_t", "torquer.Command; received one that returns UniTu"),
         ("command", "return 1.0", "torquer.Command; received one that returns float64"),
-        ("dipole", "return (parameters.speed, 0.0, 0.0)", r".*attribute 'speed'"),
+        ("dipole", "return (parameters.speed, 0.0, 0.0)", r".*without a field 'speed'"),
         ("dipole", "return (memory.speed, 0.0, 0.0)", r".*memory has no 'speed'"),
         ("dipole", "return parameters.axis[3]", r".*"),
         ("command", "return torquer.Command()", "torquer.Command; received one that returns Comma"),

@@ -206,7 +206,7 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
         (
             HEAD + BODY + "return inputs.b\n",
             None,
-            r"LAW .*attribute 'b' of type.* \(NAME, line \d+\)$",
+            r"LAW .*Inputs without a field 'b' \(NAME, line \d+\)$",
         ),
     ],
 )

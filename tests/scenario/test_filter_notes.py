@@ -19,4 +19,4 @@ from torquer.scenario.load import scenario_from_data
 def test_uneven_steps_of_a_filter_with_a_gyro_are_told(estimator, windows, told):
     control = {"law": {"kind": "off"}, "estimator": estimator, **windows}
     notes = filter_notes(scenario_from_data({**SCENARIO, "control": control}))
-    assert len(notes) == told and all("by 1 and by 6 s" in note for note in notes)
+    assert len(notes) == told and all("steps of 1 and of 6 s" in note for note in notes)
