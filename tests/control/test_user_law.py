@@ -230,7 +230,7 @@ def test_wrong_arguments_are_one_clear_line(tmp_path):
 
 def test_a_file_that_is_not_there_is_told(tmp_path):
     for path in (tmp_path / "none.py", tmp_path):
-        message = re.escape(f"control.law.file: must be an existing file; received {path}")
+        message = re.escape(f"law file: must be an existing file; received {path}")
         with pytest.raises(ValueError, match=f"^{message}$"):
             load_law(path)
 

@@ -162,7 +162,7 @@ def test_the_text_of_a_law_outlives_its_file(make, file, tmp_path):
     result = load(tmp_path / "result.nc")
     assert laws_of(result)["law"]["text"] == padded
     with pytest.raises(
-        ValueError, match=r"law.file: must be an existing file; received .*given_laws\.py"
+        ValueError, match=r"law file: must be an existing file; received .*given_laws\.py"
     ):
         simulate(scenario_of(result))
     file.write_text(laws_of(result)["law"]["text"])

@@ -222,7 +222,7 @@ def test_a_law_that_cannot_be_used_is_explained(with_law, function, message):
 
 def test_a_law_file_that_cannot_be_used_is_explained(with_law, folder):
     with pytest.raises(
-        ValueError, match=r"law.file: must be an existing file; received .*nowhere\.py"
+        ValueError, match=r"law file: must be an existing file; received .*nowhere\.py"
     ):
         simulate(with_law("plain", file="nowhere.py"))
     (folder / "broken.py").write_text("def law(:\n")

@@ -127,7 +127,7 @@ def load_law(file: Path, name: str | None = None) -> Law:
     beside it, so that an edit is always noticed.
     """
     if not file.is_file():
-        raise ValueError(f"control.law.file: must be an existing file; received {file}")
+        raise ValueError(f"law file: must be an existing file; received {file}")
     if file.suffix != ".py":
         raise ValueError(f"law file: must be a Python file (.py); received {file}")
     with plugin.cache_beside(file):
