@@ -6,7 +6,6 @@ callee in another file either: the folder is named by a hash of all sources that
 """
 
 import contextlib
-import functools
 import hashlib
 import io
 import os
@@ -156,16 +155,11 @@ def _is_sound(path: str) -> bool:
     return False
 
 
-@functools.cache
-def _make_folder(path: str) -> None:
-    os.makedirs(path, exist_ok=True)
-
-
 class _Locator(UserProvidedCacheLocator):
     """Our folder alone; it was tried on import, not once more for each of 500 functions."""
 
     def ensure_cache_path(self):
-        _make_folder(self.get_cache_path())
+        os.makedirs(self.get_cache_path(), exist_ok=True)
 
 
 class _Files(CompileResultCacheImpl):
