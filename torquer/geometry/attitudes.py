@@ -6,9 +6,6 @@ As in `torquer.geometry.quaternion`: scalar last, from body to reference compone
 
 import numpy as np
 
-#: Below this angle [rad] between two attitudes their chord is their arc.
-_CHORD = 1e-6
-
 
 def inverse(q) -> np.ndarray:
     """Quaternions of the inverse rotations."""
@@ -41,8 +38,7 @@ def interpolated(t, q, wanted) -> np.ndarray:
     a, b = q[after - 1], q[after]
     cosine = np.sum(a * b, axis=1, keepdims=True)
     b, angle = np.where(cosine < 0.0, -b, b), np.arccos(np.minimum(np.abs(cosine), 1.0))
-    near_same = angle < _CHORD
-    sine = np.where(near_same, 1.0, np.sin(angle))
-    of_a = np.where(near_same, 1.0 - part, np.sin((1.0 - part) * angle) / sine)
-    of_b = np.where(near_same, part, np.sin(part * angle) / sine)
+    whole = np.sinc(angle / np.pi)
+    of_a = (1.0 - part) * np.sinc((1.0 - part) * angle / np.pi) / whole
+    of_b = part * np.sinc(part * angle / np.pi) / whole
     return of_a * a + of_b * b
