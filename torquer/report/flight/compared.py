@@ -123,7 +123,7 @@ def _labels(compared: Comparison) -> list[str]:
     ((key, values),) = compared.changed.items()
     told = f"{key.rpartition('.')[2]} "
     return [
-        f"{name}: {told}{value:g}" if isinstance(value, int | float) else name
+        name if isinstance(value, list | dict) else f"{name}: {told}{_told(value)}"
         for name, value in zip(compared.names, values, strict=True)
     ]
 
