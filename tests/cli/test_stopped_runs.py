@@ -260,3 +260,26 @@ def test_a_command_may_be_called_from_another_thread(scenario, capsys):
         threads.submit(main, ["validate", str(scenario)]).result()
     assert left.value.code == 0
     assert capsys.readouterr().out.startswith("short: valid")
+
+
+LATE = """
+import atexit, os, signal, sys
+from torquer.cli import main
+atexit.register(os.kill, os.getpid(), signal.SIGINT)
+sys.argv = ["torquer", "version"]
+main()
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+def test_an_interrupt_after_the_command_is_no_traceback():
+    """As Python ends: what was asked for is done and printed."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", LATE],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    out, err = process.communicate(timeout=60.0)
+    assert process.returncode == -signal.SIGINT
+    assert "torquer" in out
+    assert err == ""

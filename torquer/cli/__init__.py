@@ -44,7 +44,9 @@ def main(arguments: list[str] | None = None) -> None:
 def _interrupts_of_imports():
     """Within the block an interrupt during an import ends the process at once.
 
-    An exception there may be mistaken for a missing module or be replaced by another.
+    An exception there may be mistaken for a missing module or be replaced by another. After the
+    block nothing is left to save, and an interrupt ends the command's own process: an exception
+    while Python ends would be a traceback.
     """
     usual = signal.getsignal(signal.SIGINT)
     in_main = threading.current_thread() is threading.main_thread()
@@ -55,7 +57,7 @@ def _interrupts_of_imports():
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        signal.signal(signal.SIGINT, signal.SIG_DFL if own_process else usual)
 
 
 def leave_or_raise(number, frame) -> None:
