@@ -1,7 +1,7 @@
 """An angle of a layout swept: what the array can do at each value, whole and after a failure."""
 
 import math
-import re
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -12,9 +12,6 @@ from torquer.analysis.wheel_file import WheelDesign
 from torquer.wheel_array.envelope import momentum_envelope
 from torquer.wheel_array.layout import WheelArray
 from torquer.wheel_array.rates import worst_case
-
-_POINTS, _MOST_POINTS = 61, 1001
-_RANGE = re.compile(r"^(\w+)=([^:]+):([^:]+)(?::(\d+))?$")
 
 
 class Capability(NamedTuple):
@@ -51,18 +48,20 @@ class Sweep(NamedTuple):
         return max(self.points, key=lambda point: point.whole.rate_deg_s)
 
 
-def sweep_of(design: WheelDesign, text: str) -> Sweep:
-    """The sweep described by a text: `gamma_deg=20:85`, or with the number of points behind it.
+def angles_of(design: WheelDesign) -> list[str]:
+    """The keys of the layout that can be swept; empty for a layout without angles."""
+    return [key for key in type(design.wheels.layout).model_fields if key.endswith("_deg")]
+
+
+def sweep_of(design: WheelDesign, key: str, values_deg: Sequence[float]) -> Sweep:
+    """The design at increasing values of an angle of its layout, one of `angles_of`.
 
     The angle of the highest rate is added as a point.
-
-    `ValueError` for a key other than an angle of the design's layout.
     """
-    key, values = _asked(design, text)
     inertia = np.array(design.body.inertia_kg_m2)
     held = design.accumulation
     growth = None if held is None else held.growth(inertia)
-    points = [_point(design, key, value, inertia, growth) for value in values.tolist()]
+    points = [_point(design, key, value, inertia, growth) for value in values_deg]
     peak = _point(design, key, _peak(design, key, points, inertia), inertia, growth)
     found = sorted({point.value: point for point in (*points, peak)}.values())
     return Sweep(key, tuple(found))
@@ -119,31 +118,6 @@ def as_plain(sweep: Sweep) -> dict:
             for point in sweep.points
         ],
     }
-
-
-def _asked(design: WheelDesign, text: str) -> tuple[str, np.ndarray]:
-    """Key and values of a sweep."""
-    angles = [key for key in type(design.wheels.layout).model_fields if key.endswith("_deg")]
-    if not angles:
-        kind = design.wheels.layout.kind
-        raise ValueError(f"--sweep: must name an angle of the layout; {kind} has none")
-    example = f"such as {angles[0]}=20:85 or {angles[0]}=20:85:14"
-    found = _RANGE.match(text)
-    if found is None or found[1] not in angles:
-        raise ValueError(
-            f"--sweep: must be ANGLE=FROM:TO, {example}, with {' or '.join(angles)}; "
-            f"received {text!r}"
-        )
-    try:
-        first, last = float(found[2]), float(found[3])
-    except ValueError:
-        raise ValueError(f"--sweep: must have numbers, {example}; received {text!r}") from None
-    points = int(found[4] or _POINTS)
-    if not 0.0 < first < last < 90.0:
-        raise ValueError(f"--sweep: must increase within 0 to 90 deg; received {text!r}")
-    if not 2 <= points <= _MOST_POINTS:
-        raise ValueError(f"--sweep: must have 2 to {_MOST_POINTS} points; received {points}")
-    return found[1], np.linspace(first, last, points)
 
 
 def _capability(array: WheelArray, inertia) -> Capability:

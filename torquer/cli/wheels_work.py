@@ -1,13 +1,15 @@
 """Work of `torquer wheels`: tables, JSON and pictures."""
 
+import re
 from pathlib import Path
 
+import numpy as np
 from rich.box import SIMPLE
 from rich.table import Table
 
 from torquer.analysis.wheel_design import report_of
-from torquer.analysis.wheel_file import load_wheels
-from torquer.analysis.wheel_sweep import Sweep, as_plain, sweep_of
+from torquer.analysis.wheel_file import WheelDesign, load_wheels
+from torquer.analysis.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
 from torquer.cli.output import json_text, make_writable, table_console, writing_to
 from torquer.report.wheels.tables import (
     best_in_words,
@@ -19,12 +21,15 @@ from torquer.report.wheels.tables import (
 
 #: Width of the tables where the output is not a terminal.
 _WIDTH = 110
+#: A sweep as it is written, with the number of points behind it or without.
+_SWEEP = re.compile(r"^(\w+)=([^:]+):([^:]+)(?::(\d+))?$")
+_POINTS, _MOST_POINTS = 61, 1001
 
 
 def show(path: Path, out: Path | None, as_json: bool, sweep: str | None = None) -> int:
     """Print the report on a design; draw it if a folder is given."""
     design = load_wheels(path)
-    swept = None if sweep is None else sweep_of(design, sweep)
+    swept = None if sweep is None else sweep_of(design, *swept_angle(design, sweep))
     if out is not None:
         make_writable(out)
     report = report_of(design)
@@ -41,6 +46,34 @@ def show(path: Path, out: Path | None, as_json: bool, sweep: str | None = None) 
     if made:
         print(f"{out}: {', '.join(made)}")
     return 0
+
+
+def swept_angle(design: WheelDesign, text: str) -> tuple[str, list[float]]:
+    """Key and values [deg] of a sweep written `gamma_deg=20:85` or `gamma_deg=20:85:14`.
+
+    `ValueError` for a key other than an angle of the design's layout, and for bad numbers.
+    """
+    angles = angles_of(design)
+    if not angles:
+        kind = design.wheels.layout.kind
+        raise ValueError(f"--sweep: must name an angle of the layout; {kind} has none")
+    example = f"such as {angles[0]}=20:85 or {angles[0]}=20:85:14"
+    found = _SWEEP.match(text)
+    if found is None or found[1] not in angles:
+        raise ValueError(
+            f"--sweep: must be ANGLE=FROM:TO, {example}, with {' or '.join(angles)}; "
+            f"received {text!r}"
+        )
+    try:
+        first, last = float(found[2]), float(found[3])
+    except ValueError:
+        raise ValueError(f"--sweep: must have numbers, {example}; received {text!r}") from None
+    points = int(found[4] or _POINTS)
+    if not 0.0 < first < last < 90.0:
+        raise ValueError(f"--sweep: must increase within 0 to 90 deg; received {text!r}")
+    if not 2 <= points <= _MOST_POINTS:
+        raise ValueError(f"--sweep: must have 2 to {_MOST_POINTS} points; received {points}")
+    return found[1], np.linspace(first, last, points).tolist()
 
 
 def _draw(design, report: dict, swept: Sweep | None, out: Path) -> list[str]:
