@@ -200,7 +200,8 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
         return []
     return [
         f"the gain of {gain:.3g} A m^2 s/T takes {e_fold_s / 3600.0:.3g} h or more to reduce the "
-        f"rate e-fold, the run {duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
+        f"rate e-fold in a field of {_STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
+        f"{duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
     ]
 
 
