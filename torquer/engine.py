@@ -26,6 +26,8 @@ COMPILED = not numba.config.DISABLE_JIT
 #: How all kernels are compiled. No `fastmath`, not even 'contract': which products are fused into
 #: an addition would be the compiler's choice, which changes from one compilation to the next.
 OPTIONS: Any = {"error_model": "numpy"}
+#: The same for functions chosen by type that LLVM is to inline.
+INLINED_OPTIONS: Any = {**OPTIONS, "forceinline": True}
 #: Without the code to be called from Python: that unpacks every array of a nested record and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
 _KERNELS_ONLY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

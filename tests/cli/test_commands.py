@@ -289,9 +289,9 @@ def test_a_folder_that_cannot_be_made_is_found_before_the_run(call, scenario, tm
 @needs_jit
 def test_a_second_process_finds_the_loop_in_the_cache(scenario):
     code = (
-        "import sys, torquer\nfrom torquer.simulation.boxed import advance\n"
+        "import sys, torquer\nfrom torquer.simulation.step import run_steps\n"
         "torquer.simulate(torquer.load_scenario(sys.argv[1]))\n"
-        "stats = advance.stats\n"
+        "stats = run_steps.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
     )
     for _ in range(2):
@@ -321,12 +321,12 @@ def test_a_warm_start_loads_nothing_that_it_does_not_use(scenario, tmp_path):
 @needs_jit
 def test_every_law_uses_the_one_compiled_loop(scenario):
     code = (
-        "import sys, torquer\nfrom torquer.simulation.boxed import advance\n"
+        "import sys, torquer\nfrom torquer.simulation.step import run_steps\n"
         "scenario = torquer.load_scenario(sys.argv[1])\n"
         "for kind in ('off', 'bdot', 'bdot_rate', 'bdot_derivative'):\n"
         "    gain = {} if kind == 'off' else {'gain_a_m2_s_per_t': 1e5}\n"
         "    torquer.simulate(scenario, torquer.LAWS[kind](kind=kind, **gain).law())\n"
-        "print(len(advance.signatures))"
+        "print(len(run_steps.signatures))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(scenario)], capture_output=True, text=True, check=True

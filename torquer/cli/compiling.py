@@ -8,9 +8,9 @@ from torquer.cli.output import console
 
 TOLD = "compiling, once, about half a minute"
 #: Functions that a run compiles where none is kept: of the simulation of Chibis-M.
-_FUNCTIONS = 260
+_FUNCTIONS = 230
 #: The part of the time after which all of them are known; the loop itself is optimised then.
-_KNOWN = 0.72
+_KNOWN = 0.88
 
 _count = 0
 _told = False
@@ -22,7 +22,7 @@ def is_cold() -> bool:
 
     from torquer.code_cache import FOLDER
 
-    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/boxed.advance-*.nbi"))
+    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/step.run_steps-*.nbi"))
     return not config.DISABLE_JIT and not kept  # type: ignore[attr-defined]
 
 

@@ -88,7 +88,7 @@ def _shrunk(h, ratio):
     return h * min(_growth(ratio), _SAFETY) if ratio < math.inf else 0.1 * h
 
 
-@inner
+@internal
 def in_steps(integrator, smooth, cells, x, here, length_s):
     """(Motion, environment) after an interval, in equal steps; not a number where they vanish."""
     t = 0.0
@@ -154,35 +154,28 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
 
 @internal
 def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step):
-    """(Motion, environment) after an interval without events: in one step if it is good enough."""
+    """(Motion, environment) after an interval without events: a step of order 5 may do."""
     if len(wheels) > 0:
         return in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step)
-    if length_s > integrator.longest_s:
-        return in_steps(integrator, smooth, cells, x, here, length_s)
-    if cells.slow_step_s >= length_s:
-        y, end, error = attempt_5(smooth, here, x, length_s)
-        ratio = _ratio(integrator, x, length_s, error)
-        if ratio <= 1.0:
-            _count(cells, length_s, error)
-            if ratio <= _EASY:
-                cells.slow_step_s = max(cells.slow_step_s, _GROWTH_WHEN_EASY * length_s)
-            return y, end
-        cells.slow_step_s = _LESS * length_s
-    cells.slow_step_s *= _MORE
-    if cells.next_step_s >= length_s:
-        y, end, error = attempt(smooth, here, 0.0, x, length_s)
-        ratio = _ratio(integrator, x, length_s, error)
-        if ratio <= 1.0:
-            _count(cells, length_s, error)
-            cells.next_step_s = length_s * _growth(ratio)
-            return y, end
-        cells.next_step_s = _shrunk(length_s, ratio)
+    if length_s <= integrator.longest_s:
+        if cells.slow_step_s >= length_s:
+            y, end, error = attempt_5(smooth, here, x, length_s)
+            ratio = _ratio(integrator, x, length_s, error)
+            if ratio <= 1.0:
+                _count(cells, length_s, error)
+                if ratio <= _EASY:
+                    cells.slow_step_s = max(cells.slow_step_s, _GROWTH_WHEN_EASY * length_s)
+                return y, end
+            cells.slow_step_s = _LESS * length_s
+        cells.slow_step_s *= _MORE
     return in_steps(integrator, smooth, cells, x, here, length_s)
 
 
 @internal
-def propagate_lit(integrator, smooth, light, cells, wheels, x, here, length_s, step):
-    """The same with steps that end where the sunlight jumps or bends."""
+def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length_s, step):
+    """The same with steps that end where the sunlight jumps or bends; `light`: () for none."""
+    if len(light) == 0:
+        return propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
     t, edge_s = 0.0, next_edge(light, smooth.start_s)
     while t < length_s:
         end = min(edge_s - smooth.start_s, length_s)
@@ -209,20 +202,15 @@ def next_failure(wheels, step, last):
     return last
 
 
-@internal
-def by_auto(integrator, forces, light, cells, x, here, first, last, h):
-    """(Motion, environment) after steps first..last-1 of the time grid; `light`: of the forces."""
-    wheels, step = forces.wheels, first
+def by_auto(integrator, forces, cells, x, here, first, last, h):
+    """(Motion, environment) after steps first..last-1 of the time grid."""
+    rigid, tables, path, held, wheels = forces
+    step = first
     while step < last:
         until, since_s = next_failure(wheels, step, last), (step - first) * h
-        rigid, tables, path, held, _ = forces
         smooth = Smooth(rigid, tables, path, held, (), step * h, since_s)
-        length_s = (until - step) * h
-        if len(light) == 0:
-            x, here = propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
-        else:
-            x, here = propagate_lit(
-                integrator, smooth, light, cells, wheels, x, here, length_s, step
-            )
+        x, here = propagate_in_light(
+            integrator, smooth, tables.light, cells, wheels, x, here, (until - step) * h, step
+        )
         step = until
     return x, here

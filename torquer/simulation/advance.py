@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer.engine import OPTIONS, inner, internal, kernel
+from torquer.engine import INLINED_OPTIONS, OPTIONS, inner, internal, kernel
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec
@@ -179,10 +179,6 @@ def by_dop853(forces, integrator, x, first, last, h):
     return Motion(normalised((y[0], y[1], y[2], y[3])), (y[4], y[5], y[6])), taken
 
 
-def _steps_by_auto(integrator, forces, cells, x, here, first, last, h):
-    return by_auto(integrator, forces, forces.tables.light, cells, x, here, first, last, h)
-
-
 def _steps_by_rk4(integrator, forces, cells, x, here, first, last, h):
     return by_rk4(forces, x, here, first, last, h)
 
@@ -208,7 +204,7 @@ def _resolved_always(integrator, plan, state, x, here):
 
 
 _STEPS = {
-    Auto: _steps_by_auto,
+    Auto: by_auto,
     Rk4: _steps_by_rk4,
     Splitting: _steps_by_splitting,
     Dop853: _steps_by_dop853,
@@ -231,7 +227,7 @@ def is_resolved(integrator, plan, state, x, here):
     return _RESOLVED[type(integrator)](integrator, plan, state, x, here)
 
 
-@overload(steps_by, jit_options=OPTIONS)
+@overload(steps_by, jit_options=INLINED_OPTIONS)
 def _choose_steps(integrator, forces, cells, x, here, first, last, h):
     return _STEPS[integrator.instance_class]
 
@@ -271,20 +267,14 @@ def resolves(integrator, plant, h, steps, state, x, here):
 
 
 @internal
-def propagate(integrator, plan, tables, state, x, here, first, last):
-    """(Motion, environment) after steps first..last-1, in which the coils go to their targets.
-
-    Random torques change at the first of them at most.
-    """
-    plant, cells = plan.plant, state.cells[0]
+def forces_now(plan, tables, state):
+    """What moves the body up to the next event, while the coils go to their targets."""
+    plant, way = plan.plant, (0.0, 0.0, 0.0)
     target = goal_dipole(state.cells)
-    way = (0.0, 0.0, 0.0)
     if plant.coils.lag_s > 0.0:
         way = sub(present_dipole(plant.coils, state.coils), target)
     path = DipolePath(target, way, plant.coils.lag_s)
-    around = environment_tables(plan, tables)
-    wheels = wheels_of(plant.rotors, state.rotors)
     rigid = with_drawn(plant.rigid, plant.rigid.acting, state.coefficients)
     held = present_torque(plant.held, state.held)
-    forces = Forces(rigid, around, path, held, wheels)
-    return steps_by(integrator, forces, cells, x, here, first, last, plan.step_s)
+    wheels = wheels_of(plant.rotors, state.rotors)
+    return Forces(rigid, environment_tables(plan, tables), path, held, wheels)

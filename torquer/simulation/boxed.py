@@ -10,7 +10,7 @@ from numba import types
 from numba.experimental import structref
 
 from torquer.control.computer import command_of, estimate, switch
-from torquer.engine import COMPILED, kernel, released
+from torquer.engine import COMPILED, kernel
 from torquer.simulation.advance import is_resolved
 from torquer.simulation.forces import environment_at, environment_tables
 from torquer.simulation.state import motion_of
@@ -37,12 +37,6 @@ if not COMPILED:  # plain Python reads the same names of a plain record
 def box_of(integrator, plan, tables, state, record, seed):
     """The box of a run."""
     return Box(integrator, plan, tables, state, record, seed)
-
-
-@released
-def advance(box, last):
-    """Run on to step `last`, or to the control step that a host is to take; how it ended."""
-    return run_steps(box.integrator, box.plan, box.tables, box.state, box.record, box.seed, last)
 
 
 @kernel
@@ -84,7 +78,7 @@ def is_resolved_in(box):
 @kernel
 def exchange(box, last):
     """Run on to the next control step, if there is one, and bring the estimate up to date."""
-    ended = advance(box, last)
+    ended = run_steps(box, last)
     if ended == WAITING:
         estimate(box.plan.computer, box.state.board)
     return ended

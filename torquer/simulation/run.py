@@ -14,7 +14,7 @@ from torquer.interface import Command
 from torquer.scenario.spec import Scenario
 from torquer.simulation import step as loop
 from torquer.simulation.adaptive import LEAST_STEP_S, MOST_STEPS
-from torquer.simulation.boxed import Box, advance, box_of, record_in
+from torquer.simulation.boxed import Box, box_of, record_in
 from torquer.simulation.host import Host
 from torquer.simulation.prepare import (
     blocks_of,
@@ -116,11 +116,11 @@ class Run:
 
     def _advance_within(self, last: int) -> int:
         if not self.plan.hosted:
-            return advance(self.box(), last)
+            return loop.run_steps(self.box(), last)
         host = Host(self)
         if self.state.at[1] == 1:  # interrupted there
             host.answer()
-        while (ended := advance(host.box, last)) == loop.WAITING:
+        while (ended := loop.run_steps(host.box, last)) == loop.WAITING:
             host.answer()
         return ended
 

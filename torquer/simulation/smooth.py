@@ -84,10 +84,13 @@ def _left_at(lag_s, t, h):
 
 @internal
 def _with_wheels(rigid, turning, torque, x, h, stage):
-    """(The body with the wheels' momentum, torque with theirs) at a stage."""
+    """(The body with the wheels' momentum, torque with theirs) at a stage.
+
+    The stage's number is a float: Numba compiles a function once more for every literal integer.
+    """
     if len(turning) == 0:
         return rigid, torque
-    momentum, reaction = turn(turning, stage, h, x.omega)
+    momentum, reaction = turn(turning, int(stage), h, x.omega)
     momentum = add(rigid.wheel_momentum, momentum)
     body = Rigid(rigid.inertia, turning.inverse, momentum, rigid.surface, rigid.acting)
     if len(torque) == 0:
@@ -122,23 +125,23 @@ def _combined(five, three):
 def attempt(smooth, here, t, x, h):
     """(Motion, environment, error) after a step from t on; `here`: the environment before it."""
     left = _left_at(smooth.path.lag_s, smooth.since_s + t, h)
-    k0 = _rates(smooth, here, left[0], x, h, 0)
-    k1 = _rates_after(smooth, t + C[1] * h, left[1], stage_1(x, h, k0), h, 1)
-    k2 = _rates_after(smooth, t + C[2] * h, left[2], stage_2(x, h, k0, k1), h, 2)
-    k3 = _rates_after(smooth, t + C[3] * h, left[3], stage_3(x, h, k0, k2), h, 3)
-    k4 = _rates_after(smooth, t + C[4] * h, left[4], stage_4(x, h, k0, k2, k3), h, 4)
-    k5 = _rates_after(smooth, t + C[5] * h, left[5], stage_5(x, h, k0, k3, k4), h, 5)
-    k6 = _rates_after(smooth, t + C[6] * h, left[6], stage_6(x, h, k0, k3, k4, k5), h, 6)
-    k7 = _rates_after(smooth, t + C[7] * h, left[7], stage_7(x, h, k0, k3, k4, k5, k6), h, 7)
-    k8 = _rates_after(smooth, t + C[8] * h, left[8], stage_8(x, h, k0, k3, k4, k5, k6, k7), h, 8)
+    k0 = _rates(smooth, here, left[0], x, h, 0.0)
+    k1 = _rates_after(smooth, t + C[1] * h, left[1], stage_1(x, h, k0), h, 1.0)
+    k2 = _rates_after(smooth, t + C[2] * h, left[2], stage_2(x, h, k0, k1), h, 2.0)
+    k3 = _rates_after(smooth, t + C[3] * h, left[3], stage_3(x, h, k0, k2), h, 3.0)
+    k4 = _rates_after(smooth, t + C[4] * h, left[4], stage_4(x, h, k0, k2, k3), h, 4.0)
+    k5 = _rates_after(smooth, t + C[5] * h, left[5], stage_5(x, h, k0, k3, k4), h, 5.0)
+    k6 = _rates_after(smooth, t + C[6] * h, left[6], stage_6(x, h, k0, k3, k4, k5), h, 6.0)
+    k7 = _rates_after(smooth, t + C[7] * h, left[7], stage_7(x, h, k0, k3, k4, k5, k6), h, 7.0)
+    k8 = _rates_after(smooth, t + C[8] * h, left[8], stage_8(x, h, k0, k3, k4, k5, k6, k7), h, 8.0)
     k9 = _rates_after(
-        smooth, t + C[9] * h, left[9], stage_9(x, h, k0, k3, k4, k5, k6, k7, k8), h, 9
+        smooth, t + C[9] * h, left[9], stage_9(x, h, k0, k3, k4, k5, k6, k7, k8), h, 9.0
     )
     y = stage_10(x, h, k0, k3, k4, k5, k6, k7, k8, k9)
-    k10 = _rates_after(smooth, t + C[10] * h, left[10], y, h, 10)
+    k10 = _rates_after(smooth, t + C[10] * h, left[10], y, h, 10.0)
     end = environment_at(smooth.tables, smooth.start_s + t + h)
     y = stage_11(x, h, k0, k3, k4, k5, k6, k7, k8, k9, k10)
-    k11 = _rates(smooth, end, left[11], y, h, 11)
+    k11 = _rates(smooth, end, left[11], y, h, 11.0)
     y = sum_8(x, h, k0, k5, k6, k7, k8, k9, k10, k11)
     e5 = error_5(h, k0, k5, k6, k7, k8, k9, k10, k11)
     e3 = error_3(h, k0, k5, k6, k7, k8, k9, k10, k11)
@@ -156,14 +159,14 @@ def attempt_5(smooth, here, x, h):
     left_2, left_3 = remaining(lag_s, since_s + c[2] * h), remaining(lag_s, since_s + c[3] * h)
     left_4, left_5 = remaining(lag_s, since_s + c[4] * h), remaining(lag_s, since_s + h)
     end = environment_at(smooth.tables, smooth.start_s + h)
-    k0 = _rates(smooth, here, left, x, h, 0)
-    k1 = _rates_after(smooth, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1)
-    k2 = _rates_after(smooth, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2)
-    k3 = _rates_after(smooth, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3)
-    k4 = _rates_after(smooth, c[4] * h, left_4, dp5_stages.stage_4(x, h, k0, k1, k2, k3), h, 4)
-    k5 = _rates(smooth, end, left_5, dp5_stages.stage_5(x, h, k0, k1, k2, k3, k4), h, 5)
+    k0 = _rates(smooth, here, left, x, h, 0.0)
+    k1 = _rates_after(smooth, c[1] * h, left_1, dp5_stages.stage_1(x, h, k0), h, 1.0)
+    k2 = _rates_after(smooth, c[2] * h, left_2, dp5_stages.stage_2(x, h, k0, k1), h, 2.0)
+    k3 = _rates_after(smooth, c[3] * h, left_3, dp5_stages.stage_3(x, h, k0, k1, k2), h, 3.0)
+    k4 = _rates_after(smooth, c[4] * h, left_4, dp5_stages.stage_4(x, h, k0, k1, k2, k3), h, 4.0)
+    k5 = _rates(smooth, end, left_5, dp5_stages.stage_5(x, h, k0, k1, k2, k3, k4), h, 5.0)
     y = dp5_stages.sum_5(x, h, k0, k2, k3, k4, k5)
-    k6 = _rates(smooth, end, left_5, y, h, 6)
+    k6 = _rates(smooth, end, left_5, y, h, 6.0)
     e = dp5_stages.error_4(h, k0, k2, k3, k4, k5, k6)
     error = Error(2.0 * math.sqrt(_square(e.q)), math.sqrt(dot(e.omega, e.omega)))
     return Motion(normalised(y.q), y.omega), end, error

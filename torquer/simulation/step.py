@@ -8,10 +8,10 @@ import math
 
 from torquer.control.allocation import allocate_torque, switch_off_motors
 from torquer.control.computer import control_step
-from torquer.engine import inner, internal, without_reference_counts
+from torquer.engine import inner, internal, released, without_reference_counts
 from torquer.geometry.vec3 import dot
 from torquer.interface import estimate_of, put_estimate
-from torquer.simulation.advance import is_resolved, propagate
+from torquer.simulation.advance import forces_now, is_resolved, steps_by
 from torquer.simulation.draws import draw_torques, next_draw
 from torquer.simulation.forces import environment_at, environment_tables
 from torquer.simulation.sensors import begin_control_step, read_sensors
@@ -142,16 +142,17 @@ def advance_actuators(coils, state, t_s):
     cells.peak_dipole_a_m2 = max(cells.peak_dipole_a_m2, greatest)
 
 
-@inner
-def run_steps(integrator, plan, tables, state, record, seed, last):
-    """Run on to step `last`; return how it ended. `state.at` tells how far it came.
+@released
+def run_steps(box, last):
+    """Run on to step `last`; return how it ended. `box.state.at` tells how far it came.
 
     It may end at an event before, RUNNING, where many adaptive steps were needed.
     With a host it stops at every control step, when the sensors have been read, and goes on from
     there when the host has put its command into the state.
     """
-    plan, tables = without_reference_counts(plan), without_reference_counts(tables)
-    state, record = without_reference_counts(state), without_reference_counts(record)
+    integrator, seed = without_reference_counts(box.integrator), box.seed
+    plan, tables = without_reference_counts(box.plan), without_reference_counts(box.tables)
+    state, record = without_reference_counts(box.state), without_reference_counts(box.record)
     around, timetable = environment_tables(plan, tables), plan.timetable
     at, step = state.at, state.at[0]
     x, here = motion_of(state.cells), environment_at(around, step * plan.step_s)
@@ -189,7 +190,8 @@ def run_steps(integrator, plan, tables, state, record, seed, last):
                 return COARSE_STEP
         until = next_draw(plan.plant, step, min(due, to_record, last))
         draw_torques(plan.plant, state, seed, step)
-        x, here = propagate(integrator, plan, tables, state, x, here, step, until)
+        forces, cells = forces_now(plan, tables, state), state.cells[0]
+        x, here = steps_by(integrator, forces, cells, x, here, step, until, plan.step_s)
         if not math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3]):
             return BAD_STATE
         put_motion(state.cells, x)

@@ -2,14 +2,13 @@
 
 from numba.extending import overload
 
-from torquer.engine import OPTIONS, internal
+from torquer.engine import INLINED_OPTIONS, internal
 from torquer.environment.local import in_body
 from torquer.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.unmodelled import harmonics_of
 
 _KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
-_INLINED = {**OPTIONS, "forceinline": True}
 
 
 def torque_of(constants, here_body, omega_body):
@@ -17,7 +16,7 @@ def torque_of(constants, here_body, omega_body):
     return _KERNELS[type(constants)](constants, here_body, omega_body)
 
 
-@overload(torque_of, jit_options=_INLINED)
+@overload(torque_of, jit_options=INLINED_OPTIONS)
 def _choose(constants, here_body, omega_body):
     kernel = _KERNELS[constants.instance_class]
     return lambda constants, here_body, omega_body: kernel(constants, here_body, omega_body)
@@ -31,7 +30,7 @@ def added(torque, acting, here_body, omega_body):
     return added(total, acting[1:], here_body, omega_body)
 
 
-@overload(added, jit_options=_INLINED)
+@overload(added, jit_options=INLINED_OPTIONS)
 def _one_by_one(torque, acting, here_body, omega_body):
     return added
 
