@@ -5,13 +5,14 @@ the rebuilt functions, and stands in `replacements`: nothing else of the loop is
 """
 
 import math
+from collections import namedtuple
 from types import FunctionType, ModuleType, SimpleNamespace
 
 import numba
 import numpy as np
 import pytest
 
-from torquer import adapter, engine
+from torquer import adapter, engine, noise
 from torquer.control import computer
 from torquer.estimation import RateFromField
 from torquer.interface import inputs_of
@@ -25,6 +26,8 @@ from numba import cuda  # noqa: E402  (of numba-cuda, which has been found)
 from numba.cuda import compiler, dispatcher, libdevice  # noqa: E402
 
 SM_90 = (9, 0)
+#: The arguments of the loop, as its box has them.
+Arguments = namedtuple("Arguments", ["integrator", "plan", "tables", "state", "record", "seed"])
 BDOT = {"kind": "bdot", "gain_a_m2_s_per_t": 1e6}
 #: All sensors with their errors, coils with lag, a measurement window.
 PLANT = {
@@ -96,12 +99,29 @@ def floor(x):
     return libdevice.floor(x)
 
 
-def scalar_numpy():
-    """NumPy for kernels on numbers, in place of `np`."""
-    parts = {"floor": floor, "sign": sign, "nan": np.nan, "inf": np.inf, "pi": np.pi}
-    module = ModuleType("np")
+@cuda.jit(device=True)
+def bits_of(number):
+    """In place of the intrinsic of the same name."""
+    return np.uint64(libdevice.double_as_longlong(number))
+
+
+@cuda.jit(device=True)
+def float_of(bits):
+    """In place of the intrinsic of the same name."""
+    return libdevice.longlong_as_double(np.int64(bits))
+
+
+def module_of(name, **parts):
+    """A module of these parts."""
+    module = ModuleType(name)
     vars(module).update(parts)
     return module
+
+
+def scalar_numpy():
+    """NumPy for kernels on numbers, in place of `np`."""
+    kept = {name: getattr(np, name) for name in ("nan", "inf", "pi", "uint64", "int64")}
+    return module_of("np", floor=floor, sign=sign, **kept)
 
 
 def rebuilt(function, instead, known):
@@ -141,7 +161,14 @@ def called_directly(block):
 def replacements(run):
     """All that CUDA cannot take as it is, by the names that the kernels use."""
     law = next(iter(run.blocks.laws.values()))
-    plain = {"without_reference_counts": unchanged, "np": scalar_numpy()}
+    plain = {
+        "without_reference_counts": unchanged,
+        "np": scalar_numpy(),
+        "bits_of": bits_of,
+        "float_of": float_of,
+    }
+    drawing = {name: rebuilt(getattr(noise, name), plain, {}) for name in ("drawn", "normal3")}
+    plain["noise"] = module_of("noise", **drawing)
     by_rk4 = rebuilt(advance.by_rk4, plain, {})
     resolves = rebuilt(advance.resolves, plain, {})
 
@@ -151,7 +178,8 @@ def replacements(run):
 
     @cuda.jit(device=True)
     def is_resolved(integrator, plan, state, x, here):
-        return resolves(integrator, plan, state, x, here)
+        steps = plan.record_steps
+        return resolves(integrator, plan.plant, plan.step_s, steps, state, x, here)
 
     switch_modes = rebuilt(computer.switch_modes, plain, {})
 
@@ -181,7 +209,7 @@ def ptx_of_loop(run):
     loop = rebuilt(step.run_steps, replacements(run), {})
 
     def one_run(integrator, plan, tables, state, record, seed, last, ended):
-        ended[0] = loop(integrator, plan, tables, state, record, seed, last)
+        ended[0] = loop(Arguments(integrator, plan, tables, state, record, seed), last)
 
     arguments = (run.integrator, run.plan, run.tables, run.state, run.record, 7, run.steps)
     types = tuple(map(numba.typeof, (*arguments, np.zeros(1, np.int64))))
