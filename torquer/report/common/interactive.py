@@ -10,34 +10,19 @@ import numpy as np
 
 #: Visible on light and dark backgrounds.
 GRID = "rgba(128,128,128,0.25)"
-#: The bits of a float32 that are rounded away, and half of the last place that is kept.
-_LAST_BITS, _HALF_PLACE = np.uint32(0xFF), np.uint32(0x80)
 MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
 
 
-def packed(values) -> dict:
-    """Numbers as plotly.js reads them, to 1 part in 65 000: what a plot shows and no more.
-
-    Their last bits are noise, which does not compress: 4 % of a report.
-    """
-    bits = np.ascontiguousarray(values, dtype="<f4").view("<u4")
-    return _as_read(((bits + _HALF_PLACE) & ~_LAST_BITS).view("<f4"), "f4")
-
-
-def packed_exactly(values, kind: str = "f8") -> dict:
-    """The same with all digits of the type."""
-    return _as_read(np.ascontiguousarray(values, dtype=f"<{kind}"), kind)
+def packed(values, kind: str = "f4") -> dict:
+    """Numbers as plotly.js reads them: type and base64 of the bytes (little-endian)."""
+    array = np.ascontiguousarray(values, dtype=f"<{kind}")
+    return {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
 
 
 def packed_times(t) -> dict:
     """Ascending numbers, in four bytes each where these clearly separate neighbours."""
     least = np.diff(t).min(initial=np.inf)
-    return packed_exactly(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
-
-
-def _as_read(array, kind: str) -> dict:
-    """Type and base64 of the bytes (little-endian)."""
-    return {"dtype": kind, "bdata": base64.b64encode(array.tobytes()).decode("ascii")}
+    return packed(t, "f4" if least > 1e-4 * np.abs(t).max(initial=0.0) else "f8")
 
 
 def layout(height_px: int, **keys) -> dict:

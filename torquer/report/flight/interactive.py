@@ -2,14 +2,7 @@
 
 import numpy as np
 
-from torquer.report.common.interactive import (
-    MARGIN_PX,
-    axis,
-    layout,
-    packed,
-    packed_exactly,
-    packed_times,
-)
+from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed, packed_times
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.panels.panel import MEASUREMENT, Bar, Line, Panel, shown_times
 from torquer.report.flight.view import View
@@ -76,7 +69,7 @@ def _bar_trace(bar: Bar, clock_s: float) -> dict:
     colour = _translucent(bar.colour, bar.opacity)
     return {
         "type": "scatter",
-        "x": packed_exactly(edges),
+        "x": packed(edges, "f8"),
         "y": packed(np.tile([0.0, 1.0, 1.0, 0.0], len(bar.spans))),
         "name": bar.label,
         "mode": "lines",
