@@ -227,6 +227,11 @@ def is_resolved(integrator, plan, state, x, here):
     return _RESOLVED[type(integrator)](integrator, plan, state, x, here)
 
 
+def may_be_too_coarse(integrator) -> bool:
+    """Whether `is_resolved` may say no: to ask it compiles for half a second."""
+    return _RESOLVED[type(integrator)] is not _resolved_always
+
+
 @overload(steps_by, jit_options=INLINED_OPTIONS)
 def _choose_steps(integrator, forces, cells, x, here, first, last, h):
     return _STEPS[integrator.instance_class]

@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Callable
 
 from torquer.simulation import step as loop
-from torquer.simulation.advance import Rk4
+from torquer.simulation.advance import may_be_too_coarse
 from torquer.simulation.boxed import is_resolved_in
 from torquer.simulation.host import HostFailed
 from torquer.simulation.run import Run, next_event, reason, record_this_instant
@@ -76,10 +76,7 @@ def advance_in_pieces(
 
 
 def is_resolved_at_the_end(run: Run) -> bool:
-    """Whether the step resolves the motion at the end of the run, where the loop does not ask.
-
-    Only RK4's may not, and to ask the others' would compile for half a second.
-    """
-    if run.state.at[0] < run.steps or not isinstance(run.integrator, Rk4):
+    """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
+    if run.state.at[0] < run.steps or not may_be_too_coarse(run.integrator):
         return True
     return is_resolved_in(run.box())
