@@ -15,9 +15,9 @@ from torquer.lanes import LANES
 from torquer.scenario.load import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
 from torquer.simulation.members import FlownLanes, Lanes, Pieces, why_not_in_lanes
-from torquer.simulation.run import Run, prepare
-from torquer.simulation.simulate import RunStopped, finish
-from torquer.simulation.store import InMemory
+from torquer.simulation.pieces import Checkpoints, advance_in_pieces
+from torquer.simulation.result import places
+from torquer.simulation.run import Run, prepare, record_this_instant
 
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
@@ -26,6 +26,8 @@ _MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fi
 _OF_SURROUNDINGS = ("orbit", "start", "environment", "simulation")
 #: Members that are tried in lanes before a campaign is flown.
 _TRIED = 8
+#: Members that fail are flown again from their start: nothing is saved on the way.
+_UNSAVED = Checkpoints(lambda run: None, np.inf)
 #: Instants that are kept of a signal.
 MOST_INSTANTS = 200
 
@@ -184,16 +186,31 @@ class Fleet:
 
     def _finish(self, chunk: Chunk, row: int, run: Run) -> None:
         """Fly a member's run to its end."""
+        parts: list[np.ndarray] = []
+        run.keep = lambda run: parts.append(run.rows().rows)
         try:
-            result = finish(run, InMemory())
+            ended = advance_in_pieces(run, run.steps, None, _UNSAVED)
         except ValueError as error:
-            chunk.ended[row] = " ".join(str(error).split("\n"))
-        except RunStopped as error:
-            if error.interrupted:
-                raise KeyboardInterrupt from None
-            chunk.ended[row] = str(error)
-        else:
-            self._put(chunk, np.array([row]), _flown_of(result))
+            ended = " ".join(str(error).split("\n"))
+        if ended:
+            chunk.ended[row] = ended
+            return
+        run.enter()
+        record_this_instant(run)
+        run.keep(run)
+        self._put(chunk, np.array([row]), self._flown_alone(run, np.concatenate(parts)))
+
+    def _flown_alone(self, run: Run, rows: np.ndarray) -> Flown:
+        """A run as members in lanes are, from the rows of its record."""
+        t_s = rows["step"] * run.plan.step_s
+        along = self._along
+        if run.piece.around != self.base.piece.around or not np.array_equal(t_s, self.t_s):
+            along = _along(run.scenario, self.campaign, t_s)
+        cells = rows.view(np.float64).reshape(len(rows), -1)
+        q, omega = (cells[:, None, places(name)] for name in ("q", "omega"))
+        state = run.state.cells
+        energy, peak = state["coil_energy_j"], state["peak_dipole_a_m2"]
+        return Flown(t_s, q, omega, *along, energy, peak)
 
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""
@@ -212,12 +229,3 @@ def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple[np.
     r, v = around.state(t_s)
     sun = around.sun(t_s) - r if needs_sun(campaign.outcomes) else None
     return r, v, around.field(t_s, r, v), sun
-
-
-def _flown_of(result) -> Flown:
-    """The result of one run, as that of one member."""
-    names = ("position_inertial", "velocity_inertial", "b_inertial", "sun_inertial")
-    along = [result[name].values for name in names]
-    q, omega = result["q_body_to_inertial"].values, result["omega_body"].values
-    totals = [np.array([float(result[name])]) for name in ("coil_energy", "peak_coil_dipole")]
-    return Flown(result["time"].values, q[:, None], omega[:, None], *along, *totals)
