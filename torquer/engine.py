@@ -201,6 +201,13 @@ def address_of(dispatcher, signature) -> int:
     return compiled.library.get_pointer_to_function(compiled.fndesc.llvm_func_name)
 
 
+def addresses(functions: list) -> np.ndarray | tuple:
+    """Addresses of `FirstClass` functions for a `caller`; without the compiler, the functions."""
+    if not COMPILED:
+        return tuple(functions)
+    return np.array([function.address for function in functions], dtype=np.int64)
+
+
 def processor() -> str:
     """Kind of processor that is compiled for: its name and a mark of its instructions."""
     name = numba.config.CPU_NAME or llvm.get_host_cpu_name()

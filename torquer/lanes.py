@@ -7,6 +7,7 @@ member do: attributes, `rows[i]`, `rows[i, j]`, `shape`, `len`; what is not a fl
 """
 
 import operator
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,9 +56,9 @@ class Parts(NamedTuple):
     parts: tuple
 
 
-#: Numbers that all members share; numbers that are zero for all, and left out of the compiled code;
-#: arrays that no lane needs (a tuple may not hold them: it would not own them), () in their place.
-SHARED, ZERO, LEFT_OUT = "shared", "zero", "left out"
+#: Numbers that all members share; arrays that no lane needs, () in their place (a tuple may not
+#: hold them: it would not own them).
+SHARED, LEFT_OUT = "shared", "left out"
 
 
 def rows_of(array: np.ndarray) -> Rows:
@@ -213,6 +214,14 @@ def _set_of_row(context, builder, of_call, arguments):
     return context.get_dummy_value()
 
 
+@lower_builtin(operator.setitem, _Lane, types.UniTuple, types.float64)
+def _set_of_two(context, builder, of_call, arguments):
+    kind = of_call.args[0].kind
+    place = _of_two(builder, kind, arguments[1])
+    builder.store(arguments[2], _element(builder, kind, arguments[0], place))
+    return context.get_dummy_value()
+
+
 def _pointer(context, builder, of_array, array):
     return context.make_array(of_array)(context, builder, array).data
 
@@ -232,17 +241,18 @@ def lane_maker(kind):
     return lane_at
 
 
+@dataclass(frozen=True)
 class Layout:
-    """Where what stands in a lane: `state`: `Fields`; `plant`: `Parts`; cells of a member.
+    """Where what stands in a lane: `state`: `Fields`; `plant`: `Parts` of constants.
 
     Kernels take it as a type: their code is that of one layout.
     """
 
-    def __init__(self, state: Fields, plant: Parts, size: int):
-        self.state, self.plant, self.size = state, plant, size
+    state: Fields
+    plant: Parts
 
 
-class _LayoutType(types.Type):
+class _LayoutType(types.Opaque):
     def __init__(self, state, plant):
         self.state, self.plant = state, plant
         super().__init__(name=f"Layout({state}, {plant})")
@@ -294,7 +304,7 @@ def type_with(shared, part):
         return shared
     if part == LEFT_OUT:
         return types.Tuple(())
-    if isinstance(part, int) or part == ZERO:
+    if isinstance(part, int):
         return types.float64
     if not isinstance(part, Parts):
         return _Lane(part[1])
@@ -309,8 +319,6 @@ def _tuple_with(context, builder, pointer, shared, made, part, value):
         return value
     if part == LEFT_OUT:
         return context.make_tuple(builder, made, ())
-    if part == ZERO:
-        return ir.DoubleType()(0.0)
     if isinstance(part, int):
         return builder.load(_moved(builder, pointer, part))
     if not isinstance(part, Parts):

@@ -13,7 +13,9 @@ import numpy as np
 from numba import types
 
 from torquer import plugin
+from torquer.adapter import flat
 from torquer.block import Block
+from torquer.compile.arguments import call_host, whole
 from torquer.control.law import LAW_SIGNATURE, Law
 from torquer.control.modes.table import (
     COILS,
@@ -27,7 +29,7 @@ from torquer.control.modes.table import (
     first_state,
     switch_modes,
 )
-from torquer.engine import COMPILED, caller, inner, internal
+from torquer.engine import addresses, caller, inner, internal
 from torquer.estimation.estimator import ESTIMATE, Estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (
@@ -35,6 +37,7 @@ from torquer.interface import (
     NO_COMMAND,
     UNKNOWN_ESTIMATE,
     Command,
+    Estimate,
     inputs_of,
     nothing_known,
     put_estimate,
@@ -42,21 +45,25 @@ from torquer.interface import (
 
 #: In place of an estimator's number: attitude sensor and gyro as they read; nothing known.
 SENSOR_READINGS, NO_ESTIMATOR = -1, -2
-#: A block: its function's number, first and last place of its parameters and of its memory, and
-#: whether it needs the estimated attitude and rate.
+#: A block: its function's number, -1 for one in plain Python; first and last place of its
+#: parameters and of its memory; whether it needs the estimated attitude and rate.
 BLOCK = np.dtype(
     [
         (name, np.int64)
         for name in ("function", "p0", "p1", "m0", "m1", "needs_attitude", "needs_rate")
     ]
 )
+#: What a host is called for, besides laws by their numbers: a control step begins; estimator
+#: number n is called for by FIRST_ESTIMATOR + n.
+BEGIN, FIRST_ESTIMATOR = -1, 1 << 32
 
 
 class Computer(NamedTuple):
     """What stays the same: functions and blocks of laws and estimators, mode table.
 
     `laws`, `estimators`, `switch`: addresses of the functions. `estimator`: the one that works
-    where no mode chooses another.
+    where no mode chooses another. `host`: address of the function that calls blocks in plain
+    Python, 0 where there are none; its `answer` is the numbers of a command or of an estimate.
     """
 
     laws: np.ndarray | tuple
@@ -66,6 +73,8 @@ class Computer(NamedTuple):
     modes: ModeTable
     switch: np.ndarray
     estimator: int
+    host: int
+    answer: np.ndarray
 
 
 #: What the modes have chosen: estimator, and whether coils and wheels may work.
@@ -95,10 +104,31 @@ call_law = caller(LAW_SIGNATURE)
 call_estimator = caller(ESTIMATE.in_loop)
 
 
+@internal
+def finite3(v):
+    """Whether all three components are finite."""
+    return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
+
+
+@internal
+def _answered_estimate(a):
+    q, omega, bias = (a[1], a[2], a[3], a[4]), (a[5], a[6], a[7]), (a[8], a[9], a[10])
+    return Estimate(a[0], q, omega, bias, a[11], a[12])
+
+
+@internal
+def _answered_command(a):
+    return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
+
+
 @inner
 def estimate_step(computer, board, number):
     """Let an estimator work."""
     block = computer.estimator_blocks[number]
+    if block.function < 0:
+        call_host(computer.host, FIRST_ESTIMATOR + number)
+        put_estimate(board.known[0], _answered_estimate(computer.answer))
+        return
     parameters = board.parameters[block.p0 : block.p1]
     memory = board.memory[block.m0 : block.m1]
     estimate = call_estimator(computer.estimators[block.function], board.known, parameters, memory)
@@ -121,13 +151,20 @@ def take_readings(known):
 
 
 @internal
+def put_simple_estimate(known, number):
+    """The estimate without an estimator: what attitude sensor and gyro read, or none."""
+    if number == SENSOR_READINGS:
+        take_readings(known)
+    else:
+        put_estimate(known, UNKNOWN_ESTIMATE)
+
+
+@internal
 def estimate(computer, board):
     """Bring the estimate up to date."""
     number = int(board.chosen[0].estimator)
-    if number == SENSOR_READINGS:
-        take_readings(board.known[0])
-    elif number == NO_ESTIMATOR:
-        put_estimate(board.known[0], UNKNOWN_ESTIMATE)
+    if number < 0:
+        put_simple_estimate(board.known[0], number)
     else:
         estimate_step(computer, board, number)
 
@@ -166,6 +203,9 @@ def command_of(computer, board, number):
     block = computer.law_blocks[number]
     if not is_informed(block, board.known[0]):
         return NO_COMMAND
+    if block.function < 0:
+        call_host(computer.host, number)
+        return _answered_command(computer.answer)
     parameters = board.parameters[block.p0 : block.p1]
     memory = board.memory[block.m0 : block.m1]
     return call_law(computer.laws[block.function], board.known, parameters, memory)
@@ -175,7 +215,8 @@ def command_of(computer, board, number):
 def switch(computer, board):
     """Switch the modes, and do what the states that have been entered are to set."""
     known = board.known[0]
-    if call_switch(computer.switch[0], computer.modes, board.modes, board.known):
+    table, state = whole(computer.modes), whole(board.modes)
+    if call_switch(computer.switch[0], table, state, board.known):
         enter_modes(computer, board, known.t_s)
 
 
@@ -199,6 +240,8 @@ def command_by_modes(computer, board):
 @internal
 def control_step(computer, board):
     """The command for what the computer knows; without modes that of all laws, added."""
+    if computer.host != 0:
+        call_host(computer.host, BEGIN)
     estimate(computer, board)
     if computer.modes.regions.shape[0] > 0:
         return command_by_modes(computer, board)
@@ -243,28 +286,22 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
         rows[f"needs_{need}"] = [need in block.needs for block in blocks.all()]
     split = len(blocks.laws)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
-    switch = _switch() if len(modes.regions) else _addresses([])
-    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator)
+    switch = _switch() if len(modes.regions) else addresses([])
+    answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
+    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer)
 
 
 def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
     """Addresses of the different functions of blocks; the number of each block's."""
     compiled = [block.in_loop() for block in blocks if block.compiled]
     different = list(dict.fromkeys(compiled))
-    numbers = [different.index(block.in_loop()) if block.compiled else 0 for block in blocks]
-    return _addresses(different), numbers
-
-
-def _addresses(functions: list) -> np.ndarray | tuple:
-    """What `caller` takes: addresses, or the functions themselves without the compiler."""
-    if not COMPILED:
-        return tuple(functions)
-    return np.array([function.address for function in functions], dtype=np.int64)
+    numbers = [different.index(block.in_loop()) if block.compiled else -1 for block in blocks]
+    return addresses(different), numbers
 
 
 @functools.cache
 def _switch() -> np.ndarray | tuple:
-    return _addresses([plugin.first_class(_switch_modes, _SWITCH, "modes: must compile")])
+    return addresses([plugin.first_class(_switch_modes, _SWITCH, "modes: must compile")])
 
 
 def places_of(blocks: Blocks) -> dict[str, tuple[int, int]]:

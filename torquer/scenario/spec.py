@@ -21,7 +21,7 @@ from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.body import Body
 from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import Disturbance
-from torquer.spacecraft.disturbance.held import HeldTorque
+from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
@@ -36,8 +36,6 @@ Positive = Annotated[float, Field(gt=0.0)]
 _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 #: Default of the error that adaptive steps may add to the attitude in a revolution.
 _TOLERANCE_DEG = 1e-4
-#: Default of DOP853's relative tolerance.
-_TOLERANCE = 1e-10
 #: Control steps and readings until the timetable repeats: all of them are in memory.
 _MOST_INSTANTS = 100_000
 
@@ -100,17 +98,15 @@ class Simulation(Spec):
     """Fixed step; left out: adaptive steps."""
     record_s: Positive = 10.0
     """Interval between records, not longer than the run."""
-    integrator: Literal["auto", "rk4", "splitting", "dop853"] = "auto"
+    integrator: Literal["auto", "rk4", "splitting"] = "auto"
     """'auto' (adaptive steps of order 8; the result states the estimated error), 'rk4' (fixed
-    steps, the default with `step_s`), 'splitting' (fixed steps, exact free rotation between kicks:
-    large steps for a fast spinner) or 'dop853' (for comparison).
+    steps, the default with `step_s`) or 'splitting' (fixed steps, exact free rotation between
+    kicks: large steps for a fast spinner).
     """
     tolerance_deg: float = Field(default=_TOLERANCE_DEG, ge=1e-10, le=10.0)
     """Attitude error that adaptive steps may add in each orbital revolution."""
     max_step_s: float | None = Field(default=None, ge=1e-3)
     """Longest adaptive step; left out: no limit."""
-    tolerance: float = Field(default=_TOLERANCE, ge=1e-14, le=1e-3)
-    """Relative tolerance of 'dop853'."""
 
     @model_validator(mode="before")
     @classmethod
@@ -126,14 +122,9 @@ class Simulation(Spec):
                 "step_s: must be left out with integrator 'auto', whose accuracy is tolerance_deg; "
                 f"received {self.step_s:g} s"
             )
-        if self.integrator in ("rk4", "splitting") and self.step_s is None:
+        if self.integrator != "auto" and self.step_s is None:
             raise ValueError(
                 f"step_s: must be given with integrator {self.integrator!r}; received none"
-            )
-        if self.integrator == "auto" and self.tolerance != _TOLERANCE:
-            raise ValueError(
-                "tolerance: must be left out with integrator 'auto', whose accuracy is "
-                f"tolerance_deg; received {self.tolerance:g}"
             )
         if self.integrator != "auto" and self.tolerance_deg != _TOLERANCE_DEG:
             raise ValueError(
@@ -152,9 +143,7 @@ class Simulation(Spec):
         """The integrator and its steps or its tolerance."""
         if self.step_s is not None:
             return f"{self.integrator}, steps of {self.step_s:g} s"
-        if self.integrator == "auto":
-            return f"steps with errors below {self.tolerance_deg:g} deg a revolution"
-        return f"{self.integrator}, relative tolerance {self.tolerance:g}"
+        return f"steps with errors below {self.tolerance_deg:g} deg a revolution"
 
     def error_rates(self, period_s: float) -> tuple[float, float]:
         """Error that steps may add to the attitude [rad] and to the rate [rad/s] in a second.
@@ -270,7 +259,7 @@ class Scenario(Spec):
         self.unmodelled_torque()
         if given.eddy_currents and self.simulation.integrator == "splitting":
             raise ValueError(
-                "simulation.integrator: must be 'auto', 'rk4' or 'dop853' with "
+                "simulation.integrator: must be 'auto' or 'rk4' with "
                 "disturbance.eddy_currents; received 'splitting'"
             )
 
@@ -311,14 +300,14 @@ class Scenario(Spec):
                 check_fits(self.control.key_of(name), spec.law(), self)
         if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
-                "simulation.integrator: must be 'auto', 'rk4' or 'dop853' with spacecraft.wheels; "
+                "simulation.integrator: must be 'auto' or 'rk4' with spacecraft.wheels; "
                 "received 'splitting'"
             )
 
-    def held_torque(self) -> HeldTorque | tuple[()]:
-        """Constant and random torque for kernels, () for none."""
+    def held_torque(self) -> HeldTorque:
+        """Constant and random torque for kernels."""
         if self.disturbance is None:
-            return ()
+            return NO_HELD_TORQUE
         hold_s = self.disturbance.random_hold_s or self.control.sample_s
         hold_steps = whole_steps("disturbance.random_hold_s", hold_s, self.grid_s)
         return self.disturbance.pack_held(hold_steps)

@@ -17,10 +17,8 @@ import numpy as np
 from torquer.control.law import Law
 from torquer.interface import Inputs
 from torquer.scenario.spec import Scenario
-from torquer.simulation import step as loop
-from torquer.simulation.boxed import exchange
 from torquer.simulation.host import HostFailed, inputs_from
-from torquer.simulation.pieces import is_resolved_at_the_end
+from torquer.simulation.members import COARSE_STEP, RUNNING, WAITING
 from torquer.simulation.result import COMPLETE, FAILED, STOPPED
 from torquer.simulation.run import Piece, prepare, reason, record_this_instant
 from torquer.simulation.simulate import RunStopped
@@ -69,14 +67,14 @@ class Flight:
         if not self._wheels:
             answers = "dipole"
         outside = Law("flight", _outside, needs=_NEEDS, compiled=False, answers=answers)
-        self._run = prepare(scenario, outside)
+        self._run = prepare(scenario, outside, driven_from_outside=True)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False
+        self._known = self._run.state.board.known.view(np.float64)
         cells = self._run.state.cells.view(np.float64)
         first = CELLS.names.index("dipole_x")
         self._dipole, self._torque = cells[first : first + 3], cells[first + 3 : first + 6]
-        self._enter()
 
     @property
     def now_s(self) -> float:
@@ -126,7 +124,6 @@ class Flight:
         run.piece, run.relative_error = snapshot.piece, snapshot.relative_error
         self._store.parts[:] = snapshot.parts
         self._waits = snapshot.waits
-        self._enter()
         return copy.deepcopy(snapshot.software)
 
     def result(self) -> xr.Dataset:
@@ -136,25 +133,16 @@ class Flight:
             return self._store.result(self._run, COMPLETE, COMPLETE)
         return self._store.result(self._run, STOPPED, f"stopped at t = {self.now_s:g} s")
 
-    def _enter(self) -> None:
-        """Box the run for the piece in which it stands."""
-        self._run.enter()
-        self._box, self._last = self._run.box(), self._run.piece.last
-        self._known = self._run.state.board.known.view(np.float64)
-
     def _to_next_control_step(self) -> bool:
         """Hand the answer over and run on; whether there is another control step."""
-        ended = exchange(self._box, self._last)
-        while ended == loop.RUNNING and not self.done:
-            self._enter()
-            ended = exchange(self._box, self._last)
-        if ended == loop.WAITING:
+        ended = self._run.advance_to(self._run.steps)
+        if ended == WAITING:
             self._waits = True
             return True
-        if ended != loop.RUNNING:
+        if ended != RUNNING:
             self._stop(ended)
-        if not is_resolved_at_the_end(self._run):
-            self._stop(loop.COARSE_STEP)
+        if not self._run.is_followed():
+            self._stop(COARSE_STEP)
         return False
 
     def _stop(self, ended: int) -> None:

@@ -1,14 +1,8 @@
-"""The control step taken outside the loop: laws and estimators in plain Python.
-
-The loop stops at the control step when the sensors have been read; the same control step is then
-taken here, in the interpreter, and the loop goes on with its command. What is compiled of the
-computer stays compiled.
-"""
+"""Laws and estimators in plain Python: the compiled control step calls them back."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,18 +10,16 @@ import numpy as np
 from torquer import plugin
 from torquer.adapter import flat
 from torquer.block import Block
+from torquer.compile.arguments import Callback
+from torquer.control.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
 from torquer.control.law import Law
 from torquer.control.modes.table import LAW
-from torquer.geometry.vec3 import add_scaled, scale
-from torquer.interface import KNOWN, NO_COMMAND, Command, Ephemeris, Estimate, Inputs, ReadingTimes
-from torquer.simulation import boxed
+from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.simulation.state import arrays_of
 from torquer.simulation.stopping import heeded
 
 if TYPE_CHECKING:
     from torquer.simulation.run import Run
-
-_ZERO = (0.0, 0.0, 0.0)
 
 
 class HostFailed(Exception):
@@ -86,114 +78,107 @@ def inputs_from(known: np.ndarray) -> Inputs:
 
 
 class Host:
-    """Takes a run's control steps in the interpreter."""
+    """Calls blocks in plain Python for the on-board computer, whose `computer` has its address.
 
-    def __init__(self, run: Run):
-        self.run = run
-        self.box = run.box()
-        self.signals = heeded()
-        self.known = run.state.board.known.view(np.float64)
-        self.laws = list(run.blocks.laws.values())
-        self.estimators = list(run.blocks.estimators.values())
+    What a control step has changed on board is put back if a function fails, so that the control
+    step can be taken again.
+    """
 
-    def answer(self) -> None:
-        """Take the control step; `HostFailed` if a function fails, memory as before then."""
-        board = self.run.state.board
-        before = [part.copy() for part in arrays_of(board)]
-        try:
-            self.run.accept(self._command())
-        except BaseException:  # an interrupt, too: the control step will be taken again
-            for part, kept in zip(arrays_of(board), before, strict=True):
-                part[...] = kept
-            raise
+    def __init__(self, computer: Computer, board: Board, blocks: Blocks):
+        self._callback = Callback(self._call)
+        self.computer = computer._replace(host=self._callback.address)
+        self._board, self._laws = board, list(blocks.laws.values())
+        self._estimators = list(blocks.estimators.values())
+        self._signals, self._known = heeded(), board.known.view(np.float64)
+        self._before: list[np.ndarray] = []
+        self._error: BaseException | None = None
 
-    def what_failed(self) -> str:
-        """What was wrong with the last answers; a compiled function that raised answers NaN.
-
-        The laws are called once more in plain Python. Their memory is what the failed answer left:
-        where that matters, they may raise nothing now.
-        """
-        memory = self.run.state.board.memory.copy()
-        rows = self.run.plan.computer.law_blocks
-        for number, _ in self._working():
-            try:
-                self._called(self.laws[number], rows[number], memory)
-            except HostFailed as error:
-                return str(error)
-        c = self.run.state.cells[0]
-        answers = [float(c[f"{what}_{axis}"]) for what in ("dipole", "torque") for axis in "xyz"]
-        shown = ", ".join(f"{x:g}" for x in answers)
-        names = ", ".join(self.laws[number].name for number, _ in self._working())
-        unknown = ""
-        if not self.run.plan.needs_ephemeris:
-            unknown = " (the ephemeris is not numbers unless a law needs 'ephemeris')"
-        return (
-            f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
-        )
-
-    def _command(self) -> Command:
-        """The control step: estimator, modes, laws."""
-        self._estimate()
-        if len(self.run.plan.computer.modes.regions):
-            boxed.switch_in(self.box)
-        dipole, torque, board = _ZERO, _ZERO, self.run.state.board
-        for number, factor in self._working():
-            command = self._command_of(number)
-            dipole = add_scaled(dipole, factor, command.dipole_a_m2)
-            torque = add_scaled(torque, factor, command.torque_n_m)
-        chosen = board.chosen[0]
-        return Command(
-            scale(float(chosen["coils"]), dipole), scale(float(chosen["wheels"]), torque)
-        )
-
-    def _estimate(self) -> None:
-        board = self.run.state.board
-        number = int(board.chosen[0]["estimator"])
-        if number < 0 or self.estimators[number].compiled:
-            boxed.estimate_in(self.box)
+    def check(self) -> None:
+        """Raise what a function has raised, once the loop has stopped for it."""
+        if self._error is None:
             return
-        row = self.run.plan.computer.estimator_blocks[number]
-        estimate = self._called(self.estimators[number], row, board.memory)
-        self.known[_ESTIMATED] = flat(tuple(estimate))
+        for part, kept in zip(arrays_of(self._board), self._before, strict=False):
+            part[...] = kept
+        error, self._error = self._error, None
+        raise error
 
-    def _working(self) -> Iterator[tuple[int, float]]:
-        """Numbers and factors of the laws that work now."""
-        table, modes = self.run.plan.computer.modes, self.run.state.board.modes
-        if not len(table.regions):
-            yield from ((number, 1.0) for number in range(len(self.laws)))
-        for now in modes.regions:
-            state = table.states[int(now["state"])]
-            for action in table.actions[state["first_action"] : state["after_action"]]:
-                if action["kind"] == LAW:
-                    yield int(action["index"]), float(action["value"])
-
-    def _command_of(self, number: int) -> Command:
-        law = self.laws[number]
-        if law.compiled:
-            return Command(*boxed.command_in(self.box, number))
-        estimate = inputs_from(self.known).estimate
-        known = {"attitude": estimate.q_body_to_inertial[0], "rate": estimate.omega_body_rad_s[0]}
-        if any(need in law.needs and not math.isfinite(part) for need, part in known.items()):
-            return NO_COMMAND
-        row = self.run.plan.computer.law_blocks[number]
-        return self._called(law, row, self.run.state.board.memory)
-
-    def _called(self, block: Block, row, memory: np.ndarray):
-        """What a function answers, checked and unified."""
-        board = self.run.state.board
-        parameters = block.record_from(board.parameters[row["p0"] : row["p1"]])
-        cells = block.record_of(memory[row["m0"] : row["m1"]])
+    def _call(self, number: int) -> None:
+        """What the control step calls; nothing may be raised through compiled code."""
+        if number == BEGIN:
+            self._before = [part.copy() for part in arrays_of(self._board)]
+            return
+        answer = self.computer.answer
+        answer[:] = math.nan  # a command of no numbers stops the loop
+        if self._error is not None:
+            return
         try:
-            self.signals.heed_at_once(True)
-            answer = block(inputs_from(self.known), parameters, cells)
-        except (Exception, SystemExit) as error:
-            place = plugin.place_of(error, plugin.file_of(plugin.plain_of(block.function)))
-            raise HostFailed(
-                f"{block.kind.name} {block.name}: must not raise; received {error!r}{place}"
-            ) from error
+            if number < FIRST_ESTIMATOR:
+                command = self._answer_of(self._laws[number], self.computer.law_blocks[number])
+                answer[:6] = flat(tuple(command))
+            else:
+                number -= FIRST_ESTIMATOR
+                row = self.computer.estimator_blocks[number]
+                answer[:] = flat(tuple(self._answer_of(self._estimators[number], row)))
+        except BaseException as error:  # an interrupt, too
+            self._error = error
+
+    def _answer_of(self, block: Block, row):
+        """What a function answers, checked and unified."""
+        try:
+            self._signals.heed_at_once(True)
+            return answer_of(block, row, self._board)
         finally:
-            self.signals.heed_at_once(False)
-        return _unified(block, answer)
+            self._signals.heed_at_once(False)
+
+
+def answer_of(block: Block, row, board: Board):
+    """What a block's plain function answers to what is on board; `row`: its `BLOCK`."""
+    parameters = block.record_from(board.parameters[row["p0"] : row["p1"]])
+    cells = block.record_of(board.memory[row["m0"] : row["m1"]])
+    try:
+        answer = block(inputs_from(board.known.view(np.float64)), parameters, cells)
+    except (Exception, SystemExit) as error:
+        place = plugin.place_of(error, plugin.file_of(plugin.plain_of(block.function)))
+        raise HostFailed(
+            f"{block.kind.name} {block.name}: must not raise; received {error!r}{place}"
+        ) from error
+    return _unified(block, answer)
+
+
+def working_laws(computer: Computer, board: Board) -> list[int]:
+    """Numbers of the laws that work now."""
+    table = computer.modes
+    if not len(table.regions):
+        return list(range(len(computer.law_blocks)))
+    actions = []
+    for now in board.modes.regions:
+        state = table.states[int(now["state"])]
+        actions += list(table.actions[state["first_action"] : state["after_action"]])
+    return [int(action["index"]) for action in actions if action["kind"] == LAW]
+
+
+def what_failed(run: Run) -> str:
+    """What was wrong with the last command; a compiled function that raised answers NaN.
+
+    The laws are called once more in plain Python. Their memory is what the failed answer left:
+    where that matters, they may raise nothing now.
+    """
+    board, computer = run.state.board, run.plan.computer
+    tried = board._replace(memory=board.memory.copy())
+    laws, working = list(run.blocks.laws.values()), working_laws(computer, board)
+    for number in working:
+        try:
+            answer_of(laws[number], computer.law_blocks[number], tried)
+        except HostFailed as error:
+            return str(error)
+    c = run.state.cells[0]
+    answers = [float(c[f"{what}_{axis}"]) for what in ("dipole", "torque") for axis in "xyz"]
+    shown = ", ".join(f"{x:g}" for x in answers)
+    names = ", ".join(laws[number].name for number in working)
+    unknown = ""
+    if not run.plan.needs_ephemeris:
+        unknown = " (the ephemeris is not numbers unless a law needs 'ephemeris')"
+    return f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
 
 
 def _unified(block: Block, answer):

@@ -1,157 +1,161 @@
-"""Members of a campaign flown together: attitudes and rates at the records, and how each ended."""
+"""Members of the loop: one satellite, or several side by side in lanes.
 
-from collections.abc import Callable
+The loop is written once. What it does with a satellite is a *phase*, a kernel
+`(member, *arguments)`; `each` lets it work for the one member, or for every lane in turn, in a loop
+that the compiler turns into vectors. Which of the two is the type of `members`.
+"""
+
 from typing import NamedTuple
 
 import numpy as np
+from numba.extending import overload
 
-from torquer.control.computer import Computer
-from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.lanes import LANES
-from torquer.simulation import step as loop
-from torquer.simulation.advance import Rk4
-from torquer.simulation.lane_control import END, Boards, boards_of, same_computers
-from torquer.simulation.lane_law import CELLS_AT, PARAMETERS_AT, law_in_lanes
-from torquer.simulation.lane_loop import finish_lanes, run_lanes
-from torquer.simulation.lane_state import Packed, packed
-from torquer.simulation.run import Piece, Run, piece_of
-from torquer.simulation.state import CELLS
-from torquer.simulation.stopping import heeded
+from torquer.engine import INLINED_OPTIONS, internal
+from torquer.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
+from torquer.noise import normal3
 
-#: Streams of random numbers, from 0 on.
-_STREAMS = 8
-_MOTION = 7
+#: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
+#: follow the motion; a command from outside is awaited.
+RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING = range(5)
+#: Streams of random numbers for the readings, from 0 on.
+STREAMS = 8
+_drawn_in = lane_maker(Rows((STREAMS, 3), 1))
 
 
-class FlownLanes(NamedTuple):
-    """What members flew in lanes, and how they ended."""
+class Member(NamedTuple):
+    """What a phase works on: a state and constants, of one satellite or shown so from a lane.
 
-    motion: np.ndarray
-    """(r, 7, n): attitude and rate at the records"""
+    `constants`: a `Plant` or, where it is propagated, its `Dynamics`; `drawn` (STREAMS, 3): normal
+    random numbers for the next readings, zeros where there is no noise.
+    """
+
+    state: tuple
+    constants: tuple
+    seed: int
+    drawn: np.ndarray
+
+
+class One(NamedTuple):
+    """One satellite."""
+
+    member: Member
+
+
+#: How a member ended, and at which step.
+END = np.dtype([("how", np.int64), ("step", np.int64)])
+
+
+class Many(NamedTuple):
+    """LANES satellites side by side; `constants`: what is not in their cells.
+
+    `drawn` (STREAMS, 3, LANES). `ends`: `END` of each. `count`: LANES; a number that the compiler
+    knows would make it write out short loops, member by member, instead of taking vectors.
+    """
+
+    layout: Layout
     cells: np.ndarray
-    """(n,) of `CELLS`: their states at the end"""
-    failed: np.ndarray
-    """(n,): whether they ended early"""
+    constants: tuple
+    seeds: np.ndarray
+    drawn: np.ndarray
+    ends: np.ndarray
+    count: int
 
 
-class Pieces:
-    """The pieces of runs on one orbit: each is made once, for all members."""
-
-    def __init__(self, run: Run):
-        self._run, self._known = run, {run.piece.first: run.piece}
-
-    def of(self, around: OrbitEnvironment) -> bool:
-        """Whether the pieces are those of an environment."""
-        return self._run.scenario.surroundings() == around
-
-    def at(self, first: int) -> Piece:
-        """The piece that begins at a step."""
-        if first not in self._known:
-            run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
-            self._known[first] = piece_of(run.scenario, run.plan, first, last)
-        return self._known[first]
+@internal
+def member_in(members, lane):
+    """The member in a lane."""
+    return Member(
+        lane_state(members.layout, members.cells, lane),
+        lane_plant(members.layout, members.cells, lane, members.constants),
+        members.seeds[lane],
+        _drawn_in(members.drawn, 0, lane),
+    )
 
 
-def why_not_in_lanes(run: Run) -> str:
-    """Why a run cannot be flown beside others; "" if it can."""
-    if not isinstance(run.integrator, Rk4):
-        return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
-    for has, what in (
-        (run.scenario.spacecraft.wheels is not None, "wheels"),
-        (not run.blocks.compiled, "a law in plain Python"),
-    ):
-        if has:
-            return f"they have {what}"
-    return ""
+def each(members, phase, *arguments):
+    """Let a phase work for every member."""
+    phase(members.member, *arguments)
 
 
-class Lanes:
-    """What all members of a group share: plan, compiled laws, layout."""
+@overload(each, jit_options=INLINED_OPTIONS)
+def _each(members, phase, *arguments):
+    if members.instance_class is One:
+        return each
 
-    def __init__(self, run: Run, pieces: Pieces):
-        self.run, self.pieces = run, pieces
-        self.packed = packed(run.plan.plant, run.state)
-        self._one_by_one = bool(run.blocks.estimators) or len(run.plan.computer.modes.regions) > 0
-        self.plan = run.plan
-        if not self._one_by_one:
-            self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
-            self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
+    def in_lanes(members, phase, *arguments):
+        for lane in range(members.count):
+            phase(member_in(members, lane), *arguments)
 
-    def _computer(self, computer: Computer) -> Computer:
-        """The computer with the laws for lanes, and the places of their cells there."""
-        blocks = computer.law_blocks.copy()
-        blocks["function"] = np.arange(len(blocks))
-        blocks["p0"] += PARAMETERS_AT
-        blocks["m0"] += PARAMETERS_AT + len(self.run.state.board.parameters)
-        addresses = np.array([law.address for law in self._laws], np.int64)
-        return computer._replace(laws=addresses, law_blocks=blocks)
-
-    def numbers_of(self, motion: np.ndarray) -> np.ndarray:
-        """Numbers (n, size) of members that differ by their motion (n, 7) at the start."""
-        numbers = np.tile(self.packed.numbers, (len(motion), 1))
-        numbers[:, CELLS_AT : CELLS_AT + _MOTION] = motion
-        return numbers
-
-    def takes(self, other: Run) -> Packed | None:
-        """A run's numbers if it can be flown in this group; None if it cannot."""
-        theirs = packed(other.plan.plant, other.state)
-        same = (
-            theirs.shared == self.packed.shared
-            and theirs.layout.state == self.packed.layout.state
-            and theirs.layout.plant == self.packed.layout.plant
-            and other.steps == self.run.steps
-            and other.plan.step_s == self.plan.step_s
-            and other.plan.record_steps == self.plan.record_steps
-            and other.plan.timetable.cycle_steps == self.plan.timetable.cycle_steps
-            and other.plan.timetable.late == self.plan.timetable.late
-            and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
-            and _functions(other) == _functions(self.run)
-            and same_computers(other.plan.computer, self.run.plan.computer)
-            and self.pieces.of(other.scenario.surroundings())
-        )
-        return theirs if same else None
-
-    def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
-        """Fly members (n, size), `LANES` at a time; the last ones fill the last lanes."""
-        parts = [
-            self._fly(numbers[first : first + LANES], seeds[first : first + LANES])
-            for first in range(0, len(numbers), LANES)
-        ]
-        return FlownLanes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
-
-    def _boards(self, numbers: np.ndarray) -> Boards | tuple[()]:
-        """Boards of members (n, size) whose computers work one by one; () for the others."""
-        if not self._one_by_one:
-            return ()
-        board = self.run.state.board
-        memory_at = PARAMETERS_AT + len(board.parameters)
-        parameters = numbers[:, PARAMETERS_AT:memory_at]
-        memory = numbers[:, memory_at : memory_at + len(board.memory)]
-        return boards_of(board, parameters.copy(), memory.copy())
-
-    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
-        run, count = self.run, len(numbers)
-        fill = np.minimum(np.arange(LANES), count - 1)
-        cells = np.ascontiguousarray(numbers[fill].T).ravel()
-        seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
-        kept = np.zeros((run.steps // self.plan.record_steps + 1, _MOTION, LANES))
-        drawn, boards = np.zeros((_STREAMS, 3, LANES)), self._boards(numbers[fill])
-        for first in range(0, run.steps, run.piece_steps):
-            piece = self.pieces.at(first)
-            if heeded().asked:
-                raise KeyboardInterrupt
-            run_lanes(
-                self.packed.layout, run.integrator, self.plan, piece.tables, boards, cells, seeds,
-                drawn, ends, kept[first // self.plan.record_steps :], first, piece.last,
-            )  # fmt: skip
-        finish_lanes(
-            self.packed.layout, run.integrator, self.plan, piece.tables, cells, ends, kept[-1],
-            run.steps,
-        )  # fmt: skip
-        ended = np.ascontiguousarray(cells.reshape(-1, LANES)[CELLS_AT:PARAMETERS_AT].T)
-        states = ended.view(CELLS)[:, 0]
-        return FlownLanes(kept[..., :count], states[:count], (ends["how"] != loop.RUNNING)[:count])
+    return in_lanes
 
 
-def _functions(run: Run) -> list[Callable]:
-    return [block.function for block in run.blocks.all()]
+def each_alone(members, phase, *arguments):
+    """Let a phase of devices work that no member in lanes has: wheels."""
+    phase(members.member, *arguments)
+
+
+@overload(each_alone, jit_options=INLINED_OPTIONS)
+def _each_alone(members, phase, *arguments):
+    if members.instance_class is One:
+        return each_alone
+    return lambda members, phase, *arguments: None
+
+
+def first_of(members):
+    """The first member."""
+    return members.member
+
+
+@overload(first_of, jit_options=INLINED_OPTIONS)
+def _first_of(members):
+    if members.instance_class is One:
+        return first_of
+    return lambda members: member_in(members, 0)
+
+
+def must_stop(members, test, how, step, *arguments):
+    """Whether the loop must stop since a test, a phase that answers True or False, fails.
+
+    One satellite stops the loop. Of several, those that fail are noted as ended, and the loop goes
+    on with all: they do not touch each other.
+    """
+    return not test(members.member, *arguments)
+
+
+@overload(must_stop, jit_options=INLINED_OPTIONS)
+def _must_stop(members, test, how, step, *arguments):
+    if members.instance_class is One:
+        return must_stop
+
+    def in_lanes(members, test, how, step, *arguments):
+        failed = 0
+        for lane in range(members.count):
+            failed += not test(member_in(members, lane), *arguments)
+        if failed > 0:
+            for lane in range(members.count):
+                passes = test(member_in(members, lane), *arguments)
+                if not passes and members.ends[lane].how == 0:
+                    members.ends[lane].how, members.ends[lane].step = how, step
+        return False
+
+    return in_lanes
+
+
+@internal
+def _draw(member, sensor, stream):
+    count = int(member.state.sensors[sensor].count)
+    x, y, z = normal3(member.seed, stream, count)
+    member.drawn[stream, 0], member.drawn[stream, 1], member.drawn[stream, 2] = x, y, z
+
+
+@internal
+def draw(members, sigma, sensor, stream):
+    """Draw the errors of a sensor's next readings, if they have any."""
+    if sigma > 0.0:
+        each(members, _draw, sensor, stream)
+
+
+@internal
+def drawn_for(member, stream):
+    """What was drawn from a stream."""
+    return (member.drawn[stream, 0], member.drawn[stream, 1], member.drawn[stream, 2])

@@ -4,10 +4,8 @@ import time
 import warnings
 from collections.abc import Callable
 
-from torquer.simulation import step as loop
-from torquer.simulation.advance import may_be_too_coarse
-from torquer.simulation.boxed import is_resolved_in
 from torquer.simulation.host import HostFailed
+from torquer.simulation.members import COARSE_STEP, RUNNING
 from torquer.simulation.run import Run, next_event, reason, record_this_instant
 from torquer.simulation.stopping import heeded
 
@@ -64,7 +62,7 @@ def advance_in_pieces(
             ended = run.advance_to(next_event(run.plan, min(done + steps, last)))
         except HostFailed as error:
             return f"{error} at t = {run.now_s:g} s"
-        if ended != loop.RUNNING:
+        if ended != RUNNING:
             return reason(run, ended)
         took_s = time.perf_counter() - begun_s
         steps = max(steps // 2, 1) if took_s > 2.0 * _PIECE_S else steps
@@ -72,11 +70,5 @@ def advance_in_pieces(
         if progress:
             progress(int(run.state.at[0]) / run.steps)
         checkpoints.look(run)
-    return "" if is_resolved_at_the_end(run) else reason(run, loop.COARSE_STEP)
-
-
-def is_resolved_at_the_end(run: Run) -> bool:
-    """Whether the step resolves the motion at the end of the run, where the loop does not ask."""
-    if run.state.at[0] < run.steps or not may_be_too_coarse(run.integrator):
-        return True
-    return is_resolved_in(run.box())
+    complete = run.state.at[0] == run.steps  # where the loop does not look
+    return reason(run, COARSE_STEP) if complete and not run.is_followed() else ""

@@ -8,8 +8,8 @@ import numpy as np
 from torquer.block import Block
 from torquer.control import LAWS
 from torquer.control.allocation import (
+    NO_ALLOCATION,
     NO_ALLOCATION_STATE,
-    Allocation,
     allocation_of,
     first_allocation,
 )
@@ -36,12 +36,13 @@ from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
 from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario, check_fits, sampling_steps
-from torquer.simulation.adaptive import Auto
-from torquer.simulation.advance import Dop853, Rk4, Splitting
+from torquer.simulation.propagate.adaptive import Auto
+from torquer.simulation.propagate.fixed import Rk4, Splitting
 from torquer.simulation.state import (
     CELLS,
     ROW,
     SENSOR,
+    Dynamics,
     Plan,
     Plant,
     Record,
@@ -63,7 +64,7 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
 from torquer.spacecraft.disturbance import held, unmodelled
 from torquer.spacecraft.failures import FAILURE
-from torquer.spacecraft.rotors import ROTOR_STATE
+from torquer.spacecraft.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 from torquer.spacecraft.turning import WORK_ROWS
@@ -153,8 +154,8 @@ def signals_need(scenario: Scenario) -> frozenset[str]:
     return reads | {"sun"} if sun else reads
 
 
-def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting | Dop853:
-    """The integrator; its type chooses the code of the loop."""
+def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting:
+    """The integrator; its type chooses the code of `propagate`."""
     simulation = scenario.simulation
     if simulation.integrator == "auto":
         count = len(wheels.layout.rows()) if (wheels := scenario.spacecraft.wheels) else 0
@@ -163,8 +164,6 @@ def integrator_of(scenario: Scenario) -> Auto | Rk4 | Splitting | Dop853:
         return Auto(*rates, longest_s, np.zeros((WORK_ROWS, count)), workspace(7).tableau)
     if simulation.integrator == "splitting":
         return Splitting(*scenario.spacecraft.body.pack_principal())
-    if simulation.integrator == "dop853":
-        return Dop853(simulation.tolerance, workspace(7))
     return Rk4(MOST_NUTATION, MOST_TURN)
 
 
@@ -199,12 +198,14 @@ def _sampling(sensor: int, spec, step_s: float) -> Sampling:
     return Sampling(*sampling_steps(f"spacecraft.{SENSORS[sensor]}", spec, step_s))
 
 
-def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
-    """Constants of a run for the kernels."""
+def plan_of(
+    scenario: Scenario, blocks: Blocks, table: ModeTable, driven_from_outside: bool
+) -> Plan:
+    """Constants of a run for the loop."""
     simulation, step_s = scenario.simulation, scenario.grid_s
     needs = needs_of(blocks) | signals_need(scenario)
     wheels = scenario.spacecraft.wheels
-    allocation: Allocation | tuple[()] = ()
+    allocation = NO_ALLOCATION
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = allocation_of(wheels, step_s, driven)
@@ -214,7 +215,7 @@ def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
         computer=computer_of(blocks, estimator_numbers(scenario, blocks)["estimator"], table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
-        hosted=not blocks.compiled,
+        driven_from_outside=driven_from_outside,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         log_cells=np.array([cell for _, _, _, cells in log_of(blocks) for cell in cells], np.int64),
@@ -223,25 +224,33 @@ def plan_of(scenario: Scenario, blocks: Blocks, table: ModeTable) -> Plan:
 
 
 def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
-    """Constants of the satellite for the kernels."""
+    """Constants of the satellite's devices for the loop."""
     craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
-    tensor = wheels.rotor_tensor_kg_m2() if wheels else None
     return Plant(
-        rigid=craft.body.pack(craft.aerodynamics, tensor, scenario.acting_torques()),
         coils=craft.coils.pack() if craft.coils else NO_COILS,
-        rotors=wheels.pack(scenario.grid_s) if wheels else (),
+        rotors=wheels.pack(scenario.grid_s) if wheels else NO_ROTORS,
         magnetometer=craft.magnetometer.pack(),
         gyro=craft.gyro.pack(),
         sun_sensors=_sun_sensors(scenario, needs),
         attitude_sensor=craft.attitude_sensor.pack(),
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.surroundings().shadow,
-        gravity=1.0 if scenario.environment.gravity_gradient else 0.0,
-        held=scenario.held_torque(),
-        unmodelled=scenario.unmodelled_torque(),
-        orbit_angle=scenario.orbit_angle(),
         failures=failures_of(craft.sensors()),
     )
+
+
+def dynamics_of(scenario: Scenario, plant: Plant) -> Dynamics:
+    """Constants of what moves the body for `propagate`."""
+    craft, wheels = scenario.spacecraft, scenario.spacecraft.wheels
+    tensor = wheels.rotor_tensor_kg_m2() if wheels else None
+    dynamics = Dynamics(
+        rigid=craft.body.pack(craft.aerodynamics, tensor, scenario.acting_torques()),
+        coils=plant.coils,
+        rotors=plant.rotors if wheels else (),
+        held=scenario.held_torque(),
+        unmodelled=scenario.unmodelled_torque(),
+    )
+    return records(dynamics)
 
 
 def failures_of(sensors: dict[str, Sampled]) -> np.ndarray:
@@ -273,7 +282,7 @@ def log_of(blocks: Blocks) -> list[tuple[str, Block, str, range]]:
 
 
 def first_state(
-    scenario: Scenario, plan: Plan, blocks: Blocks, modes: ModeState, r_m, v_m_s
+    scenario: Scenario, plan: Plan, dynamics: Dynamics, blocks: Blocks, modes: ModeState, r_m, v_m_s
 ) -> State:
     """State at the start."""
     cells = records(np.zeros(1, CELLS))
@@ -286,7 +295,7 @@ def first_state(
     sensors = np.zeros(len(SENSORS), SENSOR)
     sensors["t_s"] = -np.inf  # as long as none is on its way
     rotors, allocation = np.zeros(0, ROTOR_STATE), NO_ALLOCATION_STATE
-    if plan.plant.rotors and plan.allocation:
+    if dynamics.rotors:
         rotors = scenario.spacecraft.wheels.first_state(plan.plant.rotors, motion[4:])
         allocation = first_allocation(plan.allocation)
     state = State(
@@ -295,8 +304,8 @@ def first_state(
         sensors=sensors,
         coils=coils,
         rotors=rotors,
-        held=np.zeros(held.CELLS if plan.plant.held else 0),
-        coefficients=np.zeros(unmodelled.CELLS if plan.plant.unmodelled else 0),
+        held=np.zeros(held.CELLS),
+        coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator),
     )
@@ -305,7 +314,7 @@ def first_state(
 
 def empty_record(plan: Plan, rows: int) -> Record:
     """A record of so many rows."""
-    wheels = 2 * len(plan.plant.rotors.rows) if plan.plant.rotors else 0
+    wheels = 2 * len(plan.plant.rotors.rows)
     estimates = rows if len(plan.computer.estimators) else 0
     record = Record(
         np.zeros(rows, ROW),

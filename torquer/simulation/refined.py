@@ -12,8 +12,8 @@ from torquer.simulation.result import COMPLETE, scenario_of
 from torquer.simulation.simulate import simulate
 
 #: How much finer the tolerance is in the second run, and how much shorter the steps.
-_FINER_TOLERANCE, _SHORTER, _SHORTER_FIXED = 1e-3, 0.5, 0.25
-_LEAST = {"tolerance_deg": 1e-10, "tolerance": 1e-14}
+_FINER_TOLERANCE, _LEAST_TOLERANCE_DEG = 1e-3, 1e-10
+_SHORTER, _SHORTER_FIXED = 0.5, 0.25
 
 
 def with_finer_steps(result: xr.Dataset) -> Scenario:
@@ -21,26 +21,16 @@ def with_finer_steps(result: xr.Dataset) -> Scenario:
 
     A tolerance 1000 times finer or, with fixed steps, a quarter of the step. Adaptive steps are
     shorter than half of the mean step too, as those may be much better than their tolerance which
-    an event ended. ValueError where `tolerance` is the finest already.
+    an event ended.
     """
     scenario = scenario_of(result)
     simulation = scenario.simulation
-    if simulation.integrator == "auto":
-        shorter_s = max(_SHORTER * float(result["mean_step"]), 1e-3)
-        return _finer(scenario, "tolerance_deg").replace("simulation.max_step_s", shorter_s)
-    if simulation.integrator != "dop853":
+    if simulation.integrator != "auto":
         return scenario.replace("simulation.step_s", _SHORTER_FIXED * simulation.step_s)
-    if simulation.tolerance <= _LEAST["tolerance"]:
-        raise ValueError(
-            f"simulation.tolerance: must be above {_LEAST['tolerance']:g} for a finer one to "
-            f"compare with; received {simulation.tolerance:g}"
-        )
-    return _finer(scenario, "tolerance")
-
-
-def _finer(scenario: Scenario, name: str) -> Scenario:
-    tolerance = getattr(scenario.simulation, name)
-    return scenario.replace(f"simulation.{name}", max(_FINER_TOLERANCE * tolerance, _LEAST[name]))
+    finer = max(_FINER_TOLERANCE * simulation.tolerance_deg, _LEAST_TOLERANCE_DEG)
+    shorter_s = max(_SHORTER * float(result["mean_step"]), 1e-3)
+    scenario = scenario.replace("simulation.tolerance_deg", finer)
+    return scenario.replace("simulation.max_step_s", shorter_s)
 
 
 def integration_error(

@@ -6,18 +6,24 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.arguments import Arguments
 from torquer.control.computer import Blocks
 from torquer.control.law import Law
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.light import Light, edges_of
-from torquer.interface import Command
 from torquer.scenario.spec import Scenario
-from torquer.simulation import step as loop
-from torquer.simulation.adaptive import LEAST_STEP_S, MOST_STEPS
-from torquer.simulation.boxed import Box, box_of, record_in
-from torquer.simulation.host import Host
+from torquer.simulation.host import Host, what_failed
+from torquer.simulation.members import (
+    BAD_STATE,
+    COARSE_STEP,
+    RUNNING,
+    STREAMS,
+    Member,
+    One,
+)
 from torquer.simulation.prepare import (
     blocks_of,
+    dynamics_of,
     empty_record,
     first_state,
     integrator_of,
@@ -25,8 +31,14 @@ from torquer.simulation.prepare import (
     plan_of,
     with_given,
 )
+from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
+from torquer.simulation.propagate.fixed import Rk4, Splitting
+from torquer.simulation.propagate.forces import EnvironmentTables
+from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.record import record_instant
 from torquer.simulation.size import piece_steps
-from torquer.simulation.state import Plan, Record, State, Tables
+from torquer.simulation.state import Dynamics, Plan, Record, State, Tables
+from torquer.simulation.step import Loop, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.coils import switch_off_coils
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
@@ -35,13 +47,14 @@ from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 class Piece(NamedTuple):
     """Steps first..last-1 of a run and the environment tabulated for them.
 
-    `around`: the environment of which the tables are, `step_s`: of the steps; `has`: the tables
-    that are there beside the orbit's.
+    `tables`: what sensors need, `moving`: what moves the body. `around`: the environment that is
+    tabulated, `step_s`: of the steps; `has`: what is there besides the orbit's table.
     """
 
     first: int
     last: int
     tables: Tables
+    moving: EnvironmentTables
     relative_error: float
     around: OrbitEnvironment
     step_s: float
@@ -60,7 +73,8 @@ class Run:
     scenario: Scenario
     blocks: Blocks
     plan: Plan
-    integrator: tuple
+    dynamics: Dynamics
+    integrator: Auto | Rk4 | Splitting
     state: State
     record: Record
     steps: int
@@ -68,16 +82,13 @@ class Run:
     piece: Piece | None = None
     relative_error: float = 0.0
     keep: Callable = field(default=lambda run: None)
+    host: Host | None = None
+    _ready: "_Ready | None" = None
 
     @property
     def now_s(self) -> float:
         """Time that the run has reached [s]."""
         return self.state.at[0] * self.plan.step_s
-
-    @property
-    def tables(self) -> Tables:
-        """The tabulated environment of the piece."""
-        return self.piece.tables
 
     @property
     def first_row(self) -> int:
@@ -108,33 +119,65 @@ class Run:
 
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
-        ended = loop.RUNNING
-        while ended == loop.RUNNING and self.state.at[0] < last:
+        ended = RUNNING
+        while ended == RUNNING and self.state.at[0] < last:
             self.enter()
-            ended = self._advance_within(min(last, self.piece.last))
+            ended = self._call(min(last, self.piece.last))
         return ended
 
-    def _advance_within(self, last: int) -> int:
-        if not self.plan.hosted:
-            return loop.run_steps(self.box(), last)
-        host = Host(self)
-        if self.state.at[1] == 1:  # interrupted there
-            host.answer()
-        while (ended := loop.run_steps(host.box, last)) == loop.WAITING:
-            host.answer()
+    def _call(self, last: int) -> int:
+        """Let the loop run on within the piece."""
+        ready = self._made_ready()
+        ended = ready.run_steps(ready.loop.address, last)
+        if self.host is not None:
+            self.host.check()
         return ended
 
-    def box(self) -> Box:
-        """The arguments of the loop in this piece, boxed."""
-        arguments = (self.integrator, self.plan, self.tables, self.state, self.record)
-        return box_of(*arguments, self.scenario.seed)
+    def _made_ready(self) -> "_Ready":
+        """The compiled loop with its arguments in this piece."""
+        ready = self._ready
+        if ready is None or ready.piece is not self.piece or ready.record is not self.record:
+            self._ready = ready = _ready_for(self)
+        return ready
 
-    def accept(self, command: Command) -> None:
-        """Keep a command for the control step that waits for it."""
-        c = self.state.cells[0]
-        for what, vector in (("dipole", command.dipole_a_m2), ("torque", command.torque_n_m)):
-            for axis, value in zip("xyz", vector, strict=True):
-                c[f"{what}_{axis}"] = value
+    def is_followed(self) -> bool:
+        """Whether the integrator's step follows the motion where the run stands."""
+        if not isinstance(self.integrator, Rk4):
+            return True
+        step = int(self.state.at[0])
+        return propagate(self._made_ready().problem, step, step, LOOK_ONLY) >= 0
+
+
+class _Ready(NamedTuple):
+    """The loop ready to run on in a piece."""
+
+    piece: Piece
+    record: Record
+    run_steps: Callable
+    loop: Arguments
+    problem: Arguments
+
+
+def _ready_for(run: Run) -> _Ready:
+    plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
+    drawn = np.zeros((STREAMS, 3))
+    moving = One(Member(state, run.dynamics, seed, drawn))
+    problem = Arguments(
+        Problem(run.integrator, moving, piece.moving, plan.step_s, plan.record_steps)
+    )
+    loop = Arguments(
+        Loop(
+            plan,
+            piece.tables,
+            One(Member(state, plan.plant, seed, drawn)),
+            (),
+            state.at,
+            run.record,
+            propagate.address(problem),
+            problem.address,
+        )
+    )
+    return _Ready(piece, run.record, run_steps.of(loop), loop, problem)
 
 
 def prepare(
@@ -142,23 +185,31 @@ def prepare(
     law: Law | Callable | None = None,
     laws: Mapping[str, Law | Callable] | None = None,
     piece: Piece | None = None,
+    driven_from_outside: bool = False,
 ) -> Run:
     """Everything that a run needs; `law` and `laws` take the place of the scenario's.
 
     The run's scenario names the laws that are flown. `piece`: the first piece of another run on
     the same orbit, whose tables are shared; ValueError if they are not those of this run.
+    `driven_from_outside`: the run stops at every control step for a command.
     """
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
     table, modes = modes_for(scenario, blocks)
-    plan = plan_of(scenario, blocks, table)
+    plan = plan_of(scenario, blocks, table, driven_from_outside)
+    dynamics = dynamics_of(scenario, plan.plant)
     around = scenario.surroundings()
     around.check_dates(0.0, scenario.steps() * plan.step_s)
     r, v = around.state(np.zeros(1))
-    state = first_state(scenario, plan, blocks, modes, r[0], v[0])
+    state = first_state(scenario, plan, dynamics, blocks, modes, r[0], v[0])
+    host = None
+    if not blocks.compiled:
+        host = Host(plan.computer, state.board, blocks)
+        plan = plan._replace(computer=host.computer)
     steps, size = scenario.steps(), piece_steps(scenario)
     record = empty_record(plan, min(steps, size) // plan.record_steps + 1)
-    run = Run(scenario, blocks, plan, integrator_of(scenario), state, record, steps, size)
+    integrator = integrator_of(scenario)
+    run = Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size, host=host)
     if piece is not None:
         _check_shared(piece, run)
         run.piece, run.relative_error = piece, piece.relative_error
@@ -179,8 +230,10 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
         shadow, period_s = around.shadow, around.orbit.period_s
         edges_s = edges_of(shadow, orbit.table, sun, start_s, duration_s, period_s)
         light = Light(sun, shadow, edges_s)
-    tables, error = Tables(orbit.table, sun, air, light), orbit.relative_error
-    return Piece(first, last, tables, error, around, plan.step_s, needed)
+    gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
+    moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
+    tables, error = Tables(orbit.table, sun), orbit.relative_error
+    return Piece(first, last, tables, moving, error, around, plan.step_s, needed)
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
@@ -199,11 +252,13 @@ def _check_shared(piece: Piece, run: Run) -> None:
 
 
 def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
-    """The tables beside the orbit's that are read: of the Sun, the air, and light that pushes."""
+    """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
+    orbit."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
     sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris or light
     air = bool(scenario.spacecraft.aerodynamics)
-    needed = {"sun": sun, "air": air, "light": light}
+    angle = bool(scenario.acting_torques())
+    needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle}
     return frozenset(name for name, wanted in needed.items() if wanted)
 
 
@@ -220,23 +275,23 @@ def reason(run: Run, ended: int) -> str:
     """What made the loop stop, with the time and the state: one line."""
     t, cells = run.now_s, run.state.cells.view(np.float64)
     shown = ", ".join(f"{x:.6g}" for x in cells[:7])
-    if ended == loop.BAD_STATE and run.state.cells[0]["next_step_s"] <= LEAST_STEP_S:
+    if ended == BAD_STATE and run.state.cells[0]["next_step_s"] <= LEAST_STEP_S:
         return (
             f"the motion is too fast for adaptive steps after t = {t:g} s: they became shorter "
             f"than {LEAST_STEP_S:g} s, or more than {MOST_STEPS} to the next event; last "
             f"quaternion and rate: {shown}"
         )
-    if ended == loop.BAD_STATE:
+    if ended == BAD_STATE:
         return (
             f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
         )
-    if ended == loop.COARSE_STEP:
+    if ended == COARSE_STEP:
         return (
             f"simulation.step_s: must be shorter for RK4 to follow the motion from t = {t:g} s on, "
             f"or left out for adaptive steps; received {run.plan.step_s:g} s; quaternion and rate: "
             f"{shown}"
         )
-    return f"{Host(run).what_failed()} at t = {t:g} s; quaternion and rate: {shown}"
+    return f"{what_failed(run)} at t = {t:g} s; quaternion and rate: {shown}"
 
 
 def record_this_instant(run: Run) -> None:
@@ -246,11 +301,9 @@ def record_this_instant(run: Run) -> None:
     where a measurement window begins.
     """
     plan, state, step = run.plan, run.state, int(run.state.at[0])
-    row, early = divmod(step, plan.record_steps)
-    if early:
+    if step % plan.record_steps:
         return
     coils, (due, actions) = state.coils.copy(), next_row(plan.timetable, step)
     if due == step and actions & COILS_OFF:
         switch_off_coils(plan.plant.coils, coils)
-    place = row % len(run.record.rows)
-    record_in(run.box(), coils, step, place)
+    record_instant(Arguments((plan, state, coils, run.record)), step)

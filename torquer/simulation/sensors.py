@@ -1,6 +1,8 @@
-"""Reading the sensors, and what the on-board computer knows at a control step."""
+"""Reading the sensors, and what the on-board computer knows at a control step.
 
-from torquer import noise
+What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
+"""
+
 from torquer.engine import inner, internal
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import lit_fraction_at
@@ -8,6 +10,8 @@ from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, sub, unit
 from torquer.interface import Ephemeris, put_ephemeris
+from torquer.simulation.members import draw, drawn_for, each, each_alone
+from torquer.simulation.state import motion_of
 from torquer.simulation.timetable import (
     ANY_DELIVERY,
     ATTITUDE_SENSOR,
@@ -21,7 +25,7 @@ from torquer.simulation.timetable import (
 )
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.attitude_sensor import read_attitude
-from torquer.spacecraft.coils import present_dipole, remaining_and_mean
+from torquer.spacecraft.coils import present_dipole
 from torquer.spacecraft.failures import STUCK, ZEROS
 from torquer.spacecraft.gyro import read_rate, walked_bias
 from torquer.spacecraft.magnetometer import read_field
@@ -30,16 +34,8 @@ from torquer.spacecraft.wheels import read_tachometers
 
 
 @internal
-def count_reading(sensor):
-    """Number of a sensor's reading, from 0: it is the key of the reading's noise."""
-    number = int(sensor.count)
-    sensor.count += 1.0
-    return number
-
-
-@internal
 def put_reading(known, sensor, t_s, x, y, z, w):
-    """Hand a reading to the computer."""
+    """Give a reading to the computer."""
     if sensor == MAGNETOMETER:
         known.b_s, known.b_x, known.b_y, known.b_z = t_s, x, y, z
     elif sensor == GYRO:
@@ -51,12 +47,12 @@ def put_reading(known, sensor, t_s, x, y, z, w):
 
 
 @inner
-def deliver(sensors, known, actions):
+def deliver_step(member, actions):
     """Let the late readings that are due reach the computer."""
     for sensor in (MAGNETOMETER, GYRO, SUN_SENSORS, ATTITUDE_SENSOR):
         if actions & (DELIVER << sensor):
-            r = sensors[sensor]
-            put_reading(known, sensor, r.t_s, r.x, r.y, r.z, r.w)
+            r = member.state.sensors[sensor]
+            put_reading(member.state.board.known[0], sensor, r.t_s, r.x, r.y, r.z, r.w)
 
 
 @internal
@@ -85,7 +81,7 @@ def sun_and_light(shadow, orbit, sun, t):
 
 @inner
 def sunlight_at(plant, tables, t):
-    """What Sun sensors meet: direction to the Sun, visible part of it, light of the Earth."""
+    """What Sun sensors receive: direction to the Sun, visible part of it, light of the Earth."""
     direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
     of_earth, albedo = (0.0, 0.0, 0.0), plant.sun_sensors.albedo
     if albedo > 0.0:
@@ -114,20 +110,12 @@ def read_magnetometer(plant, coils, b_body, drawn):
 
 
 @internal
-def read_wheels(rotors, noise_rad_s, state, omega, seed, sample):
-    """What the tachometers tell: the wheels' momenta, for the allocation; their vector sum."""
-    if len(rotors) == 0:
-        return (0.0, 0.0, 0.0)
-    momenta = state.allocation.momentum
-    return read_tachometers(rotors, noise_rad_s, state.rotors, omega, seed, sample, momenta)
-
-
-@internal
-def magnetometer_step(plant, late, state, x, here, t, drawn):
+def magnetometer_step(member, late, b_inertial, t):
     """A reading of the magnetometer, which reaches the computer now or is on its way."""
+    state, drawn = member.state, drawn_for(member, magnetometer.STREAM)
     state.sensors[MAGNETOMETER].count += 1.0
-    b_body = rotate_inverse(x.q, here.b_t)
-    bx, by, bz = read_magnetometer(plant, state.coils, b_body, drawn)
+    b_body = rotate_inverse(motion_of(state.cells).q, b_inertial)
+    bx, by, bz = read_magnetometer(member.constants, state.coils, b_body, drawn)
     is_late, known = late & (READ << MAGNETOMETER) != 0, state.board.known[0]
     put_late(is_late, state.sensors[MAGNETOMETER], t, bx, by, bz, 0.0)
     known.b_s = chosen(is_late, known.b_s, t)
@@ -137,20 +125,23 @@ def magnetometer_step(plant, late, state, x, here, t, drawn):
 
 
 @internal
-def search_coil_step(state, x, here, b_rate_inertial, t):
+def search_coil_step(member, b_inertial, b_rate_inertial, t):
     """A reading of the search coil: the field's rate of change as the body sees it."""
-    known = state.board.known[0]
+    known, x = member.state.board.known[0], motion_of(member.state.cells)
     turning = rotate_inverse(x.q, b_rate_inertial)
-    seen = sub(turning, cross(x.omega, rotate_inverse(x.q, here.b_t)))
+    seen = sub(turning, cross(x.omega, rotate_inverse(x.q, b_inertial)))
     known.b_rate_x, known.b_rate_y, known.b_rate_z = seen
     known.b_rate_s = t
 
 
 @internal
-def gyro_step(plant, late, state, x, t, drawn, drawn_walk):
+def gyro_step(member, late, t):
     """A reading of the gyro."""
+    state, drawn = member.state, drawn_for(member, gyro.NOISE_STREAM)
     state.sensors[GYRO].count += 1.0
-    wx, wy, wz = read_gyro(plant, state.cells, x.omega, t, drawn, drawn_walk)
+    drawn_walk = drawn_for(member, gyro.DRIFT_STREAM)
+    omega = motion_of(state.cells).omega
+    wx, wy, wz = read_gyro(member.constants, state.cells, omega, t, drawn, drawn_walk)
     is_late, known = late & (READ << GYRO) != 0, state.board.known[0]
     put_late(is_late, state.sensors[GYRO], t, wx, wy, wz, 0.0)
     known.omega_s = chosen(is_late, known.omega_s, t)
@@ -160,13 +151,15 @@ def gyro_step(plant, late, state, x, t, drawn, drawn_walk):
 
 
 @internal
-def sun_sensors_step(plant, late, state, x, sunlight, t, drawn):
+def sun_sensors_step(member, late, sunlight, t):
     """A reading of the Sun sensors; `sunlight`: direction to the Sun, visible part of it, light of
     the Earth (inertial)."""
+    state, q = member.state, motion_of(member.state.cells).q
     state.sensors[SUN_SENSORS].count += 1.0
     direction, lit, of_earth = sunlight
-    sun_body, earth_body = rotate_inverse(x.q, direction), rotate_inverse(x.q, of_earth)
-    sx, sy, sz = read_sun(plant.sun_sensors, sun_body, lit, earth_body, drawn)
+    sun_body, earth_body = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
+    drawn = drawn_for(member, sun_sensor.STREAM)
+    sx, sy, sz = read_sun(member.constants.sun_sensors, sun_body, lit, earth_body, drawn)
     is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
     put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
     known.sun_s = chosen(is_late, known.sun_s, t)
@@ -176,10 +169,12 @@ def sun_sensors_step(plant, late, state, x, sunlight, t, drawn):
 
 
 @internal
-def attitude_sensor_step(plant, late, state, x, t, drawn):
+def attitude_sensor_step(member, late, t):
     """A reading of the attitude sensor."""
+    state, drawn = member.state, drawn_for(member, attitude_sensor.STREAM)
     state.sensors[ATTITUDE_SENSOR].count += 1.0
-    qx, qy, qz, qw = read_attitude(plant.attitude_sensor, x.q, drawn)
+    q = motion_of(state.cells).q
+    qx, qy, qz, qw = read_attitude(member.constants.attitude_sensor, q, drawn)
     is_late, known = late & (READ << ATTITUDE_SENSOR) != 0, state.board.known[0]
     put_late(is_late, state.sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
     known.q_s = chosen(is_late, known.q_s, t)
@@ -189,28 +184,33 @@ def attitude_sensor_step(plant, late, state, x, t, drawn):
     known.q_w = chosen(is_late, known.q_w, qw)
 
 
-@internal
-def tachometers_step(plant, state, x, t, seed):
-    """A reading of the tachometers."""
-    known, noise_rad_s = state.board.known[0], plant.tachometer_noise_rad_s
-    number = count_reading(state.sensors[TACHOMETERS])
-    momentum = read_wheels(plant.rotors, noise_rad_s, state, x.omega, seed, number)
+@inner
+def tachometers_step(member, t):
+    """A reading of the tachometers: momenta for the allocation, their vector sum for laws."""
+    state, plant = member.state, member.constants
+    known, sensor = state.board.known[0], state.sensors[TACHOMETERS]
+    number, noise_rad_s = int(sensor.count), plant.tachometer_noise_rad_s
+    sensor.count += 1.0
+    momentum = read_tachometers(
+        plant.rotors, noise_rad_s, state.rotors, motion_of(state.cells).omega, member.seed, number,
+        state.allocation.momentum,
+    )  # fmt: skip
     known.wheels_x, known.wheels_y, known.wheels_z = momentum
     known.wheels_s = t
 
 
 @internal
-def draw(state, sensor, sigma, seed, stream):
-    """Standard normal numbers for the next reading of a sensor."""
-    return noise.drawn(sigma, seed, stream, int(state.sensors[sensor].count))
+def acts(failure, actions, t):
+    """Whether a failure acts on a reading of now."""
+    return actions & (READ << failure.sensor) != 0 and failure.from_s <= t < failure.until_s
 
 
 @inner
-def renew_reading(state, sensor, late, t):
+def stuck_step(member, sensor, late, t):
     """Send the last reading again, as one of now."""
-    known = state.board.known[0]
+    known = member.state.board.known[0]
     if late & (READ << sensor):
-        state.sensors[sensor].t_s = t
+        member.state.sensors[sensor].t_s = t
     elif sensor == MAGNETOMETER:
         known.b_s = t
     elif sensor == GYRO:
@@ -222,67 +222,62 @@ def renew_reading(state, sensor, late, t):
 
 
 @inner
-def zero_reading(state, sensor, late, t):
+def zeros_step(member, sensor, late, t):
     """Put zeros in place of the reading of now."""
     if late & (READ << sensor):
-        r = state.sensors[sensor]
+        r = member.state.sensors[sensor]
         r.x, r.y, r.z, r.w = 0.0, 0.0, 0.0, 0.0
     else:
-        put_reading(state.board.known[0], sensor, t, 0.0, 0.0, 0.0, 0.0)
+        put_reading(member.state.board.known[0], sensor, t, 0.0, 0.0, 0.0, 0.0)
 
 
 @internal
-def sensors_at_work(failures, late, state, actions, t):
+def sensors_at_work(members, failures, late, actions, t):
     """The actions without the readings that a failure prevents."""
-    if len(failures) == 0:
-        return actions
+    left = actions
     for i in range(failures.shape[0]):
-        failure, read = failures[i], READ << failures[i].sensor
-        if failure.kind != ZEROS and actions & read and failure.from_s <= t < failure.until_s:
-            actions &= ~read
-            if failure.kind == STUCK:
-                renew_reading(state, failure.sensor, late, t)
-    return actions
+        if failures[i].kind != ZEROS and acts(failures[i], left, t):
+            left &= ~(READ << failures[i].sensor)
+            if failures[i].kind == STUCK:
+                each(members, stuck_step, failures[i].sensor, late, t)
+    return left
 
 
 @internal
-def spoil_readings(failures, late, state, actions, t):
+def put_zeros(members, failures, late, actions, t):
     """Zeros in place of what has been read, where a failure says so."""
-    if len(failures) == 0:
-        return
     for i in range(failures.shape[0]):
-        failure, read = failures[i], READ << failures[i].sensor
-        if failure.kind == ZEROS and actions & read and failure.from_s <= t < failure.until_s:
-            zero_reading(state, failure.sensor, late, t)
+        if failures[i].kind == ZEROS and acts(failures[i], actions, t):
+            each(members, zeros_step, failures[i].sensor, late, t)
 
 
 @internal
-def read_sensors(plan, tables, state, x, here, actions, step, seed):
-    """Read the sensors that are due: a pure function of the state and the step."""
+def read_sensors(members, plan, tables, actions, step):
+    """Read the sensors that are due, in this order; what their noise is, state and step decide."""
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
     if actions & ANY_DELIVERY:
-        deliver(state.sensors, state.board.known[0], actions)
-    actions = sensors_at_work(plant.failures, late, state, actions, t)
-    if actions & (READ << MAGNETOMETER):
-        drawn = draw(state, MAGNETOMETER, plant.magnetometer.noise_t, seed, magnetometer.STREAM)
-        magnetometer_step(plant, late, state, x, here, t, drawn)
-    if actions & (READ << SEARCH_COIL):
-        search_coil_step(state, x, here, rate_from(tables.orbit, t, 3), t)
+        each(members, deliver_step, actions)
+    actions = sensors_at_work(members, plant.failures, late, actions, t)
+    if actions & (READ << MAGNETOMETER | READ << SEARCH_COIL):
+        b, _ = lookup6(tables.orbit, t, 3)
+        if actions & (READ << MAGNETOMETER):
+            draw(members, plant.magnetometer.noise_t, MAGNETOMETER, magnetometer.STREAM)
+            each(members, magnetometer_step, late, b, t)
+        if actions & (READ << SEARCH_COIL):
+            each(members, search_coil_step, b, rate_from(tables.orbit, t, 3), t)
     if actions & (READ << GYRO):
-        drawn = draw(state, GYRO, plant.gyro.noise_rad_s, seed, gyro.NOISE_STREAM)
-        drift = draw(state, GYRO, plant.gyro.drift_rad_s_sqrt_s, seed, gyro.DRIFT_STREAM)
-        gyro_step(plant, late, state, x, t, drawn, drift)
+        draw(members, plant.gyro.noise_rad_s, GYRO, gyro.NOISE_STREAM)
+        draw(members, plant.gyro.drift_rad_s_sqrt_s, GYRO, gyro.DRIFT_STREAM)
+        each(members, gyro_step, late, t)
     if actions & (READ << SUN_SENSORS):
-        sunlight = sunlight_at(plant, tables, t)
-        drawn = draw(state, SUN_SENSORS, plant.sun_sensors.noise_rad, seed, sun_sensor.STREAM)
-        sun_sensors_step(plant, late, state, x, sunlight, t, drawn)
+        draw(members, plant.sun_sensors.noise_rad, SUN_SENSORS, sun_sensor.STREAM)
+        each(members, sun_sensors_step, late, sunlight_at(plant, tables, t), t)
     if actions & (READ << ATTITUDE_SENSOR):
-        sigma = plant.attitude_sensor.noise_rad
-        drawn = draw(state, ATTITUDE_SENSOR, sigma, seed, attitude_sensor.STREAM)
-        attitude_sensor_step(plant, late, state, x, t, drawn)
+        draw(members, plant.attitude_sensor.noise_rad, ATTITUDE_SENSOR, attitude_sensor.STREAM)
+        each(members, attitude_sensor_step, late, t)
     if actions & (READ << TACHOMETERS):
-        tachometers_step(plant, state, x, t, seed)
-    spoil_readings(plant.failures, late, state, actions, t)
+        each_alone(members, tachometers_step, t)
+    put_zeros(members, plant.failures, late, actions, t)
 
 
 @inner
@@ -295,12 +290,12 @@ def ephemeris_at(plant, tables, t):
 
 
 @internal
-def tell_dipole(state, left, mean):
-    """Tell the computer what its coils have done since the control step before.
+def update_step(member, left, mean, t):
+    """Give the computer the time and what its coils have done since the control step before.
 
     `left`, `mean`: see `remaining_and_mean`.
     """
-    k, c = state.board.known[0], state.cells[0]
+    k, c = member.state.board.known[0], member.state.cells[0]
     x, y, z = c.reached_x - c.set_x, c.reached_y - c.set_y, c.reached_z - c.set_z
     k.coils_x, k.coils_y, k.coils_z = c.set_x + mean * x, c.set_y + mean * y, c.set_z + mean * z
     c.reached_x, c.reached_y, c.reached_z = (
@@ -308,14 +303,10 @@ def tell_dipole(state, left, mean):
         c.set_y + left * y,
         c.set_z + left * z,
     )
+    k.t_s = t
 
 
 @internal
-def begin_control_step(plan, tables, state, step):
-    """Tell the computer the time, its coils' dipole and, where it needs it, its ephemeris."""
-    known, t = state.board.known[0], step * plan.step_s
-    left, mean = remaining_and_mean(plan.plant.coils.lag_s, t - known.t_s)
-    tell_dipole(state, left, mean)
-    known.t_s = t
-    if plan.needs_ephemeris:
-        put_ephemeris(known, ephemeris_at(plan.plant, tables, t))
+def ephemeris_step(member, ephemeris):
+    """Give the computer its ephemeris."""
+    put_ephemeris(member.state.board.known[0], ephemeris)

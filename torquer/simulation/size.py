@@ -24,7 +24,7 @@ _BASE_BYTES, _REVOLUTION_BYTES, _EXACT_BYTES = 3e8, 1e6, 2e3
 #: Computing time [s]: of a step by its integrator, with wheels, air or what else disturbs; of a
 #: reading and its laws, with wheels, in plain Python; of tables by the revolution or, exact, by the
 #: step; of a row.
-_STEP_S = {"auto": 3e-7, "rk4": 1e-7, "splitting": 8e-7, "dop853": 8e-7}
+_STEP_S = {"auto": 3e-7, "rk4": 1e-7, "splitting": 8e-7}
 #: Turn of the body [rad] in an adaptive step.
 _AUTO_TURN = 0.5
 _WHEELS_S, _READING_S, _WHEELS_READING_S, _PYTHON_S = 2e-7, 1.5e-7, 1.3e-6, 6e-5

@@ -7,7 +7,6 @@ import numpy as np
 from torquer.control.allocation import Allocation, AllocationState
 from torquer.control.computer import Board, Computer
 from torquer.engine import inlined
-from torquer.environment.light import Light
 from torquer.environment.sun import Shadow
 from torquer.environment.table import Table
 from torquer.geometry.motion import Motion
@@ -24,56 +23,59 @@ from torquer.spacecraft.sun_sensor import SunSensorSet
 
 
 class Tables(NamedTuple):
-    """The tabulated environment.
+    """The tabulated environment that readings and ephemeris need.
 
-    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun;
-    `air`: the flow [sqrt(Pa)]; `light`: sunlight as it pushes; () where these do not count.
+    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m].
     """
 
     orbit: Table
     sun: Table
-    air: Table | tuple
-    light: Light | tuple
 
 
 class Plant(NamedTuple):
-    """The satellite: body, actuators, sensors with their errors, what disturbs it.
+    """What the satellite's devices are: actuators, sensors with their errors.
 
-    `rotors`: () for a satellite without wheels. `held`: constant and random torque, () for none;
-    `unmodelled`: sizes and jumps of that torque, `orbit_angle`: at the start [rad] and its rate,
-    () where none of `torquer.spacecraft.disturbance` acts. `gravity`: 1, or 0 without gradient.
-    `failures`: rows of `FAILURE`.
+    `rotors`: without rows for a satellite without wheels; `failures`: rows of `FAILURE`.
     """
 
-    rigid: Rigid
     coils: CoilSet
-    rotors: Rotors | tuple[()]
+    rotors: Rotors
     magnetometer: MagnetometerSet
     gyro: GyroSet
     sun_sensors: SunSensorSet
     attitude_sensor: AttitudeSensorSet
     tachometer_noise_rad_s: float
     shadow: Shadow
-    gravity: float
-    held: HeldTorque | tuple
-    unmodelled: Unmodelled | tuple
-    orbit_angle: tuple
     failures: np.ndarray
 
 
-class Plan(NamedTuple):
-    """All that stays the same during a run.
+class Dynamics(NamedTuple):
+    """What moves the body: its type is that of a compiled `propagate`.
 
-    `hosted`: the loop stops at every control step for a command from outside. `log_cells`: cells
+    `rotors`: () for a satellite without wheels; `unmodelled`: sizes and jumps of that torque, ()
+    where none of `torquer.spacecraft.disturbance` acts.
+    """
+
+    rigid: Rigid
+    coils: CoilSet
+    rotors: Rotors | tuple[()]
+    held: HeldTorque
+    unmodelled: Unmodelled | tuple[()]
+
+
+class Plan(NamedTuple):
+    """All that stays the same during a run, but for the motion between events.
+
+    `driven_from_outside`: the loop stops at every control step for a command. `log_cells`: cells
     of the memory that are recorded.
     """
 
     plant: Plant
     timetable: Timetable
     computer: Computer
-    allocation: Allocation | tuple[()]
+    allocation: Allocation
     needs_ephemeris: bool
-    hosted: bool
+    driven_from_outside: bool
     step_s: float
     record_steps: int
     log_cells: np.ndarray

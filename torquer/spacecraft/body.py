@@ -105,11 +105,6 @@ def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
     return kinetic + gravity - centrifugal - omega0 * dot(normal_body, rigid.wheel_momentum)
 
 
-def _short(symmetric):
-    """(xx, yy, zz) of a diagonal matrix: a type of its own, with shorter compiled code."""
-    return symmetric if any(symmetric[3:]) else symmetric[:3]
-
-
 class Body(Spec):
     """Inertia, mass and fixed wheel momentum of the body."""
 
@@ -147,12 +142,10 @@ class Body(Spec):
         disturbance torques.
         """
         inertia, rotors = np.array(self.inertia_kg_m2), rotors_kg_m2
-        # with wheels one type, and so one compiled loop, for all
-        shape = _short if rotors is None else tuple
         inverse = np.linalg.inv(inertia if rotors is None else inertia - rotors)
         return Rigid(
-            shape(as_symmetric(inertia)),
-            shape(as_symmetric(inverse)),
+            as_symmetric(inertia),
+            as_symmetric(inverse),
             as_vector(self.wheel_momentum_n_m_s),
             () if aerodynamics is None else aerodynamics.pack(),
             acting,

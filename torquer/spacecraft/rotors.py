@@ -39,6 +39,10 @@ class Rotors(NamedTuple):
     tensor: tuple
 
 
+#: A satellite without wheels.
+NO_ROTORS = Rotors(np.zeros(0, ROTOR), (0.0,) * 6)
+
+
 class Spin(NamedTuple):
     """The rotors during a step: sum of absolute momenta at its start, its mean rate, the tensor.
 

@@ -78,15 +78,8 @@ class Disturbance(Spec):
     unmodelled: UnmodelledTorque | None = None
     """Torque of unknown nature with harmonics of the orbit; left out: none."""
 
-    @property
-    def is_held(self) -> bool:
-        """Whether there is a constant or a random torque."""
-        return self.random_torque_n_m > 0.0 or any(self.constant_torque_n_m)
-
-    def pack_held(self, hold_steps: int) -> HeldTorque | tuple[()]:
-        """The constant and the random torque for kernels, () for none."""
-        if not self.is_held:
-            return ()
+    def pack_held(self, hold_steps: int) -> HeldTorque:
+        """The constant and the random torque for kernels."""
         constant = as_vector(self.constant_torque_n_m)
         steps = hold_steps if self.random_torque_n_m > 0.0 else FOR_EVER
         return HeldTorque(constant, self.random_torque_n_m, steps)

@@ -10,13 +10,14 @@ from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_ju
 
 
 @internal
-def next_draw(plant, step, last):
+def next_draw(dynamics, step, last):
     """The step at which a torque jumps next, `last` at the latest."""
-    return next_jump(plant.unmodelled, step, end_of_hold(plant.held, step, last))
+    return next_jump(dynamics.unmodelled, step, end_of_hold(dynamics.held, step, last))
 
 
 @internal
-def draw_torques(plant, state, seed, step):
-    """Draw the torques that jump at a step."""
-    draw_held(plant.held, seed, step, state.held)
-    draw_coefficients(plant.unmodelled, seed, step, state.coefficients)
+def draw_torques_step(member, step):
+    """Draw the torques of a member that jump at a step."""
+    state, dynamics = member.state, member.constants
+    draw_held(dynamics.held, member.seed, step, state.held)
+    draw_coefficients(dynamics.unmodelled, member.seed, step, state.coefficients)

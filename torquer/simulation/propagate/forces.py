@@ -12,9 +12,10 @@ from torquer.engine import inlined, internal
 from torquer.environment.light import Light, between_edges, light_at
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
-from torquer.geometry.vec3 import add, add_scaled, scale
+from torquer.geometry.vec3 import add, add_scaled, scale, sub
+from torquer.simulation.state import goal_dipole
 from torquer.spacecraft.body import Rigid, motion_rates
-from torquer.spacecraft.coils import remaining
+from torquer.spacecraft.coils import present_dipole, remaining
 from torquer.spacecraft.disturbance.acting import with_coefficients
 from torquer.spacecraft.rotors import Rotors, carried_momentum, reaction, step_rotors
 
@@ -34,11 +35,11 @@ def dipole_after(path, t):
 
 
 class EnvironmentTables(NamedTuple):
-    """What the orbit brings: table of position, field and gravity-gradient vector; of the air's
-    flow, and sunlight, () for none.
+    """The tabulated environment that moves the body.
 
-    `gravity`: 1, or 0 for a run without gravity gradient. `orbit_angle`: at the start [rad] and its
-    rate [rad/s], () where no torque asks.
+    `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `air`: the flow [sqrt(Pa)],
+    `light`: sunlight as it pushes, each () for none. `gravity`: 1, or 0 for a run without gravity
+    gradient. `orbit_angle`: at the start [rad] and its rate [rad/s], () where no torque needs it.
     """
 
     orbit: Table
@@ -56,8 +57,7 @@ class Wheels(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """What moves the body between two events; `held`: torque [N m, body]; it and `wheels` () for
-    none."""
+    """What moves the body between two events; `held`: torque [N m, body]; `wheels`: () for none."""
 
     rigid: Rigid
     tables: EnvironmentTables
@@ -85,11 +85,9 @@ def with_wheel_momentum(rigid, spin, omega, since):
 
 @internal
 def with_reaction(held, spin):
-    """The held torque and that of the wheels' motors on the body; () for none of both."""
+    """The held torque and that of the wheels' motors on the body [N m]."""
     if len(spin) == 0:
         return held
-    if len(held) == 0:
-        return reaction(spin)
     return add(held, reaction(spin))
 
 
@@ -155,13 +153,17 @@ def wheels_of(rotors, state):
     """The wheels as the integrators take them, () for none."""
     if len(rotors) == 0:
         return ()
-    return Wheels(rotors, state)
+    return Wheels(rotors, state.rotors)
 
 
 @internal
-def environment_tables(plan, tables):
-    """The tables that move the body."""
-    plant = plan.plant
-    return EnvironmentTables(
-        tables.orbit, tables.air, plant.gravity, tables.light, plant.orbit_angle
-    )
+def forces_now(member, tables):
+    """What moves a member's body up to the next event, while the coils go to their targets."""
+    state, dynamics, way = member.state, member.constants, (0.0, 0.0, 0.0)
+    target = goal_dipole(state.cells)
+    if dynamics.coils.lag_s > 0.0:
+        way = sub(present_dipole(dynamics.coils, state.coils), target)
+    path = DipolePath(target, way, dynamics.coils.lag_s)
+    rigid = with_drawn(dynamics.rigid, dynamics.rigid.acting, state.coefficients)
+    held = (state.held[0], state.held[1], state.held[2])
+    return Forces(rigid, tables, path, held, wheels_of(dynamics.rotors, state))

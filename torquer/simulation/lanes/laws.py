@@ -13,12 +13,11 @@ from torquer.control.computer import is_informed
 from torquer.control.law import Law
 from torquer.interface import KNOWN, inputs_of
 from torquer.lanes import LANES, Fields, Rows, lane_maker, record_fields
-from torquer.simulation.lane_control import LANES_LAW
+from torquer.simulation.computers import LANES_LAW
 from torquer.simulation.state import CELLS
 
-#: Where cells, parameters and memory begin: what is known comes first.
+#: Where the cells begin in a lane: what is known comes first.
 CELLS_AT = len(KNOWN.names)
-PARAMETERS_AT = CELLS_AT + len(CELLS.names)
 
 
 class Needs(NamedTuple):

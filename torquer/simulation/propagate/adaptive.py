@@ -17,8 +17,8 @@ from torquer.engine import inlined, inner, internal
 from torquer.environment.light import next_edge
 from torquer.geometry.motion import Motion
 from torquer.geometry.vec3 import dot
-from torquer.simulation.forces import environment_at, with_light_between
-from torquer.simulation.smooth import Smooth, attempt, attempt_5, from_later, with_turning
+from torquer.simulation.propagate.forces import environment_at, with_light_between
+from torquer.simulation.propagate.smooth import Smooth, attempt, attempt_5, from_later, with_turning
 from torquer.spacecraft.turning import (
     begin_turning,
     end_turning,
@@ -90,11 +90,11 @@ def _shrunk(h, ratio):
 
 @internal
 def in_steps(integrator, smooth, cells, x, here, length_s):
-    """(Motion, environment) after an interval, in equal steps; not a number where they vanish."""
+    """Motion after an interval, in equal steps; not a number where they vanish."""
     t = 0.0
     for _ in range(MOST_STEPS):
         if t == length_s:
-            return x, here
+            return x
         left = length_s - t
         wanted = min(cells.next_step_s, integrator.longest_s)
         whole = wanted >= left
@@ -111,16 +111,19 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
             if cells.next_step_s <= LEAST_STEP_S:
                 break
     cells.next_step_s = 0.0
-    return Motion(x.q, (math.nan, math.nan, math.nan)), here
+    return Motion(x.q, (math.nan, math.nan, math.nan))
 
 
 @inner
 def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step):
-    """The same with wheels: a step ends where a rotor stops, starts or reaches its limit."""
+    """Motion after an interval with wheels, in steps.
+
+    A step ends where a rotor stops, starts or reaches its limit. Not a number where they vanish.
+    """
     t, shorter = 0.0, math.inf
     for _ in range(MOST_STEPS):
         if t == length_s:
-            return x, here
+            return x
         turning = begin_turning(
             wheels.rotors, wheels.state, integrator.work, integrator.tableau,
             smooth.rigid.inertia, x.omega, step,
@@ -149,23 +152,23 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
             if cells.next_step_s <= LEAST_STEP_S:
                 break
     cells.next_step_s = 0.0
-    return Motion(x.q, (math.nan, math.nan, math.nan)), here
+    return Motion(x.q, (math.nan, math.nan, math.nan))
 
 
 @internal
 def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step):
-    """(Motion, environment) after an interval without events: a step of order 5 may do."""
+    """Motion after an interval without events: a step of order 5 may do."""
     if len(wheels) > 0:
         return in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step)
     if length_s <= integrator.longest_s:
         if cells.slow_step_s >= length_s:
-            y, end, error = attempt_5(smooth, here, x, length_s)
+            y, error = attempt_5(smooth, here, x, length_s)
             ratio = _ratio(integrator, x, length_s, error)
             if ratio <= 1.0:
                 _count(cells, length_s, error)
                 if ratio <= _EASY:
                     cells.slow_step_s = max(cells.slow_step_s, _GROWTH_WHEN_EASY * length_s)
-                return y, end
+                return y
             cells.slow_step_s = _LESS * length_s
         cells.slow_step_s *= _MORE
     return in_steps(integrator, smooth, cells, x, here, length_s)
@@ -173,7 +176,10 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
 
 @internal
 def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length_s, step):
-    """The same with steps that end where the sunlight jumps or bends; `light`: () for none."""
+    """Motion after an interval, in steps that end where the sunlight jumps or bends.
+
+    `light`: () for none.
+    """
     if len(light) == 0:
         return propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
     t, edge_s = 0.0, next_edge(light, smooth.start_s)
@@ -185,9 +191,9 @@ def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length
         tables = with_light_between(smooth.tables, smooth.start_s + t, smooth.start_s + end)
         part = from_later(smooth, tables, t)
         here = environment_at(tables, smooth.start_s + t)
-        x, here = propagate_smooth(integrator, part, cells, wheels, x, here, end - t, step)
+        x = propagate_smooth(integrator, part, cells, wheels, x, here, end - t, step)
         t = end
-    return x, here
+    return x
 
 
 @internal
@@ -203,14 +209,15 @@ def next_failure(wheels, step, last):
 
 
 def by_auto(integrator, forces, cells, x, here, first, last, h):
-    """(Motion, environment) after steps first..last-1 of the time grid."""
+    """Motion after steps first..last-1 of the time grid; `here`: the environment before."""
     rigid, tables, path, held, wheels = forces
     step = first
     while step < last:
         until, since_s = next_failure(wheels, step, last), (step - first) * h
         smooth = Smooth(rigid, tables, path, held, (), step * h, since_s)
-        x, here = propagate_in_light(
+        x = propagate_in_light(
             integrator, smooth, tables.light, cells, wheels, x, here, (until - step) * h, step
         )
         step = until
-    return x, here
+        here = environment_at(tables, step * h)
+    return x

@@ -4,17 +4,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.lanes import LEFT_OUT, SHARED, ZERO, Fields, Layout, Parts, Rows, rows_of
-from torquer.simulation.state import Plant, State
+from torquer.lanes import LEFT_OUT, SHARED, Fields, Layout, Parts, Rows, rows_of
+from torquer.simulation.state import Dynamics, Plant, State
 from torquer.spacecraft.failures import FAILURE
 
 
 class Packed(NamedTuple):
-    """A member as numbers: those of its lane, what is not a number, and the layout of both."""
+    """A member as numbers: those of its lane, and what is not a number.
+
+    `of_loop`, `of_dynamics`: where the numbers stand that the loop and `propagate` use;
+    `parameters_at`: place of the parameters of laws and estimators, which their memory follows.
+    """
 
     numbers: np.ndarray
     shared: tuple
-    layout: Layout
+    of_loop: Layout
+    of_dynamics: Layout
+    parameters_at: int
 
 
 class _Packing:
@@ -46,33 +52,39 @@ class _Packing:
             self.shared.append(value.tolist())
             return LEFT_OUT
         self.shared.append(value)
-        return ZERO if isinstance(value, float) and value == 0.0 else SHARED
+        return SHARED
 
 
-def packed(plant: Plant, state: State) -> Packed:
-    """Numbers and layout of a member.
+def packed(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
+    """Numbers and layouts of a member.
 
-    What is known, the cells, and parameters and memory of the laws come first. The layout does not
-    tell of these two: laws find them by their places, and the loop is the same code for all laws.
+    What the loop uses comes first, so that its code is the same whatever moves the body. Parameters
+    and memory of laws come last and are found by their places: the code is the same for all laws.
     """
     packing, board = _Packing(), state.board
     known = packing.rows(board.known)
-    cells = packing.rows(state.cells)
-    packing.shared += [len(board.parameters), len(board.memory)]
-    packing.put(board.parameters)
-    packing.put(board.memory)
-    of_state = {
-        "cells": cells,
+    of_loop = {
+        "cells": packing.rows(state.cells),
         "sensors": packing.rows(state.sensors),
         "coils": packing.rows(state.coils),
-        "rotors": packing.rows(state.rotors),
-        "held": packing.rows(state.held),
-        "coefficients": packing.rows(state.coefficients),
         "board": (0, Fields(_fields({"known": known}))),
     }
-    parts = packing.part(plant)
-    layout = Layout(Fields(_fields(of_state)), parts, len(packing.numbers))
-    return Packed(np.array(packing.numbers), tuple(packing.shared), layout)
+    devices = packing.part(plant)
+    of_dynamics = {name: of_loop[name] for name in ("cells", "coils")} | {
+        "held": packing.rows(state.held),
+        "coefficients": packing.rows(state.coefficients),
+    }
+    moving = packing.part(dynamics)
+    parameters_at = packing.put(board.parameters)
+    packing.put(board.memory)
+    packing.shared += [len(board.parameters), len(board.memory)]
+    return Packed(
+        np.array(packing.numbers),
+        tuple(packing.shared),
+        Layout(Fields(_fields(of_loop)), devices),
+        Layout(Fields(_fields(of_dynamics)), moving),
+        parameters_at,
+    )
 
 
 def _is_named(value: tuple) -> bool:

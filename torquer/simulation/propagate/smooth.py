@@ -29,7 +29,7 @@ from torquer.integrate.dop853_stages import (
     stage_11,
     sum_8,
 )
-from torquer.simulation.forces import DipolePath, EnvironmentTables, environment_at
+from torquer.simulation.propagate.forces import DipolePath, EnvironmentTables, environment_at
 from torquer.spacecraft.body import Rigid, motion_rates
 from torquer.spacecraft.coils import remaining
 from torquer.spacecraft.turning import Turning, turn
@@ -38,8 +38,8 @@ from torquer.spacecraft.turning import Turning, turn
 class Smooth(NamedTuple):
     """What is smooth between two events: constants, start and age [s].
 
-    `torque`, `turning`: () without disturbance torque, without wheels. `since_s`: age of the
-    dipole's path at the start.
+    `torque` [N m, body]: held; `turning`: () without wheels. `since_s`: age of the dipole's path at
+    the start.
     """
 
     rigid: Rigid
@@ -93,8 +93,6 @@ def _with_wheels(rigid, turning, torque, x, h, stage):
     momentum, reaction = turn(turning, int(stage), h, x.omega)
     momentum = add(rigid.wheel_momentum, momentum)
     body = Rigid(rigid.inertia, turning.inverse, momentum, rigid.surface, rigid.acting)
-    if len(torque) == 0:
-        return body, reaction
     return body, add(torque, reaction)
 
 
@@ -152,7 +150,10 @@ def attempt(smooth, here, t, x, h):
 
 @internal
 def attempt_5(smooth, here, x, h):
-    """The same from the start, of order 5: for slow motion. The error is that of order 4."""
+    """(Motion, error) after a step of order 5 from the start: for slow motion.
+
+    The error is that of order 4; `here`: the environment at the start.
+    """
     lag_s, since_s = smooth.path.lag_s, smooth.since_s
     c = dp5_stages.C
     left, left_1 = remaining(lag_s, since_s), remaining(lag_s, since_s + c[1] * h)
@@ -169,7 +170,7 @@ def attempt_5(smooth, here, x, h):
     k6 = _rates(smooth, end, left_5, y, h, 6.0)
     e = dp5_stages.error_4(h, k0, k2, k3, k4, k5, k6)
     error = Error(2.0 * math.sqrt(_square(e.q)), math.sqrt(dot(e.omega, e.omega)))
-    return Motion(normalised(y.q), y.omega), end, error
+    return Motion(normalised(y.q), y.omega), error
 
 
 @inlined
@@ -179,13 +180,13 @@ def _square(q):
 
 @internal
 def from_later(smooth, tables, after_s):
-    """The same from `after_s` on, with these tables."""
+    """What is smooth, from `after_s` on, with these tables."""
     rigid, _, path, torque, turning, start_s, since_s = smooth
     return Smooth(rigid, tables, path, torque, turning, start_s + after_s, since_s + after_s)
 
 
 @internal
 def with_turning(smooth, turning):
-    """The same with the rotors of a step."""
+    """What is smooth, with the rotors of a step."""
     rigid, tables, path, torque, _, start_s, since_s = smooth
     return Smooth(rigid, tables, path, torque, turning, start_s, since_s)

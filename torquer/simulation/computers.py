@@ -1,0 +1,169 @@
+"""The on-board computers of the members at a control step.
+
+In lanes, laws alone are vectors over the members. Computers with modes or estimators work one after
+another: which transition fires and what an estimator does is each member's own.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+
+from torquer.adapter import ARRAY
+from torquer.control.computer import (
+    Board,
+    Computer,
+    control_step,
+    estimate,
+    finite3,
+    put_simple_estimate,
+)
+from torquer.control.modes.table import ModeState
+from torquer.engine import INLINED_OPTIONS, caller, internal
+from torquer.interface import KNOWN, put_ephemeris
+from torquer.lanes import LANES
+from torquer.simulation.members import One, each, member_in
+from torquer.simulation.sensors import ephemeris_at
+
+#: A law for all lanes: cells, how many, first place of its parameters and of its memory, what it
+#: needs.
+LANES_LAW = types.void(ARRAY, *[types.int64] * 5)
+call_law_in_lanes = caller(LANES_LAW)
+#: Numbers of `KNOWN` that sensors write; the rest is the computer's own.
+SENSED = KNOWN.names.index("estimate_s")
+
+
+class Boards(NamedTuple):
+    """What is on board of n members: the arrays of `Board` with an axis of members before.
+
+    `numbers` (n, k): what is known, as numbers. n = 0 where laws work in vectors.
+    """
+
+    all: Board
+    numbers: np.ndarray
+
+
+def boards_of(board: Board, parameters: np.ndarray, memory: np.ndarray) -> Boards:
+    """Boards like this one for members with parameters (n, p) and memory (n, m) of their own."""
+
+    def many(array: np.ndarray) -> np.ndarray:
+        return np.repeat(array[None], len(parameters), axis=0)
+
+    modes, known = ModeState(*map(many, board.modes)), many(board.known)
+    numbers = known.view(np.float64).reshape(len(known), len(KNOWN.names))
+    return Boards(Board(known, parameters, memory, modes, many(board.chosen)), numbers)
+
+
+def same_computers(one: Computer, other: Computer) -> bool:
+    """Whether the computers of two members are the same but for parameters and memory."""
+
+    def parts(computer: Computer) -> list:
+        tables = [computer.law_blocks, computer.estimator_blocks, *computer.modes]
+        return [*tables, computer.estimator]
+
+    return all(map(np.array_equal, parts(one), parts(other)))
+
+
+@internal
+def accept(cells, command):
+    """Keep a command."""
+    c = cells[0]
+    c.dipole_x, c.dipole_y, c.dipole_z = command.dipole_a_m2
+    c.torque_x, c.torque_y, c.torque_z = command.torque_n_m
+
+
+@internal
+def has_command(member):
+    """Whether a member's command is one of finite numbers."""
+    c = member.state.cells[0]
+    dipole, torque = (c.dipole_x, c.dipole_y, c.dipole_z), (c.torque_x, c.torque_y, c.torque_z)
+    return finite3(dipole) and finite3(torque)
+
+
+@internal
+def _estimate_step(member, estimator):
+    put_simple_estimate(member.state.board.known[0], estimator)
+
+
+@internal
+def _no_command_step(member):
+    c = member.state.cells[0]
+    c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
+
+
+@internal
+def board_of(boards, lane):
+    """The board of a member."""
+    one, modes = boards.all, boards.all.modes
+    return Board(
+        one.known[lane],
+        one.parameters[lane],
+        one.memory[lane],
+        ModeState(
+            modes.regions[lane],
+            modes.states[lane],
+            modes.transitions[lane],
+            modes.conditions[lane],
+            modes.clock[lane],
+        ),
+        one.chosen[lane],
+    )
+
+
+@internal
+def _laws_in_vectors(members, computer):
+    """Computers with laws alone: those of all members at once."""
+    each(members, _estimate_step, computer.estimator)
+    each(members, _no_command_step)
+    for number in range(computer.law_blocks.shape[0]):
+        block = computer.law_blocks[number]
+        places = (block.p0, block.m0, block.needs_attitude, block.needs_rate)
+        law = computer.laws[block.function]
+        call_law_in_lanes(law, members.cells, members.count, *places)
+
+
+@internal
+def _one_by_one(members, plan, tables, boards, step):
+    """Computers with modes or estimators, one after another."""
+    if plan.needs_ephemeris:
+        ephemeris = ephemeris_at(plan.plant, tables, step * plan.step_s)
+        for lane in range(members.count):
+            put_ephemeris(boards.all.known[lane, 0], ephemeris)
+    for lane in range(members.count):
+        for place in range(SENSED):
+            boards.numbers[lane, place] = members.cells[place * LANES + lane]
+        command = control_step(plan.computer, board_of(boards, lane))
+        accept(member_in(members, lane).state.cells, command)
+
+
+def compute(members, plan, tables, boards, step):
+    """Let the computers of all members find their commands."""
+    state = members.member.state
+    accept(state.cells, control_step(plan.computer, state.board))
+
+
+@overload(compute, jit_options=INLINED_OPTIONS)
+def _compute(members, plan, tables, boards, step):
+    if members.instance_class is One:
+        return compute
+
+    def in_lanes(members, plan, tables, boards, step):
+        if boards.numbers.shape[0] == 0:
+            _laws_in_vectors(members, plan.computer)
+        else:
+            _one_by_one(members, plan, tables, boards, step)
+
+    return in_lanes
+
+
+def estimate_for_outside(members, computer):
+    """Bring the estimate up to date for software outside, which drives one satellite."""
+    estimate(computer, members.member.state.board)
+
+
+@overload(estimate_for_outside, jit_options=INLINED_OPTIONS)
+def _estimate_for_outside(members, computer):
+    if members.instance_class is One:
+        return estimate_for_outside
+    return lambda members, computer: None

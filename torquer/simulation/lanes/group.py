@@ -1,0 +1,165 @@
+"""Members of a campaign flown together: attitudes and rates at the records, and how each ended."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.compile.arguments import Arguments
+from torquer.control.computer import Computer
+from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.lanes import LANES
+from torquer.simulation.computers import Boards, boards_of, same_computers
+from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
+from torquer.simulation.lanes.packing import Packed, packed
+from torquer.simulation.members import END, RUNNING, STREAMS, Many
+from torquer.simulation.propagate.fixed import Rk4
+from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
+from torquer.simulation.run import Piece, Run, piece_of
+from torquer.simulation.state import CELLS
+from torquer.simulation.step import Loop, run_steps
+from torquer.simulation.stopping import heeded
+
+_MOTION = 7
+
+
+class FlownLanes(NamedTuple):
+    """What members flew in lanes, and how they ended."""
+
+    motion: np.ndarray
+    """(r, 7, n): attitude and rate at the records"""
+    cells: np.ndarray
+    """(n,) of `CELLS`: their states at the end"""
+    failed: np.ndarray
+    """(n,): whether they ended early"""
+
+
+class Pieces:
+    """The pieces of runs on one orbit: each is made once, for all members."""
+
+    def __init__(self, run: Run):
+        self._run, self._known = run, {run.piece.first: run.piece}
+
+    def of(self, around: OrbitEnvironment) -> bool:
+        """Whether the pieces are those of an environment."""
+        return self._run.scenario.surroundings() == around
+
+    def at(self, first: int) -> Piece:
+        """The piece that begins at a step."""
+        if first not in self._known:
+            run, last = self._run, min(first + self._run.piece_steps, self._run.steps)
+            self._known[first] = piece_of(run.scenario, run.plan, first, last)
+        return self._known[first]
+
+
+def why_not_in_lanes(run: Run) -> str:
+    """Why a run cannot be flown beside others; "" if it can."""
+    if not isinstance(run.integrator, Rk4):
+        return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
+    for has, what in (
+        (run.scenario.spacecraft.wheels is not None, "wheels"),
+        (not run.blocks.compiled, "a law in plain Python"),
+    ):
+        if has:
+            return f"they have {what}"
+    return ""
+
+
+class Lanes:
+    """What all members of a group share: plan, compiled laws, layouts."""
+
+    def __init__(self, run: Run, pieces: Pieces):
+        self.run, self.pieces = run, pieces
+        self.packed = packed(run.plan.plant, run.dynamics, run.state)
+        self._one_by_one = bool(run.blocks.estimators) or len(run.plan.computer.modes.regions) > 0
+        self.plan = run.plan
+        if not self._one_by_one:
+            self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
+            self.plan = run.plan._replace(computer=self._computer(run.plan.computer))
+
+    def _computer(self, computer: Computer) -> Computer:
+        """The computer with the laws for lanes, and the places of their cells there."""
+        blocks, parameters_at = computer.law_blocks.copy(), self.packed.parameters_at
+        blocks["function"] = np.arange(len(blocks))
+        blocks["p0"] += parameters_at
+        blocks["m0"] += parameters_at + len(self.run.state.board.parameters)
+        addresses = np.array([law.address for law in self._laws], np.int64)
+        return computer._replace(laws=addresses, law_blocks=blocks)
+
+    def numbers_of(self, motion: np.ndarray) -> np.ndarray:
+        """Numbers (n, size) of members that differ by their motion (n, 7) at the start."""
+        numbers = np.tile(self.packed.numbers, (len(motion), 1))
+        numbers[:, CELLS_AT : CELLS_AT + _MOTION] = motion
+        return numbers
+
+    def takes(self, other: Run) -> Packed | None:
+        """A run's numbers if it can be flown in this group; None if it cannot."""
+        theirs, own = packed(other.plan.plant, other.dynamics, other.state), self.packed
+        same = (
+            theirs.shared == own.shared
+            and theirs.parameters_at == own.parameters_at
+            and theirs.of_loop == own.of_loop
+            and theirs.of_dynamics == own.of_dynamics
+            and other.steps == self.run.steps
+            and other.plan.step_s == self.plan.step_s
+            and other.plan.record_steps == self.plan.record_steps
+            and other.plan.timetable.cycle_steps == self.plan.timetable.cycle_steps
+            and other.plan.timetable.late == self.plan.timetable.late
+            and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
+            and _functions(other) == _functions(self.run)
+            and same_computers(other.plan.computer, self.run.plan.computer)
+            and self.pieces.of(other.scenario.surroundings())
+        )
+        return theirs if same else None
+
+    def fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
+        """Fly members (n, size), `LANES` at a time; the last ones fill the last lanes."""
+        parts = [
+            self._fly(numbers[first : first + LANES], seeds[first : first + LANES])
+            for first in range(0, len(numbers), LANES)
+        ]
+        return FlownLanes(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+
+    def _boards(self, numbers: np.ndarray) -> Boards:
+        """Boards of members (n, size) whose computers work one by one; of none for the others."""
+        board, parameters_at = self.run.state.board, self.packed.parameters_at
+        if not self._one_by_one:
+            numbers = numbers[:0]
+        memory_at = parameters_at + len(board.parameters)
+        parameters = numbers[:, parameters_at:memory_at]
+        memory = numbers[:, memory_at : memory_at + len(board.memory)]
+        return boards_of(board, parameters.copy(), memory.copy())
+
+    def _fly(self, numbers: np.ndarray, seeds: np.ndarray) -> FlownLanes:
+        run, plan, count = self.run, self.plan, len(numbers)
+        fill = np.minimum(np.arange(LANES), count - 1)
+        cells = np.ascontiguousarray(numbers[fill].T).ravel()
+        seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
+        kept = np.zeros((run.steps // plan.record_steps + 1, _MOTION, LANES))
+        drawn, boards = np.zeros((STREAMS, 3, LANES)), self._boards(numbers[fill])
+        at = np.zeros(2, np.int64)
+        rest = (seeds, drawn, ends, LANES)
+        members = Many(self.packed.of_loop, cells, plan.plant, *rest)
+        moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
+        for first in range(0, run.steps, run.piece_steps):
+            piece = self.pieces.at(first)
+            if heeded().asked:
+                raise KeyboardInterrupt
+            problem = Arguments(
+                Problem(run.integrator, moving, piece.moving, plan.step_s, plan.record_steps)
+            )
+            compiled = propagate.address(problem)
+            loop = Loop(plan, piece.tables, members, boards, at, kept, compiled, problem.address)
+            run_steps(Arguments(loop), piece.last)
+        propagate(problem, run.steps, run.steps, LOOK_ONLY)
+        ended = np.ascontiguousarray(
+            cells.reshape(-1, LANES)[CELLS_AT : CELLS_AT + len(CELLS.names)].T
+        )
+        if run.steps % plan.record_steps == 0:
+            kept[-1] = ended[:, :_MOTION].T
+        states = ended.view(CELLS)[:, 0]
+        return FlownLanes(kept[..., :count], states[:count], (ends["how"] != RUNNING)[:count])
+
+
+def _functions(run: Run) -> list[Callable]:
+    return [block.function for block in run.blocks.all()]

@@ -1,0 +1,1 @@
+"""The motion from one event of the loop to the next."""

@@ -1,0 +1,145 @@
+"""Fixed steps between two events of the loop: RK4, and splitting about the exact free rotation."""
+
+import math
+from typing import NamedTuple
+
+from torquer.engine import inner, internal, kernel
+from torquer.geometry.motion import Motion
+from torquer.geometry.quaternion import normalised
+from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec
+from torquer.integrate.rk4 import damping_of_steps, lag_of_steps, moved, rk4_sum
+from torquer.integrate.splitting import NODES, drift, kick
+from torquer.simulation.propagate.forces import (
+    dipole_after,
+    environment_at,
+    rates_at,
+    spin_of,
+    wheels_of,
+    with_reaction,
+)
+from torquer.simulation.state import goal_dipole, motion_of
+from torquer.spacecraft.body import momentum_body, torque_body
+from torquer.spacecraft.coils import remaining
+from torquer.spacecraft.frequencies import libration_fourth, nutation_square
+from torquer.spacecraft.rotors import axis_of, relative_momentum
+
+
+class Rk4(NamedTuple):
+    """Runge-Kutta of order 4 with fixed steps.
+
+    Greatest turns within a step [rad] that it follows: of a nutation, of the body.
+    """
+
+    most_nutation: float
+    most_turn: float
+
+
+class Splitting(NamedTuple):
+    """Exact free rotation between kicks: principal moments [kg m^2] and their axes' attitude."""
+
+    moments: tuple
+    q_principal_to_body: tuple
+
+
+@internal
+def rk4_step(forces, x, here, middle, end, left, step, h):
+    """Motion after a step of RK4 between the environments `here` and `end`.
+
+    `left`: parts of the dipole's way that are still to go at start, middle and end.
+    """
+    rigid, _, path, held, wheels = forces
+    half = 0.5 * h
+    spin = spin_of(wheels, x.omega, step, h)
+    torque = with_reaction(held, spin)
+    m1 = add_scaled(path.target, left[0], path.way)
+    m2 = add_scaled(path.target, left[1], path.way)
+    m4 = add_scaled(path.target, left[2], path.way)
+    k1 = rates_at(rigid, spin, here, m1, 0.0, x, torque)
+    k2 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k1), torque)
+    k3 = rates_at(rigid, spin, middle, m2, half, moved(x, half, k2), torque)
+    k4 = rates_at(rigid, spin, end, m4, h, moved(x, h, k3), torque)
+    return rk4_sum(x, h, k1, k2, k3, k4)
+
+
+@internal
+def left_in_step(lag_s, since, h):
+    """Parts of a dipole's way that are still to go at start, middle and end of a step."""
+    # before the stages: a call of `exp` between them would empty the registers
+    return remaining(lag_s, since), remaining(lag_s, since + 0.5 * h), remaining(lag_s, since + h)
+
+
+@kernel
+def by_rk4(forces, x, here, first, last, h):
+    """Motion after steps first..last-1 by RK4; `here` is the environment before.
+
+    The environment is looked up twice a step.
+    """
+    for step in range(first, last):
+        middle = environment_at(forces.tables, (step + 0.5) * h)
+        end = environment_at(forces.tables, (step + 1) * h)
+        left = left_in_step(forces.path.lag_s, (step - first) * h, h)
+        x = rk4_step(forces, x, here, middle, end, left, step, h)
+        here = end
+    return x
+
+
+@kernel
+def _kicked(forces, x, t, since, h):
+    rigid, here = forces.rigid, environment_at(forces.tables, t)
+    torque = torque_body(rigid, here, dipole_after(forces.path, since), x, forces.held)
+    return kick(rigid.inertia, rigid.wheel_momentum, torque, x, h)
+
+
+@kernel
+def by_splitting(forces, moments, axes, x, first, last, h):
+    """Motion after steps first..last-1: exact free rotation between two kicks a step."""
+    early, late = NODES
+    for step in range(first, last):
+        t, since = step * h, (step - first) * h
+        sooner, later, half = early * h, late * h, 0.5 * h
+        x = drift(moments, axes, x, sooner)
+        x = _kicked(forces, x, t + sooner, since + sooner, half)
+        x = drift(moments, axes, x, later - sooner)
+        x = _kicked(forces, x, t + later, since + later, half)
+        x = drift(moments, axes, x, sooner)
+        x = Motion(normalised(x.q), x.omega)
+    return x
+
+
+@internal
+def momentum_now(rigid, wheels, omega):
+    """Angular momentum [N m s, body] of the body and its wheels."""
+    momentum = momentum_body(rigid, omega)
+    if len(wheels) == 0:
+        return momentum
+    rows = wheels.rotors.rows
+    for k in range(rows.shape[0]):
+        held = relative_momentum(rows, wheels.state, omega, k)
+        momentum = add_scaled(momentum, held, axis_of(rows, k))
+    return sub(momentum, sym_vec(wheels.rotors.tensor, omega))
+
+
+@inner
+def squares_of_rates(member, b_inertial):
+    """Squares [1/s^2] of a member's rate and of its fastest oscillation: nutation, libration."""
+    state, rigid, omega = member.state, member.constants.rigid, motion_of(member.state.cells).omega
+    wheels = wheels_of(member.constants.rotors, state)
+    nutation = nutation_square(rigid.inverse_inertia, momentum_now(rigid, wheels, omega), omega)
+    libration = libration_fourth(rigid.inverse_inertia, goal_dipole(state.cells), b_inertial)
+    return dot(omega, omega), math.sqrt(nutation * nutation + libration)
+
+
+@inner
+def add_up_step(member, b_inertial, h, steps):
+    """Add up what the next steps of RK4 do to the motion by themselves."""
+    cells, (turning, oscillation) = member.state.cells[0], squares_of_rates(member, b_inertial)
+    cells.damping += damping_of_steps(oscillation, h, steps)
+    cells.lag += lag_of_steps(turning, h, steps)
+
+
+@inner
+def is_followed(member, integrator, b_inertial, h):
+    """Whether a step of RK4 follows the motion."""
+    turning, oscillation = squares_of_rates(member, b_inertial)
+    turns = turning * h * h <= integrator.most_turn**2
+    return turns and oscillation * h * h <= integrator.most_nutation**2

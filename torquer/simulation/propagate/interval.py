@@ -1,0 +1,180 @@
+"""The motion from one event of the loop to the next.
+
+`propagate` is compiled for each kind of body and integrator and called by its address: the loop,
+with sensors, computer and record, does not know them and is compiled once.
+"""
+
+import math
+from typing import NamedTuple
+
+from numba.extending import overload
+
+from torquer.compile.arguments import Entry, entry_caller, record_at, whole
+from torquer.engine import INLINED_OPTIONS, inner, internal
+from torquer.geometry.vec3 import dot
+from torquer.simulation.members import (
+    BAD_STATE,
+    COARSE_STEP,
+    Many,
+    One,
+    each,
+    first_of,
+    must_stop,
+)
+from torquer.simulation.propagate.adaptive import Auto, by_auto
+from torquer.simulation.propagate.draws import draw_torques_step, next_draw
+from torquer.simulation.propagate.fixed import (
+    Rk4,
+    Splitting,
+    add_up_step,
+    by_rk4,
+    by_splitting,
+    is_followed,
+    left_in_step,
+    rk4_step,
+)
+from torquer.simulation.propagate.forces import EnvironmentTables, environment_at, forces_now
+from torquer.simulation.state import motion_of, put_motion
+from torquer.spacecraft.coils import advance_coils
+
+#: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up
+#: what the steps to the next record do by themselves; yes, and nothing else.
+GO_ON, LOOK, LOOK_ONLY = 0, 1, 2
+
+
+class Problem(NamedTuple):
+    """What `propagate` takes: integrator, members with their `Dynamics`, tables, time grid."""
+
+    integrator: Auto | Rk4 | Splitting
+    members: One | Many
+    tables: EnvironmentTables
+    step_s: float
+    record_steps: int
+
+
+_STEPS = {
+    Auto: by_auto,
+    Rk4: lambda integrator, forces, cells, x, here, first, last, h: by_rk4(
+        forces, x, here, first, last, h
+    ),
+    Splitting: lambda integrator, forces, cells, x, here, first, last, h: by_splitting(
+        forces, integrator.moments, integrator.q_principal_to_body, x, first, last, h
+    ),
+}
+
+
+def steps_by(integrator, forces, cells, x, here, first, last, h):
+    """Motion after steps first..last-1, by the integrator's type."""
+    return _STEPS[type(integrator)](integrator, forces, cells, x, here, first, last, h)
+
+
+@overload(steps_by, jit_options=INLINED_OPTIONS)
+def _choose_steps(integrator, forces, cells, x, here, first, last, h):
+    return _STEPS[integrator.instance_class]
+
+
+@internal
+def is_finite(x):
+    """Whether a motion is one of finite numbers."""
+    return math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3])
+
+
+@internal
+def has_motion(member):
+    """Whether a member's motion is one of finite numbers."""
+    return is_finite(motion_of(member.state.cells))
+
+
+@internal
+def rk4_phase(member, here, middle, end, left, step, h):
+    """A member's step of RK4 between these environments; see `rk4_step`."""
+    cells = member.state.cells
+    x = rk4_step(forces_now(member, ()), motion_of(cells), here, middle, end, left, step, h)
+    put_motion(cells, x)
+
+
+def advance(members, problem, here, step, until):
+    """Advance the motion; whether it is finite. The last finite one stays in the state."""
+    member, h = members.member, problem.step_s
+    cells, forces = member.state.cells, forces_now(member, problem.tables)
+    x = steps_by(problem.integrator, forces, cells[0], motion_of(cells), here, step, until, h)
+    if not is_finite(x):
+        return False
+    put_motion(cells, x)
+    return True
+
+
+@overload(advance, jit_options=INLINED_OPTIONS)
+def _advance(members, problem, here, step, until):
+    if members.instance_class is One:
+        return advance
+
+    def in_lanes(members, problem, here, step, until):
+        lag_s, h = first_of(members).constants.coils.lag_s, problem.step_s
+        for k in range(step, until):
+            middle = environment_at(problem.tables, (k + 0.5) * h)
+            end = environment_at(problem.tables, (k + 1) * h)
+            left = left_in_step(lag_s, (k - step) * h, h)
+            each(members, rk4_phase, here, middle, end, left, k, h)
+            here = end
+        return not must_stop(members, has_motion, BAD_STATE, until)
+
+    return in_lanes
+
+
+@internal
+def actuators_step(member, t_s):
+    """Let the coils go on to their targets, and add up what they take."""
+    cells, coils = member.state.cells[0], member.constants.coils
+    energy, greatest = cells.goal_power_w * t_s, cells.goal_greatest_a_m2
+    if coils.lag_s > 0.0:
+        energy, greatest = advance_coils(coils, member.state.coils, t_s)
+    cells.coil_energy_j += energy
+    cells.peak_dipole_a_m2 = max(cells.peak_dipole_a_m2, greatest)
+
+
+def is_too_coarse(integrator, problem, b_inertial, step, look):
+    """Whether the integrator's step does not follow the motion."""
+    if not isinstance(integrator, Rk4):
+        return False
+    return _rk4_is_too_coarse(integrator, problem, b_inertial, step, look)
+
+
+@inner
+def _rk4_is_too_coarse(integrator, problem, b_inertial, step, look):
+    members, h = problem.members, problem.step_s
+    if look == LOOK:
+        each(members, add_up_step, b_inertial, h, problem.record_steps)
+    return must_stop(members, is_followed, COARSE_STEP, step, integrator, b_inertial, h)
+
+
+@overload(is_too_coarse, jit_options=INLINED_OPTIONS)
+def _is_too_coarse(integrator, problem, b_inertial, step, look):
+    if integrator.instance_class is Rk4:
+        return _rk4_is_too_coarse.py_func
+    return lambda integrator, problem, b_inertial, step, look: False
+
+
+def _propagate(address, step, last, look):
+    """Go on from a step to `last`, or to where a torque jumps before; the step reached.
+
+    Negative if it ended there: less BAD_STATE or COARSE_STEP. `look`: one of those above.
+    """
+    problem = whole(record_at(address))
+    members, h = problem.members, problem.step_s
+    here = environment_at(problem.tables, step * h)
+    if look != GO_ON and is_too_coarse(problem.integrator, problem, here.b_t, step, look):
+        return -COARSE_STEP
+    if step == last:
+        return step
+    until = next_draw(first_of(members).constants, step, last)
+    each(members, draw_torques_step, step)
+    if not advance(members, problem, here, step, until):
+        return -BAD_STATE
+    each(members, actuators_step, (until - step) * h)
+    return until
+
+
+#: `(address of a Problem, step, last, look) -> step`, from Python and from the loop.
+propagate = Entry(_propagate, 3)
+call_propagate = entry_caller(3)

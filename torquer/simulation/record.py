@@ -1,0 +1,83 @@
+"""What is recorded of an instant."""
+
+from numba.extending import overload
+
+from torquer.compile.arguments import Entry, record_at
+from torquer.engine import INLINED_OPTIONS, inner
+from torquer.interface import estimate_of, put_estimate
+from torquer.simulation.members import One, member_in
+from torquer.simulation.state import motion_of
+from torquer.spacecraft.coils import present_dipole
+from torquer.spacecraft.rotors import relative_momentum
+
+
+@inner
+def record_wheels(rotors, state, omega, kept):
+    """Write what is kept of the wheels: momentum and motor torque of each."""
+    count = rotors.rows.shape[0]
+    for k in range(count):
+        kept[k] = relative_momentum(rotors.rows, state, omega, k)
+        kept[count + k] = state[k].motor
+
+
+@inner
+def record_row(plan, state, coils, step, record):
+    """Write what is kept of this instant into its row of the record; `coils`: their state."""
+    number = step // plan.record_steps % record.rows.shape[0]
+    cells, row, known = state.cells[0], record.rows[number], state.board.known[0]
+    omega = (cells.omega_x, cells.omega_y, cells.omega_z)
+    row.step = step
+    row.q_x, row.q_y, row.q_z, row.q_w = cells.q_x, cells.q_y, cells.q_z, cells.q_w
+    row.omega_x, row.omega_y, row.omega_z = omega
+    row.dipole_x, row.dipole_y, row.dipole_z = present_dipole(plan.plant.coils, coils)
+    row.b_measured_x, row.b_measured_y, row.b_measured_z = known.b_x, known.b_y, known.b_z
+    row.omega_measured_x, row.omega_measured_y = known.omega_x, known.omega_y
+    row.omega_measured_z = known.omega_z
+    row.sun_measured_x, row.sun_measured_y, row.sun_measured_z = (
+        known.sun_x,
+        known.sun_y,
+        known.sun_z,
+    )
+    row.command_x, row.command_y, row.command_z = cells.dipole_x, cells.dipole_y, cells.dipole_z
+    row.torque_x, row.torque_y, row.torque_z = cells.torque_x, cells.torque_y, cells.torque_z
+    record_wheels(plan.plant.rotors, state.rotors, omega, record.wheels[number])
+    for k in range(plan.log_cells.shape[0]):
+        record.log[number, k] = state.board.memory[plan.log_cells[k]]
+    for region in range(record.modes.shape[1]):
+        record.modes[number, region] = state.board.modes.regions[region].state
+    if record.estimate.shape[0] > 0:
+        put_estimate(record.estimate[number], estimate_of(known))
+
+
+def record_members(members, plan, step, record):
+    """Record this instant: of one satellite a row, of several their attitudes and rates."""
+    state = members.member.state
+    record_row(plan, state, state.coils, step, record)
+
+
+@overload(record_members, jit_options=INLINED_OPTIONS)
+def _record_members(members, plan, step, record):
+    if members.instance_class is One:
+        return record_members
+
+    def in_lanes(members, plan, step, record):
+        place = step // plan.record_steps
+        for lane in range(members.count):
+            x = motion_of(member_in(members, lane).state.cells)
+            for k in range(4):
+                record[place, k, lane] = x.q[k]
+            for k in range(3):
+                record[place, 4 + k, lane] = x.omega[k]
+
+    return in_lanes
+
+
+def _record_instant(address, step):
+    """Record an instant of one satellite outside the loop."""
+    plan, state, coils, record = record_at(address)
+    record_row(plan, state, coils, step, record)
+    return 0
+
+
+#: `(address of plan, state, state of the coils and record; step)`, from Python.
+record_instant = Entry(_record_instant, 1)
