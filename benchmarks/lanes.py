@@ -9,7 +9,7 @@ import numpy as np
 
 from torquer.lanes import LANES
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.members import Lanes, Pieces
+from torquer.simulation.lanes.group import Lanes, Pieces
 from torquer.simulation.run import prepare
 
 LAW = 'control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 4e4 }, sample_s = 1.0 }'

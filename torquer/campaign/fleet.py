@@ -14,7 +14,7 @@ from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.lanes import LANES
 from torquer.scenario.load import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
-from torquer.simulation.members import FlownLanes, Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.pieces import Checkpoints, advance_in_pieces
 from torquer.simulation.result import places
 from torquer.simulation.run import Run, prepare, record_this_instant

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
+from torquer.compile.arguments import whole
 from torquer.engine import INLINED_OPTIONS, internal
 from torquer.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
 from torquer.noise import normal3
@@ -66,7 +67,7 @@ def member_in(members, lane):
     """The member in a lane."""
     return Member(
         lane_state(members.layout, members.cells, lane),
-        lane_plant(members.layout, members.cells, lane, members.constants),
+        lane_plant(members.layout, members.cells, lane, whole(members.constants)),
         members.seeds[lane],
         _drawn_in(members.drawn, 0, lane),
     )

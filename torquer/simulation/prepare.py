@@ -62,7 +62,7 @@ from torquer.simulation.timetable import (
     timetable_of,
 )
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
-from torquer.spacecraft.disturbance import held, unmodelled
+from torquer.spacecraft.disturbance import unmodelled
 from torquer.spacecraft.failures import FAILURE
 from torquer.spacecraft.rotors import NO_ROTORS, ROTOR_STATE
 from torquer.spacecraft.sampling import Sampled
@@ -304,7 +304,7 @@ def first_state(
         sensors=sensors,
         coils=coils,
         rotors=rotors,
-        held=np.zeros(held.CELLS),
+        held=np.array(dynamics.held.constant_n_m),
         coefficients=np.zeros(unmodelled.CELLS if dynamics.unmodelled else 0),
         allocation=allocation,
         board=first_board(blocks, modes, plan.computer.estimator),

@@ -37,7 +37,7 @@ from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import record_instant
 from torquer.simulation.size import piece_steps
-from torquer.simulation.state import Dynamics, Plan, Record, State, Tables
+from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
 from torquer.simulation.step import Loop, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.coils import switch_off_coils
@@ -144,8 +144,9 @@ class Run:
         """Whether the integrator's step follows the motion where the run stands."""
         if not isinstance(self.integrator, Rk4):
             return True
-        step = int(self.state.at[0])
-        return propagate(self._made_ready().problem, step, step, LOOK_ONLY) >= 0
+        step, ready = int(self.state.at[0]), self._made_ready()
+        ready.run_steps(ready.loop.address, step)  # which looks the environment up
+        return propagate(ready.problem, step, step, LOOK_ONLY) >= 0
 
 
 class _Ready(NamedTuple):
@@ -161,9 +162,9 @@ class _Ready(NamedTuple):
 def _ready_for(run: Run) -> _Ready:
     plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
     drawn = np.zeros((STREAMS, 3))
-    moving = One(Member(state, run.dynamics, seed, drawn))
+    moving, here = One(Member(state, run.dynamics, seed, drawn)), np.zeros(HERE_CELLS)
     problem = Arguments(
-        Problem(run.integrator, moving, piece.moving, plan.step_s, plan.record_steps)
+        Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
     )
     loop = Arguments(
         Loop(
@@ -172,6 +173,7 @@ def _ready_for(run: Run) -> _Ready:
             One(Member(state, plan.plant, seed, drawn)),
             (),
             state.at,
+            here,
             run.record,
             propagate.address(problem),
             problem.address,

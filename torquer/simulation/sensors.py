@@ -252,19 +252,17 @@ def put_zeros(members, failures, late, actions, t):
 
 
 @internal
-def read_sensors(members, plan, tables, actions, step):
+def read_sensors(members, plan, tables, b_inertial, actions, step):
     """Read the sensors that are due, in this order; what their noise is, state and step decide."""
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
     if actions & ANY_DELIVERY:
         each(members, deliver_step, actions)
     actions = sensors_at_work(members, plant.failures, late, actions, t)
-    if actions & (READ << MAGNETOMETER | READ << SEARCH_COIL):
-        b, _ = lookup6(tables.orbit, t, 3)
-        if actions & (READ << MAGNETOMETER):
-            draw(members, plant.magnetometer.noise_t, MAGNETOMETER, magnetometer.STREAM)
-            each(members, magnetometer_step, late, b, t)
-        if actions & (READ << SEARCH_COIL):
-            each(members, search_coil_step, b, rate_from(tables.orbit, t, 3), t)
+    if actions & (READ << MAGNETOMETER):
+        draw(members, plant.magnetometer.noise_t, MAGNETOMETER, magnetometer.STREAM)
+        each(members, magnetometer_step, late, b_inertial, t)
+    if actions & (READ << SEARCH_COIL):
+        each(members, search_coil_step, b_inertial, rate_from(tables.orbit, t, 3), t)
     if actions & (READ << GYRO):
         draw(members, plant.gyro.noise_rad_s, GYRO, gyro.NOISE_STREAM)
         draw(members, plant.gyro.drift_rad_s_sqrt_s, GYRO, gyro.DRIFT_STREAM)

@@ -32,6 +32,23 @@ class Tables(NamedTuple):
     sun: Table
 
 
+#: Cells of B [T] and gravity-gradient vector [1/s] where the loop stands: each of its phases would
+#: look them up again.
+HERE_CELLS = 6
+
+
+@inlined
+def put_here(cells, found):
+    """Keep field and gravity-gradient vector."""
+    (cells[0], cells[1], cells[2]), (cells[3], cells[4], cells[5]) = found
+
+
+@inlined
+def here_in(cells):
+    """Field and gravity-gradient vector, as they are kept."""
+    return (cells[0], cells[1], cells[2]), (cells[3], cells[4], cells[5])
+
+
 class Plant(NamedTuple):
     """What the satellite's devices are: actuators, sensors with their errors.
 

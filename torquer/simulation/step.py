@@ -11,6 +11,7 @@ import numpy as np
 from torquer.compile.arguments import Entry, record_at
 from torquer.control.allocation import drive_wheels
 from torquer.engine import internal
+from torquer.environment.table import lookup6
 from torquer.simulation.computers import Boards, compute, estimate_for_outside, has_command
 from torquer.simulation.members import (
     BAD_COMMAND,
@@ -26,7 +27,7 @@ from torquer.simulation.members import (
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
 from torquer.simulation.record import record_members
 from torquer.simulation.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
-from torquer.simulation.state import Plan, Record, Tables, put_goal
+from torquer.simulation.state import Plan, Record, Tables, here_in, put_goal, put_here
 from torquer.simulation.timetable import (
     COILS_OFF,
     COILS_ON,
@@ -48,6 +49,7 @@ _STEPS_TO_LOOK = 100_000
 class Loop(NamedTuple):
     """What the loop takes. `at`: steps done, and 1 where the sensors have been read already.
 
+    `here`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `propagate`, `problem`: addresses of the compiled `propagate` and of its arguments. `record`:
     of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
     """
@@ -57,6 +59,7 @@ class Loop(NamedTuple):
     members: One | Many
     boards: Boards
     at: np.ndarray
+    here: np.ndarray
     record: Record | np.ndarray
     propagate: int
     problem: int
@@ -96,12 +99,12 @@ def drive_wheels_step(member, allocation, hold_s, step):
 
 
 @internal
-def sense(members, plan, tables, actions, step):
+def sense(loop, actions, step):
     """Read the sensors, and give the computer what it needs for a control step."""
-    t = step * plan.step_s
+    members, plan, tables, t = loop.members, loop.plan, loop.tables, step * loop.plan.step_s
     if actions & COILS_OFF:
         each(members, coils_off_step)
-    read_sensors(members, plan, tables, actions, step)
+    read_sensors(members, plan, tables, here_in(loop.here)[0], actions, step)
     if actions & CONTROL:
         since_s = t - first_of(members).state.board.known[0].t_s
         left, mean = remaining_and_mean(plan.plant.coils.lag_s, since_s)
@@ -148,6 +151,7 @@ def _run_steps(address, last):
     loop = record_at(address)
     members, plan, at, timetable = loop.members, loop.plan, loop.at, loop.plan.timetable
     step = at[0]
+    put_here(loop.here, lookup6(loop.tables.orbit, step * plan.step_s, 3))
     number, cycle = row_from(timetable, step)
     due = cycle + timetable.rows[number].step
     to_record = step + -step % plan.record_steps
@@ -157,7 +161,7 @@ def _run_steps(address, last):
         if step == due:
             row = timetable.rows[number]
             if at[1] == 0:
-                sense(members, plan, loop.tables, row.actions, step)
+                sense(loop, row.actions, step)
             if row.actions & CONTROL:
                 ended = control(loop, step)
                 if ended != RUNNING:

@@ -16,7 +16,7 @@ from torquer.simulation.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.propagate.fixed import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.run import Piece, Run, piece_of
-from torquer.simulation.state import CELLS
+from torquer.simulation.state import CELLS, HERE_CELLS
 from torquer.simulation.step import Loop, run_steps
 from torquer.simulation.stopping import heeded
 
@@ -137,7 +137,7 @@ class Lanes:
         seeds, ends = np.ascontiguousarray(seeds[fill], np.int64), np.zeros(LANES, END)
         kept = np.zeros((run.steps // plan.record_steps + 1, _MOTION, LANES))
         drawn, boards = np.zeros((STREAMS, 3, LANES)), self._boards(numbers[fill])
-        at = np.zeros(2, np.int64)
+        at, here = np.zeros(2, np.int64), np.zeros(HERE_CELLS)
         rest = (seeds, drawn, ends, LANES)
         members = Many(self.packed.of_loop, cells, plan.plant, *rest)
         moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
@@ -146,10 +146,12 @@ class Lanes:
             if heeded().asked:
                 raise KeyboardInterrupt
             problem = Arguments(
-                Problem(run.integrator, moving, piece.moving, plan.step_s, plan.record_steps)
+                Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
             )
             compiled = propagate.address(problem)
-            loop = Loop(plan, piece.tables, members, boards, at, kept, compiled, problem.address)
+            loop = Loop(
+                plan, piece.tables, members, boards, at, here, kept, compiled, problem.address
+            )
             run_steps(Arguments(loop), piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)
         ended = np.ascontiguousarray(

@@ -124,10 +124,15 @@ def _angle_at(orbit_angle, t):
 @inlined
 def environment_at(tables, t):
     """The environment at time t [s]."""
-    b, gravity_gradient = lookup6(tables.orbit, t, 3)
+    return environment_with(tables, lookup6(tables.orbit, t, 3), t)
+
+
+@inlined
+def environment_with(tables, found, t):
+    """The environment at time t [s]; `found`: field and gravity-gradient vector there."""
     return LocalEnvironment(
-        b,
-        scale(tables.gravity, gravity_gradient),
+        found[0],
+        scale(tables.gravity, found[1]),
         _flow_at(tables.air, t),
         _light_at(tables.light, tables.orbit, t),
         _angle_at(tables.orbit_angle, t),

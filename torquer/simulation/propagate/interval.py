@@ -7,10 +7,12 @@ with sensors, computer and record, does not know them and is compiled once.
 import math
 from typing import NamedTuple
 
+import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
 from torquer.engine import INLINED_OPTIONS, inner, internal
+from torquer.environment.table import lookup6
 from torquer.geometry.vec3 import dot
 from torquer.simulation.members import (
     BAD_STATE,
@@ -33,8 +35,13 @@ from torquer.simulation.propagate.fixed import (
     left_in_step,
     rk4_step,
 )
-from torquer.simulation.propagate.forces import EnvironmentTables, environment_at, forces_now
-from torquer.simulation.state import motion_of, put_motion
+from torquer.simulation.propagate.forces import (
+    EnvironmentTables,
+    environment_at,
+    environment_with,
+    forces_now,
+)
+from torquer.simulation.state import here_in, motion_of, put_here, put_motion
 from torquer.spacecraft.coils import advance_coils
 
 #: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up
@@ -43,11 +50,15 @@ GO_ON, LOOK, LOOK_ONLY = 0, 1, 2
 
 
 class Problem(NamedTuple):
-    """What `propagate` takes: integrator, members with their `Dynamics`, tables, time grid."""
+    """What `propagate` takes: integrator, members with their `Dynamics`, tables, time grid.
+
+    `here`: field and gravity-gradient vector at the start of the interval, and later at its end.
+    """
 
     integrator: Auto | Rk4 | Splitting
     members: One | Many
     tables: EnvironmentTables
+    here: np.ndarray
     step_s: float
     record_steps: int
 
@@ -162,7 +173,7 @@ def _propagate(address, step, last, look):
     """
     problem = whole(record_at(address))
     members, h = problem.members, problem.step_s
-    here = environment_at(problem.tables, step * h)
+    here = environment_with(problem.tables, here_in(problem.here), step * h)
     if look != GO_ON and is_too_coarse(problem.integrator, problem, here.b_t, step, look):
         return -COARSE_STEP
     if step == last:
@@ -172,6 +183,7 @@ def _propagate(address, step, last, look):
     if not advance(members, problem, here, step, until):
         return -BAD_STATE
     each(members, actuators_step, (until - step) * h)
+    put_here(problem.here, lookup6(problem.tables.orbit, until * h, 3))
     return until
 
 

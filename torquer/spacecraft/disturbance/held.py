@@ -7,8 +7,6 @@ from torquer.engine import internal
 from torquer.geometry.vec3 import add_scaled, put_vector
 
 STREAM = 6
-#: Cells of the torque in the state.
-CELLS = 3
 #: Steps for which a torque is held that never changes.
 FOR_EVER = 1 << 62
 
@@ -29,15 +27,18 @@ NO_HELD_TORQUE = HeldTorque((0.0, 0.0, 0.0), 0.0, FOR_EVER)
 
 @internal
 def draw_held(held, seed, step, cells):
-    """Put the torque [N m, body] that holds from a step on into its cells, if it changes there."""
-    if step % held.hold_steps == 0:
-        put_vector(cells, held.constant_n_m)
-        if held.random_n_m > 0.0:
-            drawn = noise.normal3(seed, STREAM, step // held.hold_steps)
-            put_vector(cells, add_scaled(held.constant_n_m, held.random_n_m, drawn))
+    """Put the torque [N m, body] that holds from a step on into its cells, if it changes there.
+
+    The constant part is there from the start.
+    """
+    if held.random_n_m > 0.0 and step % held.hold_steps == 0:
+        drawn = noise.normal3(seed, STREAM, step // held.hold_steps)
+        put_vector(cells, add_scaled(held.constant_n_m, held.random_n_m, drawn))
 
 
 @internal
 def end_of_hold(held, step, last):
     """The step at which the random torque changes, `last` at the latest."""
+    if held.random_n_m == 0.0:
+        return last
     return min(last, step - step % held.hold_steps + held.hold_steps)
