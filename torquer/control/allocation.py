@@ -5,18 +5,12 @@ least squares. All that the computer believes of the wheels is here; it goes on 
 have died until their failure is noticed.
 """
 
-import functools
 from typing import NamedTuple
 
-import numba
 import numpy as np
-from numba import types
 
-from torquer.compile.arguments import whole
-from torquer.engine import addresses, caller, internal, kernel
+from torquer.engine import kernel
 from torquer.geometry.vec3 import scale
-from torquer.plugin import first_class
-from torquer.spacecraft.rotors import ROTOR_STATE
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.allocation import WheelSet, least_squares, within_limits
 from torquer.wheel_array.steering import Steering, lose, steer, steer_nearest, steering_of
@@ -25,8 +19,6 @@ from torquer.wheel_array.steering import Steering, lose, steer, steer_nearest, s
 class Allocation(NamedTuple):
     """Constants of the allocation for kernels; n wheels."""
 
-    allocate: np.ndarray | tuple
-    """Address of `allocate_torque`; none for a satellite without wheels, which compiles none."""
     steering: Steering
     """As it is at the start; limits and bias that hold now are in the state."""
     noticed_from: np.ndarray
@@ -58,7 +50,11 @@ _NO_STEERING = Steering(
     np.zeros((0, 0)),
 )  # fmt: skip
 
+#: A satellite without wheels.
+NO_ALLOCATION = Allocation(_NO_STEERING, _NONE, False, False)
 
+
+@kernel
 def allocate_torque(allocation, state, rotors, torque_body, interval_s, step):
     """Set the motors for an interval, so that the body gets a torque [N m] from the wheels.
 
@@ -85,16 +81,6 @@ def allocate_torque(allocation, state, rotors, torque_body, interval_s, step):
         rotors[k].motor = state.motor[k]
 
 
-NO_ALLOCATION = Allocation(addresses([]), _NO_STEERING, _NONE, False, False)
-_ALLOCATE = types.void(
-    numba.typeof(NO_ALLOCATION), numba.typeof(NO_ALLOCATION_STATE),
-    numba.from_dtype(ROTOR_STATE)[::1], types.UniTuple(types.float64, 3), types.float64,
-    types.int64,
-)  # fmt: skip
-#: Called by its address, as laws are: only a run with wheels compiles it.
-_call_allocate = caller(_ALLOCATE)
-
-
 @kernel
 def switch_off_motors(state, rotors):
     """Leave the wheels to their friction."""
@@ -102,32 +88,14 @@ def switch_off_motors(state, rotors):
         state.motor[k] = rotors[k].motor = 0.0
 
 
-@internal
-def drive_wheels(allocation, state, rotors, drive, torque_body, hold_s, step):
-    """Set the motors until the next control step; `drive`: whether the wheels may work."""
-    if len(allocation.allocate) == 0:
-        return
-    if not drive:
-        switch_off_motors(state, rotors)
-        return
-    function, constants, beliefs = allocation.allocate[0], whole(allocation), whole(state)
-    _call_allocate(function, constants, beliefs, rotors, torque_body, hold_s, step)
-
-
 def allocation_of(wheels: ReactionWheels, step_s: float, driven: bool = True) -> Allocation:
     """Constants of the allocation; `driven`: whether a law drives the wheels."""
     return Allocation(
-        allocate=_allocate(),
         steering=steering_of(wheels.array(), wheels.minimum_speed_fraction),
         noticed_from=wheels.noticed_from_step(step_s),
         driven=driven,
         by_least_squares=wheels.allocation == "least_squares",
     )
-
-
-@functools.cache
-def _allocate() -> np.ndarray | tuple:
-    return addresses([first_class(allocate_torque, _ALLOCATE, "allocation: must compile")])
 
 
 def first_allocation(allocation: Allocation) -> AllocationState:

@@ -38,7 +38,7 @@ from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import record_instant
 from torquer.simulation.size import piece_steps
 from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
-from torquer.simulation.step import Loop, run_steps
+from torquer.simulation.step import Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.coils import switch_off_coils
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
@@ -166,20 +166,13 @@ def _ready_for(run: Run) -> _Ready:
     problem = Arguments(
         Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
     )
-    loop = Arguments(
-        Loop(
-            plan,
-            piece.tables,
-            One(Member(state, plan.plant, seed, drawn)),
-            (),
-            state.at,
-            here,
-            run.record,
-            propagate.address(problem),
-            problem.address,
-        )
-    )
-    return _Ready(piece, run.record, run_steps.of(loop), loop, problem)
+    member = One(Member(state, plan.plant, seed, drawn))
+    loop = Loop(plan, piece.tables, member, (), state.at, here, run.record, 0, 0, problem.address)
+    loop = loop._replace(propagate=propagate.address(problem))
+    if len(plan.plant.rotors.rows):
+        loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
+    arguments = Arguments(loop)
+    return _Ready(piece, run.record, run_steps.of(arguments), arguments, problem)
 
 
 def prepare(

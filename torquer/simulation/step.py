@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.arguments import Entry, record_at
-from torquer.control.allocation import drive_wheels
+from torquer.compile.arguments import Entry, entry_caller, record_at
+from torquer.control.allocation import allocate_torque, switch_off_motors
 from torquer.engine import internal
 from torquer.environment.table import lookup6
 from torquer.simulation.computers import Boards, compute, estimate_for_outside, has_command
@@ -20,7 +20,6 @@ from torquer.simulation.members import (
     Many,
     One,
     each,
-    each_alone,
     first_of,
     must_stop,
 )
@@ -50,8 +49,8 @@ class Loop(NamedTuple):
     """What the loop takes. `at`: steps done, and 1 where the sensors have been read already.
 
     `here`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
-    `propagate`, `problem`: addresses of the compiled `propagate` and of its arguments. `record`:
-    of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
+    `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
+    `drive_wheels`, `propagate`: addresses of these functions; `problem`: of what the latter takes.
     """
 
     plan: Plan
@@ -61,6 +60,7 @@ class Loop(NamedTuple):
     at: np.ndarray
     here: np.ndarray
     record: Record | np.ndarray
+    drive_wheels: int
     propagate: int
     problem: int
 
@@ -89,13 +89,21 @@ def leave_coils_off_step(member):
     c.set_x, c.set_y, c.set_z = 0.0, 0.0, 0.0
 
 
-@internal
-def drive_wheels_step(member, allocation, hold_s, step):
+def _drive_wheels(address, hold_steps, step):
     """Set the motors of the wheels until the next control step."""
-    state, c = member.state, member.state.cells[0]
-    drive = state.board.chosen[0].wheels != 0.0
-    torque = (c.torque_x, c.torque_y, c.torque_z)
-    drive_wheels(allocation, state.allocation, state.rotors, drive, torque, hold_s, step)
+    loop = record_at(address)
+    state, c = loop.members.member.state, loop.members.member.state.cells[0]
+    if state.board.chosen[0].wheels == 0.0:
+        switch_off_motors(state.allocation, state.rotors)
+        return 0
+    torque, hold_s = (c.torque_x, c.torque_y, c.torque_z), hold_steps * loop.plan.step_s
+    allocate_torque(loop.plan.allocation, state.allocation, state.rotors, torque, hold_s, step)
+    return 0
+
+
+#: Called by its address: only a satellite with wheels compiles it.
+drive_wheels = Entry(_drive_wheels, 2)
+_call_drive_wheels = entry_caller(2)
 
 
 @internal
@@ -114,13 +122,16 @@ def sense(loop, actions, step):
 
 
 @internal
-def actuate(members, plan, row, step):
+def actuate(address, row, step):
     """Hand the commands to coils and wheels."""
+    loop = record_at(address)
+    members = loop.members
     if row.actions & COILS_ON:
         each(members, drive_coils_step)
     elif row.actions & COILS_STAY == 0:
         each(members, leave_coils_off_step)
-    each_alone(members, drive_wheels_step, plan.allocation, row.hold_steps * plan.step_s, step)
+    if loop.plan.plant.rotors.rows.shape[0] > 0:
+        _call_drive_wheels(loop.drive_wheels, address, row.hold_steps, step)
 
 
 @internal
@@ -166,7 +177,7 @@ def _run_steps(address, last):
                 ended = control(loop, step)
                 if ended != RUNNING:
                     return ended
-                actuate(members, plan, row, step)
+                actuate(address, row, step)
             number += 1
             if number == timetable.rows.shape[0]:
                 number, cycle = 0, cycle + timetable.cycle_steps

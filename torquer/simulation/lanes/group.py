@@ -150,7 +150,7 @@ class Lanes:
             )
             compiled = propagate.address(problem)
             loop = Loop(
-                plan, piece.tables, members, boards, at, here, kept, compiled, problem.address
+                plan, piece.tables, members, boards, at, here, kept, 0, compiled, problem.address
             )
             run_steps(Arguments(loop), piece.last)
         propagate(problem, run.steps, run.steps, LOOK_ONLY)
