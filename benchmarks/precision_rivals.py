@@ -20,10 +20,10 @@ from precision_equations import gyrostat_of, rates
 from precision_own import Way
 from precision_tasks import Task
 from scipy.integrate import solve_ivp
+from torquer.simulation.forces import environment_at
 
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.simulation.forces import EnvironmentTables, environment_at
 from torquer.simulation.run import prepare
 from torquer.spacecraft.body import motion_rates
 
@@ -83,8 +83,7 @@ def _dipole(t, y, tables, gain, limit):
 def _scipy_bdot(task, tolerance):
     """From control step to control step."""
     run = prepare(task.scenario(task.references[0]))
-    rigid = run.plan.plant.rigid
-    tables = EnvironmentTables(run.tables.orbit, run.tables.air, run.plan.plant.gravity)
+    rigid, tables = run.dynamics.rigid, run.piece.moving
     gain = task.data["control"]["law"]["gain_a_m2_s_per_t"]
     limit, hold_s = task.data["spacecraft"]["coils"]["limit_a_m2"], task.data["control"]["sample_s"]
     y, attitudes = run.state.cells.view(np.float64).ravel()[:7].copy(), []

@@ -1,6 +1,6 @@
 """Changes of a scenario that make it one of another integrator."""
 
-INTEGRATORS = ("auto", "rk4", "splitting", "dop853")
+INTEGRATORS = ("auto", "rk4", "splitting")
 
 
 def by(integrator: str) -> dict:

@@ -6,16 +6,16 @@ import numba
 import numpy as np
 import pytest
 from numba import types
+from torquer.simulation.lane_law import law_in_lanes
+from torquer.simulation.lane_loop import coils_in_lanes, step_in_lanes
+from torquer.simulation.lane_sensors import attitude_sensors, draw_in_lanes, gyros, magnetometers
+from torquer.simulation.lane_state import packed
 
 from torquer import engine, law
 from torquer.control.law import Law
 from torquer.environment.local import LocalEnvironment
 from torquer.lanes import LANES, type_with
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.lane_law import law_in_lanes
-from torquer.simulation.lane_loop import coils_in_lanes, step_in_lanes
-from torquer.simulation.lane_sensors import attitude_sensors, draw_in_lanes, gyros, magnetometers
-from torquer.simulation.lane_state import packed
 from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.run import prepare
 

@@ -239,11 +239,11 @@ CASES = [
     ({"simulation.duration_s": 1e-6},
      "simulation.record_s: must not exceed the duration of 1e-06 s; received 10 s"),
     ({"simulation.step_s": 1e-320}, "simulation.step_s: must be at least 1e-09; received 1e-320"),
-    ({"environment.table_tolerance": 0, "simulation.integrator": "dop853"},
+    ({"environment.table_tolerance": 0, "simulation.integrator": "splitting"},
      "environment.table_tolerance: 0 (no table) needs simulation.integrator 'rk4'; "
-     "received 'dop853'"),
+     "received 'splitting'"),
     ({"simulation.integrator": "euler"},
-     "simulation.integrator: must be 'auto', 'rk4', 'splitting' or 'dop853'; received 'euler'"),
+     "simulation.integrator: must be 'auto', 'rk4' or 'splitting'; received 'euler'"),
     # presets
     ({"spacecraft.magnetometer.preset": "fancy"},
      "spacecraft.magnetometer.preset: must be one of hmr2300r; received 'fancy'"),

@@ -6,6 +6,7 @@ import hypothesis.strategies as st
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
+from integrators import INTEGRATORS, by
 
 from torquer import engine, law, load, resume, save, simulate
 from torquer.simulation.result import laws_of
@@ -291,7 +292,6 @@ EVERYTHING = {
     "simulation": {"duration_s": 602.0, "step_s": 0.5, "record_s": 7.0},
     "seed": 7,
 }  # fmt: skip
-INTEGRATORS = ("rk4", "splitting", "dop853")
 HOSTED = law(
     telling.function, parameters={"gain": 2e5}, memory=telling.memory, log=telling.log,
     compiled=False,
@@ -316,7 +316,7 @@ def wholes(make):
 
     def whole(integrator, way):
         if (integrator, way) not in known:
-            scenario = make(EVERYTHING | {"simulation.integrator": integrator})
+            scenario = make(EVERYTHING | by(integrator))
             known[integrator, way] = scenario, LAWS[way], simulate(scenario, laws=LAWS[way])
         return known[integrator, way]
 

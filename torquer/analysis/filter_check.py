@@ -129,11 +129,9 @@ def _recorded(run: Run) -> Recorded:
 def _motion(run: Run, recorded: Recorded, at: np.ndarray) -> Motion:
     """The motion that was flown."""
     rows, rotors = recorded.rows[at], run.plan.plant.rotors
-    momentum = np.zeros((len(rows), 3))
-    if rotors:
-        count = len(rotors.rows)
-        axes = np.array([axis_of(rotors.rows, k) for k in range(count)])
-        momentum = recorded.wheels[at, :count] @ axes
+    count = len(rotors.rows)
+    axes = np.reshape([axis_of(rotors.rows, k) for k in range(count)], (count, 3))
+    momentum = recorded.wheels[at, :count] @ axes
     q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)
     omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)
     return Motion(run.scenario.simulation.record_s * at, q, omega, momentum)

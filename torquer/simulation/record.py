@@ -1,12 +1,15 @@
 """What is recorded of an instant."""
 
+from typing import NamedTuple
+
+import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
 from torquer.engine import INLINED_OPTIONS, inner
 from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.members import One, member_in
-from torquer.simulation.state import motion_of
+from torquer.simulation.state import Plan, Record, State, motion_of
 from torquer.spacecraft.coils import present_dipole
 from torquer.spacecraft.rotors import relative_momentum
 
@@ -72,12 +75,21 @@ def _record_members(members, plan, step, record):
     return in_lanes
 
 
+class Instant(NamedTuple):
+    """What `record_instant` takes; `coils`: their state."""
+
+    plan: Plan
+    state: State
+    coils: np.ndarray
+    record: Record
+
+
 def _record_instant(address, step):
     """Record an instant of one satellite outside the loop."""
-    plan, state, coils, record = record_at(address)
-    record_row(plan, state, coils, step, record)
+    instant = record_at(address)
+    record_row(instant.plan, instant.state, instant.coils, step, instant.record)
     return 0
 
 
-#: `(address of plan, state, state of the coils and record; step)`, from Python.
+#: `(address of an Instant, step)`, from Python.
 record_instant = Entry(_record_instant, 1)

@@ -175,7 +175,7 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     part = result.isel(time=here)
     cells = record.rows.view(np.float64).reshape(count, len(ROW.names))
     cells[rows, 0] = steps[here]
-    wheels = bool(run.plan.plant.rotors)
+    wheels = len(run.plan.plant.rotors.rows) > 0
     for name, key, *_ in (*RECORDED, *([TORQUE] if wheels else ())):
         cells[np.ix_(rows, np.array(places(key)))] = part[name].values
     if wheels:

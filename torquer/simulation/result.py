@@ -68,7 +68,7 @@ def part_of(run: Run) -> xr.Dataset:
     t_s = record.rows["step"] * run.plan.step_s
     variables = _vectors(record.rows, RECORDED) | logged(run, record) | modes_recorded(run, record)
     coordinates = _coordinates(run.scenario, t_s)
-    if run.plan.plant.rotors:
+    if len(run.plan.plant.rotors.rows):
         variables |= _of_wheels(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
     if len(record.estimate):
@@ -230,7 +230,7 @@ def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
     to_body = to_inertial.transpose(0, 2, 1)
     body = run.scenario.spacecraft.body
     momentum = omega @ np.array(body.inertia_kg_m2) + np.array(body.wheel_momentum_n_m_s)
-    if run.plan.plant.rotors:
+    if len(run.plan.plant.rotors.rows):
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]

@@ -35,7 +35,7 @@ from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
 from torquer.simulation.propagate.fixed import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.record import record_instant
+from torquer.simulation.record import Instant, record_instant
 from torquer.simulation.size import piece_steps
 from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
 from torquer.simulation.step import Loop, drive_wheels, run_steps
@@ -301,4 +301,4 @@ def record_this_instant(run: Run) -> None:
     coils, (due, actions) = state.coils.copy(), next_row(plan.timetable, step)
     if due == step and actions & COILS_OFF:
         switch_off_coils(plan.plant.coils, coils)
-    record_instant(Arguments((plan, state, coils, run.record)), step)
+    record_instant(Arguments(Instant(plan, state, coils, run.record)), step)
