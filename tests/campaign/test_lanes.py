@@ -6,18 +6,20 @@ import numba
 import numpy as np
 import pytest
 from numba import types
-from torquer.simulation.lane_law import law_in_lanes
-from torquer.simulation.lane_loop import coils_in_lanes, step_in_lanes
-from torquer.simulation.lane_sensors import attitude_sensors, draw_in_lanes, gyros, magnetometers
-from torquer.simulation.lane_state import packed
 
 from torquer import engine, law
 from torquer.control.law import Law
 from torquer.environment.local import LocalEnvironment
 from torquer.lanes import LANES, type_with
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.members import Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.lanes.laws import law_in_lanes
+from torquer.simulation.lanes.packing import packed
+from torquer.simulation.members import END, STREAMS, Many, draw, each
+from torquer.simulation.propagate.interval import rk4_phase
 from torquer.simulation.run import prepare
+from torquer.simulation.sensors import attitude_sensor_step, gyro_step, magnetometer_step
+from torquer.simulation.step import drive_coils_step
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
 
@@ -180,9 +182,11 @@ def types_in(of_type):
 def test_no_lane_holds_an_array(name):
     """A lane's tuple is made without references of its own: an array in it would be freed."""
     run = prepare(scenario_from_text(HEAD + SCENARIOS[name]))
-    plant = run.plan.plant
-    made = type_with(numba.typeof(plant), packed(plant, run.state).layout.plant)
-    assert not any(isinstance(each, types.Array) for each in types_in(made))
+    plant, dynamics = run.plan.plant, run.dynamics
+    own = packed(plant, dynamics, run.state)
+    for constants, layout in ((plant, own.of_loop), (dynamics, own.of_dynamics)):
+        made = type_with(numba.typeof(constants), layout.plant)
+        assert not any(isinstance(each, types.Array) for each in types_in(made))
 
 
 @law(memory={"calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
@@ -228,21 +232,27 @@ def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
 
 
 def phases():
-    """Parts of the loop, and what they are called with."""
+    """Loops over members by name, each with the members that it takes."""
     run = prepare(scenario_from_text(HEAD + SCENARIOS["errors of all kinds"]))
-    lanes, plant = Lanes(run, Pieces(run)), run.plan.plant
-    cells, seeds = np.repeat(lanes.packed.numbers, LANES), np.zeros(LANES, np.int64)
-    layout, three, drawn = lanes.packed.layout, (0.0, 0.0, 0.0), np.zeros((3, LANES))
-    here = LocalEnvironment(three, three, ())
-    step = (layout, plant, cells, here, here, here, three, 0, 1.0)
+    own = packed(run.plan.plant, run.dynamics, run.state)
+    cells, seeds = np.repeat(own.numbers, LANES), np.zeros(LANES, np.int64)
+    rest = (seeds, np.zeros((STREAMS, 3, LANES)), np.zeros(LANES, END), LANES)
+    members = Many(own.of_loop, cells, run.plan.plant, *rest)
+    moving = Many(own.of_dynamics, cells, run.dynamics, *rest)
+    zero = (0.0, 0.0, 0.0)
+    here = LocalEnvironment(zero, zero, ())
     return {
-        draw_in_lanes: (layout, cells, seeds, 0, 1, drawn),
-        magnetometers: (layout, plant, 0, cells, drawn, here, 0.0),
-        attitude_sensors: (layout, plant, 0, cells, drawn, 0.0),
-        gyros: (layout, plant, 0, cells, drawn, drawn, 0.0),
-        coils_in_lanes: (layout, plant, cells, LANES),
-        step_in_lanes: step,
-    }
+        "draw": (lambda members: draw(members, 1.0, 0, 1), members),
+        "magnetometer": (
+            lambda members: each(members, magnetometer_step, 0, zero, 0.0), members
+        ),
+        "attitude sensor": (lambda members: each(members, attitude_sensor_step, 0, 0.0), members),
+        "gyro": (lambda members: each(members, gyro_step, 0, 0.0), members),
+        "coils": (lambda members: each(members, drive_coils_step), members),
+        "rk4": (
+            lambda members: each(members, rk4_phase, here, here, here, zero, 0, 1.0), moving
+        ),
+    }  # fmt: skip
 
 
 def assembly_of(function, *arguments):
@@ -278,12 +288,11 @@ wide_vectors = pytest.mark.skipif(
 
 
 @wide_vectors
-@pytest.mark.parametrize(
-    "phase", phases() if engine.COMPILED else (), ids=lambda phase: phase.__name__
-)
-def test_loops_over_members_are_of_vectors(phase):
+@pytest.mark.parametrize("name", phases() if engine.COMPILED else ())
+def test_loops_over_members_are_of_vectors(name):
     """Easily lost, by a store under a condition, a call, or a short loop that is unrolled."""
-    assert is_of_vectors(assembly_of(phase.py_func, *phases()[phase]))
+    loop, members = phases()[name]
+    assert is_of_vectors(assembly_of(loop, members))
 
 
 @wide_vectors
