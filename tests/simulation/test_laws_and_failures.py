@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from integrators import INTEGRATORS, by
 
 import torquer
 from torquer import RunStopped, engine, simulate
@@ -135,16 +136,19 @@ def with_law(plain_data, folder):
 WINDOW = {"control.sample_s": 2.0, "control.measure_s": 4.0, "control.actuate_s": 3.0}
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("integrator", INTEGRATORS)
 @pytest.mark.parametrize("window", [{}, WINDOW])
 def test_plain_python_gives_the_bits_of_the_compiled_law(with_law, integrator, window):
-    changes = window | {
-        "simulation.integrator": integrator,
-        "simulation.record_s": 5.0,
-        "spacecraft.coils.lag_s": 0.4,
-        "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0},
-        "spacecraft.gyro.bias_drift_deg_s_sqrt_s": 1e-3,
-    }
+    changes = (
+        window
+        | by(integrator)
+        | {
+            "simulation.record_s": 5.0,
+            "spacecraft.coils.lag_s": 0.4,
+            "spacecraft.magnetometer": {"noise_nt": 50.0, "coil_disturbance_nt_per_a_m2": 100.0},
+            "spacecraft.gyro.bias_drift_deg_s_sqrt_s": 1e-3,
+        }
+    )
     fast = simulate(with_law("compiled", changes=changes))
     slow = simulate(with_law("plain", changes=changes))
     fast_law, slow_law = laws_of(fast)["law"], laws_of(slow)["law"]
@@ -297,7 +301,7 @@ def test_an_absurd_but_finite_answer_is_scaled_to_the_limit(with_law):
     assert dipole == pytest.approx([1.5, -1.5, 3.0])
 
 
-@pytest.mark.parametrize("integrator", ["rk4", "splitting", "dop853"])
+@pytest.mark.parametrize("integrator", ["rk4", "splitting"])
 def test_a_state_that_blows_up_stops_the_run(make, integrator, tmp_path):
     run = prepare(make({"simulation.integrator": integrator}))
     run.state.cells["omega_x"] = 1e200  # a rate [rad/s] that no scenario may have

@@ -4,6 +4,7 @@ import errno
 
 import numpy as np
 import pytest
+from integrators import by
 
 from torquer import RunStopped, engine, law, load, resume, save, simulate
 from torquer.environment.table import build, lookup3
@@ -38,7 +39,7 @@ WAYS = {
     "records": (FULL, 30),
     "few records": (FULL | RARELY, 1),
     "exact tables": (FULL | {"environment.table_tolerance": 0.0}, 30),
-    "dop853": (FULL | {"simulation.integrator": "dop853"}, 30),
+    "adaptive steps": (FULL | by("auto"), 30),
 }
 
 
