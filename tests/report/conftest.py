@@ -175,5 +175,5 @@ def report(detumble, tmp_path_factory):
     from torquer.report import write_report
 
     answer = []
-    paths = write_report(detumble, tmp_path_factory.mktemp("report") / "made", answer.append)
+    paths = write_report(detumble, tmp_path_factory.mktemp("report") / "made", answer.append, plots=True)
     return paths, answer

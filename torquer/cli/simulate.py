@@ -123,7 +123,7 @@ def _with_measured_error(result, progress):
     return result.assign(integration_error_measured=errors.attitude_error.max())
 
 
-def validate(path: Path, as_json: bool, code: CodeOptions) -> int:
+def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> int:
     """Check a scenario and its law; print notes."""
     try:
         scenario = load_checked(path, code)
