@@ -41,6 +41,18 @@ def test_help_ends_with_examples_and_has_no_stray_flags(call, name):
         assert " ".join(line.split()) in shown
 
 
+@pytest.mark.parametrize("name", ALL)
+def test_every_option_is_explained(name):
+    """Those of a spec by the string below the field, which Python does not check."""
+    command = app
+    for word in name.split():
+        command = command[word]
+    if command.default_command is not None:
+        given = command.assemble_argument_collection(parse_docstring=True)
+        options = [each for each in given if each.index is None and not each.children]
+        assert [each.name for each in options if not each.parameter.help] == []
+
+
 @pytest.mark.parametrize("line", sorted({line for each in EXAMPLES.values() for line in each}))
 def test_examples_are_commands(line):
     words = shlex.split(line.partition(" > ")[0])

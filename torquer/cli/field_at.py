@@ -110,7 +110,7 @@ def _model(how: PointOptions | MapOptions):
     if isinstance(how, PointOptions) and how.extrapolate:
         if "extrapolate" not in type(model).model_fields:
             raise ValueError(
-                f"--extrapolate: must go with a model that has dates; received it with {how.model}"
+                f"--extrapolate: must go with a model that has dates; received it with {model.kind}"
             )
         model = model.model_copy(update={"extrapolate": True})
     if not hasattr(model, "b_earth_fixed"):

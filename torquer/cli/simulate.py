@@ -251,7 +251,6 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
 
 def _remove_old_plots(out: Path) -> None:
     """Remove the pictures of an earlier result, which would contradict the report."""
-    flown = (out / "result.nc").stat().st_mtime
     for picture in (*out.glob("plots/*.png"), *out.glob("plots/*.svg")):
-        if picture.stat().st_mtime < flown:
+        if picture.stat().st_mtime < (out / "result.nc").stat().st_mtime:
             picture.unlink()
