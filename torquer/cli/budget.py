@@ -5,16 +5,9 @@ from pathlib import Path
 from torquer.analysis.budget import Budget, as_plain, budget_of_held_attitude, budget_of_run
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
 from torquer.cli.app import BudgetOptions
-from torquer.cli.loading import check_surroundings, load_checked
+from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import (
-    json_text,
-    make_writable,
-    print_error,
-    table,
-    table_console,
-    writing_to,
-)
+from torquer.cli.output import json_text, print_error, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.simulation.simulate import RunStopped, simulate
@@ -25,10 +18,7 @@ _WIDTH = 120
 
 def show(path: Path, how: BudgetOptions, code: CodeOptions) -> int:
     """Fly the scenario, or hold its initial attitude; print the budget, draw it into a folder."""
-    scenario = load_checked(path, code)
-    check_surroundings(scenario)
-    if how.out is not None:
-        make_writable(how.out)
+    scenario = load_usable(path, code, how.out)
     try:
         budget = budget_of_held_attitude(scenario) if how.hold else _flown(scenario)
     except RunStopped as error:

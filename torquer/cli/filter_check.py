@@ -14,9 +14,9 @@ from torquer.analysis.sensor_sets import (
     sensor_sets,
 )
 from torquer.cli.app import FilterOptions
-from torquer.cli.loading import check_surroundings, load_checked
+from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
+from torquer.cli.output import json_text, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.scenario.spec import Scenario
 
@@ -26,7 +26,7 @@ _WIDTH = 120
 
 def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the statistics, draw them into a folder; 1 if the filter is not consistent."""
-    scenario = _loaded(path, how.out, code)
+    scenario = load_usable(path, code, how.out)
     runs = _RUNS if how.runs is None else how.runs
     if runs < 2:
         raise ValueError(f"--runs: must be 2 or more; received {runs}")
@@ -47,7 +47,7 @@ def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the expected accuracy of the scenario's filters, also with fewer sensors."""
     if how.runs is not None:
         raise ValueError(f"--runs: must be left out with --expected; received {how.runs}")
-    scenario = _loaded(path, how.out, code)
+    scenario = load_usable(path, code, how.out)
     sets = sensor_sets(scenario)
     if how.out is not None:
         from torquer.report.filter.expected import draw_expected
@@ -61,14 +61,6 @@ def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     if how.out is not None:
         print(how.out / "expected.png")
     return 0
-
-
-def _loaded(path: Path, out: Path | None, code: CodeOptions) -> Scenario:
-    scenario = load_checked(path, code)
-    check_surroundings(scenario)
-    if out is not None:
-        make_writable(out)
-    return scenario
 
 
 def in_words(found: FilterCheck) -> list[str]:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from torquer.cli.options import CodeOptions
+from torquer.cli.output import make_writable
 from torquer.control.user import UserLaw
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Scenario
@@ -14,6 +15,19 @@ def load_checked(path: Path, code: CodeOptions) -> Scenario:
     """The scenario of a file; ValueError if it names Python files that may not be executed."""
     scenario = load_scenario(path)
     check_code(scenario, path, code)
+    return scenario
+
+
+def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
+    """The scenario of a file, checked for flight, with a folder for its pictures if one is given.
+
+    ValueError for code that may not be executed, for unusable models, and for a folder that cannot
+    be written.
+    """
+    scenario = load_checked(path, code)
+    check_surroundings(scenario)
+    if out is not None:
+        make_writable(out)
     return scenario
 
 

@@ -79,6 +79,5 @@ def check_ranges(spec) -> None:
 
 
 def given(spec, *keys: str) -> dict:
-    """Fields of a spec that are not None, by name: of the named ones, or of all."""
-    values = {key: getattr(spec, key) for key in keys or (field.name for field in fields(spec))}
-    return {key: value for key, value in values.items() if value is not None}
+    """Those of the named fields of a spec that are not None, by name."""
+    return {key: value for key in keys if (value := getattr(spec, key)) is not None}

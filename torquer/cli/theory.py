@@ -9,8 +9,8 @@ _HALF_TURN = within(0.0, 180.0, "deg")
 
 
 @options
-class TheoryOptions:
-    """Options of `torquer theory`."""
+class CaseOptions:
+    """Options that describe law, satellite and orbit: not with --scenario."""
 
     inclination_deg: Annotated[float | None, _HALF_TURN] = None
     """Inclination of the circular orbit."""
@@ -32,6 +32,12 @@ class TheoryOptions:
     """Sampling and hold interval, for bdot and nutation_damping."""
     lag_s: float | None = None
     """Time constant of the coils, with --sample-s [0]."""
+
+
+@options
+class TheoryOptions(CaseOptions):
+    """Options of `torquer theory`."""
+
     scenario: Path | None = None
     """Scenario file that gives all of these, and the law."""
     design: bool = False

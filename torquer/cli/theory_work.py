@@ -1,6 +1,7 @@
 """Work of `torquer theory`: its case from the options, results in text and JSON, pictures."""
 
 import math
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from torquer.analysis.averaged.case import (
 from torquer.analysis.averaged.motion import design_data, motion_data
 from torquer.cli.options import check_ranges, given, option
 from torquer.cli.output import json_text, make_writable, writing_to
-from torquer.cli.theory import TheoryOptions
+from torquer.cli.theory import CaseOptions, TheoryOptions
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.field.averaged import Averaged, mean_of_extremes
 from torquer.orbit.kepler import check_farthest
@@ -31,11 +32,6 @@ from torquer.theory.slow_motion import map_of_evolution
 from torquer.theory.validity import SLOW_CHANGE
 
 _RATE_DEG_S = (5.0, 5.0, 5.0)
-#: Options that describe satellite, orbit and law: not with --scenario.
-_OF_A_CASE = (
-    "inclination_deg", "altitude_km", "strength_nt", "inertia", "gain", "rate_deg_s", "rho_deg",
-    "sun_deg", "sample_s", "lag_s",
-)  # fmt: skip
 _GRID = 61
 
 # ------------------------------------------------------------ the case
@@ -43,7 +39,7 @@ _GRID = 61
 
 def case_of(law: str | None, how: TheoryOptions) -> AveragedCase:
     """The case from either source; `ValueError` if both or neither is given."""
-    laws, named = ", ".join(text.LAWS), given(how, *_OF_A_CASE)
+    laws, named = ", ".join(text.LAWS), given(how, *(each.name for each in fields(CaseOptions)))
     if law is not None and law not in text.LAWS:
         raise ValueError(f"LAW: must be one of {laws}; received {law!r}")
     if how.scenario is not None:

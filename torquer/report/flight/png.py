@@ -208,7 +208,7 @@ def _draw_levels(axes, panel: Panel) -> None:
 
 
 def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
-    """Vertical lines, their labels beside them in the upper part of the axes."""
+    """Vertical lines, their labels next to them, in the upper part of the axes."""
     began, ended = axes.get_xlim()
     at = [mark.t_s / clock.seconds for mark in marks]
     places = [(x - began) / (ended - began) for x in at]
