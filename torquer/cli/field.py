@@ -134,7 +134,7 @@ def point(*, how: PointOptions = PointOptions()) -> int:
 
 @app.command
 def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
-    """The field along an orbit, under one model or several side by side."""
+    """The field along an orbit, under one model or several side by side [igrf14]."""
     from torquer.cli import field_along as work
 
     return work.orbit(how)

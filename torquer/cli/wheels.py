@@ -6,11 +6,7 @@ from cyclopts import App
 
 from torquer.cli.options import Json, options
 
-app = App(
-    name="wheels",
-    help="Reaction-wheel arrays: envelope, rates, failures, other layouts, saturation.",
-    version_flags=[],
-)
+app = App(name="wheels", version_flags=[])
 
 
 @options
