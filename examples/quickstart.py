@@ -14,4 +14,4 @@ simulation = { revolutions = 3, record_s = 5.0 }
 result = torquer.simulate(scenario)  # an xarray.Dataset: units, frames, scenario attached
 for label, value in torquer.rows_of(torquer.summary_of(result)):
     print(f"{label:34} {value}")
-torquer.write_report(result, "runs/quickstart")  # report.html and plots/*.png
+torquer.write_report(result, "runs/quickstart")  # report.html; plots=True: PNG files, too

@@ -129,10 +129,12 @@ SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="ut
 
 @needs_jit
 def test_the_sensors_tutorial_shows_what_is_expected():
-    from torquer.cli.filter_work import expect
+    from torquer.cli.app import FilterOptions
+    from torquer.cli.filter_check import expect
+    from torquer.cli.options import CodeOptions
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        assert expect(ROOT / "examples/which_sensors.toml", None, None, False) == 0
+        assert expect(ROOT / "examples/which_sensors.toml", FilterOptions(), CodeOptions()) == 0
     lines = [line.rstrip() for line in printed.getvalue().splitlines()[:-1] if line.strip()]
     assert len(lines) == 9 and all(line in SENSORS_PAGE for line in lines)
 
@@ -161,12 +163,14 @@ MODES_PAGE = (ROOT / "docs/tutorials/modes.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", MODES_PAGE, re.S | re.M)
 
 
-def shown(*arguments):
+def shown(path, **options):
     """What `torquer modes` prints."""
-    from torquer.cli import modes_work
+    from torquer.cli import modes
+    from torquer.cli.app import ModesOptions
+    from torquer.cli.options import CodeOptions
 
     with contextlib.redirect_stdout(io.StringIO()) as printed:
-        modes_work.show(*arguments)
+        modes.show(path, ModesOptions(**options), CodeOptions())
     return printed.getvalue()
 
 
@@ -183,11 +187,11 @@ def satellites(tmp_path_factory):
 def test_the_tutorial_prints_what_the_checker_says(satellites):
     outputs = [text for kind, text in BLOCKS if kind == ""]
     first, chatter, bounded, spinner, pointing = outputs
-    assert shown(satellites[0], False, None, False) == first
+    assert shown(satellites[0]) == first
     for path, line in zip(satellites[1:], (chatter, bounded), strict=True):
-        assert shown(path, False, None, False).endswith(f"\n{line}")
-    assert shown(ROOT / "examples/spinner_modes.toml", False, None, False) == spinner
-    assert pointing in shown(ROOT / "examples/sun_pointing.toml", False, None, False)
+        assert shown(path).endswith(f"\n{line}")
+    assert shown(ROOT / "examples/spinner_modes.toml") == spinner
+    assert pointing in shown(ROOT / "examples/sun_pointing.toml")
 
 
 @pytest.mark.parametrize(
@@ -196,7 +200,7 @@ def test_the_tutorial_prints_what_the_checker_says(satellites):
 def test_the_tutorials_show_the_diagrams_of_their_examples(page, example):
     text = (ROOT / "docs/tutorials" / page).read_text(encoding="utf-8")
     (drawn,) = re.findall(r"^```mermaid\n(.*?)^```", text, re.S | re.M)
-    printed = shown(ROOT / "examples" / example, True, None, False)
+    printed = shown(ROOT / "examples" / example, mermaid=True)
     assert printed.startswith(drawn)
     assert all(line.startswith("%% ") for line in printed.removeprefix(drawn).splitlines())
 

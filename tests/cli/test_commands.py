@@ -225,10 +225,30 @@ def test_run_writes_everything_and_is_quiet_in_a_pipe(scenario, tmp_path, strict
     assert summary["ended"] == "complete" and summary["simulated_s"] == 300.0
     assert json.loads((out / "summary.json").read_text()) == summary
     assert (out / "report.html").stat().st_size > 10_000
-    assert sorted(out.glob("plots/*.png"))
     result = torquer.load(out / "result.nc")
     assert same(result, torquer.simulate(torquer.load_scenario(scenario)))
-    assert {p.name for p in out.iterdir()} == {"result.nc", "summary.json", "report.html", "plots"}
+    assert {p.name for p in out.iterdir()} == {"result.nc", "summary.json", "report.html"}
+
+
+@needs_jit
+def test_pictures_are_drawn_when_they_are_asked_for(call, scenario, tmp_path):
+    """Also of a complete run; those of an earlier result do not outlive it."""
+    out = tmp_path / "out"
+    assert call("run", scenario, "--out", out)[0] == 0
+    before = (out / "result.nc").read_bytes()
+    code, text, _ = call("run", scenario, "--out", out, "--resume", "--plots")
+    assert code == 0 and text.endswith("result.nc, summary.json, report.html, plots/\n")
+    assert {path.stem for path in out.glob("plots/*.png")} >= {"overview", "rate", "ground_track"}
+    assert (out / "result.nc").read_bytes() == before
+    assert call("run", scenario, "--out", out, "--resume")[0] == 0
+    assert list(out.glob("plots/*.png"))
+    code, text, _ = call("run", scenario, "--out", out, "--overwrite")
+    assert code == 0 and text.endswith("result.nc, summary.json, report.html\n")
+    assert not list(out.glob("plots/*"))
+    code, _, err = call("run", scenario, "--out", out, "--plots", "--no-report")
+    assert (code, err) == (
+        2, "error: --plots: must not be given with --no-report; received both\n"
+    )  # fmt: skip
 
 
 @needs_jit

@@ -171,7 +171,7 @@ def test_a_whole_command_at_the_edges(call, plain, tmp_path, strict_json, change
     path.write_text(as_toml(plain))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        code, stdout, _ = call("run", path, "--json", "--out", out)
+        code, stdout, _ = call("run", path, "--json", "--out", out, "--plots")
     assert code in (0, 1)
     summary = strict_json(stdout)
     assert summary == strict_json((out / "summary.json").read_text())

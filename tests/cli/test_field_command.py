@@ -9,7 +9,8 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli.field_options import CONE_MODELS, instants, label, model_of, moment
+from torquer.cli.field_along import CONE_MODELS, instants
+from torquer.cli.field_at import label, model_of, moment
 from torquer.environment.field import FIELDS, Igrf14, TiltedDipole, Wmm2025
 from torquer.environment.field.along import fields_along
 from torquer.environment.field.at_point import point_field

@@ -41,6 +41,18 @@ def test_help_ends_with_examples_and_has_no_stray_flags(call, name):
         assert " ".join(line.split()) in shown
 
 
+@pytest.mark.parametrize("name", ALL)
+def test_every_option_is_explained(name):
+    """Those of a spec by the string below the field, which Python does not check."""
+    command = app
+    for word in name.split():
+        command = command[word]
+    if command.default_command is not None:
+        given = command.assemble_argument_collection(parse_docstring=True)
+        options = [each for each in given if each.index is None and not each.children]
+        assert [each.name for each in options if not each.parameter.help] == []
+
+
 @pytest.mark.parametrize("line", sorted({line for each in EXAMPLES.values() for line in each}))
 def test_examples_are_commands(line):
     words = shlex.split(line.partition(" > ")[0])
@@ -76,7 +88,7 @@ def test_init_writes_a_scenario_that_is_valid(call, tmp_path, monkeypatch):
 
 def test_what_is_commented_out_may_be_used(tmp_path):
     """Every key that stands there as a comment is one."""
-    from torquer.cli.init_work import _START
+    from torquer.cli.init import _START
 
     text = _START.read_text(encoding="utf-8")
     assert "# lag_s" in text and "# [spacecraft.gyro]" in text
@@ -110,18 +122,16 @@ def test_init_refuses(call, tmp_path, monkeypatch, arguments, says):
 
 
 def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):
-    from torquer.cli import init_work
+    from torquer.cli import init as work
 
-    here = init_work.examples()
-    assert (
-        len(here) > 5 and init_work._about(here["spinner"]) == "Spin stabilisation in four stages"
-    )
+    here = work.examples()
+    assert len(here) > 5 and work._about(here["spinner"]) == "Spin stabilisation in four stages"
     installed = tmp_path / "data" / "share" / "torquer" / "examples"
     shutil.copytree(here["spinner"].parent, installed)
-    monkeypatch.setattr(init_work, "__file__", str(tmp_path / "site" / "torquer" / "cli" / "x.py"))
-    monkeypatch.setattr(init_work.sysconfig, "get_path", lambda name: str(tmp_path / name))
-    assert init_work.examples().keys() == here.keys()
-    assert init_work.examples()["spinner"].is_relative_to(installed)
+    monkeypatch.setattr(work, "__file__", str(tmp_path / "site" / "torquer" / "cli" / "x.py"))
+    monkeypatch.setattr(work.sysconfig, "get_path", lambda name: str(tmp_path / name))
+    assert work.examples().keys() == here.keys()
+    assert work.examples()["spinner"].is_relative_to(installed)
 
 
 # ------------------------------------------------------------------ mistakes
@@ -155,7 +165,7 @@ def test_the_first_run_says_that_it_compiles(monkeypatch, capsys):
     from torquer.cli import compiling
 
     monkeypatch.setattr(compiling, "is_cold", lambda: True)
-    monkeypatch.setattr(compiling, "_told", False)
+    monkeypatch.setattr(compiling, "_printed", False)
     for _ in range(2):
         with compiling.compiling_shown():
             pass

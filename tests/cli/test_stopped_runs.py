@@ -207,7 +207,7 @@ def test_an_interrupt_before_the_run_exits_130(call, scenario, monkeypatch):
     def interrupted(path):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("torquer.cli.simulate.load_scenario", interrupted)
+    monkeypatch.setattr("torquer.cli.loading.load_scenario", interrupted)
     assert call("run", scenario) == (130, "", "error: interrupted\n")
 
 

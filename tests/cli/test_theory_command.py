@@ -9,10 +9,11 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from torquer.cli import theory_text as text
-from torquer.cli.theory_options import LAWS, case_of
+from torquer.analysis.averaged import equations as text
+from torquer.analysis.averaged.case import case_of_scenario
 from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle
+from torquer.scenario.load import load_scenario
 from torquer.theory.design import slow_time
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Case, Slow
@@ -97,7 +98,7 @@ def with_abbreviations(law, names):
     return names
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", text.LAWS)
 def test_the_printed_equations_are_those_that_are_integrated(law):
     case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)), (0.36, -0.48, 0.8))
     slow = Slow(0.9, 0.7, 0.5, 1.1)
@@ -107,7 +108,7 @@ def test_the_printed_equations_are_those_that_are_integrated(law):
         assert names[f"{name}'"] == pytest.approx(getattr(expected, name), rel=1e-12, abs=1e-15)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("law", text.LAWS)
 def test_the_printed_integrals_are_those_that_are_computed(law):
     case = Case(0.07, 0.8, averaged_moments(math.radians(70.0)), (0.36, -0.48, 0.8))
     slow = Slow(0.9, 0.7, 0.5, 1.1)
@@ -327,24 +328,24 @@ def test_sampled_nutation_damping_is_asked_of_its_precession(theory, strict_json
 def test_targets_of_scenarios(scenario):
     i, node = math.radians(60.0), math.radians(40.0)
     cone, away = cone_angle(i), 'kind = "preliminary_1", gain_a_m2_per_t = 1e4, target = '
-    asked = case_of(None, {}, scenario(away + '"sun"'), False)
+    asked = case_of_scenario(load_scenario(scenario(away + '"sun"')))
     assert re.search(r"target is \d+ deg from the cone axis", asked.notes[-1])
     axis = [math.sin(cone) * math.sin(node), -math.sin(cone) * math.cos(node), math.cos(cone)]
-    asked = case_of(None, {}, scenario(away + str(axis)), False)
+    asked = case_of_scenario(load_scenario(scenario(away + str(axis))))
     assert asked.notes == ()
     law = (
         'kind = "reorientation", gain_a_m2_per_n_m_s_t = 1e4, momentum_n_m_s = 0.2, '
         f"inertia_kg_m2 = [1.5, 1.5, 1.2], target = {[math.cos(node), math.sin(node), 0.0]}"
     )
     path = scenario(law, "0, 0, 5")
-    asked = case_of(None, {}, path, False)
+    asked = case_of_scenario(load_scenario(path))
     length = 0.2 / (1.2 * math.radians(5.0))
     assert asked.target == pytest.approx((length, 0.0, 0.0), abs=1e-12)
     # the Sun fixed in that direction is the same target
     text = path.read_text().replace(law[law.index("target") :], 'target = "sun" ')
     fixed = f"\nsun_direction = {[math.cos(node), math.sin(node), 0.0]}\nearth_rotation"
     path.write_text(text.replace("\nearth_rotation", fixed) + "\n")
-    to_sun = case_of(None, {}, path, False)
+    to_sun = case_of_scenario(load_scenario(path))
     assert to_sun.target == pytest.approx((length, 0.0, 0.0), abs=1e-3)
     assert asked.notes == ()
 
@@ -385,7 +386,7 @@ def test_s_dot_of_a_scenario_has_its_sun(scenario, theory, strict_json):
         path = scenario(f'kind = "{kind}", gain_a_m2_s = 10.0')
         fixed = f"\nsun_direction = {sun.tolist()}\nearth_rotation"
         path.write_text(path.read_text().replace("\nearth_rotation", fixed))
-        asked = case_of(None, {}, path, False)
+        asked = case_of_scenario(load_scenario(path))
         assert asked.law == "sdot" and asked.gain == 10.0
         assert asked.target == pytest.approx(in_z, abs=1e-4)  # parallax
     loud = scenario('kind = "sdot", gain_a_m2_s = 1e4')

@@ -175,5 +175,6 @@ def report(detumble, tmp_path_factory):
     from torquer.report import write_report
 
     answer = []
-    paths = write_report(detumble, tmp_path_factory.mktemp("report") / "made", answer.append)
+    folder = tmp_path_factory.mktemp("report") / "made"
+    paths = write_report(detumble, folder, answer.append, plots=True)
     return paths, answer

@@ -155,7 +155,7 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
 
 
 def test_the_accessor_draws_the_pictures_of_the_report(short, tmp_path):
-    written = {path.stem for path in torquer.write_report(short, tmp_path).values()}
+    written = {path.stem for path in torquer.write_report(short, tmp_path, plots=True).values()}
     assert set(dir(short.torquer.plot)) == written - {"report"}
     assert short.torquer.plot.rate()._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(AttributeError, match=r"plot: must be one of overview, .*'wheels'"):

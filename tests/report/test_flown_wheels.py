@@ -289,7 +289,7 @@ def test_marks_are_on_the_page(view):
 
 @pytest.mark.filterwarnings("error")
 def test_the_report_is_written(flown, tmp_path):
-    paths = write_report(flown, tmp_path)
+    paths = write_report(flown, tmp_path, plots=True)
     assert set(paths) == {*names(view_of(flown)), "ground_track", "overview", "report"}
     for name in ("attitude_error", "wheels", "overview"):
         image = matplotlib.image.imread(paths[name])[..., :3]

@@ -154,7 +154,7 @@ def test_no_logs_no_picture_of_them(detumble):
 
 @pytest.mark.filterwarnings("error")
 def test_the_report_has_diagram_strips_and_table(switched, view, tmp_path):
-    paths = write_report(switched, tmp_path)
+    paths = write_report(switched, tmp_path, plots=True)
     assert paths["modes"].read_text() == svg(scenario_of(switched).control.modes)
     image = matplotlib.image.imread(paths["rate"])[..., :3]
     assert 0.02 < np.mean(np.any(image < 0.95, axis=2)) < 0.9

@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+import re
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -14,6 +15,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 
+import torquer
 from torquer.analysis.summary import summary_of
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
@@ -262,6 +264,31 @@ def test_without_scripts_there_is_the_overview(report, parsed):
     assert np.abs(shown[..., :3] - drawn[..., :3]).mean() < 0.01  # 256 colours of many more
 
 
+def test_without_plots_there_is_the_same_page_alone(report, text, detumble, tmp_path):
+    answer = []
+    paths = write_report(detumble, tmp_path, answer.append)
+    assert paths == {"report": tmp_path / "report.html"} and answer == [1.0]
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    alone = paths["report"].read_text(encoding="utf-8")
+    (shown,) = re.findall(r"<noscript>.*?</noscript>", alone, re.S)
+    assert "need JavaScript; <code>torquer run --plots</code> draws them" in shown
+    without = re.compile(r"<noscript>.*?</noscript>", re.S)
+    assert without.sub("", alone) == without.sub("", text)
+
+
+def test_the_page_needs_no_matplotlib(detumble, tmp_path):
+    torquer.save(detumble, tmp_path / "result.nc")
+    code = (
+        "import sys, torquer\n"
+        "torquer.write_report(torquer.load(sys.argv[1]), sys.argv[2])\n"
+        "print([name for name in ('matplotlib', 'PIL') if name in sys.modules])"
+    )
+    given = [str(tmp_path / name) for name in ("result.nc", "out")]
+    command = [sys.executable, "-c", code, *given]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
 HOLD = {"sample_s": 1.0, "measure_s": 0.0, "actuate_s": None}
 BRIEF = {"duration_s": 60.0, "step_s": 0.5, "record_s": 1.0}
 STILL = {"law": {"kind": "off"}, **HOLD}
@@ -305,7 +332,7 @@ ODD = {
 @pytest.mark.parametrize("case", ODD)
 def test_odd_runs_are_reported(make, tmp_path, case):
     result = simulate(make("odd", **ODD[case]))
-    paths = write_report(result, tmp_path)
+    paths = write_report(result, tmp_path, plots=True)
     assert all(path.stat().st_size > 10_000 for path in paths.values())
     assert Page(paths["report"].read_text(encoding="utf-8")).balanced
 
@@ -315,7 +342,7 @@ def test_odd_runs_are_reported(make, tmp_path, case):
 def test_partial_results_are_reported(detumble, tmp_path, rows):
     cut = detumble.isel(time=slice(0, rows)).assign_attrs(ended="interrupted at t = <i>3 s")
     if rows == 1:
-        assert len(write_report(cut, tmp_path)) == 9
+        assert len(write_report(cut, tmp_path, plots=True)) == 9
     text = page(view_of(cut), drawn.pictures(view_of(cut)))
     assert "this run is not complete: interrupted at t = &lt;i&gt;3 s" in text
 

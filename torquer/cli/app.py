@@ -14,8 +14,8 @@ from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
-from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
-from torquer.cli.output import drop_output, finish_output, json_text, tell_error
+from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.output import drop_output, finish_output, json_text, print_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
 
@@ -24,7 +24,7 @@ app = App(
     help="Satellite attitude control with magnetorquers and reaction wheels.",
     version=torquer.__version__,
     version_flags=["--version"],
-    default_parameter=Parameter(negative_iterable=()),
+    default_parameter=Parameter(negative=()),  # no --no-X for each flag X
     suppress_keyboard_interrupt=False,
 )
 
@@ -36,45 +36,39 @@ app.command(theory)
 app.command(wheels_app)
 
 
+@options
+class RunOptions:
+    """Options of `torquer run`."""
+
+    out: Path | None = None
+    """Output folder [runs/NAME]."""
+    json: Json = False
+    resume: bool = False
+    """Resume the interrupted run in the output folder."""
+    overwrite: bool = False
+    """Replace an unfinished run in the output folder."""
+    check_steps: bool = False
+    """Measure the integration error with a second, finer run."""
+    checkpoint_s: float = 5.0
+    """Seconds between saves of a long run."""
+    plots: bool = False
+    """Draw plots/*.png, too; with --resume of a complete run only these and the report."""
+    no_report: bool = False
+    """Write no report and no pictures."""
+
+
 @app.command
 def run(
-    scenario: Path,
-    *,
-    out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME].")] = None,
-    json: Json = False,
-    resume: Annotated[
-        bool, Parameter(help="Resume the interrupted run in the output folder.", negative="")
-    ] = False,
-    overwrite: Annotated[
-        bool, Parameter(help="Replace an unfinished run in the output folder.", negative="")
-    ] = False,
-    check_steps: Annotated[
-        bool,
-        Parameter(help="Measure the integration error with a second, finer run.", negative=""),
-    ] = False,
-    checkpoint_s: Annotated[float, Parameter(help="Seconds between saves of a long run.")] = 5.0,
-    no_report: NoReport = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
+    scenario: Path, *, how: RunOptions = RunOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
-    """Simulate SCENARIO and write result.nc, summary.json, report.html and plots/*.png."""
+    """Simulate SCENARIO and write result.nc, summary.json and report.html."""
     from torquer.cli import simulate as work
 
-    how = work.How(
-        resume, overwrite, check_steps, checkpoint_s, not no_report, not no_user_code,
-        code_from_anywhere,
-    )  # fmt: skip
-    return work.run(scenario, out, json, how)
+    return work.run(scenario, how, code)
 
 
 @app.command
-def validate(
-    scenario: Path,
-    *,
-    json: Json = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
-) -> int:
+def validate(scenario: Path, *, json: Json = False, code: CodeOptions = CodeOptions()) -> int:
     """Check SCENARIO without running it: errors, and notes on likely problems."""
     if torquer.cli.own_process:
         from torquer.cli.plain_kernels import without_compiler
@@ -82,62 +76,67 @@ def validate(
         without_compiler(scenario)
     from torquer.cli import simulate as work
 
-    return work.validate(scenario, json, not no_user_code, code_from_anywhere)
+    return work.validate(scenario, json, code)
+
+
+@options
+class BudgetOptions:
+    """Options of `torquer budget`."""
+
+    out: Path | None = None
+    """Folder for torques.png [not drawn]."""
+    hold: bool = False
+    """Do not simulate: hold the initial attitude in the frame of initial.reference."""
+    json: Json = False
 
 
 @app.command
 def budget(
-    scenario: Path,
-    *,
-    out: Annotated[Path | None, Parameter(help="Folder for torques.png [not drawn].")] = None,
-    hold: Annotated[
-        bool,
-        Parameter(
-            help="Do not simulate: hold the initial attitude in the frame of initial.reference.",
-            negative="",
-        ),
-    ] = False,
-    json: Json = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
+    scenario: Path, *, how: BudgetOptions = BudgetOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Disturbance torques of SCENARIO along its motion, compared with what the coils can give."""
     from torquer.cli import budget as work
 
-    return work.show(scenario, out, hold, json, not no_user_code, code_from_anywhere)
+    return work.show(scenario, how, code)
+
+
+@options
+class ModesOptions:
+    """Options of `torquer modes`."""
+
+    mermaid: bool = False
+    """Print the diagram as Mermaid text."""
+    svg: Path | None = None
+    """File for the diagram as a picture."""
+    json: Json = False
 
 
 @app.command
 def modes(
-    scenario: Path,
-    *,
-    mermaid: Annotated[
-        bool, Parameter(help="Print the diagram as Mermaid text.", negative="")
-    ] = False,
-    svg: Annotated[Path | None, Parameter(help="File for the diagram as a picture.")] = None,
-    json: Json = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
+    scenario: Path, *, how: ModesOptions = ModesOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Show the modes of SCENARIO: states, transitions, dead ends, conflicts, chatter."""
-    from torquer.cli import modes_work as work
+    from torquer.cli import modes as work
 
-    code = (not no_user_code, code_from_anywhere)
-    return work.show(scenario, mermaid, svg, json, *code)
+    return work.show(scenario, how, code)
+
+
+@options
+class FilterOptions:
+    """Options of `torquer filter-check`."""
+
+    runs: int | None = None
+    """Number of runs [200]."""
+    expected: bool = False
+    """Predict the accuracy, without simulating."""
+    out: Path | None = None
+    """Folder for report and pictures."""
+    json: Json = False
 
 
 @app.command
 def filter_check(
-    scenario: Path,
-    *,
-    runs: Annotated[int | None, Parameter(help="Number of runs (200).")] = None,
-    expected: Annotated[
-        bool, Parameter(help="Predict the accuracy, without simulating.", negative=())
-    ] = False,
-    out: Annotated[Path | None, Parameter(help="Folder for report and pictures.")] = None,
-    json: Json = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
+    scenario: Path, *, how: FilterOptions = FilterOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Check the Kalman filter of SCENARIO: its errors over many runs against its own covariance.
 
@@ -146,12 +145,9 @@ def filter_check(
     with and without the Sun in view, and gaps in observability, for the sensors of each filter
     and for each sensor alone.
     """
-    from torquer.cli import filter_work as work
+    from torquer.cli import filter_check as work
 
-    code = (not no_user_code, code_from_anywhere)
-    if expected:
-        return work.expect(scenario, runs, out, json, *code)
-    return work.check(scenario, runs, out, json, *code)
+    return (work.expect if how.expected else work.check)(scenario, how, code)
 
 
 @app.command
@@ -180,9 +176,15 @@ def explain(key: str | None = None, /, *, json: Json = False) -> int:
 @app.command
 def version(*, json: Json = False) -> int:
     """Print the versions of torquer and its numerical dependencies."""
-    from torquer.cli import version_work as work
+    import platform
+    from importlib.metadata import version as of
 
-    return work.version(json)
+    names = ("numpy", "numba", "scipy", "xarray", "pydantic", "pyerfa", "sgp4")
+    versions = {"torquer": torquer.__version__} | {name: of(name) for name in names}
+    versions["python"] = platform.python_version()
+    lines = "\n".join(f"{name} {number}" for name, number in versions.items())
+    print(json_text(versions) if json else lines)
+    return 0
 
 
 @app.command
@@ -193,13 +195,11 @@ def init(
     example: Annotated[
         str | None, Parameter(help="Copy this example instead, with the files it refers to.")
     ] = None,
-    listed: Annotated[
-        bool, Parameter(name="--list", help="List the examples.", negative="")
-    ] = False,
+    listed: Annotated[bool, Parameter(name="--list", help="List the examples.")] = False,
     json: Json = False,
 ) -> int:
     """Write NAME.toml: a commented scenario to start from."""
-    from torquer.cli import init_work as work
+    from torquer.cli import init as work
 
     return work.init(name, example, listed, json)
 
@@ -211,7 +211,7 @@ def compare(
     json: Json = False,
 ) -> int:
     """Compare two to six runs: RESULTS are their output folders or result.nc files."""
-    from torquer.cli import compare_work as work
+    from torquer.cli import compare as work
 
     return work.compare(results, out, json)
 
@@ -222,8 +222,7 @@ def completion(
     /,
     *,
     install: Annotated[
-        bool,
-        Parameter(help="Install it for the shell instead of printing it.", negative=""),
+        bool, Parameter(help="Install it for the shell instead of printing it.")
     ] = False,
 ) -> int:
     """Print the completion script for SHELL [the current one]: Tab completes commands, options."""
@@ -246,16 +245,11 @@ def answer(arguments: list[str] | None = None) -> int | None:
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         drop_output()
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
-        told = str(error) or repr(error)
-        tell_error(told)
+        text = str(error) or repr(error)
+        print_error(text)
         if "--json" in (sys.argv[1:] if arguments is None else arguments):
-            _print_as_json(told)
+            with suppress(OSError):  # for programs that read standard output
+                print(json_text({"errors": [line for line in text.split("\n") if line]}))
         drop_output()
         code = 2
     return code
-
-
-def _print_as_json(told: str) -> None:
-    """User errors for programs that read standard output."""
-    with suppress(OSError):
-        print(json_text({"errors": [line for line in told.split("\n") if line]}))

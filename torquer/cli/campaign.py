@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from torquer.cli.options import CodeFromAnywhere, Json, NoReport, NoUserCode
+from torquer.cli.options import CodeOptions, Json, options
 
 app = App(
     name="campaign",
@@ -14,38 +14,39 @@ app = App(
 )
 
 
+@options
+class CampaignOptions:
+    """Options of `torquer campaign`."""
+
+    out: Path | None = None
+    """Output folder [runs/NAME-campaign]."""
+    json: Json = False
+    runs: int | None = None
+    """Number of runs, in place of the file's."""
+    workers: int | None = None
+    """Number of workers [one per core]."""
+    where: str = "threads"
+    """Where runs are computed: 'threads', 'processes', or a Dask address."""
+    resume: bool = False
+    """Continue the campaign in the output folder, or add runs."""
+    member: int | None = None
+    """Fly this run alone, with its full record and report."""
+    plots: bool = False
+    """With --member, draw plots/*.png, too."""
+    no_report: bool = False
+    """Write no report and no pictures."""
+
+
 @app.default
 def fly(
-    scenario: Path,
-    *,
-    out: Annotated[Path | None, Parameter(help="Output folder [runs/NAME-campaign].")] = None,
-    json: Json = False,
-    runs: Annotated[int | None, Parameter(help="Number of runs, in place of the file's.")] = None,
-    workers: Annotated[int | None, Parameter(help="Number of workers [one per core].")] = None,
-    where: Annotated[
-        str,
-        Parameter(help="Where runs are computed: 'threads', 'processes', or a Dask address."),
-    ] = "threads",
-    resume: Annotated[
-        bool,
-        Parameter(help="Continue the campaign in the output folder, or add runs.", negative=""),
-    ] = False,
-    member: Annotated[
-        int | None, Parameter(help="Fly this run alone, with its full record and report.")
-    ] = None,
-    no_report: NoReport = False,
-    no_user_code: NoUserCode = False,
-    code_from_anywhere: CodeFromAnywhere = False,
+    scenario: Path, *, how: CampaignOptions = CampaignOptions(), code: CodeOptions = CodeOptions()
 ) -> int:
     """Fly the campaign of SCENARIO, many runs with varied keys; write campaign.nc and a report."""
     from torquer.cli import campaign_work as work
 
-    how = work.HowMany(
-        workers, where, resume, runs, not no_report, not no_user_code, code_from_anywhere
-    )
-    if member is not None:
-        return work.fly_member(scenario, member, out, json, how)
-    return work.fly(scenario, out, json, how)
+    if how.member is None:
+        return work.fly(scenario, how, code)
+    return work.fly_member(scenario, how.member, how, code)
 
 
 @app.command

@@ -5,7 +5,7 @@ from pathlib import Path
 import xarray as xr
 
 from torquer.campaign.comparison import comparison
-from torquer.cli.output import json_text, make_writable, table_console, writing_to
+from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
 from torquer.report.campaign.tables import about_comparison, comparison_grid
 from torquer.simulation.file import load
 
@@ -26,7 +26,9 @@ def compare(a: Path, b: Path, out: Path | None, as_json: bool) -> int:
     if as_json:
         print(json_text(found))
         return 0
-    _show(found)
+    screen = table_console(_WIDTH)
+    screen.print(table(*comparison_grid(found)))
+    screen.print(about_comparison(found))
     if out is not None:
         print(f"{out}: report.html, plots/")
     return 0
@@ -45,18 +47,3 @@ def _result_in(path: Path, name: str) -> xr.Dataset:
     if "campaign" not in result.attrs:
         raise ValueError(f"{name}: must be the result of a campaign; received {path}")
     return result
-
-
-def _show(found: dict) -> None:
-    from rich.box import SIMPLE
-    from rich.table import Table
-
-    head, rows = comparison_grid(found)
-    table = Table(box=SIMPLE)
-    for n, title in enumerate(head):
-        table.add_column(title, justify="right" if n else "left")
-    for row in rows:
-        table.add_row(*row)
-    screen = table_console(_WIDTH)
-    screen.print(table)
-    screen.print(about_comparison(found))

@@ -4,16 +4,16 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
-from torquer.cli.output import console
+from torquer.cli.output import progress_bar
 
-TOLD = "compiling, once, about half a minute"
+NOTE = "compiling, once, about half a minute"
 #: Functions that a run compiles where none is kept: of the simulation of Chibis-M.
 _FUNCTIONS = 230
 #: The part of the time after which all of them are known; the loop itself is optimised then.
 _KNOWN = 0.88
 
 _count = 0
-_told = False
+_printed = False
 
 
 def is_cold() -> bool:
@@ -55,28 +55,25 @@ def compiling_shown() -> Iterator[None]:
         yield
         return
     if not sys.stderr.isatty():
-        tell()
+        print_once()
         yield
         return
     with bars() as shown:
-        task = shown.add_task(TOLD, total=1.0)
+        task = shown.add_task(NOTE, total=1.0)
         with counting(lambda part: shown.update(task, completed=part)):
             yield
 
 
-def tell() -> None:
-    """Say it once, where there is no terminal for a bar."""
-    global _told
-    if not _told:
-        print(f"note: {TOLD}", file=sys.stderr)
-    _told = True
+def print_once() -> None:
+    """Print the note once in a process, where there is no terminal for a bar."""
+    global _printed
+    if not _printed:
+        print(f"note: {NOTE}", file=sys.stderr)
+    _printed = True
 
 
 def bars():
     """Bars with the elapsed time, which keeps counting while nothing else moves."""
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import TaskProgressColumn, TimeElapsedColumn
 
-    columns = (
-        TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
-    )  # fmt: skip
-    return Progress(*columns, console=console(stderr=True), transient=True)
+    return progress_bar(TaskProgressColumn(), TimeElapsedColumn())

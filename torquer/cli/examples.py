@@ -69,7 +69,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "run": (
         f"torquer run {_S}",
         f"torquer run {_S} --out runs/first --no-report --json",
-        f"torquer run {_S} --out runs/first --resume",
+        f"torquer run {_S} --out runs/first --resume --plots",
     ),
     "schema": ("torquer schema > scenario.schema.json",),
     "theory": (

@@ -5,13 +5,17 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
+from torquer.cli.options import Json, options, positive, within
+
 app = App(
     name="field",
     help="The geomagnetic field at a point, along an orbit, over the globe, as a cone.",
     version_flags=[],
 )
 
-Json = Annotated[bool, Parameter(help="Print machine-readable JSON.", negative="")]
+LATITUDE, LONGITUDE = within(-90.0, 90.0, "deg"), within(-180.0, 360.0, "deg")
+#: Heights for which a model of the core field is meaningful.
+HEIGHT = within(-10.0, 50_000.0, "km")
 Date = Annotated[
     str, Parameter(help="Date (00:00 UTC), time with a zone, or decimal year such as 2025.5.")
 ]
@@ -23,141 +27,130 @@ Models = Annotated[
     list[str] | None,
     Parameter(
         help="Repeatable: igrf14, wmm2025, tilted_dipole, direct_dipole, averaged; "
-        "igrf14:6 stops at degree 6.",
-        negative="",
+        "igrf14:6 stops at degree 6."
     ),
 ]
 Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
 
 
+@options
+class PointOptions:
+    """Options of `torquer field point`."""
+
+    lat: Annotated[float | None, LATITUDE] = None
+    """Latitude [deg]."""
+    lon: Annotated[float | None, LONGITUDE] = None
+    """East longitude, -180..360 [deg]."""
+    alt_km: Annotated[float, HEIGHT] = 0.0
+    """Height [km]."""
+    date: str | None = None
+    """Date (00:00 UTC), time with a zone, or decimal year such as 2025.5; --points may have its
+    own."""
+    points: Path | None = None
+    """CSV file of places instead of --lat and --lon: columns lat, lon, and as needed alt_km and
+    date. Prints CSV."""
+    model: Model = "igrf14"
+    degree: Degree = None
+    extrapolate: bool = False
+    """Allow dates beyond the model's validity, with a note."""
+    geocentric: bool = False
+    """Geocentric latitude, height above the sphere of radius 6371.2 km [geodetic, WGS84]."""
+    json: Json = False
+
+
+@options
+class MapOptions:
+    """Options of `torquer field map`."""
+
+    date: Date = "2025-01-01"
+    alt_km: Annotated[float, HEIGHT] = 0.0
+    """Height above the ellipsoid [km]."""
+    element: str = "F"
+    """F, X, Y, Z, H, D or I."""
+    model: Model = "igrf14"
+    degree: Degree = None
+    out: Path = Path("runs/field")
+    """Folder for map_<element>.png."""
+    json: Json = False
+
+
+@options
+class OrbitOptions:
+    """Options of `torquer field orbit`."""
+
+    altitude_km: float | None = None
+    """Circular orbit: altitude [km]."""
+    inclination_deg: float | None = None
+    """Circular orbit: inclination [deg]."""
+    raan_deg: float | None = None
+    """Circular orbit: RAAN [deg] [0]."""
+    tle: Path | None = None
+    """File with a two-line element set."""
+    scenario: Path | None = None
+    """Scenario file with orbit, start and first field model."""
+    start: str | None = None
+    """Start: date (00:00 UTC), time with a zone, or decimal year such as 2025.5 [epoch of the
+    TLE]."""
+    revolutions: Annotated[float | None, positive()] = None
+    """Duration in revolutions [1]."""
+    duration_min: Annotated[float | None, positive()] = None
+    """Duration in minutes."""
+    step_s: Annotated[float, positive()] = 30.0
+    """Time step [s]."""
+    ut1_minus_utc_s: Annotated[float | None, within(-0.9, 0.9)] = None
+    """UT1 - UTC at the start [s] [that of the scenario, else 0]."""
+    model: Models = None
+    out: Path | None = None
+    """Folder for inertial.png and orbital.png."""
+    json: Json = False
+
+
+@options
+class ConeOptions:
+    """Options of `torquer field cone`."""
+
+    inclination_deg: float
+    """Inclination of the circular orbit [deg]."""
+    altitude_km: float = 550.0
+    """Altitude of the circular orbit [km]."""
+    raan_deg: float = 0.0
+    """RAAN of the orbit [deg]."""
+    date: Date = "2025-01-01"
+    revolutions: Annotated[float, positive()] = 1.0
+    """Length of the paths in revolutions."""
+    model: Models = None
+    out: Path = Path("runs/field")
+    """Folder for cone.png and cone.html."""
+    json: Json = False
+
+
 @app.command
-def point(
-    *,
-    lat: Annotated[float | None, Parameter(help="Latitude [deg].")] = None,
-    lon: Annotated[float | None, Parameter(help="East longitude, -180..360 [deg].")] = None,
-    alt_km: Annotated[float, Parameter(help="Height [km].")] = 0.0,
-    date: Annotated[
-        str | None,
-        Parameter(
-            help="Date (00:00 UTC), time with a zone, or decimal year such as 2025.5; --points may "
-            "have its own."
-        ),
-    ] = None,
-    points: Annotated[
-        Path | None,
-        Parameter(
-            help="CSV file of places instead of --lat and --lon: columns lat, lon, and as needed "
-            "alt_km and date. Prints CSV."
-        ),
-    ] = None,
-    model: Model = "igrf14",
-    degree: Degree = None,
-    extrapolate: Annotated[
-        bool,
-        Parameter(help="Allow dates beyond the model's validity, with a note.", negative=""),
-    ] = False,
-    geocentric: Annotated[
-        bool,
-        Parameter(
-            help="Geocentric latitude, height above the sphere of radius 6371.2 km "
-            "[geodetic, WGS84].",
-            negative="",
-        ),
-    ] = False,
-    json: Json = False,
-) -> int:
+def point(*, how: PointOptions = PointOptions()) -> int:
     """X, Y, Z, H, F, D, I at a place and date, and their secular variation; or at many places."""
-    from torquer.cli import field_options as options, field_work as work
+    from torquer.cli import field_at as work
 
-    chosen = options.extrapolated(options.model_of(model, degree), extrapolate)
-    if points is not None:
-        if lat is not None or lon is not None:
-            raise ValueError("--points: must not be given with --lat and --lon; received both")
-        from torquer.cli.field_points import points as at_points
-
-        return at_points(points, alt_km, date, chosen, geocentric, json)
-    if lat is None or lon is None or date is None:
-        missing = "--lat" if lat is None else "--lon" if lon is None else "--date"
-        raise ValueError(f"{missing}: must be given, or --points; received nothing")
-    return work.point((lat, lon, alt_km), date, chosen, geocentric, json)
+    return work.points(how.points, how) if how.points else work.point(how)
 
 
 @app.command
-def orbit(
-    *,
-    altitude_km: Annotated[float | None, Parameter(help="Circular orbit: altitude [km].")] = None,
-    inclination_deg: Annotated[
-        float | None, Parameter(help="Circular orbit: inclination [deg].")
-    ] = None,
-    raan_deg: Annotated[float | None, Parameter(help="Circular orbit: RAAN [deg] [0].")] = None,
-    tle: Annotated[Path | None, Parameter(help="File with a two-line element set.")] = None,
-    scenario: Annotated[
-        Path | None,
-        Parameter(help="Scenario file with orbit, start and first field model."),
-    ] = None,
-    start: Annotated[
-        str | None,
-        Parameter(help="Start, in the formats of --date [epoch of the TLE]."),
-    ] = None,
-    revolutions: Annotated[float | None, Parameter(help="Duration in revolutions [1].")] = None,
-    duration_min: Annotated[float | None, Parameter(help="Duration in minutes.")] = None,
-    step_s: Annotated[float, Parameter(help="Time step [s].")] = 30.0,
-    ut1_minus_utc_s: Annotated[
-        float | None,
-        Parameter(help="UT1 - UTC at the start [s] [that of the scenario, else 0]."),
-    ] = None,
-    model: Models = None,
-    out: Annotated[Path | None, Parameter(help="Folder for inertial.png and orbital.png.")] = None,
-    json: Json = False,
-) -> int:
+def orbit(*, how: OrbitOptions = OrbitOptions()) -> int:
     """The field along an orbit, under one model or several side by side [igrf14]."""
-    from torquer.cli import field_options as options, field_work as work
+    from torquer.cli import field_along as work
 
-    circular = {
-        "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
-    }  # fmt: skip
-    case = options.case_of(circular, tle, scenario, start)
-    case = options.with_ut1(case, ut1_minus_utc_s)
-    t_s = options.instants(case.orbit.period_s, revolutions, duration_min, step_s)
-    return work.orbit(case, options.with_models(case, model), t_s, out, json)
+    return work.orbit(how)
 
 
 @app.command(name="map")
-def map_(
-    *,
-    date: Date = "2025-01-01",
-    alt_km: Annotated[float, Parameter(help="Height above the ellipsoid [km].")] = 0.0,
-    element: Annotated[str, Parameter(help="F, X, Y, Z, H, D or I.")] = "F",
-    model: Model = "igrf14",
-    degree: Degree = None,
-    out: Annotated[Path, Parameter(help="Folder for map_<element>.png.")] = Path("runs/field"),
-    json: Json = False,
-) -> int:
+def map_(*, how: MapOptions = MapOptions()) -> int:
     """A map of an element of the field over the globe, with its extremes."""
-    from torquer.cli import field_options as options, field_work as work
+    from torquer.cli import field_at as work
 
-    return work.globe(element, date, alt_km, options.model_of(model, degree), out, json)
+    return work.globe(how)
 
 
 @app.command
-def cone(
-    *,
-    inclination_deg: Annotated[float, Parameter(help="Inclination of the circular orbit.")],
-    altitude_km: Annotated[float, Parameter(help="Altitude of the circular orbit.")] = 550.0,
-    raan_deg: Annotated[float, Parameter(help="RAAN of the orbit.")] = 0.0,
-    date: Date = "2025-01-01",
-    revolutions: Annotated[float, Parameter(help="Length of the paths in revolutions.")] = 1.0,
-    model: Models = None,
-    out: Annotated[Path, Parameter(help="Folder for cone.png and cone.html.")] = Path("runs/field"),
-    json: Json = False,
-) -> int:
+def cone(*, how: ConeOptions) -> int:
     """Paths of the field vector over a circular orbit, and the cone of the averaged field."""
-    from torquer.cli import field_options as options, field_work as work
+    from torquer.cli import field_along as work
 
-    circular = {
-        "altitude_km": altitude_km, "inclination_deg": inclination_deg, "raan_deg": raan_deg
-    }  # fmt: skip
-    case = options.case_of(circular, None, None, date, "--date")
-    models = options.with_models(case, model, options.CONE_MODELS)
-    t_s = options.instants(case.orbit.period_s, revolutions, None, case.orbit.period_s / 360.0)
-    return work.cone(case, models, t_s, out, json)
+    return work.cone(how)

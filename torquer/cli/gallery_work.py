@@ -4,7 +4,7 @@ import contextlib
 import sys
 from pathlib import Path
 
-from torquer.cli.output import console, json_text, make_writable, tell_error, writing_to
+from torquer.cli.output import json_text, make_writable, print_error, progress_bar, writing_to
 from torquer.gallery.catalogue import ROW_OF
 from torquer.gallery.entry import Entry, Outcome, Verdict
 from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
@@ -63,9 +63,9 @@ def _progress(total: int):
     if not sys.stderr.isatty():
         yield None
         return
-    from rich.progress import Progress
+    from rich.progress import TaskProgressColumn, TimeRemainingColumn
 
-    with Progress(console=console(stderr=True), transient=True) as bar:
+    with progress_bar(TaskProgressColumn(), TimeRemainingColumn()) as bar:
         task = bar.add_task("gallery", total=total)
         yield lambda name, count: bar.update(task, completed=count, description=name)
 
@@ -80,7 +80,7 @@ def _print_all(outcomes: list[Outcome], as_json: bool, out: Path) -> int:
         print(f"{out}: results.json, {sum(len(o.pictures) for o in outcomes)} pictures")
     wrong = [outcome for outcome in outcomes if not outcome.as_declared]
     for outcome in wrong:
-        tell_error(
+        print_error(
             f"gallery {outcome.entry.id}: must have its declared verdict, "
             f"'{outcome.entry.declared}'; received '{outcome.answer.verdict}'"
         )

@@ -12,7 +12,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Container, Iterable, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -79,7 +79,7 @@ def harmless(text: str) -> str:
     return _OBEYED.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
-def tell_error(text: str) -> None:
+def print_error(text: str) -> None:
     """Print lines to standard error, if it can be written."""
     with suppress(OSError):
         for line in harmless(text).split("\n"):
@@ -123,16 +123,36 @@ def make_writable(out: Path, option: str = "--out") -> None:
         probe.unlink()
 
 
-def show_summary(title: str, rows: Iterable, out: Path, result: str, report: bool) -> None:
-    """Print labels and values as a table, and what was written into a folder."""
+def show_summary(title: str, rows: Iterable, out: Path, *files: str) -> None:
+    """Print labels and values as a table, and the names of the files written into a folder."""
     from rich.table import Table
 
-    table = Table(title=title, show_header=False, title_justify="left")
+    shown = Table(title=title, show_header=False, title_justify="left")
     for row in rows:
-        table.add_row(*row)
-    console().print(table)
-    drawn = ", report.html, plots/" if report else ""
-    print(f"{out}: {result}, summary.json{drawn}")
+        shown.add_row(*row)
+    console().print(shown)
+    print(f"{out}: {', '.join(files)}")
+
+
+def table(head: Sequence[str], rows: Iterable, title: str = "", left: Container[int] = (0,)):
+    """A table; `left`: the columns of words, which are not wrapped. All others are numbers."""
+    from rich.box import SIMPLE
+    from rich.table import Table
+
+    made = Table(title=title or None, title_justify="left", box=SIMPLE)
+    for k, name in enumerate(head):
+        if k in left:
+            made.add_column(name, no_wrap=True)
+        else:
+            made.add_column(name, justify="right", overflow="fold")
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def print_note(text: str) -> None:
+    """Print a note to standard error."""
+    console(stderr=True).print(f"note: {text}", style="yellow", soft_wrap=True)
 
 
 def console(stderr: bool = False, **keys):
@@ -153,3 +173,11 @@ def table_console(width: int):
     """A console for wide tables: as wide as the terminal, or of a given width without one."""
     screen = console()
     return screen if screen.is_terminal else console(width=width)
+
+
+def progress_bar(*columns):
+    """A rich progress display on standard error that vanishes when it is done."""
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    shown = (TextColumn("{task.description}"), BarColumn(), *columns)
+    return Progress(*shown, console=console(stderr=True), transient=True)

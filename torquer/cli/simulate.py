@@ -1,32 +1,31 @@
-"""Work of `run`, `validate` and `version`: files, progress bar, summary table."""
+"""Work of `run` and `validate`: files, progress bar, summary table."""
 
 import contextlib
 import signal
 import sys
 import warnings
 from pathlib import Path
-from typing import NamedTuple
-
-import numpy as np
 
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
+from torquer.cli.app import RunOptions
 from torquer.cli.claim import claimed
-from torquer.cli.modes_work import mode_findings
+from torquer.cli.loading import check_surroundings, code_of, load_checked
+from torquer.cli.modes import mode_findings
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
-    console,
     harmless,
     json_text,
     make_writable,
+    print_error,
+    print_note,
     show_summary,
-    tell_error,
     writing_to,
 )
-from torquer.cli.user_code import check_code, code_of
 from torquer.notes.notes import notes_of
-from torquer.scenario.load import data_of, load_scenario, text_of
+from torquer.scenario.load import data_of, text_of
 from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.file import lazily, replacing
-from torquer.simulation.pieces import CHECKPOINT_S, NotSaved
+from torquer.simulation.pieces import NotSaved
 from torquer.simulation.prepare import blocks_of, modes_for
 from torquer.simulation.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.result import COMPLETE
@@ -36,31 +35,19 @@ from torquer.simulation.stopping import ALL, Stop, heeding
 from torquer.simulation.store import check_free
 
 #: Warnings of a run that are printed as notes.
-_TOLD = (OtherBits, NotSaved)
+_NOTES = (OtherBits, NotSaved)
 
 
-class How(NamedTuple):
-    """The options of `run`."""
-
-    resume: bool = False
-    overwrite: bool = False
-    check_steps: bool = False
-    checkpoint_s: float = CHECKPOINT_S
-    report: bool = True
-    user_code: bool = True
-    code_from_anywhere: bool = False
-
-
-def run(scenario_path: Path, out: Path | None, as_json: bool, how: How) -> int:
+def run(path: Path, how: RunOptions, code: CodeOptions) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
-    scenario = load_scenario(scenario_path)
-    check_code(scenario, scenario_path, how.user_code, how.code_from_anywhere)
-    return run_scenario(scenario, out, as_json, how)
+    if how.plots and how.no_report:
+        raise ValueError("--plots: must not be given with --no-report; received both")
+    return run_scenario(load_checked(path, code), how)
 
 
-def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
-    """The same for a scenario whose code may be executed."""
-    out = out or Path("runs") / scenario.name
+def run_scenario(scenario, how: RunOptions) -> int:
+    """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
+    out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
         check_surroundings(scenario)
     make_writable(out)
@@ -70,25 +57,28 @@ def run_scenario(scenario, out: Path | None, as_json: bool, how: How) -> int:
             if signals.asked and stopped:
                 code = SIGNAL_CODE + signals.number
                 signals.forget()
-            summary = _write(result, out, signals, how.report)
+            summary = _write(result, out, signals, how)
         except KeyboardInterrupt:
-            tell_error(f"interrupted; partial results are in {out}: continue with --resume")
+            print_error(f"interrupted; partial results are in {out}: continue with --resume")
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
-    if as_json:
+    if how.json:
         print(json_text(summary))
     else:
         from torquer.report.flight.summary_rows import rows_of
 
-        show_summary(summary["scenario"], rows_of(summary), out, "result.nc", how.report)
-    _print_notes(notes_on_steps(result))
+        report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
+        files = ("result.nc", "summary.json", *report)
+        show_summary(summary["scenario"], rows_of(summary), out, *files)
+    for note in notes_on_steps(result):
+        print_note(note)
     if stopped:
         goes_on = "" if code == FAILED_CODE else ": continue with --resume"
-        tell_error(f"{stopped}; partial results are in {out}{goes_on}")
+        print_error(f"{stopped}; partial results are in {out}{goes_on}")
     return code
 
 
-def _flown(scenario, path: Path, how: How):
+def _flown(scenario, path: Path, how: RunOptions):
     """(Result, what made the run stop or "", exit code) of a run that writes its file."""
     if how.resume:
         complete = _check_earlier(path, scenario)
@@ -96,29 +86,28 @@ def _flown(scenario, path: Path, how: How):
         check_free(
             path, "--out", "--resume continues it, --overwrite replaces it; or choose another --out"
         )
-    _print_notes(notes_of(scenario))
-    with progress_of(scenario.name) as progress, warnings.catch_warnings(record=True) as told:
-        for kind in _TOLD:
+    for note in notes_of(scenario):
+        print_note(note)
+    with progress_of(scenario.name) as progress, warnings.catch_warnings(record=True) as seen:
+        for kind in _NOTES:
             warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
+        saved = {"progress": progress, "checkpoint_s": how.checkpoint_s}
         try:
             if how.resume and complete:
                 result = lazily(path)
             elif how.resume:
-                result = resume(
-                    path, progress=progress, scenario=scenario, checkpoint_s=how.checkpoint_s
-                )
+                result = resume(path, scenario=scenario, **saved)
             else:
-                result = simulate(
-                    scenario, progress=progress, to=path, checkpoint_s=how.checkpoint_s,
-                    overwrite=True,
-                )  # fmt: skip
+                result = simulate(scenario, to=path, overwrite=True, **saved)
         except RunStopped as error:
             result, stopped = error.result, str(error)
             code = INTERRUPTED_CODE if error.interrupted else FAILED_CODE
         if how.check_steps and not stopped:
             result = _with_measured_error(result, progress)
-    _print_notes([str(each.message) for each in told if each.category in _TOLD])
+    for each in seen:
+        if each.category in _NOTES:
+            print_note(str(each.message))
     return result, stopped, code
 
 
@@ -129,24 +118,16 @@ def _with_measured_error(result, progress):
     try:
         errors = integration_error(result, progress=progress)
     except RunStopped as error:
-        _print_notes([f"the steps are not checked: {error}"])
+        print_note(f"the steps are not checked: {error}")
         return result
     return result.assign(integration_error_measured=errors.attitude_error.max())
 
 
-def _print_notes(notes: list[str]) -> None:
-    for note in notes:
-        console(stderr=True).print(f"note: {note}", style="yellow", soft_wrap=True)
-
-
-def validate(
-    scenario_path: Path, as_json: bool, user_code: bool = True, code_from_anywhere: bool = False
-) -> int:
+def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> int:
     """Check a scenario and its law; print notes."""
     try:
-        scenario = load_scenario(scenario_path)
-        check_code(scenario, scenario_path, user_code, code_from_anywhere)
-        campaign = _campaign_in(scenario_path, scenario)
+        scenario = load_checked(path, code)
+        campaign = _campaign_in(path, scenario)
         size = _checked_size(scenario)
     except ValueError as error:
         if not as_json:
@@ -172,7 +153,7 @@ def validate(
     for key, file in code_of(scenario).items():
         print(f"executes {harmless(str(file))} (control.{key}); --no-user-code refuses it")
     for finding in found:
-        if not finding.is_fault:  # the notes tell the faults
+        if not finding.is_fault:  # the faults are among the notes
             print(f"modes: {finding.message}")
     for note in notes:
         print(f"note: {note}")
@@ -207,29 +188,6 @@ def check_usable(scenario) -> bool:
     return blocks.compiled
 
 
-def check_surroundings(scenario) -> None:
-    """Raise `ValueError` if field, date, orbit or air of a scenario cannot be used."""
-    around, t_s = scenario.surroundings(), _looks(scenario)
-    around.check_dates(*t_s[[0, -1]])
-    around.sample(t_s)
-    if not scenario.spacecraft.aerodynamics:
-        return
-    with np.errstate(invalid="ignore"):
-        known = np.isfinite(around.flow(t_s)).all()
-    if not known:
-        raise ValueError(
-            "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
-            "negative one (as gost has for f107 far below f81) or one beyond the range of "
-            "floating-point numbers"
-        )
-
-
-def _looks(scenario):
-    """Times at which models are checked: both ends of the run, and along the first orbit."""
-    end = scenario.steps() * scenario.grid_s
-    return np.append(np.linspace(0.0, min(end, scenario.orbit.period_s), 50), end)
-
-
 def _check_earlier(path: Path, scenario) -> bool:
     """Whether an earlier result is complete; `ValueError` if it is not of this scenario."""
     if not path.is_file():
@@ -253,7 +211,7 @@ def progress_of(name: str):
     cold = compiling.is_cold()
     if not sys.stderr.isatty():
         if cold:
-            compiling.tell()
+            compiling.print_once()
         yield None
         return
     with compiling.bars() as shown, contextlib.ExitStack() as stack:
@@ -261,30 +219,38 @@ def progress_of(name: str):
         if not cold:
             yield lambda part: shown.update(task, completed=part)
             return
-        first = shown.add_task(compiling.TOLD, total=1.0)
+        first = shown.add_task(compiling.NOTE, total=1.0)
         stack.enter_context(compiling.counting(lambda part: shown.update(first, completed=part)))
 
-        def told(part: float) -> None:  # from now on all is compiled
+        def update(part: float) -> None:  # from now on all is compiled
             shown.update(first, visible=False)
             shown.update(task, completed=part, visible=True)
 
-        yield told
+        yield update
 
 
-def _write(result, out: Path, signals: Stop, report: bool) -> dict:
+def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     """Write summary and report; a signal ends the drawing."""
     from torquer.analysis.summary import summary_of
 
     summary = summary_of(result)
     with replacing(out / "summary.json") as path:
         path.write_text(json_text(summary) + "\n", encoding="utf-8")
-    if not report:
+    if how.no_report:
         return summary
     from torquer.report import write_report
 
     try:
         signals.heed_at_once(True)
-        write_report(result, out)
+        _remove_old_plots(out)
+        write_report(result, out, plots=how.plots)
     finally:
         signals.heed_at_once(False)
     return summary
+
+
+def _remove_old_plots(out: Path) -> None:
+    """Remove the pictures of an earlier result, which would contradict the report."""
+    for picture in (*out.glob("plots/*.png"), *out.glob("plots/*.svg")):
+        if picture.stat().st_mtime < (out / "result.nc").stat().st_mtime:
+            picture.unlink()

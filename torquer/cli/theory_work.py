@@ -1,194 +1,161 @@
-"""Work of `torquer theory`: results in text and JSON, design tables, pictures."""
+"""Work of `torquer theory`: its case from the options, results in text and JSON, pictures."""
 
 import math
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from torquer.cli import theory_text as text
-from torquer.cli.output import json_text, make_writable, writing_to
-from torquer.cli.theory_options import AveragedCase, in_range
-from torquer.cli.theory_sampling import sampling_data, sampling_lines, sampling_notes
-from torquer.cli.theory_sun import described, sun_data, sun_lines
-from torquer.environment.field.averaged import cone_angle
-from torquer.theory.comparison import resonances
-from torquer.theory.design import (
-    GOALS,
-    Row,
-    Times,
-    design_table,
-    gain_for,
-    gain_of,
-    slow_time,
-    times_over_directions,
+from torquer import validate
+from torquer.analysis.averaged import equations as text
+from torquer.analysis.averaged.case import (
+    POINTED,
+    SAMPLED,
+    AveragedCase,
+    case_of_scenario,
+    spinner_of,
+    spun_about_the_axis,
 )
-from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
+from torquer.analysis.averaged.motion import design_data, motion_data
+from torquer.cli.options import check_ranges, given, option
+from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.theory import CaseOptions, TheoryOptions
+from torquer.conventions import EARTH_RADIUS_M
+from torquer.environment.field.averaged import Averaged, mean_of_extremes
+from torquer.orbit.kepler import check_farthest
+from torquer.scenario.load import load_scenario
 from torquer.theory.evolution.model import Slow
 from torquer.theory.evolution.sdot import sun_angle
-from torquer.theory.slow_motion import evolve, map_of_evolution
-from torquer.theory.validity import PRECESSION, SLOW_CHANGE
+from torquer.theory.gains import Sampling
+from torquer.theory.slow_motion import map_of_evolution
+from torquer.theory.validity import SLOW_CHANGE
 
-_TURN = 2.0 * math.pi
-#: Harmonics of the laws here: 2 in the precession angle, 4 in u; none depends on phi.
-_HARMONICS = int(PRECESSION.least)
-#: Multiples of the gain in a design table; small parameters of one without a gain.
-_PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
-_EPS = (0.003, 0.01, 0.03, 0.1, 0.3)
+_RATE_DEG_S = (5.0, 5.0, 5.0)
 _GRID = 61
-#: Laws with a target.
-_POINTED = ("reorientation", "preliminary_1", "preliminary_2", "sdot")
+
+# ------------------------------------------------------------ the case
 
 
-def _check(revolutions: float | None) -> None:
-    if revolutions is not None and not 0.0 < revolutions < math.inf:
-        raise ValueError(f"--revolutions: must be a positive number; received {revolutions:g}")
-    in_range("--revolutions", "revolutions", revolutions, 0.0)
+def case_of(law: str | None, how: TheoryOptions) -> AveragedCase:
+    """The case from either source; `ValueError` if both or neither is given."""
+    laws, named = ", ".join(text.LAWS), given(how, *(each.name for each in fields(CaseOptions)))
+    if law is not None and law not in text.LAWS:
+        raise ValueError(f"LAW: must be one of {laws}; received {law!r}")
+    if how.scenario is not None:
+        if named:
+            key = next(iter(named))
+            raise ValueError(f"{option(key)}: must not be given with --scenario; received both")
+        case = case_of_scenario(load_scenario(how.scenario))
+        if law not in (None, case.law):
+            raise ValueError(
+                f"LAW: must be the scenario's, {case.law}, or left out; received {law!r}"
+            )
+        return case
+    if law is None:
+        raise ValueError(f"LAW: must be one of {laws}; received nothing")
+    needed = ("inclination_deg", "inertia", *["gain"] * (not how.design))
+    for key in (*needed, *["sun_deg"] * (law == "sdot")):
+        if key not in named:
+            raise ValueError(f"{option(key)}: must be given (or --scenario); received nothing")
+    if law != "sdot" and how.sun_deg is not None:
+        raise ValueError(f"--sun-deg: must be left out for {law}; received {how.sun_deg:g}")
+    return spun_about_the_axis(_case_of_options(law, how, how.inclination_deg or 0.0))
 
 
-def show(
-    case: AveragedCase, part, revolutions, latex: bool, out: Path | None, as_json: bool
-) -> int:
+def _case_of_options(law: str, how: TheoryOptions, inclination_deg: float) -> AveragedCase:
+    inclination = math.radians(inclination_deg)
+    radius_m, b0_t = _radius_and_strength(how.altitude_km, how.strength_nt, inclination)
+    tensor = validate.inertia_tensor("--inertia", how.inertia)
+    for each in how.rate_deg_s or ():
+        if must := validate.out_of_range("rate_deg_s", each):
+            raise ValueError(f"--rate-deg-s: must be {must}; received {each:g}")
+    rate = validate.finite("--rate-deg-s", how.rate_deg_s or _RATE_DEG_S, (3,))
+    notes: tuple[str, ...] = ()
+    if how.rate_deg_s is None:
+        notes = ("the initial rate is the default: set it with --rate-deg-s",)
+    axis = np.array([0.0, 0.0, 1.0])
+    spinner, theta, remarks = spinner_of(tensor, axis, rate, inclination_deg, b0_t, radius_m)
+    rho, sampling = None, _sampling(law, how.sample_s, how.lag_s)
+    if how.rho_deg is not None:
+        rho = math.radians(how.rho_deg)
+        if how.sun_deg is not None:
+            notes = (*notes, "the momentum lies in the plane of the cone axis and the Sun")
+    sun = math.radians(how.sun_deg or 0.0)
+    name = f"{(radius_m - EARTH_RADIUS_M) / 1e3:.4g} km, {inclination_deg:g} deg"
+    return AveragedCase(
+        law, how.gain, spinner, theta, rho, target=(math.sin(sun), 0.0, math.cos(sun)),
+        notes=(*notes, *remarks), name=name, sampling=sampling,
+    )  # fmt: skip
+
+
+def _sampling(law: str, sample_s: float | None, lag_s: float | None) -> Sampling | None:
+    """Sample and hold at one interval, also that of the law's differences."""
+    if sample_s is None and lag_s is None:
+        return None
+    if law not in SAMPLED:
+        name, value = ("--lag-s", lag_s) if sample_s is None else ("--sample-s", sample_s)
+        raise ValueError(f"{name}: must be left out for {law}; received {value:g}")
+    if sample_s is None:
+        raise ValueError("--sample-s: must be given with --lag-s; received nothing")
+    if not 0.0 <= (lag_s or 0.0) < math.inf:
+        raise ValueError(f"--lag-s: must be 0 or positive; received {lag_s:g}")
+    return Sampling(sample_s, sample_s, lag_s or 0.0)
+
+
+def _radius_and_strength(altitude_km, strength_nt, inclination) -> tuple[float, float]:
+    """Radius [m] and B0 [T]; the direct dipole supplies one of them if it is not given."""
+    equatorial = Averaged().mu_e_t_km3 * 1e9
+    if altitude_km is not None:
+        radius_m = EARTH_RADIUS_M + 1e3 * altitude_km
+        check_farthest(radius_m)
+        b0_t = mean_of_extremes(equatorial / radius_m**3, inclination)
+        return radius_m, b0_t if strength_nt is None else 1e-9 * strength_nt
+    if strength_nt is None:
+        raise ValueError("--altitude-km: it or --strength-nt must be given; received neither")
+    radius_m = (mean_of_extremes(equatorial, inclination) / (1e-9 * strength_nt)) ** (1.0 / 3.0)
+    if radius_m <= EARTH_RADIUS_M:
+        most = 1e9 * mean_of_extremes(equatorial / EARTH_RADIUS_M**3, inclination)
+        raise ValueError(
+            f"--strength-nt: must be below {most:.0f} nT, its value on the ground, without "
+            f"--altitude-km; received {strength_nt:g}"
+        )
+    check_farthest(radius_m)
+    return radius_m, 1e-9 * strength_nt
+
+
+def part_of(case: AveragedCase, to_percent: float | None) -> float:
+    """Target fraction of the initial value."""
+    grows = case.law == "spin_up"
+    part = (200.0 if grows else 10.0) if to_percent is None else to_percent
+    if must := validate.out_of_range("to", part, 0.0):
+        raise ValueError(f"--to: must be {must}; received {part:g}")
+    if grows and not 100.0 < part < math.inf:
+        raise ValueError(f"--to: must be above 100 for spin_up, which grows; received {part:g}")
+    if not grows and not 0.0 < part < 100.0:
+        raise ValueError(f"--to: must lie between 0 and 100; received {part:g}")
+    return part / 100.0
+
+
+# ------------------------------------------------------------ the motion
+
+
+def show(law: str | None, how: TheoryOptions) -> int:
     """Print the averaged motion; draw it if a folder is given."""
-    _check(revolutions)
-    if out is not None:
-        make_writable(out)
-    formulas = _latex(case.law) if latex else None
-    answer, motions = _answer(case, part, revolutions)
+    check_ranges(how)
+    case = case_of(law, how)
+    part = part_of(case, how.to)
+    if how.out is not None:
+        make_writable(how.out)
+    formulas = _latex(case.law) if how.latex else None
+    answer, motions = motion_data(case, part, how.revolutions)
     if formulas:
         answer["latex"] = formulas
-    if out is not None:
-        with writing_to(out):
-            answer["pictures"] = _draw(case, answer["course_revolutions"], motions, out)
-    if as_json:
-        print(json_text(answer))
-        return 0
-    print("\n".join(_lines(case, answer)))
+    if how.out is not None:
+        with writing_to(how.out):
+            answer["pictures"] = _draw(case, answer["course_revolutions"], motions, how.out)
+    print(json_text(answer) if how.json else "\n".join(_lines(case, answer)))
     return 0
-
-
-def _times(case: AveragedCase, part: float) -> Times:
-    """Slow times to a fraction of the initial value; all equal where the direction is known."""
-    if case.rho is None:
-        return times_over_directions(case.evolution, case.constants, case.theta, part)
-    start = Slow(1.0, case.rho, case.sigma, case.theta)
-    return Times(*3 * (slow_time(case.evolution, case.constants, start, part),))
-
-
-def _answer(case: AveragedCase, part: float, revolutions: float | None) -> tuple[dict, dict]:
-    """The results as plain data, and the slow motions behind them."""
-    constants, spinner = case.constants, case.spinner
-    times = _times(case, part)
-    points = tends_to(find_equilibria(rates_of_evolution(case.evolution, constants)))
-    start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
-    turns = _turns(times, constants.eps)
-    length = revolutions or _length(turns)
-    motions = _motions(case, length)
-    answer = {
-        "law": case.law,
-        "gain": case.gain,
-        "orbit": {
-            "inclination_deg": spinner.inclination_deg,
-            "period_s": case.period_s,
-            "strength_nt": 1e9 * spinner.strength_t,
-            "p": constants.moments[0],
-            "cone_deg": math.degrees(cone_angle(math.radians(spinner.inclination_deg))),
-        },
-        "satellite": {
-            "transverse_kg_m2": spinner.transverse_kg_m2,
-            "axial_kg_m2": spinner.axial_kg_m2,
-            "momentum_n_m_s": spinner.momentum_n_m_s,
-            "theta_deg": math.degrees(case.theta),
-            "rho_deg": None if case.rho is None else math.degrees(case.rho),
-            "eta": list(spinner.eta),
-        },
-        "eps": constants.eps,
-        "quantity": GOALS[case.law].name,
-        "part": part,
-        "revolutions": turns,
-        "seconds": {k: v and v * case.period_s for k, v in turns.items()},
-        "course_revolutions": length,
-        "tends_to": [
-            {"description": described(case, each), "length_rate": each.length_rate}
-            for each in points
-        ],
-        "sun": sun_data(case),
-        "equations": list(text.EQUATIONS[case.law]),
-        "first_integrals": [
-            {"name": name, "formula": formula, "at_start": _value(case, name, start),
-             "drift": _drift(motions, name)}
-            for name, formula in text.INTEGRALS[case.law].items()
-        ],
-        "sampling": sampling_data(case),
-        "notes": [*case.notes, *sampling_notes(case), *_caveats(motions), *_warnings(case)],
-    }  # fmt: skip
-    return answer, motions
-
-
-def _motions(case: AveragedCase, revolutions: float) -> dict:
-    """Slow motions from the given direction, or from several, by name."""
-    u = np.linspace(0.0, _TURN * revolutions, 400)
-    some = (20.0, 60.0, 90.0, 120.0, 150.0) if case.law in _POINTED else (10.0, 30.0, 50.0, 70.0,
-                                                                           85.0)  # fmt: skip
-    starts = np.radians(some) if case.rho is None else [case.rho]
-    return {
-        f"rho₀ {math.degrees(rho):.3g}°": evolve(
-            case.evolution, case.constants, Slow(1.0, float(rho), case.sigma, case.theta), u
-        )
-        for rho in starts
-    }
-
-
-def _drift(motions: dict, name: str) -> float | None:
-    """Largest drift of a first integral; None where it is undefined or infinite."""
-    known = [motion.drift.get(name, math.nan) for motion in motions.values()]
-    known = [x for x in known if math.isfinite(x)]
-    return max(known, default=None)
-
-
-def _caveats(motions: dict) -> list[str]:
-    """Caveats of the motions, each once."""
-    return list(dict.fromkeys(note for motion in motions.values() for note in motion.notes))
-
-
-def _turns(times: Times, eps: float) -> dict:
-    """Revolutions; None for never."""
-    return {name: _number(s / (_TURN * eps)) for name, s in times._asdict().items()}
-
-
-def _number(value) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _value(case, name, start) -> float | None:
-    """A first integral where the direction is known and no logarithm of zero is needed."""
-    if start is None:
-        return None
-    with np.errstate(all="ignore"):
-        return _number(case.evolution.integrals[name](start, case.constants))
-
-
-def _warnings(case: AveragedCase) -> list[str]:
-    """Where averaging is not valid."""
-    notes, eps, spinner = [], case.constants.eps, case.spinner
-    precession = spinner.eta[1]
-    slow = Slow(1.0, case.rho or 1.0, case.sigma, case.theta)
-    near = [n for n in resonances(spinner, slow, greatest=_HARMONICS, width=max(0.05, eps))
-            if n[0] == 0 and 0 < abs(n[1]) <= 2]  # fmt: skip
-    if precession < _HARMONICS:
-        notes.append(
-            f"the precession, {precession:.3g} times the orbital rate, is not fast: averaging "
-            "is not valid"
-        )
-    elif near:
-        _, b, c = near[0]
-        notes.append(f"near resonance: {b} x precession {c:+d} x orbital rate is about zero")
-    if case.law in ("bdot", "sdot") and precession > _HARMONICS:
-        notes.append(
-            f"averaging is valid until the precession drops to {_HARMONICS} orbital rates, at "
-            f"l = {_HARMONICS / precession:.2g}"
-        )
-    return notes
 
 
 def _lines(case: AveragedCase, answer: dict) -> list[str]:
@@ -205,8 +172,8 @@ def _lines(case: AveragedCase, answer: dict) -> list[str]:
         f"{answer['quantity']} to {100 * answer['part']:g} %: {_span(answer['revolutions'])}",
         "tends to:",
         *(f"  {each['description']}" for each in answer["tends_to"]),
-        *sun_lines(answer["sun"]),
-        *sampling_lines(case),
+        *_sun_lines(answer["sun"]),
+        *_sampling_lines(case, answer["sampling"]),
         "",
         f"equations, {text.SHARED}:",
         *(
@@ -231,6 +198,37 @@ def _span(times: dict) -> str:
     if least == greatest:
         return f"{least} revolutions"
     return f"{least} to {greatest} revolutions by direction, median {median}"
+
+
+def _sampling_lines(case: AveragedCase, found: dict | None) -> list[str]:
+    """What a sampled law can damp, and its greatest gain, in words."""
+    if found is None or case.sampling is None:
+        return []
+    what = "precession" if case.law == "nutation_damping" else "rotation"
+    lines = [
+        f"with {case.sampling.in_words} it damps {what} up to {found['limit_deg_s']:.3g} "
+        f"deg/s; at the initial {found['rate_deg_s']:.3g} deg/s with "
+        f"{100.0 * found['efficiency']:.3g} % of the ideal damping"
+    ]
+    if found["greatest_gain"] is not None:
+        lines.append(
+            "in a field of B0 slow motion is stable up to a gain of "
+            f"{found['greatest_gain']:.3g} {text.UNITS[case.law]}"
+        )
+    return lines
+
+
+def _sun_lines(data: dict | None) -> list[str]:
+    """Where S-dot brings the momentum, in words."""
+    if data is None:
+        return []
+    end = data["final_momentum"]
+    side = "towards" if end > 0.0 else "away from"
+    turns = f"after at most {data['revolutions_at_most']:.3g} revolutions"
+    return [
+        f"from {data['gamma_deg']:.1f} deg off the Sun the momentum turns {side} it, within "
+        f"{data['captured_deg']:g} deg {turns}; final momentum {abs(end):.4g} L0"
+    ]
 
 
 def _latex(law: str) -> str:
@@ -277,80 +275,56 @@ def _symbolic_law(law: str):
     return LAWS[kind](**{gain: 1.0}, **others).law()
 
 
-def design(case: AveragedCase, part: float, revolutions: float | None, as_json: bool) -> int:
+# ------------------------------------------------------------ the design
+
+
+def design(law: str | None, how: TheoryOptions) -> int:
     """Print the time for each gain, and the gain for a given time."""
-    _check(revolutions)
-    times = _times(case, part)
-    evolution, spinner = case.evolution, case.spinner
-    gains = [case.gain * x for x in _PARTS] if case.gain else [
-        gain_of(evolution, spinner, eps) for eps in _EPS
-    ]  # fmt: skip
-    rows = design_table(evolution, spinner, times, gains)
-    wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
-    if as_json:
-        print(json_text(_design_data(case, part, rows, revolutions, wanted)))
-        return 0
-    unit = text.UNITS[case.law]
-    rho = "any direction" if case.rho is None else f"rho0 {math.degrees(case.rho):.1f} deg"
-    print(
-        f"{case.law}, {case.name}: revolutions of {case.period_s / 60:.1f} min until the "
-        f"{GOALS[case.law].name} is {100 * part:g} % (theta0 {math.degrees(case.theta):.0f} deg, "
-        f"{rho})"
-    )
-    print(f"{'gain ' + unit:>22}{'eps':>10}{'min':>9}{'median':>9}{'max':>9}")
-    print("\n".join(_row_line(row) for row in rows))
-    if wanted:
-        gain = [f"{x:.4g}" if math.isfinite(x) else "none" for x in wanted]
-        print(
-            f"{revolutions:g} revolutions: gain {gain[2]} {unit} for the slowest direction, "
-            f"{gain[1]} for the median, {gain[0]} for the fastest"
-        )
-    print(*sampling_lines(case), sep="\n", end="\n" if case.sampling else "")
-    for note in (*case.notes, *sampling_notes(case)):
-        print(f"note: {note}")
-    if any(row.eps > SLOW_CHANGE for row in rows):
-        print(f"note: times are approximate where eps exceeds {SLOW_CHANGE:g}")
+    check_ranges(how)
+    case = case_of(law, how)
+    part = part_of(case, how.to)
+    if how.out is not None or how.latex:
+        other = "--out" if how.out is not None else "--latex"
+        raise ValueError(f"{other}: must not be given with --design; received both")
+    data = design_data(case, part, how.revolutions)
+    print(json_text(data) if how.json else "\n".join(_design_lines(case, data)))
     return 0
 
 
-def _row_line(row: Row) -> str:
-    turns = (f"{x:.3g}" if math.isfinite(x) else "never" for x in row.revolutions)
-    return f"{row.gain:>22.4g}{row.eps:>10.3g}" + "".join(f"{x:>9}" for x in turns)
+def _design_lines(case: AveragedCase, data: dict) -> list[str]:
+    unit, wanted = text.UNITS[case.law], data["gain_for_it"]
+    rho = "any direction" if case.rho is None else f"rho0 {data['rho_deg']:.1f} deg"
+    lines = [
+        f"{case.law}, {case.name}: revolutions of {case.period_s / 60:.1f} min until the "
+        f"{data['quantity']} is {100 * data['part']:g} % (theta0 {data['theta_deg']:.0f} deg, "
+        f"{rho})",
+        f"{'gain ' + unit:>22}{'eps':>10}{'min':>9}{'median':>9}{'max':>9}",
+    ]
+    for row in data["rows"]:
+        turns = ("never" if x is None else f"{x:.3g}" for x in row["revolutions"].values())
+        times = "".join(f"{x:>9}" for x in turns)
+        lines.append(f"{row['gain']:>22.4g}{row['eps']:>10.3g}{times}")
+    if wanted:
+        gain = {name: "none" if x is None else f"{x:.4g}" for name, x in wanted.items()}
+        lines.append(
+            f"{data['wanted_revolutions']:g} revolutions: gain {gain['greatest']} {unit} for the "
+            f"slowest direction, {gain['median']} for the median, {gain['least']} for the fastest"
+        )
+    lines += _sampling_lines(case, data["sampling"])
+    lines += [f"note: {note}" for note in data["notes"]]
+    if any(row["eps"] > SLOW_CHANGE for row in data["rows"]):
+        lines.append(f"note: times are approximate where eps exceeds {SLOW_CHANGE:g}")
+    return lines
 
 
-def _design_data(case, part, rows, revolutions, wanted) -> dict:
-    def numbers(times):
-        return {name: _number(x) for name, x in times._asdict().items()}
-
-    return {
-        "law": case.law,
-        "quantity": GOALS[case.law].name,
-        "part": part,
-        "period_s": case.period_s,
-        "theta_deg": math.degrees(case.theta),
-        "rho_deg": None if case.rho is None else math.degrees(case.rho),
-        "rows": [
-            {"gain": row.gain, "eps": row.eps, "revolutions": numbers(row.revolutions)}
-            for row in rows
-        ],
-        "wanted_revolutions": revolutions,
-        "gain_for_it": wanted and numbers(wanted),
-        "sampling": sampling_data(case),
-        "notes": [*case.notes, *sampling_notes(case)],
-    }
-
-
-def _length(turns: dict) -> float:
-    """Revolutions to compute: somewhat more than the median time, or ten."""
-    median = turns["median"]
-    return 10.0 if median is None else 1.3 * median
+# ------------------------------------------------------------ pictures
 
 
 def _draw(case: AveragedCase, revolutions: float, motions: dict, out: Path) -> list[str]:
     """evolution.png and map.png."""
     from torquer.report.theory.pictures import draw_evolution, draw_map
 
-    constants, end, pointed = case.constants, _TURN * revolutions, case.law in _POINTED
+    constants, end, pointed = case.constants, 2.0 * math.pi * revolutions, case.law in POINTED
     u = next(iter(motions.values())).u
     title = f"{case.law}, {case.name}, eps = {constants.eps:.3g}"
     angle = ("gamma [deg]", lambda slow: np.degrees(sun_angle(slow, constants)))

@@ -1,34 +1,27 @@
 """`torquer wheels`: capability and saturation of a wheel array on a satellite."""
 
 from pathlib import Path
-from typing import Annotated
 
-from cyclopts import App, Parameter
+from cyclopts import App
 
-from torquer.cli.options import Json
+from torquer.cli.options import Json, options
 
-app = App(
-    name="wheels",
-    help="Reaction-wheel arrays: envelope, rates, failures, other layouts, saturation.",
-    version_flags=[],
-)
+app = App(name="wheels", version_flags=[])
+
+
+@options
+class WheelsOptions:
+    """Options of `torquer wheels`."""
+
+    out: Path | None = None
+    """Folder for pictures and the page [not written]."""
+    sweep: str | None = None
+    """Sweep an angle of the layout: gamma_deg=20:85, or =20:85:14 for 14 points."""
+    json: Json = False
 
 
 @app.default
-def wheels(
-    design: Path,
-    *,
-    out: Annotated[
-        Path | None, Parameter(help="Folder for pictures and the page [not written].")
-    ] = None,
-    sweep: Annotated[
-        str | None,
-        Parameter(
-            help="Sweep an angle of the layout: gamma_deg=20:85, or =20:85:14 for 14 points."
-        ),
-    ] = None,
-    json: Json = False,
-) -> int:
+def wheels(design: Path, *, how: WheelsOptions = WheelsOptions()) -> int:
     """Capability of the array in the file DESIGN, with up to two failed wheels; saturation.
 
     With --out also envelope.png, failures.png, accumulation.png and wheels.html, an interactive
@@ -36,4 +29,4 @@ def wheels(
     """
     from torquer.cli import wheels_work as work
 
-    return work.show(design, out, json, sweep)
+    return work.show(design, how)

@@ -1,6 +1,7 @@
 """Work of `torquer wheels`: tables, JSON and pictures."""
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,8 @@ from rich.table import Table
 from torquer.analysis.wheel_design import report_of
 from torquer.analysis.wheel_file import WheelDesign, load_wheels
 from torquer.analysis.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
-from torquer.cli.output import json_text, make_writable, table_console, writing_to
+from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
+from torquer.cli.wheels import WheelsOptions
 from torquer.report.wheels.tables import (
     best_in_words,
     failure_rows,
@@ -26,25 +28,25 @@ _SWEEP = re.compile(r"^(\w+)=([^:]+):([^:]+)(?::(\d+))?$")
 _POINTS, _MOST_POINTS = 61, 1001
 
 
-def show(path: Path, out: Path | None, as_json: bool, sweep: str | None = None) -> int:
+def show(path: Path, how: WheelsOptions) -> int:
     """Print the report on a design; draw it if a folder is given."""
     design = load_wheels(path)
-    swept = None if sweep is None else sweep_of(design, *swept_angle(design, sweep))
-    if out is not None:
-        make_writable(out)
+    swept = None if how.sweep is None else sweep_of(design, *swept_angle(design, how.sweep))
+    if how.out is not None:
+        make_writable(how.out)
     report = report_of(design)
-    made = [] if out is None else _draw(design, report, swept, out)
-    if as_json:
+    files = [] if how.out is None else _draw(design, report, swept, how.out)
+    if how.json:
         print(json_text(report | ({"sweep": as_plain(swept)} if swept else {})))
         return 0
     screen = table_console(_WIDTH)
-    for table in tables(report):
-        screen.print(table)
+    screen.print(_summary(report))
+    for title, head, rows, left in _tables(report, swept):
+        screen.print(table(head, rows, title, range(left)))
     if swept:
-        screen.print(_table(*sweep_rows(swept), left=0))
         print(best_in_words(swept))
-    if made:
-        print(f"{out}: {', '.join(made)}")
+    if files:
+        print(f"{how.out}: {', '.join(files)}")
     return 0
 
 
@@ -87,23 +89,18 @@ def _draw(design, report: dict, swept: Sweep | None, out: Path) -> list[str]:
         return [path.name for path in (*made, write_page(design, report, out / "wheels.html"))]
 
 
-def tables(report: dict) -> list[Table]:
-    """The tables of the report."""
+def _summary(report: dict) -> Table:
     title = report["description"] or report["name"]
     summary = Table(title=title, show_header=False, title_justify="left", box=SIMPLE)
     for row in summary_rows(report):
         summary.add_row(*row)
-    made = [summary, _table(*failure_rows(report), left=1)]
+    return summary
+
+
+def _tables(report: dict, swept: Sweep | None) -> Iterator[tuple]:
+    """Title, head, rows and number of columns of words of each table of the report."""
+    yield *failure_rows(report), 1
     if len(report["layouts"]) > 1:
-        made.append(_table(*layout_rows(report), left=2))
-    return made
-
-
-def _table(title: str, head: tuple[str, ...], rows, left: int) -> Table:
-    """A table, numbers right-aligned after the first columns."""
-    table = Table(title=title, title_justify="left", box=SIMPLE)
-    for n, name in enumerate(head):
-        table.add_column(name, justify="left" if n < left else "right", no_wrap=n < left)
-    for row in rows:
-        table.add_row(*row)
-    return table
+        yield *layout_rows(report), 2
+    if swept:
+        yield *sweep_rows(swept), 0

@@ -6,34 +6,47 @@ from pathlib import Path
 
 
 def write_report(
-    result, out_dir, progress: Callable[[float], None] | None = None
+    result, out_dir, progress: Callable[[float], None] | None = None, *, plots: bool = False
 ) -> dict[str, Path]:
-    """Write `plots/*.png` and `report.html` of a result into a folder; return the paths by name.
+    """Write `report.html` of a result into a folder; return the paths by name.
 
-    A run with modes also has its state diagram, `plots/modes.svg`. The folder is created if
-    missing. `progress` is called with the fraction done, 0..1.
-    `ValueError` for a result without records.
+    With `plots` also `plots/*.png` and, of a run with modes, the state diagram `plots/modes.svg`;
+    the page then shows the overview to browsers without scripts. The folder is created if missing.
+    `progress` is called with the fraction done, 0..1. `ValueError` for a result without records.
     """
-    from torquer.control.modes.diagram import svg
-    from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
     from torquer.report.flight.panels import pictures
-    from torquer.report.flight.png import figures_of
     from torquer.report.flight.view import view_of
 
     view = view_of(result)
     shown = pictures(view)
     folder = Path(out_dir)
-    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = {"report": folder / "report.html"}
+    if plots:
+        return _with_plots(view, shown, folder / "plots", progress) | paths
+    write_page(view, shown, paths["report"])
+    if progress:
+        progress(1.0)
+    return paths
+
+
+def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
+    """Draw all pictures into a folder and write the page next to it; paths of the pictures."""
+    from torquer.control.modes.diagram import svg
+    from torquer.report.common.side_by_side import done_side_by_side
+    from torquer.report.flight.page import write_page
+    from torquer.report.flight.png import figures_of
+
+    folder.mkdir(exist_ok=True)
     figures = figures_of(shown)
-    paths = {name: folder / "plots" / f"{name}.png" for name in figures}
+    paths = {name: folder / f"{name}.png" for name in figures}
     draw = [partial(_draw, figure_of, view, paths[name]) for name, figure_of in figures.items()]
     if modes := view.scenario.control.named().modes:
-        paths["modes"] = folder / "plots" / "modes.svg"
+        paths["modes"] = folder / "modes.svg"
         paths["modes"].write_text(svg(modes), encoding="utf-8")
-    paths["report"] = folder / "report.html"
     # the page shows the overview, which is therefore drawn first, in this process
-    page = partial(write_page, view, shown, paths["report"], paths["overview"])
+    page = partial(write_page, view, shown, folder.parent / "report.html", paths["overview"])
     done_side_by_side(draw, page, progress)
     return paths
 

@@ -1,92 +1,17 @@
-"""The ground track over a map of |B|: as PNG, and as a plotly figure."""
+"""The ground track over a map of |B| as a plotly figure, and its lines for any drawing."""
 
 import numpy as np
-from matplotlib.colors import LinearSegmentedColormap
-from matplotlib.figure import Figure
-from matplotlib.ticker import MultipleLocator
 
 from torquer.report.common.colours import RED
-from torquer.report.common.figure import INK, SMALL, legend, place, quiet, sheet
 from torquer.report.common.interactive import axis, layout, packed
 from torquer.report.common.scales import clock_for
 from torquer.report.flight.view import View
 
-#: Sizes of the PNG [inch].
-_WIDTH, _LEFT, _RIGHT, _TOP, _BELOW = 9.0, 0.82, 0.52, 0.72, 0.42
 #: Height of the interactive map [px].
 TRACK_PX = 440
-#: Pale, so that the track stands out; perceptually even.
-_PALE = ("#fbfaf5", "#cfe0e4", "#9dbccb")
-_COLOUR_MAP = LinearSegmentedColormap.from_list("field", _PALE)
+#: Colours of the map: pale, so that the track stands out; perceptually even.
+PALE = ("#fbfaf5", "#cfe0e4", "#9dbccb")
 LIT, DARK = RED, "#1b3a6b"
-
-
-def draw_ground_track(view: View) -> Figure:
-    """Ground track over a map of the field at the mean altitude."""
-    wide = _WIDTH - _LEFT - _RIGHT - 0.5
-    height = _TOP + 0.5 * wide + _BELOW
-    figure = sheet(_WIDTH, height, f"Ground track · {view.scenario.name}")
-    axes = place(figure, _LEFT, _TOP, wide, 0.5 * wide)
-    bar = place(figure, _LEFT + wide + 0.15, _TOP + 0.3, 0.15, 0.5 * wide - 0.6)
-    draw_track(axes, view, bar)
-    return figure
-
-
-def draw_track(axes, view: View, bar=None) -> None:
-    """Track, lit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
-    quiet(axes)
-    _draw_field_map(axes, view, bar)
-    track = {k: view.values(k) for k in ("longitude", "latitude", "lit")}
-    lon, lat, lit = split_at_dateline(*track.values())
-    width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
-    alone = "o" if len(track["lit"]) < 2 else None
-    handles = []
-    for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
-        if mask.any():
-            handles += axes.plot(
-                *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone
-            )
-    for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
-        handles += axes.plot(
-            track["longitude"][row],
-            track["latitude"][row],
-            marker,
-            ms=8,
-            mew=1.4,
-            color="white",
-            mec=INK,
-            label=label,
-            zorder=5,
-        )
-    axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
-    axes.xaxis.set_major_locator(MultipleLocator(30 if bar else 60))
-    axes.yaxis.set_major_locator(MultipleLocator(30))
-    axes.set_xlabel("longitude [deg]", fontsize=SMALL)
-    axes.set_ylabel("latitude [deg]", fontsize=SMALL)
-    legend(axes, handles, handletextpad=0.5)
-
-
-def _draw_field_map(axes, view: View, bar) -> None:
-    grid = view.field_map
-    kind = view.scenario.environment.field.kind
-    if grid is None:
-        axes.set_title(
-            f"{kind} field: defined along the orbit only, no map", loc="left", fontsize=9.5
-        )
-        if bar:
-            bar.remove()
-        return
-    lon, lat, strength = grid
-    filled = axes.contourf(lon, lat, strength, 24, cmap=_COLOUR_MAP, zorder=0)
-    marks = np.arange(5, 200, 5)
-    lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
-    axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
-    height = f"{1e-3 * view.values('altitude').mean():.0f} km"
-    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=INK)
-    if bar:
-        axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
-        bar.set_title("µT", fontsize=SMALL)
-        bar.tick_params(labelsize=SMALL)
 
 
 def track_figure(view: View) -> dict:
@@ -147,7 +72,7 @@ def _field_contours(lon, lat, strength) -> dict:
         "x": packed(lon),
         "y": packed(lat),
         "z": {**packed(strength), "shape": f"{len(lat)}, {len(lon)}"},
-        "colorscale": list(zip((0.0, 0.5, 1.0), _PALE, strict=True)),
+        "colorscale": list(zip((0.0, 0.5, 1.0), PALE, strict=True)),
         "opacity": 0.9,
         "name": "|B|",
         "contours": {

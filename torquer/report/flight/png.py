@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -21,7 +22,13 @@ from torquer.report.common.figure import (
     sheet,
 )
 from torquer.report.common.scales import clock_for, label_places, level_places
-from torquer.report.flight.ground_track import draw_ground_track, draw_track
+from torquer.report.flight.ground_track import (
+    DARK,
+    LIT,
+    PALE,
+    only_where,
+    split_at_dateline,
+)
 from torquer.report.flight.panels import overview
 from torquer.report.flight.panels.panel import (
     MEASUREMENT,
@@ -40,6 +47,9 @@ _STRIP, _UNDER_STRIP = 0.2, 0.04
 _BANDS = {MEASUREMENT: "#f7f0e0"}
 _NIGHT = "#e3e6ef"
 _DASHES = (0, (5, 2))
+#: Margins of the ground track [inch], and the colours of its map.
+_MAP_TOP, _MAP_BELOW = 0.72, 0.42
+_MAP_COLOURS = LinearSegmentedColormap.from_list("field", PALE)
 
 
 def figures_of(pictures) -> dict[str, Callable[[View], Figure]]:
@@ -198,7 +208,7 @@ def _draw_levels(axes, panel: Panel) -> None:
 
 
 def _draw_marks(axes, marks: tuple[Mark, ...], clock) -> None:
-    """Vertical lines, their labels beside them in the upper part of the axes."""
+    """Vertical lines, their labels next to them, in the upper part of the axes."""
     began, ended = axes.get_xlim()
     at = [mark.t_s / clock.seconds for mark in marks]
     places = [(x - began) / (ended - began) for x in at]
@@ -292,3 +302,71 @@ def _facts(view: View) -> str:
         share = summary["peak_wheel_momentum_share"]
         facts.append(f"wheels up to {share:.0%} of their momentum limit")
     return "   ·   ".join(facts)
+
+
+def draw_ground_track(view: View) -> Figure:
+    """Ground track over a map of the field at the mean altitude."""
+    wide = _WIDTH - _LEFT - _RIGHT - 0.5
+    height = _MAP_TOP + 0.5 * wide + _MAP_BELOW
+    figure = sheet(_WIDTH, height, f"Ground track · {view.scenario.name}")
+    axes = place(figure, _LEFT, _MAP_TOP, wide, 0.5 * wide)
+    bar = place(figure, _LEFT + wide + 0.15, _MAP_TOP + 0.3, 0.15, 0.5 * wide - 0.6)
+    draw_track(axes, view, bar)
+    return figure
+
+
+def draw_track(axes, view: View, bar=None) -> None:
+    """Track, lit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
+    quiet(axes)
+    _draw_field_map(axes, view, bar)
+    track = {k: view.values(k) for k in ("longitude", "latitude", "lit")}
+    lon, lat, lit = split_at_dateline(*track.values())
+    width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
+    alone = "o" if len(track["lit"]) < 2 else None
+    handles = []
+    for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
+        if mask.any():
+            handles += axes.plot(
+                *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone
+            )
+    for label, row, marker in (("start", 0, "o"), ("end", -1, "s")):
+        handles += axes.plot(
+            track["longitude"][row],
+            track["latitude"][row],
+            marker,
+            ms=8,
+            mew=1.4,
+            color="white",
+            mec=INK,
+            label=label,
+            zorder=5,
+        )
+    axes.set(xlim=(-180, 180), ylim=(-90, 90), aspect="equal")
+    axes.xaxis.set_major_locator(MultipleLocator(30 if bar else 60))
+    axes.yaxis.set_major_locator(MultipleLocator(30))
+    axes.set_xlabel("longitude [deg]", fontsize=SMALL)
+    axes.set_ylabel("latitude [deg]", fontsize=SMALL)
+    legend(axes, handles, handletextpad=0.5)
+
+
+def _draw_field_map(axes, view: View, bar) -> None:
+    grid = view.field_map
+    kind = view.scenario.environment.field.kind
+    if grid is None:
+        axes.set_title(
+            f"{kind} field: defined along the orbit only, no map", loc="left", fontsize=9.5
+        )
+        if bar:
+            bar.remove()
+        return
+    lon, lat, strength = grid
+    filled = axes.contourf(lon, lat, strength, 24, cmap=_MAP_COLOURS, zorder=0)
+    marks = np.arange(5, 200, 5)
+    lines = axes.contour(lon, lat, strength, marks, colors="#7f98a3", linewidths=0.6, zorder=0.6)
+    axes.clabel(lines, lines.levels[:: 1 if bar else 2], fmt="%g", fontsize=7, colors="#4f6873")
+    height = f"{1e-3 * view.values('altitude').mean():.0f} km"
+    axes.set_title(f"|B| [µT] at {height}, {kind}", loc="left", fontsize=9.5, color=INK)
+    if bar:
+        axes.figure.colorbar(filled, cax=bar, ticks=marks).outline.set_visible(False)
+        bar.set_title("µT", fontsize=SMALL)
+        bar.tick_params(labelsize=SMALL)

@@ -12,7 +12,7 @@ _NAMED = re.compile(r'^\s*(?:file|.*\bfile)\s*=\s*"([^"]+)"', re.M)
 
 
 def examples() -> dict[str, Path]:
-    """The examples by name: beside the package in a source tree, among its data when installed."""
+    """The examples by name: next to the package in a source tree, among its data when installed."""
     package = Path(__file__).parents[1]
     data = Path(sysconfig.get_path("data"))
     folders = (package.parent / "examples", data / "share" / "torquer" / "examples")
@@ -70,12 +70,12 @@ def _example(name: str) -> Path:
 
 
 def _list(as_json: bool) -> int:
-    told = {name: _about(path) for name, path in examples().items()}
+    listed = {name: _about(path) for name, path in examples().items()}
     if as_json:
-        print(json_text(told))
+        print(json_text(listed))
         return 0
-    wide = max(map(len, told), default=0)
-    print("\n".join(f"{name:<{wide}}  {about}" for name, about in told.items()))
+    wide = max(map(len, listed), default=0)
+    print("\n".join(f"{name:<{wide}}  {about}" for name, about in listed.items()))
     return 0
 
 

@@ -103,3 +103,5 @@ INTEGRALS = {
         "nutation": "(1 - C/A)/2 (ln(1 - c^2) - ln|d|) + ln sin theta - (C/A) ln cos theta",
     },
 }
+#: Laws with closed averaged equations.
+LAWS = tuple(EQUATIONS)

@@ -3,12 +3,13 @@
 import os
 from pathlib import Path
 
+from torquer.cli.app import ModesOptions
+from torquer.cli.loading import load_checked
+from torquer.cli.options import CodeOptions
 from torquer.cli.output import json_text
-from torquer.cli.user_code import check_code
 from torquer.control.modes.check import Finding, findings
 from torquer.control.modes.spec import MAIN, Modes
 from torquer.control.modes.wording import state_in_words, transition_in_words
-from torquer.scenario.load import load_scenario
 
 
 def mode_findings(scenario) -> list[Finding]:
@@ -17,44 +18,33 @@ def mode_findings(scenario) -> list[Finding]:
     return findings(modes) if modes else []
 
 
-def show(
-    scenario_path: Path,
-    as_mermaid: bool,
-    picture: Path | None,
-    as_json: bool,
-    user_code: bool = True,
-    code_from_anywhere: bool = False,
-) -> int:
+def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:
     """Print or write the diagram, print the findings."""
     from torquer.control.modes.diagram import mermaid, svg
 
-    scenario = load_scenario(scenario_path)
-    check_code(scenario, scenario_path, user_code, code_from_anywhere)
+    scenario = load_checked(path, code)
     modes = scenario.control.named().modes
     if modes is None:
         raise ValueError("control.modes: must be given, or a scheme as control.law; received none")
-    if picture is not None:
-        _write(svg(modes), picture)
+    if how.svg is not None:
+        _write(svg(modes), how.svg)
     found = mode_findings(scenario)
-    if as_json:
-        print(
-            json_text({"mermaid": mermaid(modes), "findings": [f._asdict() for f in found]}, None)
-        )
+    if how.json:
+        data = {"mermaid": mermaid(modes), "findings": [each._asdict() for each in found]}
+        print(json_text(data, None))
         return 0
-    if as_mermaid:
-        print(mermaid(modes), end="")
-        _tell(found, "%% ")
-        return 0
-    print("\n".join(in_words(modes)))
-    _tell(found)
-    if picture is not None:
-        print(os.fspath(picture))
+    print(mermaid(modes).rstrip("\n") if how.mermaid else "\n".join(in_words(modes)))
+    for each in found:
+        mark = "%% " if how.mermaid else ""
+        print(f"{mark}{'note' if each.is_fault else 'modes'}: {each.message}")
+    if how.svg is not None and not how.mermaid:
+        print(os.fspath(how.svg))
     return 0
 
 
-def _write(drawn: str, picture: Path) -> None:
+def _write(text: str, picture: Path) -> None:
     try:
-        picture.write_text(drawn, encoding="utf-8")
+        picture.write_text(text, encoding="utf-8")
     except OSError as error:
         raise ValueError(
             f"--svg: must be a file that can be written; received {picture} "
@@ -62,24 +52,19 @@ def _write(drawn: str, picture: Path) -> None:
         ) from None
 
 
-def _tell(found: list[Finding], mark: str = "") -> None:
-    for finding in found:
-        print(f"{mark}{'note' if finding.is_fault else 'modes'}: {finding.message}")
-
-
 def in_words(modes: Modes) -> list[str]:
     """Regions, states and transitions, line by line."""
     lines = []
     for name, region in modes.regions.items():
         lines += [f"region {name}"] if name != MAIN else []
-        lines += [_way(way, "any state ") for way in region.transitions]
+        lines += [_transition(each, "any state ") for each in region.transitions]
         for key, state in region.states.items():
             does = ", ".join(state_in_words(state)) or "nothing"
             begin = " (initial)" if key == region.initial else ""
             lines.append(f"{key}{begin}: {does}")
-            lines += [_way(way, "  ") for way in state.transitions]
+            lines += [_transition(each, "  ") for each in state.transitions]
     return lines
 
 
-def _way(way, leaves: str) -> str:
-    return f"{leaves}-> {way.to}: {transition_in_words(way)}"
+def _transition(transition, leaves: str) -> str:
+    return f"{leaves}-> {transition.to}: {transition_in_words(transition)}"

@@ -3,10 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from rich.box import SIMPLE
-from rich.table import Table
-
-from torquer.cli.output import json_text, make_writable, table_console, writing_to
+from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
 from torquer.simulation.file import load
 
 _WIDTH = 160
@@ -29,10 +26,10 @@ def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
     if as_json:
         print(json_text(compared.as_plain()))
         return 0
-    screen = table_console(_WIDTH)
+    screen, head = table_console(_WIDTH), ["", *names]
     if compared.changed:
-        screen.print(_table("Keys that differ", names, _changed(compared.changed)))
-    screen.print(_table("Key numbers", names, compared.rows()))
+        screen.print(table(head, _changed(compared.changed), "Keys that differ"))
+    screen.print(table(head, compared.rows(), "Key numbers"))
     if out is not None:
         print(picture)
     return 0
@@ -68,12 +65,3 @@ def _changed(changed: dict[str, list]) -> list[tuple[str, ...]]:
         (key, *("not given" if value is None else str(value) for value in values))
         for key, values in changed.items()
     ]
-
-
-def _table(title: str, names: Sequence[str], rows) -> Table:
-    table = Table(title=title, title_justify="left", box=SIMPLE)
-    for k, name in enumerate(["", *names]):
-        table.add_column(name, justify="right" if k else "left", overflow="fold")
-    for row in rows:
-        table.add_row(*row)
-    return table

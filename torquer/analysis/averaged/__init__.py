@@ -1,0 +1,1 @@
+"""A satellite on its orbit in averaged motion: its case, the equations as text, the results."""

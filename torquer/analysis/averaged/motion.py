@@ -1,0 +1,267 @@
+"""Averaged motion of a case as plain data: times, limit motions, sampling, gains for a time."""
+
+import math
+
+import numpy as np
+
+from torquer.analysis.averaged.case import POINTED, AveragedCase
+from torquer.analysis.averaged.equations import EQUATIONS, INTEGRALS
+from torquer.environment.field.averaged import cone_angle
+from torquer.theory.comparison import resonances
+from torquer.theory.design import (
+    GOALS,
+    Times,
+    design_table,
+    gain_for,
+    gain_of,
+    slow_time,
+    times_over_directions,
+)
+from torquer.theory.equilibria import Equilibrium, find_equilibria, rates_of_evolution, tends_to
+from torquer.theory.evolution.model import Slow
+from torquer.theory.evolution.sdot import capture_phase, final_momentum, sun_angle
+from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
+from torquer.theory.slow_motion import evolve
+from torquer.theory.validity import PRECESSION
+
+_TURN = 2.0 * math.pi
+#: Harmonics of the laws here: 2 in the precession angle, 4 in u; none depends on phi.
+_HARMONICS = int(PRECESSION.least)
+#: Multiples of the gain in a design table; small parameters of one without a gain.
+_PARTS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0)
+_EPS = (0.003, 0.01, 0.03, 0.1, 0.3)
+#: Angle to the end of the motion [deg] at which a momentum counts as captured by the Sun.
+_CAPTURED_DEG = 5.0
+
+
+def motion_data(
+    case: AveragedCase, part: float, revolutions: float | None = None
+) -> tuple[dict, dict]:
+    """The averaged motion as plain data, and the slow motions behind it by name.
+
+    `part`: target fraction of the initial value, up to which times count. `revolutions`: length of
+    the motions; without it somewhat more than the median time.
+    """
+    constants, spinner = case.constants, case.spinner
+    times = _times(case, part)
+    points = tends_to(find_equilibria(rates_of_evolution(case.evolution, constants)))
+    start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
+    turns = _turns(times, constants.eps)
+    length = revolutions or _length(turns)
+    motions = _motions(case, length)
+    answer = {
+        "law": case.law,
+        "gain": case.gain,
+        "orbit": {
+            "inclination_deg": spinner.inclination_deg,
+            "period_s": case.period_s,
+            "strength_nt": 1e9 * spinner.strength_t,
+            "p": constants.moments[0],
+            "cone_deg": math.degrees(cone_angle(math.radians(spinner.inclination_deg))),
+        },
+        "satellite": {
+            "transverse_kg_m2": spinner.transverse_kg_m2,
+            "axial_kg_m2": spinner.axial_kg_m2,
+            "momentum_n_m_s": spinner.momentum_n_m_s,
+            "theta_deg": math.degrees(case.theta),
+            "rho_deg": None if case.rho is None else math.degrees(case.rho),
+            "eta": list(spinner.eta),
+        },
+        "eps": constants.eps,
+        "quantity": GOALS[case.law].name,
+        "part": part,
+        "revolutions": turns,
+        "seconds": {k: v and v * case.period_s for k, v in turns.items()},
+        "course_revolutions": length,
+        "tends_to": [
+            {"description": _described(case, each), "length_rate": each.length_rate}
+            for each in points
+        ],
+        "sun": _sun_data(case),
+        "equations": list(EQUATIONS[case.law]),
+        "first_integrals": [
+            {"name": name, "formula": formula, "at_start": _value(case, name, start),
+             "drift": _drift(motions, name)}
+            for name, formula in INTEGRALS[case.law].items()
+        ],
+        "sampling": sampling_data(case),
+        "notes": [*case.notes, *sampling_notes(case), *_caveats(motions), *_warnings(case)],
+    }  # fmt: skip
+    return answer, motions
+
+
+def design_data(case: AveragedCase, part: float, revolutions: float | None = None) -> dict:
+    """Times over gains as plain data, and the gain with which `part` of the initial value is
+    reached in a number of revolutions."""
+    evolution, spinner, times = case.evolution, case.spinner, _times(case, part)
+    gains = [case.gain * x for x in _PARTS] if case.gain else [
+        gain_of(evolution, spinner, eps) for eps in _EPS
+    ]  # fmt: skip
+    rows = design_table(evolution, spinner, times, gains)
+    wanted = None if revolutions is None else gain_for(evolution, spinner, times, revolutions)
+    return {
+        "law": case.law,
+        "quantity": GOALS[case.law].name,
+        "part": part,
+        "period_s": case.period_s,
+        "theta_deg": math.degrees(case.theta),
+        "rho_deg": None if case.rho is None else math.degrees(case.rho),
+        "rows": [
+            {"gain": row.gain, "eps": row.eps, "revolutions": _numbers(row.revolutions)}
+            for row in rows
+        ],
+        "wanted_revolutions": revolutions,
+        "gain_for_it": wanted and _numbers(wanted),
+        "sampling": sampling_data(case),
+        "notes": [*case.notes, *sampling_notes(case)],
+    }
+
+
+def _times(case: AveragedCase, part: float) -> Times:
+    """Slow times to a fraction of the initial value; all equal where the direction is known."""
+    if case.rho is None:
+        return times_over_directions(case.evolution, case.constants, case.theta, part)
+    start = Slow(1.0, case.rho, case.sigma, case.theta)
+    return Times(*3 * (slow_time(case.evolution, case.constants, start, part),))
+
+
+def _length(turns: dict) -> float:
+    """Revolutions to compute: somewhat more than the median time, or ten."""
+    median = turns["median"]
+    return 10.0 if median is None else 1.3 * median
+
+
+def _motions(case: AveragedCase, revolutions: float) -> dict:
+    """Slow motions from the given direction, or from several, by name."""
+    u = np.linspace(0.0, _TURN * revolutions, 400)
+    some = (20.0, 60.0, 90.0, 120.0, 150.0) if case.law in POINTED else (10.0, 30.0, 50.0, 70.0,
+                                                                           85.0)  # fmt: skip
+    starts = np.radians(some) if case.rho is None else [case.rho]
+    return {
+        f"rho₀ {math.degrees(rho):.3g}°": evolve(
+            case.evolution, case.constants, Slow(1.0, float(rho), case.sigma, case.theta), u
+        )
+        for rho in starts
+    }
+
+
+def _drift(motions: dict, name: str) -> float | None:
+    """Largest drift of a first integral; None where it is undefined or infinite."""
+    known = [motion.drift.get(name, math.nan) for motion in motions.values()]
+    known = [x for x in known if math.isfinite(x)]
+    return max(known, default=None)
+
+
+def _caveats(motions: dict) -> list[str]:
+    """Caveats of the motions, each once."""
+    return list(dict.fromkeys(note for motion in motions.values() for note in motion.notes))
+
+
+def _turns(times: Times, eps: float) -> dict:
+    """Revolutions; None for never."""
+    return _numbers(Times(*(s / (_TURN * eps) for s in times)))
+
+
+def _numbers(times: Times) -> dict:
+    return {name: _number(x) for name, x in times._asdict().items()}
+
+
+def _number(value) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _value(case, name, start) -> float | None:
+    """A first integral where the direction is known and no logarithm of zero is needed."""
+    if start is None:
+        return None
+    with np.errstate(all="ignore"):
+        return _number(case.evolution.integrals[name](start, case.constants))
+
+
+def _warnings(case: AveragedCase) -> list[str]:
+    """Where averaging is not valid."""
+    notes, eps, spinner = [], case.constants.eps, case.spinner
+    precession = spinner.eta[1]
+    slow = Slow(1.0, case.rho or 1.0, case.sigma, case.theta)
+    near = [n for n in resonances(spinner, slow, greatest=_HARMONICS, width=max(0.05, eps))
+            if n[0] == 0 and 0 < abs(n[1]) <= 2]  # fmt: skip
+    if precession < _HARMONICS:
+        notes.append(
+            f"the precession, {precession:.3g} times the orbital rate, is not fast: averaging "
+            "is not valid"
+        )
+    elif near:
+        _, b, c = near[0]
+        notes.append(f"near resonance: {b} x precession {c:+d} x orbital rate is about zero")
+    if case.law in ("bdot", "sdot") and precession > _HARMONICS:
+        notes.append(
+            f"averaging is valid until the precession drops to {_HARMONICS} orbital rates, at "
+            f"l = {_HARMONICS / precession:.2g}"
+        )
+    return notes
+
+
+def sampling_data(case: AveragedCase) -> dict | None:
+    """The analysis as plain data; None without sampling."""
+    if case.sampling is None:
+        return None
+    times, rate = case.sampling.times, _rate(case)
+    return {
+        **case.sampling._asdict(),
+        "limit_deg_s": math.degrees(sampling_limit_rad_s(*times)),
+        "rate_deg_s": math.degrees(rate),
+        "efficiency": float(damping_efficiency(rate, *times)),
+        "greatest_gain": _greatest_gain(case),
+    }
+
+
+def _rate(case: AveragedCase) -> float:
+    """Rate [rad/s] to be damped: of the body, or of its precession in nutation damping."""
+    spinner = case.spinner
+    across = spinner.momentum_n_m_s / spinner.transverse_kg_m2
+    if case.law == "nutation_damping":
+        return across
+    along = spinner.momentum_n_m_s / spinner.axial_kg_m2
+    return math.hypot(across * math.sin(case.theta), along * math.cos(case.theta))
+
+
+def _greatest_gain(case: AveragedCase) -> float | None:
+    spinner, sampling = case.spinner, case.sampling
+    if case.law != "bdot" or sampling is None or not sampling.is_in_step:
+        return None
+    return bdot_greatest_gain(
+        min(spinner.transverse_kg_m2, spinner.axial_kg_m2), spinner.strength_t, sampling.hold_s,
+        difference_s=sampling.difference_s, lag_s=sampling.lag_s, measure_s=sampling.measure_s,
+    )  # fmt: skip
+
+
+def sampling_notes(case: AveragedCase) -> list[str]:
+    """A note where the initial rate exceeds the limit: averaging is not valid there."""
+    found = sampling_data(case)
+    if found is None or found["rate_deg_s"] <= found["limit_deg_s"]:
+        return []
+    return ["the sampled law does not damp the initial rate: averaging is not valid"]
+
+
+def _described(case: AveragedCase, point: Equilibrium) -> str:
+    """An equilibrium in words: relative to the Sun for S-dot, else relative to the cone axis."""
+    if case.law != "sdot" or point.rho is None:
+        return point.description.replace("third axis", "cone axis")
+    there = Slow(1.0, point.rho, point.sigma or 0.0, 0.0)
+    side = "towards" if sun_angle(there, case.constants) < 0.5 * math.pi else "away from"
+    return f"momentum {side} the Sun, {point.description.partition(', ')[2].rpartition(', ')[2]}"
+
+
+def _sun_data(case: AveragedCase) -> dict | None:
+    """Where S-dot brings a momentum of known direction, and when; None for other cases."""
+    if case.law != "sdot" or case.rho is None:
+        return None
+    start, constants = Slow(1.0, case.rho, case.sigma, case.theta), case.constants
+    phase = capture_phase(start, constants, math.radians(_CAPTURED_DEG))
+    slowest = constants.eps * min(1.0, constants.ratio)
+    return {
+        "gamma_deg": math.degrees(float(sun_angle(start, constants))),
+        "final_momentum": float(final_momentum(start, constants)),
+        "captured_deg": _CAPTURED_DEG,
+        "revolutions_at_most": phase / (2.0 * math.pi * slowest),
+    }

@@ -1,0 +1,75 @@
+"""Scenarios that commands load: whose Python files may be executed, whose models can be used."""
+
+from pathlib import Path
+
+import numpy as np
+
+from torquer.cli.options import CodeOptions
+from torquer.cli.output import make_writable
+from torquer.control.user import UserLaw
+from torquer.scenario.load import load_scenario
+from torquer.scenario.spec import Scenario
+
+
+def load_checked(path: Path, code: CodeOptions) -> Scenario:
+    """The scenario of a file; ValueError if it names Python files that may not be executed."""
+    scenario = load_scenario(path)
+    check_code(scenario, path, code)
+    return scenario
+
+
+def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
+    """The scenario of a file, checked for flight, with a folder for its pictures if one is given.
+
+    ValueError for code that may not be executed, for unusable models, and for a folder that cannot
+    be written.
+    """
+    scenario = load_checked(path, code)
+    check_surroundings(scenario)
+    if out is not None:
+        make_writable(out)
+    return scenario
+
+
+def code_of(scenario: Scenario) -> dict[str, Path]:
+    """Python files that a run of the scenario executes, by the key of the law in `control`."""
+    control = scenario.control
+    laws = {control.key_of(name): law for name, law in control.named().laws.items()}
+    return {key: Path(law.file) for key, law in laws.items() if isinstance(law, UserLaw)}
+
+
+def check_code(scenario: Scenario, path: Path, code: CodeOptions) -> None:
+    """ValueError for a law's file if none is allowed, or none in its place."""
+    folder = path.resolve().parent
+    for key, file in code_of(scenario).items():
+        if code.no_user_code:
+            raise ValueError(
+                f"control.{key}.file: must not be given with --no-user-code; received {file}"
+            )
+        if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
+            raise ValueError(
+                f"control.{key}.file: must lie in the scenario's folder, or be allowed by "
+                f"--code-from-anywhere; received {file}"
+            )
+
+
+def check_surroundings(scenario: Scenario) -> None:
+    """ValueError if field, date, orbit or air of a scenario cannot be used.
+
+    The models are evaluated at both ends of the run and along the first orbit.
+    """
+    end_s = scenario.steps() * scenario.grid_s
+    t_s = np.append(np.linspace(0.0, min(end_s, scenario.orbit.period_s), 50), end_s)
+    around = scenario.surroundings()
+    around.check_dates(*t_s[[0, -1]])
+    around.sample(t_s)
+    if not scenario.spacecraft.aerodynamics:
+        return
+    with np.errstate(invalid="ignore"):
+        known = np.isfinite(around.flow(t_s)).all()
+    if not known:
+        raise ValueError(
+            "environment.atmosphere: must have a density of 0 or more along the orbit; received a "
+            "negative one (as gost has for f107 far below f81) or one beyond the range of "
+            "floating-point numbers"
+        )
