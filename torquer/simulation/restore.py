@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import torquer
 from torquer.engine import processor
 from torquer.scenario.spec import Scenario
 from torquer.simulation.result import (
@@ -23,6 +22,7 @@ from torquer.simulation.result import (
 )
 from torquer.simulation.run import Run
 from torquer.simulation.variables import ESTIMATED, RECORDED, TORQUE, write
+from torquer.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,10 +55,9 @@ def restore(run: Run, result: xr.Dataset) -> None:
 def check_version(result: xr.Dataset) -> None:
     """ValueError for a result of another version of torquer: its state may mean other things."""
     theirs = _versions_in(result).get("torquer", "an unknown version")
-    if theirs != torquer.__version__:
+    if theirs != VERSION:
         raise ValueError(
-            f"result: must be of torquer {torquer.__version__} to go on from; received one of "
-            f"{theirs}"
+            f"result: must be of torquer {VERSION} to go on from; received one of {theirs}"
         )
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import torquer
 from torquer.engine import processor
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
@@ -30,6 +29,7 @@ from torquer.simulation.variables import (
     read,
 )
 from torquer.time import utc_at
+from torquer.version import VERSION
 from torquer.wheel_array.layout import total_momentum
 
 if TYPE_CHECKING:  # half a second of importing, which a run need not wait for
@@ -201,7 +201,7 @@ def versions() -> dict[str, str]:
     import xarray as xr
 
     return {
-        "torquer": torquer.__version__,
+        "torquer": VERSION,
         "python": platform.python_version(),
         "numpy": np.__version__,
         "numba": numba.__version__,
