@@ -126,6 +126,7 @@ MODULES = (
     "torquer.theory.evolution.nutation_damping",
     "torquer.theory.evolution.spin_up",
     "torquer.theory.evolution.reorientation",
+    "torquer.theory.evolution.sdot",
     "torquer.theory.evolution.preliminary_1",
     "torquer.theory.evolution.preliminary_2",
 )

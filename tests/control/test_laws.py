@@ -15,7 +15,7 @@ from torquer.control import LAWS, AnyLaw
 from torquer.control.computer import call_law
 from torquer.control.law import Law
 from torquer.engine import kernel
-from torquer.interface import KNOWN, UNKNOWN_EPHEMERIS, UNKNOWN_ESTIMATE, nothing_known
+from torquer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris, nothing_known
 
 USER_FILE = """
 import torquer
@@ -177,7 +177,7 @@ def without(need, row):
     estimate, unknown = row.estimate, UNKNOWN_ESTIMATE
     q, omega = unknown.q_body_to_inertial, unknown.omega_body_rad_s
     return {
-        "ephemeris": row._replace(ephemeris=UNKNOWN_EPHEMERIS),
+        "ephemeris": row._replace(ephemeris=Ephemeris()),
         "attitude": row._replace(
             estimate=estimate._replace(q_body_to_inertial=q), q_body_to_inertial=q
         ),
