@@ -39,14 +39,21 @@ def test_entry_reaches_its_declared_verdict_and_the_recorded_numbers(entry):
         assert now.items() <= kept.items(), "run make gallery"
 
 
-@pytest.mark.parametrize("entry", list(ENTRIES.values()), ids=list(ENTRIES))
-def test_the_record_has_what_the_entry_declares(entry):
-    kept = KEPT[entry.id]
-    assert kept["ids"] == list(entry.ids)
-    assert kept["verdict"] == kept["declared"] == str(entry.declared)
-    assert kept["reason"] == entry.reason
-    assert kept["title"] == "; ".join(row.content for row in entry.rows)
-    assert kept["expected"] == "; ".join(row.expected for row in entry.rows if row.expected)
+def test_the_record_has_what_the_entries_declare():
+    declared = {
+        entry.id: {
+            "ids": list(entry.ids),
+            "verdict": str(entry.declared),
+            "declared": str(entry.declared),
+            "reason": entry.reason,
+            "title": "; ".join(row.content for row in entry.rows),
+            "expected": "; ".join(row.expected for row in entry.rows if row.expected),
+        }
+        for entry in ENTRIES.values()
+    }
+    assert {name: {key: KEPT[name][key] for key in each} for name, each in declared.items()} == (
+        declared
+    )
 
 
 def test_the_record_has_every_entry_and_no_other():
