@@ -42,7 +42,6 @@ FLOORS = (
     {"analysis"},
     {"campaign"},
     {"report"},
-    {"gallery"},
     {"cli", "__main__"},
 )
 #: Public names and the modules they come from.
