@@ -91,7 +91,7 @@ def explain(error: ValidationError, data: dict) -> list[str]:
 
 def _by_place(error: ValidationError, data: dict) -> dict:
     """Mistakes as {key: {member of the union at that key, or "": [(key, mistake)]}}."""
-    found = {}
+    found: dict = {}
     for mistake in error.errors():
         if mistake["type"] == "too_short" and len(mistake["input"]) >= mistake["ctx"]["min_length"]:
             continue  # long enough, but its members are wrong, and each has its line
@@ -109,7 +109,8 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
     The loc of pydantic also holds the kind of a tagged union and the type that was tried in an
     untagged one: what is no key of the data at that place, unless it is the last: a missing key.
     """
-    keys, union, member, skipped = (), None, "", False
+    keys: tuple = ()
+    union, member, skipped = None, "", False
     for i, part in enumerate(loc):
         if isinstance(part, str) and _TYPE.match(part):
             union, member = keys, part

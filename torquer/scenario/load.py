@@ -59,7 +59,7 @@ def data_of(text: str, what: str) -> dict:
 
 def _within_levels(data: dict) -> bool:
     """Whether tables and lists are nested no deeper than that."""
-    level = [data]
+    level: list = [data]
     for _ in range(_LEVELS):
         inner = (part.values() if isinstance(part, dict) else part for part in level)
         level = [x for part in inner for x in part if isinstance(x, dict | list)]
@@ -88,7 +88,7 @@ def _without_campaign(data: dict) -> dict:
 
 def presets(table: str | None = None) -> dict[str, dict]:
     """Keys of the shipped presets by name: of all, or of those that fit a table."""
-    found = {}
+    found: dict[str, dict] = {}
     for path in sorted(_PRESETS.glob("*.toml")):
         ((fits, keys),) = tomllib.loads(path.read_text(encoding="utf-8")).items()
         found |= {path.stem: keys} if table in (None, fits) else {}

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.analysis.field_lines import field_lines
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK
-from torquer.report.flight.animated import animated, line
+from torquer.report.common.space import animated, line
 from torquer.report.flight.scene import spell, units
 from torquer.report.flight.view import View
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK, SKY
 from torquer.report.common.scales import clock_for
-from torquer.report.flight.animated import animated, line, xyz
+from torquer.report.common.space import animated, line, xyz
 from torquer.report.flight.view import View
 
 #: Rotation of the body [deg] between frames that the eye follows easily.

@@ -1,4 +1,4 @@
-"""Figures in space that move: traces frame by frame, with a slider and buttons to play them."""
+"""Figures in space: lines, hidden axes; traces that move, with a slider and buttons to play."""
 
 import math
 from collections.abc import Iterable, Sequence
@@ -30,16 +30,25 @@ def animated(
         {"name": str(i), "data": [_changing(trace) for trace in data], "traces": traces}
         for i, data in enumerate(moving)
     ]
-    hidden, many = {"visible": False, **axis}, len(moving) > 1
-    scene = {
+    many = len(moving) > 1
+    look = layout(
+        height_px,
+        scene=scene(eye, aspectmode, **axis),
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        showlegend=False,
+        sliders=[_slider(labels)] if many else [],
+        updatemenus=_buttons(jumps) if many else [],
+    )
+    return {"data": [*still, *first], "frames": frames, "layout": look}
+
+
+def scene(eye: Iterable[float], aspectmode: str, **axis) -> dict:
+    """A scene seen from `eye`, its three axes hidden; `axis`: further keys of each."""
+    hidden = {"visible": False, **axis}
+    return {
         "xaxis": hidden, "yaxis": hidden, "zaxis": hidden, "aspectmode": aspectmode,
         "camera": {"eye": dict(zip("xyz", eye, strict=True))}, "dragmode": "orbit",
     }  # fmt: skip
-    look = layout(
-        height_px, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, showlegend=False,
-        sliders=[_slider(labels)] if many else [], updatemenus=_buttons(jumps) if many else [],
-    )  # fmt: skip
-    return {"data": [*still, *first], "frames": frames, "layout": look}
 
 
 def line(points, colour: str, width: float, name: str, **keys) -> dict:
