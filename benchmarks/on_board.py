@@ -15,7 +15,6 @@ import numpy as np
 from version import scenario, seconds_per_step
 
 import torquer
-from torquer.scenario.load import replaced
 from torquer.simulation.run import prepare
 
 HERE = Path(__file__).parent
@@ -143,14 +142,14 @@ def with_modes(plain):
     }
     control = plain.control.model_dump(exclude={"law", "laws", "modes"})
     control |= {"laws": {"law": law.model_dump()}, "modes": {"regions": regions}}
-    return replaced(plain, "control", control)
+    return plain.replace("control", control)
 
 
 def parts(turns: int) -> dict:
     """A user's law, modes and an estimator beside the same run without; all at 1 Hz."""
     gyro, difference = scenario("gyro", 1.0), scenario("difference", 1.0)
-    full = replaced(difference, "control.estimator", {"kind": "rate_from_field"})
-    empty = replaced(difference, "control.estimator", {"kind": "none"})
+    full = difference.replace("control.estimator", {"kind": "rate_from_field"})
+    empty = difference.replace("control.estimator", {"kind": "none"})
     cases = {
         "built-in law": (gyro, None),
         "user law": (gyro, user_gyro_bdot),

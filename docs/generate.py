@@ -6,11 +6,11 @@ import itertools
 import re
 from pathlib import Path
 
-from torquer.analysis.variables import variables_page
 from torquer.campaign.keys import design_tables, file_tables
 from torquer.scenario.keys import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
+from torquer.simulation.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
 
 ROOT = Path(__file__).parents[1]
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"
@@ -126,6 +126,7 @@ MODULES = (
     "torquer.theory.evolution.nutation_damping",
     "torquer.theory.evolution.spin_up",
     "torquer.theory.evolution.reorientation",
+    "torquer.theory.evolution.sdot",
     "torquer.theory.evolution.preliminary_1",
     "torquer.theory.evolution.preliminary_2",
 )
@@ -191,6 +192,38 @@ def _comment_above(source: str, line: int) -> str:
     )
     text = " ".join(part.removeprefix("#:").strip() for part in reversed(list(above)))
     return text.split(". ")[0]
+
+
+def variables_page() -> str:
+    """The variables and attributes of a result."""
+    head = [
+        "# Variables of a result",
+        "",
+        "Made from the code by `docs/generate.py`. `torquer.simulate` and `torquer.load` give an",
+        "`xarray.Dataset` with these variables; `result.nc` has the same. SI units throughout;",
+        "`result.torquer.derived()` gives derived quantities, in degrees and rpm. J is",
+        "the inertial frame J2000; body axes are those of the scenario's inertia tensor.",
+        "",
+        "The control step at the very end of a run is not executed: there, readings and commands",
+        "are those of the step before.",
+        "",
+    ]
+    variables = sorted(VARIABLES, key=lambda each: each.when)
+    tables = (("Coordinates", COORDINATES), ("Variables", variables))
+    parts = [line for title, rows in tables for line in _variables_table(title, rows)]
+    attributes = [f"| `{name}` | {meaning} |" for name, meaning in ATTRIBUTES.items()]
+    last = ["## Attributes", "", "| name | meaning |", "|---|---|", *attributes, ""]
+    return "\n".join([*head, *parts, "## Logs", "", LOGS, "", *last])
+
+
+def _variables_table(title: str, rows) -> list[str]:
+    columns = "| name | dimensions | unit | frame | meaning |"
+    return [f"## {title}", "", columns, "|---|---|---|---|---|", *map(_variable_row, rows), ""]
+
+
+def _variable_row(v: Variable) -> str:
+    meaning = f"{v.meaning} ({v.when})" if v.when else v.meaning
+    return f"| `{v.name}` | {', '.join(v.dims) or 'none'} | {v.units} | {v.frame} | {meaning} |"
 
 
 PAGES = {

@@ -4,7 +4,7 @@ import numpy as np
 
 from torquer.control.modes.spec import Modes
 from torquer.control.modes.table import switch_modes
-from torquer.interface import UNKNOWN_EPHEMERIS, UNKNOWN_ESTIMATE, Inputs, ReadingTimes
+from torquer.interface import UNKNOWN_ESTIMATE, Ephemeris, Inputs, ReadingTimes
 
 J = (1.0, 1.1, 1.5)
 Z = (0.0, 0.0, 1.0)
@@ -18,7 +18,7 @@ def reading(
     t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, place=None, **estimate
 ):
     """Inputs at a time; what is left of the keys belongs to the estimate. `place`: (r, v)."""
-    ephemeris = UNKNOWN_EPHEMERIS._replace(lit=float(lit))
+    ephemeris = Ephemeris(lit=float(lit))
     if place is not None:
         r, v = map(_floats, place)
         ephemeris = ephemeris._replace(r_inertial_m=r, v_inertial_m_s=v)

@@ -15,7 +15,6 @@ from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer import engine
-from torquer.scenario.load import replaced
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 ROOT = Path(__file__).parents[1]
@@ -82,7 +81,7 @@ def test_flight_tutorial_runs_and_its_claims_hold():
     for block in re.findall(r"```python\n(.*?)```", text, re.S):
         exec(block, names)
     law = {"kind": "bdot", "gain_a_m2_s_per_t": 2e4}
-    scenario = replaced(names["scenario"], "control.law", law)
+    scenario = names["scenario"].replace("control.law", law)
     on_board = names["torquer"].simulate(scenario).omega_body.values
     assert (names["result"].omega_body.values == on_board).all()
     assert (names["over_the_link"].omega_body.values == on_board).all()

@@ -8,7 +8,8 @@ from pydantic import ValidationError
 
 from torquer.control import Bdot
 from torquer.environment.along_orbit import Environment
-from torquer.scenario.load import load_scenario, value_at, with_values
+from torquer.scenario.change import value_at, with_values
+from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Control, Simulation
 from torquer.simulation.simulate import simulate
 from torquer.spacecraft.body import Body

@@ -10,6 +10,7 @@ Names are imported when first used, so that `import torquer` costs nothing.
 """
 
 from torquer.lazy import lazily
+from torquer.version import VERSION
 
 #: True to type checkers and editors; `typing` itself would cost a hundredth of a second.
 TYPE_CHECKING = False
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
     from torquer.report.flight.summary_rows import rows_of as rows_of
+    from torquer.scenario.explain import ScenarioError as ScenarioError
     from torquer.scenario.load import (
-        ScenarioError as ScenarioError,
         load_scenario as load_scenario,
         scenario_from_text as scenario_from_text,
         scenario_schema as scenario_schema,
@@ -55,7 +56,7 @@ if TYPE_CHECKING:
         sampling_limit_rad_s as sampling_limit_rad_s,
     )
 
-__version__ = "0.2.0"
+__version__ = VERSION
 
 _imported, __dir__, __all__ = lazily(__name__, __file__)
 __all__ += ["__version__"]

@@ -34,7 +34,6 @@ ROOMS_WITHOUT_KERNELS = (
     "analysis",
     "campaign",
     "report",
-    "gallery",
     "cli",
     "__init__.py",
     "__main__.py",

@@ -97,7 +97,6 @@ class Command(NamedTuple):
 
 NO_COMMAND = Command()
 UNKNOWN_ESTIMATE = Estimate()
-UNKNOWN_EPHEMERIS = Ephemeris()
 
 
 def _xyz(*names: str) -> list[str]:

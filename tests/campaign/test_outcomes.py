@@ -14,9 +14,10 @@ from torquer.campaign.outcomes import (
     Threshold,
     What,
     check_outcomes,
-    evaluate,
     needs_sun,
+    signals_of,
     succeeded,
+    taken_of,
 )
 from torquer.campaign.signals import Axis, Flown
 from torquer.orbit import kepler
@@ -30,6 +31,10 @@ HELD = {
     "environment.table_tolerance": 1e-7,
 }
 RATES = ([0.3, -0.2, 0.25], [0.02, 0.03, -0.01])
+
+
+def evaluate(outcomes, scenario, flown):
+    return taken_of(outcomes, signals_of(outcomes, scenario, flown), flown)
 
 
 def outcome(signal, **what):

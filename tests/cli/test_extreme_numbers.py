@@ -15,9 +15,10 @@ import pytest
 import torquer
 from torquer import engine
 from torquer.analysis.summary import summary_of
-from torquer.analysis.wheel_file import WheelsError, load_wheels, wheels_from_text
+from torquer.analysis.wheel_file import load_wheels, wheels_from_text
 from torquer.cli.simulate import check_usable
 from torquer.notes.notes import notes_of
+from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario, scenario_from_data
 from torquer.simulation.simulate import RunStopped, simulate
 
@@ -206,7 +207,7 @@ def test_extremes_in_a_design_of_wheels():
                 text = as_toml(changed(data, place, value)) if value != 10**400 else ""
                 try:
                     design = wheels_from_text(text or as_toml(data))
-                except WheelsError as error:
+                except ScenarioError as error:
                     check_refusal(error)
                     refused += 1
                 else:

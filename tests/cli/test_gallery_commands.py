@@ -6,10 +6,10 @@ import sys
 
 import pytest
 
+from gallery.catalogue import ROW_OF
+from gallery.drawing import new_figure
+from gallery.entry import Answer, Entry, Verdict, near
 from torquer.cli import gallery_work
-from torquer.gallery.catalogue import ROW_OF
-from torquer.gallery.drawing import new_figure
-from torquer.gallery.entry import Answer, Entry, Verdict, near
 
 
 def make(measured, **keys):
@@ -23,19 +23,19 @@ def make(measured, **keys):
 
 
 @pytest.fixture
-def shelf(monkeypatch):
-    """`shelf(entry)`: the gallery holds just this entry."""
+def only(monkeypatch):
+    """`only(entry)`: the gallery holds just this entry."""
 
     def hold(entry):
-        for place in ("torquer.cli.gallery_work.all_entries", "torquer.gallery.shelf.all_entries"):
+        for place in ("torquer.cli.gallery_work.all_entries", "gallery.lookup.all_entries"):
             monkeypatch.setattr(place, lambda: [entry])
         monkeypatch.setattr(gallery_work, "entry_of", lambda: {entry.id: entry})
 
     return hold
 
 
-def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, shelf):
-    shelf(make(2.7))
+def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, only):
+    only(make(2.7))
     code, out, err = call("gallery", "list")
     assert (code, err) == (0, "")
     lines = out.splitlines()
@@ -50,8 +50,8 @@ def test_list_has_every_id_and_says_what_is_not_yet(call, strict_json, shelf):
 
 
 @pytest.mark.parametrize("command", [("run", "FIELD-10"), ("all",)])
-def test_json_per_entry_and_pictures(call, strict_json, shelf, tmp_path, command):
-    shelf(make(2.72))
+def test_json_per_entry_and_pictures(call, strict_json, only, tmp_path, command):
+    only(make(2.72))
     code, out, err = call("gallery", *command, "--json", "--out", tmp_path / "made" / "here")
     assert (code, err) == (0, "")
     (data,) = strict_json(out)
@@ -64,8 +64,8 @@ def test_json_per_entry_and_pictures(call, strict_json, shelf, tmp_path, command
     assert data["pictures"] == [str(picture)] and picture.stat().st_size > 5000
 
 
-def test_text_and_the_default_folder(call, shelf, tmp_path, monkeypatch):
-    shelf(make(3.0, declared=Verdict.DIFFERS, reason="so"))
+def test_text_and_the_default_folder(call, only, tmp_path, monkeypatch):
+    only(make(3.0, declared=Verdict.DIFFERS, reason="so"))
     monkeypatch.chdir(tmp_path)
     code, out, err = call("gallery", "run", "field-10")
     assert (code, err) == (0, "")
@@ -85,8 +85,8 @@ def test_text_and_the_default_folder(call, shelf, tmp_path, monkeypatch):
         (2.7, {"declared": Verdict.DIFFERS, "reason": "so"}, "'differs'; received 'agrees'"),
     ],
 )
-def test_exit_1_if_a_verdict_is_not_the_declared_one(call, shelf, tmp_path, measured, keys, words):
-    shelf(make(measured, **keys))
+def test_exit_1_if_a_verdict_is_not_the_declared_one(call, only, tmp_path, measured, keys, words):
+    only(make(measured, **keys))
     code, _, err = call("gallery", "all", "--out", tmp_path)
     assert code == 1
     assert err == f"error: gallery FIELD-10: must have its declared verdict, {words}\n"
@@ -102,8 +102,8 @@ def test_exit_1_if_a_verdict_is_not_the_declared_one(call, shelf, tmp_path, meas
         (("run",), "gallery run: must name at least one id (see `gallery list`); received none"),
     ],
 )  # fmt: skip
-def test_mistakes_are_one_line_and_exit_2(call, shelf, arguments, line):
-    shelf(make(2.7))
+def test_mistakes_are_one_line_and_exit_2(call, only, arguments, line):
+    only(make(2.7))
     code, out, err = call("gallery", *arguments)
     assert (code, out) == (2, "")
     assert err.startswith(f"error: {line.split('near it')[0]}") and err.count("\n") == 1
@@ -112,8 +112,8 @@ def test_mistakes_are_one_line_and_exit_2(call, shelf, arguments, line):
 
 
 @pytest.mark.parametrize("option", ["--out", "--docs"])
-def test_a_folder_that_cannot_be_made(call, shelf, tmp_path, option):
-    shelf(make(2.7))
+def test_a_folder_that_cannot_be_made(call, only, tmp_path, option):
+    only(make(2.7))
     (tmp_path / "in_the_way").write_text("")
     spare = [] if option == "--out" else ["--out", tmp_path / "out"]
     code, out, err = call("gallery", "all", option, tmp_path / "in_the_way" / "x", *spare)
@@ -122,8 +122,8 @@ def test_a_folder_that_cannot_be_made(call, shelf, tmp_path, option):
     assert err.count("\n") == 1
 
 
-def test_docs_are_written_if_asked(call, shelf, tmp_path):
-    shelf(make(2.7))
+def test_docs_are_written_if_asked(call, only, tmp_path):
+    only(make(2.7))
     docs = tmp_path / "docs"
     code, _, err = call("gallery", "all", "--out", tmp_path / "out", "--docs", docs)
     assert (code, err) == (0, "")
@@ -154,9 +154,18 @@ def test_a_bar_on_a_terminal_and_quiet_in_a_pipe(tmp_path):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="names of files are of another kind")
-def test_a_folder_whose_name_is_no_text(call, shelf, tmp_path, strict_json):
-    shelf(make(2.72))
+def test_a_folder_whose_name_is_no_text(call, only, tmp_path, strict_json):
+    only(make(2.72))
     out = tmp_path / "caf\udce9"
     code, answer, err = call("gallery", "run", "FIELD-10", "--json", "--out", out)
     assert (code, err) == (0, "") and answer.isascii()
     assert strict_json(answer) == strict_json((out / "results.json").read_text(encoding="utf-8"))
+
+
+def test_without_a_checkout_one_line_says_what_is_missing(call, monkeypatch, tmp_path):
+    monkeypatch.setattr("torquer.cli.gallery.CHECKOUT", tmp_path)
+    for command in (("list",), ("run", "FIELD-10"), ("all",)):
+        assert call("gallery", *command) == (2, "", (
+            "error: gallery: must be run from a checkout of torquer's repository; received an "
+            "installed package\n"
+        ))  # fmt: skip

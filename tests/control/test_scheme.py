@@ -9,12 +9,12 @@ from law_cases import ZERO, inputs
 from numba import typeof
 from on_board import OnBoard
 
+from gallery.spinning import course_of
 from torquer import engine
 from torquer.control.built_in import BUILT_IN
 from torquer.control.modes.scheme import modes_of
 from torquer.control.recommended import is_low, recommended_scheme, standard_scheme
 from torquer.control.scheme import Scheme, stage_at, stage_starts_s
-from torquer.gallery.spinning import course_of
 from torquer.scenario.load import ScenarioError, load_scenario
 from torquer.simulation.simulate import resume, simulate
 from torquer.theory.evolution.model import Case, Slow

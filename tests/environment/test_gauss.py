@@ -201,17 +201,17 @@ def test_truncations_approach_the_whole_field():
     assert errors[-1] == 0.0 and errors[0] > 1e-6
 
 
-@pytest.mark.parametrize("count", [0, 1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5])
 @pytest.mark.parametrize("degree", [1, 2, 5, 12, 13])
-def test_many_points_are_the_single_points(count, degree):
+def test_many_points_are_the_single_points(degree):
     packed = Igrf14(degree=degree).prepare(2023.0)
-    r = sphere(count)
-    out = np.full((count, 3), np.nan)
-    gradient_many(packed, r, out)
-    for row, b in zip(r, out, strict=True):
-        assert b == pytest.approx(gradient(packed, tuple(row)), rel=1e-12, abs=1e-18)
-    gradient_many(packed, r, r)
-    assert np.array_equal(r, out)
+    for count in (0, 1, LANES - 1, LANES, LANES + 1, 3 * LANES + 5):
+        r = sphere(count)
+        out = np.full((count, 3), np.nan)
+        gradient_many(packed, r, out)
+        for row, b in zip(r, out, strict=True):
+            assert b == pytest.approx(gradient(packed, tuple(row)), rel=1e-12, abs=1e-18), count
+        gradient_many(packed, r, r)
+        assert np.array_equal(r, out), count
 
 
 def test_compiled_equals_interpreted():

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from gallery.entry import Outcome
+from gallery.lookup import all_entries
+from gallery.pages import PICTURES, RECORD, pages, record_of
 from torquer import engine
-from torquer.gallery.entry import Outcome
-from torquer.gallery.pages import PICTURES, RECORD, pages, record_of
-from torquer.gallery.shelf import all_entries
 
 DOCS = Path(__file__).parents[2] / "docs/gallery"
 ENTRIES = {entry.id: entry for entry in all_entries()}
@@ -39,14 +39,21 @@ def test_entry_reaches_its_declared_verdict_and_the_recorded_numbers(entry):
         assert now.items() <= kept.items(), "run make gallery"
 
 
-@pytest.mark.parametrize("entry", list(ENTRIES.values()), ids=list(ENTRIES))
-def test_the_record_has_what_the_entry_declares(entry):
-    kept = KEPT[entry.id]
-    assert kept["ids"] == list(entry.ids)
-    assert kept["verdict"] == kept["declared"] == str(entry.declared)
-    assert kept["reason"] == entry.reason
-    assert kept["title"] == "; ".join(row.content for row in entry.rows)
-    assert kept["expected"] == "; ".join(row.expected for row in entry.rows if row.expected)
+def test_the_record_has_what_the_entries_declare():
+    declared = {
+        entry.id: {
+            "ids": list(entry.ids),
+            "verdict": str(entry.declared),
+            "declared": str(entry.declared),
+            "reason": entry.reason,
+            "title": "; ".join(row.content for row in entry.rows),
+            "expected": "; ".join(row.expected for row in entry.rows if row.expected),
+        }
+        for entry in ENTRIES.values()
+    }
+    assert {name: {key: KEPT[name][key] for key in each} for name, each in declared.items()} == (
+        declared
+    )
 
 
 def test_the_record_has_every_entry_and_no_other():
@@ -72,7 +79,7 @@ def test_field_axes_are_turned_into_ours():
     """FIELD's orbital axes up, motion, normal: a body on them has axis 1 up, axis 3 normal."""
     from scipy.spatial.transform import Rotation
 
-    from torquer.gallery.four_models import attitude
+    from gallery.four_models import attitude
 
     to_x = Rotation.from_quat(attitude((0.0, 0.0, 0.0))).as_matrix()
     assert to_x.round(12).tolist() == [[0, 1, 0], [0, 0, 1], [1, 0, 0]]
@@ -83,7 +90,7 @@ def test_field_axes_are_turned_into_ours():
 
 
 def test_the_gain_of_mag_5_1_makes_the_small_parameter_one():
-    from torquer.gallery.entries import mag_5_1 as run
+    from gallery.entries import mag_5_1 as run
 
     assert run.GAIN * run.B0_T**2 / (run.INERTIA[2] * run.OMEGA0) == pytest.approx(1.0, abs=1e-4)
     orbit = run.scenario("averaged").orbit

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from messages import message_of
 from reliability_processes import KINDS, SCENARIO, done
 
 import torquer
@@ -57,13 +58,13 @@ def check_refused(path, content, number):
     if damaged == content:  # zeros written over zeros
         return
     for read in (torquer.load, torquer.resume):
-        with pytest.raises(ValueError, match=r"^result: must be as torquer wrote it; received "):
-            read(path)
+        text = message_of(read, path)
+        assert text.startswith("result: must be as torquer wrote it; received "), (number, text)
 
 
-@pytest.mark.parametrize("number", range(50))
-def test_a_damaged_file_is_refused(stored, number):
-    check_refused(*stored, number)
+def test_damaged_files_are_refused(stored):
+    for number in range(50):
+        check_refused(*stored, number)
 
 
 @pytest.mark.slow

@@ -10,10 +10,10 @@ import xarray as xr
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.analysis.variables import ATTRIBUTES, COORDINATES, VARIABLES
 from torquer.report import accessor  # noqa: F401  `import torquer` registers it with `simulate`
 from torquer.report.common import side_by_side
 from torquer.simulation.simulate import simulate
+from torquer.simulation.variables import ATTRIBUTES, COORDINATES, VARIABLES
 
 
 @pytest.fixture(scope="module")
@@ -235,7 +235,7 @@ def test_every_variable_of_a_result_is_described(detumble, flown, switched, esti
             if not (kind := kind_of(name, values)):
                 continue
             told, known = values.attrs, KNOWN[kind]
-            found = (", ".join(values.dims), told.get("units", ""), told.get("frame", ""))
+            found = (values.dims, told.get("units", ""), told.get("frame", ""))
             assert found == (known.dims, known.units, known.frame), name
             seen.add(kind)
     assert seen == set(KNOWN)  # and nothing is described that there is not

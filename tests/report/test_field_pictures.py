@@ -6,13 +6,14 @@ import re
 import matplotlib.image
 import numpy as np
 import pytest
+from unpacking import unpacked
 
 from torquer.analysis.field_cone import cone_of
 from torquer.analysis.field_map import field_map
 from torquer.environment.field import Averaged, DirectDipole, Igrf14, TiltedDipole
 from torquer.environment.field.along import angles_deg, fields_along
 from torquer.orbit import Circular
-from torquer.report.common.packing import PACKED, unpacked
+from torquer.report.common.packing import PACKED
 from torquer.report.field.along import draw_along, unwound
 from torquer.report.field.cone import cone_figure, draw_cone, write_cone_page
 from torquer.report.field.map import draw_map

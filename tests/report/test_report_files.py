@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from unpacking import unpacked
 
 import torquer
 from torquer.analysis.summary import summary_of
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
 from torquer.report.common.interactive import packed
-from torquer.report.common.packing import unpacked
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure

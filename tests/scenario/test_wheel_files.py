@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer.analysis.wheel_file import WheelsError, load_wheels, wheels_from_text
+from torquer.analysis.wheel_file import load_wheels, wheels_from_text
+from torquer.scenario.explain import ScenarioError
 from torquer.wheel_array import layout
 from torquer.wheel_array.presets import LAYOUTS
 
@@ -77,13 +78,13 @@ KINDS = ", ".join(LAYOUTS)
 )  # fmt: skip
 def test_a_mistake_is_one_clear_line(right, wrong, line):
     assert right in TEXT
-    with pytest.raises(WheelsError) as found:
+    with pytest.raises(ScenarioError) as found:
         wheels_from_text(TEXT.replace(right, wrong, 1))
     assert str(found.value) == line
 
 
 def test_unreadable_files_and_broken_toml(tmp_path):
-    with pytest.raises(WheelsError, match=r"design: must be a readable file; received .*missing"):
+    with pytest.raises(ScenarioError, match=r"design: must be a readable file; received .*missing"):
         load_wheels(tmp_path / "missing.toml")
-    with pytest.raises(WheelsError, match="design: must be TOML; received"):
+    with pytest.raises(ScenarioError, match="design: must be TOML; received"):
         wheels_from_text("name = [")

@@ -5,9 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from torquer import engine, load_scenario
-from torquer.gallery import chibis_m
-from torquer.gallery.chibis_m import (
+from gallery import chibis_m
+from gallery.chibis_m import (
     ACQUISITION,
     BDOT,
     DETUMBLING,
@@ -17,6 +16,7 @@ from torquer.gallery.chibis_m import (
     TRIAD,
     WAITING,
 )
+from torquer import engine, load_scenario
 from torquer.scenario.load import scenario_from_data
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_day.toml"

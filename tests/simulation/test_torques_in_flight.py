@@ -7,7 +7,7 @@ from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
 from torquer import engine, load, noise, resume, save, simulate
-from torquer.analysis.budget import torques_along
+from torquer.analysis.budget import budget_of_run
 from torquer.environment.light import PRESSURE_AT_1_AU_PA
 from torquer.scenario.load import ScenarioError
 from torquer.simulation.result import scenario_of
@@ -56,7 +56,7 @@ def test_momentum_gained_is_the_integral_of_the_torques(make, integrator):
     """The torques along the recorded motion are those of the kernels; sums are the loop's."""
     without = {"environment.gravity_gradient": False}
     result = simulate(disturbed(make, everything(integrator), integrator, **without))
-    along = torques_along(result)
+    along = budget_of_run(result).disturbance
     assert set(along) == {*everything(integrator)}
     attitude = Rotation.from_quat(result.q_body_to_inertial.values)
     t, expected = result.time.values, np.zeros(3)

@@ -131,16 +131,17 @@ def test_spin_up_of_the_two_special_cases(inclination, across):
 
 
 def test_spin_up_for_small_nutation_is_the_limit_of_the_whole():
+    """The printed limit, MAG (3.2.3): cos theta is 1, sin theta is theta."""
     case = case_of(70.0)
     differences = []
     for theta in (0.1, 0.05, 0.025):
-        slow = Slow(0.9, 0.8, 0.0, theta)
-        whole, limit = (
-            spin_up.spin_up_rates(slow, case),
-            spin_up.spin_up_rates_small_nutation(slow, case),
-        )
-        differences.append(abs(whole.l - limit.l) + abs(whole.rho - limit.rho))
-        assert whole.theta == pytest.approx(limit.theta, rel=theta**2)
+        slow, p = Slow(0.9, 0.8, 0.0, theta), case.moments[0]
+        whole, sine = spin_up.spin_up_rates(slow, case), math.sin(slow.rho)
+        across = 2.0 * p + (1.0 - 3.0 * p) * sine**2
+        rho_rate = case.eps * (1.0 - 3.0 * p) * sine * math.cos(slow.rho) / slow.l
+        differences.append(abs(whole.l - case.eps * across) + abs(whole.rho - rho_rate))
+        theta_rate = -0.5 * case.eps * (2.0 - across) * theta / slow.l
+        assert whole.theta == pytest.approx(theta_rate, rel=theta**2)
     assert np.log2(differences[0] / differences[1]) == pytest.approx(2.0, abs=0.05)
     assert np.log2(differences[1] / differences[2]) == pytest.approx(2.0, abs=0.05)
 

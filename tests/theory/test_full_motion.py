@@ -5,6 +5,7 @@ import time
 
 import numpy as np
 import pytest
+from averaging_order import fitted_order
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
@@ -13,7 +14,7 @@ from torquer.control.bdot import BdotDerivative, BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.spin_up import SpinUp
 from torquer.theory.averaging import nodes
-from torquer.theory.comparison import compare, fitted_order, resonances
+from torquer.theory.comparison import compare, resonances
 from torquer.theory.evolution import EVOLUTIONS
 from torquer.theory.evolution.model import Slow
 from torquer.theory.full_motion import Fast, by_euler, osculating, slow_of, state_of

@@ -45,7 +45,12 @@ def at(inclination_deg, **changes):
 def test_direction_cosines(angles):
     """The turns about 2, 3, 1 of the Euler module."""
     expected = euler.to_dcm("231", np.array(angles)).T
-    assert dcm_orbital_to_body(*angles) == pytest.approx(expected, abs=1e-14)
+    found = dcm_orbital_to_body(*angles)
+    assert found == pytest.approx(expected, abs=1e-14)
+    # elements of the inverse as printed in MAG (1.3.5): one off the diagonal, and the last
+    (sa, sb, sg), (ca, _, cg) = np.sin(angles), np.cos(angles)
+    assert found[1, 0] == pytest.approx(sa * sg - ca * sb * cg, abs=1e-14)
+    assert found[2, 2] == pytest.approx(ca * cg - sa * sb * sg, abs=1e-14)
 
 
 @pytest.mark.parametrize("inclination", [0.3, 1.1, 0.5 * math.pi, 2.5])

@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from averaging_order import fitted_order
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
 from torquer import engine
 from torquer.control.sdot import SdotRate
 from torquer.theory.averaging import nodes
-from torquer.theory.comparison import fitted_order
 from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to
 from torquer.theory.evolution import EVOLUTIONS, sdot
 from torquer.theory.evolution.model import Case, Slow

@@ -79,11 +79,6 @@ def budget_of_held_attitude(scenario: Scenario) -> Budget:
     return _budget(scenario, t_s, r, field, motion[:, :4], motion[:, 4:], None)
 
 
-def torques_along(result: xr.Dataset) -> dict[str, np.ndarray]:
-    """Disturbance torques (n, 3) N m, body, of a run at its n records, by name."""
-    return budget_of_run(result).disturbance
-
-
 def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
     along, coils = _along(scenario, t_s, r, b, q, omega), scenario.spacecraft.coils
     found = _disturbances(scenario, t_s, along)

@@ -55,7 +55,8 @@ def _energy(result: xr.Dataset) -> np.ndarray:
 def _jacobi_integral(result: xr.Dataset) -> np.ndarray:
     """E + 3/2 omega0^2 e.J e - omega0 n.H, with the unit radius vector e and the orbit normal n.
 
-    That of `torquer.spacecraft.body`, with the momentum H of body and wheels.
+    H is the momentum of body and wheels; the integral is constant on a circular orbit without
+    control.
     """
     from scipy.spatial.transform import Rotation
 

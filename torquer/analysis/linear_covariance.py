@@ -53,11 +53,6 @@ class Expected(NamedTuple):
         """Standard deviation (k,) of the attitude about each axis, as filters state it."""
         return np.sqrt(np.einsum("kii->k", self.covariance[:, :3, :3]) / 3.0)
 
-    @property
-    def worst_axis_body(self) -> np.ndarray:
-        """Axis (k, 3) about which the attitude is known least well."""
-        return np.linalg.eigh(self.covariance[:, :3, :3])[1][:, :, -1]
-
 
 def error_95_rad(covariance: np.ndarray) -> np.ndarray:
     """Angle [rad] below which 95 % of the total attitude errors lie, for covariances (k, 3, 3).

@@ -7,11 +7,11 @@ import math
 from pathlib import Path
 
 import numpy as np
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Field, model_validator
 
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.orbit.kepler import FARTHEST_KM, mean_motion
-from torquer.scenario.explain import explain
+from torquer.scenario.explain import validated
 from torquer.scenario.load import (
     ScenarioError,
     data_of,
@@ -34,10 +34,6 @@ from torquer.theory.wheel_accumulation import (
 )
 from torquer.wheel_array.layout import Limit
 from torquer.wheel_array.presets import Wheels
-
-
-class WheelsError(ValueError):
-    """Errors in a wheel design file: one line each."""
 
 
 class Demand(Spec):
@@ -131,13 +127,9 @@ class WheelDesign(Spec):
 
 
 def load_wheels(path) -> WheelDesign:
-    """The design, or the scenario, of a TOML file; `WheelsError` with one line per mistake."""
+    """The design, or the scenario, of a TOML file; `ScenarioError` with one line per mistake."""
     path = Path(path)
-    try:
-        text = text_of(path, "design")
-    except ScenarioError as error:
-        raise WheelsError(str(error)) from None
-    return wheels_from_text(text, name_after(path), path.parent)
+    return wheels_from_text(text_of(path, "design"), name_after(path), path.parent)
 
 
 def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> WheelDesign:
@@ -145,15 +137,8 @@ def wheels_from_text(text: str, name: str = "wheels", folder: Path = Path()) -> 
 
     `name` is used where the text gives none; files that a scenario names are in `folder`.
     """
-    try:
-        data = {"name": name, **data_of(text, "design")}
-        if "spacecraft" in data:
-            return _of_scenario(data, folder)
-        return WheelDesign.model_validate(data)
-    except ValidationError as error:
-        raise WheelsError("\n".join(explain(error, data))) from None
-    except ScenarioError as error:
-        raise WheelsError(str(error)) from None
+    data = {"name": name, **data_of(text, "design")}
+    return _of_scenario(data, folder) if "spacecraft" in data else validated(WheelDesign, data)
 
 
 def _of_scenario(data: dict, folder: Path) -> WheelDesign:
@@ -161,7 +146,7 @@ def _of_scenario(data: dict, folder: Path) -> WheelDesign:
     scenario = scenario_from_data(data, folder)
     craft = scenario.spacecraft
     if craft.wheels is None:
-        raise WheelsError("spacecraft.wheels: must be given for a wheel design; received none")
+        raise ScenarioError("spacecraft.wheels: must be given for a wheel design; received none")
     wheels = {key: getattr(craft.wheels, key) for key in Wheels.model_fields}
     texts = {"name": scenario.name, "description": scenario.description}
-    return WheelDesign(wheels=Wheels(**wheels), body=craft.body, **texts)
+    return validated(WheelDesign, {"wheels": wheels, "body": craft.body, **texts})

@@ -3,21 +3,20 @@
 from pathlib import Path
 
 import numpy as np
-from pydantic import ValidationError
 
 from torquer.analysis.attitude import held_attitudes
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, changes_of, draw, values_of
 from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
 from torquer.campaign.variation import Variation
-from torquer.scenario.explain import explain, name_of
+from torquer.scenario.change import with_values
+from torquer.scenario.explain import name_of, validated
 from torquer.scenario.load import (
     ScenarioError,
     data_of,
     name_after,
     scenario_from_data,
     text_of,
-    with_values,
 )
 from torquer.scenario.spec import Scenario
 from torquer.spec import Spec
@@ -53,10 +52,7 @@ def campaign_from_data(table: dict, scenario: Scenario) -> Campaign:
         data = {"campaign": with_flat_keys(table)}
     except ValueError as error:
         raise ScenarioError(f"campaign.{error}") from None
-    try:
-        campaign = _File.model_validate(data).campaign
-    except ValidationError as error:
-        raise ScenarioError("\n".join(explain(error, data))) from None
+    campaign = validated(_File, data).campaign
     check_campaign(campaign, scenario)
     return campaign
 

@@ -228,17 +228,10 @@ def signals_of(
     }
 
 
-def evaluate(
-    outcomes: Mapping[str, Outcome], scenario: Scenario, flown: Flown
-) -> dict[str, np.ndarray]:
-    """Outcomes of n members by name, (n,) each; NaN where one has no value."""
-    return taken_of(outcomes, signals_of(outcomes, scenario, flown), flown)
-
-
 def taken_of(
     outcomes: Mapping[str, Outcome], signals: Mapping[str, np.ndarray], flown: Flown
 ) -> dict[str, np.ndarray]:
-    """The same, from signals that are known."""
+    """Outcomes of n members by name, (n,) each; NaN where one has no value."""
     found = {}
     for name, outcome in outcomes.items():
         if outcome.signal in TOTALS:

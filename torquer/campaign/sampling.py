@@ -15,8 +15,8 @@ from torquer.campaign.unit_numbers import (
     unit_numbers,
 )
 from torquer.campaign.variation import Correlated, Variation, as_numbers
-from torquer.scenario.explain import name_of
-from torquer.scenario.load import ScenarioError, value_at, with_values
+from torquer.scenario.change import value_at, with_values
+from torquer.scenario.explain import ScenarioError, name_of
 from torquer.scenario.spec import Scenario
 from torquer.validate import finite
 

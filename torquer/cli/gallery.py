@@ -1,5 +1,6 @@
 """`torquer gallery`: published figures and tables, recomputed and compared."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -18,27 +19,37 @@ Docs = Annotated[
     Path | None, Parameter(help="Also write pages and small pictures into this folder.")
 ]
 _OUT = Path("runs/gallery")
+#: The checkout that holds the gallery beside the package; an installed package has none.
+CHECKOUT = Path(__file__).parents[2]
+
+
+def _work():
+    """The work of the commands; ValueError where there is no gallery."""
+    if not (CHECKOUT / "gallery/lookup.py").is_file():
+        raise ValueError(
+            "gallery: must be run from a checkout of torquer's repository; received an installed "
+            "package"
+        )
+    if str(CHECKOUT) not in sys.path:
+        sys.path.append(str(CHECKOUT))
+    from torquer.cli import gallery_work
+
+    return gallery_work
 
 
 @app.command(name="list")
 def list_(*, json: Json = False) -> int:
     """List the catalogue: id, verdict if available, content."""
-    from torquer.cli import gallery_work as work
-
-    return work.show_list(json)
+    return _work().show_list(json)
 
 
 @app.command
 def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
     """Compute the entries of these IDS; exit 1 if a verdict differs from the declared one."""
-    from torquer.cli import gallery_work as work
-
-    return work.run(ids, json, out)
+    return _work().run(ids, json, out)
 
 
 @app.command(name="all")
 def all_(*, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
     """Compute every available entry; exit 1 if a verdict differs from the declared one."""
-    from torquer.cli import gallery_work as work
-
-    return work.run_all(json, out, docs)
+    return _work().run_all(json, out, docs)

@@ -4,12 +4,12 @@ import contextlib
 import sys
 from pathlib import Path
 
+from gallery.catalogue import ROW_OF
+from gallery.entry import Entry, Outcome, Verdict
+from gallery.lookup import all_entries, entry_of, wanted
+from gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
+from gallery.runs import compute_all
 from torquer.cli.output import json_text, make_writable, print_error, progress_bar, writing_to
-from torquer.gallery.catalogue import ROW_OF
-from torquer.gallery.entry import Entry, Outcome, Verdict
-from torquer.gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
-from torquer.gallery.runs import compute_all
-from torquer.gallery.shelf import all_entries, entry_of, wanted
 
 NOT_AS_DECLARED = 1
 

@@ -56,12 +56,6 @@ def mat_mul(m, n):
 
 
 @kernel
-def dcm_y_to_j(raan):
-    """Y to J: Y1 points to the ascending node, at right ascension `raan`."""
-    return rot_z(raan)
-
-
-@kernel
 def dcm_z_to_y(cone_angle):
     """Z to Y: Z3 = (0, -sin Theta, cos Theta) in Y, Theta the field cone's angle."""
     return rot_x(cone_angle)
@@ -74,13 +68,6 @@ def dcm_s_to_y(inclination):
 
 
 @kernel
-def dcm_orbital_to_s(argument_of_latitude):
-    """X to S on a circular orbit: X3 = (cos u, sin u, 0), X2 = (0, 0, 1), X1 along the motion."""
-    c, s = math.cos(argument_of_latitude), math.sin(argument_of_latitude)
-    return ((-s, 0.0, c), (c, 0.0, s), (0.0, 1.0, 0.0))
-
-
-@kernel
 def dcm_orbital_to_inertial(r, v):
     """X to the inertial frame of position r and velocity v (any units, not parallel).
 
@@ -89,24 +76,6 @@ def dcm_orbital_to_inertial(r, v):
     x3 = unit(r)
     x2 = unit(cross(r, v))
     return transpose((cross(x2, x3), x2, x3))
-
-
-@kernel
-def dcm_tws_to_inertial(r, v):
-    """t-w-s to the inertial frame of position r and velocity v (any units, not parallel).
-
-    t along the velocity, w along the orbit normal r x v, s = t x w: the radius vector, and so
-    the same frame as X, on a circular orbit.
-    """
-    t = unit(v)
-    w = unit(cross(r, v))
-    return transpose((t, w, cross(t, w)))
-
-
-@kernel
-def dcm_body_to_orbital(alpha, beta, gamma):
-    """x to X by aircraft angles, regular for small angles: rotations 2-3-1. Source: MAG (1.3.5)."""
-    return mat_mul(rot_y(alpha), mat_mul(rot_z(beta), rot_x(gamma)))
 
 
 @kernel

@@ -9,10 +9,10 @@ result.torquer.plot.rate()        # a matplotlib figure, shown by a notebook
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable, Sequence
-from functools import cached_property
+from collections.abc import Callable
+from functools import cached_property, wraps
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 
 import xarray as xr
 
@@ -24,6 +24,22 @@ from torquer.simulation.result import laws_of, scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _method(
+    function: Callable[Concatenate[xr.Dataset, P], R],
+) -> Callable[Concatenate[Torquer, P], R]:
+    """A function of a result as a method of its accessor, with the function's documentation."""
+
+    @wraps(function)
+    def method(self: Torquer, *given: P.args, **named: P.kwargs) -> R:
+        return function(self._result, *given, **named)
+
+    return method
 
 
 @xr.register_dataset_accessor("torquer")
@@ -48,45 +64,16 @@ class Torquer:
         """The key numbers, as `torquer.summary_of` gives them."""
         return summary_of(self._result)
 
-    def rate(self) -> xr.DataArray:
-        """Size of the absolute angular velocity [deg/s] over `time`."""
-        return derived.rate_of(self._result)
-
-    def rate_body(self) -> xr.DataArray:
-        """Absolute angular velocity [deg/s] in body axes over `time`, `axis`."""
-        return derived.rate_body_of(self._result)
-
-    def rate_orbital(self) -> xr.DataArray:
-        """Angular velocity relative to the orbital frame [deg/s], in body axes."""
-        return derived.rate_orbital_of(self._result)
-
-    def attitude_error(self) -> xr.DataArray:
-        """Angle [deg] from the attitude that the laws held; ValueError where they held none."""
-        return derived.attitude_error_angle_of(self._result)
-
-    def sun_angle(self, axis: Sequence[float] | None = None) -> xr.DataArray:
-        """Angle [deg] of a body axis, or of x, y and z, from the direction to the Sun."""
-        return derived.sun_angle_of(self._result, axis)
-
-    def nutation(self, axis: Sequence[float] | None = None) -> xr.DataArray:
-        """Angle [deg] of the angular momentum from a body axis [that of the greatest moment]."""
-        return derived.nutation_of(self._result, axis)
-
-    def vertical_angle(self) -> xr.DataArray:
-        """Angles [deg] of the body's x, y and z axes from the local vertical."""
-        return derived.vertical_angle_of(self._result)
-
-    def wheel_speed(self) -> xr.DataArray:
-        """Speed of each wheel [rpm]; ValueError for a satellite without wheels."""
-        return derived.wheel_speed_of(self._result)
-
-    def mode(self, region: str | None = None) -> xr.DataArray:
-        """Name of the state of a region of modes over `time`."""
-        return derived.mode_of(self._result, region)
-
-    def derived(self) -> xr.Dataset:
-        """All of these that apply to the run, as one data set."""
-        return derived.derived_of(self._result)
+    rate = _method(derived.rate_of)
+    rate_body = _method(derived.rate_body_of)
+    rate_orbital = _method(derived.rate_orbital_of)
+    attitude_error = _method(derived.attitude_error_angle_of)
+    sun_angle = _method(derived.sun_angle_of)
+    nutation = _method(derived.nutation_of)
+    vertical_angle = _method(derived.vertical_angle_of)
+    wheel_speed = _method(derived.wheel_speed_of)
+    mode = _method(derived.mode_of)
+    derived = _method(derived.derived_of)
 
     @property
     def plot(self) -> Plots:

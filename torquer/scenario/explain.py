@@ -3,6 +3,7 @@
 import difflib
 import json
 import re
+from typing import TypeVar
 
 from pydantic import BaseModel, ValidationError
 
@@ -52,7 +53,29 @@ _MUST = {
 }
 #: Errors that say only that a value is of another kind than this member of a union.
 _OTHER_KIND = ("float_type", "tuple_type")
-_LONGEST = 100
+#: Characters of the longest value and of the longest line that are shown.
+_LONGEST_VALUE, _LONGEST_LINE = 100, 1000
+M = TypeVar("M", bound=BaseModel)
+
+
+class ScenarioError(ValueError):
+    """Errors in a file: one line each."""
+
+    def __init__(self, text: str):
+        super().__init__("\n".join(map(_shortened, text.split("\n"))))
+
+
+def _shortened(line: str) -> str:
+    """A line without the middle of a value that fills pages."""
+    return line if len(line) <= _LONGEST_LINE else f"{line[: _LONGEST_LINE // 2]} ... {line[-100:]}"
+
+
+def validated(spec: type[M], data: dict) -> M:
+    """The spec of a file's tables; `ScenarioError` with one line per mistake."""
+    try:
+        return spec.model_validate(data)
+    except ValidationError as error:
+        raise ScenarioError("\n".join(explain(error, data))) from None
 
 
 def explain(error: ValidationError, data: dict) -> list[str]:
@@ -68,7 +91,7 @@ def explain(error: ValidationError, data: dict) -> list[str]:
 
 def _by_place(error: ValidationError, data: dict) -> dict:
     """Mistakes as {key: {member of the union at that key, or "": [(key, mistake)]}}."""
-    found = {}
+    found: dict = {}
     for mistake in error.errors():
         if mistake["type"] == "too_short" and len(mistake["input"]) >= mistake["ctx"]["min_length"]:
             continue  # long enough, but its members are wrong, and each has its line
@@ -86,7 +109,8 @@ def _keys(loc: tuple, data) -> tuple[tuple, tuple | None, str]:
     The loc of pydantic also holds the kind of a tagged union and the type that was tried in an
     untagged one: what is no key of the data at that place, unless it is the last: a missing key.
     """
-    keys, union, member, skipped = (), None, "", False
+    keys: tuple = ()
+    union, member, skipped = None, "", False
     for i, part in enumerate(loc):
         if isinstance(part, str) and _TYPE.match(part):
             union, member = keys, part
@@ -183,4 +207,4 @@ def _shown(value) -> str:
         shown = repr(value)
     except ValueError:  # Python does not write out the longest integers
         return "a number of thousands of digits"
-    return shown if len(shown) <= _LONGEST else shown[:_LONGEST] + "..."
+    return shown if len(shown) <= _LONGEST_VALUE else shown[:_LONGEST_VALUE] + "..."

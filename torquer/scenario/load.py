@@ -3,34 +3,14 @@
 import re
 import sys
 import tomllib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
-from pydantic import BaseModel, ValidationError
-
-from torquer.scenario.explain import explain, name_of
-from torquer.scenario.known_keys import suggestion
+from torquer.scenario.explain import ScenarioError, name_of, validated
 from torquer.scenario.spec import Scenario
-from torquer.spec import as_data
 
-#: Characters of the longest line that is told.
-_LONGEST = 1000
 #: More levels of tables and lists than any scenario needs.
 _LEVELS = 32
 _PRESETS = Path(__file__).with_name("presets")
-
-
-class ScenarioError(ValueError):
-    """Errors in a file: one line each."""
-
-    def __init__(self, told: str):
-        super().__init__("\n".join(map(_shortened, told.split("\n"))))
-
-
-def _shortened(line: str) -> str:
-    """A line without the middle of a value that fills pages."""
-    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-100:]}"
 
 
 def load_scenario(path) -> Scenario:
@@ -79,7 +59,7 @@ def data_of(text: str, what: str) -> dict:
 
 def _within_levels(data: dict) -> bool:
     """Whether tables and lists are nested no deeper than that."""
-    level = [data]
+    level: list = [data]
     for _ in range(_LEVELS):
         inner = (part.values() if isinstance(part, dict) else part for part in level)
         level = [x for part in inner for x in part if isinstance(x, dict | list)]
@@ -92,10 +72,7 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
         raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
     data = _with_presets(_without_campaign(data), ())
     _find_law_files(data, folder)
-    try:
-        return Scenario.model_validate(data)
-    except ValidationError as error:
-        raise ScenarioError("\n".join(explain(error, data))) from None
+    return validated(Scenario, data)
 
 
 def _without_campaign(data: dict) -> dict:
@@ -109,74 +86,9 @@ def _without_campaign(data: dict) -> dict:
     return {key: value for key, value in data.items() if key != "campaign"}
 
 
-def replaced(scenario: Scenario, key: str, value) -> Scenario:
-    """The scenario with another value at a dotted key."""
-    return with_values(scenario, {key: value})
-
-
-def with_values(scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
-    """The scenario with other values at dotted keys, checked once with all of them in place.
-
-    All other values have been checked already; only how they fit with these is checked again.
-    """
-    data = _opened(scenario)
-    for key, value in values.items():
-        table, last = _place_of(data, key)
-        table[last] = as_data(value)
-    try:
-        return Scenario.model_validate(data)
-    except ValidationError as error:
-        raise ScenarioError("\n".join(explain(error, data))) from None
-
-
-def value_at(scenario: Scenario, key: str):
-    """The value at a dotted key, as plain data."""
-    table, last = _place_of(as_data(scenario), key)
-    if isinstance(table, dict) and last not in table:
-        told = suggestion(str(last), [str(name) for name in table])
-        raise ScenarioError(f"{key}: must be a known key; received {key!r}{told}")
-    return table[last]
-
-
-def _place_of(data: dict, key: str):
-    """The table or list that holds a dotted key, and the key's last word or number."""
-    names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
-    table, place = data, ""
-    for name in names[:-1]:
-        table, place = _within(table, name, place)
-    last = names[-1] if names else ""
-    if isinstance(table, list) and not (isinstance(last, int) and last < len(table)):
-        raise ScenarioError(f"{key}: must be one of {len(table)} elements; received {key!r}")
-    return table, last
-
-
-def _within(table, name, place: str):
-    """The table or list at a name, and its key; it may then be changed."""
-    here = f"{place}[{name}]" if isinstance(name, int) else f"{place}.{name}".lstrip(".")
-    known = name in table if isinstance(table, dict) else name in range(len(table))
-    inner = table[name] if known else None
-    if not isinstance(inner, BaseModel | Mapping | list | tuple):
-        received = "no such key" if inner is None else repr(inner)
-        raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
-    table[name] = inner = _opened(inner)
-    return inner, here
-
-
-def _opened(table):
-    """A table or list that may be changed; the specs in it stay as they are.
-
-    Those that were not given become plain data: only given keys of a spec are stored, and of one
-    that was a default not even its kind was given.
-    """
-    if isinstance(table, BaseModel):
-        given = table.model_fields_set
-        return {key: value if key in given else as_data(value) for key, value in table}
-    return dict(table) if isinstance(table, Mapping) else list(table)
-
-
 def presets(table: str | None = None) -> dict[str, dict]:
     """Keys of the shipped presets by name: of all, or of those that fit a table."""
-    found = {}
+    found: dict[str, dict] = {}
     for path in sorted(_PRESETS.glob("*.toml")):
         ((fits, keys),) = tomllib.loads(path.read_text(encoding="utf-8")).items()
         found |= {path.stem: keys} if table in (None, fits) else {}

@@ -12,6 +12,7 @@ from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
 from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
+from torquer.scenario.change import with_values
 from torquer.scenario.control import MOST_STEPS, Control, common_divisor, whole_steps
 from torquer.scenario.initial import InitialMotion
 from torquer.scenario.mission import Mission
@@ -342,9 +343,7 @@ class Scenario(Spec):
         Checked as a scenario file is; `ScenarioError` names the key, what must hold and what was
         received. An element of a list has its number in brackets: "spacecraft.parts[0].area_m2".
         """
-        from torquer.scenario.load import replaced  # which checks scenarios, and so needs this
-
-        return replaced(self, key, value)
+        return with_values(self, {key: value})
 
     def _repr_html_(self) -> str:
         """In notebooks: what was given, as the text of a scenario file."""

@@ -7,27 +7,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-import torquer
 from torquer.engine import processor
 from torquer.scenario.spec import Scenario
 from torquer.simulation.result import (
-    ESTIMATED,
-    RECORDED,
-    TORQUE,
     arrays_stored,
     digest_of,
     law_attributes,
     laws_of,
     logged,
     modes_recorded,
-    names_in,
-    places,
     regions_of,
     scenario_of,
     versions,
 )
 from torquer.simulation.run import Run
-from torquer.simulation.state import ROW
+from torquer.simulation.variables import ESTIMATED, RECORDED, TORQUE, write
+from torquer.version import VERSION
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,10 +55,9 @@ def restore(run: Run, result: xr.Dataset) -> None:
 def check_version(result: xr.Dataset) -> None:
     """ValueError for a result of another version of torquer: its state may mean other things."""
     theirs = _versions_in(result).get("torquer", "an unknown version")
-    if theirs != torquer.__version__:
+    if theirs != VERSION:
         raise ValueError(
-            f"result: must be of torquer {torquer.__version__} to go on from; received one of "
-            f"{theirs}"
+            f"result: must be of torquer {VERSION} to go on from; received one of {theirs}"
         )
 
 
@@ -173,18 +167,14 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     here = slice(run.first_row, min(len(t_s), run.first_row + count))
     rows = np.arange(here.start, here.stop) % count
     part = result.isel(time=here)
-    cells = record.rows.view(np.float64).reshape(count, len(ROW.names))
-    cells[rows, 0] = steps[here]
+    record.rows["step"][rows] = steps[here]
     wheels = len(run.plan.plant.rotors.rows) > 0
-    for name, key, *_ in (*RECORDED, *([TORQUE] if wheels else ())):
-        cells[np.ix_(rows, np.array(places(key)))] = part[name].values
+    write(part, (*RECORDED, TORQUE) if wheels else RECORDED, record.rows, rows)
     if wheels:
         names = ("wheel_momentum", "wheel_torque")
         record.wheels[rows] = np.hstack([part[name].values for name in names])
-    for name, key, dimension, *_ in ESTIMATED if len(record.estimate) else ():
-        values = part[name].values.reshape(len(rows), -1)
-        for k, cell in enumerate(names_in(key, dimension)):
-            record.estimate[cell][rows] = values[:, k]
+    if len(record.estimate):
+        write(part, ESTIMATED, record.estimate, rows)
     for k, name in enumerate(modes_recorded(run, run.rows())):
         first = sum(len(r.states) for r in list(regions_of(run.scenario).values())[:k])
         record.modes[rows, k] = part[name].values + first

@@ -12,12 +12,10 @@ from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
 from torquer.geometry.vec3 import (
     add,
-    add_scaled,
     as_matrix,
     as_symmetric,
     as_vector,
     cross,
-    dot,
     sub,
     sym_vec,
 )
@@ -88,21 +86,6 @@ def motion_rates(rigid, here, dipole_body_a_m2, motion, held):
     gyroscopic = cross(motion.omega, momentum_body(rigid, motion.omega))
     torque = sub(torque_body(rigid, here, dipole_body_a_m2, motion, held), gyroscopic)
     return Motion(derivative(motion.q, motion.omega), sym_vec(rigid.inverse_inertia, torque))
-
-
-@inlined
-def jacobi_integral(rigid, up_body, normal_body, omega, omega0):
-    """Jacobi integral [J] on a circular orbit without control: constant along the motion.
-
-    H = 1/2 w.J w + 3/2 omega0^2 e.J e - 1/2 omega0^2 n.J n - omega0 n.h, where
-    w = omega - omega0 n is the rate relative to the orbital frame, e the unit radius vector,
-    n the orbit normal (both in body components) and h the wheels' momentum [N m s].
-    """
-    relative = add_scaled(omega, -omega0, normal_body)
-    kinetic = 0.5 * dot(relative, sym_vec(rigid.inertia, relative))
-    gravity = 1.5 * omega0 * omega0 * dot(up_body, sym_vec(rigid.inertia, up_body))
-    centrifugal = 0.5 * omega0 * omega0 * dot(normal_body, sym_vec(rigid.inertia, normal_body))
-    return kinetic + gravity - centrifugal - omega0 * dot(normal_body, rigid.wheel_momentum)
 
 
 class Body(Spec):

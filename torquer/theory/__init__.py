@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from torquer.theory.comparison import (
         Comparison as Comparison,
         compare as compare,
-        fitted_order as fitted_order,
         resonances as resonances,
     )
     from torquer.theory.design import (
@@ -79,7 +78,6 @@ if TYPE_CHECKING:
     )
     from torquer.theory.mathieu import (
         Edges as Edges,
-        characteristic_values as characteristic_values,
         edges as edges,
         first_tongue as first_tongue,
         first_tongue_of_strength as first_tongue_of_strength,
@@ -127,7 +125,6 @@ if TYPE_CHECKING:
         averaged_moments as averaged_moments,
         closed_moments as closed_moments,
         direct_dipole_moments as direct_dipole_moments,
-        moments_by_quadrature as moments_by_quadrature,
         tilted_dipole_moments as tilted_dipole_moments,
     )
     from torquer.theory.slow_loop import cycle_map as cycle_map, greatest_step as greatest_step

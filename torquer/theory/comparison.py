@@ -1,7 +1,6 @@
-"""How well the averaged motion approximates the full one: error, its order in eps, resonances."""
+"""How well the averaged motion approximates the full one: error, resonances."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 
@@ -51,41 +50,6 @@ def compare(
     u = np.linspace(0.0, u_end, points)
     full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
     return Comparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
-
-
-def fitted_order(
-    law: Law,
-    spinner: Spinner,
-    start: Slow,
-    fast: Fast,
-    slow_time: float,
-    scales: Iterable[float],
-    *,
-    gain: str = "gain",
-    points: int = 400,
-    at: Nodes | None = None,
-) -> tuple[float, np.ndarray]:
-    """Order of the error in the small parameter, and the errors, at a fixed product scale * u.
-
-    The law's parameter named by `gain` is multiplied by each of `scales`, and the motions are
-    compared over u = 0..slow_time/scale. First-order averaging has order 1.
-    """
-    scales, errors = np.array(list(scales), dtype=np.float64), []
-    within(Limit("scales", 0.0, open=True), scales)
-    within(Limit("slow_time", 0.0, open=True), slow_time)
-    if len(set(scales.tolist())) < 2:
-        raise ValueError(f"scales: must be two or more different ones; received {scales.tolist()}")
-    values = law.values()
-    if gain not in values:
-        known = ", ".join(values) or "none"
-        raise ValueError(f"gain: must name a parameter of law {law.name}: {known}; received {gain}")
-    for scale in scales:
-        scaled = law.with_parameters(**{gain: values[gain] * float(scale)})
-        end = slow_time / float(scale)
-        found = compare(scaled, spinner, start, fast, end, points=points, at=at)
-        errors.append(found.error)
-    slope = np.polyfit(np.log(scales), np.log(errors), 1)[0]
-    return float(slope), np.array(errors)
 
 
 def resonances(

@@ -70,8 +70,6 @@ def half_trace_series(lambda2, chi):
 SERIES_TURN = Limit("pi lambda chi^2/16", 0.0, 0.3, "the series to chi^3 is off by up to 0.1")
 CHI = Limit("chi", -1.0, 1.0, "beyond, the series to chi^2 is off by a tenth and more")
 STRENGTH = Limit("strength", -6.5, 6.5, "the series to its fourth power is off by a tenth beyond")
-#: Ranges within which the edges converge, within seconds.
-Q, COUNT = Limit("q", 0.0, 1000.0), Limit("count", 1, 100)
 
 
 class Edges(NamedTuple):
@@ -121,22 +119,6 @@ def _zeros(half, values, scanned, row, column) -> np.ndarray:
         for i in places
     ]
     return np.unique(np.array(found))
-
-
-def characteristic_values(q: float, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """(a_0 ... a_count-1), (b_1 ... b_count) of Mathieu's equation, q >= 0, by computed solutions.
-
-    scipy.special has them too (`mathieu_a`, `mathieu_b`): here they come from the same
-    integrator as every chart.
-    """
-    within(Q, q)
-    within(COUNT, count)
-    # values of one kind lie 4 apart or more; an odd first knot keeps whole numbers off the grid
-    grid = np.arange(-2.0 * q - 1.0 + 1e-3 * math.sqrt(2.0), (count + 1.0) ** 2 + 2.0 * q, 0.5)
-    found = edges(mathieu_equation.with_parameters(q=float(q)), "a", grid)
-    even = np.sort(np.concatenate([found.even_pi, found.even_2pi]))
-    odd = np.sort(np.concatenate([found.odd_pi, found.odd_2pi]))
-    return even[:count], odd[:count]
 
 
 def mathieu_parameters(lambda2: float, chi: float) -> dict[str, float]:

@@ -84,7 +84,7 @@ def mean_products(field, nodes_u, nodes_day):
     """Means <b_i b_j> [T^2] over u and day by the trapezoid rule: (xx, yy, zz, xy, xz, yz).
 
     The products are trigonometric polynomials of degree 4 in u and 2 in the day angle: from 5
-    and 3 nodes on the rule is exact.
+    and 3 nodes on the rule is exact. Source: MAG (2.1.7), FIELD (2.4).
     """
     squares = mixed = (0.0, 0.0, 0.0)
     for j in range(nodes_day):

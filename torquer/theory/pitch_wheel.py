@@ -71,7 +71,10 @@ class PitchWheel(Spec):
 
 
 def dcm_orbital_to_body(alpha, beta, gamma) -> np.ndarray:
-    """Direction cosines `[..., 3, 3]` of the turns by alpha, beta, gamma about x2, x3, x1."""
+    """Direction cosines `[..., 3, 3]` of the turns by alpha, beta, gamma about x2, x3, x1.
+
+    Transposed, body to orbital. Source: MAG (1.3.5).
+    """
     sa, ca, sb, cb = np.sin(alpha), np.cos(alpha), np.sin(beta), np.cos(beta)
     sg, cg = np.sin(gamma), np.cos(gamma)
     rows = (

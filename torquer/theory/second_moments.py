@@ -14,7 +14,6 @@ from torquer.theory.orbit_field import (
     DIRECT_DIPOLE,
     TILTED_DIPOLE,
     OrbitField,
-    mean_products,
 )
 from torquer.theory.validity import INCLINATION, Limit, within
 
@@ -74,16 +73,3 @@ def closed_moments(field: OrbitField, inclination: float) -> tuple:
     if field.model == DIRECT_DIPOLE:
         return direct_dipole_moments(inclination)
     return tilted_dipole_moments(inclination, field.tilt)
-
-
-def moments_by_quadrature(field: OrbitField, nodes_u: int = 8, nodes_day: int = 4) -> tuple:
-    """Second moments of a field by the trapezoid rule, exact from 5 and 3 nodes on.
-
-    ValueError for fewer. Source: MAG (2.1.7), FIELD (2.4).
-    """
-    _check(field)
-    within(Limit("nodes_u", 5, why="the rule is exact from there on"), nodes_u)
-    if field.model == TILTED_DIPOLE:
-        within(Limit("nodes_day", 3, why="the rule is exact from there on"), nodes_day)
-    products = mean_products(field, nodes_u, nodes_day)
-    return tuple(product / field.strength_t**2 for product in products)

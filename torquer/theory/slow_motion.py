@@ -4,6 +4,7 @@ import math
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -270,12 +271,6 @@ def _parts(count: int, workers: int) -> list[tuple[int, int]]:
     return list(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True))
 
 
-def _all_cores(task, parts, workers) -> None:
-    with ThreadPoolExecutor(workers) as pool:
-        for done in [pool.submit(task, *part) for part in parts]:
-            done.result()
-
-
 def _workers(workers: int | None) -> int:
     if workers is not None:
         return workers
@@ -291,7 +286,16 @@ def _at_poles(states) -> np.ndarray:
     return np.flatnonzero(np.sin(states[:, 1]) < POLE)
 
 
-def _ends(states, shape, rtol) -> Slow:
+def _moved(ends, states, shape, u_end, rtol, workers) -> Slow:
+    """The states, moved by `ends` on all cores, as arrays of a shape."""
+    workers = _workers(workers)
+    with ThreadPoolExecutor(workers) as pool:
+        parts = [
+            pool.submit(ends, states, u_end, rtol, workspace(4), *part)
+            for part in _parts(len(states), workers)
+        ]
+        for part in parts:
+            part.result()
     return Slow(*(x.reshape(shape) for x in in_range(states.T, rtol)))
 
 
@@ -312,11 +316,10 @@ def map_of_evolution(
     gives C/A and the field's model; `target` as `Evolution.case` takes it. NaN where the motion
     meets a singular point.
     """
-    spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
+    spinner = spinner or Spinner(inclination_deg=0.0)
     columns, shape = _grid(axes, fixed)
-    count = len(columns["eps"])
     target = evolution.case(1.0, spinner, target).target  # refuses a field that it is not for
-    constants = np.empty((count, 11))
+    constants = np.empty((len(columns["eps"]), 11))
     constants[:, 0], constants[:, 1], constants[:, 8:] = columns["eps"], spinner.ratio, target
     constants[:, 2:8] = _per_inclination(spinner, columns, lambda there: there.moments())
     states, rates = _starts(columns), compile_rates(evolution.rates)
@@ -324,12 +327,8 @@ def map_of_evolution(
     evolution.checked(Slow(*states.max(axis=0)), _case(constants[0]))
     for row in _at_poles(states):
         states[row] = _off_pole(ClosedMotion(rates, _case(constants[row])), states[row])
-
-    def part(first, last):
-        closed_ends(rates, constants, states, u_end, rtol, workspace(4), first, last)
-
-    _all_cores(part, _parts(count, workers), workers)
-    return _ends(states, shape, rtol)
+    ends = partial(closed_ends, rates, constants)
+    return _moved(ends, states, shape, u_end, rtol, workers)
 
 
 def map_of_law(
@@ -349,7 +348,7 @@ def map_of_law(
     `eps` multiplies the law's parameter named by `gain`; 1 takes the law as it is. Without nodes
     `at` the fewest that converge are found first.
     """
-    spinner, workers = spinner or Spinner(inclination_deg=0.0), _workers(workers)
+    spinner = spinner or Spinner(inclination_deg=0.0)
     columns, shape = _grid(axes, fixed)
     states, places = _starts(columns), law.places()
     if gain not in places:
@@ -364,24 +363,8 @@ def map_of_law(
     parameters = np.tile(problem.parameters, (len(states), 1))
     parameters[:, places[gain][0]] *= columns["eps"]
     settings = _per_inclination(spinner, columns, lambda there: _flat(there.pack()))
-
-    def part(first, last):
-        averaged_ends(
-            problem.law,
-            parameters,
-            settings,
-            problem.memory,
-            at,
-            states,
-            u_end,
-            rtol,
-            workspace(4),
-            first,
-            last,
-        )
-
-    _all_cores(part, _parts(len(states), workers), workers)
-    return _ends(states, shape, rtol)
+    ends = partial(averaged_ends, problem.law, parameters, settings, problem.memory, at)
+    return _moved(ends, states, shape, u_end, rtol, workers)
 
 
 def _flat(setting) -> tuple:

@@ -72,7 +72,7 @@ class ModeTable(NamedTuple):
 
 
 class ModeState(NamedTuple):
-    """All that changes, in records of numbers: `cells_of` and `state_from` store and restore it."""
+    """All that changes, in records of numbers."""
 
     regions: np.ndarray
     states: np.ndarray
@@ -101,18 +101,6 @@ def first_state(table: ModeTable, initial) -> ModeState:
         np.array([(0.0, -math.inf)] * len(table.conditions), CONDITION_NOW),
         np.full(1, NEVER_S).view(CLOCK),
     )
-
-
-def cells_of(state: ModeState) -> np.ndarray:
-    """The state as numbers in a row: a checkpoint."""
-    return np.concatenate([part.view(np.float64) for part in state])
-
-
-def state_from(like: ModeState, cells: np.ndarray) -> ModeState:
-    """The state that these numbers are; it shares their memory. `like`: one of the same table."""
-    ends = np.cumsum([part.view(np.float64).size for part in like])
-    parts = np.split(cells, ends[:-1])
-    return ModeState(*(cut.view(part.dtype) for cut, part in zip(parts, like, strict=True)))
 
 
 @internal

@@ -91,6 +91,14 @@ def legend(axes, handles, **keys) -> None:
     )
 
 
+def legend_at_left(axes, ncols: int, fontsize: float = 9) -> None:
+    """Legend of all that has a label, above the axes to the left."""
+    axes.legend(
+        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=ncols, frameon=False,
+        fontsize=fontsize, borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
+    )  # fmt: skip
+
+
 def foot(figure: Figure, text: str, size: float = 7.5) -> None:
     """A line of text at the lower left."""
     width, height = figure.get_size_inches()

@@ -14,8 +14,3 @@ def packed(text: str, level: int = 4) -> str:
     packer = zlib.compressobj(level, zlib.DEFLATED, _GZIP)
     data = packer.compress(text.encode("utf-8")) + packer.flush()
     return base64.b64encode(data).decode("ascii")
-
-
-def unpacked(text: str) -> str:
-    """What `packed` was given."""
-    return zlib.decompress(base64.b64decode(text), _GZIP).decode("utf-8")

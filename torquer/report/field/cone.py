@@ -12,6 +12,7 @@ from torquer.environment.field.along import FieldsAlong
 from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
+from torquer.report.common.space import line, scene, xyz
 from torquer.report.field.along import COLOURS
 
 _CONE = "#9aa7b0"
@@ -127,62 +128,51 @@ def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:
     b = 1e6 * along.b_y
     data = [*_cone_traces(shape), *_path_traces(along, labels, b)]
     data += [_axis_trace(name, tip) for name, tip, _ in _directions(along, shape)]
-    hidden, eye = {"visible": False}, np.radians(_EYE)
+    eye = np.radians(_EYE)
     across = 1.7 * math.cos(eye[0])
     camera = (across * math.cos(eye[1]), across * math.sin(eye[1]), 1.7 * math.sin(eye[0]))
-    scene = {
-        **dict.fromkeys(("xaxis", "yaxis", "zaxis"), hidden),
-        "aspectmode": "data",
-        "camera": {"eye": dict(zip("xyz", camera, strict=True))},
-        "dragmode": "orbit",
-    }
     margin = {"l": 0, "r": 0, "t": 30, "b": 0}
     # (a list of frames, even an empty one, marks the figure as one in 3D for the page's script)
-    return {"data": data, "frames": [], "layout": layout(640, scene=scene, margin=margin)}
+    return {
+        "data": data,
+        "frames": [],
+        "layout": layout(640, scene=scene(camera, "data"), margin=margin),
+    }
 
 
 def _cone_traces(shape: ConeShape) -> list[dict]:
     """The surface, and its rim with lines from the tip."""
     rim = shape.rim_ut()
-    points = np.round(np.vstack([np.zeros((1, 3)), rim]), 3)
     count = len(rim)
-    x, y, z = points.T.tolist()
     surface = {
-        "type": "mesh3d", "x": x, "y": y, "z": z, "i": [0] * (count - 1),
+        "type": "mesh3d", **xyz([np.zeros(3), *rim]), "i": [0] * (count - 1),
         "j": list(range(1, count)), "k": list(range(2, count + 1)), "color": _CONE,
         "opacity": 0.25, "hoverinfo": "skip", "name": "cone", "showlegend": True,
         "legendgroup": "cone", "lighting": {"ambient": 1.0, "diffuse": 0.0},
     }  # fmt: skip
     spokes = [point for tip in rim[:: count // 12] for point in (np.zeros(3), tip)]
-    x, y, z = np.round(np.vstack([*spokes, rim]), 3).T.tolist()
-    edge = {
-        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "hoverinfo": "skip",
-        "showlegend": False, "legendgroup": "cone", "name": "cone",
-        "line": {"color": _CONE, "width": 1.5},
-    }  # fmt: skip
-    return [surface, edge]
+    hidden = {"hoverinfo": "skip", "showlegend": False, "legendgroup": "cone"}
+    return [surface, line([*spokes, *rim], _CONE, 1.5, "cone", **hidden)]
 
 
 def _path_traces(along: FieldsAlong, labels, b) -> list[dict]:
     shown = np.unique(np.linspace(0, len(along.t_s) - 1, 3000).round().astype(int))
-    traces = []
-    for m, name in enumerate(labels):
-        x, y, z = np.round(b[m, shown], 3).T.tolist()
-        traces.append({
-            "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": name,
-            "customdata": np.round(along.u_deg[shown], 1).tolist(),
-            "text": [f"{size:.2f}" for size in 1e6 * along.strength[m, shown]],
-            "hovertemplate": "u = %{customdata}°, |B| = %{text} µT",
-            "line": {"color": COLOURS[m % len(COLOURS)], "width": 5},
-        })  # fmt: skip
-    return traces
+    return [
+        line(
+            b[m, shown],
+            COLOURS[m % len(COLOURS)],
+            5,
+            name,
+            customdata=np.round(along.u_deg[shown], 1).tolist(),
+            text=[f"{size:.2f}" for size in 1e6 * along.strength[m, shown]],
+            hovertemplate="u = %{customdata}°, |B| = %{text} µT",
+        )
+        for m, name in enumerate(labels)
+    ]
 
 
 def _axis_trace(name: str, tip) -> dict:
-    x, y, z = np.round(tip, 3).tolist()
-    return {
-        "type": "scatter3d", "mode": "lines+text", "x": [0, x], "y": [0, y], "z": [0, z],
-        "text": ["", name], "hoverinfo": "skip", "showlegend": False, "name": name,
-        "line": {"color": "#808080", "width": 3}, "textfont": {"size": 12, "color": "#808080"},
-        "textposition": _SIDES.get(name, _LEFT)[1],
+    return line([np.zeros(3), tip], "#808080", 3, name) | {
+        "mode": "lines+text", "text": ["", name], "hoverinfo": "skip", "showlegend": False,
+        "textfont": {"size": 12, "color": "#808080"}, "textposition": _SIDES.get(name, _LEFT)[1],
     }  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.analysis.sensor_sets import SensorSet
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import stacked
+from torquer.report.common.figure import legend_at_left, stacked
 from torquer.report.common.scales import clock_for
 from torquer.report.filter.pictures import saved, shade
 
@@ -29,8 +29,5 @@ def draw_expected(sets: list[SensorSet], title: str, path: Path) -> Path:
     weakest.axhline(1.0, color="#222222", lw=0.9, ls=":")
     weakest.set_ylabel("weakest singular value", fontsize=10)
     weakest.set_xlabel(f"time [{clock.unit}]; grey: Sun not in view", fontsize=10)
-    error.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, fontsize=9,
-        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
-    )  # fmt: skip
+    legend_at_left(error, 2)
     return saved(figure, path)

@@ -10,7 +10,7 @@ from torquer.analysis.filter_check import FilterCheck
 from torquer.analysis.filter_statistics import autocorrelation, band, nees, nis
 from torquer.analysis.observability import states_of
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
 from torquer.report.common.scales import Clock, clock_for
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
@@ -124,19 +124,13 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
     axes.set_xticks(lags)
     axes.set_xlabel("lag [readings]", fontsize=10)
     axes.set_ylabel("correlation", fontsize=10)
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9,
-        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
-    )  # fmt: skip
+    legend_at_left(axes, 3)
     return figure
 
 
 def _finish(panels, clock: Clock) -> None:
     """Legend above, time below, and the meaning of the grey."""
     panels[0].fill_between([], [], color=_SHADE, label="Sun not in view")
-    panels[0].legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=9,
-        borderaxespad=0.1, handlelength=1.4, columnspacing=1.2,
-    )  # fmt: skip
+    legend_at_left(panels[0], 4)
     panels[-1].set_xlabel(f"time [{clock.unit}]", fontsize=10)
     panels[-1].margins(x=0)

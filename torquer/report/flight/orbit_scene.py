@@ -4,8 +4,8 @@ import numpy as np
 
 from torquer.analysis.field_lines import field_lines
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK
-from torquer.report.common.interactive import layout
-from torquer.report.flight.scene import at_once, buttons, short, spell, units
+from torquer.report.common.space import animated, line
+from torquer.report.flight.scene import spell, units
 from torquer.report.flight.view import View
 
 _FRAMES = 61
@@ -27,43 +27,21 @@ def orbit_figure(view: View) -> dict:
     """The figure with its frames, play button and slider."""
     t = shown_times(view)
     r = view.at("position_inertial", t)
-    still = [_earth(view, t[0]), _equator(), _orbit(r / _RADIUS_M), _sun(view, t[0])]
     moving = _moving(view, t, r)
-    traces = list(range(len(still), len(still) + len(moving[0])))
-    frames = [
-        {"name": str(i), "data": [_changing(trace) for trace in data], "traces": traces}
-        for i, data in enumerate(moving)
-    ]
-    hidden = {"visible": False}
-    scene = {
-        "xaxis": hidden, "yaxis": hidden, "zaxis": hidden, "aspectmode": "data",
-        "camera": {"eye": {"x": 0.9, "y": 0.9, "z": 0.5}}, "dragmode": "orbit",
-    }  # fmt: skip
-    return {
-        "data": [*still, *moving[0]],
-        "frames": frames,
-        "layout": layout(
-            _HEIGHT_PX, scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0}, showlegend=False,
-            sliders=[_slider(t)] if len(t) > 1 else [],
-            updatemenus=buttons(()) if len(t) > 1 else [],
-        ),
-    }  # fmt: skip
+    return animated(
+        [_earth(view, t[0]), _equator(), _orbit(r / _RADIUS_M), _sun(view, t[0])],
+        moving,
+        moving[0],
+        [spell(float(at)) for at in t],
+        height_px=_HEIGHT_PX,
+        eye=(0.9, 0.9, 0.5),
+        axis={},
+        aspectmode="data",
+    )
 
 
-def _line(points, colour: str, width: float, name: str, **keys) -> dict:
-    x, y, z = (_with_gaps(column) for column in np.asarray(points).T)
-    return {
-        "type": "scatter3d", "mode": "lines", "x": x, "y": y, "z": z, "name": name,
-        "line": {"color": colour, "width": width}, "hoverinfo": "name", **keys,
-    }  # fmt: skip
-
-
-def _with_gaps(values) -> list:
-    return [None if np.isnan(v) else round(float(v), 3) for v in values]
-
-
-def _changing(trace: dict) -> dict:
-    return {key: trace[key] for key in ("type", "x", "y", "z")}
+def _line(points, colour: str, width: float, name: str) -> dict:
+    return line(points, colour, width, name, hoverinfo="name")
 
 
 def _earth(view: View, t_s: float) -> dict:
@@ -73,9 +51,9 @@ def _earth(view: View, t_s: float) -> dict:
              np.outer(np.sin(lat), np.ones_like(lon)))  # fmt: skip
     sun = units(view.at("sun_inertial", np.array([t_s])))[0]
     light = sum(part * component for part, component in zip(parts, sun, strict=True))
-    x, y, z = (short(part) for part in parts)
+    x, y, z = (np.round(part, 3).tolist() for part in parts)
     return {
-        "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": short(light),
+        "type": "surface", "x": x, "y": y, "z": z, "surfacecolor": np.round(light, 3).tolist(),
         "colorscale": _SHADES, "cmin": -1.0, "cmax": 1.0, "showscale": False, "opacity": 1.0,
         "hoverinfo": "skip", "name": "Earth",
         "lighting": {"ambient": 0.9, "diffuse": 0.1, "specular": 0.0},
@@ -117,16 +95,3 @@ def _moving(view: View, t, r) -> list[list[dict]]:
             traces.append(_line(inside, PINK, 3, "field line"))
         found.append(traces)
     return found
-
-
-def _slider(t) -> dict:
-    steps = [
-        {"label": spell(float(at)), "method": "animate", "args": [[str(i)], at_once()]}
-        for i, at in enumerate(t)
-    ]
-    return {
-        "active": 0, "steps": steps, "x": 0.03, "len": 0.94, "y": 0.08, "yanchor": "top",
-        "pad": {"t": 6, "b": 6}, "ticklen": 0, "minorticklen": 0,
-        "font": {"color": "rgba(0,0,0,0)", "size": 1},
-        "currentvalue": {"font": {"size": 13, "color": "#808080"}, "xanchor": "left"},
-    }  # fmt: skip

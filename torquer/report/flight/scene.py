@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from torquer.report.common.colours import AXES, GREY, ORANGE, PINK, SKY
-from torquer.report.common.interactive import layout
 from torquer.report.common.scales import clock_for
+from torquer.report.common.space import animated, line, xyz
 from torquer.report.flight.view import View
 
 #: Rotation of the body [deg] between frames that the eye follows easily.
@@ -16,22 +16,10 @@ _START, _MIDDLE, _END = 50, 40, 60
 _HEIGHT_PX = 600
 #: Corners of a cube by signs, and its twelve triangles.
 _CORNERS = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
-_TRIANGLES = np.array(
-    [
-        (0, 1, 3),
-        (0, 3, 2),
-        (4, 7, 5),
-        (4, 6, 7),
-        (0, 5, 1),
-        (0, 4, 5),
-        (2, 3, 7),
-        (2, 7, 6),
-        (0, 2, 6),
-        (0, 6, 4),
-        (1, 5, 7),
-        (1, 7, 3),
-    ]
-)
+_TRIANGLES = np.array([
+    (0, 1, 3), (0, 3, 2), (4, 7, 5), (4, 6, 7), (0, 5, 1), (0, 4, 5),
+    (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3),
+])  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -101,34 +89,19 @@ def scene_figure(view: View) -> dict:
     """The figure with its frames, play button, slider and a button for each chapter."""
     parts = chapters(view)
     t = np.concatenate([part.t_s for part in parts])
-    still = [_great_circles(), _path_of_momentum(view)]
     moving = _moving(view, t)
-    traces = list(range(len(still), len(still) + len(moving[0])))
-    frames = [
-        {"name": str(i), "data": [_changing(trace) for trace in data], "traces": traces}
-        for i, data in enumerate(moving)
-    ]
-    hidden = {"visible": False, "range": [-1.12, 1.12]}
-    scene = {
-        "xaxis": hidden,
-        "yaxis": hidden,
-        "zaxis": hidden,
-        "aspectmode": "cube",
-        "camera": {"eye": {"x": 1.0, "y": 1.0, "z": 0.6}},
-        "dragmode": "orbit",
-    }
-    return {
-        "data": [*still, *_named(moving[0])],
-        "frames": frames,
-        "layout": layout(
-            _HEIGHT_PX,
-            scene=scene,
-            margin={"l": 0, "r": 0, "t": 0, "b": 0},
-            showlegend=False,
-            sliders=[_slider(view, parts)] if len(t) > 1 else [],
-            updatemenus=buttons(parts) if len(t) > 1 else [],
-        ),
-    }
+    began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
+    return animated(
+        [_great_circles(), _path_of_momentum(view)],
+        moving,
+        _named(moving[0]),
+        _labels(view, parts),
+        jumps=zip((part.name for part in parts), began, strict=False) if len(parts) > 1 else (),
+        height_px=_HEIGHT_PX,
+        eye=(1.0, 1.0, 0.6),
+        axis={"range": [-1.12, 1.12]},
+        aspectmode="cube",
+    )
 
 
 def units(vectors) -> np.ndarray:
@@ -148,7 +121,10 @@ def _moving(view: View, t) -> list[list[dict]]:
         ("nadir", SKY, -units(view.at("position_inertial", t)), None),
         ("Sun", ORANGE, units(view.at("sun_inertial", t)), dark),
     ]
-    return [[_mesh(corners[n]), *(_arrow(a, n) for a in arrows)] for n in range(len(t))]
+    return [
+        [{"type": "mesh3d", **xyz(corners[n])}, *(_arrow(a, n) for a in arrows)]
+        for n in range(len(t))
+    ]
 
 
 def _box(view: View) -> np.ndarray:
@@ -159,28 +135,12 @@ def _box(view: View) -> np.ndarray:
     return (_CORNERS * (0.32 * edges / edges.max())) @ axes.T
 
 
-def short(values) -> list:
-    return np.round(values, 3).tolist()
-
-
-def _mesh(corners) -> dict:
-    x, y, z = (short(corners[:, i]) for i in range(3))
-    return {"type": "mesh3d", "x": x, "y": y, "z": z}
-
-
 def _arrow(arrow, n: int) -> dict:
     name, colour, tips, dark = arrow
-    x, y, z = short(tips[n])
     if dark is not None and dark[n]:
         colour = GREY
-    return {
-        "type": "scatter3d",
-        "x": [0, x],
-        "y": [0, y],
-        "z": [0, z],
-        "name": name,
-        **_looks(name, colour),
-    }
+    points = xyz([np.zeros(3), tips[n]])
+    return {"type": "scatter3d", **points, "name": name, **_looks(name, colour)}
 
 
 def _looks(name: str, colour: str) -> dict:
@@ -192,135 +152,42 @@ def _looks(name: str, colour: str) -> dict:
     }
 
 
-def _changing(trace: dict) -> dict:
-    """The changing part of a trace. (Labels must not change: plotly would rescale them.)"""
-    keys = ("type", "x", "y", "z") + (("line", "marker") if trace.get("name") == "Sun" else ())
-    return {key: trace[key] for key in keys}
-
-
 def _named(traces: list[dict]) -> list[dict]:
     """Full traces for the first picture."""
     mesh, *arrows = traces
     i, j, k = (column.tolist() for column in _TRIANGLES.T)
     body = {
-        **mesh,
-        "i": i,
-        "j": j,
-        "k": k,
-        "color": "#9aa7b0",
-        "opacity": 0.55,
-        "flatshading": True,
-        "hoverinfo": "skip",
-        "name": "body",
-    }
+        **mesh, "i": i, "j": j, "k": k, "color": "#9aa7b0", "opacity": 0.55, "flatshading": True,
+        "hoverinfo": "skip", "name": "body",
+    }  # fmt: skip
     labels = {"mode": "lines+markers+text", "textposition": "top center", "hoverinfo": "name"}
     colours = dict(AXES) | {"B": PINK, "nadir": SKY, "Sun": ORANGE}
-    return [
-        body,
-        *(
-            {
-                **arrow,
-                **labels,
-                "text": ["", arrow["name"]],
-                "textfont": {"size": 13, "color": colours.get(arrow["name"], GREY)},
-            }
-            for arrow in arrows
-        ),
-    ]
+
+    def text(name: str) -> dict:
+        return {"text": ["", name], "textfont": {"size": 13, "color": colours.get(name, GREY)}}
+
+    return [body, *(arrow | labels | text(arrow["name"]) for arrow in arrows)]
 
 
 def _great_circles() -> dict:
     """Three great circles in the planes of the inertial axes, to give depth."""
     u = np.append(np.linspace(0.0, 2.0 * np.pi, 61), np.nan)
     c, s, o = np.cos(u), np.sin(u), np.where(np.isnan(u), np.nan, 0.0)
-    x, y, z = (np.concatenate(parts) for parts in ((c, c, o), (s, o, c), (o, s, s)))
-    return {
-        "type": "scatter3d",
-        "mode": "lines",
-        "hoverinfo": "skip",
-        **{k: _with_gaps(v) for k, v in (("x", x), ("y", y), ("z", z))},
-        "line": {"color": "rgba(128,128,128,0.7)", "width": 1.5},
-    }
+    points = np.transpose([np.concatenate(parts) for parts in ((c, c, o), (s, o, c), (o, s, s))])
+    return line(points, "rgba(128,128,128,0.7)", 1.5, "inertial planes", hoverinfo="skip")
 
 
 def _path_of_momentum(view: View) -> dict:
     """Where the angular momentum has pointed during the whole run."""
     rows = np.unique(np.linspace(0, len(view.t_s) - 1, 600).astype(int))
     path = units(view.values("momentum_inertial")[rows])
-    x, y, z = (short(path[:, i]) for i in range(3))
-    return {
-        "type": "scatter3d",
-        "mode": "lines",
-        "x": x,
-        "y": y,
-        "z": z,
-        "hoverinfo": "skip",
-        "line": {"color": "rgba(118,118,118,0.7)", "width": 2},
-        "name": "path of L",
-    }
+    return line(path, "rgba(118,118,118,0.7)", 2, "path of L", hoverinfo="skip")
 
 
-def _with_gaps(values) -> list:
-    return [None if np.isnan(v) else round(float(v), 3) for v in values]
-
-
-def _slider(view: View, parts: tuple[Chapter, ...]) -> dict:
+def _labels(view: View, parts: tuple[Chapter, ...]) -> list[str]:
     rates = np.degrees(view.rate)
-    labels = [
+    return [
         f"{part.name}: {spell(at)}, {np.interp(at, view.t_s, rates):.3g} deg/s"
         for part in parts
         for at in part.t_s
     ]
-    steps = [
-        {"label": label, "method": "animate", "args": [[str(i)], at_once()]}
-        for i, label in enumerate(labels)
-    ]
-    return {
-        "active": 0,
-        "steps": steps,
-        "x": 0.03,
-        "len": 0.94,
-        "y": 0.08,
-        "yanchor": "top",
-        "pad": {"t": 6, "b": 6},
-        "ticklen": 0,
-        "minorticklen": 0,
-        "font": {"color": "rgba(0,0,0,0)", "size": 1},
-        "currentvalue": {"font": {"size": 13, "color": "#808080"}, "xanchor": "left"},
-    }
-
-
-def at_once(duration_ms: int = 0) -> dict:
-    return {
-        "mode": "immediate",
-        "frame": {"duration": duration_ms, "redraw": True},
-        "transition": {"duration": 0},
-    }
-
-
-def buttons(parts: tuple[Chapter, ...]) -> list[dict]:
-    """Play, pause, and a jump to each chapter."""
-    play = {
-        "label": "▶ play",
-        "method": "animate",
-        "args": [None, {**at_once(110), "fromcurrent": True}],
-    }
-    pause = {"label": "❚❚ pause", "method": "animate", "args": [[None], at_once()]}
-    began = np.cumsum([0, *(len(part.t_s) for part in parts)]).tolist()
-    jumps = [
-        {"label": part.name, "method": "animate", "args": [[str(first)], at_once()]}
-        for part, first in zip(parts, began, strict=False)
-    ]
-    look = {
-        "type": "buttons",
-        "direction": "left",
-        "yanchor": "top",
-        "y": 1.0,
-        "showactive": False,
-        "bgcolor": "rgba(128,128,128,0.15)",
-        "bordercolor": "rgba(128,128,128,0.4)",
-    }
-    menus = [{**look, "x": 0.01, "xanchor": "left", "buttons": [play, pause]}]
-    if len(parts) > 1:
-        menus.append({**look, "x": 0.99, "xanchor": "right", "buttons": jumps})
-    return menus

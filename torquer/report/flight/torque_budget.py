@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from torquer.analysis.budget import NAMES, Budget, rows_of
-from torquer.report.common.figure import FAINT, FINE_DPI, INK, stacked
+from torquer.report.common.figure import FAINT, FINE_DPI, INK, legend_at_left, stacked
 from torquer.report.common.scales import clock_for, log_floor
 from torquer.report.flight.panels.torques import COLOURS
 
@@ -42,10 +42,7 @@ def _draw_sizes(axes, budget: Budget) -> None:
     axes.set_ylabel("|M| [N m]", fontsize=10)
     if not axes.lines:
         return
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=4, frameon=False, fontsize=8.5,
-        borderaxespad=0.1, handlelength=1.5, columnspacing=1.3,
-    )  # fmt: skip
+    legend_at_left(axes, 4, 8.5)
 
 
 def _draw_bars(axes, budget: Budget) -> None:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import FINE_DPI, stacked
+from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
 from torquer.theory.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
@@ -65,10 +65,7 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_
         _room(each)
     axes[-1].set_xlabel("revolutions", fontsize=10)
     axes[-1].set_xlim(u[0] / _TURN, u[-1] / _TURN)
-    axes[0].legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=min(6, len(paths)), frameon=False,
-        fontsize=9.5, borderaxespad=0.1, handlelength=1.3, columnspacing=1.3,
-    )  # fmt: skip
+    legend_at_left(axes[0], min(6, len(paths)), 9.5)
     return _saved(figure, path)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from torquer.report.common.colours import BLUE, GREEN, RED
-from torquer.report.common.figure import FINE_DPI, INK, stacked
+from torquer.report.common.figure import FINE_DPI, INK, legend_at_left, stacked
 from torquer.theory.three_axis.design import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.floquet import mean_degrees, tabulated
 from torquer.theory.three_axis.sampled import sampled_family
@@ -36,10 +36,7 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign, path: Path) -> Path:
         axes.plot(x, y, "o", color=colour, ms=7, label=name)
     axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
     axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
-    axes.legend(
-        loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, frameon=False, fontsize=9.5,
-        borderaxespad=0.1, handlelength=1.5, columnspacing=1.3,
-    )  # fmt: skip
+    legend_at_left(axes, 5, 9.5)
     FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
     return path
 

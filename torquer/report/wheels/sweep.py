@@ -7,7 +7,7 @@ import numpy as np
 from torquer.analysis.wheel_file import WheelDesign
 from torquer.analysis.wheel_sweep import Sweep
 from torquer.report.common.colours import BLUE, GREY, ORANGE
-from torquer.report.common.figure import INK, png_of, stacked
+from torquer.report.common.figure import INK, legend_at_left, png_of, stacked
 
 
 def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
@@ -35,7 +35,6 @@ def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
     for axes in (upper, lower):
         axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
         axes.set_xlim(angles[0], angles[-1])
-    upper.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, fontsize=9,
-                 borderaxespad=0.1)  # fmt: skip
+    legend_at_left(upper, 3)
     path.write_bytes(png_of(figure))
     return path

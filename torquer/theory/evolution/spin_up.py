@@ -30,20 +30,6 @@ def spin_up_rates(slow, case):
     )
 
 
-@kernel
-def spin_up_rates_small_nutation(slow, case):
-    """Derivatives by u for small theta. Source: MAG (3.2.3)."""
-    p = case.moments[0]
-    sr, cr = math.sin(slow.rho), math.cos(slow.rho)
-    across = 2.0 * p + (1.0 - 3.0 * p) * sr * sr
-    return Slow(
-        case.eps * across,
-        case.eps * (1.0 - 3.0 * p) * sr * cr / slow.l,
-        0.0,
-        -0.5 * case.eps * (2.0 - across) * slow.theta / slow.l,
-    )
-
-
 def nutation_integral(slow, case):
     """(1 - 3p) ln sin theta + (1 - p) ln tan rho + (3p - 1)/4 ln(1 + tan^2 rho); not in MAG."""
     p = case.moments[0]

@@ -1,0 +1,51 @@
+"""FIELD Fig. 3: two rules for the averaged field's strength, against inclination."""
+
+import math
+
+import numpy as np
+
+from gallery.drawing import BLUE, RED, label, new_figure
+from gallery.entry import Answer, Entry, Verdict, near, within
+from torquer.conventions import EARTH_RADIUS_M
+from torquer.environment.field.averaged import mean_of_extremes, mean_over_orbit
+
+MU_E_T_M3 = 7.812e15
+RADIUS_M = EARTH_RADIUS_M + 350e3
+
+
+def compute() -> Answer:
+    """Both B0 from 0 to 90 deg, their greatest difference."""
+    inclination_deg = np.linspace(0.0, 90.0, 181)
+    equatorial_nt = 1e9 * MU_E_T_M3 / RADIUS_M**3
+    arithmetic, integral = (
+        np.array([rule(equatorial_nt, math.radians(i)) for i in inclination_deg])
+        for rule in (mean_of_extremes, mean_over_orbit)
+    )
+    difference = np.abs(arithmetic - integral)
+    percent = 100.0 * (difference / integral).max()
+    checks = (
+        near("greatest difference", "1250", difference.max(), "nT"),
+        near("greatest difference", "3", percent, "%"),
+        within("inclination of the greatest", "near-polar orbits",
+               inclination_deg[difference.argmax()], low=80.0, unit="deg"),
+    )  # fmt: skip
+    figure, (upper, lower) = new_figure("Strength of the averaged field at 350 km", 2, 5.0)
+    upper.plot(inclination_deg, 1e-3 * arithmetic, color=BLUE, label="mean of extremes (1.10)")
+    upper.plot(inclination_deg, 1e-3 * integral, color=RED, label="integral mean (1.11)")
+    label(upper, "", "B0 [µT]")
+    lower.plot(inclination_deg, difference, color="#222222")
+    label(lower, "inclination [deg]", "difference [nT]", legend=False)
+    for axes in (upper, lower):
+        axes.set_xlim(0.0, 90.0)
+    return Answer(checks, {"": figure})
+
+
+ENTRY = Entry(
+    ids=("FIELD-3",),
+    compute=compute,
+    declared=Verdict.DIFFERS,
+    reason=(
+        "the formulas (1.10) and (1.11) give 0.0420 mu_e/r^3 on a polar orbit; 1250 nT would need "
+        "an orbit some 330 km lower, or mu_e a sixth greater. The printed 3 % holds"
+    ),
+)

@@ -1,0 +1,43 @@
+"""FIELD Fig. 5, MAG Fig. 1.2.2: how far the direct dipole's vector leaves the averaged cone."""
+
+import numpy as np
+
+from gallery.cones import deviation_deg
+from gallery.drawing import BLUE, label, level, new_figure
+from gallery.entry import Answer, Entry, Verdict, near, within
+
+
+def compute() -> Answer:
+    """The greatest deviation along the orbit, for inclinations from 0 to 90 deg."""
+    inclination_deg = np.linspace(0.0, 90.0, 361)
+    u_deg = np.linspace(0.0, 180.0, 721)
+    deviation = np.array([deviation_deg(u_deg, i) for i in inclination_deg])
+    greatest = deviation.max(axis=1)
+    checks = (
+        near("inclination of the maximum", "52", inclination_deg[greatest.argmax()], "deg"),
+        within("least deviation: the round cone lies inside", "the round cone lies inside",
+               deviation.min(), low=-1e-9, unit="deg"),
+    )  # fmt: skip
+    figure, (axes,) = new_figure("Direct dipole's vector: greatest deviation from the cone")
+    axes.plot(inclination_deg, greatest, color=BLUE)
+    axes.axvline(52.0, color="#767676", lw=0.9, ls=(0, (5, 3)))
+    axes.annotate("52 deg, as printed", (53.0, 0.03), fontsize=9.5, color="#555555")
+    label(axes, "inclination [deg]", "deviation [deg]", legend=False)
+    level(axes, greatest.max(), f"{greatest.max():.2f} deg")
+    axes.set(xlim=(0.0, 90.0), ylim=(0.0, 1.2))
+    share = np.interp(52.0, inclination_deg, greatest) / greatest.max()
+    note = (
+        f"The greatest deviation of all is {greatest.max():.3f} deg; at 52 deg {share:.4f} of it."
+    )
+    return Answer(checks, {"": figure}, note)
+
+
+ENTRY = Entry(
+    ids=("FIELD-5", "MAG-1.2.2"),
+    compute=compute,
+    declared=Verdict.DIFFERS,
+    reason=(
+        "the maximum is at 51.2 deg, which rounds to 51; it is so flat that the deviation at the "
+        "printed 52 deg (MAG; FIELD prints none) is the same to a thousandth"
+    ),
+)

@@ -1,0 +1,196 @@
+"""What an entry is: published ids, a function, the verdict that it must reach, and why.
+
+A check holds one number beside the source's: it agrees when the number lies in an interval that
+means something, half a unit of the last printed digit or what 'about' allows. A number that came
+out after a choice made in view of the printed one is 'chosen', not 'agrees'; one that is held
+against a second computation of ours, as the source prints none, is 'self-consistent'.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from enum import StrEnum
+
+from gallery.catalogue import ROW_OF, Row
+
+
+class Verdict(StrEnum):
+    """How a number, or an entry, compares with its source."""
+
+    AGREES = "agrees"
+    CHOSEN = "chosen"
+    CONSISTENT = "self-consistent"
+    DIFFERS = "differs"
+    LOST = "value lost"
+
+
+#: An entry's verdict is the first of these that one of its checks has.
+_PRECEDENCE = (Verdict.DIFFERS, Verdict.CHOSEN, Verdict.AGREES, Verdict.CONSISTENT, Verdict.LOST)
+
+
+@dataclass(frozen=True)
+class Check:
+    """One number beside the source's; `low..high` is where it agrees.
+
+    `printed` is the source's number or claim in its words, None if it is lost. `basis`: what the
+    check is worth when the number lies within the limits, see `chosen` and `consistent`.
+    `uncertainty`: how far rounding on another processor may move the number, where that is more
+    than its fourth digit. `fleeting`: the number changes from run to run (a clock), so that pages
+    show the limits only.
+    """
+
+    name: str
+    printed: str | None
+    measured: float
+    low: float = -math.inf
+    high: float = math.inf
+    unit: str = ""
+    fleeting: bool = False
+    basis: Verdict = Verdict.AGREES
+    uncertainty: float = 0.0
+
+    @property
+    def verdict(self) -> Verdict:
+        """'value lost', 'differs', or the check's basis."""
+        if self.printed is None:
+            return Verdict.LOST
+        return self.basis if self.low <= self.measured <= self.high else Verdict.DIFFERS
+
+
+def half_unit(number: str) -> float:
+    """Half a unit of the last digit of a number as printed: '2.7' -> 0.05."""
+    return 0.5 * 10.0 ** Decimal(number).as_tuple().exponent
+
+
+def near(name, number: str, measured, unit="", tolerance=None, printed=None) -> Check:
+    """Check against a printed number, to half a unit of its last digit or a given tolerance."""
+    away = half_unit(number) if tolerance is None else tolerance
+    value = float(number)
+    text = printed or f"{number} {unit}".rstrip()
+    return Check(name, text, float(measured), value - away, value + away, unit)
+
+
+def within(name, printed: str, measured, low=-math.inf, high=math.inf, unit="", fleeting=False):
+    """Check against a printed claim, by limits that stand for it."""
+    return Check(name, printed, float(measured), low, high, unit, fleeting)
+
+
+def lost(name, measured, unit="") -> Check:
+    """A computed number whose printed value is illegible."""
+    return Check(name, None, float(measured), unit=unit)
+
+
+def chosen(check: Check) -> Check:
+    """The check of a number for which something was chosen in view of the printed one."""
+    return replace(check, basis=Verdict.CHOSEN)
+
+
+def consistent(check: Check) -> Check:
+    """The check of a number against another computation of ours: the source prints none."""
+    return replace(check, basis=Verdict.CONSISTENT)
+
+
+def uncertain(check: Check, uncertainty: float) -> Check:
+    """The check of an ill-conditioned number: `uncertainty` is what rounding makes of it."""
+    return replace(check, uncertainty=float(uncertainty))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What an entry's function returns; `figures`: matplotlib figures by name, '' for the only."""
+
+    checks: tuple[Check, ...]
+    figures: dict
+    note: str = ""
+
+    @property
+    def fleeting(self) -> bool:
+        """Whether the figures, as a number of the checks, change from run to run."""
+        return any(check.fleeting for check in self.checks)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Differs if any check does, else chosen if any is, and so on; lost if there is none."""
+        found = {check.verdict for check in self.checks} | {Verdict.LOST}
+        return next(verdict for verdict in _PRECEDENCE if verdict in found)
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Published ids that one function computes; `declared` is the verdict that it must reach.
+
+    `reason`: why it differs, what was chosen or lost; given unless it agrees. `slow`: more than ten
+    seconds, or a matter of the clock.
+    """
+
+    ids: tuple[str, ...]
+    compute: Callable[[], Answer]
+    declared: Verdict = Verdict.AGREES
+    reason: str = ""
+    slow: bool = False
+
+    def __post_init__(self):
+        unknown = [id_ for id_ in self.ids if id_ not in ROW_OF]
+        if unknown or not self.ids:
+            received = ", ".join(unknown) or "none"
+            raise ValueError(f"entry: ids must be of the catalogue; received {received}")
+        if (self.declared is Verdict.AGREES) == bool(self.reason):
+            what = "empty" if self.declared is Verdict.AGREES else "given"
+            raise ValueError(
+                f"entry {self.id}: reason must be {what} where the verdict is '{self.declared}'; "
+                f"received {self.reason!r}"
+            )
+
+    @property
+    def id(self) -> str:
+        """The first id: name of the entry's pictures."""
+        return self.ids[0]
+
+    @property
+    def rows(self) -> list[Row]:
+        """Rows of the catalogue that the entry serves."""
+        return list({ROW_OF[id_]: None for id_ in self.ids})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """An entry and what it answered; `pictures`: paths, as they were written."""
+
+    entry: Entry
+    answer: Answer
+    pictures: tuple = ()
+
+    @property
+    def as_declared(self) -> bool:
+        """Whether the verdict is the declared one."""
+        return self.answer.verdict is self.entry.declared
+
+    def as_data(self) -> dict:
+        """Plain data, for JSON."""
+        return {
+            "id": self.entry.id,
+            "ids": list(self.entry.ids),
+            "title": "; ".join(row.content for row in self.entry.rows),
+            "expected": "; ".join(row.expected for row in self.entry.rows if row.expected),
+            "verdict": str(self.answer.verdict),
+            "declared": str(self.entry.declared),
+            "reason": self.entry.reason,
+            "checks": [_check_data(check) for check in self.answer.checks],
+            "note": self.answer.note,
+            "pictures": [str(path) for path in self.pictures],
+        }
+
+
+def _check_data(check: Check) -> dict:
+    limits = [x if math.isfinite(x) else None for x in (check.low, check.high)]
+    return {
+        "name": check.name,
+        "expected": check.printed,
+        "measured": check.measured if math.isfinite(check.measured) else None,
+        "unit": check.unit,
+        "tolerance": limits,
+        "verdict": str(check.verdict),
+        "uncertainty": check.uncertainty,
+        "fleeting": check.fleeting,
+    }

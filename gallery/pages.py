@@ -1,0 +1,176 @@
+"""Pages of docs/gallery, made from the record of the last `make gallery` and the catalogue.
+
+The record (results.json) holds what does not change from run to run: numbers to four digits and,
+for timings, the limits only. Pages are a pure function of it.
+"""
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from gallery.catalogue import ROWS, SOURCES, Row
+from gallery.entry import Outcome, Verdict
+
+RECORD, PICTURES = "results.json", "img"
+_MADE = "Made by `make gallery`; do not edit."
+_NOT_YET = "not yet"
+#: What the front page counts of each source's rows.
+_COUNTED = (*map(str, Verdict), _NOT_YET)
+
+
+def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
+    """The outcomes as they are recorded."""
+    record = []
+    for outcome in outcomes:
+        data = outcome.as_data()
+        data["pictures"] = [path.name for path in outcome.pictures]
+        for check in data["checks"]:
+            check["measured"] = None if check["fleeting"] else _recorded(check["measured"])
+            check["uncertainty"] = _recorded(check["uncertainty"])
+        record.append(data)
+    return record
+
+
+def _recorded(number: float | None) -> float | None:
+    """Four digits; zero for pure rounding error, which differs between machines."""
+    if number is None:
+        return None
+    return 0.0 if abs(number) < 1e-12 else float(f"{number:.4g}")
+
+
+def write_pages(record: list[dict], folder: Path) -> None:
+    """Write the record and all pages; remove small pictures that no entry has any more."""
+    text = json.dumps(record, indent=2, ensure_ascii=False) + "\n"
+    (folder / RECORD).write_text(text, encoding="utf-8")
+    for name, page in pages(record).items():
+        (folder / name).write_text(page, encoding="utf-8")
+    kept = {picture for data in record for picture in data["pictures"]}
+    for path in (folder / PICTURES).glob("*.png"):
+        if path.name not in kept:
+            path.unlink()
+
+
+def pages(record: list[dict]) -> dict[str, str]:
+    """Every page by its file name."""
+    made = {f"{source}.md": _source_page(source, record) for source in SOURCES}
+    return {"README.md": _front_page(record)} | made | {"differences.md": _differences(record)}
+
+
+def _serving(row: Row, record: list[dict]) -> list[dict]:
+    return [data for data in record if set(data["ids"]) & set(row.ids)]
+
+
+def _state(row: Row, record: list[dict]) -> str:
+    """Verdicts of a row's entries; 'not yet' where an id has none."""
+    serving = _serving(row, record)
+    states = list(dict.fromkeys(data["verdict"] for data in serving))
+    served = {id_ for data in serving for id_ in data["ids"]}
+    missing = [id_ for id_ in row.ids if id_ not in served]
+    if missing:
+        alone = len(missing) == len(row.ids)
+        states.append(_NOT_YET if alone else f"{_NOT_YET}: {' '.join(missing)}")
+    return ", ".join(states)
+
+
+def _front_page(record: list[dict]) -> str:
+    lines = [
+        "# Gallery: published figures and tables, recomputed",
+        "",
+        _MADE,
+        "",
+        "Each entry recomputes a published figure or table and compares its numbers with those",
+        "printed. A number *agrees*; or it is *chosen*: reproduced by a choice made in view of the",
+        "printed one; or *self-consistent*: the source prints none, and two of our computations",
+        "agree; or it *differs*, for a stated reason; or its *value is lost*: illegible there.",
+        "One entry: `torquer gallery run FIELD-5`. All: `torquer gallery all`.",
+        "",
+        "| source | what it is | rows | " + " | ".join(_COUNTED) + " |",
+        "|---|---|---|" + "---|" * len(_COUNTED),
+    ]
+    for source, title in SOURCES.items():
+        states = [_state(row, record) for row in ROWS if row.source == source]
+        counts = [sum(word in state for state in states) for word in _COUNTED]
+        numbers = " | ".join(map(str, [len(states), *counts]))
+        lines.append(f"| [{source}]({source}.md) | {title} | {numbers} |")
+    lines += [
+        "",
+        "[Differences from the sources](differences.md): each number, with the reason.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _source_page(source: str, record: list[dict]) -> str:
+    rows = [row for row in ROWS if any(id_.startswith(f"{source}-") for id_ in row.ids)]
+    lines = [f"# {source}: {SOURCES[source]}", "", _MADE, "", "| id | content | verdict |"]
+    lines += ["|---|---|---|"]
+    lines += [f"| {', '.join(row.ids)} | {row.content} | {_state(row, record)} |" for row in rows]
+    shown = {data["id"]: data for row in rows for data in _serving(row, record)}
+    for data in shown.values():
+        lines += ["", *_section(data)]
+    return "\n".join([*lines, ""])
+
+
+def _section(data: dict) -> list[str]:
+    lines = [f"## {', '.join(data['ids'])}: {data['title']}", ""]
+    if data["expected"]:
+        lines += [f"Source: {data['expected']}.", ""]
+    lines += [f"**{data['verdict']}**" + (f": {data['reason']}" if data["reason"] else ""), ""]
+    lines += _table(data["checks"])
+    if data["note"]:
+        lines += ["", data["note"]]
+    for picture in data["pictures"]:
+        lines += ["", f"![{data['id']}]({PICTURES}/{picture})"]
+    return lines
+
+
+def _table(checks: list[dict]) -> list[str]:
+    rows = [
+        f"| {check['name']} | {check['expected'] or 'lost'} | {shown_number(check)} "
+        f"| {shown_limits(check)} | {_mark(check['verdict'])} |"
+        for check in checks
+    ]
+    return ["| | printed | computed | agrees if | |", "|---|---|---|---|---|", *rows]
+
+
+def _mark(verdict: str) -> str:
+    if verdict == Verdict.DIFFERS:
+        return f"**{verdict}**"
+    return "" if verdict == Verdict.LOST else verdict
+
+
+def shown_number(check: dict) -> str:
+    """A check's number with its unit."""
+    if check["fleeting"]:
+        return "a timing, not kept"
+    number = check["measured"]
+    return "none" if number is None else f"{number:.4g} {check['unit']}".rstrip()
+
+
+def shown_limits(check: dict) -> str:
+    """Where a check agrees, in words."""
+    low, high = check["tolerance"]
+    if low is not None and high is not None:
+        return f"{low:.6g} to {high:.6g}"
+    if low is None and high is None:
+        return ""
+    return f"at least {low:.6g}" if high is None else f"at most {high:.6g}"
+
+
+def _differences(record: list[dict]) -> str:
+    lines = [
+        "# Differences from the sources",
+        "",
+        f"{_MADE} Each number that differs, with the reason.",
+        "",
+    ]
+    lines += ["| id | quantity | printed | computed | reason |", "|---|---|---|---|---|"]
+    for data in record:
+        link = f"[{', '.join(data['ids'])}]({data['id'].split('-', 1)[0]}.md)"
+        lines += [
+            f"| {link} | {check['name']} | {check['expected']} | {shown_number(check)} "
+            f"| {data['reason']} |"
+            for check in data["checks"]
+            if check["verdict"] == Verdict.DIFFERS
+        ]
+    return "\n".join([*lines, ""])

@@ -1,5 +1,0 @@
-"""The reproduction gallery: each published figure and table recomputed and compared.
-
-`catalogue` lists what the sources publish, `entry` says what an entry is, `shelf` finds the
-entries, one file each in `entries/`; `runs` computes them and `pages` writes docs/gallery.
-"""

@@ -1,0 +1,70 @@
+"""Values of a scenario by their dotted keys: read, and replaced with all checks."""
+
+import re
+from collections.abc import Mapping
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
+
+from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.known_keys import suggestion
+from torquer.spec import Spec, as_data
+
+S = TypeVar("S", bound=Spec)
+
+
+def with_values(scenario: S, values: Mapping[str, Any]) -> S:
+    """The scenario with other values at dotted keys, checked once with all of them in place.
+
+    All other values have been checked already; only how they fit with these is checked again.
+    """
+    data = _opened(scenario)
+    for key, value in values.items():
+        table, last = _place_of(data, key)
+        table[last] = as_data(value)
+    return validated(type(scenario), data)
+
+
+def value_at(scenario: Spec, key: str):
+    """The value at a dotted key, as plain data."""
+    table, last = _place_of(as_data(scenario), key)
+    if isinstance(table, dict) and last not in table:
+        told = suggestion(str(last), [str(name) for name in table])
+        raise ScenarioError(f"{key}: must be a known key; received {key!r}{told}")
+    return table[last]
+
+
+def _place_of(data: dict, key: str):
+    """The table or list that holds a dotted key, and the key's last word or number."""
+    names = [int(n) if n.isdigit() else n for n in re.findall(r"[^.\[\]]+", key)]
+    table, place = data, ""
+    for name in names[:-1]:
+        table, place = _within(table, name, place)
+    last = names[-1] if names else ""
+    if isinstance(table, list) and not (isinstance(last, int) and last < len(table)):
+        raise ScenarioError(f"{key}: must be one of {len(table)} elements; received {key!r}")
+    return table, last
+
+
+def _within(table, name, place: str):
+    """The table or list at a name, and its key; it may then be changed."""
+    here = f"{place}[{name}]" if isinstance(name, int) else f"{place}.{name}".lstrip(".")
+    known = name in table if isinstance(table, dict) else name in range(len(table))
+    inner = table[name] if known else None
+    if not isinstance(inner, BaseModel | Mapping | list | tuple):
+        received = "no such key" if inner is None else repr(inner)
+        raise ScenarioError(f"{here}: must be a table to change a key in it; received {received}")
+    table[name] = inner = _opened(inner)
+    return inner, here
+
+
+def _opened(table):
+    """A table or list that may be changed; the specs in it stay as they are.
+
+    Those that were not given become plain data: only given keys of a spec are stored, and of one
+    that was a default not even its kind was given.
+    """
+    if isinstance(table, BaseModel):
+        given = table.model_fields_set
+        return {key: value if key in given else as_data(value) for key, value in table}
+    return dict(table) if isinstance(table, Mapping) else list(table)

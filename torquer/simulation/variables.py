@@ -1,0 +1,187 @@
+"""The variables of a result: dimensions, unit, frame, meaning, and the record that each is read in.
+
+Results take their attributes from this table, and `docs/variables.md` is made from it.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+_PARTS = {"component": "xyzw", "axis": "xyz"}
+
+
+class Variable(NamedTuple):
+    """A variable of a result."""
+
+    name: str
+    dims: tuple[str, ...]
+    """() for a single number"""
+    units: str
+    frame: str
+    meaning: str
+    key: str = ""
+    """name in the record that it is read from; "" if it is computed"""
+    when: str = ""
+    """which results have it; "" for all"""
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of the variable in a Dataset: those that are not empty."""
+        given = {"units": self.units, "frame": self.frame, "long_name": self.meaning}
+        return {name: text for name, text in given.items() if text}
+
+    @property
+    def cells(self) -> list[str]:
+        """Names of its numbers in the record."""
+        return [f"{self.key}_{c}" for c in _PARTS[self.dims[1]]] if self.dims[1:] else [self.key]
+
+
+_TIME, _XYZ, _XYZW = ("time",), ("time", "axis"), ("time", "component")
+_WHEEL = ("time", "wheel")
+_WHEELS = "with reaction wheels"
+_ESTIMATE = "with an estimator other than the sensors themselves"
+_AUTO = "with adaptive steps"
+_RK4 = "with RK4"
+_MODES = "with modes or a scheme"
+
+# fmt: off
+COORDINATES = (
+    Variable("time", _TIME, "s", "", "time since the start"),
+    Variable("utc", _TIME, "", "", "the same instants in UTC (datetime64)"),
+    Variable("axis", ("axis",), "", "", "x, y, z"),
+    Variable("component", ("component",), "", "", "x, y, z, w of a quaternion, scalar last"),
+    Variable("wheel", ("wheel",), "", "", "number of a wheel, from 0, in the order of the layout",
+             when=_WHEELS),
+    Variable("mode", ("mode",), "", "", "names of the states, REGION.STATE", when=_MODES),
+)
+#: Read from `ROW`.
+RECORDED = (
+    Variable("q_body_to_inertial", _XYZW, "1", "body to J",
+             "true attitude quaternion: takes body components to inertial ones", "q"),
+    Variable("omega_body", _XYZ, "rad/s", "body", "true absolute angular velocity", "omega"),
+    Variable("dipole_body", _XYZ, "A m^2", "body",
+             "dipole of the coils, residual dipole included, as it acts", "dipole"),
+    Variable("command_body", _XYZ, "A m^2", "body", "dipole that the computer commanded last",
+             "command"),
+    Variable("b_measured", _XYZ, "T", "body", "last magnetometer reading", "b_measured"),
+    Variable("omega_measured", _XYZ, "rad/s", "body", "last gyro reading", "omega_measured"),
+    Variable("sun_measured", _XYZ, "1", "body",
+             "last reading of the Sun sensors, a unit vector; zeros where the Sun is not seen",
+             "sun_measured"),
+)
+#: Read from `ROW` where there are wheels.
+TORQUE = Variable(
+    "torque_command_body", _XYZ, "N m", "body",
+    "torque on the body that the computer commanded the wheels to give last", "torque", _WHEELS,
+)
+#: Read from `KNOWN`.
+ESTIMATED = (
+    Variable("q_estimated", _XYZW, "1", "body to J", "estimated attitude quaternion", "estimate_q",
+             _ESTIMATE),
+    Variable("omega_estimated", _XYZ, "rad/s", "body", "estimated angular velocity",
+             "estimate_omega", _ESTIMATE),
+    Variable("gyro_bias_estimated", _XYZ, "rad/s", "body",
+             "estimated bias of the gyro; NaN where none is estimated", "estimate_bias", _ESTIMATE),
+    Variable("estimate_time", _TIME, "s", "", "time to which the estimate applies", "estimate_s",
+             _ESTIMATE),
+    Variable("attitude_sigma", _TIME, "rad", "body",
+             "standard deviation of the attitude that the estimator states", "sigma_rad",
+             _ESTIMATE),
+    Variable("rate_sigma", _TIME, "rad/s", "body",
+             "standard deviation of the rate that the estimator states", "sigma_rad_s", _ESTIMATE),
+)
+#: Read from `CELLS` at the end.
+COILS = (
+    Variable("coil_energy", (), "J", "",
+             "electrical energy of the coils; if no power is given, for 1 W of each at its limit",
+             "coil_energy_j"),
+    Variable("peak_coil_dipole", (), "A m^2", "", "greatest dipole of a coil in the whole run",
+             "peak_dipole_a_m2"),
+)
+#: Read from `CELLS` at the end of a run with adaptive steps.
+ADAPTIVE = (
+    Variable("integration_error", (), "rad", "",
+             "attitude error at the end: sum of the steps' estimates", "error_rad", _AUTO),
+    Variable("steps", (), "1", "", "number of integration steps", "steps", _AUTO),
+    Variable("least_step", (), "s", "", "shortest integration step", "least_step_s", _AUTO),
+)
+#: Read from `CELLS` at the end of a run with RK4.
+FIXED = (
+    Variable("rk4_lag", (), "rad", "", "approximate phase lag of the rotation due to the steps",
+             "lag", _RK4),
+)
+COMPUTED = (
+    Variable("omega_orbital", _XYZ, "rad/s", "body",
+             "angular velocity relative to the orbital frame"),
+    Variable("momentum_inertial", _XYZ, "N m s", "J", "angular momentum of body and wheels"),
+    Variable("b_body", _XYZ, "T", "body", "true geomagnetic field"),
+    Variable("b_inertial", _XYZ, "T", "J", "true geomagnetic field"),
+    Variable("position_inertial", _XYZ, "m", "J", "position from the Earth's centre"),
+    Variable("velocity_inertial", _XYZ, "m/s", "J", "velocity"),
+    Variable("sun_inertial", _XYZ, "1", "J", "direction to the Sun, also in eclipse"),
+    Variable("lit", _TIME, "1", "", "visible part of the Sun's disc: 0 in the umbra"),
+    Variable("latitude", _TIME, "deg", "", "geodetic latitude, WGS84"),
+    Variable("longitude", _TIME, "deg", "", "longitude, east positive"),
+    Variable("altitude", _TIME, "m", "", "height above the ellipsoid WGS84"),
+    Variable("wheel_momentum", _WHEEL, "N m s", "wheel axis",
+             "momentum of each wheel relative to the body", when=_WHEELS),
+    Variable("wheel_speed", _WHEEL, "rad/s", "wheel axis",
+             "speed of each wheel relative to the body", when=_WHEELS),
+    Variable("wheel_torque", _WHEEL, "N m", "wheel axis", "commanded torque of each motor",
+             when=_WHEELS),
+    Variable("mode_REGION", _TIME, "", "",
+             "state of a region, as a number; names in the attribute `flag_meanings`; -1: none",
+             when=_MODES),
+    Variable("mode_entered", ("mode",), "s", "", "time at which each state was entered last",
+             when=_MODES),
+    Variable("mode_entries", ("mode",), "1", "", "how often each state was entered", when=_MODES),
+    Variable("mean_step", (), "s", "", "mean integration step", when=_AUTO),
+    Variable("rk4_damping", (), "1", "",
+             "fraction of the nutation or libration amplitude damped by the steps, at most",
+             when=_RK4),
+    Variable("checkpoint", ("checkpoint_cell",), "", "",
+             "internal state of the loop, from which the run can be resumed"),
+)
+# fmt: on
+VARIABLES = (*RECORDED, *COMPUTED, TORQUE, *ESTIMATED, *COILS, *ADAPTIVE, *FIXED)
+_BY_NAME = {each.name: each for each in (*COORDINATES, *VARIABLES)}
+
+#: Logs: their names, dimensions and units are those that laws and estimators declare.
+LOGS = (
+    "What laws and estimators log is recorded as `KEY.NAME` over `time` (vectors over `time`, "
+    "`axis`), by the name in their `log`, with the unit given there."
+)
+
+ATTRIBUTES = {
+    "scenario": "the whole scenario that was flown, as JSON; `torquer.Scenario` reads it",
+    "laws": "laws and estimators as JSON: name, parameters, text, how they ran; `torquer.laws_of`",
+    "seed": "seed of all random numbers",
+    "how_it_ended": "complete, stopped, interrupted or failed",
+    "ended": "how the run ended in full, with the time and the reason",
+    "versions": "versions of torquer, Python and the libraries that the bits depend on, as JSON",
+    "processor": "kind of processor that the code was compiled for",
+    "table_relative_error": "proven bound on the relative error of the tabulated environment",
+    "conventions": "frames and units in short",
+    "digest": "SHA-256 of the data from which a run is resumed",
+}
+
+
+def described(values: Mapping[str, Any]) -> dict:
+    """Values by the names of variables, as xarray takes them: with dimensions and attributes."""
+    return {name: (_BY_NAME[name].dims, each, _BY_NAME[name].attributes)
+            for name, each in values.items()}  # fmt: skip
+
+
+def read(record: np.ndarray, variables: Iterable[Variable]) -> dict:
+    """Variables from the rows of a record, as xarray takes them."""
+    columns = {each.name: np.array([record[cell] for cell in each.cells]) for each in variables}
+    return described({name: c.T if len(c) > 1 else c[0] for name, c in columns.items()})
+
+
+def write(result, variables: Iterable[Variable], record: np.ndarray, rows) -> None:
+    """Write variables of a result back into rows of a record."""
+    for each in variables:
+        values = result[each.name].values.reshape(len(rows), -1)
+        for k, cell in enumerate(each.cells):
+            record[cell][rows] = values[:, k]
