@@ -16,7 +16,6 @@ from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.pieces import Checkpoints, advance_in_pieces
-from torquer.simulation.result import places
 from torquer.simulation.run import Run, prepare, record_this_instant
 
 COMPLETE, FAILED = "complete", "failed"
@@ -206,11 +205,12 @@ class Fleet:
         along = self._along
         if run.piece.around != self.base.piece.around or not np.array_equal(t_s, self.t_s):
             along = _along(run.scenario, self.campaign, t_s)
-        cells = rows.view(np.float64).reshape(len(rows), -1)
-        q, omega = (cells[:, None, places(name)] for name in ("q", "omega"))
+        q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
+        omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
         state = run.state.cells
         energy, peak = state["coil_energy_j"], state["peak_dipole_a_m2"]
-        return Flown(t_s, q, omega, *along, energy, peak)
+        r, v, b, sun = along
+        return Flown(t_s, q, omega, r, v, b, sun, energy, peak)
 
     def _put(self, chunk: Chunk, rows: np.ndarray, flown: Flown) -> None:
         """Put outcomes and signals of some members into their rows."""

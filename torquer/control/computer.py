@@ -6,7 +6,7 @@ and memory are slices of two arrays.
 
 import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -73,7 +73,7 @@ class Computer(NamedTuple):
     modes: ModeTable
     switch: np.ndarray
     estimator: int
-    host: int
+    host: Any
     answer: np.ndarray
 
 

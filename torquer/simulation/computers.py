@@ -120,7 +120,7 @@ def _laws_in_vectors(members, computer):
         block = computer.law_blocks[number]
         places = (block.p0, block.m0, block.needs_attitude, block.needs_rate)
         law = computer.laws[block.function]
-        call_law_in_lanes(law, members.cells, members.count, *places)
+        call_law_in_lanes(law, members.cells, members.lanes, *places)
 
 
 @internal
@@ -128,9 +128,9 @@ def _one_by_one(members, plan, tables, boards, step):
     """Computers with modes or estimators, one after another."""
     if plan.needs_ephemeris:
         ephemeris = ephemeris_at(plan.plant, tables, step * plan.step_s)
-        for lane in range(members.count):
+        for lane in range(members.lanes):
             put_ephemeris(boards.all.known[lane, 0], ephemeris)
-    for lane in range(members.count):
+    for lane in range(members.lanes):
         for place in range(SENSED):
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
         command = control_step(plan.computer, board_of(boards, lane))

@@ -49,7 +49,7 @@ END = np.dtype([("how", np.int64), ("step", np.int64)])
 class Many(NamedTuple):
     """LANES satellites side by side; `constants`: what is not in their cells.
 
-    `drawn` (STREAMS, 3, LANES). `ends`: `END` of each. `count`: LANES; a number that the compiler
+    `drawn` (STREAMS, 3, LANES). `ends`: `END` of each. `lanes`: LANES; a number that the compiler
     knows would make it write out short loops, member by member, instead of taking vectors.
     """
 
@@ -59,7 +59,7 @@ class Many(NamedTuple):
     seeds: np.ndarray
     drawn: np.ndarray
     ends: np.ndarray
-    count: int
+    lanes: int
 
 
 @internal
@@ -84,7 +84,7 @@ def _each(members, phase, *arguments):
         return each
 
     def in_lanes(members, phase, *arguments):
-        for lane in range(members.count):
+        for lane in range(members.lanes):
             phase(member_in(members, lane), *arguments)
 
     return in_lanes
@@ -130,10 +130,10 @@ def _must_stop(members, test, how, step, *arguments):
 
     def in_lanes(members, test, how, step, *arguments):
         failed = 0
-        for lane in range(members.count):
+        for lane in range(members.lanes):
             failed += not test(member_in(members, lane), *arguments)
         if failed > 0:
-            for lane in range(members.count):
+            for lane in range(members.lanes):
                 passes = test(member_in(members, lane), *arguments)
                 if not passes and members.ends[lane].how == 0:
                     members.ends[lane].how, members.ends[lane].step = how, step

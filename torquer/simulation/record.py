@@ -65,7 +65,7 @@ def _record_members(members, plan, step, record):
 
     def in_lanes(members, plan, step, record):
         place = step // plan.record_steps
-        for lane in range(members.count):
+        for lane in range(members.lanes):
             x = motion_of(member_in(members, lane).state.cells)
             for k in range(4):
                 record[place, k, lane] = x.q[k]

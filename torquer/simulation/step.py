@@ -4,7 +4,7 @@ It is written once for one satellite and for several side by side (`members`). W
 in the timetable (`timetable`); a run can stop at any step and go on bit for bit.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,13 +56,13 @@ class Loop(NamedTuple):
     plan: Plan
     tables: Tables
     members: One | Many
-    boards: Boards
+    boards: Boards | tuple[()]
     at: np.ndarray
     here: np.ndarray
     record: Record | np.ndarray
-    drive_wheels: int
-    propagate: int
-    problem: int
+    drive_wheels: Any
+    propagate: Any
+    problem: Any
 
 
 @internal
