@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from torquer.analysis.control_cycle import control_times
 from torquer.earth.gravity import gravity_gradient_vector
+from torquer.estimation import ESTIMATORS
 from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro
+from torquer.estimation.kalman import Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.sun_sensor import sensor_that_sees
@@ -98,12 +99,13 @@ def held_motion(scenario: Scenario) -> Motion:
     return Motion(t_s, *held_attitude(scenario, t_s), np.tile(momentum, (len(t_s), 1)))
 
 
-def kalman_filter(scenario: Scenario) -> KalmanGyro | KalmanDynamics:
+def kalman_filter(scenario: Scenario) -> Filter:
     """The scenario's filter; ValueError for another estimator."""
     spec = scenario.control.estimator
-    if not isinstance(spec, KalmanGyro | KalmanDynamics):
+    if not isinstance(spec, Filter):
+        kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
         raise ValueError(
-            "control.estimator.kind: must be that of a Kalman filter for its expected accuracy; "
+            f"control.estimator.kind: must be one of {kinds} for a stated accuracy; "
             f"received {spec.kind!r}"
         )
     return spec
@@ -125,7 +127,7 @@ def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expec
     return Expected(seen.t_s, out, seen.seen)
 
 
-def first_variances(spec: KalmanGyro | KalmanDynamics) -> np.ndarray:
+def first_variances(spec: Filter) -> np.ndarray:
     """Initial variances (n,) of a filter's states, attitude first."""
     return np.repeat(list(spec.initial_variances().values()), 3)
 

@@ -166,31 +166,31 @@ def update(p, gain, correction, m, gate):
         correction[i] = 0.0
         for row in range(m.count):
             gain[row, i] = gain_of(p, i, m, row)
-    l, d = factors_of(gain, m)
+    lower, d = factors_of(gain, m)
     e1 = m.z[0]
-    e2 = m.z[1] - l[0] * e1
+    e2 = m.z[1] - lower[0] * e1
     nis, e3 = e1 * e1 / d[0] + e2 * e2 / d[1], 0.0
     if m.count == 3:
-        e3 = m.z[2] - l[1] * e1 - l[2] * e2
+        e3 = m.z[2] - lower[1] * e1 - lower[2] * e2
         nis += 1.0 / d[2] * e3 * e3
     accepted = nis <= gate
     if accepted:
-        take_gain(p, gain, correction, (e1, e2, e3), l, d, m.count)
+        take_gain(p, gain, correction, (e1, e2, e3), lower, d, m.count)
     white = (e1 / math.sqrt(d[0]), e2 / math.sqrt(d[1]), e3 / math.sqrt(d[2]))
     return Whitened(nis, accepted, white)
 
 
 @inlined
-def take_gain(p, gain, correction, e, l, d, count):
+def take_gain(p, gain, correction, e, lower, d, count):
     """Subtract what two or three independent scalar updates reveal; add up what they correct."""
     n, w1, w2, w3 = correction.shape[0], 1.0 / d[0], 1.0 / d[1], 1.0 / d[2]
     for i in range(n):
         g1 = gain[0, i]
-        g2 = gain[1, i] - l[0] * g1
+        g2 = gain[1, i] - lower[0] * g1
         gain[1, i] = g2
         correction[i] = g1 * (w1 * e[0]) + g2 * (w2 * e[1])
         if count == 3:
-            g3 = gain[2, i] - l[1] * g1 - l[2] * g2
+            g3 = gain[2, i] - lower[1] * g1 - lower[2] * g2
             gain[2, i] = g3
             correction[i] += g3 * (w3 * e[2])
     for i in range(n):

@@ -68,9 +68,7 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     take_readings(inputs, parameters, memory, omega)
     omega, bias, variance = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
-    return Estimate(
-        memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance)
-    )
+    return Estimate(memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance))
 
 
 @inlined

@@ -236,7 +236,7 @@ def kalman_dynamics(inputs, parameters, memory):
 
 
 class KalmanDynamics(Filter):
-    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of both."""
+    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of them."""
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 

@@ -114,7 +114,7 @@ def kalman_gyro(inputs, parameters, memory):
 
 
 class KalmanGyro(Filter):
-    """Multiplicative extended Kalman filter with a gyro, magnetometer and Sun sensors, or one of both.
+    """Multiplicative Kalman filter with a gyro: magnetometer and Sun sensors, or one of them.
 
     `torquer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """
