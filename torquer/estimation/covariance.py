@@ -1,8 +1,8 @@
-"""Covariance matrices of filters: 3x3 blocks, and the update by a measurement.
+"""Covariance matrices of filters: states by name, 3x3 blocks, the update by a measurement.
 
-A covariance p (n, n) is symmetric to the bit. A state is a vector: three rows and columns from its
-first one on. The first state is the attitude error a in body axes [rad]: q_true = q_estimated
-exp(a).
+A covariance p (n, n) is symmetric to the bit. A state has three components: three rows and columns
+from its first one on. The first state is the attitude error a in body axes [rad]: q_true =
+q_estimated exp(a); it is zero between steps, so that `states` (n - 3) holds the others only.
 """
 
 import math
@@ -18,16 +18,17 @@ IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 ATTITUDE = 0
 
 
-class Whitened(NamedTuple):
-    """What a measurement update found: normalised innovation squared, whether it was accepted.
+class States(NamedTuple):
+    """Something for each state (three components) that filters know, in the covariance's order.
 
-    `innovation`: independent standard normal numbers in a consistent filter, as many as the
-    measurement has components; not numbers beyond them.
+    Units of the components: attitude error rad, rates rad/s, dipole A m^2, field T.
     """
 
-    nis: float
-    accepted: bool
-    innovation: tuple
+    attitude: float
+    gyro_bias: float = 0.0
+    rate: float = 0.0
+    residual_dipole: float = 0.0
+    magnetometer_bias: float = 0.0
 
 
 @inlined
@@ -94,6 +95,45 @@ def put_uncorrelated(p, row, variance):
 
 
 @inlined
+def slices_of(prior):
+    """First row of each state in the covariance; 0 for one that the filter does not have.
+
+    `prior`: variances at the start; a state without one is none of the filter's.
+    """
+    gyro_bias = 3 if prior.gyro_bias > 0.0 else 0
+    rate = gyro_bias + 3 if prior.rate > 0.0 else 0
+    dipole = max(gyro_bias, rate) + 3 if prior.residual_dipole > 0.0 else 0
+    bias = max(gyro_bias, rate, dipole) + 3 if prior.magnetometer_bias > 0.0 else 0
+    return States(0, gyro_bias, rate, dipole, bias)
+
+
+@inlined
+def state_of(states, at):
+    """A state beyond the attitude error, by its first row in the covariance; zeros for none."""
+    if at == 0:
+        return (0.0, 0.0, 0.0)
+    return (states[at - 3], states[at - 2], states[at - 1])
+
+
+@inlined
+def put_state(states, at, v):
+    """Write a state beyond the attitude error."""
+    states[at - 3], states[at - 2], states[at - 1] = v
+
+
+@inlined
+def forget(prior, states, p):
+    """All states beyond the attitude error as at the start: zeros, uncorrelated."""
+    at = 0
+    for variance in prior:
+        if variance > 0.0:
+            if at > 0:
+                put_state(states, at, (0.0, 0.0, 0.0))
+                put_uncorrelated(p, at, variance)
+            at += 3
+
+
+@inlined
 def turn_attitude(p, turn):
     """Refer the attitude error to body axes that have been turned (a quaternion).
 
@@ -157,9 +197,11 @@ def factors_of(gain, m):
 def update(p, gain, correction, m, gate):
     """Update a covariance (n, n) by a `Measurement`, unless its normalised square exceeds `gate`.
 
-    `gain`: (3, n) to work in; the change of the states goes into `correction` (n). Scalar updates
-    one after another, made independent by the factors of the innovation's covariance: so all of
-    them are known, and can be refused, before anything is touched.
+    Returns the square, whether it was accepted, and the whitened innovation: in a consistent filter
+    independent standard normal numbers, as many as the measurement has components. `gain`: (3, n)
+    to work in; the change of the states goes into `correction` (n). Scalar updates one after
+    another, made independent by the factors of the innovation's covariance: so all of them are
+    known, and can be refused, before anything is touched.
     """
     n = correction.shape[0]
     for i in range(n):
@@ -177,7 +219,7 @@ def update(p, gain, correction, m, gate):
     if accepted:
         take_gain(p, gain, correction, (e1, e2, e3), lower, d, m.count)
     white = (e1 / math.sqrt(d[0]), e2 / math.sqrt(d[1]), e3 / math.sqrt(d[2]))
-    return Whitened(nis, accepted, white)
+    return nis, accepted, white
 
 
 @inlined

@@ -8,16 +8,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.engine import inlined, kernel, plugged
 from torquer.estimation import kalman_dynamics, kalman_gyro
-from torquer.estimation.covariance import update
-from torquer.estimation.kalman import plugged
+from torquer.estimation.covariance import slices_of, update
 from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
 from torquer.estimation.measurements.magnetometer import of_field
 from torquer.estimation.measurements.sun_sensors import of_sun
-from torquer.estimation.states import slices_of
+from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, scale
+from torquer.geometry.vec3 import add, scale, vector_of
 
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -39,28 +38,16 @@ class Nominal(NamedTuple):
     seen: np.ndarray
 
 
-@kernel
-def row3(a, k):
-    """A row of an array as a vector."""
-    return (a[k, 0], a[k, 1], a[k, 2])
-
-
-@kernel
-def row4(a, k):
-    """A row of an array as a quaternion."""
-    return (a[k, 0], a[k, 1], a[k, 2], a[k, 3])
-
-
 @inlined
 def take_readings(parameters, along, k, p, gain, correction):
     """Update a covariance by what sensors would read at a place of the motion."""
-    q, sensing = row4(along.q, k), parameters.sensing
+    q, sensing = quaternion_of(along.q[k]), parameters.sensing
     if sensing.r_field > 0.0:
-        b, at = row3(along.b, k), slices_of(parameters.prior).magnetometer_bias
+        b, at = vector_of(along.b[k]), slices_of(parameters.prior).magnetometer_bias
         m = of_field(q, b, rotate_inverse(q, b), _ZERO, at, sensing.r_field)
         update(p, gain, correction, m, 1.0)
     if sensing.r_sun > 0.0 and along.seen[k]:
-        s = row3(along.sun, k)
+        s = vector_of(along.sun[k])
         update(p, gain, correction, of_sun(q, s, rotate_inverse(q, s), sensing.r_sun), 1.0)
 
 
@@ -80,15 +67,15 @@ def fill(parameters, along, out, propagate):
 
 @inlined
 def _by_gyro(parameters, along, k, dt, p):
-    turn = scale(dt, row3(along.omega, k))
+    turn = scale(dt, vector_of(along.omega[k]))
     kalman_gyro.propagate_covariance(p, turn, dt, parameters.white, parameters.walk)
 
 
 @inlined
 def _by_dynamics(parameters, along, k, dt, p):
-    around = Surroundings(row3(along.gravity, k), row3(along.b, k))
-    q, omega = row4(along.q, k), row3(along.omega, k)
-    wheels = add(parameters.fixed, row3(along.wheels, k))
+    around = Surroundings(vector_of(along.gravity[k]), vector_of(along.b[k]))
+    q, omega = quaternion_of(along.q[k]), vector_of(along.omega[k])
+    wheels = add(parameters.fixed, vector_of(along.wheels[k]))
     linear = linearised(parameters, q, omega, wheels, around, _ZERO, dt)
     dipole, inverse = slices_of(parameters.prior).residual_dipole, full(parameters.inverse)
     kalman_dynamics.propagate_covariance(p, linear, parameters.torque, inverse, dipole, dt)

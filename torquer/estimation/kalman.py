@@ -9,12 +9,13 @@ import math
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar, Literal
 
-import numba
 from pydantic import Field, model_validator
 
-from torquer.engine import OPTIONS, inlined
+from torquer.engine import inlined, plugged
 from torquer.estimation.covariance import (
     ATTITUDE,
+    States,
+    forget,
     put_uncorrelated,
     turn_attitude,
     update,
@@ -24,16 +25,14 @@ from torquer.estimation.estimator import Estimator
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
-from torquer.estimation.states import States, forget
 from torquer.estimation.triad import (
     LEAST_SINE,
     both_read_s,
+    by_two,
     field_at,
     put_quaternion,
     quaternion_of,
     sine_between,
-    triad,
-    triad_covariance,
 )
 from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.geometry.vec3 import cross, dot, put_vector, unit
@@ -48,8 +47,6 @@ _WIDER = 1000.0
 NOTHING = (math.nan, math.nan, math.nan)
 #: Key of each sensor's noise.
 NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
-#: For kernels that take others as arguments: their code becomes part of the caller's.
-plugged = numba.njit(inline="always", **OPTIONS)
 
 
 @plugged
@@ -92,10 +89,9 @@ def take(gates, memory, m, sensor, read_s, innovation):
         return
     memory.read_s[sensor] = read_s
     gate = gates.gate_3 if m.count == 3 else gates.gate_2
-    found = update(memory.covariance, memory.gain, memory.correction, m, gate)
-    e = found.innovation
+    _, accepted, e = update(memory.covariance, memory.gain, memory.correction, m, gate)
     put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
-    if found.accepted:
+    if accepted:
         memory.refused_in_a_row[sensor] = 0.0
         put_back(memory)
     else:
@@ -117,12 +113,12 @@ def put_back(memory):
 @plugged
 def has_attitude(inputs, parameters, memory, begin):
     """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
-    sensing = parameters.sensing
+    sensing, refused = parameters.sensing, memory.refused_in_a_row
     must = must_begin(inputs, sensing, memory)
-    afresh = not must and is_refusing(sensing, memory)
+    afresh = not must and max(refused[MAGNETOMETER], refused[SUN_SENSORS]) >= sensing.most_refused
     if must or afresh:
         return start(inputs, parameters, memory, afresh, begin) or not must
-    if is_lost(sensing, memory):
+    if 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost:
         start_by_triad(inputs, parameters, memory)  # the other states stay as they are known
     return True
 
@@ -138,18 +134,6 @@ def must_begin(inputs, sensing, memory):
     gap = inputs.t_s - memory.t_s > sensing.gap
     better = e.t_s > memory.t_s and e.sigma_rad * e.sigma_rad < own
     return memory.starts == 0.0 or (away and (gap or better))
-
-
-@inlined
-def is_lost(sensing, memory):
-    """Whether the attitude is too uncertain."""
-    return 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost
-
-
-@inlined
-def is_refusing(sensing, memory):
-    """Whether too many readings of a sensor have been refused one after another."""
-    return max(memory.refused_in_a_row[0], memory.refused_in_a_row[1]) >= sensing.most_refused
 
 
 @plugged
@@ -187,14 +171,9 @@ def start_by_triad(inputs, parameters, memory):
         return False
     if not sine_between(b, sun) > LEAST_SINE:
         return False
-    beta, b_inertial, sun_inertial = unit(b), field_at(inputs, at), inputs.ephemeris.sun_inertial
-    r = (sensing.r_field + parameters.prior.magnetometer_bias) / dot(b, b)
-    s = sensing.r_sun
-    if s <= r:
-        q, p = triad(sun, b, sun_inertial, b_inertial), triad_covariance(sun, beta, s, r)
-    else:
-        q, p = triad(b, sun, b_inertial, sun_inertial), triad_covariance(beta, sun, r, s)
-    total = p[0][0] + p[1][1] + p[2][2]
+    r, s = (sensing.r_field + parameters.prior.magnetometer_bias) / dot(b, b), sensing.r_sun
+    sun_inertial = inputs.ephemeris.sun_inertial
+    q, total = by_two(b, sun, field_at(inputs, at), sun_inertial, r, s, s <= r)
     if not total <= sensing.lost:
         return False
     put_attitude(memory, at, q, min(_WIDER * total, UNINFORMED))

@@ -16,18 +16,21 @@ from torquer.engine import inlined, kernel
 from torquer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,
+    States,
     block,
     mat_add,
     mat_scale,
     put_block,
+    put_state,
     put_uncorrelated,
     put_variance,
     skew,
+    slices_of,
+    state_of,
     variance_of,
 )
 from torquer.estimation.kalman import Filter, keys_of, step
 from torquer.estimation.measurements.measurement import Sensing
-from torquer.estimation.states import States, put_state, slices_of, state_of
 from torquer.estimation.triad import put_quaternion, quaternion_of
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import (

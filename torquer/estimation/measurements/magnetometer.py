@@ -1,6 +1,7 @@
 """Magnetometer: the field [T] in body axes; its bias may be among the states."""
 
 from torquer.engine import inlined
+from torquer.estimation.covariance import slices_of, state_of
 from torquer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,
@@ -8,7 +9,6 @@ from torquer.estimation.measurements.measurement import (
     direction_measurement,
     is_new,
 )
-from torquer.estimation.states import slices_of, state_of
 from torquer.estimation.triad import field_at, quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, sub
