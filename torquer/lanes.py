@@ -213,6 +213,13 @@ def _set_of_row(context, builder, of_call, arguments):
     return context.get_dummy_value()
 
 
+@lower_builtin(operator.setitem, _Lane, types.UniTuple, types.float64)
+def _set_of_two(context, builder, of_call, arguments):
+    kind, (pointer, index, value) = of_call.args[0].kind, arguments
+    builder.store(value, _element(builder, kind, pointer, _of_two(builder, kind, index)))
+    return context.get_dummy_value()
+
+
 def _pointer(context, builder, of_array, array):
     return context.make_array(of_array)(context, builder, array).data
 
