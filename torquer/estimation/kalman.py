@@ -247,12 +247,7 @@ def memory_of(n: int) -> dict:
 
 
 #: What filters log.
-LOG = {
-    "innovation_magnetometer": "1",
-    "innovation_sun": "1",
-    "refused": "1",
-    "starts": "1",
-}
+LOG = dict.fromkeys(("innovation_magnetometer", "innovation_sun", "refused", "starts"), "1")
 
 
 def keys_of(spec: type[Spec]) -> str:
@@ -327,7 +322,7 @@ class Filter(Spec):
         return self
 
     def prior(self, **others: float) -> States:
-        """Variances of the states at the start; `others`: of those beside attitude and field."""
+        """Variances of the states at the start; `others`: of those that filters do not share."""
         bias_t = 1e-9 * (self.magnetometer_bias_sigma_nt or 0.0)
         return States(UNINFORMED, magnetometer_bias=bias_t**2, **others)
 
