@@ -1,12 +1,14 @@
 """The measurement update against matrices; symmetry and positivity over long runs."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.engine import kernel
-from torquer.estimation.covariance import update
+from torquer.estimation.covariance import States, forget, slices_of, update
 from torquer.estimation.kalman_gyro import propagate_covariance
 from torquer.estimation.measurements.measurement import biased_measurement, direction_measurement
 
@@ -60,6 +62,20 @@ def test_is_the_update_by_matrices(seed, n):
     assert correction == pytest.approx(gain @ e, abs=1e-11 * size * np.linalg.cond(s))
     assert accepted and nis == pytest.approx(e @ np.linalg.solve(s, e), rel=1e-9)
     assert nis == pytest.approx(np.sum(np.array(white) ** 2), rel=1e-9)
+
+
+@pytest.mark.parametrize("has", itertools.product([False, True], repeat=4))
+def test_states_stand_one_after_another(has):
+    """Those that have a variance at the start; forgetting gives them this one and nothing else."""
+    prior = States(9.0, *(k + 1.0 if each else 0.0 for k, each in enumerate(has)))
+    first = [3 * (1 + sum(has[:k])) if each else 0 for k, each in enumerate(has)]
+    assert slices_of(prior) == (0, *first)
+    n = 3 * (1 + sum(has))
+    p, states = spread(n, np.random.default_rng(1)), np.ones(n - 3)
+    expected = np.diag(np.repeat([v for v in prior if v], 3))
+    expected[:3, :3] = p[:3, :3]
+    forget(prior, states, p)
+    assert np.array_equal(p, expected) and not states.any()
 
 
 @MANY

@@ -45,7 +45,7 @@ UNINFORMED = math.pi * math.pi / 3.0
 #: covariance too small by this part.
 _WIDER = 1000.0
 NOTHING = (math.nan, math.nan, math.nan)
-#: Key of each sensor's noise.
+#: Key of each sensor's noise, in the order of the sensors' numbers.
 NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 
 
@@ -113,9 +113,9 @@ def put_back(memory):
 @plugged
 def has_attitude(inputs, parameters, memory, begin):
     """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
-    sensing, refused = parameters.sensing, memory.refused_in_a_row
+    sensing = parameters.sensing
     must = must_begin(inputs, sensing, memory)
-    afresh = not must and max(refused[MAGNETOMETER], refused[SUN_SENSORS]) >= sensing.most_refused
+    afresh = not must and memory.refused_in_a_row.max() >= sensing.most_refused
     if must or afresh:
         return start(inputs, parameters, memory, afresh, begin) or not must
     if 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost:
@@ -213,7 +213,7 @@ def takes_over(inputs, sensing, memory):
         return False
     # no variance exceeds the sum of all three, however unlike they are
     put_attitude(memory, e.t_s, e.q_body_to_inertial, 3.0 * e.sigma_rad * e.sigma_rad)
-    memory.read_s[MAGNETOMETER] = memory.read_s[SUN_SENSORS] = e.t_s
+    memory.read_s[:] = e.t_s
     return True
 
 
@@ -222,7 +222,7 @@ def put_attitude(memory, t_s, q, variance):
     """Begin with an attitude of this variance about each axis; no reading is refused so far."""
     memory.t_s = t_s
     memory.starts += 1.0
-    memory.refused_in_a_row[MAGNETOMETER] = memory.refused_in_a_row[SUN_SENSORS] = 0.0
+    memory.refused_in_a_row[:] = 0.0
     put_quaternion(memory.q, q)
     put_uncorrelated(memory.covariance, ATTITUDE, variance)
 
@@ -232,7 +232,7 @@ def memory_of(n: int) -> dict:
     row = (0.0,) * n
     return {
         "t_s": -math.inf,
-        "read_s": (-math.inf, -math.inf),
+        "read_s": (-math.inf,) * len(NOISE_KEYS),
         "q": (math.nan, *NOTHING),
         "states": row[3:],
         "covariance": (row,) * n,
@@ -240,7 +240,7 @@ def memory_of(n: int) -> dict:
         "correction": row,
         "innovation_magnetometer": NOTHING,
         "innovation_sun": NOTHING,
-        "refused_in_a_row": (0.0, 0.0),
+        "refused_in_a_row": (0.0,) * len(NOISE_KEYS),
         "refused": 0.0,
         "starts": 0.0,
     }
