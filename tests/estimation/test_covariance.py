@@ -64,7 +64,7 @@ def test_is_the_update_by_matrices(seed, n):
     assert nis == pytest.approx(np.sum(np.array(white) ** 2), rel=1e-9)
 
 
-@pytest.mark.parametrize("has", itertools.product([False, True], repeat=4))
+@pytest.mark.parametrize("has", list(itertools.product([False, True], repeat=4)))
 def test_states_stand_one_after_another(has):
     """Those that have a variance at the start; forgetting gives them this one and nothing else."""
     prior = States(9.0, *(k + 1.0 if each else 0.0 for k, each in enumerate(has)))
