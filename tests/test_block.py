@@ -55,6 +55,20 @@ def test_parameters_are_read_by_name_vectors_and_records_of_them(call):
     assert dipole == pytest.approx((5.0, 7.0, 2.0), rel=1e-15)
 
 
+@torquer.law(memory={"rows": ((1.0, 2.0, 3.0), (4.0, 5.0, 6.0)), "calls": 0.0})
+def with_matrix(inputs, parameters, memory):
+    memory.rows[1, 0] += memory.rows[0, 2]
+    memory.calls += 1.0
+    return (memory.rows[1, 0], memory.rows[0][1], memory.calls)
+
+
+@BOTH
+def test_memory_may_hold_a_matrix(call):
+    dipole, cells = answer(call, with_matrix)
+    assert dipole == (7.0, 2.0, 1.0) and cells.tolist() == [1.0, 2.0, 3.0, 7.0, 5.0, 6.0, 1.0]
+    assert with_matrix.with_memory(cells).memory["rows"] == ((1.0, 2.0, 3.0), (7.0, 5.0, 6.0))
+
+
 @BOTH
 def test_a_record_of_memory_shares_the_cells(call):
     _, cells = answer(call, named)

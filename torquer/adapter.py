@@ -65,17 +65,15 @@ def flat(value) -> list:
 
 
 def names_of(memory) -> tuple | None:
-    """Name, number of cells and whether it is a vector, of a memory with names; None of cells."""
+    """Name and shape of each part of a memory with names, () for a number; None of cells."""
     if not isinstance(memory, Mapping):
         return None
-    return tuple((name, len(flat(v)), isinstance(v, tuple)) for name, v in memory.items())
+    return tuple((name, np.shape(value)) for name, value in memory.items())
 
 
 def layout_of(names: tuple) -> np.dtype:
     """The record that a memory with names is."""
-    return np.dtype(
-        [(n, np.float64, (k,)) if vector else (n, np.float64) for n, k, vector in names]
-    )
+    return np.dtype([(name, np.float64, shape) for name, shape in names])
 
 
 class Shape:

@@ -28,7 +28,7 @@ class Block:
 
     `parameters`: a NamedTuple of numbers, vectors and such NamedTuples, or a mapping of them;
     `memory`: a number of cells (zeros at first), their initial values, or a mapping of names to
-    initial numbers and vectors; `log`: units of the parts of the memory that the result records,
+    initial numbers, vectors and matrices; `log`: units of the parts that the result records,
     by name (what is not in the memory is added to it). `needs`: what the computer must provide:
     "ephemeris", "sun", "search_coil", "attitude", "rate". `compiled`: False for a function that
     runs as plain Python. `spec`: what a scenario says of it, for a block made from its spec.
@@ -93,10 +93,8 @@ class Block:
             )
         if not isinstance(self.memory, Mapping):
             return replace(self, memory=tuple(cells), spec=None)
-        cells, memory = list(cells), {}
-        for name, value in self.memory.items():
-            own, cells = cells[: len(flat(value))], cells[len(flat(value)) :]
-            memory[name] = tuple(own) if isinstance(value, tuple) else own[0]
+        numbers = iter(cells)
+        memory = {name: filled(value, numbers) for name, value in self.memory.items()}
         return replace(self, memory=memory, spec=None)
 
     def structure(self) -> tuple:

@@ -49,6 +49,8 @@ inlined = _decorator(forceinline=True)
 internal = _decorator(forceinline=True, **_KERNELS_ONLY)
 #: For what kernels alone call and is too large to be inlined.
 inner = _decorator(**_KERNELS_ONLY)
+#: For kernels that take others as arguments: their code becomes part of the calling kernel's.
+plugged = numba.njit(inline="always", **OPTIONS)
 
 
 def with_attributes(value):

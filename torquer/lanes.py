@@ -216,9 +216,8 @@ def _set_of_row(context, builder, of_call, arguments):
 
 @lower_builtin(operator.setitem, _Lane, types.UniTuple, types.float64)
 def _set_of_two(context, builder, of_call, arguments):
-    kind = of_call.args[0].kind
-    place = _of_two(builder, kind, arguments[1])
-    builder.store(arguments[2], _element(builder, kind, arguments[0], place))
+    kind, (pointer, index, value) = of_call.args[0].kind, arguments
+    builder.store(value, _element(builder, kind, pointer, _of_two(builder, kind, index)))
     return context.get_dummy_value()
 
 

@@ -21,7 +21,6 @@ pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: hours without JIT"),
 ]
 RUNS = 200
-USQUE = GYRO | {"kind": "usque"}
 BDOT = {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6}}
 #: Estimator, rest of the control table.
 FILTERS = {
@@ -38,7 +37,6 @@ FILTERS = {
     "the same, dipole and magnetometer bias": (
         DYNAMICS | {"dipole_sigma_a_m2": 0.05, "magnetometer_bias_sigma_nt": 300.0}, None,
     ),
-    "sigma points": (USQUE, None),
 }  # fmt: skip
 EVERY = pytest.mark.parametrize("name", FILTERS)
 #: By the Sun and a gyro the turn about the Sun is lost in hours: no error is normal there.
@@ -46,7 +44,6 @@ LASTING = [name for name, (spec, _) in FILTERS.items() if spec.get("sensors") !=
 #: Wrong by ten, up and down: the keys of each kind.
 NOISE = {
     "kalman_gyro": ("magnetometer_noise_nt", "sun_noise_deg", "angle_random_walk_deg_sqrt_s"),
-    "usque": ("magnetometer_noise_nt", "sun_noise_deg", "angle_random_walk_deg_sqrt_s"),
     "kalman_dynamics": ("magnetometer_noise_nt", "sun_noise_deg", "torque_noise_n_m_sqrt_s"),
 }
 

@@ -48,7 +48,7 @@ def difference(estimator, sample_s):
     seen = nominal(quiet, held_motion(quiet))
     phi, steps = transitions(spec, seen), len(seen.t_s)
     gained = gramians(phi, information(spec, seen), np.array([0]), steps)[0]
-    prior = np.repeat(first_variances(spec), 3)
+    prior = first_variances(spec)
     carried = functools.reduce(np.matmul, phi[::-1])
     found = carried @ np.linalg.inv(np.diag(1.0 / prior) + gained) @ carried.T
     sigma = np.sqrt(np.diag(last))
@@ -125,5 +125,7 @@ def test_sensor_sets_are_the_filter_and_its_parts():
 
 
 def test_an_estimator_without_covariance_is_refused():
-    with pytest.raises(ValueError, match=r"control.estimator.kind: must be that of a Kalman"):
+    with pytest.raises(
+        ValueError, match=r"control.estimator.kind: must be one of kalman_gyro, kalman_dynamics"
+    ):
         sensor_sets(scenario({"kind": "rate_from_field"}))

@@ -189,14 +189,18 @@ def test_no_lane_holds_an_array(name):
         assert not any(isinstance(each, types.Array) for each in types_in(made))
 
 
-@law(memory={"calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
+NO_ROWS = ((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+
+
+@law(memory={"rows": NO_ROWS, "calls": 0.0, "b_before": (0.0, 0.0, 0.0)}, parameters={"gain": 2e5})
 def remembering(inputs, parameters, memory):
     b, k = inputs.b_body_t, parameters.gain
     before = memory.b_before
     change = (b[0] - before[0], b[1] - before[1], b[2] - before[2])
     memory.calls += 1.0
     memory.b_before[0], memory.b_before[1], memory.b_before[2] = b
-    if memory.calls == 1.0:
+    memory.rows[2, 1] = memory.calls
+    if memory.rows[2, 1] == 1.0:
         return (0.0, 0.0, 0.0)
     return (-k * change[0], -k * change[1], -k * change[2])
 

@@ -1,13 +1,16 @@
 """The measurement update against matrices; symmetry and positivity over long runs."""
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from torquer.engine import kernel
-from torquer.estimation.covariance import biased_measurement, direction_measurement, update
+from torquer.estimation.covariance import States, forget, slices_of, update
 from torquer.estimation.kalman_gyro import propagate_covariance
+from torquer.estimation.measurements.measurement import biased_measurement, direction_measurement
 
 MANY = settings(max_examples=60, deadline=None)
 seeds = st.integers(0, 10_000)
@@ -28,10 +31,10 @@ def spread(n, rng):
 def matrices(m, n):
     """H and R of a measurement."""
     h = np.zeros((m.count, n))
-    h[:, :3] = np.array(m.attitude)[: m.count]
+    h[:, :3] = np.array(m.h)[: m.count]
     if m.at:
-        h[:, m.at : m.at + 3] = np.array(m.other)[: m.count]
-    return h, m.variance * np.eye(m.count)
+        h[:, m.at : m.at + 3] = np.array(m.h_other)[: m.count]
+    return h, m.r * np.eye(m.count)
 
 
 def measurement(n, rng):
@@ -46,19 +49,33 @@ def measurement(n, rng):
 def test_is_the_update_by_matrices(seed, n):
     rng = np.random.default_rng(seed)
     before, m = spread(n, rng), measurement(n, rng)
-    p, correction = before.ravel().copy(), np.zeros(n)
-    found = take(p, np.zeros(3 * n), correction, m, np.inf)
+    p, correction = before.copy(), np.zeros(n)
+    nis, accepted, white = take(p, np.zeros((3, n)), correction, m, np.inf)
     h, r = matrices(m, n)
-    e, s = np.array(m.innovation)[: m.count], h @ before @ h.T + r
+    e, s = np.array(m.z)[: m.count], h @ before @ h.T + r
     gain = before @ h.T @ np.linalg.inv(s)
     left = np.eye(n) - gain @ h
     size = np.abs(before).max()
-    assert p.reshape(n, n) == pytest.approx(
+    assert p == pytest.approx(
         left @ before @ left.T + gain @ r @ gain.T, abs=1e-11 * size * np.linalg.cond(s)
     )
     assert correction == pytest.approx(gain @ e, abs=1e-11 * size * np.linalg.cond(s))
-    assert found.nis == pytest.approx(e @ np.linalg.solve(s, e), rel=1e-9)
-    assert found.nis == pytest.approx(np.sum(np.array(found.innovation) ** 2), rel=1e-9)
+    assert accepted and nis == pytest.approx(e @ np.linalg.solve(s, e), rel=1e-9)
+    assert nis == pytest.approx(np.sum(np.array(white) ** 2), rel=1e-9)
+
+
+@pytest.mark.parametrize("has", list(itertools.product([False, True], repeat=4)))
+def test_states_stand_one_after_another(has):
+    """Those that have a variance at the start; forgetting gives them this one and nothing else."""
+    prior = States(9.0, *(k + 1.0 if each else 0.0 for k, each in enumerate(has)))
+    first = [3 * (1 + sum(has[:k])) if each else 0 for k, each in enumerate(has)]
+    assert slices_of(prior) == (0, *first)
+    n = 3 * (1 + sum(has))
+    p, states = spread(n, np.random.default_rng(1)), np.ones(n - 3)
+    expected = np.diag(np.repeat([v for v in prior if v], 3))
+    expected[:3, :3] = p[:3, :3]
+    forget(prior, states, p)
+    assert np.array_equal(p, expected) and not states.any()
 
 
 @MANY
@@ -67,10 +84,10 @@ def test_what_the_gate_refuses_changes_nothing(seed, n):
     rng = np.random.default_rng(seed)
     before, m = spread(n, rng), measurement(n, rng)
     for factor, accepted in ((1.001, True), (0.999, False)):
-        p, correction = before.ravel().copy(), np.ones(n)
-        nis = take(p.copy(), np.zeros(3 * n), correction.copy(), m, np.inf).nis
-        assert take(p, np.zeros(3 * n), correction, m, factor * nis).accepted == accepted
-        assert np.array_equal(p, before.ravel()) != accepted
+        p, correction = before.copy(), np.ones(n)
+        nis = take(p.copy(), np.zeros((3, n)), correction.copy(), m, np.inf)[0]
+        assert take(p, np.zeros((3, n)), correction, m, factor * nis)[1] == accepted
+        assert np.array_equal(p, before) != accepted
         assert np.array_equal(correction, np.zeros(n)) != accepted
 
 
@@ -81,13 +98,13 @@ def test_a_direction_tells_what_a_vector_tells(seed):
     rng = np.random.default_rng(seed)
     before = spread(6, rng)
     v, z = rng.normal(size=(2, 3))
-    p, correction = before.ravel().copy(), np.zeros(6)
+    p, correction = before.copy(), np.zeros(6)
     m = direction_measurement(tuple(v), tuple(z), 0.3)
-    take(p, np.zeros(18), correction, m, np.inf)
+    take(p, np.zeros((3, 6)), correction, m, np.inf)
     h = np.hstack([np.cross(np.eye(3), v), np.zeros((3, 3))])
     gain = before @ h.T @ np.linalg.inv(h @ before @ h.T + 0.3 * np.eye(3))
     size = 1e-11 * np.abs(before).max()
-    assert p.reshape(6, 6) == pytest.approx(before - gain @ h @ before, abs=10 * size)
+    assert p == pytest.approx(before - gain @ h @ before, abs=10 * size)
     assert correction == pytest.approx(gain @ (z - v), abs=10 * size)
 
 
@@ -95,7 +112,7 @@ def test_a_direction_tells_what_a_vector_tells(seed):
 def many(p, gain, correction, directions, sigma, turn, white, walk):
     """Readings of directions, one a second."""
     for k in range(directions.shape[0]):
-        propagate_covariance(p, correction.shape[0], turn, 1.0, white, walk)
+        propagate_covariance(p, turn, 1.0, white, walk)
         v = (directions[k, 0], directions[k, 1], directions[k, 2])
         update(p, gain, correction, direction_measurement(v, v, sigma * sigma), 9.0)
 
@@ -125,9 +142,9 @@ def test_the_plain_form_keeps_the_covariance_symmetric_positive_and_right(sigma,
     directions = rng.normal(size=(4000, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     first = np.diag([3.0] * 3 + [1e-4] * 3)
-    p = first.ravel().copy()
-    many(p, np.zeros(3 * n), np.zeros(n), directions, sigma, turn, white, walk)
-    p, expected = p.reshape(n, n), by_joseph(first, directions, sigma, turn, white, walk)
+    p = first.copy()
+    many(p, np.zeros((3, n)), np.zeros(n), directions, sigma, turn, white, walk)
+    expected = by_joseph(first, directions, sigma, turn, white, walk)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.array_equal(p, p.T) and np.linalg.eigvalsh(p / scale)[0] > 0.0
     assert p / scale == pytest.approx(expected / scale, abs=1e-6)

@@ -1,4 +1,4 @@
-"""The filters without a gyro: a twin, statistics, wheels, residual dipole, the field alone."""
+"""The filter without a gyro: a twin, statistics, wheels, residual dipole, the field alone."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""TRIAD: exact without noise, its first direction exact with it, its covariance that of samples."""
+"""TRIAD: exact without noise, the first direction exact with it, covariance that of samples."""
 
 import math
 
@@ -58,6 +58,32 @@ def test_covariance_is_that_of_samples(sigma_1, sigma_2):
     expected = np.array(triad_covariance(*vectors(*in_body), sigma_1**2, sigma_2**2))
     root = np.linalg.cholesky(np.linalg.inv(expected))
     assert np.cov((errors @ root).T) == pytest.approx(np.eye(3), abs=0.03)
+
+
+def best_covariance(body, variances):
+    """Of the attitude that fits directions with these variances best (Wahba's problem)."""
+    across = np.eye(3) - np.einsum("ki,kj->kij", body, body)
+    return np.linalg.inv(np.einsum("k,kij->ij", 1.0 / np.array(variances), across))
+
+
+@MANY
+@given(st.integers(0, 10_000), st.floats(0.1, 10.0))
+def test_no_better_than_the_best_attitude(seed, ratio):
+    """In any direction; and equal where the first direction is far more accurate."""
+    body = np.random.default_rng(seed).normal(size=(2, 3))
+    body /= np.linalg.norm(body, axis=1)[:, None]
+    first, second = vectors(*body)
+    best = best_covariance(body, [1.0, ratio])
+    worse = np.array(triad_covariance(first, second, 1.0, ratio)) - best
+    size, square = np.abs(best).max(), np.linalg.norm(np.cross(*body)) ** 2
+    assert np.linalg.eigvalsh(worse)[0] > -1e-9 * size / square
+    # variances of 1e-8 to 1: they part, and the information matrix loses digits, by 1e-8 over the
+    # square of the sine between the directions
+    best = best_covariance(body, [1e-8, 1.0])
+    tolerance = 1e-7 * np.abs(best).max() / square
+    assert np.array(triad_covariance(first, second, 1e-8, 1.0)) == pytest.approx(
+        best, rel=0.0, abs=tolerance
+    )
 
 
 @MANY

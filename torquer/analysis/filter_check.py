@@ -17,7 +17,12 @@ from torquer.analysis.filter_statistics import (
     nees,
     nis,
 )
-from torquer.analysis.linear_covariance import Expected, Motion, expected_accuracy
+from torquer.analysis.linear_covariance import (
+    Expected,
+    Motion,
+    expected_accuracy,
+    kalman_filter,
+)
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.gyro_drift import fill_drift
@@ -26,12 +31,6 @@ from torquer.simulation.run import Run, prepare
 from torquer.spacecraft.gyro import GyroSet
 from torquer.spacecraft.rotors import axis_of
 
-#: Filters that state a covariance, and what their states are after the attitude error.
-STATES = {
-    "kalman_gyro": ("gyro_bias", "magnetometer_bias"),
-    "kalman_dynamics": ("rate", "residual_dipole", "magnetometer_bias"),
-    "usque": ("gyro_bias",),
-}
 _ESTIMATOR = "control.estimator"
 #: Runs whose innovations are looked at one after another.
 _CLOSELY = 4
@@ -43,12 +42,7 @@ def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
     The biases are drawn from the filter's initial covariance. ValueError for an estimator other
     than a Kalman filter.
     """
-    spec = scenario.control.estimator
-    if spec.kind not in STATES:
-        raise ValueError(
-            f"{_ESTIMATOR}.kind: must be one of {', '.join(STATES)} for statistics of a filter; "
-            f"received {spec.kind!r}"
-        )
+    spec = kalman_filter(scenario)
     scenario = scenario.replace(f"{_ESTIMATOR}.record_covariance", True)
     drawn = {
         "spacecraft.gyro.bias_deg_s": getattr(spec, "gyro_bias_sigma_deg_s", None),
@@ -148,8 +142,8 @@ def _flown(run: Run, recorded: Recorded) -> tuple[np.ndarray, ...]:
     between = Rotation.from_quat(own[known]).inv() * Rotation.from_quat(true[known])
     turn[known] = between.as_rotvec()
     truth = _truth(run, rows)
-    states = STATES[run.scenario.control.estimator.kind]
-    others = [truth[name] for name in states if name in truth][: (n - 3) // 3]
+    _, *states = kalman_filter(run.scenario).initial_variances()
+    others = [truth[name] for name in states]
     errors = np.hstack([turn, np.hstack(others) - logged["states"]])
     covariance = logged["covariance"].reshape(-1, n, n)
     errors[~known], covariance[~known] = np.nan, np.nan

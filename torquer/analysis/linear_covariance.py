@@ -6,7 +6,6 @@ is propagated along a nominal motion by the filter's own kernels.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +13,10 @@ from scipy.spatial.transform import Rotation
 
 from torquer.analysis.control_cycle import control_times
 from torquer.earth.gravity import gravity_gradient_vector
+from torquer.estimation import ESTIMATORS
 from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro
-from torquer.estimation.kalman import UNINFORMED
+from torquer.estimation.kalman import Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.estimation.kalman_gyro import KalmanGyro
-from torquer.estimation.usque import Usque
 from torquer.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.sun_sensor import sensor_that_sees
@@ -96,12 +94,13 @@ def held_motion(scenario: Scenario) -> Motion:
     return Motion(t_s, *held_attitude(scenario, t_s), np.tile(momentum, (len(t_s), 1)))
 
 
-def kalman_filter(scenario: Scenario) -> KalmanGyro | Usque | KalmanDynamics:
+def kalman_filter(scenario: Scenario) -> Filter:
     """The scenario's filter; ValueError for another estimator."""
     spec = scenario.control.estimator
-    if not isinstance(spec, KalmanGyro | Usque | KalmanDynamics):
+    if not isinstance(spec, Filter):
+        kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
         raise ValueError(
-            "control.estimator.kind: must be that of a Kalman filter for its expected accuracy; "
+            f"control.estimator.kind: must be one of {kinds} for a stated accuracy; "
             f"received {spec.kind!r}"
         )
     return spec
@@ -115,31 +114,17 @@ def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expec
     """
     spec = kalman_filter(scenario)
     seen = nominal(scenario, motion or held_motion(scenario))
-    block = spec.estimator()
-    assert isinstance(block.memory, Mapping)
-    n = len(block.memory["correction"])
-    out = np.zeros((len(seen.t_s), n * n))
-    put_first(out[0], n, first_variances(spec))
-    carry = fill_dynamics if isinstance(spec, KalmanDynamics) else fill_gyro
-    carry(block.parameters, seen, np.zeros(3 * n), np.zeros(n), out)
-    return Expected(seen.t_s, out.reshape(-1, n, n), seen.seen)
+    variances = first_variances(spec)
+    out = np.zeros((len(seen.t_s), len(variances), len(variances)))
+    out[0] = np.diag(variances)
+    fill = fill_dynamics if isinstance(spec, KalmanDynamics) else fill_gyro
+    fill(spec.constants(), seen, out)
+    return Expected(seen.t_s, out, seen.seen)
 
 
-def first_variances(spec: KalmanGyro | Usque | KalmanDynamics) -> np.ndarray:
-    """Initial variances of a filter's states, one for each three states: attitude first."""
-    parameters = spec.estimator().parameters
-    if isinstance(spec, KalmanDynamics):
-        dipole = [parameters.dipole] if parameters.dipole_at else []
-        others = [parameters.rate, *dipole]
-    else:
-        others = [parameters.bias]
-    bias = [parameters.field_bias] if parameters.sensing.bias_at else []
-    return np.array([UNINFORMED, *others, *bias])
-
-
-def put_first(p: np.ndarray, n: int, variances: np.ndarray) -> None:
-    """A diagonal covariance, as cells: a variance for each three states."""
-    p[:: n + 1] = np.repeat(variances, 3)
+def first_variances(spec: Filter) -> np.ndarray:
+    """Initial variances (n,) of a filter's states, attitude first."""
+    return np.repeat(list(spec.initial_variances().values()), 3)
 
 
 def nominal(scenario: Scenario, motion: Motion) -> Nominal:

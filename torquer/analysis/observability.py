@@ -66,7 +66,7 @@ def observability(
             f"window_s: must hold two control steps or more and fit into the run of "
             f"{seen.t_s[-1]:g} s; received {window_s:g} s"
         )
-    sigma = np.repeat(np.sqrt(first_variances(spec)), 3)
+    sigma = np.sqrt(first_variances(spec))
     each = transitions(spec, seen), information(spec, seen)
     first = np.arange(0, len(seen.t_s) - steps, steps)
     scaled = sigma[:, None] * gramians(*each, first, steps) * sigma
@@ -78,14 +78,8 @@ def observability(
 
 
 def states_of(spec) -> tuple[str, ...]:
-    """Names of a filter's states, of three each."""
-    dynamics = isinstance(spec, KalmanDynamics)
-    names = ["attitude", "rate" if dynamics else "gyro bias"]
-    if dynamics and spec.dipole_sigma_a_m2:
-        names.append("residual dipole")
-    if spec.magnetometer_bias_sigma_nt:
-        names.append("magnetometer bias")
-    return tuple(names)
+    """Names of a filter's states, of three components each."""
+    return tuple(name.replace("_", " ") for name in spec.initial_variances())
 
 
 def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int) -> np.ndarray:
@@ -102,15 +96,15 @@ def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int)
 
 def information(spec, seen: Nominal) -> np.ndarray:
     """H^T R^-1 H (k, n, n) of each instant's readings."""
-    sensing, n = spec.estimator().parameters.sensing, 3 * len(first_variances(spec))
+    sensing, n = spec.sensing(), len(first_variances(spec))
     out = np.zeros((len(seen.t_s), n, n))
-    if sensing.magnetometer:
+    if sensing.r_field:
         h = np.zeros((len(seen.t_s), 3, n))
         h[:, :, :3] = cross_matrices(to_body(seen.q, seen.b))
-        if at := int(sensing.bias_at):
-            h[:, :, at : at + 3] = np.eye(3)
+        if spec.magnetometer_bias_sigma_nt:
+            h[:, :, -3:] = np.eye(3)
         out += np.swapaxes(h, 1, 2) @ h / sensing.r_field
-    if sensing.sun:
+    if sensing.r_sun:
         across = cross_matrices(to_body(seen.q, seen.sun))
         gained = np.swapaxes(across, 1, 2) @ across / sensing.r_sun
         out[:, :3, :3] += np.where(seen.seen[:, None, None], gained, 0.0)
@@ -126,7 +120,7 @@ def transitions(spec, seen: Nominal) -> np.ndarray:
 
 def rates_of_change(spec, seen: Nominal) -> np.ndarray:
     """F (k, n, n) of the linear motion of small errors, dx/dt = F x."""
-    n = 3 * len(first_variances(spec))
+    n = len(first_variances(spec))
     f = np.zeros((len(seen.t_s), n, n))
     f[:, :3, :3] = -cross_matrices(seen.omega)
     if not isinstance(spec, KalmanDynamics):

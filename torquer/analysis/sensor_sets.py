@@ -8,7 +8,7 @@ import numpy as np
 
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
-from torquer.estimation.kalman import Filter
+from torquer.estimation.kalman import NOISE_KEYS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.scenario.spec import Scenario
 
@@ -18,7 +18,6 @@ _INSTANTS = 400
 _WINDOWS = 20
 #: Attitude error [deg] of which the time until it is reached is told.
 REACHED_DEG = 5.0
-_NOISE = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 
 
 class SensorSet(NamedTuple):
@@ -108,7 +107,7 @@ def _worst(values: np.ndarray) -> float:
 def _with_sensors(spec: Filter, sensors) -> dict:
     """Keys of a filter with fewer sensors."""
     keys = spec.model_dump(exclude_none=True) | {"sensors": list(sensors)}
-    for sensor, key in _NOISE.items():
+    for sensor, key in NOISE_KEYS.items():
         if sensor not in sensors:
             keys.pop(key, None)
     if "magnetometer" not in sensors:

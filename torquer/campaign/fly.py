@@ -68,9 +68,9 @@ def fly_campaign(
     the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
     'processes', 'auto' (processes for members that are flown one by one, which Python's lock keeps
     from using all cores in threads), or the address of a Dask scheduler. A script that starts
-    processes needs `if __name__ == "__main__":` around what it does. A member's result does not depend on any of
-    these, to the bit. Members that fail are kept, with the reason. KeyboardInterrupt ends the
-    campaign; what has been written is kept.
+    processes needs `if __name__ == "__main__":` around what it does. A member's result does not
+    depend on any of these, to the bit. Members that fail are kept, with the reason.
+    KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     check_campaign(campaign, checked(scenario))
     path = None if to is None else Path(to)

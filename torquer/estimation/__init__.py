@@ -10,7 +10,6 @@ from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.estimation.rate_from_field import RateFromField
 from torquer.estimation.sensors import NoEstimator, SensorReadings
 from torquer.estimation.triad import Triad
-from torquer.estimation.usque import Usque
 
 ESTIMATORS = {
     "attitude_sensor": SensorReadings,
@@ -19,7 +18,6 @@ ESTIMATORS = {
     "triad": Triad,
     "kalman_gyro": KalmanGyro,
     "kalman_dynamics": KalmanDynamics,
-    "usque": Usque,
 }
 
 AnyEstimator = Annotated[Union[tuple(ESTIMATORS.values())], Field(discriminator="kind")]  # noqa: UP007

@@ -8,25 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import kernel
-from torquer.estimation.covariance import (
-    biased_measurement,
-    direction_measurement,
-    mat_scale,
-    update,
-)
-from torquer.estimation.kalman_dynamics import (
-    Surroundings,
-    full,
-    linearised,
-    propagate_covariance as propagate_dynamics,
-)
-from torquer.estimation.kalman_gyro import propagate_covariance as propagate_gyro
-from torquer.geometry.frames import mat_mul
+from torquer.engine import inlined, kernel, plugged
+from torquer.estimation import kalman_dynamics, kalman_gyro
+from torquer.estimation.covariance import slices_of, update
+from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
+from torquer.estimation.measurements.magnetometer import of_field
+from torquer.estimation.measurements.sun_sensors import of_sun
+from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, scale
+from torquer.geometry.vec3 import add, scale, vector_of
 
-_NO_DIPOLE = (0.0, 0.0, 0.0)
+_ZERO = (0.0, 0.0, 0.0)
 
 
 class Nominal(NamedTuple):
@@ -46,57 +38,56 @@ class Nominal(NamedTuple):
     seen: np.ndarray
 
 
-@kernel
-def row3(a, k):
-    """A row of an array as a vector."""
-    return (a[k, 0], a[k, 1], a[k, 2])
-
-
-@kernel
-def row4(a, k):
-    """A row of an array as a quaternion."""
-    return (a[k, 0], a[k, 1], a[k, 2], a[k, 3])
-
-
-@kernel
-def take_readings(sensing, along, k, p, gain, correction):
+@inlined
+def take_readings(parameters, along, k, p, gain, correction):
     """Update a covariance by what sensors would read at a place of the motion."""
-    q = row4(along.q, k)
-    if sensing.magnetometer != 0.0:
-        b = rotate_inverse(q, row3(along.b, k))
-        if sensing.bias_at > 0.0:
-            m = biased_measurement(b, b, (0.0, 0.0, 0.0), int(sensing.bias_at), sensing.r_field)
-            update(p, gain, correction, m, 1.0)
-        else:
-            update(p, gain, correction, direction_measurement(b, b, sensing.r_field), 1.0)
-    if sensing.sun != 0.0 and along.seen[k]:
-        s = rotate_inverse(q, row3(along.sun, k))
-        update(p, gain, correction, direction_measurement(s, s, sensing.r_sun), 1.0)
+    q, sensing = quaternion_of(along.q[k]), parameters.sensing
+    if sensing.r_field > 0.0:
+        b, at = vector_of(along.b[k]), slices_of(parameters.prior).magnetometer_bias
+        m = of_field(q, b, rotate_inverse(q, b), _ZERO, at, sensing.r_field)
+        update(p, gain, correction, m, 1.0)
+    if sensing.r_sun > 0.0 and along.seen[k]:
+        s = vector_of(along.sun[k])
+        update(p, gain, correction, of_sun(q, s, rotate_inverse(q, s), sensing.r_sun), 1.0)
+
+
+@plugged
+def fill(parameters, along, out, propagate):
+    """Covariance (k, n, n) after each control step from `out[0]`, that before the first readings.
+
+    `propagate(parameters, along, k, dt, p)` takes a covariance from step k to the next one.
+    """
+    gain, correction = np.zeros((3, out.shape[1])), np.zeros(out.shape[1])
+    take_readings(parameters, along, 0, out[0], gain, correction)
+    for k in range(1, out.shape[0]):
+        out[k] = out[k - 1]
+        propagate(parameters, along, k - 1, along.t_s[k] - along.t_s[k - 1], out[k])
+        take_readings(parameters, along, k, out[k], gain, correction)
+
+
+@inlined
+def _by_gyro(parameters, along, k, dt, p):
+    turn = scale(dt, vector_of(along.omega[k]))
+    kalman_gyro.propagate_covariance(p, turn, dt, parameters.white, parameters.walk)
+
+
+@inlined
+def _by_dynamics(parameters, along, k, dt, p):
+    around = Surroundings(vector_of(along.gravity[k]), vector_of(along.b[k]))
+    q, omega = quaternion_of(along.q[k]), vector_of(along.omega[k])
+    wheels = add(parameters.fixed, vector_of(along.wheels[k]))
+    linear = linearised(parameters, q, omega, wheels, around, _ZERO, dt)
+    dipole, inverse = slices_of(parameters.prior).residual_dipole, full(parameters.inverse)
+    kalman_dynamics.propagate_covariance(p, linear, parameters.torque, inverse, dipole, dt)
 
 
 @kernel
-def fill_gyro(parameters, along, gain, correction, out):
-    """Covariance after each control step, of a filter with a gyro; `out[0]`: at the start."""
-    n = correction.shape[0]
-    take_readings(parameters.sensing, along, 0, out[0], gain, correction)
-    for k in range(1, out.shape[0]):
-        out[k], dt = out[k - 1], along.t_s[k] - along.t_s[k - 1]
-        turn = scale(dt, row3(along.omega, k - 1))
-        propagate_gyro(out[k], n, turn, dt, parameters.white, parameters.walk)
-        take_readings(parameters.sensing, along, k, out[k], gain, correction)
+def fill_gyro(parameters, along, out):
+    """Covariances of a filter with a gyro; see `fill`."""
+    fill(parameters, along, out, _by_gyro)
 
 
 @kernel
-def fill_dynamics(parameters, along, gain, correction, out):
-    """The same of a filter without a gyro."""
-    n, inverse = correction.shape[0], full(parameters.inverse)
-    noise = mat_scale(parameters.torque, mat_mul(inverse, inverse))
-    take_readings(parameters.sensing, along, 0, out[0], gain, correction)
-    for k in range(1, out.shape[0]):
-        out[k], dt = out[k - 1], along.t_s[k] - along.t_s[k - 1]
-        around = Surroundings(row3(along.gravity, k - 1), row3(along.b, k - 1))
-        q, omega = row4(along.q, k - 1), row3(along.omega, k - 1)
-        wheels = add(parameters.fixed, row3(along.wheels, k - 1))
-        linear = linearised(parameters, q, omega, wheels, around, _NO_DIPOLE, dt)
-        propagate_dynamics(out[k], n, linear, noise, parameters.dipole_at, dt)
-        take_readings(parameters.sensing, along, k, out[k], gain, correction)
+def fill_dynamics(parameters, along, out):
+    """Covariances of a filter without a gyro; see `fill`."""
+    fill(parameters, along, out, _by_dynamics)

@@ -1,4 +1,4 @@
-"""From the data sheet of a gyro, in terms of its Allan deviation, to what a filter is told.
+"""From the data sheet of a gyro, in terms of its Allan deviation, to the noise keys of a filter.
 
 Allan variance over an averaging time T: N^2/T + (2 ln 2/pi) B^2 + K^2 T/3 with angle random walk
 N, bias instability B, rate random walk K. IEEE Std 952.

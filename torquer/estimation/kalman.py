@@ -1,4 +1,4 @@
-"""What the Kalman filters share: start, readings, innovation gate, restart, their spec.
+"""What the Kalman filters share: one step with its start, gate and restart; their spec.
 
 The filters are multiplicative: a quaternion is estimated, and a small rotation from it, which is
 put back into the quaternion after every measurement. E. Lefferts, F. Markley, M. Shuster, 'Kalman
@@ -6,38 +6,37 @@ filtering for spacecraft attitude estimation' (1982).
 """
 
 import math
-from typing import Annotated, Literal, NamedTuple
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from torquer.engine import inlined
+from torquer.engine import inlined, plugged
 from torquer.estimation.covariance import (
-    IDENTITY,
-    biased_measurement,
-    direction_measurement,
-    mat_scale,
+    ATTITUDE,
+    States,
+    forget,
     put_uncorrelated,
     turn_attitude,
     update,
     variance_of,
 )
+from torquer.estimation.estimator import Estimator
+from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
+from torquer.estimation.measurements.measurement import Sensing
+from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
 from torquer.estimation.triad import (
     LEAST_SINE,
     both_read_s,
+    by_two,
     field_at,
     put_quaternion,
     quaternion_of,
     sine_between,
-    triad,
-    triad_covariance,
 )
-from torquer.geometry.quaternion import (
-    from_rotation_vector,
-    multiply,
-    normalised,
-    rotate_inverse,
-)
-from torquer.geometry.vec3 import add, cross, dot, put_vector, scale, sub, unit
+from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
+from torquer.geometry.vec3 import cross, dot, put_vector, unit
+from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 from torquer.spec import Spec
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
@@ -46,106 +45,82 @@ UNINFORMED = math.pi * math.pi / 3.0
 #: covariance too small by this part.
 _WIDER = 1000.0
 NOTHING = (math.nan, math.nan, math.nan)
+#: Key of each sensor's noise, in the order of the sensors' numbers.
+NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 
 
-class Sensing(NamedTuple):
-    """What all filters know of sensors and trust.
+@plugged
+def step(inputs, parameters, memory, begin, propagate, rate_of):
+    """Propagate to now, then take what the sensors have read since: the estimate of a filter.
 
-    Whether magnetometer and Sun sensors are used; their noise as variances [T^2, rad^2],
-    `r_start`: with the magnetometer's bias as it is at the start; place of
-    the magnetometer's bias among the states (0: none); greatest normalised innovations squared of
-    2 and 3 components; greatest sum of the attitude's variances [rad^2], number of readings
-    refused one after another and time without a step [s] after which the filter starts again.
+    What filters differ in: `propagate(inputs, parameters, memory, dt)`; `rate_of(...)` of the same:
+    (rate, bias of the gyro, mean variance of the rate); `begin`: see `start`.
     """
-
-    magnetometer: float
-    sun: float
-    r_field: float
-    r_start: float
-    r_sun: float
-    bias_at: float
-    gate_2: float
-    gate_3: float
-    lost: float
-    refused: float
-    gap: float
+    if not has_attitude(inputs, parameters, memory, begin):
+        return UNKNOWN_ESTIMATE
+    dt = inputs.t_s - memory.t_s
+    propagate(inputs, parameters, memory, dt)
+    memory.t_s = inputs.t_s
+    omega, _, _ = rate_of(inputs, parameters, memory, dt)
+    take_readings(inputs, parameters, memory, omega)
+    omega, bias, variance = rate_of(inputs, parameters, memory, dt)
+    sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
+    return Estimate(memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance))
 
 
 @inlined
-def as_of_now(omega, age, v):
-    """A vector read `age` seconds ago in body axes of now; the body turns with omega."""
-    if age <= 0.0:
-        return v
-    return rotate_inverse(from_rotation_vector(scale(age, omega)), v)
+def take_readings(inputs, parameters, memory, omega):
+    """Update by each sensor that has been read since; the body turns with omega."""
+    gates, at = parameters.sensing, inputs.read_at
+    m = magnetometer(inputs, parameters, memory, omega)
+    take(gates, memory, m, MAGNETOMETER, at.magnetometer_s, memory.innovation_magnetometer)
+    m = sun_sensors(inputs, parameters, memory, omega)
+    take(gates, memory, m, SUN_SENSORS, at.sun_sensors_s, memory.innovation_sun)
 
 
 @inlined
-def put_back(memory, places):
+def take(gates, memory, m, sensor, read_s, innovation):
+    """Update by a sensor's measurement, unless the gate refuses it, and refer states to it.
+
+    `innovation`: cells for the whitened innovation, not numbers where there is none.
+    """
+    put_vector(innovation, NOTHING)
+    if m.count == 0:
+        return
+    memory.read_s[sensor] = read_s
+    gate = gates.gate_3 if m.count == 3 else gates.gate_2
+    _, accepted, e = update(memory.covariance, memory.gain, memory.correction, m, gate)
+    put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
+    if accepted:
+        memory.refused_in_a_row[sensor] = 0.0
+        put_back(memory)
+    else:
+        memory.refused_in_a_row[sensor] += 1.0
+        memory.refused += 1.0
+
+
+@inlined
+def put_back(memory):
     """Move the change of the states into quaternion and states; refer the error to the new axes."""
     c = memory.correction
     turn = from_rotation_vector((c[0], c[1], c[2]))
-    turn_attitude(memory.covariance, c.shape[0], turn)
+    turn_attitude(memory.covariance, turn)
     put_quaternion(memory.q, normalised(multiply(quaternion_of(memory.q), turn)))
-    for i in range(3, places):
+    for i in range(3, c.shape[0]):
         memory.states[i - 3] += c[i]
 
 
-@inlined
-def take(memory, measurement, gate):
-    """Update by a measurement, unless the gate refuses it."""
-    found = update(memory.covariance, memory.gain, memory.correction, measurement, gate)
-    if found.accepted:
-        put_back(memory, memory.correction.shape[0])
-    else:
-        memory.refused += 1.0
-    return found
-
-
-@inlined
-def put_across(cells, innovation):
-    """Write the whitened innovation of a direction, which has no third component."""
-    cells[0], cells[1], cells[2] = innovation[0], innovation[1], math.nan
-
-
-@inlined
-def take_field(inputs, sensing, memory, omega):
-    """Update by the magnetometer, if it has been read since."""
-    put_vector(memory.innovation_magnetometer, (math.nan, math.nan, math.nan))
-    at, b = inputs.read_at.magnetometer_s, inputs.b_body_t
-    if sensing.magnetometer == 0.0 or at <= memory.field_s or dot(b, b) == 0.0:
-        return
-    memory.field_s = at
-    expected = rotate_inverse(quaternion_of(memory.q), field_at(inputs, at))
-    age = inputs.t_s - at
-    if sensing.bias_at > 0.0:
-        place = int(sensing.bias_at)
-        states = memory.states
-        bias = (states[place - 3], states[place - 2], states[place - 1])
-        read = add(as_of_now(omega, age, sub(b, bias)), bias)
-        m = biased_measurement(expected, read, bias, place, sensing.r_field)
-        found = take(memory, m, sensing.gate_3)
-        put_vector(memory.innovation_magnetometer, found.innovation)
-    else:
-        m = direction_measurement(expected, as_of_now(omega, age, b), sensing.r_field)
-        found = take(memory, m, sensing.gate_2)
-        put_across(memory.innovation_magnetometer, found.innovation)
-    memory.field_refused = 0.0 if found.accepted else memory.field_refused + 1.0
-
-
-@inlined
-def take_sun(inputs, sensing, memory, omega):
-    """Update by the Sun sensors, if they have been read since and see the Sun."""
-    put_vector(memory.innovation_sun, (math.nan, math.nan, math.nan))
-    at, sun = inputs.read_at.sun_sensors_s, inputs.sun_body
-    if sensing.sun == 0.0 or at <= memory.sun_s or dot(sun, sun) == 0.0:
-        return
-    memory.sun_s = at
-    expected = rotate_inverse(quaternion_of(memory.q), inputs.ephemeris.sun_inertial)
-    read = as_of_now(omega, inputs.t_s - at, sun)
-    m = direction_measurement(expected, read, sensing.r_sun)
-    found = take(memory, m, sensing.gate_2)
-    put_across(memory.innovation_sun, found.innovation)
-    memory.sun_refused = 0.0 if found.accepted else memory.sun_refused + 1.0
+@plugged
+def has_attitude(inputs, parameters, memory, begin):
+    """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
+    sensing = parameters.sensing
+    must = must_begin(inputs, sensing, memory)
+    afresh = not must and memory.refused_in_a_row.max() >= sensing.most_refused
+    if must or afresh:
+        return start(inputs, parameters, memory, afresh, begin) or not must
+    if 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost:
+        start_by_triad(inputs, parameters, memory)  # the other states stay as they are known
+    return True
 
 
 @inlined
@@ -154,47 +129,51 @@ def must_begin(inputs, sensing, memory):
 
     It was away where the last estimate is not its own.
     """
-    e, own = inputs.estimate, variance_of(memory.covariance, memory.correction.shape[0], 0)
+    e, own = inputs.estimate, variance_of(memory.covariance, ATTITUDE)
     away = e.t_s != memory.t_s
     gap = inputs.t_s - memory.t_s > sensing.gap
     better = e.t_s > memory.t_s and e.sigma_rad * e.sigma_rad < own
     return memory.starts == 0.0 or (away and (gap or better))
 
 
-@inlined
-def is_lost(sensing, memory):
-    """Whether the attitude is too uncertain."""
-    total = 3.0 * variance_of(memory.covariance, memory.correction.shape[0], 0)
-    return total > sensing.lost
+@plugged
+def start(inputs, parameters, memory, afresh, begin):
+    """Begin; whether there is an attitude to begin with.
+
+    `afresh`: forget the other states; else what is known of them stays. `begin(inputs, parameters,
+    memory, taken_over, idle_s, afresh)` completes the start of a filter. `taken_over`: the attitude
+    is that of another estimator; `idle_s`: time for which states that are kept have not been
+    propagated.
+    """
+    idle_since_s, forgets = memory.t_s, afresh or memory.starts == 0.0
+    taken_over = takes_over(inputs, parameters.sensing, memory)
+    known = taken_over or start_by_triad(inputs, parameters, memory)
+    if not (known or start_by_field(inputs, parameters, memory)):
+        return False
+    if forgets:
+        forget(parameters.prior, memory.states, memory.covariance)
+    idle_s = 0.0 if forgets else memory.t_s - idle_since_s
+    begin(inputs, parameters, memory, taken_over, idle_s, afresh)
+    return True
 
 
 @inlined
-def is_refusing(sensing, memory):
-    """Whether too many readings of a sensor have been refused one after another."""
-    return max(memory.field_refused, memory.sun_refused) >= sensing.refused
-
-
-@inlined
-def start_by_triad(inputs, sensing, memory):
+def start_by_triad(inputs, parameters, memory):
     """Attitude by TRIAD from readings of this step; whether there is one that is good enough.
 
     The filter then takes the same readings, from a covariance so wide that they count once: so its
     own is right with the magnetometer's bias, too. The more accurate direction comes first. The
     time of the filter becomes that of the readings.
     """
-    at = both_read_s(inputs, memory.field_s)
+    sensing, at = parameters.sensing, both_read_s(inputs, memory.read_s[MAGNETOMETER])
     b, sun = inputs.b_body_t, inputs.sun_body
-    if sensing.magnetometer * sensing.sun == 0.0 or at == -math.inf:
+    if min(sensing.r_field, sensing.r_sun) == 0.0 or at == -math.inf:
         return False
     if not sine_between(b, sun) > LEAST_SINE:
         return False
-    beta, b_inertial, sun_inertial = unit(b), field_at(inputs, at), inputs.ephemeris.sun_inertial
-    r, s = sensing.r_start / dot(b, b), sensing.r_sun
-    if s <= r:
-        q, p = triad(sun, b, sun_inertial, b_inertial), triad_covariance(sun, beta, s, r)
-    else:
-        q, p = triad(b, sun, b_inertial, sun_inertial), triad_covariance(beta, sun, r, s)
-    total = p[0][0] + p[1][1] + p[2][2]
+    r, s = (sensing.r_field + parameters.prior.magnetometer_bias) / dot(b, b), sensing.r_sun
+    sun_inertial = inputs.ephemeris.sun_inertial
+    q, total = by_two(b, sun, field_at(inputs, at), sun_inertial, r, s, s <= r)
     if not total <= sensing.lost:
         return False
     put_attitude(memory, at, q, min(_WIDER * total, UNINFORMED))
@@ -202,17 +181,16 @@ def start_by_triad(inputs, sensing, memory):
 
 
 @inlined
-def start_by_field(inputs, sensing, memory, prior):
+def start_by_field(inputs, parameters, memory):
     """Attitude by the field alone, for a filter without Sun sensors; whether there is one.
 
     Of all that fit the reading the one that turns the inertial axes least: as the field turns
     along the orbit, the rest is found. (The Sun stands still: by it alone it never would be.)
-    `prior`: variance of the attitude before the reading.
     """
-    at, b = inputs.read_at.magnetometer_s, inputs.b_body_t
-    if sensing.magnetometer == 0.0 or sensing.sun != 0.0 or dot(b, b) == 0.0:
+    sensing, at, b = parameters.sensing, inputs.read_at.magnetometer_s, inputs.b_body_t
+    if sensing.r_field == 0.0 or sensing.r_sun > 0.0 or dot(b, b) == 0.0:
         return False
-    if at <= memory.field_s:
+    if at <= memory.read_s[MAGNETOMETER]:
         return False
     v, reference = unit(b), unit(field_at(inputs, at))
     x, y, z = cross(v, reference)
@@ -220,7 +198,7 @@ def start_by_field(inputs, sensing, memory, prior):
     if dot(v, reference) < -0.999999:  # half a turn about any axis across
         x, y, z = unit(cross(v, (1.0, 0.0, 0.0) if abs(v[0]) < 0.8 else (0.0, 1.0, 0.0)))
         q = (x, y, z, 0.0)
-    put_attitude(memory, at, q, prior)
+    put_attitude(memory, at, q, parameters.prior.attitude)
     return True
 
 
@@ -235,7 +213,7 @@ def takes_over(inputs, sensing, memory):
         return False
     # no variance exceeds the sum of all three, however unlike they are
     put_attitude(memory, e.t_s, e.q_body_to_inertial, 3.0 * e.sigma_rad * e.sigma_rad)
-    memory.field_s = memory.sun_s = e.t_s
+    memory.read_s[:] = e.t_s
     return True
 
 
@@ -244,41 +222,32 @@ def put_attitude(memory, t_s, q, variance):
     """Begin with an attitude of this variance about each axis; no reading is refused so far."""
     memory.t_s = t_s
     memory.starts += 1.0
-    memory.field_refused = memory.sun_refused = 0.0
+    memory.refused_in_a_row[:] = 0.0
     put_quaternion(memory.q, q)
-    n = memory.correction.shape[0]
-    put_uncorrelated(memory.covariance, n, 0, mat_scale(variance, IDENTITY))
+    put_uncorrelated(memory.covariance, ATTITUDE, variance)
 
 
-def memory_of(states: tuple, **more) -> dict:
-    """Memory of a filter that has not started; `states`: beyond the attitude, at the start."""
-    n = 3 + len(states)
+def memory_of(n: int) -> dict:
+    """Memory of a filter of n states that has not started; `states`: those beyond the attitude."""
+    row = (0.0,) * n
     return {
         "t_s": -math.inf,
-        "field_s": -math.inf,
-        "sun_s": -math.inf,
+        "read_s": (-math.inf,) * len(NOISE_KEYS),
         "q": (math.nan, *NOTHING),
-        "states": states,
-        "covariance": (0.0,) * (n * n),
-        "gain": (0.0,) * (3 * n),
-        "correction": (0.0,) * n,
+        "states": row[3:],
+        "covariance": (row,) * n,
+        "gain": (row,) * 3,
+        "correction": row,
         "innovation_magnetometer": NOTHING,
         "innovation_sun": NOTHING,
-        "field_refused": 0.0,
-        "sun_refused": 0.0,
+        "refused_in_a_row": (0.0,) * len(NOISE_KEYS),
         "refused": 0.0,
         "starts": 0.0,
-        **more,
     }
 
 
 #: What filters log.
-LOG = {
-    "innovation_magnetometer": "1",
-    "innovation_sun": "1",
-    "refused": "1",
-    "starts": "1",
-}
+LOG = dict.fromkeys(("innovation_magnetometer", "innovation_sun", "refused", "starts"), "1")
 
 
 def keys_of(spec: type[Spec]) -> str:
@@ -297,6 +266,10 @@ class Filter(Spec):
     after a longer gap it starts again.
     """
 
+    gives: ClassVar = frozenset({"attitude", "rate"})
+    #: The kernel, and what it remembers beyond `memory_of`.
+    kernel: ClassVar[Callable]
+    remembers: ClassVar[dict] = {}
     sensors: tuple[Literal["magnetometer", "sun"], ...] = ("magnetometer", "sun")
     """Sensors that the filter uses."""
     magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
@@ -332,8 +305,7 @@ class Filter(Spec):
             raise ValueError(
                 f"sensors: must name one or two different sensors; received {list(self.sensors)}"
             )
-        keys = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
-        for sensor, key in keys.items():
+        for sensor, key in NOISE_KEYS.items():
             value = getattr(self, key)
             if (value is None) == (sensor in self.sensors):
                 must = "given" if value is None else "left out"
@@ -349,17 +321,18 @@ class Filter(Spec):
             )
         return self
 
-    def sensing(self, bias_at: int) -> Sensing:
-        """Constants for the kernels; `bias_at`: place of the magnetometer's bias, if there is."""
+    def prior(self, **others: float) -> States:
+        """Variances of the states at the start; `others`: of those that filters do not share."""
+        bias_t = 1e-9 * (self.magnetometer_bias_sigma_nt or 0.0)
+        return States(UNINFORMED, magnetometer_bias=bias_t**2, **others)
+
+    def sensing(self) -> Sensing:
+        """Noise and trust for the kernels."""
         from scipy.special import chdtri  # a third of a second of importing
 
         return Sensing(
-            float("magnetometer" in self.sensors),
-            float("sun" in self.sensors),
             (1e-9 * (self.magnetometer_noise_nt or 0.0)) ** 2,
-            (1e-9 * (self.magnetometer_noise_nt or 0.0)) ** 2 + self.bias_variance_t2,
             math.radians(self.sun_noise_deg or 0.0) ** 2,
-            float(bias_at if self.magnetometer_bias_sigma_nt else 0),
             float(chdtri(2, self.gate)),
             float(chdtri(3, self.gate)),
             math.radians(self.lost_sigma_deg) ** 2,
@@ -367,15 +340,26 @@ class Filter(Spec):
             self.longest_gap_s,
         )
 
+    def constants(self) -> Any:
+        """Parameters for the kernel: `prior`, `sensing` and those of the filter's motion."""
+        raise NotImplementedError
+
+    def initial_variances(self) -> dict[str, float]:
+        """Variance of each component of the filter's states at the start, by the states' names."""
+        return {name: v for name, v in self.constants().prior._asdict().items() if v > 0.0}
+
+    def estimator(self) -> Estimator:
+        """The filter, not yet started."""
+        cls, parameters = type(self), self.constants()
+        memory = memory_of(3 * len(self.initial_variances())) | cls.remembers
+        return Estimator(
+            self.kind, cls.kernel, parameters, memory, self.logs(), self.needs, spec=self
+        )
+
     @property
     def needs(self) -> frozenset[str]:
         """Ephemeris, and the Sun sensors where they are used."""
         return frozenset({"ephemeris", *({"sun"} & set(self.sensors))})
-
-    @property
-    def bias_variance_t2(self) -> float:
-        """Variance of the magnetometer's bias at the start."""
-        return (1e-9 * (self.magnetometer_bias_sigma_nt or 0.0)) ** 2
 
     def logs(self) -> dict[str, str]:
         """What is logged: names in the memory and units."""

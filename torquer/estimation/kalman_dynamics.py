@@ -1,8 +1,8 @@
-"""Kalman filters without a gyro: Euler's equations carry the rate on.
+"""Kalman filter without a gyro: Euler's equations carry the rate on.
 
-States: attitude error, rate, and where they are asked for residual dipole and magnetometer's bias.
-Torques that the filter knows: gravity gradient, dipoles of the coils and of the body, the wheels by
-their tachometers; all others are white noise to it.
+States: attitude error, rate, and if requested residual dipole and magnetometer's bias. Torques that
+the filter knows: gravity gradient, dipoles of the coils and of the body, the wheels by their
+tachometers; all others are white noise to it.
 """
 
 import math
@@ -14,32 +14,23 @@ from pydantic import Field
 from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
 from torquer.engine import inlined, kernel
 from torquer.estimation.covariance import (
+    ATTITUDE,
     IDENTITY,
+    States,
     block,
     mat_add,
     mat_scale,
     put_block,
-    put_symmetric,
+    put_state,
     put_uncorrelated,
+    put_variance,
     skew,
+    slices_of,
+    state_of,
     variance_of,
 )
-from torquer.estimation.estimator import Estimator
-from torquer.estimation.kalman import (
-    UNINFORMED,
-    Filter,
-    Sensing,
-    is_lost,
-    is_refusing,
-    keys_of,
-    memory_of,
-    must_begin,
-    start_by_field,
-    start_by_triad,
-    take_field,
-    take_sun,
-    takes_over,
-)
+from torquer.estimation.kalman import Filter, keys_of, step
+from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import (
@@ -63,30 +54,26 @@ from torquer.geometry.vec3 import (
     sym_vec,
     vector_of,
 )
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 from torquer.spec import Inertia, Vector
 
+#: First row of the rate.
+RATE = 3
 #: Greatest turn [rad] in one step of the equations of motion.
 _LONGEST_TURN = 0.1
-_NO_DIPOLE = (0.0, 0.0, 0.0)
 
 
 class DynamicsParameters(NamedTuple):
-    """The body as the filter knows it, its noise and variances at the start.
+    """The body as the filter knows it, its noise, and what all filters have.
 
     `inertia` [kg m^2] and its inverse as `sym_vec` takes them; `fixed`: momentum of the body that
-    no tachometer tells [N m s]; `torque`: noise [N^2 m^2 s]; `rate` [rad^2/s^2], `dipole`
-    [A^2 m^4], `field_bias` [T^2]; `dipole_at`: place of the residual dipole (0: none).
+    no tachometer measures [N m s]; `torque`: noise [N^2 m^2 s].
     """
 
     inertia: tuple
     inverse: tuple
     fixed: tuple
     torque: float
-    rate: float
-    dipole: float
-    field_bias: float
-    dipole_at: float
+    prior: States
     sensing: Sensing
 
 
@@ -160,141 +147,105 @@ def linearised(p, q, omega, wheels, around, dipole, dt):
 
 
 @inlined
-def propagate_covariance(p, n, linear, noise, dipole_at, dt):
-    """Covariance after a step; `noise`: of the angular acceleration [rad^2/s^3], 3x3."""
-    k, kt = linear, transpose(linear.rate_by_dipole)
-    p00, p03, p33 = block(p, n, 0, 0), block(p, n, 0, 3), block(p, n, 3, 3)
-    p30 = transpose(p03)
-    x00 = mat_add(mat_mul(k.turn, p00), 1.0, mat_mul(k.attitude_by_rate, p30))
-    x03 = mat_add(mat_mul(k.turn, p03), 1.0, mat_mul(k.attitude_by_rate, p33))
-    x30 = mat_add(mat_mul(k.rate_by_attitude, p00), 1.0, mat_mul(k.rate_by_rate, p30))
-    x33 = mat_add(mat_mul(k.rate_by_attitude, p03), 1.0, mat_mul(k.rate_by_rate, p33))
-    at = int(dipole_at)
-    for c in range(6, n, 3):
-        p0, p3 = block(p, n, 0, c), block(p, n, 3, c)
-        x0 = mat_add(mat_mul(k.turn, p0), 1.0, mat_mul(k.attitude_by_rate, p3))
-        x3 = mat_add(mat_mul(k.rate_by_attitude, p0), 1.0, mat_mul(k.rate_by_rate, p3))
-        if at > 0:
-            x3 = mat_add(x3, 1.0, mat_mul(k.rate_by_dipole, block(p, n, at, c)))
-            if c == at:
-                x30 = mat_add(x30, 1.0, mat_mul(k.rate_by_dipole, transpose(p0)))
-                x33 = mat_add(x33, 1.0, mat_mul(k.rate_by_dipole, transpose(p3)))
-        put_block(p, n, 0, c, x0)
-        put_block(p, n, 3, c, x3)
-    rate_t, spin_t = transpose(k.attitude_by_rate), transpose(k.rate_by_rate)
-    p00 = mat_add(mat_mul(x00, transpose(k.turn)), 1.0, mat_mul(x03, rate_t))
-    by_attitude_t = transpose(k.rate_by_attitude)
-    p03 = mat_add(mat_mul(x00, by_attitude_t), 1.0, mat_mul(x03, spin_t))
-    p33 = mat_add(mat_mul(x30, by_attitude_t), 1.0, mat_mul(x33, spin_t))
-    if at > 0:
-        p03 = mat_add(p03, 1.0, mat_mul(block(p, n, 0, at), kt))
-        p33 = mat_add(p33, 1.0, mat_mul(block(p, n, 3, at), kt))
-    put_symmetric(p, n, 0, mat_add(p00, dt * dt * dt / 3.0, noise))
-    put_block(p, n, 0, 3, mat_add(p03, 0.5 * dt * dt, noise))
-    put_symmetric(p, n, 3, mat_add(p33, dt, noise))
+def moved(p, linear, column, dipole):
+    """Attitude and rate rows of the covariance times the motion, in three columns."""
+    k, attitude, rate = linear, block(p, ATTITUDE, column), block(p, RATE, column)
+    x = mat_add(mat_mul(k.turn, attitude), 1.0, mat_mul(k.attitude_by_rate, rate))
+    y = mat_add(mat_mul(k.rate_by_attitude, attitude), 1.0, mat_mul(k.rate_by_rate, rate))
+    if dipole > 0:
+        y = mat_add(y, 1.0, mat_mul(k.rate_by_dipole, block(p, dipole, column)))
+    return x, y
 
 
 @inlined
-def dipole_of(p, memory):
-    """The estimated residual dipole [A m^2]."""
-    if p.dipole_at == 0.0:
-        return _NO_DIPOLE
-    return (memory.states[3], memory.states[4], memory.states[5])
+def propagate_covariance(p, linear, torque, inverse, dipole, dt):
+    """Covariance after a step; `torque`: noise, `inverse`: of the inertia, by rows.
+
+    `dipole`: first row of the residual dipole, 0 if it is no state.
+    """
+    x00, x30 = moved(p, linear, ATTITUDE, dipole)
+    x03, x33 = moved(p, linear, RATE, dipole)
+    for c in range(RATE + 3, p.shape[0], 3):
+        x, y = moved(p, linear, c, dipole)
+        put_block(p, ATTITUDE, c, x)
+        put_block(p, RATE, c, y)
+    turn_t, rate_t = transpose(linear.turn), transpose(linear.attitude_by_rate)
+    attitude_t, spin_t = transpose(linear.rate_by_attitude), transpose(linear.rate_by_rate)
+    p00 = mat_add(mat_mul(x00, turn_t), 1.0, mat_mul(x03, rate_t))
+    p03 = mat_add(mat_mul(x00, attitude_t), 1.0, mat_mul(x03, spin_t))
+    p33 = mat_add(mat_mul(x30, attitude_t), 1.0, mat_mul(x33, spin_t))
+    if dipole > 0:
+        dipole_t = transpose(linear.rate_by_dipole)
+        p03 = mat_add(p03, 1.0, mat_mul(block(p, ATTITUDE, dipole), dipole_t))
+        p33 = mat_add(p33, 1.0, mat_mul(block(p, RATE, dipole), dipole_t))
+    noise = mat_scale(torque, mat_mul(inverse, inverse))
+    put_variance(p, ATTITUDE, mat_add(p00, dt * dt * dt / 3.0, noise))
+    put_block(p, ATTITUDE, RATE, mat_add(p03, 0.5 * dt * dt, noise))
+    put_variance(p, RATE, mat_add(p33, dt, noise))
 
 
 @inlined
-def propagate(inputs, p, memory):
-    """Carry attitude, rate and covariance on to now."""
-    interval, place = inputs.t_s - memory.t_s, inputs.ephemeris
+def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
+    """The rate is that of an estimator which is taken over, else zero, and as uncertain as said."""
+    e, omega, variance = inputs.estimate, (0.0, 0.0, 0.0), parameters.prior.rate
+    if taken_over:
+        omega = e.omega_body_rad_s
+        if e.sigma_rad_s > 0.0:
+            variance = min(variance, 3.0 * e.sigma_rad_s * e.sigma_rad_s)
+    put_state(memory.states, RATE, omega)
+    put_uncorrelated(memory.covariance, RATE, variance)
+    put_vector(memory.wheels, add(inputs.wheel_momentum_body_n_m_s, parameters.fixed))
+
+
+@inlined
+def propagate(inputs, parameters, memory, dt):
+    """Attitude, rate and covariance dt seconds on, in steps of short turns."""
+    if dt <= 0.0:
+        return
+    p, place, dipole_at = parameters, inputs.ephemeris, slices_of(parameters.prior).residual_dipole
     wheels, after = vector_of(memory.wheels), add(inputs.wheel_momentum_body_n_m_s, p.fixed)
-    q, omega = quaternion_of(memory.q), vector_of(memory.states)
-    dipole = add(dipole_of(p, memory), inputs.coil_dipole_body_a_m2)
-    steps = 1 + int(min(norm(omega) * interval / _LONGEST_TURN, 1000.0))
-    dt = interval / steps
+    q, omega = quaternion_of(memory.q), state_of(memory.states, RATE)
+    dipole = add(state_of(memory.states, dipole_at), inputs.coil_dipole_body_a_m2)
+    steps = 1 + int(min(norm(omega) * dt / _LONGEST_TURN, 1000.0))
+    h = dt / steps
     gained = scale(1.0 / steps, sub(after, wheels))
-    inverse, n = full(p.inverse), memory.correction.shape[0]
-    noise = mat_scale(p.torque, mat_mul(inverse, inverse))
     for k in range(steps):
-        ago = interval - (k + 0.5) * dt
+        ago = dt - (k + 0.5) * h
         around = Surroundings(
             gravity_gradient_at(add_scaled(place.r_inertial_m, -ago, place.v_inertial_m_s)),
             add_scaled(place.b_inertial_t, -ago, place.b_rate_inertial_t_s),
         )
-        linear = linearised(p, q, omega, wheels, around, dipole, dt)
-        propagate_covariance(memory.covariance, n, linear, noise, p.dipole_at, dt)
+        linear = linearised(p, q, omega, wheels, around, dipole, h)
+        propagate_covariance(memory.covariance, linear, p.torque, full(p.inverse), dipole_at, h)
         later = add(wheels, gained)
-        q, omega = carried(p, q, omega, wheels, later, around, dipole, dt)
+        q, omega = carried(p, q, omega, wheels, later, around, dipole, h)
         wheels = later
     put_quaternion(memory.q, q)
-    put_vector(memory.states, omega)
+    put_state(memory.states, RATE, omega)
     put_vector(memory.wheels, after)
-    memory.t_s = inputs.t_s
 
 
 @inlined
-def start(inputs, p, memory, anew):
-    """Begin; whether there is an attitude to begin with. `anew`: forget dipole and bias, too.
-
-    The rate is that of an estimator which is taken over, else zero, and as uncertain as said.
-    """
-    sensing, n, first = p.sensing, memory.correction.shape[0], memory.starts == 0.0
-    by_other = takes_over(inputs, sensing, memory)
-    known = by_other or start_by_triad(inputs, sensing, memory)
-    if not (known or start_by_field(inputs, sensing, memory, UNINFORMED)):
-        return False
-    if anew or first:
-        for i in range(3, n - 3):
-            memory.states[i] = 0.0
-        if p.dipole_at > 0.0:
-            put_uncorrelated(memory.covariance, n, int(p.dipole_at), mat_scale(p.dipole, IDENTITY))
-        if sensing.bias_at > 0.0:
-            put_uncorrelated(
-                memory.covariance, n, int(sensing.bias_at), mat_scale(p.field_bias, IDENTITY)
-            )
-    e, omega, variance = inputs.estimate, (0.0, 0.0, 0.0), p.rate
-    if by_other:
-        omega = e.omega_body_rad_s
-        if e.sigma_rad_s > 0.0:
-            variance = min(variance, 3.0 * e.sigma_rad_s * e.sigma_rad_s)
-    put_vector(memory.states, omega)
-    put_uncorrelated(memory.covariance, n, 3, mat_scale(variance, IDENTITY))
-    put_vector(memory.wheels, add(inputs.wheel_momentum_body_n_m_s, p.fixed))
-    return True
+def rate_of(inputs, parameters, memory, dt):
+    """The rate, no bias of a gyro, the rate's variance."""
+    omega, variance = state_of(memory.states, RATE), variance_of(memory.covariance, RATE)
+    return omega, (0.0, 0.0, 0.0), variance
 
 
 @kernel
 def kalman_dynamics(inputs, parameters, memory):
-    """One step: propagate, then take what has been read of field and Sun."""
-    sensing, n = parameters.sensing, memory.correction.shape[0]
-    if must_begin(inputs, sensing, memory):
-        if not start(inputs, parameters, memory, False):
-            return UNKNOWN_ESTIMATE
-    elif is_refusing(sensing, memory):
-        start(inputs, parameters, memory, True)
-    elif is_lost(sensing, memory):
-        start_by_triad(inputs, sensing, memory)
-    if inputs.t_s > memory.t_s:
-        propagate(inputs, parameters, memory)
-    omega = vector_of(memory.states)
-    take_field(inputs, sensing, memory, omega)
-    take_sun(inputs, sensing, memory, omega)
-    return Estimate(
-        memory.t_s,
-        quaternion_of(memory.q),
-        vector_of(memory.states),
-        (0.0, 0.0, 0.0),
-        math.sqrt(variance_of(memory.covariance, n, 0)),
-        math.sqrt(variance_of(memory.covariance, n, 3)),
-    )
+    """One step of the filter without a gyro."""
+    return step(inputs, parameters, memory, begin, propagate, rate_of)
 
 
 class KalmanDynamics(Filter):
-    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of both."""
+    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of them."""
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     kind: Literal["kalman_dynamics"] = "kalman_dynamics"
-    gives: ClassVar = frozenset({"attitude", "rate"})
+    kernel: ClassVar = kalman_dynamics
+    remembers: ClassVar = {"wheels": (0.0, 0.0, 0.0)}
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels: three moments or 3x3."""
     wheel_momentum_n_m_s: Vector = (0.0, 0.0, 0.0)
@@ -311,24 +262,17 @@ class KalmanDynamics(Filter):
     out: no dipole.
     """
 
-    def estimator(self) -> Estimator:
-        """The filter, not yet started."""
+    def constants(self) -> DynamicsParameters:
+        """Parameters for the kernel."""
         inertia = np.array(self.inertia_kg_m2)
-        dipole_at = 6 if self.dipole_sigma_a_m2 else 0
-        bias_at = 9 if dipole_at else 6
-        parameters = DynamicsParameters(
+        return DynamicsParameters(
             as_symmetric(inertia),
             as_symmetric(np.linalg.inv(inertia)),
             as_vector(self.wheel_momentum_n_m_s),
             self.torque_noise_n_m_sqrt_s**2,
-            math.radians(self.rate_sigma_deg_s) ** 2,
-            (self.dipole_sigma_a_m2 or 0.0) ** 2,
-            self.bias_variance_t2,
-            float(dipole_at),
-            self.sensing(bias_at),
-        )
-        states = bias_at + (3 if self.magnetometer_bias_sigma_nt else 0) - 3
-        memory = memory_of((0.0,) * states, wheels=(0.0, 0.0, 0.0))
-        return Estimator(
-            self.kind, kalman_dynamics, parameters, memory, self.logs(), self.needs, spec=self
+            self.prior(
+                rate=math.radians(self.rate_sigma_deg_s) ** 2,
+                residual_dipole=(self.dipole_sigma_a_m2 or 0.0) ** 2,
+            ),
+            self.sensing(),
         )

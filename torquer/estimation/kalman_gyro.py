@@ -1,7 +1,7 @@
-"""Kalman filters with a gyro: its rate, less its estimated bias, carries the attitude on.
+"""Kalman filter with a gyro: its rate, less its estimated bias, carries the attitude on.
 
-States: attitude error, gyro bias, and where it is asked for the magnetometer's bias. Noise of the
-gyro: white (angle random walk) and a random walk of the bias (rate random walk), discrete as R.
+States: attitude error, gyro bias, and if requested the magnetometer's bias. Noise of the gyro:
+white (angle random walk) and a random walk of the bias (rate random walk), discrete as R.
 Farrenkopf, 'Analytic steady-state accuracy solutions for two common spacecraft attitude
 estimators' (1978).
 """
@@ -13,32 +13,22 @@ from pydantic import Field
 
 from torquer.engine import inlined, kernel
 from torquer.estimation.covariance import (
+    ATTITUDE,
     IDENTITY,
+    States,
     block,
     mat_add,
     mat_scale,
     put_block,
-    put_symmetric,
+    put_state,
     put_uncorrelated,
+    put_variance,
     skew,
+    state_of,
     variance_of,
 )
-from torquer.estimation.estimator import Estimator
-from torquer.estimation.kalman import (
-    UNINFORMED,
-    Filter,
-    Sensing,
-    is_lost,
-    is_refusing,
-    keys_of,
-    memory_of,
-    must_begin,
-    start_by_field,
-    start_by_triad,
-    take_field,
-    take_sun,
-    takes_over,
-)
+from torquer.estimation.kalman import Filter, keys_of, step
+from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import (
@@ -49,143 +39,93 @@ from torquer.geometry.quaternion import (
     to_dcm,
 )
 from torquer.geometry.vec3 import add, dot, put_vector, scale, sub, vector_of
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+
+#: First row of the gyro's bias.
+BIAS = 3
 
 
-class GyroFilterParameters(NamedTuple):
-    """Noise of the gyro, variances at the start.
+class GyroParameters(NamedTuple):
+    """Noise of the gyro, and what all filters have.
 
     `white`: [rad^2/s], square of the angle random walk; `walk`: [rad^2/s^3], of the rate random
-    walk; `bias`: variance of its bias [rad^2/s^2]; `field_bias`: of the magnetometer's [T^2].
+    walk.
     """
 
     white: float
     walk: float
-    bias: float
-    field_bias: float
+    prior: States
     sensing: Sensing
 
 
 @inlined
-def propagate_covariance(p, n, turn, dt, white, walk):
+def propagate_covariance(p, turn, dt, white, walk):
     """Covariance after a turn [rad, body] in dt seconds."""
     r = to_dcm(conjugate(from_rotation_vector(turn)))
     g = mat_scale(-dt, mat_add(IDENTITY, -0.5, skew(turn)))
     rt, gt = transpose(r), transpose(g)
-    aa, ab, bb = block(p, n, 0, 0), block(p, n, 0, 3), block(p, n, 3, 3)
+    aa, ab, bb = block(p, ATTITUDE, ATTITUDE), block(p, ATTITUDE, BIAS), block(p, BIAS, BIAS)
     upper = mat_add(mat_mul(r, ab), 1.0, mat_mul(g, bb))
     left = mat_add(mat_mul(r, aa), 1.0, mat_mul(g, transpose(ab)))
     aa = mat_add(mat_mul(left, rt), 1.0, mat_mul(upper, gt))
-    put_symmetric(p, n, 0, mat_add(aa, white * dt + walk * dt * dt * dt / 3.0, IDENTITY))
-    put_block(p, n, 0, 3, mat_add(upper, -0.5 * walk * dt * dt, IDENTITY))
-    put_symmetric(p, n, 3, mat_add(bb, walk * dt, IDENTITY))
-    if n > 6:
-        am, bm = block(p, n, 0, 6), block(p, n, 3, 6)
-        put_block(p, n, 0, 6, mat_add(mat_mul(r, am), 1.0, mat_mul(g, bm)))
+    put_variance(p, ATTITUDE, mat_add(aa, white * dt + walk * dt * dt * dt / 3.0, IDENTITY))
+    put_block(p, ATTITUDE, BIAS, mat_add(upper, -0.5 * walk * dt * dt, IDENTITY))
+    put_variance(p, BIAS, mat_add(bb, walk * dt, IDENTITY))
+    for c in range(BIAS + 3, p.shape[0], 3):
+        am, bm = block(p, ATTITUDE, c), block(p, BIAS, c)
+        put_block(p, ATTITUDE, c, mat_add(mat_mul(r, am), 1.0, mat_mul(g, bm)))
 
 
 @inlined
-def start(inputs, parameters, memory, prior, anew):
-    """Begin; whether there is an attitude to begin with. `prior`: its variance
-    where the field is all there is.
-
-    `anew`: forget the biases, too. Else what is known of them stays, and ages; another filter's
-    bias of the gyro is taken over.
-    """
-    sensing, n = parameters.sensing, memory.correction.shape[0]
-    before_s, first = memory.t_s, memory.starts == 0.0
-    by_other = takes_over(inputs, sensing, memory)
-    known = by_other or start_by_triad(inputs, sensing, memory)
-    if not (known or start_by_field(inputs, sensing, memory, prior)):
-        return False
-    if anew or first:
-        for i in range(n - 3):
-            memory.states[i] = 0.0
-        put_uncorrelated(memory.covariance, n, 3, mat_scale(parameters.bias, IDENTITY))
-        if n > 6:
-            put_uncorrelated(memory.covariance, n, 6, mat_scale(parameters.field_bias, IDENTITY))
-    else:
-        aged = parameters.walk * (memory.t_s - before_s)
-        put_symmetric(
-            memory.covariance, n, 3, mat_add(block(memory.covariance, n, 3, 3), aged, IDENTITY)
-        )
+def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
+    """The gyro's bias ages over the idle time; that of another estimator is taken over."""
+    p = memory.covariance
+    aged = mat_add(block(p, BIAS, BIAS), parameters.walk * idle_s, IDENTITY)
+    put_variance(p, BIAS, aged)
     bias, sigma = inputs.estimate.gyro_bias_rad_s, inputs.estimate.sigma_rad_s
-    if by_other and dot(bias, bias) > 0.0 and sigma > 0.0:
-        put_vector(memory.states, bias)
-        variance = min(3.0 * sigma * sigma, parameters.bias)
-        put_uncorrelated(memory.covariance, n, 3, mat_scale(variance, IDENTITY))
-    return True
-
-
-@inlined
-def has_attitude(inputs, parameters, memory, prior):
-    """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
-    sensing = parameters.sensing
-    if must_begin(inputs, sensing, memory):
-        if not start(inputs, parameters, memory, prior, False):
-            return False
+    if taken_over and dot(bias, bias) > 0.0 and sigma > 0.0:
+        put_state(memory.states, BIAS, bias)
+        put_uncorrelated(p, BIAS, min(3.0 * sigma * sigma, parameters.prior.gyro_bias))
+    if not afresh:  # the reading of the step before is of long ago
         put_vector(memory.omega_read, inputs.omega_body_rad_s)
-    elif is_refusing(sensing, memory):
-        start(inputs, parameters, memory, prior, True)
-    elif is_lost(sensing, memory):
-        start_by_triad(inputs, sensing, memory)  # the biases stay as they are known
-    return True
 
 
 @inlined
-def estimate_of(inputs, parameters, memory, dt):
-    """What a filter with a gyro believes, `dt` after its last step."""
-    bias, n = vector_of(memory.states), memory.correction.shape[0]
-    rate_variance = variance_of(memory.covariance, n, 3)
-    if dt > 0.0:
-        rate_variance += parameters.white / dt
-    return Estimate(
-        memory.t_s,
-        quaternion_of(memory.q),
-        sub(inputs.omega_body_rad_s, bias),
-        bias,
-        math.sqrt(variance_of(memory.covariance, n, 0)),
-        math.sqrt(rate_variance),
-    )
-
-
-@inlined
-def propagate(inputs, parameters, memory):
-    """Carry the attitude on to now, by the mean of the gyro's readings then and now."""
-    dt = inputs.t_s - memory.t_s
+def propagate(inputs, parameters, memory, dt):
+    """Attitude and covariance dt seconds on, by the mean of the gyro's readings then and now."""
     read = add(vector_of(memory.omega_read), inputs.omega_body_rad_s)
-    turn = scale(dt, sub(scale(0.5, read), vector_of(memory.states)))
+    turn = scale(dt, sub(scale(0.5, read), state_of(memory.states, BIAS)))
     q = multiply(quaternion_of(memory.q), from_rotation_vector(turn))
     put_quaternion(memory.q, normalised(q))
-    n = memory.correction.shape[0]
-    propagate_covariance(memory.covariance, n, turn, dt, parameters.white, parameters.walk)
-    memory.t_s = inputs.t_s
-    return dt
+    propagate_covariance(memory.covariance, turn, dt, parameters.white, parameters.walk)
+    put_vector(memory.omega_read, inputs.omega_body_rad_s)
+
+
+@inlined
+def rate_of(inputs, parameters, memory, dt):
+    """The gyro's rate less its bias, the bias, variance of the rate dt after the last step."""
+    bias, variance = state_of(memory.states, BIAS), variance_of(memory.covariance, BIAS)
+    if dt > 0.0:
+        variance += parameters.white / dt
+    return sub(inputs.omega_body_rad_s, bias), bias, variance
 
 
 @kernel
 def kalman_gyro(inputs, parameters, memory):
-    """One step: propagate, then take what has been read of field and Sun."""
-    sensing = parameters.sensing
-    if not has_attitude(inputs, parameters, memory, UNINFORMED):
-        return UNKNOWN_ESTIMATE
-    dt = propagate(inputs, parameters, memory)
-    omega = sub(inputs.omega_body_rad_s, vector_of(memory.states))
-    take_field(inputs, sensing, memory, omega)
-    take_sun(inputs, sensing, memory, omega)
-    put_vector(memory.omega_read, inputs.omega_body_rad_s)
-    return estimate_of(inputs, parameters, memory, dt)
+    """One step of the filter with a gyro."""
+    return step(inputs, parameters, memory, begin, propagate, rate_of)
 
 
-class GyroFilter(Filter):
-    """A Kalman filter with a gyro, magnetometer and Sun sensors, or one of both.
+class KalmanGyro(Filter):
+    """Multiplicative Kalman filter with a gyro: magnetometer and Sun sensors, or one of them.
 
     `torquer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 
-    gives: ClassVar = frozenset({"attitude", "rate"})
+    kind: Literal["kalman_gyro"] = "kalman_gyro"
+    kernel: ClassVar = kalman_gyro
+    remembers: ClassVar = {"omega_read": (0.0, 0.0, 0.0)}
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
     seconds, have sigma sqrt(T).
@@ -195,28 +135,11 @@ class GyroFilter(Filter):
     gyro_bias_sigma_deg_s: float = Field(gt=0.0)
     """Standard deviation of the gyro's bias about zero at the start."""
 
-    def constants(self) -> GyroFilterParameters:
-        """Constants for the kernels."""
-        return GyroFilterParameters(
+    def constants(self) -> GyroParameters:
+        """Parameters for the kernel."""
+        return GyroParameters(
             math.radians(self.angle_random_walk_deg_sqrt_s) ** 2,
             math.radians(self.rate_random_walk_deg_s_sqrt_s) ** 2,
-            math.radians(self.gyro_bias_sigma_deg_s) ** 2,
-            self.bias_variance_t2,
-            self.sensing(6),
-        )
-
-
-class KalmanGyro(GyroFilter):
-    """Multiplicative extended Kalman filter."""
-
-    __doc__ = f"{__doc__}{keys_of(GyroFilter)}"
-
-    kind: Literal["kalman_gyro"] = "kalman_gyro"
-
-    def estimator(self) -> Estimator:
-        """The filter, not yet started."""
-        states = (0.0,) * (6 if self.magnetometer_bias_sigma_nt else 3)
-        memory = memory_of(states, omega_read=(0.0, 0.0, 0.0))
-        return Estimator(
-            self.kind, kalman_gyro, self.constants(), memory, self.logs(), self.needs, spec=self
+            self.prior(gyro_bias=math.radians(self.gyro_bias_sigma_deg_s) ** 2),
+            self.sensing(),
         )

@@ -110,6 +110,19 @@ def field_at(inputs, t_s):
     return add_scaled(place.b_inertial_t, t_s - inputs.t_s, place.b_rate_inertial_t_s)
 
 
+@inlined
+def by_two(b, sun, b_inertial, sun_inertial, r, s, sun_first):
+    """(Attitude, sum of its variances) by TRIAD from the field and the Sun.
+
+    `r`, `s`: variances [rad^2] about each axis across the directions of field and Sun.
+    """
+    if sun_first:
+        q, p = triad(sun, b, sun_inertial, b_inertial), triad_covariance(sun, unit(b), s, r)
+    else:
+        q, p = triad(b, sun, b_inertial, sun_inertial), triad_covariance(unit(b), sun, r, s)
+    return q, p[0][0] + p[1][1] + p[2][2]
+
+
 @kernel
 def triad_estimator(inputs, parameters, memory):
     """Attitude from magnetometer and Sun sensors; unknown where one sees nothing.
@@ -121,7 +134,10 @@ def triad_estimator(inputs, parameters, memory):
         known = sine_between(b, sun) > LEAST_SINE
         q, sigma = (math.nan, math.nan, math.nan, math.nan), math.nan
         if known:
-            q, sigma = by_two(parameters, b, sun, field_at(inputs, t_s), inputs.ephemeris)
+            r, s = parameters.sigma_field * parameters.sigma_field / dot(b, b), parameters.sigma_sun
+            inertial, first = inputs.ephemeris.sun_inertial, parameters.sun_first != 0.0
+            q, total = by_two(b, sun, field_at(inputs, t_s), inertial, r, s * s, first)
+            sigma = math.sqrt(total / 3.0)
         turned = rate_between(quaternion_of(memory.q), q, t_s - memory.t_s)
         put_vector(memory.omega_body_rad_s, turned)
         before = memory.sigma if memory.known != 0.0 else math.nan
@@ -136,20 +152,6 @@ def triad_estimator(inputs, parameters, memory):
         omega, sigma_rate = inputs.omega_body_rad_s, math.nan
     q = quaternion_of(memory.q)
     return Estimate(memory.t_s, q, omega, (0.0, 0.0, 0.0), memory.sigma, sigma_rate)
-
-
-@inlined
-def by_two(parameters, b, sun, b_inertial, place):
-    """(Attitude, standard deviation about each axis) by TRIAD."""
-    beta, s = unit(b), parameters.sigma_sun * parameters.sigma_sun
-    r = parameters.sigma_field * parameters.sigma_field / dot(b, b)
-    if parameters.sun_first != 0.0:
-        q = triad(sun, b, place.sun_inertial, b_inertial)
-        p = triad_covariance(sun, beta, s, r)
-    else:
-        q = triad(b, sun, b_inertial, place.sun_inertial)
-        p = triad_covariance(beta, sun, r, s)
-    return q, math.sqrt((p[0][0] + p[1][1] + p[2][2]) / 3.0)
 
 
 class Triad(Spec):

@@ -1,6 +1,6 @@
 """What the author of a scenario with a Kalman filter should know."""
 
-from torquer.estimation.kalman_gyro import GyroFilter
+from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
 
 
@@ -9,7 +9,7 @@ def filter_notes(scenario: Scenario) -> list[str]:
     control = scenario.control
     filters = [control.estimator, *control.estimators.values()]
     uneven = control.measure_s > 0.0 and control.actuate_s != control.sample_s
-    if not uneven or not any(isinstance(spec, GyroFilter) for spec in filters):
+    if not uneven or not any(isinstance(spec, KalmanGyro) for spec in filters):
         return []
     steps = f"{control.sample_s:g} and of {control.actuate_s:g} s"
     return [

@@ -3,6 +3,7 @@
 # mypy: disable-error-code="name-defined"
 
 import functools
+import math
 from collections.abc import Callable
 from types import FunctionType
 from typing import NamedTuple, cast
@@ -80,7 +81,7 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
 def _named_memory(names: tuple) -> Fields:
     """A memory with names, as `adapter.names_of` tells them."""
     fields, place = [], 0
-    for name, count, is_vector in names:
-        fields.append((name, place, Rows((count,), 1) if is_vector else None))
-        place += count
+    for name, shape in names:
+        fields.append((name, place, Rows(shape, 1) if shape else None))
+        place += math.prod(shape)
     return Fields(tuple(fields))

@@ -1,0 +1,94 @@
+"""A measurement of vectors, z = H x + noise of covariance R, and how readings become one."""
+
+from typing import NamedTuple
+
+from torquer.engine import inlined
+from torquer.estimation.covariance import IDENTITY, skew
+from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
+from torquer.geometry.vec3 import add, cross, dot, scale, sub, unit
+
+_ZERO = (0.0, 0.0, 0.0)
+
+
+class Measurement(NamedTuple):
+    """What a filter takes of a reading: z, H, R.
+
+    `z`: measured less predicted; `h`: columns of H for the attitude error, by rows; `h_other`:
+    those for one more state, from column `at` on (0: none); `r`: variance of each component;
+    `count`: 2 or 3 components, 0 for no reading.
+    """
+
+    z: tuple
+    h: tuple
+    h_other: tuple
+    at: int
+    r: float
+    count: int
+
+
+NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, IDENTITY, 0, 0.0, 0)
+
+
+class Sensing(NamedTuple):
+    """Noise of the sensors as filters believe it, and what filters trust.
+
+    `r_field` [T^2], `r_sun` [rad^2]: variance of each component, 0 for a sensor that is not used;
+    `gate_2`, `gate_3`: greatest normalised innovations squared of 2 and 3 components; `lost`:
+    greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings refused one
+    after another, `gap`: time without a step [s], after which the filter starts again.
+    """
+
+    r_field: float
+    r_sun: float
+    gate_2: float
+    gate_3: float
+    lost: float
+    most_refused: float
+    gap: float
+
+
+@inlined
+def is_new(variance, v, t_s, taken_s):
+    """Whether a sensor is used, sees something and has been read after `taken_s`."""
+    return variance > 0.0 and t_s > taken_s and dot(v, v) != 0.0
+
+
+@inlined
+def as_of_now(omega, age, v):
+    """A vector read `age` seconds ago in body axes of now; the body turns with omega."""
+    if age <= 0.0:
+        return v
+    return rotate_inverse(from_rotation_vector(scale(age, omega)), v)
+
+
+@inlined
+def frame_across(v):
+    """Two vectors of length one across a vector: a right-handed frame with its direction."""
+    x, y, z = abs(v[0]), abs(v[1]), abs(v[2])
+    if x <= y and x <= z:
+        t = (0.0, v[2], -v[1])
+    elif y <= z:
+        t = (-v[2], 0.0, v[0])
+    else:
+        t = (v[1], -v[0], 0.0)
+    t = unit(t)
+    return t, unit(cross(v, t))
+
+
+@inlined
+def direction_measurement(predicted, measured, variance):
+    """(z, H, R) of a direction: two components across the predicted vector, of any length.
+
+    The component along the prediction says nothing of the attitude.
+    """
+    t, u = frame_across(predicted)
+    z = (dot(t, measured), dot(u, measured), 0.0)
+    rows = (cross(t, predicted), cross(u, predicted), _ZERO)
+    return Measurement(z, rows, IDENTITY, 0, variance, 2)
+
+
+@inlined
+def biased_measurement(predicted, measured, bias, at, variance):
+    """(z, H, R) of a vector by a sensor with a bias, which is the state from column `at` on."""
+    z = sub(measured, add(predicted, bias))
+    return Measurement(z, skew(predicted), IDENTITY, at, variance, 3)

@@ -1,0 +1,30 @@
+"""Sun sensors: the direction to the Sun in body axes, while one of them sees it."""
+
+from torquer.engine import inlined
+from torquer.estimation.measurements.measurement import (
+    NO_MEASUREMENT,
+    as_of_now,
+    direction_measurement,
+    is_new,
+)
+from torquer.estimation.triad import quaternion_of
+from torquer.geometry.quaternion import rotate_inverse
+
+#: Number of the sensors in a filter's memory.
+SUN_SENSORS = 1
+
+
+@inlined
+def of_sun(q, sun_inertial, read, variance):
+    """(z, H, R) of a reading (unit vector, body) of the direction to the Sun (inertial)."""
+    return direction_measurement(rotate_inverse(q, sun_inertial), read, variance)
+
+
+@inlined
+def sun_sensors(inputs, parameters, memory, omega):
+    """(z, H, R) of the latest reading, if it is new; the body has turned with omega since."""
+    sun, at_s, r = inputs.sun_body, inputs.read_at.sun_sensors_s, parameters.sensing.r_sun
+    if not is_new(r, sun, at_s, memory.read_s[SUN_SENSORS]):
+        return NO_MEASUREMENT
+    read = as_of_now(omega, inputs.t_s - at_s, sun)
+    return of_sun(quaternion_of(memory.q), inputs.ephemeris.sun_inertial, read, r)
