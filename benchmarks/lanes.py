@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from torquer.lanes import LANES
+from torquer.compile.lanes import LANES
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces
 from torquer.simulation.run import prepare

@@ -10,7 +10,7 @@ from torquer.campaign.keys import design_tables, file_tables
 from torquer.scenario.keys import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
-from torquer.simulation.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
+from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
 
 ROOT = Path(__file__).parents[1]
 _ONE = r"[A-Z]+\s*\(\d+(?:\.\d+)+\)"

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 
 ZERO = (0.0, 0.0, 0.0)

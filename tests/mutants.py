@@ -97,7 +97,11 @@ class Workshop:
 
     def source_key(self) -> str:
         """The name of the folder of compiled code for the tree as it is."""
-        command = [sys.executable, "-c", "import torquer.code_cache as c; print(c.source_key())"]
+        command = [
+            sys.executable,
+            "-c",
+            "import torquer.compile.code_cache as c; print(c.source_key())",
+        ]
         environment = os.environ | {"PYTHONPATH": str(self.tree)}
         return subprocess.check_output(command, env=environment, text=True).strip()
 

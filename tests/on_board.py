@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.compile.engine import kernel, records
 from torquer.control.computer import (
     SENSOR_READINGS,
     Blocks,
@@ -11,7 +12,6 @@ from torquer.control.computer import (
     places_of,
 )
 from torquer.control.modes.table import NO_MODES, first_state
-from torquer.engine import kernel, records
 
 
 @kernel

@@ -8,7 +8,7 @@ import pytest
 from law_cases import by_hand, compiled, inputs
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.law import Law
 
 ROW = inputs(2.0, b=(1.0, 2.0, 3.0))

@@ -12,7 +12,8 @@ import numba
 import numpy as np
 import pytest
 
-from torquer import adapter, engine, noise
+from torquer import noise
+from torquer.compile import adapter, engine
 from torquer.control import computer
 from torquer.estimation import RateFromField
 from torquer.interface import inputs_of

@@ -14,7 +14,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 ROOT = Path(__file__).parents[1]

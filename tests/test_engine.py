@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import code_cache, engine
-from torquer.code_cache import cache_of, cache_root, keep_off_disk, source_key
-from torquer.engine import address_of, caller, is_own, kernel, without_reference_counts
+from torquer.compile import code_cache, engine
+from torquer.compile.code_cache import cache_of, cache_root, keep_off_disk, source_key
+from torquer.compile.engine import address_of, caller, is_own, kernel, without_reference_counts
 
 
 @pytest.fixture
@@ -142,7 +142,7 @@ def in_a_process(script, **environment):
 
 def test_a_cache_folder_that_cannot_be_made_is_no_hindrance(tmp_path):
     (tmp_path / "file").write_text("")
-    script = "import numba, torquer.engine; print(numba.config.CACHE_DIR)"
+    script = "import numba, torquer.compile.engine; print(numba.config.CACHE_DIR)"
     folder = in_a_process(script, TORQUER_CACHE_DIR=str(tmp_path / "file" / "cache"))[0]
     assert Path(folder).is_dir()
     assert Path(folder).parent.name.startswith("torquer-cache-")  # no name that one could import

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 #: Runs in this process, compiled, and in another one as plain Python; leaves `found`.
 PROBE = """

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.noise import normal3, philox
 
 N = 200_000

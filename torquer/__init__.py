@@ -41,15 +41,15 @@ if TYPE_CHECKING:
         scenario_schema as scenario_schema,
     )
     from torquer.scenario.spec import Scenario as Scenario
-    from torquer.simulation.file import load as load, save as save
     from torquer.simulation.flight import Flight as Flight
-    from torquer.simulation.refined import integration_error as integration_error
-    from torquer.simulation.result import laws_of as laws_of
+    from torquer.simulation.results.dataset import laws_of as laws_of
+    from torquer.simulation.results.file import load as load, save as save
     from torquer.simulation.simulate import (
         RunStopped as RunStopped,
         resume as resume,
         simulate as simulate,
     )
+    from torquer.simulation.step_error import integration_error as integration_error
     from torquer.theory.gains import (
         bdot_gain as bdot_gain,
         bdot_greatest_gain as bdot_greatest_gain,

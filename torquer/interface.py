@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, internal
+from torquer.compile.engine import inlined, internal
 
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import bits_of, float_of, inlined, kernel
+from torquer.compile.engine import bits_of, float_of, inlined, kernel
 
 _LOW = np.uint64(0xFFFFFFFF)
 _32 = np.uint64(32)

@@ -14,7 +14,7 @@ from functools import cache
 import erfa
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 DAY_S = 86400.0
 #: TT - TAI, exact by definition [s].

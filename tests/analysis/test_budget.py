@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
 from torquer.analysis.budget import (
     NAMES,
     as_plain,
@@ -15,6 +15,7 @@ from torquer.analysis.budget import (
     rows_of,
     torque_across_field,
 )
+from torquer.compile import engine
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.panels.torques import COLOURS

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from torquer import engine, simulate, summary_of
+from torquer import simulate, summary_of
 from torquer.analysis.conserved import conserved_of, drifts_of
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, SCENARIO, without
 
-from torquer import engine, simulate
+from torquer import simulate
 from torquer.analysis.filter_check import as_plain, check_filter, fly_filter, members_of
 from torquer.analysis.filter_statistics import (
     FilterRuns,
@@ -20,6 +20,7 @@ from torquer.analysis.linear_covariance import (
     expected_accuracy,
     held_attitude,
 )
+from torquer.compile import engine
 from torquer.scenario.load import scenario_from_data
 
 NOT_FLOWN = Motion(np.zeros(0), *(np.zeros((0, n)) for n in (4, 3, 3)))

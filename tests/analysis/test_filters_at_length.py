@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
 
-from torquer import engine, simulate
+from torquer import simulate
 from torquer.analysis.filter_check import fly_filter, members_of
 from torquer.analysis.filter_statistics import band, consistency, nees, nis
 from torquer.analysis.linear_covariance import expected_accuracy
+from torquer.compile import engine
 from torquer.scenario.load import load_scenario, scenario_from_data
 
 pytestmark = [

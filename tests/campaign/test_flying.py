@@ -7,12 +7,12 @@ import pytest
 from pydantic import ValidationError
 
 import torquer
-from torquer import engine
 from torquer.campaign import fleet, fly
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.campaign.store import chunks_folder, chunks_there
+from torquer.compile import engine
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.run import prepare
 

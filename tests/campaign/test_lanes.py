@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 from numba import types
 
-from torquer import engine, law
+from torquer import law
+from torquer.compile import engine
+from torquer.compile.lanes import LANES, type_with
 from torquer.control.law import Law
 from torquer.environment.local import LocalEnvironment
-from torquer.lanes import LANES, type_with
 from torquer.scenario.load import scenario_from_text
 from torquer.simulation.lanes.group import Lanes, Pieces, why_not_in_lanes
 from torquer.simulation.lanes.laws import law_in_lanes

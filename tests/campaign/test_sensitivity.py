@@ -10,7 +10,6 @@ import xarray as xr
 from scipy import stats
 
 import torquer
-from torquer import engine
 from torquer.campaign.comparison import comparison
 from torquer.campaign.contents import independent
 from torquer.campaign.load import campaign_from_data
@@ -19,6 +18,7 @@ from torquer.campaign.sensitivity import LEAST_POINTS, intervals, sensitivity, s
 from torquer.campaign.spec import Campaign
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.campaign.unit_numbers import unit_numbers
+from torquer.compile import engine
 from torquer.report.campaign import write_campaign_report
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from torquer import engine
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

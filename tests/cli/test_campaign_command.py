@@ -7,10 +7,10 @@ import pytest
 from artificial_campaign import artificial
 
 import torquer
-from torquer import engine
 from torquer.campaign.comparison import comparison
 from torquer.cli.output import json_text
-from torquer.simulation.file import save
+from torquer.compile import engine
+from torquer.simulation.results.file import save
 
 CAMPAIGN = """
 [campaign]

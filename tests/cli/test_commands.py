@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -267,7 +267,7 @@ def test_steps_whose_check_stops_are_told(call, scenario, no_report, tmp_path, m
     def stopped(result, progress):
         raise torquer.RunStopped("interrupted at t = 10 s", result, True)
 
-    monkeypatch.setattr("torquer.simulation.refined.integration_error", stopped)
+    monkeypatch.setattr("torquer.simulation.step_error.integration_error", stopped)
     code, _, err = call("run", scenario, "--out", tmp_path / "out", "--check-steps")
     assert (code, err) == (0, "note: the steps are not checked: interrupted at t = 10 s\n")
     assert "measured" not in (tmp_path / "out" / "summary.json").read_text()

@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 
 import torquer
-from torquer import engine
 from torquer.cli import main
 from torquer.cli.output import PLAIN
+from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from torquer import engine
 from torquer.cli.output import writing_to
+from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 ORBIT = ("--altitude-km", "550", "--inclination-deg", "60")

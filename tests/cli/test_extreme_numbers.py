@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine
 from torquer.analysis.summary import summary_of
 from torquer.analysis.wheel_file import load_wheels, wheels_from_text
 from torquer.cli.simulate import check_usable
+from torquer.compile import engine
 from torquer.notes.notes import notes_of
 from torquer.scenario.explain import ScenarioError
 from torquer.scenario.load import load_scenario, scenario_from_data

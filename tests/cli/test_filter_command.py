@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from torquer import engine
+from torquer.compile import engine
 
 FILTER = """
 [control.estimator]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 LAW = """

@@ -8,7 +8,8 @@ import pytest
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.control.bias_momentum import BiasMomentum
 from torquer.scenario.load import scenario_from_data
 

@@ -9,12 +9,12 @@ from on_board import numbers_of
 from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
-from torquer import engine
-from torquer.adapter import RECORDS
+from torquer.compile import engine
+from torquer.compile.adapter import RECORDS
+from torquer.compile.engine import kernel
 from torquer.control import LAWS, AnyLaw
 from torquer.control.computer import call_law
 from torquer.control.law import Law
-from torquer.engine import kernel
 from torquer.interface import KNOWN, UNKNOWN_ESTIMATE, Ephemeris, nothing_known
 
 USER_FILE = """

@@ -10,7 +10,7 @@ from numba import typeof
 from on_board import OnBoard
 
 from gallery.spinning import course_of
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.built_in import BUILT_IN
 from torquer.control.modes.scheme import modes_of
 from torquer.control.recommended import is_low, recommended_scheme, standard_scheme

@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 from law_cases import ZERO, inputs
 from scipy.spatial.transform import Rotation
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.bdot import Gain as BdotGain, bdot_rate
 from torquer.control.sdot import Gain, Sdot, SdotRate, cos_alpha, sdot_difference, sdot_rate
 from torquer.simulation.simulate import simulate

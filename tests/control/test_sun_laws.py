@@ -6,7 +6,8 @@ from hypothesis import given, settings, strategies as st
 from law_cases import inputs
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.control.panel_tracking import PanelTracking
 from torquer.control.spin_to_sun import SpinToSun
 from torquer.control.sun_cross import SunCross, dipole_for

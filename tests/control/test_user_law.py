@@ -13,7 +13,7 @@ from law_cases import by_hand, compiled, inputs
 from pydantic import ValidationError
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.law import Law, as_law
 from torquer.control.user import UserLaw, load_law
 

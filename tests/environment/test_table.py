@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment import table as room
 from torquer.environment.table import (
     SAFETY,

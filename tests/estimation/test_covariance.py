@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.estimation.covariance import States, forget, slices_of, update
 from torquer.estimation.kalman_gyro import propagate_covariance
 from torquer.estimation.measurements.measurement import biased_measurement, direction_measurement

@@ -13,7 +13,8 @@ from pydantic import TypeAdapter
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.control import LAWS, AnyLaw
 from torquer.estimation import ESTIMATORS, AnyEstimator
 from torquer.interface import UNKNOWN_ESTIMATE

@@ -7,9 +7,10 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, SCENARIO, without
 from filter_twin import DynamicsTwin
 
-from torquer import engine, simulate
+from torquer import simulate
 from torquer.analysis.filter_check import fly_filter, members_of
 from torquer.analysis.filter_statistics import consistency, nees, nis
+from torquer.compile import engine
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 

@@ -11,9 +11,10 @@ from filter_cases import GYRO, HANDED_OVER, SCENARIO, without
 from filter_twin import GyroTwin
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, resume, simulate
+from torquer import resume, simulate
 from torquer.analysis.filter_check import fly_filter, members_of
 from torquer.analysis.filter_statistics import autocorrelation, consistency, nees, nis
+from torquer.compile import engine
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.simulation.run import prepare

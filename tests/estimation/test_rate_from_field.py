@@ -8,7 +8,8 @@ from hypothesis import given, settings, strategies as st
 from law_cases import ZERO, compiled, inputs
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.estimation import RateFromField
 
 MANY = settings(max_examples=80, deadline=None)

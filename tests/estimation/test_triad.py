@@ -9,7 +9,8 @@ from hypothesis import given, settings, strategies as st
 from law_cases import ZERO, compiled, inputs
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.estimation.triad import Triad, rate_between, triad, triad_covariance
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from gallery import four_models
 from gallery.entries import field_2_16, field_10, field_11
-from torquer import engine
+from torquer.compile import engine
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.simulation.simulate import simulate
 from torquer.theory.pitch_wheel import (

@@ -9,7 +9,7 @@ import pytest
 from gallery.entry import Outcome
 from gallery.lookup import all_entries
 from gallery.pages import PICTURES, RECORD, pages, record_of
-from torquer import engine
+from torquer.compile import engine
 
 DOCS = Path(__file__).parents[2] / "docs/gallery"
 ENTRIES = {entry.id: entry for entry in all_entries()}

@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 from gallery import five_days
 from gallery.entries import wheel_10
-from torquer import engine
 from torquer.analysis.attitude import orbital_axes
+from torquer.compile import engine
 from torquer.simulation.simulate import simulate
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="minutes without JIT")

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings, strategies as st
 from scipy.integrate import DOP853, solve_ivp
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.integrate import dop853_tableau as tableau
 from torquer.integrate.dop853 import (
     DONE,

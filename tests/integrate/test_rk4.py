@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.geometry.motion import Motion
 from torquer.integrate.rk4 import moved, rk4_sum

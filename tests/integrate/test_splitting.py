@@ -6,7 +6,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse

@@ -10,10 +10,10 @@ import pytest
 from pydantic import ValidationError
 from scipy.integrate import solve_ivp
 
+from torquer.compile.engine import COMPILED
 from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S, MU_EARTH_M3_S2
 from torquer.earth import gravity
 from torquer.earth.rotation import dcm_inertial_to_ecef, teme_to_gcrf
-from torquer.engine import COMPILED
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.orbit import Kepler, Numerical, Sgp4, flight, numerical
 from torquer.orbit.numerical import epoch_of

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 import torquer
-from torquer import code_cache, engine
+from torquer.compile import code_cache, engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="there is no cache without a compiler")
 SCRIPT = """
 from torquer.geometry.vec3 import cross, dot
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 @kernel
 def volume(a, b, c):

@@ -6,8 +6,8 @@ import time
 import pytest
 from reliability_processes import done
 
-from torquer import engine
-from torquer.cli.claim import claimed
+from torquer.cli.folder_lock import claimed
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -12,9 +12,9 @@ from messages import message_of
 from reliability_processes import KINDS, SCENARIO, done
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 from torquer.scenario.load import scenario_from_text
-from torquer.simulation.restore import scenario_in
+from torquer.simulation.results.restore import scenario_in
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -118,7 +118,7 @@ def test_a_changed_result_is_refused(stopped, name, value, told, tmp_path):
 
 def test_another_processor_is_told(stopped, monkeypatch):
     whole = torquer.resume(stopped)
-    monkeypatch.setattr("torquer.simulation.restore.processor", lambda: "another (0123)")
+    monkeypatch.setattr("torquer.simulation.results.restore.processor", lambda: "another (0123)")
     told = r"began with processor .* and goes on with processor another \(0123\): the last bits"
     with pytest.warns(UserWarning, match=told):
         assert np.array_equal(torquer.resume(stopped).omega_body, whole.omega_body)

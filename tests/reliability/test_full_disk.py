@@ -9,7 +9,7 @@ import pytest
 from reliability_processes import done
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 #: Runs in a name space of its own, where $DISK is a disk of 64 MB: the run begins, the disk is
 #: filled, and emptied again when the run has ended; then the run goes on.

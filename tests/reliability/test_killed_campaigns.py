@@ -7,8 +7,8 @@ import pytest
 from reliability_processes import SCENARIO, done
 
 import torquer
-from torquer import engine
 from torquer.campaign.store import chunks_folder, chunks_there
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 LAW = '{ kind = "bdot", gain_a_m2_s_per_t = 1e6 }'

@@ -10,7 +10,7 @@ import pytest
 from reliability_processes import KINDS, done
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
 
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT"),

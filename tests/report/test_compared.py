@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 import torquer
 from torquer.report import accessor  # noqa: F401  `import torquer` registers it with `simulate`
 from torquer.report.common import side_by_side
+from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, VARIABLES
 from torquer.simulation.simulate import simulate
-from torquer.simulation.variables import ATTRIBUTES, COORDINATES, VARIABLES
 
 
 @pytest.fixture(scope="module")

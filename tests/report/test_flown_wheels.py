@@ -24,7 +24,7 @@ from torquer.report.flight.setting import hardware_lines, setting
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.simulate import simulate
 from torquer.spacecraft.wheels import ReactionWheels
 

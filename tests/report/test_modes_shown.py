@@ -23,7 +23,7 @@ from torquer.report.flight.png import draw_picture
 from torquer.report.flight.setting import setting
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 
 @pytest.fixture(scope="module")

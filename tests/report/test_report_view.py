@@ -13,7 +13,7 @@ from torquer.report.flight import panels as drawn
 from torquer.report.flight.notes import notes
 from torquer.report.flight.scene import chapters, scene_figure
 from torquer.report.flight.view import view_of
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.simulate import simulate
 
 

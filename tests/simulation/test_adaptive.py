@@ -9,7 +9,8 @@ from hypothesis import given, settings, strategies as st
 from integrators import by
 from scipy.integrate import RK45
 
-from torquer import RunStopped, engine, integration_error, simulate, summary_of
+from torquer import RunStopped, integration_error, simulate, summary_of
+from torquer.compile import engine
 from torquer.geometry.motion import Motion
 from torquer.integrate import dop853_stages, dop853_tableau, dp5_stages
 from torquer.scenario.control import common_divisor

@@ -16,7 +16,8 @@ from gallery.chibis_m import (
     TRIAD,
     WAITING,
 )
-from torquer import engine, load_scenario
+from torquer import load_scenario
+from torquer.compile import engine
 from torquer.scenario.load import scenario_from_data
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_day.toml"

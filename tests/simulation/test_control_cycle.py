@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from torquer import Law, engine, law, simulate
+from torquer import Law, law, simulate
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

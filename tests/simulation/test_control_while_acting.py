@@ -5,7 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from torquer import Command, engine, law, simulate
+from torquer import Command, law, simulate
+from torquer.compile import engine
 from torquer.scenario.load import ScenarioError
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -10,9 +10,10 @@ import pytest
 from integrators import INTEGRATORS, by
 
 import torquer
-from torquer import Flight, RunStopped, engine, law, simulate
+from torquer import Flight, RunStopped, law, simulate
+from torquer.compile import engine
 from torquer.simulation import size
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

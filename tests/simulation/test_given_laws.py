@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine, law, load, resume, save, simulate
+from torquer import law, load, resume, save, simulate
+from torquer.compile import engine
 from torquer.control import Bdot
 from torquer.control.off import Off
 from torquer.control.user import GivenLaw, UserLaw, load_law
 from torquer.scenario.load import ScenarioError, scenario_from_data, scenario_from_text
-from torquer.simulation.result import laws_of, scenario_of
+from torquer.simulation.results.dataset import laws_of, scenario_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -5,12 +5,13 @@ import pytest
 from integrators import INTEGRATORS, by
 
 import torquer
-from torquer import RunStopped, engine, simulate
+from torquer import RunStopped, simulate
+from torquer.compile import engine
 from torquer.scenario.load import ScenarioError, scenario_from_data
-from torquer.simulation.result import laws_of
+from torquer.simulation.results.dataset import laws_of
+from torquer.simulation.results.store import InMemory
 from torquer.simulation.run import prepare
 from torquer.simulation.simulate import finish
-from torquer.simulation.store import InMemory
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

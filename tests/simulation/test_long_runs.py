@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from integrators import by
 
-from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer import RunStopped, law, load, resume, save, simulate
+from torquer.compile import engine
 from torquer.environment.table import build, lookup3
 from torquer.scenario.load import scenario_from_data
-from torquer.simulation import pieces, run as runner, size as sizes
-from torquer.simulation.pieces import NotSaved
+from torquer.simulation import checkpoints as pieces, run as runner, size as sizes
+from torquer.simulation.checkpoints import NotSaved
+from torquer.simulation.results.store import InFile, parts_folder
 from torquer.simulation.size import piece_steps, size_of
-from torquer.simulation.store import InFile, parts_folder
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

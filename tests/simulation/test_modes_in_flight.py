@@ -8,8 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from integrators import INTEGRATORS, by
 
-from torquer import engine, law, load, resume, save, simulate
-from torquer.simulation.result import laws_of
+from torquer import law, load, resume, save, simulate
+from torquer.compile import engine
+from torquer.simulation.results.dataset import laws_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

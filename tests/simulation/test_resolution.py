@@ -5,7 +5,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer import RunStopped, engine, simulate
+from torquer import RunStopped, simulate
+from torquer.compile import engine
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import ScenarioError

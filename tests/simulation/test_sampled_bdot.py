@@ -9,7 +9,8 @@ from bdot_loop import growth
 from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.theory.gains import damping_efficiency, driven_rate_rad_s, sampling_limit_rad_s
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

@@ -4,7 +4,8 @@ what it is sent."""
 import numpy as np
 import pytest
 
-from torquer import Law, ScenarioError, engine, simulate
+from torquer import Law, ScenarioError, simulate
+from torquer.compile import engine
 from torquer.simulation.run import prepare
 from torquer.spacecraft.coils import Coils
 

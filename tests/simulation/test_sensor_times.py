@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from integrators import by
 
-from torquer import Law, engine, law, simulate
+from torquer import Law, law, simulate
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer import engine, integration_error, simulate
+from torquer import integration_error, simulate
+from torquer.compile import engine
 from torquer.geometry.quaternion import angle_between
 
 pytestmark = [

@@ -11,7 +11,8 @@ import pytest
 from integrators import INTEGRATORS, by
 
 import torquer
-from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer import RunStopped, law, load, resume, save, simulate
+from torquer.compile import engine
 from torquer.control import Bdot
 from torquer.control.off import Off
 from torquer.orbit import Circular
@@ -24,7 +25,7 @@ from torquer.scenario.spec import (
     Simulation,
     Spacecraft,
 )
-from torquer.simulation import pieces, run as runner
+from torquer.simulation import checkpoints as pieces, run as runner
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -248,7 +249,7 @@ def test_a_scenario_built_in_python_is_stored_with_its_result(tmp_path):
     part = simulate(scenario, until_s=50.0)
     save(part, tmp_path / "part.nc")
     part = load(tmp_path / "part.nc")
-    assert torquer.simulation.result.scenario_of(part) == scenario
+    assert torquer.simulation.results.dataset.scenario_of(part) == scenario
     assert same(resume(part), simulate(scenario))
 
 
@@ -260,7 +261,7 @@ def test_saving_replaces_the_file_only_when_all_is_written(make, tmp_path, monke
     def full_disk(file):
         raise OSError("No space left on device")
 
-    monkeypatch.setattr("torquer.simulation.file._to_disk", full_disk)
+    monkeypatch.setattr("torquer.simulation.results.file._to_disk", full_disk)
     with pytest.raises(OSError, match="No space"):
         save(result, path)
     monkeypatch.undo()
@@ -279,7 +280,8 @@ _SHORT = {
 }
 _WITHOUT_JIT = """
 import json, sys
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.scenario.load import scenario_from_data
 assert not engine.COMPILED
 results = [simulate(scenario_from_data(data)) for data in json.load(sys.stdin)]

@@ -6,11 +6,12 @@ from integrators import INTEGRATORS, by
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, load, noise, resume, save, simulate
+from torquer import load, noise, resume, save, simulate
 from torquer.analysis.budget import budget_of_run
+from torquer.compile import engine
 from torquer.environment.light import PRESSURE_AT_1_AU_PA
 from torquer.scenario.load import ScenarioError
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

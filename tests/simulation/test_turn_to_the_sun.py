@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, load_scenario, simulate
+from torquer import load_scenario, simulate
 from torquer.analysis.attitude import orbital_axes
+from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

@@ -11,10 +11,11 @@ from integrators import by
 from numba.core.runtime import _nrt_python, rtsys
 
 import torquer
-from torquer import RunStopped, engine, law, load, resume, save, simulate
+from torquer import RunStopped, law, load, resume, save, simulate
+from torquer.compile import engine
 from torquer.control.unloading import Unloading
-from torquer.simulation import pieces, run as runner
-from torquer.simulation.result import laws_of
+from torquer.simulation import checkpoints as pieces, run as runner
+from torquer.simulation.results.dataset import laws_of
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 

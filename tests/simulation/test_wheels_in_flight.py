@@ -9,7 +9,8 @@ from integrators import by
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, law, simulate
+from torquer import law, simulate
+from torquer.compile import engine
 from torquer.conventions import MU_EARTH_M3_S2
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -59,7 +60,7 @@ def craft(make):
 
 
 def axes_of(result):
-    from torquer.simulation.result import scenario_of
+    from torquer.simulation.results.dataset import scenario_of
 
     return np.array(scenario_of(result).spacecraft.wheels.array().axes)
 

@@ -6,7 +6,8 @@ from integrators import INTEGRATORS, by
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.gains import bdot_gain, damping_efficiency, sampling_limit_rad_s

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
-from torquer.engine import kernel, records
+from torquer.compile.engine import kernel, records
 from torquer.spacecraft import coils as room
 from torquer.spacecraft.coils import COIL_STATE, Coils
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 
-from torquer.engine import records
+from torquer.compile.engine import records
 from torquer.geometry.vec3 import as_symmetric
 from torquer.spacecraft.rotors import (
     ROTOR,

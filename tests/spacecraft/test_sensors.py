@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from torquer import noise
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.spacecraft import (
     gyro as of_gyro,
     magnetometer as of_magnetometer,

@@ -8,7 +8,7 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 
 from torquer import noise
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.local import LocalEnvironment
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.disturbance.acting import added

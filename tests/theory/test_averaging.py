@@ -8,14 +8,14 @@ from numba.core.runtime import _nrt_python, rtsys
 from scipy.optimize import brentq
 
 import torquer
-from torquer import engine
+from torquer.compile import engine
+from torquer.compile.engine import kernel
 from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate, bdot_rate
 from torquer.control.law import Law
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.preliminary_1 import Preliminary1
 from torquer.control.reorientation import Reorientation
 from torquer.control.sdot import SdotRate
-from torquer.engine import kernel
 from torquer.environment.field.averaged import cone_angle
 from torquer.theory.averaging import (
     averaged_motion,

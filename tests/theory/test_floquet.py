@@ -8,7 +8,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.environment.field import averaged
 from torquer.theory import collocation
 from torquer.theory.floquet import (

@@ -9,7 +9,7 @@ from averaging_order import fitted_order
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.bdot import BdotDerivative, BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.spin_up import SpinUp

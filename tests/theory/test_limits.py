@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.theory.floquet import monodromy
 from torquer.theory.mathieu import (
     first_tongue,

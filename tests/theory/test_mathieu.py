@@ -9,7 +9,7 @@ from scipy.linalg import eigvalsh_tridiagonal
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
-from torquer.engine import COMPILED
+from torquer.compile.engine import COMPILED
 from torquer.theory.floquet import chart, monodromy, multipliers
 from torquer.theory.mathieu import (
     edges,

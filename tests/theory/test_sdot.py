@@ -8,7 +8,7 @@ from averaging_order import fitted_order
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import brentq
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.sdot import SdotRate
 from torquer.theory.averaging import nodes
 from torquer.theory.equilibria import find_equilibria, rates_of_evolution, tends_to

@@ -7,7 +7,8 @@ import pickle
 import numpy as np
 import pytest
 
-from torquer import engine
+from torquer.compile import engine
+from torquer.compile.engine import kernel
 from torquer.control.bdot import BdotRate
 from torquer.control.nutation_damping import NutationDampingRate
 from torquer.control.preliminary_1 import Preliminary1
@@ -15,7 +16,6 @@ from torquer.control.preliminary_2 import Preliminary2
 from torquer.control.reorientation import Reorientation
 from torquer.control.sdot import SdotRate
 from torquer.control.spin_up import SpinUp
-from torquer.engine import kernel
 from torquer.theory.averaging import averaged_motion, averaged_rates, greatest_relative_rate, nodes
 from torquer.theory.comparison import compare
 from torquer.theory.evolution import EVOLUTIONS, bdot, reorientation

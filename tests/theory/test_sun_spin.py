@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.environment.field.averaged import b_z, cone_angle
 from torquer.geometry.frames import dcm_body_to_l, dcm_l_to_z, dcm_z_to_y
 from torquer.simulation.simulate import simulate

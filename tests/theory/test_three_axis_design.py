@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from attitude_holds import CUBESAT, at_strength, damping, gains_of, hold
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.periodic_gains import PeriodicGains
 from torquer.control.projected_pd import ProjectedPd
 from torquer.theory.three_axis.averaged import channel_factors, plateau_edge

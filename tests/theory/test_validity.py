@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.bdot import BdotRate
 from torquer.theory.averaging import averaged_rates, converged_nodes, nodes
 from torquer.theory.comparison import compare, resonances

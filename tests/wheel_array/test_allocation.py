@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import linprog
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.wheel_array import layout
 from torquer.wheel_array.allocation import (
     _share_all,

@@ -9,7 +9,7 @@ from torquer.analysis.series import angle_deg
 from torquer.control.pointing import HeldAttitude
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 
 class AttitudeError(NamedTuple):

@@ -9,7 +9,7 @@ from torquer.earth.gravity import gravity_gradient_vector
 from torquer.environment.light import light_along
 from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import TORQUES
 from torquer.spacecraft.disturbance.along import (

@@ -6,7 +6,7 @@ import xarray as xr
 from torquer.analysis.attitude import orbital_axes
 from torquer.orbit.circular import Circular
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 
 def conserved_of(result: xr.Dataset) -> dict[str, np.ndarray]:

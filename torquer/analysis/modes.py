@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 
 
 class StateUse(NamedTuple):

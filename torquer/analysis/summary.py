@@ -11,7 +11,7 @@ from torquer.analysis.goals import Goal, goals_of, signal_of
 from torquer.analysis.modes import state_uses
 from torquer.analysis.verdict import stays_from, verdict_of
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
-from torquer.simulation.result import COMPLETE, laws_of, scenario_of
+from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
 from torquer.spacecraft.coils import Coils
 
 #: Records that are in memory together.

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from torquer.simulation.result import scenario_of
+from torquer.simulation.results.dataset import scenario_of
 from torquer.time import utc_at
 
 #: What of a result's attributes is of the run alone, and becomes a coordinate of the runs.

@@ -11,11 +11,11 @@ from torquer.campaign.outcomes import TOTALS, needs_sun, signals_of, taken_of
 from torquer.campaign.sampling import Drawn, changes_of, draw, member_seeds
 from torquer.campaign.signals import Flown
 from torquer.campaign.spec import ATTITUDE, Campaign
-from torquer.lanes import LANES
+from torquer.compile.lanes import LANES
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
+from torquer.simulation.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
-from torquer.simulation.pieces import Checkpoints, advance_in_pieces
 from torquer.simulation.run import Run, prepare, record_this_instant
 
 COMPLETE, FAILED = "complete", "failed"

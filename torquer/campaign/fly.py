@@ -25,10 +25,10 @@ from torquer.campaign.store import (
     joined,
     put_chunk,
 )
-from torquer.lanes import LANES
+from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
-from torquer.simulation.file import load
-from torquer.simulation.stopping import heeded, heeding
+from torquer.simulation.results.file import load
+from torquer.simulation.signals import heeded, heeding
 from torquer.spec import checked
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ import numpy as np
 
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import succeeded
-from torquer.simulation.file import load, save
-from torquer.simulation.restore import check_version, of_one_run, scenario_in
-from torquer.simulation.result import law_attributes, versions
+from torquer.simulation.results.dataset import law_attributes, versions
+from torquer.simulation.results.file import load, save
+from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
 
 if TYPE_CHECKING:
     import xarray as xr

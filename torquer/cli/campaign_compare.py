@@ -7,7 +7,7 @@ import xarray as xr
 from torquer.campaign.comparison import comparison
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
 from torquer.report.campaign.tables import about_comparison, comparison_grid
-from torquer.simulation.file import load
+from torquer.simulation.results.file import load
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120

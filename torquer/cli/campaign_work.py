@@ -12,7 +12,7 @@ from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.campaign import CampaignOptions
-from torquer.cli.claim import claimed
+from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_surroundings
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
@@ -24,8 +24,8 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.simulate import run_scenario
-from torquer.simulation.file import replacing
-from torquer.simulation.stopping import ALL, heeding
+from torquer.simulation.results.file import replacing
+from torquer.simulation.signals import ALL, heeding
 
 
 def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:

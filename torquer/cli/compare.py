@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
-from torquer.simulation.file import load
+from torquer.simulation.results.file import load
 
 _WIDTH = 160
 

@@ -20,7 +20,7 @@ def is_cold() -> bool:
     """Whether the simulation's loop has yet to be compiled, as far as the cache tells."""
     from numba import config
 
-    from torquer.code_cache import FOLDER
+    from torquer.compile.code_cache import FOLDER
 
     kept = FOLDER is not None and any(FOLDER.glob("simulation_*/step.run_steps-*.nbi"))
     return not config.DISABLE_JIT and not kept  # type: ignore[attr-defined]

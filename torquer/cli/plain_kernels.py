@@ -16,7 +16,7 @@ def without_compiler(scenario: Path) -> None:
     Nothing changes if the package is already loaded, a law is in a file, or an orbit is
     integrated. Errors in the file are reported later.
     """
-    if "torquer.engine" not in sys.modules and _needs_no_compiler(scenario):
+    if "torquer.compile.engine" not in sys.modules and _needs_no_compiler(scenario):
         os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 

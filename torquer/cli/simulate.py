@@ -8,7 +8,7 @@ from pathlib import Path
 
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.app import RunOptions
-from torquer.cli.claim import claimed
+from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_surroundings, code_of, load_checked
 from torquer.cli.modes import mode_findings
 from torquer.cli.options import CodeOptions
@@ -24,15 +24,15 @@ from torquer.cli.output import (
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.resolution import notes_on_steps
-from torquer.simulation.file import lazily, replacing
-from torquer.simulation.pieces import NotSaved
+from torquer.simulation.checkpoints import NotSaved
 from torquer.simulation.prepare import blocks_of, modes_for
-from torquer.simulation.restore import OtherBits, check_version, of_one_run, scenario_in
-from torquer.simulation.result import COMPLETE
+from torquer.simulation.results.dataset import COMPLETE
+from torquer.simulation.results.file import lazily, replacing
+from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
+from torquer.simulation.results.store import check_free
+from torquer.simulation.signals import ALL, Stop, heeding
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
-from torquer.simulation.stopping import ALL, Stop, heeding
-from torquer.simulation.store import check_free
 
 #: Warnings of a run that are printed as notes.
 _NOTES = (OtherBits, NotSaved)
@@ -113,7 +113,7 @@ def _flown(scenario, path: Path, how: RunOptions):
 
 def _with_measured_error(result, progress):
     """The result with the error found by a second, finer run; unchanged if that run stops."""
-    from torquer.simulation.refined import integration_error
+    from torquer.simulation.step_error import integration_error
 
     try:
         errors = integration_error(result, progress=progress)

@@ -20,8 +20,8 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
-from torquer.code_cache import kept
-from torquer.engine import COMPILED, OPTIONS, address_of, caller
+from torquer.compile.code_cache import kept
+from torquer.compile.engine import COMPILED, OPTIONS, address_of, caller
 
 _WORD = ir.IntType(64)
 _INLINED = {**OPTIONS, "forceinline": True}

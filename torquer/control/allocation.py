@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.vec3 import scale
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.allocation import WheelSet, least_squares, within_limits

@@ -9,8 +9,8 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
-from torquer.engine import kernel
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, put_vector, scale, sub, vector_of
 from torquer.spec import Spec

@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
 from torquer.control.spin_axis import unit_vector
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, put_vector, scale, sub, vector_of
 from torquer.interface import Command
 

@@ -12,10 +12,11 @@ import numba
 import numpy as np
 from numba import types
 
-from torquer import plugin
-from torquer.adapter import flat
-from torquer.block import Block
+from torquer.compile import plugin
+from torquer.compile.adapter import flat
 from torquer.compile.arguments import call_host, whole
+from torquer.compile.block import Block
+from torquer.compile.engine import addresses, caller, inner, internal
 from torquer.control.law import LAW_SIGNATURE, Law
 from torquer.control.modes.table import (
     COILS,
@@ -29,7 +30,6 @@ from torquer.control.modes.table import (
     first_state,
     switch_modes,
 )
-from torquer.engine import addresses, caller, inner, internal
 from torquer.estimation.estimator import ESTIMATE, Estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (

@@ -17,11 +17,11 @@ from typing import Literal
 
 import numba
 
-from torquer.adapter import Kind
-from torquer.block import Block
-from torquer.engine import inlined, internal
+from torquer.compile.adapter import Kind
+from torquer.compile.block import Block
+from torquer.compile.engine import inlined, internal
+from torquer.compile.plugin import attributes_read
 from torquer.interface import NO_COMMAND, Command
-from torquer.plugin import attributes_read
 
 #: Cells of memory of a function without the decorator, which cannot say how many it needs.
 _PLAIN_MEMORY = 16

@@ -8,10 +8,10 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.bdot import PREVIOUS_READING, bdot_derivative, bdot_difference, bdot_rate
 from torquer.control.law import Law
 from torquer.control.spin_axis import AboutAxis, one_coil
-from torquer.engine import kernel
 from torquer.geometry.vec3 import dot
 
 

@@ -2,8 +2,8 @@
 
 from typing import Literal
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
-from torquer.engine import kernel
 from torquer.spec import Spec
 
 

@@ -11,9 +11,9 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion
-from torquer.engine import inlined, kernel
 from torquer.environment.field.averaged import argument_of_latitude
 from torquer.geometry.vec3 import add, add_scaled, cross, mat_vec, scale
 from torquer.spec import Vector

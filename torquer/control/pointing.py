@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse

@@ -7,9 +7,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.spin_axis import Pointed, one_coil, target_body
-from torquer.engine import kernel
 from torquer.geometry.vec3 import as_symmetric, cross, dot, norm, scale, sub, sym_vec
 from torquer.spec import Inertia
 

@@ -14,10 +14,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.periodic_gains import Matrix
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
-from torquer.engine import kernel
 from torquer.geometry.quaternion import rotate, rotate_inverse
 from torquer.geometry.vec3 import add, as_matrix, cross, dot, mat_vec, scale
 

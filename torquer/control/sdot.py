@@ -13,9 +13,9 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.bdot import GAP
 from torquer.control.law import Law
-from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import cross, dot, norm, put_vector, scale, sub, vector_of
 from torquer.spec import Spec
 

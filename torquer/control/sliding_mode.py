@@ -12,6 +12,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.pointing import (
     HeldAttitude,
@@ -21,7 +22,6 @@ from torquer.control.pointing import (
     short_way,
 )
 from torquer.control.wheel_lyapunov import known_gravity_torque
-from torquer.engine import kernel
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, dot, scale, sub, sym_vec
 from torquer.spec import Inertia

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import as_vector, scale
 from torquer.spec import Spec, Vector

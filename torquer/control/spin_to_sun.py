@@ -10,10 +10,10 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.spin_axis import unit_vector
 from torquer.control.sun_cross import dipole_for
-from torquer.engine import kernel
 from torquer.geometry.vec3 import as_symmetric, dot, norm, scale, sub, sym_vec
 from torquer.spec import Inertia, Spec
 

@@ -10,9 +10,9 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.spin_axis import AboutAxis, switched, unit_vector
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, scale
 
 

@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.law import Law
 from torquer.control.spin_axis import unit_vector
-from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import cross, dot, scale
 from torquer.spec import Spec
 

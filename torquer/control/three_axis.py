@@ -8,9 +8,9 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add, cross, scale
 
 

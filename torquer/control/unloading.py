@@ -8,8 +8,8 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
-from torquer.engine import kernel
 from torquer.geometry.vec3 import cross, dot, norm, scale, sub
 from torquer.spec import Spec, Vector
 

@@ -12,7 +12,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from torquer import plugin
+from torquer.compile import plugin
 from torquer.control.law import Law, as_law
 from torquer.spec import Spec
 

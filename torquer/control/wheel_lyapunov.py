@@ -10,6 +10,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.law import Law
 from torquer.control.pointing import (
     HeldByWheels,
@@ -21,7 +22,6 @@ from torquer.control.pointing import (
     short_way,
 )
 from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
-from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, as_symmetric, cross, sub, sym_vec
 

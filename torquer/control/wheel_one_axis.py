@@ -12,11 +12,11 @@ from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.law import Law
 from torquer.control.pointing import limited, most_half_turn
 from torquer.control.spin_axis import unit_vector
 from torquer.control.wheel_lyapunov import known_gravity_torque
-from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import (
     add,

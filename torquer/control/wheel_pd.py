@@ -9,6 +9,7 @@ from typing import Literal, NamedTuple
 
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
 from torquer.control.pointing import (
     HeldByWheels,
@@ -18,7 +19,6 @@ from torquer.control.pointing import (
     reference_motion,
     short_way,
 )
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add, as_symmetric, cross, norm, scale, sym_vec
 
 

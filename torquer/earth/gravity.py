@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.compile.engine import inlined, kernel
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.earth import harmonics
 from torquer.earth.harmonics import Harmonics
-from torquer.engine import inlined, kernel
 from torquer.geometry.vec3 import cross, dot, scale, sym_vec
 
 FOLDER = Path(__file__).parent / "coefficients"

@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 
 class Harmonics(NamedTuple):

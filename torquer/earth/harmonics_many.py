@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 LANES = 64
 X, Y, Z, Q2, RE, IM, GX, GY, GZ, H0, H1, XC, XS, YC, YS, ZC, ZS = range(0, 17 * LANES, LANES)

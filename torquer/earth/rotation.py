@@ -18,7 +18,7 @@ from datetime import datetime
 import erfa
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.time import julian_dates
 
 #: Models of the Earth's rotation.

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import erfa
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.earth.apparent_sun import apparent_sun_gcrf
 from torquer.earth.rotation import (
     GRID_DAYS,
@@ -23,7 +24,6 @@ from torquer.earth.rotation import (
     check_mode,
     gcrf_to_teme_on_grid,
 )
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.time import DAY_S, day_of_year, julian_dates, parse_utc
 

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import inlined, kernel
 from torquer.conventions import ASTRONOMICAL_UNIT_M
-from torquer.engine import inlined, kernel
 from torquer.environment.sun import Shadow, lit_fraction_at
 from torquer.environment.table import Table, lookup3
 from torquer.geometry.vec3 import dot, put_vector, scale, sub, vector_of

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import rotate_inverse
 
 

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.conventions import (
     EARTH_FLATTENING,
     EARTH_RADIUS_M,
@@ -15,7 +16,6 @@ from torquer.conventions import (
 from torquer.earth import rotation
 from torquer.earth.apparent_sun import apparent_sun_gcrf
 from torquer.earth.rotation import check_mode
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add_scaled, as_vector, cross, dot, norm, sub
 from torquer.time import julian_dates
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 
 DEGREE = 5
 #: Safety factor: the error may be greater between the check points than at them.

@@ -8,7 +8,7 @@ q_estimated exp(a); it is zero between steps, so that `states` (n - 3) holds the
 import math
 from typing import NamedTuple
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import conjugate, to_dcm
 from torquer.geometry.vec3 import add_scaled, scale

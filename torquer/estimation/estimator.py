@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numba
 
-from torquer.adapter import Kind
-from torquer.block import Block
-from torquer.engine import inlined, internal
+from torquer.compile.adapter import Kind
+from torquer.compile.block import Block
+from torquer.compile.engine import inlined, internal
 from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel, plugged
+from torquer.compile.engine import inlined, kernel, plugged
 from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
 from torquer.estimation.kalman_dynamics import Surroundings, full, linearised

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from torquer.engine import inlined, plugged
+from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import (
     ATTITUDE,
     States,

@@ -11,8 +11,8 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from torquer.compile.engine import inlined, kernel
 from torquer.earth.gravity import gravity_gradient_at, gravity_gradient_torque
-from torquer.engine import inlined, kernel
 from torquer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,

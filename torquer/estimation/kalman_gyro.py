@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.estimation.covariance import (
     ATTITUDE,
     IDENTITY,

@@ -11,7 +11,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.estimation.estimator import Estimator
 from torquer.geometry.vec3 import cross, dot, norm, put_vector, scale, vector_of
 from torquer.interface import Estimate

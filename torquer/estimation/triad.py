@@ -9,7 +9,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.estimation.covariance import IDENTITY, mat_add, mat_scale, outer
 from torquer.estimation.estimator import Estimator
 from torquer.geometry.frames import mat_mul, transpose

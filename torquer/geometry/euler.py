@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from torquer import validate
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry import quaternion
 from torquer.geometry.frames import mat_mul, rot_x, rot_y, rot_z
 

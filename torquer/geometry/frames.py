@@ -9,8 +9,8 @@ import math
 
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
-from torquer.engine import kernel
 from torquer.geometry.vec3 import cross, mat_t_vec, unit
 
 _POLAR_RADIUS_M = EARTH_RADIUS_M * (1.0 - EARTH_FLATTENING)

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, cross, norm, scale, sub
 
 

@@ -2,7 +2,7 @@
 
 import math
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 
 
 @inlined

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numba.extending import overload
 
-from torquer import engine
-from torquer.code_cache import keep_off_disk
-from torquer.engine import kernel
+from torquer.compile import engine
+from torquer.compile.code_cache import keep_off_disk
+from torquer.compile.engine import kernel
 from torquer.integrate import dop853_tableau as tableau
 
 #: Return values of `dop853`.

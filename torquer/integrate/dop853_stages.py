@@ -5,7 +5,7 @@ The stages are evaluated by the caller, as those of RK4 are: derivative `k0` at 
 over tuples a stage costs half of one that loops over arrays. `dop853_tableau` has the numbers.
 """
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.motion import Motion
 from torquer.integrate import dop853_tableau as tableau
 from torquer.integrate.rk4 import moved

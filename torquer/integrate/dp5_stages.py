@@ -4,7 +4,7 @@ The stages are evaluated by the caller, as those of `dop853_stages`: `k0` at x, 
 `stage_1(x, h, k0)` and time `C[1]` of the step, ..., `k6` at `sum_5` and the end of the step.
 """
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.motion import Motion
 from torquer.integrate.rk4 import moved
 

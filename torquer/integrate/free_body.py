@@ -10,7 +10,7 @@ spins and the neighbourhood of the separatrix need no special treatment but one.
 
 import math
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.geometry.vec3 import cross, dot, norm, scale
 

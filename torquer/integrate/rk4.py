@@ -10,7 +10,7 @@ nothing damps it. An attitude that turns at the rate w lags by 2 (w h/2)^5/120 a
 
 import math
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled

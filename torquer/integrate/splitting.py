@@ -5,7 +5,7 @@ whatever the spin rate does between the kicks: a fast spinner needs no small ste
 the torque itself is resolved.
 """
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import conjugate, multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, cross, scale, solve, sym_vec

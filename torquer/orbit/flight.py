@@ -13,12 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M
 from torquer.earth import gravity
 from torquer.earth.atmosphere.air import Air, air_velocity, density, height_m
 from torquer.earth.harmonics import Harmonics
 from torquer.earth.rotation_table import RotationTable, day_of_year_at, rotation_at, rotation_table
-from torquer.engine import kernel
 from torquer.geometry.vec3 import add, mat_t_vec, mat_vec, norm, scale
 from torquer.integrate.dop853 import DONE, dop853, rates_of, workspace
 from torquer.time import DAY_S

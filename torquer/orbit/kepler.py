@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import kernel
 from torquer.conventions import EARTH_RADIUS_M, MU_EARTH_M3_S2
-from torquer.engine import kernel
 from torquer.geometry import euler
 from torquer.geometry.vec3 import mat_vec
 from torquer.spec import Spec

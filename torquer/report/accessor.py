@@ -20,7 +20,7 @@ from torquer.analysis import derived
 from torquer.analysis.summary import summary_of
 from torquer.report.flight.summary_rows import rows_of
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import laws_of, scenario_of
+from torquer.simulation.results.dataset import laws_of, scenario_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -10,7 +10,9 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from torquer.adapter import ARRAY
+from torquer.compile.adapter import ARRAY
+from torquer.compile.engine import INLINED_OPTIONS, caller, internal
+from torquer.compile.lanes import LANES
 from torquer.control.computer import (
     Board,
     Computer,
@@ -20,9 +22,7 @@ from torquer.control.computer import (
     put_simple_estimate,
 )
 from torquer.control.modes.table import ModeState
-from torquer.engine import INLINED_OPTIONS, caller, internal
 from torquer.interface import KNOWN, put_ephemeris
-from torquer.lanes import LANES
 from torquer.simulation.members import One, each, member_in
 from torquer.simulation.sensors import ephemeris_at
 

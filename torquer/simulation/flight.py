@@ -19,11 +19,11 @@ from torquer.interface import Inputs
 from torquer.scenario.spec import Scenario
 from torquer.simulation.host import HostFailed, inputs_from
 from torquer.simulation.members import COARSE_STEP, RUNNING, WAITING
-from torquer.simulation.result import COMPLETE, FAILED, STOPPED
+from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED
+from torquer.simulation.results.store import InMemory
 from torquer.simulation.run import Piece, prepare, reason, record_this_instant
 from torquer.simulation.simulate import RunStopped
 from torquer.simulation.state import CELLS, arrays_of
-from torquer.simulation.store import InMemory
 from torquer.spec import checked
 
 if TYPE_CHECKING:

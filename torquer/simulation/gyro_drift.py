@@ -1,7 +1,7 @@
 """The drift that a simulated gyro has had: the record of a run does not keep it."""
 
 from torquer import noise
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.spacecraft.gyro import DRIFT_STREAM, walked_bias
 
 

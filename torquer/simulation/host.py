@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer import plugin
-from torquer.adapter import flat
-from torquer.block import Block
+from torquer.compile import plugin
+from torquer.compile.adapter import flat
 from torquer.compile.arguments import Callback
+from torquer.compile.block import Block
 from torquer.control.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
 from torquer.control.law import Law
 from torquer.control.modes.table import LAW
 from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.simulation.signals import heeded
 from torquer.simulation.state import arrays_of
-from torquer.simulation.stopping import heeded
 
 if TYPE_CHECKING:
     from torquer.simulation.run import Run

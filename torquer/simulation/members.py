@@ -11,8 +11,8 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import whole
-from torquer.engine import INLINED_OPTIONS, internal
-from torquer.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
+from torquer.compile.engine import INLINED_OPTIONS, internal
+from torquer.compile.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
 from torquer.noise import normal3
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not

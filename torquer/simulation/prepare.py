@@ -5,7 +5,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torquer.block import Block
+from torquer.compile.block import Block
+from torquer.compile.engine import records
 from torquer.control import LAWS
 from torquer.control.allocation import (
     NO_ALLOCATION,
@@ -30,14 +31,13 @@ from torquer.control.modes.table import (
     first_state as first_mode_state,
 )
 from torquer.control.user import spec_of
-from torquer.engine import records
 from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
 from torquer.scenario.control import whole_steps
 from torquer.scenario.spec import Scenario, check_fits, sampling_steps
 from torquer.simulation.propagate.adaptive import Auto
-from torquer.simulation.propagate.fixed import Rk4, Splitting
+from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.state import (
     CELLS,
     ROW,

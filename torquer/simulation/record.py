@@ -6,7 +6,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
-from torquer.engine import INLINED_OPTIONS, inner
+from torquer.compile.engine import INLINED_OPTIONS, inner
 from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.members import One, member_in
 from torquer.simulation.state import Plan, Record, State, motion_of

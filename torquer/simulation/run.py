@@ -32,7 +32,7 @@ from torquer.simulation.prepare import (
     with_given,
 )
 from torquer.simulation.propagate.adaptive import LEAST_STEP_S, MOST_STEPS, Auto
-from torquer.simulation.propagate.fixed import Rk4, Splitting
+from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import Instant, record_instant

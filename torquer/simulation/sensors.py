@@ -3,7 +3,7 @@
 What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
 """
 
-from torquer.engine import inner, internal
+from torquer.compile.engine import inner, internal
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import lit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from

@@ -11,9 +11,16 @@ from typing import TYPE_CHECKING
 
 from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
-from torquer.simulation.file import lazily
-from torquer.simulation.pieces import CHECKPOINT_S, Checkpoints, advance_in_pieces
-from torquer.simulation.restore import (
+from torquer.simulation.checkpoints import CHECKPOINT_S, Checkpoints, advance_in_pieces
+from torquer.simulation.results.dataset import (
+    COMPLETE,
+    FAILED,
+    INTERRUPTED,
+    STOPPED,
+    of_the_whole,
+)
+from torquer.simulation.results.file import lazily
+from torquer.simulation.results.restore import (
     OtherBits,
     check_version,
     of_one_run,
@@ -21,17 +28,10 @@ from torquer.simulation.restore import (
     restore,
     scenario_in,
 )
-from torquer.simulation.result import (
-    COMPLETE,
-    FAILED,
-    INTERRUPTED,
-    STOPPED,
-    of_the_whole,
-)
+from torquer.simulation.results.store import InFile, InMemory, check_free, drop_parts, gather
 from torquer.simulation.run import Run, prepare, record_this_instant
+from torquer.simulation.signals import heeding
 from torquer.simulation.size import check_disk, check_memory, size_of
-from torquer.simulation.stopping import heeding
-from torquer.simulation.store import InFile, InMemory, check_free, drop_parts, gather
 from torquer.spec import checked
 
 if TYPE_CHECKING:

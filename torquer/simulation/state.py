@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import inlined
 from torquer.control.allocation import Allocation, AllocationState
 from torquer.control.computer import Board, Computer
-from torquer.engine import inlined
 from torquer.environment.sun import Shadow
 from torquer.environment.table import Table
 from torquer.geometry.motion import Motion

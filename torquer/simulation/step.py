@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Entry, entry_caller, record_at
+from torquer.compile.engine import internal
 from torquer.control.allocation import allocate_torque, switch_off_motors
-from torquer.engine import internal
 from torquer.environment.table import lookup6
 from torquer.simulation.computers import Boards, compute, estimate_for_outside, has_command
 from torquer.simulation.members import (

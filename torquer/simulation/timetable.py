@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 #: Sensors, in the order of their readings.
 SENSORS = ("magnetometer", "search_coil", "gyro", "sun_sensors", "attitude_sensor", "tachometers")

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field
 
 from torquer import validate
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.vec3 import add, cross, dot, norm, scale
 from torquer.spacecraft.parts import AnyPart
 from torquer.spec import Spec

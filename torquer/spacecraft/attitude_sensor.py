@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import as_vector, norm, scale
 from torquer.noise import cos_sin

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import inlined
 from torquer.earth.gravity import gravity_gradient_torque
-from torquer.engine import inlined
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import derivative, from_dcm, rotate_inverse
 from torquer.geometry.vec3 import (

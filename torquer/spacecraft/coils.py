@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined, internal, kernel, records
+from torquer.compile.engine import inlined, internal, kernel, records
 from torquer.geometry.vec3 import as_vector
 from torquer.spec import Spec, Vector
 

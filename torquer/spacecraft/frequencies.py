@@ -1,6 +1,6 @@
 """The frequencies of a body's own motion: what an integrator with fixed steps has to resolve."""
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import dot, sym_vec
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics

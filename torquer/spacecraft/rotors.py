@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, dot, scale, sub, sym_vec
 
 #: Constants of a rotor: axis; inertia [kg m^2]; greatest speed [rad/s]; friction c [N m] and

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, to_dcm
 from torquer.geometry.vec3 import as_matrix
 

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, rotate
 from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
 from torquer.spacecraft.sampling import Sampled

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, internal, kernel
+from torquer.compile.engine import inlined, internal, kernel
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
 from torquer.spacecraft.rotors import axis_of, time_to_stand
 

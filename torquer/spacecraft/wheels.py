@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from torquer import noise
-from torquer.engine import kernel, records
+from torquer.compile.engine import kernel, records
 from torquer.geometry.vec3 import add_scaled, as_symmetric
 from torquer.spacecraft.rotors import ROTOR, ROTOR_STATE, Rotors, axis_of, relative_momentum
 from torquer.spec import Spec

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.law import Law
-from torquer.engine import inlined, kernel
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import add, cross, norm, scale, sub
 from torquer.integrate.dop853 import rates_of

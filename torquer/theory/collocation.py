@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel, released
+from torquer.compile.engine import inlined, kernel, released
 
 STAGES = 6
 

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer import engine, validate
+from torquer import validate
+from torquer.compile import engine
 from torquer.theory.collocation import converge_many, workspace
 from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within

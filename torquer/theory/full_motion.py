@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from torquer import validate
+from torquer.compile.engine import kernel
 from torquer.control.law import Law
-from torquer.engine import kernel
 from torquer.geometry.quaternion import derivative, multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import cross, scale, sub
 from torquer.integrate.dop853 import rates_of

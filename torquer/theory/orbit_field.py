@@ -8,7 +8,7 @@ dipole's direction in Y, is another.
 import math
 from typing import NamedTuple
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.environment.field.averaged import b_z
 from torquer.environment.field.direct_dipole import b_s
 from torquer.environment.field.tilted_dipole import b_dipole

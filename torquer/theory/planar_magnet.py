@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import Field
 from scipy.optimize import brentq
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.field.averaged import mean_of_extremes
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.orbit.circular import Circular

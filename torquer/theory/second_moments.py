@@ -6,7 +6,7 @@ Given as (xx, yy, zz, xy, xz, yz) in the frame in which each model is simplest.
 
 import math
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.field.averaged import cone_angle
 from torquer.geometry.vec3 import dot, sym_vec
 from torquer.theory.orbit_field import (

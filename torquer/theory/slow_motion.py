@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
+from torquer.compile.engine import kernel, released
 from torquer.control.law import Law
-from torquer.engine import kernel, released
 from torquer.integrate.dop853 import DONE, dop853, rates, rates_of, workspace
 from torquer.theory.averaging import (
     AveragedMotion,

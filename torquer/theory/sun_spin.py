@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.theory.evolution.model import Case, Slow
 from torquer.theory.evolution.sdot import sdot_rates, sun_weight
 from torquer.theory.periodic_systems import periodic_system

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, mat_vec, norm, scale, solve
 from torquer.wheel_array.envelope import THIN
 from torquer.wheel_array.planes import SAME, authority, face_rows, spanned

@@ -7,7 +7,7 @@ axes has its normal, unless an existing normal is perpendicular to both to round
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale
 
 #: Axes that leave a line or a plane by less than this [rad] have no authority outside it.

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale, sub
 from torquer.wheel_array.allocation import (
     WheelSet,

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.control.modes.check import findings
 from torquer.scenario.load import presets, scenario_from_text
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer import engine, simulate
+from torquer import simulate
+from torquer.compile import engine
 from torquer.control.modes.check import findings
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")

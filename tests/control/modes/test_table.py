@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning, two_states
 
-from torquer import engine
+from torquer.compile import engine
 from torquer.control.modes.table import ModeState, switch_modes
 
 SLOW = {"signal": "rate_deg_s", "below": 1.0}

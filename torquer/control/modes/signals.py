@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numba
 
+from torquer.compile.engine import inlined
 from torquer.control.pointing import deviation, reference_motion, short_way
-from torquer.engine import inlined
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, norm, sym_vec
 from torquer.interface import ReadingTimes

@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import inlined, internal, without_reference_counts
 from torquer.control.modes.signals import signal_value
-from torquer.engine import inlined, internal, without_reference_counts
 
 
 def _record(integers: str, numbers: str = "") -> np.dtype:

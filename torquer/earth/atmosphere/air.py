@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.conventions import EARTH_FLATTENING, EARTH_RADIUS_M, EARTH_RATE_RAD_S
-from torquer.engine import kernel
 from torquer.geometry.vec3 import cross, dot, norm, scale, sub
 
 NONE, EXPONENTIAL, GOST = 0, 1, 2

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from torquer import validate
+from torquer.compile.engine import kernel
 from torquer.earth.atmosphere.air import density, height_m
 from torquer.earth.rotation_table import day_of_year_at, rotation_at, rotation_table
-from torquer.engine import kernel
 from torquer.geometry.vec3 import mat_vec
 from torquer.spec import Spec
 

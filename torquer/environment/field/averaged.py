@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from pydantic import Field, field_validator
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.field.model import row_vector, rows
 from torquer.environment.field.tilted_dipole import M3_IN_KM3
 from torquer.geometry.vec3 import add, cross, dot, norm, scale, unit

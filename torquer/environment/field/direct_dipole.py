@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.environment.field.model import rows
 from torquer.environment.field.tilted_dipole import M3_IN_KM3, b_dipole_many
 from torquer.geometry.vec3 import scale

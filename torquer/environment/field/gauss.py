@@ -5,8 +5,8 @@ from typing import Literal
 import numpy as np
 from pydantic import model_validator
 
+from torquer.compile.engine import kernel
 from torquer.earth.harmonics_many import gradient_many
-from torquer.engine import kernel
 from torquer.environment.field import coefficients, harmonics
 from torquer.environment.field.harmonics import Harmonics
 from torquer.environment.field.model import row_matrix, row_vector, rows

@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 
 
 class FieldModel(Protocol):

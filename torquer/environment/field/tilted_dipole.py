@@ -6,8 +6,8 @@ from typing import Literal
 import numpy as np
 from pydantic import Field, model_validator
 
+from torquer.compile.engine import kernel
 from torquer.conventions import FIELD_RADIUS_M
-from torquer.engine import kernel
 from torquer.environment.field.coefficients import schmidt_coefficients, schmidt_rates
 from torquer.environment.field.model import row_matrix, row_vector, rows
 from torquer.geometry.vec3 import add_scaled, dot, mat_t_vec, scale

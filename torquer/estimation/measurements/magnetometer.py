@@ -1,6 +1,6 @@
 """Magnetometer: the field [T] in body axes; its bias may be among the states."""
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.estimation.covariance import slices_of, state_of
 from torquer.estimation.measurements.measurement import (
     NO_MEASUREMENT,

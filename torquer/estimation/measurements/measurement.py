@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.estimation.covariance import IDENTITY, skew
 from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.geometry.vec3 import add, cross, dot, scale, sub, unit

@@ -1,6 +1,6 @@
 """Sun sensors: the direction to the Sun in body axes, while one of them sees it."""
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,

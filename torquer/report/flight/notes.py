@@ -7,7 +7,7 @@ from torquer.control.user import GivenLaw
 from torquer.notes.notes import notes_of
 from torquer.report.flight.view import View
 from torquer.scenario.resolution import notes_on_steps
-from torquer.simulation.result import COMPLETE
+from torquer.simulation.results.dataset import COMPLETE
 
 
 def notes(view: View) -> list[str]:

@@ -16,7 +16,7 @@ from torquer.analysis.wheels import FlownWheels, wheels_of
 from torquer.environment.field import at_geodetic
 from torquer.geometry.attitudes import dcm_body_to_reference, interpolated
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import laws_of, scenario_of
+from torquer.simulation.results.dataset import laws_of, scenario_of
 from torquer.time import decimal_year
 
 #: Rotation between records [deg] up to which the attitude can be interpolated.

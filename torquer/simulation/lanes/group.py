@@ -6,19 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Arguments
+from torquer.compile.lanes import LANES
 from torquer.control.computer import Computer
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.lanes import LANES
 from torquer.simulation.computers import Boards, boards_of, same_computers
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, packed
 from torquer.simulation.members import END, RUNNING, STREAMS, Many
-from torquer.simulation.propagate.fixed import Rk4
+from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.run import Piece, Run, piece_of
+from torquer.simulation.signals import heeded
 from torquer.simulation.state import CELLS, HERE_CELLS
 from torquer.simulation.step import Loop, run_steps
-from torquer.simulation.stopping import heeded
 
 _MOTION = 7
 

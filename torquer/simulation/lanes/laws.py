@@ -8,12 +8,12 @@ from collections.abc import Callable
 from types import FunctionType
 from typing import NamedTuple, cast
 
-from torquer import engine, plugin
-from torquer.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.compile import engine, plugin
+from torquer.compile.adapter import Kind, Shape, inner_of, names_of, placed, record_maker
+from torquer.compile.lanes import LANES, Fields, Rows, lane_maker, record_fields
 from torquer.control.computer import is_informed
 from torquer.control.law import Law
 from torquer.interface import KNOWN, inputs_of
-from torquer.lanes import LANES, Fields, Rows, lane_maker, record_fields
 from torquer.simulation.computers import LANES_LAW
 from torquer.simulation.state import CELLS
 

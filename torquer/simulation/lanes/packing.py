@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.lanes import LEFT_OUT, SHARED, Fields, Layout, Parts, Rows, rows_of
+from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, Layout, Parts, Rows, rows_of
 from torquer.simulation.state import Dynamics, Plant, State
 from torquer.spacecraft.failures import FAILURE
 

@@ -13,12 +13,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, inner, internal
+from torquer.compile.engine import inlined, inner, internal
 from torquer.environment.light import next_edge
 from torquer.geometry.motion import Motion
 from torquer.geometry.vec3 import dot
+from torquer.simulation.propagate.dormand_prince import (
+    Smooth,
+    attempt,
+    attempt_5,
+    from_later,
+    with_turning,
+)
 from torquer.simulation.propagate.forces import environment_at, with_light_between
-from torquer.simulation.propagate.smooth import Smooth, attempt, attempt_5, from_later, with_turning
 from torquer.spacecraft.turning import (
     begin_turning,
     end_turning,

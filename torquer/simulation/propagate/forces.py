@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.engine import inlined, internal
+from torquer.compile.engine import inlined, internal
 from torquer.environment.light import Light, between_edges, light_at
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6

@@ -11,7 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
-from torquer.engine import INLINED_OPTIONS, inner, internal
+from torquer.compile.engine import INLINED_OPTIONS, inner, internal
 from torquer.environment.table import lookup6
 from torquer.geometry.vec3 import dot
 from torquer.simulation.members import (
@@ -24,8 +24,7 @@ from torquer.simulation.members import (
     must_stop,
 )
 from torquer.simulation.propagate.adaptive import Auto, by_auto
-from torquer.simulation.propagate.draws import draw_torques_step, next_draw
-from torquer.simulation.propagate.fixed import (
+from torquer.simulation.propagate.fixed_steps import (
     Rk4,
     Splitting,
     add_up_step,
@@ -41,6 +40,7 @@ from torquer.simulation.propagate.forces import (
     environment_with,
     forces_now,
 )
+from torquer.simulation.propagate.random_torques import draw_torques_step, next_draw
 from torquer.simulation.state import here_in, motion_of, put_here, put_motion
 from torquer.spacecraft.coils import advance_coils
 

@@ -2,7 +2,7 @@
 
 from numba.extending import overload
 
-from torquer.engine import INLINED_OPTIONS, internal
+from torquer.compile.engine import INLINED_OPTIONS, internal
 from torquer.environment.local import in_body
 from torquer.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES

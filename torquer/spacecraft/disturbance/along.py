@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import kernel
 from torquer.earth.gravity import gravity_gradient_torque
-from torquer.engine import kernel
 from torquer.environment.local import LocalEnvironment, in_body
 from torquer.geometry.vec3 import cross, put_vector, vector_of
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque

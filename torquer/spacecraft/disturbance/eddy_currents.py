@@ -6,7 +6,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from torquer import validate
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import as_symmetric, cross, sym_vec
 from torquer.spec import Spec, Vector
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from torquer import noise
-from torquer.engine import internal
+from torquer.compile.engine import internal
 from torquer.geometry.vec3 import add_scaled, put_vector
 
 STREAM = 6

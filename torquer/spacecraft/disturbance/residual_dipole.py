@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.engine import inlined
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add_scaled, as_vector, cross
 from torquer.spec import Spec, Vector
 

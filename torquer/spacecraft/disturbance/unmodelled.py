@@ -6,7 +6,7 @@ from typing import NamedTuple
 from pydantic import Field
 
 from torquer import noise
-from torquer.engine import inlined, internal
+from torquer.compile.engine import inlined, internal
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.spacecraft.disturbance.held import FOR_EVER
 from torquer.spec import Spec

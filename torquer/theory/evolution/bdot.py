@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import dot, sym_vec
 from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import RHO, THETA, Limit, within

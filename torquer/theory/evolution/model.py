@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import types
 
-from torquer import plugin, validate
+from torquer import validate
+from torquer.compile import plugin
 from torquer.geometry.vec3 import as_vector
 from torquer.theory.spinner import Spinner
 from torquer.theory.validity import Limit, within

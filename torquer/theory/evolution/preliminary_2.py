@@ -2,7 +2,7 @@
 
 import math
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.theory.evolution.model import Evolution, Slow
 from torquer.theory.evolution.nutation_damping import spin_integral
 from torquer.theory.evolution.spin_up import small_parameter

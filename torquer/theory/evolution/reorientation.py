@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.theory.evolution.model import Evolution, Slow
 from torquer.theory.validity import RHO, Limit, within
 

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.geometry.vec3 import dot, sym_vec
 from torquer.theory.evolution.model import Evolution, Slow, of_the_rate
 from torquer.theory.validity import Limit, within

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.compile.engine import inlined, kernel
 from torquer.control.pointing import reference_acceleration, reference_motion
-from torquer.engine import inlined, kernel
 from torquer.environment.field.model import row_vector
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import DEGREE

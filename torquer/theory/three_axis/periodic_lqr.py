@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import schur
 
-from torquer.engine import inlined, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.theory.collocation import solve_in_place
 from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import STAGES, room, stage_points

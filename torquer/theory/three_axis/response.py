@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import solve_discrete_lyapunov
 
 from torquer import validate
-from torquer.engine import kernel
+from torquer.compile.engine import kernel
 from torquer.theory.floquet import multipliers
 from torquer.theory.three_axis.sampled import SOURCES, SampledHold
 from torquer.theory.validity import LEAN, Limit, passed, within

@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
+from torquer.compile.engine import inlined, kernel, released
 from torquer.control.law import Law
-from torquer.engine import inlined, kernel, released
 from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import (
     STAGES,

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from torquer.simulation.stopping import heeded
+from torquer.simulation.signals import heeded
 
 if TYPE_CHECKING:
     import xarray as xr

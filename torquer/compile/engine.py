@@ -18,7 +18,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic, overload
 
-from torquer.code_cache import PACKAGE, kept
+from torquer.compile.code_cache import PACKAGE, kept
 
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT

@@ -17,8 +17,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from torquer import plugin
-from torquer.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
+from torquer.compile import plugin
+from torquer.compile.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
 from torquer.interface import Inputs
 
 

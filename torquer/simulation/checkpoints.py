@@ -7,7 +7,7 @@ from collections.abc import Callable
 from torquer.simulation.host import HostFailed
 from torquer.simulation.members import COARSE_STEP, RUNNING
 from torquer.simulation.run import Run, next_event, reason, record_this_instant
-from torquer.simulation.stopping import heeded
+from torquer.simulation.signals import heeded
 
 #: Computing time of a piece [s]: it doubles up to this, and is halved where it takes longer.
 _PIECE_S = 0.05

@@ -20,8 +20,8 @@ import numba
 from numba.core.errors import NumbaError
 from numba.core.typeinfer import register_dispatcher
 
-from torquer import engine
-from torquer.code_cache import cache_of, kept, mark_of
+from torquer.compile import engine
+from torquer.compile.code_cache import cache_of, kept, mark_of
 from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 
 #: Names of what plug-ins are handed.

@@ -8,7 +8,7 @@ import xarray as xr
 from torquer.control.law import Law
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import COMPLETE, scenario_of
+from torquer.simulation.results.dataset import COMPLETE, scenario_of
 from torquer.simulation.simulate import simulate
 
 #: How much finer the tolerance is in the second run, and how much shorter the steps.

@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from torquer.engine import inner, internal, kernel
+from torquer.compile.engine import inner, internal, kernel
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.engine import processor
+from torquer.compile.engine import processor
 from torquer.scenario.spec import Scenario
-from torquer.simulation.result import (
+from torquer.simulation.results.dataset import (
     arrays_stored,
     digest_of,
     law_attributes,
@@ -20,8 +20,8 @@ from torquer.simulation.result import (
     scenario_of,
     versions,
 )
+from torquer.simulation.results.variables import ESTIMATED, RECORDED, TORQUE, write
 from torquer.simulation.run import Run
-from torquer.simulation.variables import ESTIMATED, RECORDED, TORQUE, write
 from torquer.version import VERSION
 
 if TYPE_CHECKING:

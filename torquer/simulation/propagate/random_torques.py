@@ -4,7 +4,7 @@ The interval up to the next jump is propagated by itself, so that every integrat
 that is smooth. What is drawn depends on seed and step alone.
 """
 
-from torquer.engine import internal
+from torquer.compile.engine import internal
 from torquer.spacecraft.disturbance.held import draw_held, end_of_hold
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_jump
 

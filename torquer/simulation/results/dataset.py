@@ -10,15 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.engine import processor
+from torquer.compile.engine import processor
+from torquer.compile.plugin import source_mark, source_text
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
-from torquer.plugin import source_mark, source_text
 from torquer.scenario.spec import Scenario
 from torquer.simulation.prepare import log_of
-from torquer.simulation.run import Run
-from torquer.simulation.state import Record, State, arrays_of
-from torquer.simulation.variables import (
+from torquer.simulation.results.variables import (
     ADAPTIVE,
     COILS,
     ESTIMATED,
@@ -28,6 +26,8 @@ from torquer.simulation.variables import (
     described,
     read,
 )
+from torquer.simulation.run import Run
+from torquer.simulation.state import Record, State, arrays_of
 from torquer.time import utc_at
 from torquer.version import VERSION
 from torquer.wheel_array.layout import total_momentum

@@ -26,7 +26,7 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
-PACKAGE = Path(__file__).parent
+PACKAGE = Path(__file__).parent.parent
 #: Rooms without kernels: editing them must not throw compiled code away.
 ROOMS_WITHOUT_KERNELS = (
     "notes",

@@ -8,8 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.simulation.file import attributes_of, join, lazily, save
-from torquer.simulation.result import INTERRUPTED, STOPPED, of_the_whole, part_of, with_state
+from torquer.simulation.results.dataset import (
+    INTERRUPTED,
+    STOPPED,
+    of_the_whole,
+    part_of,
+    with_state,
+)
+from torquer.simulation.results.file import attributes_of, join, lazily, save
 from torquer.simulation.run import Run
 
 if TYPE_CHECKING:

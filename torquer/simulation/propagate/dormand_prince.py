@@ -7,7 +7,7 @@ one of order 5 its difference from order 4.
 import math
 from typing import NamedTuple
 
-from torquer.engine import inlined, internal
+from torquer.compile.engine import inlined, internal
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add, add_scaled, dot

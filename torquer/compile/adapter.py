@@ -17,7 +17,7 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from torquer import engine, plugin
+from torquer.compile import engine, plugin
 from torquer.interface import KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
 
 ARRAY = types.float64[::1]

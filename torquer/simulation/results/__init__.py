@@ -1,0 +1,1 @@
+"""The result of a run: its variables, its data set, its files."""
