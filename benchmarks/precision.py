@@ -102,11 +102,11 @@ def tell(name: str, found: dict) -> None:
     """Print a task's curves and costs."""
     print(f"{name}: {found['title']}; reference to {found['floor_rad']:.1g} rad")
     for integrator, curve in found["setting, us per s, rad"].items():
-        told = ", ".join(f"{s:g}: {cost:.3g} us {error:.1e}" for s, cost, error in curve)
-        print(f"  {integrator}: {told}")
+        text = ", ".join(f"{s:g}: {cost:.3g} us {error:.1e}" for s, cost, error in curve)
+        print(f"  {integrator}: {text}")
     for target, by_name in found["us per s at"].items():
-        told = ", ".join(f"{n} {c:.3g}" for n, c in by_name.items() if c is not None)
-        print(f"  us per s at {target}: {told}", flush=True)
+        text = ", ".join(f"{n} {c:.3g}" for n, c in by_name.items() if c is not None)
+        print(f"  us per s at {target}: {text}", flush=True)
 
 
 def main(names: list[str]) -> None:

@@ -65,10 +65,10 @@ def main():
     figure, axes = plt.subplots(2, 4, figsize=(14, 6), layout="constrained", sharex=True)
     for (name, (guard, key, value)), (above, below) in zip(FAULTS.items(), axes.T, strict=True):
         faulty = sound.replace(key, value)
-        for told, scenario in (("without", unguarded(faulty, guard)), ("with", faulty)):
+        for text, scenario in (("without", unguarded(faulty, guard)), ("with", faulty)):
             flown = torquer.simulate(scenario)
-            print(row(f"{name}, {told} guard", flown))
-            hours, look = flown.time / 3600.0, {"label": f"{told} guard", "linewidth": 0.8}
+            print(row(f"{name}, {text} guard", flown))
+            hours, look = flown.time / 3600.0, {"label": f"{text} guard", "linewidth": 0.8}
             above.plot(hours, rates_deg_s(flown), **look)
             below.plot(hours, to_sun_deg(flown), **look)
         above.set(title=name, ylabel="rate [deg/s]", yscale="log", ylim=(0.1, 100.0))

@@ -112,7 +112,7 @@ class Course:
     rate_deg_s: np.ndarray
     estimated_rate_deg_s: np.ndarray
     gyro_deg_s: np.ndarray
-    lit: np.ndarray
+    sunlit_fraction: np.ndarray
     sigma_deg: np.ndarray
 
     @property
@@ -158,6 +158,6 @@ def flown(scenario) -> Course:
         np.degrees(result["omega_orbital"].values),
         np.where(known[:, None], np.degrees(believed_rate), np.nan),
         np.degrees(result["omega_measured"].values),
-        result["lit"].values,
+        result["sunlit_fraction"].values,
         np.degrees(result["attitude_sigma"].values),
     )

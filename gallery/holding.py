@@ -35,8 +35,10 @@ def hold(inclination_deg: float, inertia=INERTIA, gravity_gradient: bool = False
     ).law()  # fmt: skip
     orbit = Circular(altitude_km=ALTITUDE_KM, inclination_deg=inclination_deg)
     environment = Environment(field=Averaged(), gravity_gradient=gravity_gradient)
-    around = OrbitEnvironment(environment, orbit, datetime.fromisoformat(START).astimezone(UTC))
-    return AttitudeHold(law, Body(inertia_kg_m2=inertia), around)
+    orbit_environment = OrbitEnvironment(
+        environment, orbit, datetime.fromisoformat(START).astimezone(UTC)
+    )
+    return AttitudeHold(law, Body(inertia_kg_m2=inertia), orbit_environment)
 
 
 def factors(held: AttitudeHold) -> np.ndarray:

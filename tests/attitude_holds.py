@@ -45,8 +45,10 @@ def hold(
     orbit = Circular(
         altitude_km=altitude_km, inclination_deg=inclination_deg, argument_of_latitude_deg=u0_deg
     )
-    around = OrbitEnvironment(environment, orbit, START)
-    return AttitudeHold(spec.law(), Body(inertia_kg_m2=inertia), around, revolutions=revolutions)
+    orbit_environment = OrbitEnvironment(environment, orbit, START)
+    return AttitudeHold(
+        spec.law(), Body(inertia_kg_m2=inertia), orbit_environment, revolutions=revolutions
+    )
 
 
 def damping(held: AttitudeHold) -> np.ndarray:

@@ -15,10 +15,17 @@ ESTIMATE = UNKNOWN_ESTIMATE._replace(
 
 
 def reading(
-    t_s=0.0, sun=ZERO, lit=np.nan, b=ZERO, wheels=ZERO, read_at=None, place=None, **estimate
+    t_s=0.0,
+    sun=ZERO,
+    sunlit_fraction=np.nan,
+    b=ZERO,
+    wheels=ZERO,
+    read_at=None,
+    place=None,
+    **estimate,
 ):
     """Inputs at a time; what is left of the keys belongs to the estimate. `place`: (r, v)."""
-    ephemeris = Ephemeris(lit=float(lit))
+    ephemeris = Ephemeris(sunlit_fraction=float(sunlit_fraction))
     if place is not None:
         r, v = map(_floats, place)
         ephemeris = ephemeris._replace(r_inertial_m=r, v_inertial_m_s=v)

@@ -61,10 +61,16 @@ MODES = {
         },
         "actuators": {
             "states": {
-                "on": {"transitions": [{"to": "off", "when": {"signal": "lit", "below": 0.5}}]},
+                "on": {
+                    "transitions": [
+                        {"to": "off", "when": {"signal": "sunlit_fraction", "below": 0.5}}
+                    ]
+                },
                 "off": {
                     "coils": "off",
-                    "transitions": [{"to": "on", "when": {"signal": "lit", "above": 0.5}}],
+                    "transitions": [
+                        {"to": "on", "when": {"signal": "sunlit_fraction", "above": 0.5}}
+                    ],
                 },
             }
         },

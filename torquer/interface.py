@@ -58,7 +58,7 @@ class Ephemeris(NamedTuple):
     b_inertial_t: tuple = _UNKNOWN
     b_rate_inertial_t_s: tuple = _UNKNOWN
     sun_inertial: tuple = _UNKNOWN
-    lit: float = math.nan
+    sunlit_fraction: float = math.nan
 
 
 class Inputs(NamedTuple):
@@ -117,7 +117,7 @@ KNOWN = np.dtype(
             *_xyz("estimate_omega", "estimate_bias"),
             *("sigma_rad", "sigma_rad_s"),
             *_xyz("position", "velocity", "model_b", "model_b_rate", "to_sun"),
-            "lit",
+            "sunlit_fraction",
         )
     ]
 )
@@ -166,7 +166,7 @@ def put_ephemeris(k, e):
     k.model_b_x, k.model_b_y, k.model_b_z = e.b_inertial_t
     k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z = e.b_rate_inertial_t_s
     k.to_sun_x, k.to_sun_y, k.to_sun_z = e.sun_inertial
-    k.lit = e.lit
+    k.sunlit_fraction = e.sunlit_fraction
 
 
 @internal
@@ -189,6 +189,6 @@ def inputs_of(k):
             (k.model_b_x, k.model_b_y, k.model_b_z),
             (k.model_b_rate_x, k.model_b_rate_y, k.model_b_rate_z),
             (k.to_sun_x, k.to_sun_y, k.to_sun_z),
-            k.lit,
+            k.sunlit_fraction,
         ),
     )

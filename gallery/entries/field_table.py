@@ -31,8 +31,8 @@ def errors_deg(t_s) -> dict[str, np.ndarray]:
     """Angle [n] deg of each simple model's vector to that of IGRF."""
     fields = {}
     for model in MODELS:
-        around = scenario(CASE, model).surroundings()
-        fields[model] = around.field(t_s, *around.state(t_s))
+        environment = scenario(CASE, model).orbit_environment()
+        fields[model] = environment.field(t_s, *environment.state(t_s))
     best = fields.pop("IGRF-14")
     return {model: angle_between_deg(b, best) for model, b in fields.items()}
 

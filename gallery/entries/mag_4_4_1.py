@@ -85,8 +85,8 @@ def compute() -> Answer:
         chosen(within("the same: root mean square of the error", "little better than 10 deg",
                       math.degrees(error.rms_rad), 7.0, 10.0, "deg")),
     )  # fmt: skip
-    told = zip(STRENGTHS, parts, strict=True)
-    left = ", ".join(f"{part:.4g} at K = {strength:g}" for strength, part in told)
+    text = zip(STRENGTHS, parts, strict=True)
+    left = ", ".join(f"{part:.4g} at K = {strength:g}" for strength, part in text)
     note = (
         f"On the parabola at 30 deg the exact degree over the averaged one is {left}. At K = 0.05 "
         f"the region of instability begins at K_a = {onsets[0]:.3f} at 30 deg, {onsets[1]:.3f} at "

@@ -58,7 +58,7 @@ def compute() -> Answer:
 
 def note(found, mean, scatter, formula) -> str:
     """Every mean with its standard error, as of start arguments drawn at random."""
-    told = []
+    text = []
     for name in RATES:
         parts = (
             f"k = {gain:g}: {m:.4f} ± {s / COUNT**0.5:.4f} ({low:.3f} to {high:.3f})"
@@ -67,11 +67,11 @@ def note(found, mean, scatter, formula) -> str:
                 found[name].max(axis=1), strict=True,
             )
         )  # fmt: skip
-        told.append(f"{name}: " + ", ".join(parts))
+        text.append(f"{name}: " + ", ".join(parts))
     return (
         f"(2.18) gives {formula:.4f} of the initial momentum. Means over {COUNT} even start "
         "arguments with the standard error that as many drawn at random would have, and the "
-        f"range: {'; '.join(told)}. At the text's rate the rotation, of 7 to 2 orbital rates, "
+        f"range: {'; '.join(text)}. At the text's rate the rotation, of 7 to 2 orbital rates, "
         "passes resonances with the field's products (up to 4 u), and the scatter falls more "
         "slowly than the gain; at ten times that rate it does not. The momentum turns to the Sun "
         "from the half-space v.L > 0, v = (p S1, p S2, q S3), and away from it else."

@@ -67,12 +67,12 @@ def compute() -> Answer:
 
 def note(flown: dict) -> str:
     """Distributions in words."""
-    told = []
+    text = []
     for name, each in flown.items():
         x3 = [last_day(each, "x3", percent) for percent in (10, 50, 90)]
         own = [last_day(each, "principal", percent) for percent in (50, 90)]
         toward = float(np.mean(each["series.x3"].values[:, -1] < 90.0))
-        told.append(
+        text.append(
             f"{name}: captured {100 * captured(each, 24.0):.0f} % after 24 h and "
             f"{100 * captured(each, 72.0):.0f} % after 72 h, {100 * toward:.0f} % towards the Sun; "
             f"x3 {x3[0]:.1f}, {x3[1]:.1f} and {x3[2]:.1f} deg off (10, 50, 90 %), axis of greatest "
@@ -81,7 +81,7 @@ def note(flown: dict) -> str:
     return (
         f"{sdot_ladder.STARTS} starts each; captured: a mean angle of x3 to the Sun's line below "
         f"{CAPTURED_DEG:g} deg in 6 h; angles are those of the last day of captured starts. "
-        + "; ".join(told) + "."
+        + "; ".join(text) + "."
     )  # fmt: skip
 
 

@@ -83,7 +83,7 @@ def settled(course: Course, state: int) -> np.ndarray:
     """
     there = (course.determination == state) & (course.stabilisation == SCIENCE)
     if state == MAG_WRATE:
-        return there & (course.lit < 0.5)
+        return there & (course.sunlit_fraction < 0.5)
     entered = np.concatenate([[True], np.diff(course.determination) != 0])
     since = course.t_s - np.maximum.accumulate(np.where(entered, course.t_s, 0.0))
     return there & (since >= SETTLED_S)
@@ -96,7 +96,7 @@ def errors(courses: list[Course], state: int) -> np.ndarray:
 
 def convergence_s(course: Course) -> np.ndarray:
     """Times from shadow to an error below 1 deg, where the Sun was seen within a minute."""
-    dark = course.lit < 0.5
+    dark = course.sunlit_fraction < 0.5
     ends = np.flatnonzero(dark[:-1] & ~dark[1:]) + 1
     good = course.estimate_error_deg < 1.0
     seen = [k for k in ends if MAG_DSS in course.determination[k : k + 6]

@@ -74,7 +74,7 @@ def test_the_gravity_gradient_of_an_elliptic_orbit_is_the_pull_on_every_grain(ma
     )
     budget = budget_of_held_attitude(scenario)
     to_body = Rotation.from_euler("ZYX", [20.0, -35.0, 70.0], degrees=True).inv()
-    r = to_body.apply(scenario.surroundings().state(budget.t_s)[0])
+    r = to_body.apply(scenario.orbit_environment().state(budget.t_s)[0])
     from_earth = r[:, None] + places
     pull = -MU_EARTH_M3_S2 * from_earth / np.linalg.norm(from_earth, axis=2, keepdims=True) ** 3
     pull += MU_EARTH_M3_S2 * (r / np.linalg.norm(r, axis=1, keepdims=True) ** 3)[:, None]

@@ -12,7 +12,7 @@ from torquer.time import parse_utc
 T = np.linspace(0.0, 4000.0, 5)
 
 
-def around(kind):
+def orbit_environment(kind):
     environment = Environment(field=FIELDS[kind](), earth_rotation="sidereal")
     orbit = Circular(altitude_km=700.0, inclination_deg=60.0, argument_of_latitude_deg=20.0)
     return OrbitEnvironment(environment, orbit, parse_utc("2020-03-01T00:00:00Z", "start"))
@@ -20,7 +20,7 @@ def around(kind):
 
 def test_a_dipoles_lines_have_one_parameter_and_stay_in_their_meridian():
     """r = L cos^2(latitude), at one longitude; Source of the closed form: any textbook."""
-    place = around("direct_dipole")
+    place = orbit_environment("direct_dipole")
     r, v = place.state(T)
     for n, line in enumerate(field_lines(place, T, r, v)):
         x, y, z = line[np.isfinite(line[:, 0])].T
@@ -35,7 +35,7 @@ def test_a_dipoles_lines_have_one_parameter_and_stay_in_their_meridian():
 
 @pytest.mark.parametrize("kind", ["igrf14", "tilted_dipole"])
 def test_lines_are_tangent_to_the_field_and_lead_north(kind):
-    place = around(kind)
+    place = orbit_environment(kind)
     r, v = place.state(T[:1])
     (line,) = field_lines(place, T[:1], r, v)
     points = line[np.isfinite(line[:, 0])]
@@ -48,5 +48,5 @@ def test_lines_are_tangent_to_the_field_and_lead_north(kind):
 
 
 def test_a_field_along_the_orbit_only_has_no_lines():
-    place = around("averaged")
+    place = orbit_environment("averaged")
     assert field_lines(place, T, *place.state(T)) is None

@@ -90,9 +90,9 @@ def test_field_alone_has_gaps_that_the_sun_closes_while_it_is_seen():
     alone = observability(
         scenario({**without(GYRO, "sun_noise_deg"), "sensors": ["magnetometer"]}), 120.0
     )
-    lit = both.to_s < 1400.0
+    sunlit_fraction = both.to_s < 1400.0
     dark = both.from_s > 1800.0
-    assert np.all(both.singular[lit, -1] > 30.0 * alone.singular[lit, -1])
+    assert np.all(both.singular[sunlit_fraction, -1] > 30.0 * alone.singular[sunlit_fraction, -1])
     assert both.singular[dark] == pytest.approx(alone.singular[dark], rel=1e-6)
     assert alone.weakest_state(0) == "gyro bias" and both.states == ("attitude", "gyro bias")
 

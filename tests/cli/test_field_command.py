@@ -243,9 +243,9 @@ def test_orbit_of_a_scenario_has_its_start_and_its_field_first(field, scenario, 
     assert answer["start"] == "2012-03-04T10:31:47+00:00"
     assert [each["model"] for each in answer["fields"]] == ["averaged", "direct_dipole"]
     whole = load_scenario(scenario)
-    around = whole.surroundings()
+    environment = whole.orbit_environment()
     t_s = np.array(answer["time_s"])
-    b = around.field(t_s, *around.state(t_s))
+    b = environment.field(t_s, *environment.state(t_s))
     assert answer["fields"][0]["b_inertial_nt"] == pytest.approx(1e9 * b, abs=1e-3)
     later = strict_json(field("orbit", *given, "--start", "2025-01-01")[1])
     assert later["start"] == "2025-01-01T00:00:00+00:00"

@@ -31,9 +31,11 @@ def by_the_surface(albedo, r, to_sun, rings=3000):
     far = np.linalg.norm(way, axis=-1)
     way /= far[..., None]
     seen = np.maximum(np.sum(normal * way, axis=-1), 0.0)
-    lit = np.maximum(normal @ to_sun, 0.0)
+    sunlit_fraction = np.maximum(normal @ to_sun, 0.0)
     area = EARTH_RADIUS_M**2 * np.sin(a) * width[:, None] * 2.0 * np.pi / 360
-    return -np.sum((albedo / np.pi * seen * lit / far**2 * area)[..., None] * way, axis=(0, 1))
+    return -np.sum(
+        (albedo / np.pi * seen * sunlit_fraction / far**2 * area)[..., None] * way, axis=(0, 1)
+    )
 
 
 @pytest.mark.parametrize("height_km", [300.0, 800.0, 36000.0])

@@ -27,10 +27,10 @@ def met(model, start, **keys):
     return OrbitEnvironment(Environment(field=model, **keys), ORBIT, start)
 
 
-def ecef_along(around, t):
+def ecef_along(environment, t):
     """Positions [n, 3] m and fields [n, 3] nT in Earth-fixed axes."""
-    r, v = around.state(t)
-    dcm, b = around.dcm_to_ecef(t), around.field(t, r, v)
+    r, v = environment.state(t)
+    dcm, b = environment.dcm_to_ecef(t), environment.field(t, r, v)
     return np.einsum("nij,nj->ni", dcm, r), 1e9 * np.einsum("nij,nj->ni", dcm, b)
 
 
@@ -65,8 +65,8 @@ def test_a_run_across_an_epoch_agrees_with_ppigrf_at_every_date():
     # half a year on either side of 2020-01-01, where the rates change
     start = parse_utc("2019-07-01T06:00:00Z")
     t = np.linspace(0.0, 368.0 * DAY, 41)
-    around = met(Igrf14(), start)
-    r, b = ecef_along(around, t)
+    environment = met(Igrf14(), start)
+    r, b = ecef_along(environment, t)
     years = decimal_years(start, t)
     assert years[0] < 2019.5 < 2020.5 < years[-1]
     theirs = by_ppigrf(r, [same_moment(year) for year in years])
@@ -83,8 +83,8 @@ def test_a_run_across_an_epoch_agrees_with_ppigrf_at_every_date():
 
 
 def test_wmm_along_a_run_agrees_with_pygeomag_at_every_date():
-    around, t = met(Wmm2025(), MARCH), np.linspace(0.0, 30.0 * DAY, 25)
-    r, b = ecef_along(around, t)
+    environment, t = met(Wmm2025(), MARCH), np.linspace(0.0, 30.0 * DAY, 25)
+    r, b = ecef_along(environment, t)
     lat, lon, height = geodetic_from_ecef(r)
     model = pygeomag.GeoMag(coefficients_file="wmm/WMM_2025.COF")
     places = np.stack([np.degrees(lat), np.degrees(lon), 1e-3 * height], axis=1)
@@ -101,9 +101,9 @@ def test_wmm_along_a_run_agrees_with_pygeomag_at_every_date():
 def test_each_point_has_the_field_of_its_own_date(model):
     t = np.linspace(0.0, 300.0 * DAY, 13)
     start = parse_utc("2019-07-01T06:00:00Z") if model.kind != "wmm2025" else MARCH
-    around = met(model, start)
-    r, v = around.state(t)
-    dcm, b = around.dcm_to_ecef(t), around.field(t, r, v)
+    environment = met(model, start)
+    r, v = environment.state(t)
+    dcm, b = environment.dcm_to_ecef(t), environment.field(t, r, v)
     for k, year in enumerate(decimal_years(start, t)):
         point = (x[k : k + 1] for x in (r, v, dcm))
         alone = model.b_inertial(model.prepare(year), *point)
@@ -111,12 +111,12 @@ def test_each_point_has_the_field_of_its_own_date(model):
 
 
 def test_how_much_the_date_matters():
-    around = met(Igrf14(), MARCH)
+    environment = met(Igrf14(), MARCH)
     for days, low, high in ((10 * ORBIT.period_s / DAY, 0.1, 0.25), (30.0, 10.0, 15.0)):
         t = np.arange(max(0.0, days - 1.0) * DAY, days * DAY, 60.0)
-        r, v = around.state(t)
+        r, v = environment.state(t)
         held = met(Igrf14(held_at_year=decimal_year(MARCH)), MARCH).field(t, r, v)
-        gone = 1e9 * np.linalg.norm(around.field(t, r, v) - held, axis=1)
+        gone = 1e9 * np.linalg.norm(environment.field(t, r, v) - held, axis=1)
         assert low < gone.max() < high, days
 
 
@@ -124,11 +124,11 @@ def test_models_without_a_date_stay_as_they_are():
     given = TiltedDipole(mu_e_t_km3=7.8e6, tilt_deg=168.3, longitude_deg=20.0)
     t = np.array([0.0, 300.0 * DAY])
     for model in (DirectDipole(), given, Igrf14(held_at_year=2012.5)):
-        around = met(model, MARCH)
-        r, v = around.state(t)
+        environment = met(model, MARCH)
+        r, v = environment.state(t)
         packed = model.prepare(2026.0)
-        expected = model.b_inertial(packed, r, v, around.dcm_to_ecef(t))
-        assert np.array_equal(around.field(t, r, v), expected)
+        expected = model.b_inertial(packed, r, v, environment.dcm_to_ecef(t))
+        assert np.array_equal(environment.field(t, r, v), expected)
         assert bends_s(model, MARCH, 0.0, 3000.0 * DAY).size == 0
         check_span(model, MARCH, 1e6 * DAY)
     held = Igrf14(held_at_year=2012.5).prepare(2026.0)
@@ -138,8 +138,8 @@ def test_models_without_a_date_stay_as_they_are():
 def test_no_instants_have_no_field():
     none = np.empty((0, 3))
     for model in (Igrf14(), DirectDipole()):
-        around = met(model, MARCH, earth_rotation="sidereal")
-        assert around.field(np.empty(0), none, none).shape == (0, 3)
+        environment = met(model, MARCH, earth_rotation="sidereal")
+        assert environment.field(np.empty(0), none, none).shape == (0, 3)
 
 
 def test_a_leap_second_is_no_step_in_the_field():
@@ -163,9 +163,9 @@ def test_bends_are_first_of_januaries_epochs_first():
 
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-11])
 def test_the_tables_promise_holds_across_an_epoch(tolerance):
-    around = met(Igrf14(), EVE, table_tolerance=tolerance)
+    environment = met(Igrf14(), EVE, table_tolerance=tolerance)
     span, bend = 6.0 * 3600.0, 3.0 * 3600.0
-    proven = around.orbit_table(span, 1.0)
+    proven = environment.orbit_table(span, 1.0)
     plain = met(Igrf14(), MARCH, table_tolerance=tolerance).orbit_table(span, 1.0)
     assert proven.table.segment_s == plain.table.segment_s  # the bend costs no halving
     place = (bend - proven.table.start_s) * proven.table.per_second
@@ -175,7 +175,7 @@ def test_the_tables_promise_holds_across_an_epoch(tolerance):
     )
     rng = np.random.default_rng(2)
     t = np.concatenate([rng.uniform(0.0, span, 3000), bend + rng.uniform(-60.0, 60.0, 3000)])
-    assert read_error(proven.table, around.sample, t) <= proven.relative_error + 2e-13
+    assert read_error(proven.table, environment.sample, t) <= proven.relative_error + 2e-13
     assert proven.relative_error <= tolerance
 
 
@@ -224,36 +224,36 @@ def test_a_bend_at_a_knot_does_no_harm_and_any_other_is_seen():
 
 def test_a_run_must_end_within_the_models_years():
     late = parse_utc("2029-12-31T23:00:00Z")
-    around = met(Igrf14(), late)
-    around.orbit_table(3600.0, 1.0)  # ends as the model does, though its last segment does not
+    environment = met(Igrf14(), late)
+    environment.orbit_table(3600.0, 1.0)  # ends as the model does, though its last segment does not
     line = (
         r"^environment.field: field model igrf14: date must lie within 1900.0..2030.0; received "
         r"2030.000002 at t = 3660 s$"
     )
     with pytest.raises(ValueError, match=line):
-        around.orbit_table(3660.0, 1.0)
+        environment.orbit_table(3660.0, 1.0)
     with pytest.raises(ValueError, match=line):
-        around.field(np.array([3660.0]), *around.state(np.array([3660.0])))
+        environment.field(np.array([3660.0]), *environment.state(np.array([3660.0])))
     with pytest.raises(ValueError, match=line):
         fields_along((DirectDipole(), Igrf14()), ORBIT, late, [0.0, 3600.0, 3660.0])
     with pytest.raises(ValueError, match=r"wmm2025.* received 2024.999886$"):
         met(Wmm2025(), parse_utc("2024-12-31T23:00:00Z")).orbit_table(DAY, 1.0)
     with pytest.raises(ValueError, match=r"received inf at t = 1e\+15 s$"):
-        around.check_dates(1e15)
+        environment.check_dates(1e15)
 
 
 def test_extrapolation_is_told_and_goes_on_in_a_straight_line():
     late = parse_utc("2029-12-31T00:00:00Z")
-    around = met(Igrf14(extrapolate=True), late)
+    environment = met(Igrf14(extrapolate=True), late)
     with pytest.warns(UserWarning, match=r"received 2030.246575 at t = 7.8624e\+06 s: extrap"):
-        around.check_dates(0.0, 91.0 * DAY)
+        environment.check_dates(0.0, 91.0 * DAY)
     t = np.array([0.0, 91.0 * DAY])
-    r, v = around.state(t)
+    r, v = environment.state(t)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        b = around.field(t, r, v)
+        b = environment.field(t, r, v)
         at_end = Igrf14(extrapolate=True).prepare(decimal_years(late, t)[1])
-    expected = Igrf14().b_inertial(at_end, r[1:], v[1:], around.dcm_to_ecef(t)[1:])
+    expected = Igrf14().b_inertial(at_end, r[1:], v[1:], environment.dcm_to_ecef(t)[1:])
     assert b[1] == pytest.approx(expected[0], rel=1e-13)
 
 

@@ -24,11 +24,11 @@ def met(**keys):
 
 
 def test_fixed_sun_stays_in_its_direction_for_a_year():
-    around = met(sun_direction=(2.0, -1.0, 2.0))
+    environment = met(sun_direction=(2.0, -1.0, 2.0))
     t = np.linspace(0.0, 365.25 * 86400.0, 50)
     expected = ASTRONOMICAL_UNIT_M * np.array([2.0, -1.0, 2.0]) / 3.0
-    assert np.allclose(around.sun(t), expected, rtol=1e-15, atol=0.0)
-    table = around.sun_table(30 * 86400.0)
+    assert np.allclose(environment.sun(t), expected, rtol=1e-15, atol=0.0)
+    table = environment.sun_table(30 * 86400.0)
     read = np.array([lookup3(table, s) for s in np.linspace(0.0, 30 * 86400.0, 200)])
     assert np.allclose(read, expected, rtol=1e-13, atol=0.0)
 
@@ -48,10 +48,10 @@ def test_no_eclipse_is_light_everywhere_even_inside_the_earth():
 
 @pytest.mark.parametrize("eclipse", ["conical", "oblate", "cylindrical"])
 def test_shadow_of_a_fixed_sun_lies_opposite_to_it(eclipse):
-    around = met(sun_direction=(0.0, 1.0, 0.0), eclipse=eclipse, earth_rotation="sidereal")
+    environment = met(sun_direction=(0.0, 1.0, 0.0), eclipse=eclipse, earth_rotation="sidereal")
     t = np.arange(0.0, EQUATORIAL.period_s, 1.0)
-    r, _ = around.state(t)
-    dark = around.lit(t, r) < 0.5
+    r, _ = environment.state(t)
+    dark = environment.sunlit_fraction(t, r) < 0.5
     half = np.arcsin(EARTH_RADIUS_M / EQUATORIAL.radius_m)
     assert dark.mean() == pytest.approx(half / np.pi, abs=2e-3)
     angle = np.unwrap(np.arctan2(r[dark, 1], r[dark, 0]))
@@ -82,7 +82,7 @@ def spinner(**environment):
 def test_spinner_sees_a_fixed_sun_at_a_fixed_angle_to_its_axis_all_the_time():
     fixed = spinner(sun_direction=(0.8, 0.0, 0.6), eclipse="none")
     seen = fixed["sun_measured"].values[:-1]
-    assert np.all(fixed["lit"].values == 1.0)
+    assert np.all(fixed["sunlit_fraction"].values == 1.0)
     assert np.allclose(np.linalg.norm(seen, axis=1), 1.0, atol=1e-12)
     assert np.abs(seen[:, 2] - 0.6).max() < PARALLAX
     true = spinner(eclipse="none")["sun_measured"].values[:-1]

@@ -20,20 +20,20 @@ from torquer.orbit import Circular
 from torquer.time import parse_utc
 
 
-def surroundings(eclipse="conical", **orbit):
+def orbit_environment(eclipse="conical", **orbit):
     keys = {"altitude_km": 500.0, "inclination_deg": 51.6} | orbit
     start = parse_utc("2025-03-20T00:00:00Z", "start")
     environment = Environment(field={"kind": "averaged"}, eclipse=eclipse)
     return OrbitEnvironment(environment, Circular(**keys), start)
 
 
-def tables_of(around, duration_s):
-    return around.orbit_table(duration_s, 1.0).table, around.sun_table(duration_s)
+def tables_of(environment, duration_s):
+    return environment.orbit_table(duration_s, 1.0).table, environment.sun_table(duration_s)
 
 
-def edges(around, duration_s):
-    orbit, sun = tables_of(around, duration_s)
-    return edges_of(around.shadow, orbit, sun, 0.0, duration_s, around.orbit.period_s)
+def edges(environment, duration_s):
+    orbit, sun = tables_of(environment, duration_s)
+    return edges_of(environment.shadow, orbit, sun, 0.0, duration_s, environment.orbit.period_s)
 
 
 def test_pressure_at_one_astronomical_unit_and_twice_as_far():
@@ -49,34 +49,34 @@ def test_pressure_at_one_astronomical_unit_and_twice_as_far():
 @pytest.mark.parametrize(("eclipse", "each"), [("conical", 4), ("oblate", 4), ("cylindrical", 2)])
 def test_edges_are_where_light_begins_to_change(eclipse, each):
     """Four a revolution, of umbra and penumbra; the light is of one kind between them."""
-    around = surroundings(eclipse)
-    found = edges(around, 3.0 * around.orbit.period_s)
+    environment = orbit_environment(eclipse)
+    found = edges(environment, 3.0 * environment.orbit.period_s)
     assert len(found) == 3 * each
     lasted = np.diff(found)
     assert (lasted > 5.0).all() and (each == 2 or (lasted < 30.0).sum() == 6)
     kinds = []
     for edge, other in pairwise(found):
         t = np.linspace(edge, other, 202)[1:-1]
-        lit = around.lit(t, around.state(t)[0])
-        kinds.append({-1 if x == 0.0 else (1 if x == 1.0 else 0) for x in lit})
+        sunlit_fraction = environment.sunlit_fraction(t, environment.state(t)[0])
+        kinds.append({-1 if x == 0.0 else (1 if x == 1.0 else 0) for x in sunlit_fraction})
     assert all(len(kind) == 1 for kind in kinds)
     assert all(kind != other for kind, other in pairwise(kinds))
 
 
 def test_without_a_shadow_there_are_no_edges():
-    around = surroundings("none")
-    assert len(edges(around, around.orbit.period_s)) == 0
-    polar = surroundings(inclination_deg=97.4, raan_deg=90.0)  # dawn to dusk
+    environment = orbit_environment("none")
+    assert len(edges(environment, environment.orbit.period_s)) == 0
+    polar = orbit_environment(inclination_deg=97.4, raan_deg=90.0)  # dawn to dusk
     assert len(edges(polar, polar.orbit.period_s)) == 0
 
 
 def test_edges_of_a_later_piece_are_those_of_the_whole():
-    around = surroundings()
-    whole = edges(around, 2.0 * around.orbit.period_s)
-    start, duration = around.orbit.period_s, around.orbit.period_s
-    orbit = around.orbit_table(duration, 1.0, start).table
-    sun = around.sun_table(duration, start)
-    later = edges_of(around.shadow, orbit, sun, start, duration, around.orbit.period_s)
+    environment = orbit_environment()
+    whole = edges(environment, 2.0 * environment.orbit.period_s)
+    start, duration = environment.orbit.period_s, environment.orbit.period_s
+    orbit = environment.orbit_table(duration, 1.0, start).table
+    sun = environment.sun_table(duration, start)
+    later = edges_of(environment.shadow, orbit, sun, start, duration, environment.orbit.period_s)
     assert later == pytest.approx(whole[whole > start], abs=1e-4)
 
 
@@ -89,14 +89,14 @@ def test_the_next_edge_is_the_first_after_a_time():
 
 @pytest.mark.parametrize("eclipse", ["conical", "cylindrical"])
 def test_between_edges_the_light_is_kept_up_to_them(eclipse):
-    around = surroundings(eclipse)
-    orbit, sun = tables_of(around, around.orbit.period_s)
-    found = edges(around, around.orbit.period_s)
-    light = Light(sun, around.shadow, found)
+    environment = orbit_environment(eclipse)
+    orbit, sun = tables_of(environment, environment.orbit.period_s)
+    found = edges(environment, environment.orbit.period_s)
+    light = Light(sun, environment.shadow, found)
     for early, late in pairwise(found):
         held = between_edges(light, orbit, 0.5 * (early + late))
         t = np.array([early, 0.5 * (early + late), late])
-        r, s = around.state(t)[0], around.sun(t)
+        r, s = environment.state(t)[0], environment.sun(t)
         pushes = np.linalg.norm(light_along(held.shadow, r, s), axis=1)
         if pushes[1] == 0.0 or pushes[1] > 4.3e-6:  # umbra, full sunlight
             assert pushes == pytest.approx([pushes[1]] * 3, rel=1e-3)

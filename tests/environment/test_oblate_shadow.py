@@ -45,9 +45,9 @@ def rays_to_sun(r, s, part=1.0, turn=RIM):
 #: When a contact happens: the share of rays (the first is that to the Sun's centre) that must be
 #: stopped, and the lit fraction that says so.
 CONTACTS = {
-    "penumbra": (lambda hit: hit.any(), lambda lit: lit < 1.0),
-    "half": (lambda hit: hit[0], lambda lit: lit < 0.5),
-    "umbra": (lambda hit: hit.all(), lambda lit: lit < 1e-12),
+    "penumbra": (lambda hit: hit.any(), lambda sunlit_fraction: sunlit_fraction < 1.0),
+    "half": (lambda hit: hit[0], lambda sunlit_fraction: sunlit_fraction < 0.5),
+    "umbra": (lambda hit: hit.all(), lambda sunlit_fraction: sunlit_fraction < 1e-12),
 }
 
 
@@ -67,8 +67,8 @@ def changes(state, times):
 def contact_errors(orbit, start, contact):
     """Errors [s] of the contacts of a revolution by the sphere and by the ellipsoid."""
     by_rays, by_fraction = CONTACTS[contact]
-    around = met(orbit, start, "oblate")
-    s, pole = around.sun(np.zeros(1))[0], around.dcm_to_ecef(np.zeros(1))[0, 2]
+    environment = met(orbit, start, "oblate")
+    s, pole = environment.sun(np.zeros(1))[0], environment.dcm_to_ecef(np.zeros(1))[0, 2]
     times = np.arange(0.0, orbit.period_s, 20.0)
 
     def at(t):
@@ -76,7 +76,7 @@ def contact_errors(orbit, start, contact):
 
     true = changes(lambda t: by_rays(stopped(at(t), rays_to_sun(at(t), s), pole)), times)
     errors = []
-    for shadow in (sun.shadow_of(), around.shadow):
+    for shadow in (sun.shadow_of(), environment.shadow):
         found = changes(lambda t, m=shadow: by_fraction(sun.lit_fraction(at(t), s, m)[0]), times)
         assert len(found) == len(true)
         errors.append(np.abs(found - true))
@@ -107,14 +107,14 @@ def test_contacts_are_those_of_rays_through_the_ellipsoid(contact):
 
 def test_partly_lit_discs_are_as_bright_as_rays_say():
     orbit, start = next(orbits())
-    around = met(orbit, start, "oblate")
-    s, pole = around.sun(np.zeros(1))[0], around.dcm_to_ecef(np.zeros(1))[0, 2]
-    edge = first_half_lit(around, s)
+    environment = met(orbit, start, "oblate")
+    s, pole = environment.sun(np.zeros(1))[0], environment.dcm_to_ecef(np.zeros(1))[0, 2]
+    edge = first_half_lit(environment, s)
     n = 20_000
     part, turn = np.sqrt((np.arange(n) + 0.5) / n), np.pi * (3.0 - np.sqrt(5.0)) * np.arange(n)
     t = edge + np.linspace(-6.0, 6.0, 25)
     r = orbit.state(t)[0]
-    ours = sun.lit_fraction(r, s, around.shadow)
+    ours = sun.lit_fraction(r, s, environment.shadow)
     counted = [1.0 - stopped(x, rays_to_sun(x, s, part, turn)[1:], pole).mean() for x in r]
     # flat discs are off by 0.1 % (see test_sun), the round Sun by as much again
     assert np.abs(ours - counted).max() < 4e-3
@@ -123,11 +123,12 @@ def test_partly_lit_discs_are_as_bright_as_rays_say():
     assert np.abs(sphere - counted).max() > 0.2
 
 
-def first_half_lit(around, s):
+def first_half_lit(environment, s):
     """Time [s] of the first half-lit instant, by the model itself."""
-    times = np.arange(0.0, around.orbit.period_s, 20.0)
+    times = np.arange(0.0, environment.orbit.period_s, 20.0)
     return changes(
-        lambda t: sun.lit_fraction(around.orbit.state([t])[0], s, around.shadow)[0] < 0.5, times
+        lambda t: sun.lit_fraction(environment.orbit.state([t])[0], s, environment.shadow)[0] < 0.5,
+        times,
     )[0]
 
 
@@ -158,11 +159,11 @@ def test_any_pole_will_do():
 
 
 def test_the_pole_of_a_run_is_that_of_its_start_and_hardly_strays():
-    around = met(
+    environment = met(
         Circular(altitude_km=500.0, inclination_deg=60.0), "2026-03-01T00:00:00Z", "oblate"
     )
-    pole = around.dcm_to_ecef(np.array([0.0, 365.25 * 86400.0]))[:, 2]
-    assert np.array_equal(around.shadow.pole, pole[0])
+    pole = environment.dcm_to_ecef(np.array([0.0, 365.25 * 86400.0]))[:, 2]
+    assert np.array_equal(environment.shadow.pole, pole[0])
     assert np.linalg.norm(pole[1] - pole[0]) < 1.5e-4
     assert pole[0, 2] < 1.0 - 1e-6  # GCRF's third axis is not the pole of 2026
 
@@ -195,13 +196,13 @@ def seen(eclipse):
 
 
 def test_sun_sensors_are_in_the_shadow_of_the_scenario():
-    lit = {}
+    sunlit_fraction = {}
     for eclipse in ("conical", "oblate", "cylindrical"):
         result = seen(eclipse)
-        lit[eclipse] = result["lit"].values[:-1]
+        sunlit_fraction[eclipse] = result["sunlit_fraction"].values[:-1]
         sees = np.linalg.norm(result["sun_measured"].values[:-1], axis=1) > 0.5
-        clear = np.abs(lit[eclipse] - 0.5) > 0.02
+        clear = np.abs(sunlit_fraction[eclipse] - 0.5) > 0.02
         assert 0.3 < sees.mean() < 0.8
-        assert np.array_equal(sees[clear], lit[eclipse][clear] > 0.5), eclipse
-    sphere, ellipsoid = (lit[e] > 0.5 for e in ("conical", "oblate"))
+        assert np.array_equal(sees[clear], sunlit_fraction[eclipse][clear] > 0.5), eclipse
+    sphere, ellipsoid = (sunlit_fraction[e] > 0.5 for e in ("conical", "oblate"))
     assert np.count_nonzero(sphere != ellipsoid) >= 2  # the test can tell

@@ -190,11 +190,11 @@ def test_all_is_lit_or_dark_where_the_discs_are_apart_or_covered(radius, au):
     apart = np.arctan2(
         np.linalg.norm(np.cross(to_sun, r), axis=1), -np.einsum("ni,ni->n", to_sun, r)
     )
-    lit = sun.lit_fraction(r, there)
-    assert np.all(lit[apart > sizes[0] + sizes[1] + 1e-9] == 1.0)
-    assert np.all(lit[apart < sizes[1] - sizes[0] - 1e-9] == 0.0)
+    sunlit_fraction = sun.lit_fraction(r, there)
+    assert np.all(sunlit_fraction[apart > sizes[0] + sizes[1] + 1e-9] == 1.0)
+    assert np.all(sunlit_fraction[apart < sizes[1] - sizes[0] - 1e-9] == 0.0)
     between = np.abs(apart - sizes[1]) < sizes[0] - 1e-9
-    assert np.all((lit[between] > 0.0) & (lit[between] < 1.0))
+    assert np.all((sunlit_fraction[between] > 0.0) & (sunlit_fraction[between] < 1.0))
 
 
 def test_cylindrical_shadow():

@@ -64,7 +64,7 @@ def rates_of(table, t):
     return out
 
 
-def surroundings(orbit, **environment):
+def orbit_environment(orbit, **environment):
     return Scenario.model_validate(
         {
             "start": "2026-03-01T12:00:00Z",
@@ -75,7 +75,7 @@ def surroundings(orbit, **environment):
             "control": {"law": {"kind": "off"}},
             "simulation": {"duration_s": 100, "step_s": 1.0},
         }
-    ).surroundings()
+    ).orbit_environment()
 
 
 def relative_errors(read, exact):
@@ -119,13 +119,13 @@ def smooth_rate(t):
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-11])
 @pytest.mark.parametrize("orbit", [CIRCULAR, LOW_POLAR, ECCENTRIC], ids=lambda o: o["kind"])
 def test_the_proven_error_holds_at_thousands_of_random_times(orbit, tolerance):
-    around = surroundings(orbit, table_tolerance=tolerance)
-    duration = 3.0 * around.orbit.period_s
-    proven = around.orbit_table(duration, 1.0)
+    environment = orbit_environment(orbit, table_tolerance=tolerance)
+    duration = 3.0 * environment.orbit.period_s
+    proven = environment.orbit_table(duration, 1.0)
     assert proven.relative_error <= tolerance
     t = np.random.default_rng(5).uniform(0.0, duration, 4000)
     # rounding of a segment's time enters with the rates: 2e-13 is far below any promise here
-    errors = relative_errors(values_of(proven.table, t), around.sample(t))
+    errors = relative_errors(values_of(proven.table, t), environment.sample(t))
     assert max(errors) <= proven.relative_error + 2e-13
 
 
@@ -183,13 +183,13 @@ def test_segments_are_halved_until_the_promise_holds():
 
 @pytest.mark.parametrize("step_s", [0.1, 1.0, 7.0])
 def test_the_exact_table_is_exact_at_the_instants_of_rk4(step_s):
-    around = surroundings(CIRCULAR, table_tolerance=0.0)
+    environment = orbit_environment(CIRCULAR, table_tolerance=0.0)
     steps = 400
-    proven = around.orbit_table(steps * step_s, step_s)
+    proven = environment.orbit_table(steps * step_s, step_s)
     assert proven.relative_error == 0.0
     i = np.arange(steps)
     t = np.concatenate([i * step_s, (i + 0.5) * step_s, (i + 1) * step_s])
-    assert max(relative_errors(values_of(proven.table, t), around.sample(t))) < 2e-15 * steps
+    assert max(relative_errors(values_of(proven.table, t), environment.sample(t))) < 2e-15 * steps
 
 
 def test_exact_instants_stay_exact_in_a_long_table():
@@ -238,11 +238,11 @@ def test_the_derivative_is_that_of_the_function():
 
 
 def test_the_derivative_of_the_real_field_is_its_finite_difference():
-    around = surroundings(LOW_POLAR)
-    table = around.orbit_table(6000.0, 1.0).table
+    environment = orbit_environment(LOW_POLAR)
+    table = environment.orbit_table(6000.0, 1.0).table
     t = np.random.default_rng(4).uniform(10.0, 5990.0, 1000)
     h = 1.0
-    b = [around.sample(t + k * h)[:, FIELD] for k in (-2, -1, 1, 2)]
+    b = [environment.sample(t + k * h)[:, FIELD] for k in (-2, -1, 1, 2)]
     expected = (8.0 * (b[2] - b[1]) - (b[3] - b[0])) / (12.0 * h)
     size = np.linalg.norm(expected, axis=1).max()
     assert np.linalg.norm(rates_of(table, t) - expected, axis=1).max() < 1e-6 * size

@@ -110,10 +110,10 @@ class Estimating:
     def attitude(self, t_s):
         return Rotation.from_rotvec(self.omega * t_s)
 
-    def __call__(self, t_s, read_s=None, lit=True, sun_s=None):
+    def __call__(self, t_s, read_s=None, sunlit_fraction=True, sun_s=None):
         read_s = t_s if read_s is None else read_s
         turn = self.attitude(read_s).inv()
-        sun = turn.apply(self.sun) if lit else ZERO
+        sun = turn.apply(self.sun) if sunlit_fraction else ZERO
         known = inputs(
             t_s, turn.apply(self.b), omega=self.omega, sun=sun, model_b=self.b,
             model_b_rate=ZERO, model_sun=self.sun,
@@ -145,7 +145,7 @@ def test_readings_of_different_times_make_no_attitude():
 def test_unknown_in_the_shadow_and_known_again_after():
     estimating = Estimating(rate="gyro")
     assert np.isfinite(estimating(0.0).omega_body_rad_s).all()
-    dark = estimating(1.0, lit=False)
+    dark = estimating(1.0, sunlit_fraction=False)
     assert dark.t_s == -math.inf and np.isnan(dark.q_body_to_inertial).all()
     assert np.isfinite(estimating(2.0).q_body_to_inertial).all()
 

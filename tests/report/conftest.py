@@ -145,11 +145,13 @@ SWITCHING = {
                     "states": {
                         "day": {
                             "transitions": [
-                                {"to": "night", "when": {"signal": "lit", "below": 0.4}}
+                                {"to": "night", "when": {"signal": "sunlit_fraction", "below": 0.4}}
                             ]
                         },
                         "night": {
-                            "transitions": [{"to": "day", "when": {"signal": "lit", "above": 0.6}}]
+                            "transitions": [
+                                {"to": "day", "when": {"signal": "sunlit_fraction", "above": 0.6}}
+                            ]
                         },
                     }
                 },

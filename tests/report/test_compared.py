@@ -143,7 +143,7 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
         one = torquer.run_of(joined, name)
         assert one.torquer.scenario == whole.torquer.scenario
         assert torquer.summary_of(one) == torquer.summary_of(whole)
-        for key in ("omega_body", "b_measured", "lit", "utc", "time"):
+        for key in ("omega_body", "b_measured", "sunlit_fraction", "utc", "time"):
             np.testing.assert_array_equal(one[key].values, whole[key].values)
     with pytest.raises(ValueError, match="name: must be one of detumble, weak; received 'x'"):
         torquer.run_of(joined, "x")

@@ -30,7 +30,7 @@ def test_no_line_crosses_the_map(seed):
 
 def test_joints_belong_to_both_sides():
     mask = np.array([True, True, False, False, True])
-    (lit,) = only_where(mask, np.arange(5.0))
+    (sunlit_fraction,) = only_where(mask, np.arange(5.0))
     (dark,) = only_where(~mask, np.arange(5.0))
-    np.testing.assert_array_equal(lit, [0, 1, 2, np.nan, 4])
+    np.testing.assert_array_equal(sunlit_fraction, [0, 1, 2, np.nan, 4])
     np.testing.assert_array_equal(dark, [np.nan, np.nan, 2, 3, 4])

@@ -38,10 +38,10 @@ def test_the_night_is_the_shadow(switched):
     """The region follows the ephemeris, which is that of the result."""
     (_, light) = regions_of(switched)
     assert (light.name, light.states) == ("light", ("day", "night"))
-    lit = switched["lit"].values
-    clear = (np.abs(lit - 0.5) > 0.1) & (switched["time"].values > 0.0)
-    assert np.array_equal(light.numbers[clear] == 1, lit[clear] < 0.5)
-    assert 0.2 < np.mean(lit < 0.5) < 0.5 and clear.mean() > 0.99
+    sunlit_fraction = switched["sunlit_fraction"].values
+    clear = (np.abs(sunlit_fraction - 0.5) > 0.1) & (switched["time"].values > 0.0)
+    assert np.array_equal(light.numbers[clear] == 1, sunlit_fraction[clear] < 0.5)
+    assert 0.2 < np.mean(sunlit_fraction < 0.5) < 0.5 and clear.mean() > 0.99
 
 
 def test_uses_are_those_of_the_record(switched):
@@ -52,7 +52,7 @@ def test_uses_are_those_of_the_record(switched):
     assert task["safe"].last_entered_s is None and task["safe"].share == 0.0
     assert task["detumble"].share * t[-1] == pytest.approx(task["hold"].last_entered_s, abs=5.0)
     assert sum(use.share for use in light.values()) == pytest.approx(1.0)
-    changes = np.flatnonzero(np.diff(switched["lit"].values < 0.5))
+    changes = np.flatnonzero(np.diff(switched["sunlit_fraction"].values < 0.5))
     assert light["day"].entries + light["night"].entries == 1 + len(changes)
 
 

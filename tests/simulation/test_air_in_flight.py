@@ -52,9 +52,9 @@ def scenario(integrator="rk4", air=GOST):
 def torque_inertial(made, result):
     """The torque at the records, written anew for a plate and a sphere."""
     r, v = result.position_inertial.values, result.velocity_inertial.values
-    around = made.surroundings()
+    environment = made.orbit_environment()
     t = result.time.values
-    to_ecef = around.dcm_to_ecef(t)
+    to_ecef = environment.dcm_to_ecef(t)
     r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
     rho = made.environment.atmosphere.density(t, made.start, r_ecef)
     speed = v - EARTH_RATE_RAD_S * np.cross([0.0, 0.0, 1.0], r)

@@ -57,11 +57,11 @@ def test_stages_follow_one_another(day):
 @compiled_only
 def test_the_sun_sensors_are_used_in_the_light_and_never_in_the_shadow(day):
     """But for the 5 s of a switch; blind zones cost some of the light."""
-    dark = day.lit < 0.1
+    dark = day.sunlit_fraction < 0.1
     after = np.concatenate([[False], dark[:-1] & dark[1:]])
     assert not np.any(day.determination[after] == MAG_DSS)
-    lit = (day.lit > 0.9) & (day.stabilisation == SCIENCE)
-    assert np.mean(day.determination[lit] == MAG_DSS) > 0.6
+    sunlit_fraction = (day.sunlit_fraction > 0.9) & (day.stabilisation == SCIENCE)
+    assert np.mean(day.determination[sunlit_fraction] == MAG_DSS) > 0.6
 
 
 @compiled_only
@@ -82,7 +82,7 @@ def test_accuracy_in_light_and_shadow(day):
     changed = np.concatenate([[0], np.cumsum(np.diff(day.determination) != 0)])
     since = day.t_s - np.array([day.t_s[changed == k][0] for k in range(changed[-1] + 1)])[changed]
     science = (day.stabilisation == SCIENCE) & (since >= 300.0)
-    light, dark = science & (day.determination == MAG_DSS), science & (day.lit < 0.1)
+    light, dark = science & (day.determination == MAG_DSS), science & (day.sunlit_fraction < 0.1)
     error = day.estimate_error_deg
     assert np.percentile(error[light], 95) < 0.3
     assert np.percentile(day.error_deg[light], 95) < 1.0

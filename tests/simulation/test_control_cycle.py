@@ -229,10 +229,10 @@ def test_sun_sensors_see_the_sun_in_their_cone_and_not_in_the_shadow(make):
     matrix = rotation_of(result)
     sun = matrix.inv().apply(result.sun_inertial.values)
     inside = np.maximum(sun[:, 0], -sun[:, 1]) > np.cos(np.radians(60.0))
-    lit = result.lit.values >= 0.5
+    sunlit_fraction = result.sunlit_fraction.values >= 0.5
     sees = np.any(result.sun_measured.values != 0.0, axis=1)
-    assert np.array_equal(sees, inside & lit)
-    assert sees.any() and (~inside & lit).any() and (inside & ~lit).any()
+    assert np.array_equal(sees, inside & sunlit_fraction)
+    assert sees.any() and (~inside & sunlit_fraction).any() and (inside & ~sunlit_fraction).any()
     assert np.abs(result.sun_measured.values[sees] - sun[sees]).max() < 1e-6
 
 

@@ -42,11 +42,11 @@ def test_a_law_that_points_to_the_sun_flies_as_with_sensors_that_see_all_the_sky
 @pytest.mark.parametrize("law", [along_the_sun, plain], ids=["compiled", "plain Python"])
 def test_the_users_law_sees_the_sun_while_it_is_lit(make, law):
     result = simulate(make(ORBIT | {"simulation.revolutions": 0.7}), law)
-    lit = result.lit.values[:-1] >= 0.5
+    sunlit_fraction = result.sunlit_fraction.values[:-1] >= 0.5
     asked = result.command_body.values[:-1]
-    assert 0 < lit.sum() < lit.size
-    assert np.array_equal(np.any(asked != 0.0, axis=1), lit)
-    assert np.linalg.norm(asked[lit], axis=1) == pytest.approx(1.0)
+    assert 0 < sunlit_fraction.sum() < sunlit_fraction.size
+    assert np.array_equal(np.any(asked != 0.0, axis=1), sunlit_fraction)
+    assert np.linalg.norm(asked[sunlit_fraction], axis=1) == pytest.approx(1.0)
 
 
 def test_nobody_pays_for_a_sun_that_no_law_reads(make):

@@ -166,7 +166,7 @@ def test_when_states_were_entered_and_how_often(make):
     assert np.array_equal(result.command_body.values[:-1, 0], 1.0 * (phase < 70.0))
 
 
-@pytest.mark.parametrize("signal", ["lit", "sun_in_view"])
+@pytest.mark.parametrize("signal", ["sunlit_fraction", "sun_in_view"])
 def test_modes_know_day_and_night(make, signal):
     """By the ephemeris, or by Sun sensors that are left out and so see all the sky."""
     modes = {"states": {
@@ -178,9 +178,9 @@ def test_modes_know_day_and_night(make, signal):
         "orbit.inclination_deg": 10.0,
         "simulation": {"revolutions": 1, "step_s": 1.0, "record_s": 1.0},
     })  # fmt: skip
-    night, lit = result.mode_main.values[1:-1] == 1, result.lit.values[1:-1]
+    night, sunlit_fraction = result.mode_main.values[1:-1] == 1, result.sunlit_fraction.values[1:-1]
     assert 0.3 < night.mean() < 0.4
-    assert np.array_equal(night, lit < 0.5)
+    assert np.array_equal(night, sunlit_fraction < 0.5)
 
 
 @law(

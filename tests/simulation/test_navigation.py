@@ -61,13 +61,19 @@ def test_a_law_that_needs_the_ephemeris_knows_place_field_and_sun():
         assert seen == pytest.approx(turned, abs=1e-18)
         assert np.linalg.norm(v - there.velocity_inertial.values) < 1e-6 * np.linalg.norm(v)
         assert place.sun_inertial == pytest.approx(tuple(there.sun_inertial.values), abs=1e-9)
-        assert place.lit == pytest.approx(float(there.lit), abs=1e-6)
+        assert place.sunlit_fraction == pytest.approx(float(there.sunlit_fraction), abs=1e-6)
 
 
 @torquer.law(
     needs=("ephemeris",),
-    memory={"r": (0, 0, 0), "v": (0, 0, 0), "b": (0, 0, 0), "sun": (0, 0, 0), "lit": 0.0},
-    log={"r": "m", "v": "m/s", "b": "T", "sun": "1", "lit": "1"},
+    memory={
+        "r": (0, 0, 0),
+        "v": (0, 0, 0),
+        "b": (0, 0, 0),
+        "sun": (0, 0, 0),
+        "sunlit_fraction": 0.0,
+    },
+    log={"r": "m", "v": "m/s", "b": "T", "sun": "1", "sunlit_fraction": "1"},
 )
 def noting(inputs, parameters, memory):
     """Logs the ephemeris."""
@@ -79,7 +85,7 @@ def noting(inputs, parameters, memory):
             e.b_inertial_t[k],
         )
         memory.sun[k] = e.sun_inertial[k]
-    memory.lit = e.lit
+    memory.sunlit_fraction = e.sunlit_fraction
     return (0.0, 0.0, 0.0)
 
 
@@ -105,10 +111,10 @@ def test_what_a_law_knows_is_what_the_result_tells(environment):
         size = np.abs(result[told].values).max()
         away = np.abs(result[f"law.{name}"].values - result[told].values).max()
         assert away < (1e-6 if name == "v" else 1e-8) * size, name
-    lit = result["law.lit"].values
-    assert lit == pytest.approx(result.lit.values, abs=1e-4)
-    assert (lit.min() < 1e-9) == eclipses
-    assert lit.max() == 1.0
+    sunlit_fraction = result["law.sunlit_fraction"].values
+    assert sunlit_fraction == pytest.approx(result.sunlit_fraction.values, abs=1e-4)
+    assert (sunlit_fraction.min() < 1e-9) == eclipses
+    assert sunlit_fraction.max() == 1.0
     if fixed is not None:
         sun = result["law.sun"].values
         assert np.abs(sun - fixed).max() < 1e-4  # the parallax in a low orbit
@@ -118,5 +124,5 @@ def test_other_laws_are_not_told_where_they_are():
     seen, _ = watched()
     place = seen[3].ephemeris
     assert np.isnan([*place.r_inertial_m, *place.v_inertial_m_s, *place.b_inertial_t]).all()
-    assert np.isnan([*place.b_rate_inertial_t_s, *place.sun_inertial, place.lit]).all()
+    assert np.isnan([*place.b_rate_inertial_t_s, *place.sun_inertial, place.sunlit_fraction]).all()
     assert np.isfinite(seen[3].q_body_to_inertial).all()

@@ -59,10 +59,10 @@ def test_tables_without_the_sun_are_refused_to_a_law_that_reads_it():
 def test_tables_are_shared_with_those_that_feel_the_same_light():
     scenario = torquer.scenario_from_text(SCENARIO)
     parts = [{"kind": "sphere", "radius_m": 0.2, "centre_m": [0.1, 0.0, 0.0]}]
-    lit = scenario.replace("disturbance", {"solar_pressure": {"parts": parts}})
-    piece = prepare(lit).piece
-    other = lit.replace("disturbance.solar_pressure.parts[0].radius_m", 0.3)
+    sunlit_fraction = scenario.replace("disturbance", {"solar_pressure": {"parts": parts}})
+    piece = prepare(sunlit_fraction).piece
+    other = sunlit_fraction.replace("disturbance.solar_pressure.parts[0].radius_m", 0.3)
     assert np.array_equal(end_of(prepare(other, piece=piece)), end_of(prepare(other)))
-    for mixed, own in ((scenario, piece), (lit, prepare(scenario).piece)):
+    for mixed, own in ((scenario, piece), (sunlit_fraction, prepare(scenario).piece)):
         with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
             prepare(mixed, piece=own)

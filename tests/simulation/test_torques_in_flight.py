@@ -92,7 +92,7 @@ def test_adaptive_steps_end_at_the_edges_of_the_shadow(make, shadow):
 def test_in_the_umbra_sunlight_does_nothing(make):
     keys = {"environment.gravity_gradient": False, "simulation.tolerance_deg": 1e-8}
     result = simulate(disturbed(make, LIGHT, "auto", **keys))
-    dark, momentum = result.lit.values == 0.0, result.momentum_inertial.values
+    dark, momentum = result.sunlit_fraction.values == 0.0, result.momentum_inertial.values
     inside = dark[1:] & dark[:-1]
     change = np.linalg.norm(np.diff(momentum, axis=0), axis=1)
     assert inside.sum() > 300

@@ -62,10 +62,10 @@ def test_each_attitude_is_held_as_well_as_the_filter_knows_it(flight):
 
 def test_the_filter_knows_the_attitude_in_the_light(flight):
     """Below 1 deg with Sun sensors; magnetometer and gyro alone leave some degrees."""
-    error, lit = estimate_error_deg(flight), flight["lit"].values
+    error, sunlit_fraction = estimate_error_deg(flight), flight["sunlit_fraction"].values
     late = flight["time"].values > 5400.0  # the bias of the gyro is known by then
-    assert np.percentile(error[late & (lit > 0.5)], 95) < 1.0
-    assert np.percentile(error[late & (lit < 0.5)], 95) < 5.0
+    assert np.percentile(error[late & (sunlit_fraction > 0.5)], 95) < 1.0
+    assert np.percentile(error[late & (sunlit_fraction < 0.5)], 95) < 5.0
 
 
 def test_one_axis_is_held_while_the_rotation_about_it_is_free(flight):

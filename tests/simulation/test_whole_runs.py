@@ -148,11 +148,11 @@ def test_momentum_changes_by_the_torque_of_coils_that_lag(make, integrator):
 
 def by_scipy(scenario, result):
     """The final state by another integrator, formulated anew, under the dipoles held in the run."""
-    inertia, around = inertia_of(scenario), scenario.surroundings()
+    inertia, environment = inertia_of(scenario), scenario.orbit_environment()
     wheels = np.array(scenario.spacecraft.body.wheel_momentum_n_m_s)
 
     def rates(t, y, dipole):
-        around_now = around.sample(np.array([t]))[0]
+        around_now = environment.sample(np.array([t]))[0]
         q, w, to_body = y[:4], y[4:], Rotation.from_quat(y[:4]).inv()
         r, b = to_body.apply(around_now[:3]), to_body.apply(around_now[3:6])
         torque = np.cross(dipole, b) + gravity_torque(inertia, r)
@@ -301,7 +301,7 @@ def test_bdot_ends_with_twice_the_orbital_rate_about_the_cone_axis(make):
 @pytest.mark.parametrize("law", ["bdot", "bdot_rate", "bdot_derivative"])
 def test_damping_time_is_what_the_gain_was_chosen_for(make, law):
     scenario = make({"orbit.inclination_deg": 60.0})
-    b = scenario.surroundings().sample(np.zeros(1))[0, 3:6]
+    b = scenario.orbit_environment().sample(np.zeros(1))[0, 3:6]
     damping_time_s = scenario.orbit.period_s
     gain = bdot_gain(damping_time_s, 1.0, np.linalg.norm(b))
     result = sphere(make, {
@@ -366,7 +366,7 @@ def test_precise_and_sidereal_rotation_give_the_same_field_on_the_ground(make):
     for mode in ("precise", "sidereal"):
         scenario = make(SGP4 | {"environment.earth_rotation": mode})
         result = simulate(scenario)
-        to_ecef = scenario.surroundings().dcm_to_ecef(result.time.values)
+        to_ecef = scenario.orbit_environment().dcm_to_ecef(result.time.values)
         seen.append([
             np.einsum("nij,nj->ni", to_ecef, result[name].values)
             for name in ("b_inertial", "position_inertial")

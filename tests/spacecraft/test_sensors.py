@@ -228,8 +228,8 @@ def test_two_sun_sensors_see_both_sides():
 
 def test_sun_sensors_need_half_of_the_disc_and_a_sensor():
     sensors = SunSensors(axes=((0.0, 0.0, 1.0),), half_field_deg=60.0).pack()
-    for lit, seen in ((1.0, SUN), (0.5, SUN), (0.49, OFF), (0.0, OFF)):
-        assert read_sun(sensors, SUN, lit, OFF, OFF) == seen
+    for sunlit_fraction, seen in ((1.0, SUN), (0.5, SUN), (0.49, OFF), (0.0, OFF)):
+        assert read_sun(sensors, SUN, sunlit_fraction, OFF, OFF) == seen
     assert read_sun(NO_SUN_SENSORS, SUN, 1.0, OFF, OFF) == OFF
     assert read_sun(NO_SUN_SENSORS, (0.0, 0.0, -1.0), 1.0, OFF, OFF) == OFF
 

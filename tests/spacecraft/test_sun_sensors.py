@@ -23,8 +23,10 @@ def angle_deg(a, b):
     return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b)), np.dot(a, b)))
 
 
-def reading(sun, lit=1.0, light=OFF, drawn=OFF, **keys):
-    return read_sun(SunSensors(**keys).pack(), tuple(unit(sun)), lit, tuple(light), drawn)
+def reading(sun, sunlit_fraction=1.0, light=OFF, drawn=OFF, **keys):
+    return read_sun(
+        SunSensors(**keys).pack(), tuple(unit(sun)), sunlit_fraction, tuple(light), drawn
+    )
 
 
 def seeing_by_words(spec, sun):
@@ -115,10 +117,13 @@ def test_in_flight_readings_err_towards_the_lit_earth(make):
         "initial.rate_deg_s": [0.05, 0.02, -0.03],
     }
     result = simulate(make(keys)).isel(time=slice(0, -1))
-    lit = result.lit.values > 0.5
-    true, r = result.sun_inertial.values[lit], result.position_inertial.values[lit]
-    to_inertial = Rotation.from_quat(result.q_body_to_inertial.values[lit])
-    read = to_inertial.apply(result.sun_measured.values[lit])
+    sunlit_fraction = result.sunlit_fraction.values > 0.5
+    true, r = (
+        result.sun_inertial.values[sunlit_fraction],
+        result.position_inertial.values[sunlit_fraction],
+    )
+    to_inertial = Rotation.from_quat(result.q_body_to_inertial.values[sunlit_fraction])
+    read = to_inertial.apply(result.sun_measured.values[sunlit_fraction])
     light = np.array([earthlight(0.3, tuple(a), tuple(b)) for a, b in zip(r, true, strict=True)])
     expected = true + light
     expected /= np.linalg.norm(expected, axis=1, keepdims=True)

@@ -44,8 +44,8 @@ def here(b=ZERO, light=ZERO, angle=0.0):
     return LocalEnvironment(b, ZERO, (), light, (float(angle),))
 
 
-def torque(name, constants, around, omega=ZERO):
-    return np.array(TORQUES[name].kernel(constants, around, tuple(map(float, omega))))
+def torque(name, constants, environment, omega=ZERO):
+    return np.array(TORQUES[name].kernel(constants, environment, tuple(map(float, omega))))
 
 
 # ------------------------------------------------------------------ all torques
@@ -112,8 +112,8 @@ def test_torques_do_not_depend_on_the_choice_of_body_axes(name, b, light, omega,
     turn = Rotation.from_rotvec([0.3, -1.1, 0.7])
     b, light, omega = 4e-5 * unit(b), P * unit(light), 0.1 * np.array(omega)
     one = torque(name, EXAMPLES[name](STRAIGHT), here(b, light, angle), omega)
-    around = here(turn.apply(b), turn.apply(light), angle)
-    other = torque(name, EXAMPLES[name](turn), around, turn.apply(omega))
+    environment = here(turn.apply(b), turn.apply(light), angle)
+    other = torque(name, EXAMPLES[name](turn), environment, turn.apply(omega))
     assert np.all(np.isfinite(one))
     assert other == pytest.approx(turn.apply(one), rel=0.0, abs=1e-19)
 
@@ -121,31 +121,34 @@ def test_torques_do_not_depend_on_the_choice_of_body_axes(name, b, light, omega,
 @pytest.mark.parametrize("name", TORQUES)
 def test_without_its_cause_there_is_no_torque(name):
     """None of its kind, no field, no light, no rotation."""
-    lit = here((2e-5, -3e-5, 1e-5), (P, 0.0, 0.0), 0.7)
-    assert np.array_equal(torque(name, TORQUES[name].none, lit, (0.1, 0.2, 0.3)), ZERO)
+    sunlit_fraction = here((2e-5, -3e-5, 1e-5), (P, 0.0, 0.0), 0.7)
+    assert np.array_equal(torque(name, TORQUES[name].none, sunlit_fraction, (0.1, 0.2, 0.3)), ZERO)
     causes = {
         "solar_pressure": here((2e-5, -3e-5, 1e-5)),
         "residual_dipole": here(light=(P, 0.0, 0.0)),
-        "eddy_currents": lit,
+        "eddy_currents": sunlit_fraction,
         "unmodelled": None,
     }
     if causes[name]:
         assert np.array_equal(torque(name, EXAMPLES[name](STRAIGHT), causes[name]), ZERO)
-        assert np.linalg.norm(torque(name, EXAMPLES[name](STRAIGHT), lit, (0.1, 0.2, 0.3))) > 1e-9
+        assert (
+            np.linalg.norm(torque(name, EXAMPLES[name](STRAIGHT), sunlit_fraction, (0.1, 0.2, 0.3)))
+            > 1e-9
+        )
 
 
 def test_torques_add_up():
-    around, omega = here((2e-5, -3e-5, 1e-5), (P, 1e-6, 0.0), 0.7), (0.1, 0.2, 0.3)
+    environment, omega = here((2e-5, -3e-5, 1e-5), (P, 1e-6, 0.0), 0.7), (0.1, 0.2, 0.3)
     constants = tuple(make(STRAIGHT) for make in EXAMPLES.values())
-    each = [torque(name, c, around, omega) for name, c in zip(TORQUES, constants, strict=True)]
+    each = [torque(name, c, environment, omega) for name, c in zip(TORQUES, constants, strict=True)]
     start = np.array([1e-6, 2e-6, 3e-6])
-    total = sum_of_all(tuple(start.tolist()), constants, around, omega)
+    total = sum_of_all(tuple(start.tolist()), constants, environment, omega)
     assert total == pytest.approx(start + np.sum(each, axis=0), rel=1e-14)
 
 
 @kernel
-def sum_of_all(start, constants, around, omega):
-    return added(start, constants, around, omega)
+def sum_of_all(start, constants, environment, omega):
+    return added(start, constants, environment, omega)
 
 
 def test_a_table_of_disturbances_packs_what_it_has():

@@ -170,7 +170,7 @@ def hand_made(held):
     """The monodromy matrix by the general integrator, from equations written by hand."""
     b0 = np.linalg.norm(held.free(np.zeros(1)).b_body_t)
     k, k_a = gains_of(held)
-    cone = averaged.cone_angle(math.radians(held.surroundings.orbit.inclination_deg))
+    cone = averaged.cone_angle(math.radians(held.orbit_environment.orbit.inclination_deg))
     n = held.rate_rad_s
     found = floquet.monodromy(by_hand, k=k * b0**2 / n, k_a=k_a * b0**2 / n**2, cone=cone)
     order = [3, 4, 5, 0, 1, 2]

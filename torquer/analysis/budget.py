@@ -71,11 +71,11 @@ def budget_of_held_attitude(scenario: Scenario) -> Budget:
     """
     record = scenario.simulation.record_s
     t_s = record * np.arange(round(scenario.steps() * scenario.grid_s / record) + 1)
-    r, v = scenario.surroundings().state(t_s)
+    r, v = scenario.orbit_environment().state(t_s)
     still = {"rate_deg_s": (0.0, 0.0, 0.0), "rate_relative_to": scenario.initial.reference}
     held = scenario.initial.model_copy(update=still)
     motion = np.array([held.motion(a, b) for a, b in zip(r, v, strict=True)])
-    field = scenario.surroundings().field(t_s, r, v)
+    field = scenario.orbit_environment().field(t_s, r, v)
     return _budget(scenario, t_s, r, field, motion[:, :4], motion[:, 4:], None)
 
 
@@ -92,14 +92,14 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
 
 def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
     """The motion, field and position as given, and the other surroundings along it."""
-    around, none = scenario.surroundings(), np.zeros((len(t_s), 3))
+    environment, none = scenario.orbit_environment(), np.zeros((len(t_s), 3))
     angle = scenario.orbit_angle() or (0.0, 0.0)
     pushes = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
     parts = (
         b,
         gravity_gradient_vector(np.ascontiguousarray(r)),
-        around.flow(t_s) if scenario.spacecraft.aerodynamics else none,
-        light_along(around.shadow, r, around.sun(t_s)) if pushes else none,
+        environment.flow(t_s) if scenario.spacecraft.aerodynamics else none,
+        light_along(environment.shadow, r, environment.sun(t_s)) if pushes else none,
         angle[0] + angle[1] * t_s,
         q,
         omega,

@@ -56,7 +56,8 @@ def sun_angle_of(result: xr.Dataset, axis: Sequence[float] | None = None) -> xr.
     """Angle [deg] of a body axis from the direction to the Sun, over `time`.
 
     `axis`: a direction in body axes, of any length; left out: the angles of x, y and z, over
-    `time`, `axis`. The angle is given in eclipse, too; `result["lit"]` shows where that is.
+    `time`, `axis`. The angle is given in eclipse, too: see
+    `result["sunlit_fraction"]`.
     """
     sun = to_body(result["q_body_to_inertial"].values, result["sun_inertial"].values)
     meaning = "angle from the direction to the Sun"

@@ -12,24 +12,24 @@ _GROUND_M, _FARTHEST_M = 6.371e6, 5.0e7
 _MOST_STEPS = 160
 
 
-def field_lines(around: OrbitEnvironment, t_s, r, v) -> np.ndarray | None:
+def field_lines(environment: OrbitEnvironment, t_s, r, v) -> np.ndarray | None:
     """Field lines [n, m, 3] m, J, through points r [n, 3] at times t [n] s, from south to north.
 
     Each is the line at its own instant; points beyond its ends are NaN. None for a field that is
     defined along the orbit only.
     """
-    if not hasattr(around.environment.field, "b_earth_fixed"):
+    if not hasattr(environment.environment.field, "b_earth_fixed"):
         return None
-    dcm = around.dcm_to_ecef(np.asarray(t_s))
-    forth, back = (_half(around, t_s, r, v, dcm, sign) for sign in (1.0, -1.0))
+    dcm = environment.dcm_to_ecef(np.asarray(t_s))
+    forth, back = (_half(environment, t_s, r, v, dcm, sign) for sign in (1.0, -1.0))
     return np.concatenate([back[::-1], np.asarray(r)[None], forth]).transpose(1, 0, 2)
 
 
-def _half(around: OrbitEnvironment, t_s, r, v, dcm, sign: float) -> np.ndarray:
+def _half(environment: OrbitEnvironment, t_s, r, v, dcm, sign: float) -> np.ndarray:
     """The path from the points along the field, or against it: [m, n, 3]."""
 
     def direction(at):
-        b = b_inertial_along(around.environment.field, around.start, t_s, at, v, dcm)
+        b = b_inertial_along(environment.environment.field, environment.start, t_s, at, v, dcm)
         return sign * b / np.linalg.norm(b, axis=1, keepdims=True)
 
     at, going = np.array(r, dtype=float), np.ones(len(t_s), dtype=bool)

@@ -69,7 +69,7 @@ def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.n
     An initial attitude relative to the orbital frame is held there; otherwise the initial rate
     stays constant in body axes.
     """
-    r, v = scenario.surroundings().state(t_s)
+    r, v = scenario.orbit_environment().state(t_s)
     first = scenario.initial.motion(r[0], v[0])
     start = Rotation.from_quat(first[:4])
     if scenario.initial.reference == "inertial":
@@ -129,16 +129,16 @@ def first_variances(spec: Filter) -> np.ndarray:
 
 def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     """What sensors would measure along a motion."""
-    around, sensors = scenario.surroundings(), scenario.spacecraft.sun_sensors
+    environment, sensors = scenario.orbit_environment(), scenario.spacecraft.sun_sensors
     t_s, q, omega, wheels = motion
-    r, v = around.state(t_s)
-    sun = around.sun(t_s) - r
+    r, v = environment.state(t_s)
+    sun = environment.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
-    seen = around.lit(t_s, r) >= 0.5
+    seen = environment.sunlit_fraction(t_s, r) >= 0.5
     if sensors is not None:
         in_body = Rotation.from_quat(q).inv().apply(sun)
         packed = sensors.pack()
         seen &= [sensor_that_sees(packed, as_vector(row)) >= 0 for row in in_body]
-    b = around.field(t_s, r, v)
+    b = environment.field(t_s, r, v)
     rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)
     return Nominal(*(np.ascontiguousarray(row, dtype=float) for row in rows), seen)  # type: ignore[call-arg]

@@ -38,9 +38,9 @@ def concat(
     parts = [result[shared].drop_vars("utc") for result in results]
     joined = xr.concat(parts, named, join="outer", combine_attrs="override", coords="minimal",
                        compat="override")  # fmt: skip
-    told = {key: (dim, [str(result.attrs.get(key, "")) for result in results]) for key in _OF_A_RUN}
+    text = {key: (dim, [str(result.attrs.get(key, "")) for result in results]) for key in _OF_A_RUN}
     joined.attrs = {"conventions": results[0].attrs.get("conventions", "")}
-    return joined.assign_coords(told)
+    return joined.assign_coords(text)
 
 
 def _stacks(name) -> bool:

@@ -216,8 +216,8 @@ def candidates(design: WheelDesign) -> list[tuple[str, str, np.ndarray]]:
 def _angles_of(given) -> str:
     """The angles of a layout in words; its kind where it has none."""
     angles = (key for key in type(given).model_fields if key.endswith("_deg"))
-    told = ", ".join(f"{key.removesuffix('_deg')} {getattr(given, key):.1f}" for key in angles)
-    return told or given.kind
+    text = ", ".join(f"{key.removesuffix('_deg')} {getattr(given, key):.1f}" for key in angles)
+    return text or given.kind
 
 
 def _only_given(array: WheelArray) -> str | None:

@@ -22,7 +22,7 @@ COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
 _MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
 #: Beginnings of keys that change the surroundings of a run, or when it looks at them.
-_OF_SURROUNDINGS = ("orbit", "start", "environment", "simulation")
+_OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "simulation")
 #: Members that are tried in lanes before a campaign is flown.
 _TRIED = 8
 #: Members that fail are flown again from their start: nothing is saved on the way.
@@ -54,21 +54,21 @@ class Fleet:
         places = np.linspace(0, len(self.t_s) - 1, MOST_INSTANTS)
         self.kept = np.unique(places.round().astype(int))
         self.base, self._pieces = run, Pieces(run)
-        around = [key for key in campaign.varied_keys if key.startswith(_OF_SURROUNDINGS)]
-        self._first_piece = None if around else run.piece
-        self._lanes, self.why_not_in_lanes = self._side_by_side(around)
+        own = [key for key in campaign.varied_keys if key.startswith(_OF_ORBIT_ENVIRONMENT)]
+        self._first_piece = None if own else run.piece
+        self._lanes, self.why_not_in_lanes = self._side_by_side(own)
         self._along = _along(scenario, campaign, self.t_s)
-        r, v = scenario.surroundings().state(np.zeros(1))
+        r, v = scenario.orbit_environment().state(np.zeros(1))
         self._start = r[0], v[0]
 
-    def _side_by_side(self, around: list[str]) -> tuple[Lanes | None, str]:
+    def _side_by_side(self, varied: list[str]) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one.
 
-        `around`: keys that vary of the orbit, the environment or the steps.
+        `varied`: keys that vary of the orbit, the environment or the steps.
         """
-        if around:
-            told = "members flown together share orbit, environment and steps"
-            return None, f"{around[0]} varies, and {told}"
+        if varied:
+            text = "members flown together share orbit, environment and steps"
+            return None, f"{varied[0]} varies, and {text}"
         if why := why_not_in_lanes(self.base):
             return None, why
         try:
@@ -123,11 +123,11 @@ class Fleet:
         for first in range(0, len(rows), LANES):
             of_batch = rows[first : first + LANES]
             flown = lanes.fly(np.array([fitting[row] for row in of_batch]), chunk.seeds[of_batch])
-            self._put(chunk, of_batch, self._with_surroundings(flown))
+            self._put(chunk, of_batch, self._with_orbit(flown))
             for row in of_batch[flown.failed].tolist():
                 self._fly_alone(chunk, row)
 
-    def _with_surroundings(self, flown: FlownLanes) -> Flown:
+    def _with_orbit(self, flown: FlownLanes) -> Flown:
         """The motion of members in lanes, with the environment along their orbit."""
         motion, (r, v, b, sun) = np.swapaxes(flown.motion, 1, 2), self._along
         energy, peak = flown.cells["coil_energy_j"], flown.cells["peak_dipole_a_m2"]
@@ -203,7 +203,9 @@ class Fleet:
         """A run as members in lanes are, from the rows of its record."""
         t_s = rows["step"] * run.plan.step_s
         along = self._along
-        if run.piece.around != self.base.piece.around or not np.array_equal(t_s, self.t_s):
+        if run.piece.environment != self.base.piece.environment or not np.array_equal(
+            t_s, self.t_s
+        ):
             along = _along(run.scenario, self.campaign, t_s)
         q = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)[:, None]
         omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)[:, None]
@@ -225,7 +227,7 @@ class Fleet:
 
 def _along(scenario: Scenario, campaign: Campaign, t_s: np.ndarray) -> tuple[np.ndarray, ...]:
     """Position, velocity, field and direction to the Sun at the records, as `Flown` has them."""
-    around = scenario.surroundings()
-    r, v = around.state(t_s)
-    sun = around.sun(t_s) - r if needs_sun(campaign.outcomes) else None
-    return r, v, around.field(t_s, r, v), sun
+    environment = scenario.orbit_environment()
+    r, v = environment.state(t_s)
+    sun = environment.sun(t_s) - r if needs_sun(campaign.outcomes) else None
+    return r, v, environment.field(t_s, r, v), sun

@@ -28,7 +28,7 @@ from torquer.campaign.store import (
 from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.file import load
-from torquer.simulation.signals import heeded, heeding
+from torquer.simulation.signals import noted_signals, noting_signals
 from torquer.spec import checked
 
 if TYPE_CHECKING:
@@ -79,13 +79,13 @@ def fly_campaign(
     workers = cores() if workers is None else workers
     if workers < 1:
         raise ValueError(f"workers: must be 1 or more; received {workers}")
-    with heeding():
+    with noting_signals():
         fleet = Fleet(scenario, campaign)
         if path is not None:
             check_same(path, fleet)
         if fleet.why_not_in_lanes:
-            told = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
-            warnings.warn(told, OneByOne, stacklevel=2)
+            text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
+            warnings.warn(text, OneByOne, stacklevel=2)
         known = _Known(campaign)
         for file in files_there(path) if path is not None else ():
             known.add(load(file))
@@ -175,7 +175,7 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
         if not running:
             return [parts[first] for first in sorted(parts)]
         ended, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
-        if heeded().asked:
+        if noted_signals().asked:
             raise KeyboardInterrupt
         for future in ended:
             first, data = running.pop(future), future.result()

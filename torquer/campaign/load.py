@@ -108,11 +108,11 @@ def _member(campaign: Campaign, scenario: Scenario, drawn: Drawn, row: int) -> S
         return with_values(scenario, changes_of(drawn, row))
     except ScenarioError as error:
         keys = [*drawn]
-        lines = [_told(line, keys, campaign) for line in str(error).split("\n")]
+        lines = [_text(line, keys, campaign) for line in str(error).split("\n")]
         raise ScenarioError("\n".join(lines)) from None
 
 
-def _told(line: str, keys: list[str], campaign: Campaign) -> str:
+def _text(line: str, keys: list[str], campaign: Campaign) -> str:
     """A line about a member's scenario, led by the key that varies if it is about one."""
     about, _, rest = line.partition(": ")
     for key in sorted(keys, key=len, reverse=True):

@@ -124,8 +124,8 @@ def common_length(**sizes) -> int | None:
     lengths = {key: len(size) for key, size in sizes.items() if isinstance(size, tuple)}
     for key, length in lengths.items():
         if length == 0 or length != next(iter(lengths.values())):
-            told = f"vectors of {' and '.join(map(str, lengths.values()))} numbers"
-            raise ValueError(f"{key}: must be a number, or as long as the others; received {told}")
+            text = f"vectors of {' and '.join(map(str, lengths.values()))} numbers"
+            raise ValueError(f"{key}: must be a number, or as long as the others; received {text}")
     return next(iter(lengths.values()), None)
 
 

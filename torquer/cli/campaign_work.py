@@ -13,7 +13,7 @@ from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.campaign import CampaignOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import check_code, check_surroundings
+from torquer.cli.loading import check_code, check_orbit_environment
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     json_text,
@@ -25,7 +25,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.simulate import run_scenario
 from torquer.simulation.results.file import replacing
-from torquer.simulation.signals import ALL, heeding
+from torquer.simulation.signals import ALL, noting_signals
 
 
 def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
@@ -35,7 +35,7 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     scenario, campaign = _loaded(path, how, code)
     out = how.out or Path("runs") / f"{scenario.name}-campaign"
     make_writable(out)
-    with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
+    with claimed(out), noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out):
         try:
             with _progress(scenario.name) as progress:
                 result = fly_campaign(
@@ -83,7 +83,7 @@ def _loaded(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
     scenario, campaign = load_campaign(path)
     check_code(scenario, path, code)
-    check_surroundings(scenario)
+    check_orbit_environment(scenario)
     if how.runs is not None:
         table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}
         campaign = campaign_from_data(table, scenario)

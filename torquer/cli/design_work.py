@@ -196,7 +196,7 @@ def _made(case: DesignCase, how: DesignOptions) -> _Made:
 def _lines(case: DesignCase, made: _Made) -> list[str]:
     """The design as text."""
     task, hold = case.task, case.task.sampled.hold
-    cycle, field = task.sampled.cycle, hold.surroundings.environment.field.kind
+    cycle, field = task.sampled.cycle, hold.orbit_environment.environment.field.kind
     off = f", coils off for {cycle.off_s:g} s" if cycle.off_s else ""
     rows = [_HEAD, _UNITS, *(_row(hold, *each) for each in made.candidates.items())]
     minutes = 2.0 * math.pi / hold.rate_rad_s / 60.0

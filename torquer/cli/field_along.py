@@ -72,11 +72,11 @@ def _case_of_scenario(path: Path, begin: datetime | None) -> OrbitCase:
     from torquer.scenario.load import load_scenario
 
     scenario = load_scenario(path)
-    around = scenario.environment
+    environment = scenario.environment
     start = begin or scenario.start
     return OrbitCase(
-        scenario.orbit, start, around.earth_rotation, around.field, scenario.name,
-        around.ut1_minus_utc_s,
+        scenario.orbit, start, environment.earth_rotation, environment.field, scenario.name,
+        environment.ut1_minus_utc_s,
     )  # fmt: skip
 
 

@@ -25,7 +25,7 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     be written.
     """
     scenario = load_checked(path, code)
-    check_surroundings(scenario)
+    check_orbit_environment(scenario)
     if out is not None:
         make_writable(out)
     return scenario
@@ -53,20 +53,20 @@ def check_code(scenario: Scenario, path: Path, code: CodeOptions) -> None:
             )
 
 
-def check_surroundings(scenario: Scenario) -> None:
+def check_orbit_environment(scenario: Scenario) -> None:
     """ValueError if field, date, orbit or air of a scenario cannot be used.
 
     The models are evaluated at both ends of the run and along the first orbit.
     """
     end_s = scenario.steps() * scenario.grid_s
     t_s = np.append(np.linspace(0.0, min(end_s, scenario.orbit.period_s), 50), end_s)
-    around = scenario.surroundings()
-    around.check_dates(*t_s[[0, -1]])
-    around.sample(t_s)
+    environment = scenario.orbit_environment()
+    environment.check_dates(*t_s[[0, -1]])
+    environment.sample(t_s)
     if not scenario.spacecraft.aerodynamics:
         return
     with np.errstate(invalid="ignore"):
-        known = np.isfinite(around.flow(t_s)).all()
+        known = np.isfinite(environment.flow(t_s)).all()
     if not known:
         raise ValueError(
             "environment.atmosphere: must have a density of 0 or more along the orbit; received a "

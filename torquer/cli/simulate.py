@@ -9,7 +9,7 @@ from pathlib import Path
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import check_surroundings, code_of, load_checked
+from torquer.cli.loading import check_orbit_environment, code_of, load_checked
 from torquer.cli.modes import mode_findings
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
@@ -30,9 +30,9 @@ from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, replacing
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
-from torquer.simulation.signals import ALL, Stop, heeding
+from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped, resume, simulate
-from torquer.simulation.size import check_disk, check_memory, size_of, told_bytes, told_time
+from torquer.simulation.size import bytes_text, check_disk, check_memory, size_of, time_text
 
 #: Warnings of a run that are printed as notes.
 _NOTES = (OtherBits, NotSaved)
@@ -49,9 +49,9 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
-        check_surroundings(scenario)
+        check_orbit_environment(scenario)
     make_writable(out)
-    with claimed(out), heeding(ALL, (leave_or_raise,)) as signals, writing_to(out):
+    with claimed(out), noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out):
         try:
             result, stopped, code = _flown(scenario, out / "result.nc", how)
             if signals.asked and stopped:
@@ -142,11 +142,11 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
-    length = told_time(scenario.steps() * scenario.grid_s)
+    length = time_text(scenario.steps() * scenario.grid_s)
     print(f"{scenario.name}: valid, {length} of flight; {scenario.simulation.in_words}")
     print(
-        f"a run: {size.rows} rows, result of about {told_bytes(size.disk_bytes)}, about "
-        f"{told_bytes(size.memory_bytes)} of memory and {told_time(size.computing_s)} of computing"
+        f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
+        f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
     )
     if campaign:
         print(f"campaign: {campaign.in_words}")
@@ -184,7 +184,7 @@ def check_usable(scenario) -> bool:
     for block in blocks.all():
         block.pack()
     modes_for(scenario, blocks)
-    check_surroundings(scenario)
+    check_orbit_environment(scenario)
     return blocks.compiled
 
 
@@ -241,11 +241,11 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     from torquer.report import write_report
 
     try:
-        signals.heed_at_once(True)
+        signals.interrupt_at_once(True)
         _remove_old_plots(out)
         write_report(result, out, plots=how.plots)
     finally:
-        signals.heed_at_once(False)
+        signals.interrupt_at_once(False)
     return summary
 
 

@@ -45,13 +45,13 @@ class CacheNote(UserWarning):
     """Compiled code could not be kept, or not be used as it was found."""
 
 
-_told: set[str] = set()
+_text: set[str] = set()
 
 
 def _tell(text: str) -> None:
     """Say something once in a process."""
-    if text not in _told:
-        _told.add(text)
+    if text not in _text:
+        _text.add(text)
         warnings.warn(text, CacheNote, stacklevel=2)
 
 

@@ -195,9 +195,9 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
     except NumbaError as error:
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
-        told = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
+        message = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
         place = _place_told(error, text, file_of(plain_of(function)))
-        reason = _without_numba((told or lines)[0])
+        reason = _without_numba((message or lines)[0])
         raise ValueError(f"{must}; received: {reason[:200]}{place}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have
         raise ValueError(f"{must}; received one whose memory has no {error}") from None

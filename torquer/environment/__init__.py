@@ -3,7 +3,7 @@
     from torquer.environment import FIELDS, Environment, OrbitEnvironment
 
 `Environment` is the table of a scenario file, `OrbitEnvironment` the same along one orbit from one
-start: position, field, Sun and lit fraction at any time. Models of the field are in
+start: position, field, Sun and sunlit fraction of its disc at any time. Models of the field are in
 `torquer.environment.field`; the Earth's rotation, gravity and atmosphere in `torquer.earth`.
 """
 

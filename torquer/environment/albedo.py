@@ -39,7 +39,7 @@ def earthlight(albedo, r_m, to_sun):
     """Reflected light at a position [m], in parts of the Sun's: a vector towards its source.
 
     A flat detector with the normal n receives the part n . e of what sunlight along its normal
-    would give, if all of the lit Earth is in front of it. `to_sun`: unit vector, same frame.
+    would give, if all of the sunlit Earth is in front of it. `to_sun`: unit vector, same frame.
     """
     size = norm(r_m)
     up = scale(1.0 / size, r_m)

@@ -99,8 +99,8 @@ class OrbitEnvironment:
 
     def dcm_to_ecef(self, t_s: np.ndarray) -> np.ndarray:
         """Direction cosines [n, 3, 3] from the inertial to the Earth-fixed frame."""
-        around = self.environment
-        return dcm_inertial_to_ecef(t_s, self.start, around.earth_rotation, around.ut1_minus_utc_s)
+        given = self.environment
+        return dcm_inertial_to_ecef(t_s, self.start, given.earth_rotation, given.ut1_minus_utc_s)
 
     def field(self, t_s: np.ndarray, r: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Field [n, 3] T, each at its own date; ValueError outside the model's validity."""
@@ -126,7 +126,7 @@ class OrbitEnvironment:
             return np.tile(ASTRONOMICAL_UNIT_M * np.array(fixed), (len(t_s), 1))
         return sun_position(t_s, self.start, self.environment.earth_rotation)
 
-    def lit(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
+    def sunlit_fraction(self, t_s: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Visible fraction of the Sun's disc [n]."""
         return lit_fraction(r, self.sun(t_s), self.shadow)
 
@@ -151,9 +151,9 @@ class OrbitEnvironment:
         r, v = self.state(t_s)
         to_ecef = self.dcm_to_ecef(t_s)
         r_ecef = np.einsum("nij,nj->ni", to_ecef, r)
-        around = self.environment
-        density = around.atmosphere.density(t_s, self.start, r_ecef, around.ut1_minus_utc_s)
-        if around.co_rotating_atmosphere:
+        given = self.environment
+        density = given.atmosphere.density(t_s, self.start, r_ecef, given.ut1_minus_utc_s)
+        if given.co_rotating_atmosphere:
             v = air_velocities(r, v, to_ecef[:, 2, :])
         return np.sqrt(density)[:, None] * v
 

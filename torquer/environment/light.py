@@ -11,7 +11,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, kernel
 from torquer.conventions import ASTRONOMICAL_UNIT_M
-from torquer.environment.sun import Shadow, lit_fraction_at
+from torquer.environment.sun import Shadow, sunlit_fraction_at
 from torquer.environment.table import Table, lookup3
 from torquer.geometry.vec3 import dot, put_vector, scale, sub, vector_of
 
@@ -36,7 +36,7 @@ def light_at(shadow, r_m, sun_m):
     to_sun = sub(sun_m, r_m)
     square = dot(to_sun, to_sun)
     pressure = PRESSURE_AT_1_AU_PA * ASTRONOMICAL_UNIT_M**2 / square
-    return scale(lit_fraction_at(shadow, r_m, sun_m) * pressure / math.sqrt(square), to_sun)
+    return scale(sunlit_fraction_at(shadow, r_m, sun_m) * pressure / math.sqrt(square), to_sun)
 
 
 @kernel
@@ -54,13 +54,13 @@ def light_along(shadow: Shadow, r_m: np.ndarray, sun_m: np.ndarray) -> np.ndarra
 
 @kernel
 def _lit_at(shadow, orbit, sun, t):
-    return lit_fraction_at(shadow, lookup3(orbit, t), lookup3(sun, t))
+    return sunlit_fraction_at(shadow, lookup3(orbit, t), lookup3(sun, t))
 
 
 @kernel
-def _kind(lit):
+def _kind(sunlit_fraction):
     """-1 in the umbra, 1 in full sunlight, 0 between."""
-    return -1 if lit == 0.0 else (1 if lit == 1.0 else 0)
+    return -1 if sunlit_fraction == 0.0 else (1 if sunlit_fraction == 1.0 else 0)
 
 
 @kernel

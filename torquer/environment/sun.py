@@ -86,7 +86,7 @@ def _apparent_teme(ut1_minus_tt_days, day, fraction) -> np.ndarray:
 
 
 @kernel
-def lit_fraction_at(shadow, r, sun):
+def sunlit_fraction_at(shadow, r, sun):
     """Visible fraction of the Sun's disc at a position; both vectors in m, one inertial frame.
 
     Stretched along its pole the ellipsoid becomes a sphere, and rays stay straight, so that which
@@ -142,4 +142,4 @@ def _overlap(a, b, c):
 def _lit_fractions(shadow, r, sun, out):
     for i in range(out.size):
         here, there = (r[i, 0], r[i, 1], r[i, 2]), (sun[i, 0], sun[i, 1], sun[i, 2])
-        out[i] = lit_fraction_at(shadow, here, there)
+        out[i] = sunlit_fraction_at(shadow, here, there)

@@ -43,7 +43,7 @@ class _Turn(NamedTuple):
     """The rotation that a law has to damp: its rate [rad/s], and words for it."""
 
     rate_rad_s: float
-    told: str
+    text: str
     law: str
     what: str
 
@@ -138,7 +138,7 @@ def _initial_rate(scenario: Scenario) -> np.ndarray:
     initial = scenario.initial
     if initial.rate_relative_to == "inertial":
         return np.radians(initial.rate_deg_s)
-    r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
+    r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
     return initial.motion(r, v)[4:]
 
 
@@ -161,8 +161,8 @@ def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
     driven = driven_rate_rad_s(*times)
     if turn.rate_rad_s <= sampling_limit_rad_s(*times):
         left = damping_efficiency(turn.rate_rad_s, *times)
-        told = f"{100.0 * left:.2g} % of its damping is left"
-        return f"{told}, perhaps none for a nutating body" if steady else told
+        text = f"{100.0 * left:.2g} % of its damping is left"
+        return f"{text}, perhaps none for a nutating body" if steady else text
     if turn.rate_rad_s >= driven:
         return f"the law will not stop the {turn.what}"
     to = f", a steady one up to {math.degrees(driven):.3g} deg/s" if steady else ""

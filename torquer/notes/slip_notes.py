@@ -96,10 +96,10 @@ def _magnetometer_notes(scenario: Scenario) -> list[str]:
             f"spacecraft.magnetometer.noise_nt of {sensor.noise_nt:g} nT is below that of any "
             f"magnetometer: is it in tesla ({sensor.noise_nt * 1e9:g} nT)?"
         )
-    around = scenario.surroundings()
+    environment = scenario.orbit_environment()
     duration_s = scenario.steps() * scenario.grid_s
     t_s = np.linspace(0.0, min(scenario.orbit.period_s, duration_s), 50)
-    greatest_nt = 1e9 * float(np.linalg.norm(around.sample(t_s)[:, 3:6], axis=1).max())
+    greatest_nt = 1e9 * float(np.linalg.norm(environment.sample(t_s)[:, 3:6], axis=1).max())
     if sensor.range_nt < greatest_nt:
         notes.append(
             f"spacecraft.magnetometer.range_nt of {sensor.range_nt:g} nT is exceeded on this "

@@ -164,7 +164,7 @@ def _turn_notes(scenario: Scenario, law: Spec) -> list[str]:
 def _start_notes(scenario: Scenario, law: HeldByWheels) -> list[str]:
     """Whether the wheels have the torque and the momentum for acquisition."""
     wheels = scenario.spacecraft.wheels
-    r, v = (x[0] for x in scenario.surroundings().state(np.zeros(1)))
+    r, v = (x[0] for x in scenario.orbit_environment().state(np.zeros(1)))
     motion = scenario.initial.motion(r, v)
     torque = _spring_torque(law, motion[:4], r, v)
     share, notes = _torque_share(wheels, torque), []

@@ -29,8 +29,8 @@ def value_at(scenario: Spec, key: str):
     """The value at a dotted key, as plain data."""
     table, last = _place_of(as_data(scenario), key)
     if isinstance(table, dict) and last not in table:
-        told = suggestion(str(last), [str(name) for name in table])
-        raise ScenarioError(f"{key}: must be a known key; received {key!r}{told}")
+        text = suggestion(str(last), [str(name) for name in table])
+        raise ScenarioError(f"{key}: must be a known key; received {key!r}{text}")
     return table[last]
 
 

@@ -85,8 +85,8 @@ def explain(error: ValidationError, data: dict) -> list[str]:
         chosen = min(mistakes.values(), key=_strangeness)
         for keys, mistake in chosen:
             lines[place, keys] = _line(keys, mistake, spec)
-    told = [line for text in lines.values() for line in text.split("\n")]
-    return list(dict.fromkeys(told))
+    message = [line for text in lines.values() for line in text.split("\n")]
+    return list(dict.fromkeys(message))
 
 
 def _by_place(error: ValidationError, data: dict) -> dict:
@@ -160,8 +160,8 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
         return f"{key}: must be given; received nothing"
     if kind == "extra_forbidden":
         known = known_keys(spec, mistake["loc"][:-1]) if spec else []
-        told = suggestion(str(mistake["loc"][-1]), known)
-        return f"{key}: must be a known key; received {received}{told}"
+        text = suggestion(str(mistake["loc"][-1]), known)
+        return f"{key}: must be a known key; received {received}{text}"
     if kind == "too_short":
         return f"{key}: must have {context['min_length']} or more values; received {received}"
     if kind == "too_long":
@@ -171,8 +171,8 @@ def _line(keys: tuple, mistake: dict, spec: type[BaseModel] | None) -> str:
         received = "nothing" if given is None else _shown(given)
         known = _kinds_at(keys) or re.findall(r"'([^']+)'", context.get("expected_tags", ""))
         near = difflib.get_close_matches(str(given), known, 1)
-        told = f" (did you mean {near[0]}?)" if near else ""
-        return f"{key}.kind: must be one of {', '.join(known)}; received {received}{told}"
+        text = f" (did you mean {near[0]}?)" if near else ""
+        return f"{key}.kind: must be one of {', '.join(known)}; received {received}{text}"
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 

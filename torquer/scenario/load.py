@@ -149,9 +149,9 @@ def scenario_schema() -> dict:
     schema = Scenario.model_json_schema(mode="validation")
     describe(schema, Scenario)
     specs = schema["$defs"]
-    for table, told in specs["Spacecraft"]["properties"].items():
+    for table, text in specs["Spacecraft"]["properties"].items():
         if fitting := presets(table):
-            _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(told))[1]], list(fitting))
+            _let_preset_stand(specs[re.search(r"#/\$defs/(\w+)", str(text))[1]], list(fitting))
     _let_preset_stand(specs["Region"], [*presets("region")])
     _let_modes_be_short(specs)
     schema["properties"]["campaign"] = {

@@ -48,8 +48,8 @@ def speeds_at_start(spacecraft, initial) -> Speeds:
 
 def check_step(speeds: Speeds, step_s: float) -> None:
     """ValueError if a step of RK4 is too long to follow a motion with these speeds."""
-    told = (("nutation", speeds.nutation, MOST_NUTATION), ("initial rate", speeds.rate, MOST_TURN))
-    for what, speed, most in told:
+    text = (("nutation", speeds.nutation, MOST_NUTATION), ("initial rate", speeds.rate, MOST_TURN))
+    for what, speed, most in text:
         if speed * step_s > most:
             raise ValueError(
                 f"simulation.step_s: must be at most {most / speed:.3g} s for RK4 to follow the "
@@ -72,16 +72,16 @@ def notes_on_steps(result) -> list[str]:
     """Notes on the numerical damping and lag of RK4's steps in a run, if not small."""
     if "rk4_damping" not in result:
         return []
-    told, damping = [], float(result["rk4_damping"])
+    text, damping = [], float(result["rk4_damping"])
     lag_deg = math.degrees(float(result["rk4_lag"]))
     if damping >= QUIET_DAMPING:
-        told.append(
+        text.append(
             f"the steps of RK4 damped up to {100.0 * damping:.3g} % of the amplitude of nutation "
             "or libration during this run: take shorter steps, or adaptive ones (no step_s)"
         )
     if lag_deg >= QUIET_LAG_DEG:
-        told.append(
+        text.append(
             f"the steps of RK4 made the rotation lag by about {lag_deg:.3g} deg during this run: "
             "take shorter steps, or adaptive ones (no step_s)"
         )
-    return told
+    return text

@@ -334,7 +334,7 @@ class Scenario(Spec):
         """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
         if not self.acting_torques():
             return ()
-        r, v = self.surroundings().state(np.zeros(1))
+        r, v = self.orbit_environment().state(np.zeros(1))
         return argument_of_latitude(r[0], v[0]), self.orbit.rate_rad_s(self.start)
 
     def replace(self, key: str, value) -> "Scenario":
@@ -354,7 +354,7 @@ class Scenario(Spec):
         text = toml_of(self.model_dump(mode="json", exclude_unset=True, exclude_none=True))
         return f"<pre>{escape(text)}</pre>"
 
-    def surroundings(self) -> OrbitEnvironment:
+    def orbit_environment(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from torquer.simulation.host import HostFailed
 from torquer.simulation.members import COARSE_STEP, RUNNING
 from torquer.simulation.run import Run, next_event, reason, record_this_instant
-from torquer.simulation.signals import heeded
+from torquer.simulation.signals import noted_signals
 
 #: Computing time of a piece [s]: it doubles up to this, and is halved where it takes longer.
 _PIECE_S = 0.05
@@ -53,7 +53,7 @@ def advance_in_pieces(
     run: Run, last: int, progress: Callable[[float], None] | None, checkpoints: Checkpoints
 ) -> str:
     """Run on to a step; what made it stop, or "". Raises KeyboardInterrupt on a signal."""
-    signals, steps = heeded(), _FIRST_STEPS
+    signals, steps = noted_signals(), _FIRST_STEPS
     while (done := int(run.state.at[0])) < last:
         if signals.asked:
             raise KeyboardInterrupt

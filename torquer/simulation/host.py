@@ -15,7 +15,7 @@ from torquer.control.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Comp
 from torquer.control.law import Law
 from torquer.control.modes.table import LAW
 from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
-from torquer.simulation.signals import heeded
+from torquer.simulation.signals import noted_signals
 from torquer.simulation.state import arrays_of
 
 if TYPE_CHECKING:
@@ -45,7 +45,11 @@ _ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 13), _PLACE["estimate_s"]
 _ESTIMATED_Q, _ESTIMATED_OMEGA = _part("estimate_q_x", 4), _part("estimate_omega_x", 3)
 _BIAS, _SIGMA = _part("estimate_bias_x", 3), _PLACE["sigma_rad"]
 _R, _V, _MODEL_B = (_part(f"{name}_x", 3) for name in ("position", "velocity", "model_b"))
-_MODEL_RATE, _TO_SUN, _LIT = _part("model_b_rate_x", 3), _part("to_sun_x", 3), _PLACE["lit"]
+_MODEL_RATE, _TO_SUN, _SUNLIT = (
+    _part("model_b_rate_x", 3),
+    _part("to_sun_x", 3),
+    _PLACE["sunlit_fraction"],
+)
 _new = tuple.__new__  # a third of the time of a NamedTuple's own
 
 
@@ -60,7 +64,7 @@ def inputs_from(known: np.ndarray) -> Inputs:
         k[_SIGMA],
         k[_SIGMA + 1],
     )
-    ephemeris = (k[_R], k[_V], k[_MODEL_B], k[_MODEL_RATE], k[_TO_SUN], k[_LIT])
+    ephemeris = (k[_R], k[_V], k[_MODEL_B], k[_MODEL_RATE], k[_TO_SUN], k[_SUNLIT])
     inputs = (
         k[0],
         k[_B],
@@ -89,7 +93,7 @@ class Host:
         self.computer = computer._replace(host=self._callback.address)
         self._board, self._laws = board, list(blocks.laws.values())
         self._estimators = list(blocks.estimators.values())
-        self._signals, self._known = heeded(), board.known.view(np.float64)
+        self._signals, self._known = noted_signals(), board.known.view(np.float64)
         self._before: list[np.ndarray] = []
         self._error: BaseException | None = None
 
@@ -125,10 +129,10 @@ class Host:
     def _answer_of(self, block: Block, row):
         """What a function answers, checked and unified."""
         try:
-            self._signals.heed_at_once(True)
+            self._signals.interrupt_at_once(True)
             return answer_of(block, row, self._board)
         finally:
-            self._signals.heed_at_once(False)
+            self._signals.interrupt_at_once(False)
 
 
 def answer_of(block: Block, row, board: Board):

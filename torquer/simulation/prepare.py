@@ -234,7 +234,7 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         sun_sensors=_sun_sensors(scenario, needs),
         attitude_sensor=craft.attitude_sensor.pack(),
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
-        shadow=scenario.surroundings().shadow,
+        shadow=scenario.orbit_environment().shadow,
         failures=failures_of(craft.sensors()),
     )
 

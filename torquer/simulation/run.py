@@ -47,8 +47,8 @@ from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 class Piece(NamedTuple):
     """Steps first..last-1 of a run and the environment tabulated for them.
 
-    `tables`: what sensors need, `moving`: what moves the body. `around`: the environment that is
-    tabulated, `step_s`: of the steps; `has`: what is there besides the orbit's table.
+    `tables`: what sensors need, `moving`: what moves the body. `environment`: what is tabulated,
+    `step_s`: of the steps; `has`: what is there besides the orbit's table.
     """
 
     first: int
@@ -56,7 +56,7 @@ class Piece(NamedTuple):
     tables: Tables
     moving: EnvironmentTables
     relative_error: float
-    around: OrbitEnvironment
+    environment: OrbitEnvironment
     step_s: float
     has: frozenset[str]
 
@@ -193,9 +193,9 @@ def prepare(
     table, modes = modes_for(scenario, blocks)
     plan = plan_of(scenario, blocks, table, driven_from_outside)
     dynamics = dynamics_of(scenario, plan.plant)
-    around = scenario.surroundings()
-    around.check_dates(0.0, scenario.steps() * plan.step_s)
-    r, v = around.state(np.zeros(1))
+    environment = scenario.orbit_environment()
+    environment.check_dates(0.0, scenario.steps() * plan.step_s)
+    r, v = environment.state(np.zeros(1))
     state = first_state(scenario, plan, dynamics, blocks, modes, r[0], v[0])
     host = None
     if not blocks.compiled:
@@ -214,27 +214,27 @@ def prepare(
 
 def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
-    around = scenario.surroundings()
+    environment = scenario.orbit_environment()
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
-    orbit = around.orbit_table(duration_s, plan.step_s, start_s)
+    orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
     needed = _tables_needed(scenario, plan)
-    sun = around.sun_table(duration_s, start_s) if "sun" in needed else orbit.table
-    air = around.air_table(duration_s, start_s) if "air" in needed else ()
+    sun = environment.sun_table(duration_s, start_s) if "sun" in needed else orbit.table
+    air = environment.air_table(duration_s, start_s) if "air" in needed else ()
     light: Light | tuple[()] = ()
     if "light" in needed:
-        shadow, period_s = around.shadow, around.orbit.period_s
+        shadow, period_s = environment.shadow, environment.orbit.period_s
         edges_s = edges_of(shadow, orbit.table, sun, start_s, duration_s, period_s)
         light = Light(sun, shadow, edges_s)
     gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
     moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
     tables, error = Tables(orbit.table, sun), orbit.relative_error
-    return Piece(first, last, tables, moving, error, around, plan.step_s, needed)
+    return Piece(first, last, tables, moving, error, environment, plan.step_s, needed)
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
     """ValueError unless a piece is what the run would begin with."""
-    own = run.scenario.surroundings(), run.plan.step_s, 0, min(run.piece_steps, run.steps)
-    if (piece.around, piece.step_s, piece.first, piece.last) != own:
+    own = run.scenario.orbit_environment(), run.plan.step_s, 0, min(run.piece_steps, run.steps)
+    if (piece.environment, piece.step_s, piece.first, piece.last) != own:
         raise ValueError(
             "piece: must have the orbit, environment, start and steps of this run; "
             f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"

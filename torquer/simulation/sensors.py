@@ -5,7 +5,7 @@ What ends in `_step` is a phase of the loop, for one member: see `torquer.simula
 
 from torquer.compile.engine import inner, internal
 from torquer.environment.albedo import earthlight
-from torquer.environment.sun import lit_fraction_at
+from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, sub, unit
@@ -76,17 +76,17 @@ def put_late(is_late, reading, t, x, y, z, w):
 def sun_and_light(shadow, orbit, sun, t):
     """Unit vector from the satellite to the Sun (inertial), visible part of its disc."""
     r, sun_m = lookup3(orbit, t), lookup3(sun, t)
-    return unit(sub(sun_m, r)), lit_fraction_at(shadow, r, sun_m)
+    return unit(sub(sun_m, r)), sunlit_fraction_at(shadow, r, sun_m)
 
 
 @inner
 def sunlight_at(plant, tables, t):
     """What Sun sensors receive: direction to the Sun, visible part of it, light of the Earth."""
-    direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+    direction, sunlit_fraction = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
     of_earth, albedo = (0.0, 0.0, 0.0), plant.sun_sensors.albedo
     if albedo > 0.0:
         of_earth = earthlight(albedo, lookup3(tables.orbit, t), direction)
-    return direction, lit, of_earth
+    return direction, sunlit_fraction, of_earth
 
 
 @internal
@@ -156,10 +156,12 @@ def sun_sensors_step(member, late, sunlight, t):
     the Earth (inertial)."""
     state, q = member.state, motion_of(member.state.cells).q
     state.sensors[SUN_SENSORS].count += 1.0
-    direction, lit, of_earth = sunlight
+    direction, sunlit_fraction, of_earth = sunlight
     sun_body, earth_body = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
     drawn = drawn_for(member, sun_sensor.STREAM)
-    sx, sy, sz = read_sun(member.constants.sun_sensors, sun_body, lit, earth_body, drawn)
+    sx, sy, sz = read_sun(
+        member.constants.sun_sensors, sun_body, sunlit_fraction, earth_body, drawn
+    )
     is_late, known = late & (READ << SUN_SENSORS) != 0, state.board.known[0]
     put_late(is_late, state.sensors[SUN_SENSORS], t, sx, sy, sz, 0.0)
     known.sun_s = chosen(is_late, known.sun_s, t)
@@ -282,9 +284,9 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
 def ephemeris_at(plant, tables, t):
     """Where the computer believes to be: on the orbit, with the field model of the simulation."""
     b, _ = lookup6(tables.orbit, t, 3)
-    direction, lit = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+    direction, sunlit_fraction = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
     v, b_rate = rate_from(tables.orbit, t, 0), rate_from(tables.orbit, t, 3)
-    return Ephemeris(lookup3(tables.orbit, t), v, b, b_rate, direction, lit)
+    return Ephemeris(lookup3(tables.orbit, t), v, b, b_rate, direction, sunlit_fraction)
 
 
 @internal

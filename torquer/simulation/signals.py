@@ -47,7 +47,7 @@ class Stop:
         """As if no signal had come yet."""
         self.count = 0
 
-    def heed_at_once(self, at_once: bool) -> None:
+    def interrupt_at_once(self, at_once: bool) -> None:
         """Whether a signal raises KeyboardInterrupt from now on, where nothing is lost by it."""
         self._at_once = at_once
         if at_once and self.asked:
@@ -65,27 +65,27 @@ class Stop:
             raise KeyboardInterrupt
 
 
-_heeded: Stop | None = None
+_noted: Stop | None = None
 
 
-def heeded() -> Stop:
+def noted_signals() -> Stop:
     """The signals that are noted now; one that nothing comes to, if none are."""
-    return Stop() if _heeded is None else _heeded
+    return Stop() if _noted is None else _noted
 
 
 @contextlib.contextmanager
-def heeding(signals: tuple = INTERRUPT, instead_of: tuple = ()) -> Iterator[Stop]:
+def noting_signals(signals: tuple = INTERRUPT, instead_of: tuple = ()) -> Iterator[Stop]:
     """Within the block signals are noted; an inner block shares the notes of the outer one.
 
     A signal that the block leaves noted, when it ends without an error, is sent again after it.
     Left alone: signals that the caller handles or ignores, but for handlers in `instead_of`, and
     all of them outside the main thread.
     """
-    global _heeded
-    if _heeded is not None or threading.current_thread() is not threading.main_thread():
-        yield heeded()
+    global _noted
+    if _noted is not None or threading.current_thread() is not threading.main_thread():
+        yield noted_signals()
         return
-    stop = _heeded = Stop()
+    stop = _noted = Stop()
     usual = {number: signal.getsignal(number) for number in signals}
     free = (signal.SIG_DFL, signal.default_int_handler, *instead_of)
     ours = [number for number, handler in usual.items() if handler in free]
@@ -96,6 +96,6 @@ def heeding(signals: tuple = INTERRUPT, instead_of: tuple = ()) -> Iterator[Stop
     finally:
         for number in ours:
             signal.signal(number, usual[number])
-        _heeded = None
+        _noted = None
     if stop.asked:
         signal.raise_signal(stop.number)

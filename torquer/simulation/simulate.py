@@ -30,7 +30,7 @@ from torquer.simulation.results.restore import (
 )
 from torquer.simulation.results.store import InFile, InMemory, check_free, drop_parts, gather
 from torquer.simulation.run import Run, prepare, record_this_instant
-from torquer.simulation.signals import heeding
+from torquer.simulation.signals import noting_signals
 from torquer.simulation.size import check_disk, check_memory, size_of
 from torquer.spec import checked
 
@@ -83,7 +83,7 @@ def simulate(
     _check_size(scenario, to)
     if to is not None and not overwrite:
         check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
-    with heeding():
+    with noting_signals():
         run = prepare(scenario, law, laws)
         if to is None:
             return finish(run, InMemory(), until_s, progress)
@@ -109,7 +109,7 @@ def resume(
     ValueError for a result that is damaged, of another version of torquer or of another run; a
     warning where the last bits may differ, as on another kind of processor.
     """
-    with heeding():
+    with noting_signals():
         if not isinstance(result, str | os.PathLike):
             run = _restored(result, law, laws, scenario, None)
             earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))

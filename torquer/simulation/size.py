@@ -45,7 +45,7 @@ def piece_steps(scenario: Scenario) -> int:
     record = whole_steps("record_s", simulation.record_s, step_s)
     tabulated = _PIECE_EXACT_STEPS
     if scenario.environment.table_tolerance > 0.0:
-        tabulated = int(_PIECE_SEGMENTS * scenario.surroundings().segment_s / step_s)
+        tabulated = int(_PIECE_SEGMENTS * scenario.orbit_environment().segment_s / step_s)
     return max(1, min(tabulated // record, _PIECE_ROWS)) * record
 
 
@@ -140,8 +140,8 @@ def check_memory(size: Size, to_file: bool) -> None:
         way_out = "" if to_file else " (simulate with to='result.nc' keeps it in a file)"
         raise ValueError(
             f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
-            f"the {told_bytes(there)} of memory of this machine; received a run that needs "
-            f"about {told_bytes(needed)}{way_out}"
+            f"the {bytes_text(there)} of memory of this machine; received a run that needs "
+            f"about {bytes_text(needed)}{way_out}"
         )
 
 
@@ -153,12 +153,12 @@ def check_disk(size: Size, folder: Path) -> None:
     if 2.0 * size.disk_bytes > (there := free_disk(folder.absolute())):
         raise ValueError(
             f"simulation: {size.rows:.6g} rows of the record (duration over record_s) must fit in "
-            f"the {told_bytes(there)} that are free at {folder}; received a result of "
-            f"about {told_bytes(size.disk_bytes)}, for a moment twice on the disk"
+            f"the {bytes_text(there)} that are free at {folder}; received a result of "
+            f"about {bytes_text(size.disk_bytes)}, for a moment twice on the disk"
         )
 
 
-def told_bytes(count: float) -> str:
+def bytes_text(count: float) -> str:
     """Bytes in the unit that suits them: '12 MB'."""
     for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6)):
         if count >= factor:
@@ -166,7 +166,7 @@ def told_bytes(count: float) -> str:
     return f"{count / 1e3:.3g} kB"
 
 
-def told_time(seconds: float) -> str:
+def time_text(seconds: float) -> str:
     """A time in the unit that suits it: '20 s', '3.1 min'."""
     if seconds < 1.0:
         return "less than 1 s"

@@ -51,19 +51,19 @@ def sensor_that_sees(sensors, sun_body):
 
 
 @inlined
-def read_sun(sensors, sun_body, lit, earthlight_body, drawn):
+def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, drawn):
     """Unit vector to the Sun [body], or zeros where no sensor sees it.
 
-    `lit` is the visible fraction of the Sun's disc; half a disc is enough to read.
+    `sunlit_fraction` is the visible fraction of the Sun's disc; half a disc is enough to read.
     `earthlight_body`: as `torquer.environment.albedo` gives it, in the body. `drawn`: three
     standard normal numbers.
     """
     k, rows = sensor_that_sees(sensors, sun_body), sensors.rows
-    if k < 0 or lit < 0.5:
+    if k < 0 or sunlit_fraction < 0.5:
         return (0.0, 0.0, 0.0)
     reading = sun_body
     if sensors.albedo > 0.0:
-        reading = unit(add_scaled(earthlight_body, lit, sun_body))
+        reading = unit(add_scaled(earthlight_body, sunlit_fraction, sun_body))
     reading = rotate((rows[k, 4], rows[k, 5], rows[k, 6], rows[k, 7]), reading)
     if sensors.noise_rad == 0.0:
         return reading

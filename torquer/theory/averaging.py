@@ -1,7 +1,7 @@
 """Numerical averaging of any control law over the fast angles psi, phi, u (and the Earth's day).
 
 The law is the very kernel that the simulation runs, handed over as a first-class function. It is
-given exact measurements: field, its rate of change, angular rate, attitude, the Sun (always lit);
+given exact measurements: field, its rate of change, angular rate, attitude, the Sun (always seen);
 its models of field and Sun are exact, too. Coils do not saturate or lag. The trapezoid rule is
 exact for trigonometric polynomials of a degree below the number of nodes: for every law that is a
 polynomial in field, rate and direction cosines. For others the error is seen by taking more nodes

@@ -151,11 +151,11 @@ def forced_response(
     origin = np.zeros(n) if x0 is None else validate.finite("x0", x0, (n,))
     tail = size[-max(1, len(size) // 4) :].max() / size.max() if size.max() > 0.0 else 0.0
     growth = float(np.max(eigenvalues.real, initial=0.0))
-    notes = (*map(_told, resonances), *passed((TAIL, tail), (GROWTH, growth)))
+    notes = (*map(_text, resonances), *passed((TAIL, tail), (GROWTH, growth)))
     return Response(origin, float(period), found, eigenvalues, resonances, float(tail), notes)
 
 
-def _told(resonance: Resonance) -> str:
+def _text(resonance: Resonance) -> str:
     return (
         f"harmonic {resonance.harmonic} is {resonance.distance:.2g} from an eigenvalue "
         f"{resonance.eigenvalue:.3g}: a resonance, near which the first order may not suffice"

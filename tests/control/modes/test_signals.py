@@ -43,7 +43,7 @@ MOMENTUM = np.array(J) @ OMEGA
 TARGET_BODY = rotate_inverse(Q, TARGET)
 READ = ReadingTimes(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
 SEEN = reading(
-    10.0, place=(R, V), sun=SUN, lit=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4),
+    10.0, place=(R, V), sun=SUN, sunlit_fraction=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4),
     read_at=READ,
     omega_body_rad_s=OMEGA, q_body_to_inertial=Q, sigma_rad=math.radians(0.3),
 )  # fmt: skip
@@ -58,7 +58,7 @@ EXPECTED = {
     "attitude_rate_deg_s": math.degrees(np.linalg.norm(OMEGA - BODY.inv().apply(TURNING))),
     "axis_to_sun_deg": degrees(AXIS, SUN),
     "sun_in_view": 1.0,
-    "lit": 0.25,
+    "sunlit_fraction": 0.25,
     "field_nt": 5e4,
     "wheel_momentum_n_m_s": 0.5,
     "estimate_age_s": 10.0,
@@ -99,7 +99,7 @@ def test_the_target_may_be_the_sun():
 def test_what_cannot_be_told_is_unknown():
     """Angles without the Sun, at rest, or without an estimate; never a number made up."""
     blind = reading(**spinning(1.0))._replace(estimate=UNKNOWN_ESTIMATE)
-    unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg lit"
+    unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg sunlit_fraction"
     for name in (*unknown.split(), "axis_to_sun_deg", "estimate_sigma_deg"):
         assert math.isnan(value(name, blind)), name
     resting = reading(omega_body_rad_s=(0.0, 0.0, 0.0))

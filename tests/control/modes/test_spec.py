@@ -27,7 +27,9 @@ laws = { sdot = 1.0, bdot = -0.3 }
 coils = "on"
 wheels = "off"
 set = { "sdot.gain" = 3, "sdot.axis" = [1, 2, 3] }
-transitions = [{ to = "damping", when = [{ signal = "lit", below = 0.1 }], at_most_s = 900 }]
+transitions = [
+  { to = "damping", when = [{ signal = "sunlit_fraction", below = 0.1 }], at_most_s = 900 },
+]
 """
 LAWS, PARAMETERS = (
     {"bdot": 4, "sdot": 2},

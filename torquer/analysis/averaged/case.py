@@ -240,7 +240,7 @@ def _pointed(case: AveragedCase, spec, scenario, orbit) -> AveragedCase:
     """With the law's target, as far as closed equations cover it."""
     target = getattr(spec, "target", "sun")
     if target == "sun":
-        target = scenario.surroundings().sun(np.zeros(1))[0]
+        target = scenario.orbit_environment().sun(np.zeros(1))[0]
     there = _to_z(np.asarray(target, dtype=np.float64), orbit)
     there = there / np.linalg.norm(there)
     if case.law == "reorientation":

@@ -124,9 +124,9 @@ def sun_in_view(table, state, inputs, index):
 
 
 @inlined
-def lit(table, state, inputs, index):
+def sunlit_fraction(table, state, inputs, index):
     """Visible part of the Sun's disc, by the ephemeris."""
-    return inputs.ephemeris.lit
+    return inputs.ephemeris.sunlit_fraction
 
 
 @inlined
@@ -227,7 +227,7 @@ SIGNALS = {
     ),
     "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, reads=frozenset({"sun"})),
     "sun_in_view": Signal(sun_in_view, "yes/no", reads=frozenset({"sun"})),
-    "lit": Signal(lit, "part", reads=frozenset({"ephemeris"})),
+    "sunlit_fraction": Signal(sunlit_fraction, "part", reads=frozenset({"ephemeris"})),
     "field_nt": Signal(field, "nT"),
     "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s"),
     "estimate_age_s": Signal(estimate_age, "s"),

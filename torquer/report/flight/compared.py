@@ -68,7 +68,7 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         picture = base64.b64encode(png_of(self.plot())).decode("ascii")
-        changed = [(key, *map(_told, values)) for key, values in self.changed.items()]
+        changed = [(key, *map(_text, values)) for key, values in self.changed.items()]
         head = "".join(f"<th>{escape(name)}</th>" for name in ("", *self.names))
         rows = "".join(
             f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>"
@@ -92,7 +92,7 @@ def compare(*results: xr.Dataset, names: Sequence[str] | None = None) -> Compari
     return Comparison(named, tuple(results), summaries, differences(results))
 
 
-def _told(value) -> str:
+def _text(value) -> str:
     return "not given" if value is None else str(value)
 
 
@@ -121,9 +121,9 @@ def _labels(compared: Comparison) -> list[str]:
     if len(compared.changed) != 1:
         return list(compared.names)
     ((key, values),) = compared.changed.items()
-    told = f"{key.rpartition('.')[2]} "
+    text = f"{key.rpartition('.')[2]} "
     return [
-        name if isinstance(value, list | dict) else f"{name}: {told}{_told(value)}"
+        name if isinstance(value, list | dict) else f"{name}: {text}{_text(value)}"
         for name, value in zip(compared.names, values, strict=True)
     ]
 

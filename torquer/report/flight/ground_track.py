@@ -11,21 +11,23 @@ from torquer.report.flight.view import View
 TRACK_PX = 440
 #: Colours of the map: pale, so that the track stands out; perceptually even.
 PALE = ("#fbfaf5", "#cfe0e4", "#9dbccb")
-LIT, DARK = RED, "#1b3a6b"
+SUNLIT, DARK = RED, "#1b3a6b"
 
 
 def track_figure(view: View) -> dict:
     """Ground track over the map of the field."""
     grid = view.field_map
     data = [] if grid is None else [_field_contours(*grid)]
-    lon, lat, lit = (view.values(k) for k in ("longitude", "latitude", "lit"))
+    lon, lat, sunlit_fraction = (
+        view.values(k) for k in ("longitude", "latitude", "sunlit_fraction")
+    )
     stride = max(1, len(lon) // 6000)
     clock = clock_for(view.end_s)
     split = split_at_dateline(
-        lon[::stride], lat[::stride], lit[::stride], view.t_s[::stride] / clock.seconds
+        lon[::stride], lat[::stride], sunlit_fraction[::stride], view.t_s[::stride] / clock.seconds
     )
     hover = f"%{{y:.1f}}°, %{{x:.1f}}°<br>%{{customdata:.1f}} {clock.unit}"
-    for label, colour, lit_here in (("sunlit", LIT, True), ("in eclipse", DARK, False)):
+    for label, colour, lit_here in (("sunlit", SUNLIT, True), ("in eclipse", DARK, False)):
         mask = (split[2] >= 0.5) if lit_here else (split[2] < 0.5)
         if mask.any():
             x, y, t = only_where(mask, split[0], split[1], split[3])

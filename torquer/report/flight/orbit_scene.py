@@ -83,7 +83,7 @@ def _sun(view: View, t_s: float) -> dict:
 def _moving(view: View, t, r) -> list[list[dict]]:
     """Moving traces for each instant: the body's axes and the field line."""
     turn, at = view.to_inertial(t), r / _RADIUS_M
-    lines = field_lines(view.scenario.surroundings(), t, r, view.at("velocity_inertial", t))
+    lines = field_lines(view.scenario.orbit_environment(), t, r, view.at("velocity_inertial", t))
     found = []
     for n in range(len(t)):
         traces = [

@@ -24,8 +24,8 @@ from torquer.report.common.figure import (
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.ground_track import (
     DARK,
-    LIT,
     PALE,
+    SUNLIT,
     only_where,
     split_at_dateline,
 )
@@ -316,15 +316,18 @@ def draw_ground_track(view: View) -> Figure:
 
 
 def draw_track(axes, view: View, bar=None) -> None:
-    """Track, lit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
+    """Track, sunlit and in eclipse, on a graticule and, where the model has one, a map of |B|."""
     quiet(axes)
     _draw_field_map(axes, view, bar)
-    track = {k: view.values(k) for k in ("longitude", "latitude", "lit")}
-    lon, lat, lit = split_at_dateline(*track.values())
+    track = {k: view.values(k) for k in ("longitude", "latitude", "sunlit_fraction")}
+    lon, lat, sunlit_fraction = split_at_dateline(*track.values())
     width = 1.5 if view.end_s < 20.0 * view.revolution_s else 0.7
-    alone = "o" if len(track["lit"]) < 2 else None
+    alone = "o" if len(track["sunlit_fraction"]) < 2 else None
     handles = []
-    for label, mask, colour in (("sunlit", lit >= 0.5, LIT), ("in eclipse", lit < 0.5, DARK)):
+    for label, mask, colour in (
+        ("sunlit", sunlit_fraction >= 0.5, SUNLIT),
+        ("in eclipse", sunlit_fraction < 0.5, DARK),
+    ):
         if mask.any():
             handles += axes.plot(
                 *only_where(mask, lon, lat), lw=width, color=colour, label=label, marker=alone

@@ -113,7 +113,7 @@ def _moving(view: View, t) -> list[list[dict]]:
     """Moving traces for each instant: the box, its axes and the directions."""
     turn = view.to_inertial(t)
     corners = np.einsum("nij,kj->nki", turn, _box(view))
-    dark = np.interp(t, view.t_s, view.values("lit")) < 0.5
+    dark = np.interp(t, view.t_s, view.values("sunlit_fraction")) < 0.5
     arrows = [(name, colour, turn[:, :, i], None) for i, (name, colour) in enumerate(AXES)]
     arrows += [
         ("B", PINK, units(view.at("b_inertial", t)), None),

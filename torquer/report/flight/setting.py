@@ -31,7 +31,7 @@ def setting(view: View) -> list[tuple[str, str]]:
             f"{scenario.orbit.kind}, altitude {altitude_km.min():.0f} to "
             f"{altitude_km.max():.0f} km, period {view.revolution_s / 60.0:.2f} min",
         ),
-        ("Eclipse", f"{np.mean(view.values('lit') < 0.5):.0%} of the time"),
+        ("Eclipse", f"{np.mean(view.values('sunlit_fraction') < 0.5):.0%} of the time"),
         ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
         *_wheels(view),
         *_laws(view),
@@ -54,16 +54,16 @@ def _laws(view: View) -> list[tuple[str, str]]:
     for key, law in view.laws.items():
         kind = view.kind_of(key).capitalize()
         label = kind if key == kind.lower() else f"{kind} {key}"
-        given = ", ".join(f"{name} = {told(value)}" for name, value in law["parameters"].items())
+        given = ", ".join(f"{name} = {text(value)}" for name, value in law["parameters"].items())
         rows.append((label, f"{law['name']} ({given})" if given else law["name"]))
         if len(view.laws) == 1 or law["runs_as"] != "compiled":
             rows.append((f"{label} runs as", law["runs_as"]))
     return rows
 
 
-def told(value) -> str:
+def text(value) -> str:
     """A parameter's number or vector, however nested."""
-    return f"[{', '.join(map(told, value))}]" if isinstance(value, list) else f"{value:g}"
+    return f"[{', '.join(map(text, value))}]" if isinstance(value, list) else f"{value:g}"
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:

@@ -167,7 +167,7 @@ def view_of(result: xr.Dataset) -> View:
         scenario=scenario,
         omega0_rad_s=scenario.orbit.rate_rad_s(scenario.start),
         t_s=t,
-        eclipses=tuple(bands_where(t, 1.0 - result["lit"].values)),
+        eclipses=tuple(bands_where(t, 1.0 - result["sunlit_fraction"].values)),
         every=every,
         summary=summary,
     )

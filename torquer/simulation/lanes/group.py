@@ -16,7 +16,7 @@ from torquer.simulation.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.run import Piece, Run, piece_of
-from torquer.simulation.signals import heeded
+from torquer.simulation.signals import noted_signals
 from torquer.simulation.state import CELLS, HERE_CELLS
 from torquer.simulation.step import Loop, run_steps
 
@@ -40,9 +40,9 @@ class Pieces:
     def __init__(self, run: Run):
         self._run, self._known = run, {run.piece.first: run.piece}
 
-    def of(self, around: OrbitEnvironment) -> bool:
+    def of(self, environment: OrbitEnvironment) -> bool:
         """Whether the pieces are those of an environment."""
-        return self._run.scenario.surroundings() == around
+        return self._run.scenario.orbit_environment() == environment
 
     def at(self, first: int) -> Piece:
         """The piece that begins at a step."""
@@ -108,7 +108,7 @@ class Lanes:
             and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
             and _functions(other) == _functions(self.run)
             and same_computers(other.plan.computer, self.run.plan.computer)
-            and self.pieces.of(other.scenario.surroundings())
+            and self.pieces.of(other.scenario.orbit_environment())
         )
         return theirs if same else None
 
@@ -143,7 +143,7 @@ class Lanes:
         moving = Many(self.packed.of_dynamics, cells, run.dynamics, *rest)
         for first in range(0, run.steps, run.piece_steps):
             piece = self.pieces.at(first)
-            if heeded().asked:
+            if noted_signals().asked:
                 raise KeyboardInterrupt
             problem = Arguments(
                 Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)

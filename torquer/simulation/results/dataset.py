@@ -53,7 +53,7 @@ def part_of(run: Run) -> xr.Dataset:
     import xarray as xr
 
     data = xr.Dataset(variables, coords=coordinates)
-    return data.assign(_surroundings(run, t_s, data))
+    return data.assign(_orbit_environment(run, t_s, data))
 
 
 def with_state(part: xr.Dataset, run: Run, how: str, ended: str) -> xr.Dataset:
@@ -145,12 +145,12 @@ def _entered(run: Run) -> dict:
     return {"mode": ("mode", names), **described(times)}
 
 
-def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
+def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
     """Orbit, field, Sun and momentum at the recorded instants, from the models themselves."""
-    around = run.scenario.surroundings()
-    r, v = around.state(t_s)
-    b = around.field(t_s, r, v)
-    lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", around.dcm_to_ecef(t_s), r))
+    environment = run.scenario.orbit_environment()
+    r, v = environment.state(t_s)
+    b = environment.field(t_s, r, v)
+    lat, lon, height = geodetic_from_ecef(np.einsum("nij,nj->ni", environment.dcm_to_ecef(t_s), r))
     q, omega = data["q_body_to_inertial"].values, data["omega_body"].values
     to_inertial = dcm_body_to_reference(q)
     to_body = to_inertial.transpose(0, 2, 1)
@@ -160,7 +160,7 @@ def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
     turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
-    sun = around.sun(t_s) - r
+    sun = environment.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
 
     def turned(matrices, values):
@@ -174,7 +174,7 @@ def _surroundings(run: Run, t_s, data: xr.Dataset) -> dict:
         "sun_inertial": sun,
         "omega_orbital": omega - turned(to_body, turning),
         "momentum_inertial": turned(to_inertial, momentum),
-        "lit": around.lit(t_s, r),
+        "sunlit_fraction": environment.sunlit_fraction(t_s, r),
         "latitude": np.degrees(lat),
         "longitude": np.degrees(lon),
         "altitude": height,

@@ -16,7 +16,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
-from torquer.simulation.signals import heeded
+from torquer.simulation.signals import noted_signals
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,7 +38,11 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     `how`: more arguments of `xarray.Dataset.to_netcdf`.
     """
     data = memoryview(result.to_netcdf(None, engine="h5netcdf", **(how or {})))
-    with heeded().writing(), replacing(Path(path)) as unfinished, unfinished.open("wb") as file:
+    with (
+        noted_signals().writing(),
+        replacing(Path(path)) as unfinished,
+        unfinished.open("wb") as file,
+    ):
         file.write(data)
         file.write(_SEAL + hashlib.sha256(data).hexdigest().encode())
         _to_disk(file)
@@ -84,7 +88,7 @@ def join(first, others: Iterable, grow) -> None:
     `grow(path, part)` appends the dataset of a file; the disk has room for it then.
     """
     first, others = Path(first), list(others)
-    with heeded().writing(), replacing(first) as unfinished:
+    with noted_signals().writing(), replacing(first) as unfinished:
         shutil.copyfile(first, unfinished)
         room = sum(other.stat().st_size + OVERHEAD for other in others)
         with unfinished.open("r+b") as file:

@@ -120,7 +120,7 @@ COMPUTED = (
     Variable("position_inertial", _XYZ, "m", "J", "position from the Earth's centre"),
     Variable("velocity_inertial", _XYZ, "m/s", "J", "velocity"),
     Variable("sun_inertial", _XYZ, "1", "J", "direction to the Sun, also in eclipse"),
-    Variable("lit", _TIME, "1", "", "visible part of the Sun's disc: 0 in the umbra"),
+    Variable("sunlit_fraction", _TIME, "1", "", "visible part of the Sun's disc: 0 in the umbra"),
     Variable("latitude", _TIME, "deg", "", "geodetic latitude, WGS84"),
     Variable("longitude", _TIME, "deg", "", "longitude, east positive"),
     Variable("altitude", _TIME, "m", "", "height above the ellipsoid WGS84"),

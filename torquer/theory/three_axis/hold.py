@@ -67,7 +67,7 @@ class AttitudeHold:
 
     law: Law
     body: Body
-    surroundings: OrbitEnvironment
+    orbit_environment: OrbitEnvironment
     aerodynamics: Aerodynamics | None = None
     revolutions: int | None = None
 
@@ -91,10 +91,10 @@ class AttitudeHold:
             raise ValueError(f"revolutions: must be a whole number; received {self.revolutions:g}")
 
     def _usual_revolutions(self) -> int:
-        if self.surroundings.environment.field.kind in _FIXED_FIELDS:
+        if self.orbit_environment.environment.field.kind in _FIXED_FIELDS:
             return 1
         day = 2.0 * math.pi / EARTH_RATE_RAD_S
-        return max(1, round(day / self.surroundings.orbit.period_s))
+        return max(1, round(day / self.orbit_environment.orbit.period_s))
 
     @classmethod
     def of_scenario(cls, scenario, law: Law | None = None, revolutions: int | None = None):
@@ -105,7 +105,7 @@ class AttitudeHold:
         if scenario.spacecraft.wheels is not None:
             raise ValueError("spacecraft.wheels: must be left out for magnetic control alone")
         craft, law = scenario.spacecraft, law or laws[0].law()
-        return cls(law, craft.body, scenario.surroundings(), craft.aerodynamics, revolutions)
+        return cls(law, craft.body, scenario.orbit_environment(), craft.aerodynamics, revolutions)
 
     def with_law(self, law: Law) -> "AttitudeHold":
         """The same under another law; what is tabulated is kept if it holds the same attitude."""
@@ -131,7 +131,7 @@ class AttitudeHold:
     @property
     def rate_rad_s(self) -> float:
         """Orbital rate n [rad/s]."""
-        return 2.0 * math.pi / self.surroundings.orbit.period_s
+        return 2.0 * math.pi / self.orbit_environment.orbit.period_s
 
     @property
     def period(self) -> float:
@@ -152,7 +152,7 @@ class AttitudeHold:
 
     def instants(self, u) -> Instants:
         """What there is along the orbit at points of u, from the start on."""
-        around, t_s = self.surroundings, np.asarray(u, dtype=np.float64) / self.rate_rad_s
+        around, t_s = self.orbit_environment, np.asarray(u, dtype=np.float64) / self.rate_rad_s
         r, v = around.state(t_s)
         gravity = gravity_gradient_vector(r) * float(around.environment.gravity_gradient)
         b = around.sample(t_s)[:, 3:6]
@@ -160,7 +160,7 @@ class AttitudeHold:
 
     def _field_rate(self, at: Instants) -> np.ndarray:
         """Rate of change of the field [T/s] along the orbit, from what it is a second later."""
-        around = self.surroundings
+        around = self.orbit_environment
         half, whole = (around.sample(t)[:, 3:6] for t in (at.t_s + 0.5, at.t_s + 1.0))
         return 4.0 * half - whole - 3.0 * at.b_t
 
@@ -201,9 +201,9 @@ class AttitudeHold:
     def _table(self) -> Table:
         """A, f and the field along the orbit."""
         span_s = self.period / self.rate_rad_s
-        self.surroundings.check_dates(0.0, span_s)
+        self.orbit_environment.check_dates(0.0, span_s)
         whole = (slice(0, 24),)
-        first_s = self.surroundings.segment_s
+        first_s = self.orbit_environment.segment_s
         return build_proven(self._free_rows, span_s, first_s, _TABLE, whole).table
 
     def _free_rows(self, t_s) -> np.ndarray:
@@ -241,7 +241,7 @@ class AttitudeHold:
         if self.aerodynamics is None:
             return np.zeros((at.t_s.size, 3))
         surface = self.aerodynamics.pack()
-        flows = self.to_body(at, self.surroundings.flow(at.t_s))
+        flows = self.to_body(at, self.orbit_environment.flow(at.t_s))
         return np.array([aerodynamic_force_and_torque(surface, tuple(f))[1] for f in flows])
 
 
