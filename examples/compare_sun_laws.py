@@ -54,7 +54,7 @@ LAWS = {
 
 
 def fly(name: str, starts: int):
-    """The campaign with the law of this name. (What has modes flies one by one, and says so.)"""
+    """The campaign with the law of this name. (With modes, they fly one by one.)"""
     scenario, campaign = torquer.load_campaign(HERE / "sun_laws.toml")
     scenario = scenario.replace("control", LAWS[name] | {"sample_s": scenario.control.sample_s})
     with warnings.catch_warnings(category=UserWarning, action="ignore"):

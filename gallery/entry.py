@@ -1,6 +1,6 @@
 """What an entry is: published ids, a function, the verdict that it must reach, and why.
 
-A check holds one number beside the source's: it agrees when the number lies in an interval that
+A check compares one number with the source's: it agrees when the number lies in an interval that
 means something, half a unit of the last printed digit or what 'about' allows. A number that came
 out after a choice made in view of the printed one is 'chosen', not 'agrees'; one that is held
 against a second computation of ours, as the source prints none, is 'self-consistent'.
@@ -31,7 +31,7 @@ _PRECEDENCE = (Verdict.DIFFERS, Verdict.CHOSEN, Verdict.AGREES, Verdict.CONSISTE
 
 @dataclass(frozen=True)
 class Check:
-    """One number beside the source's; `low..high` is where it agrees.
+    """One number and the source's; `low..high` is where they agree.
 
     `printed` is the source's number or claim in its words, None if it is lost. `basis`: what the
     check is worth when the number lies within the limits, see `chosen` and `consistent`.

@@ -4,8 +4,10 @@
 the rebuilt functions, and stands in `replacements`: nothing else of the loop is CUDA's own.
 """
 
+import ast
+import inspect
 import math
-from collections import namedtuple
+import textwrap
 from types import FunctionType, ModuleType, SimpleNamespace
 
 import numba
@@ -17,7 +19,8 @@ from torquer.compile import adapter, engine
 from torquer.control import computer
 from torquer.estimation import RateFromField
 from torquer.interface import inputs_of
-from torquer.simulation import advance, step
+from torquer.simulation import computers, record, step
+from torquer.simulation.propagate import fixed_steps, interval
 from torquer.simulation.run import prepare
 
 pytest.importorskip("numba_cuda", reason="needs the extra 'cuda'")
@@ -27,8 +30,6 @@ from numba import cuda  # noqa: E402  (of numba-cuda, which has been found)
 from numba.cuda import compiler, dispatcher, libdevice  # noqa: E402
 
 SM_90 = (9, 0)
-#: The arguments of the loop, as its box has them.
-Arguments = namedtuple("Arguments", ["integrator", "plan", "tables", "state", "record", "seed"])
 BDOT = {"kind": "bdot", "gain_a_m2_s_per_t": 1e6}
 #: All sensors with their errors, coils with lag, a measurement window.
 PLANT = {
@@ -131,14 +132,45 @@ def scalar_numpy():
     return module_of("np", floor=floor, sign=sign, **kept)
 
 
+def device_function(function):
+    """A plain function of the loop as one that `rebuilt` takes."""
+    return SimpleNamespace(py_func=function)
+
+
+class OneMember(ast.NodeTransformer):
+    """Calls phases for the one member: CUDA's functions take no `*arguments`."""
+
+    def visit_Call(self, node):
+        self.generic_visit(node)
+        name = getattr(node.func, "id", "")
+        if name not in ("each", "each_alone", "must_stop", "first_of"):
+            return node
+        member = ast.Attribute(node.args[0], "member", ast.Load())
+        if name == "first_of":
+            return member
+        skipped = 4 if name == "must_stop" else 2
+        call = ast.Call(node.args[1], [member, *node.args[skipped:]], [])
+        return ast.UnaryOp(ast.Not(), call) if name == "must_stop" else call
+
+
+def for_one_member(plain, names):
+    """A plain function of these globals, which calls phases for the one member."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(plain)))
+    function = tree.body[0]
+    function.decorator_list = []
+    made = compile(ast.fix_missing_locations(OneMember().visit(tree)), plain.__name__, "exec")
+    exec(made, names)
+    return names[function.name]
+
+
 def rebuilt(function, instead, known):
     """A kernel and all kernels that it calls by name, with the replacements among its globals."""
     plain = function.py_func
     if plain not in known:
         names = dict(plain.__globals__)
-        copy = FunctionType(plain.__code__, names, plain.__name__, plain.__defaults__)
+        copy = for_one_member(plain, names)
         known[plain] = cuda.jit(copy, device=True)
-        for name in set(plain.__code__.co_names) & names.keys():
+        for name in set(copy.__code__.co_names) & names.keys():
             if name in instead:
                 names[name] = instead[name]
             elif hasattr(names[name], "py_func") and not names[name].py_func.__closure__:
@@ -169,38 +201,58 @@ def replacements(run):
     """All that CUDA cannot take as it is, by the names that the kernels use."""
     law = next(iter(run.blocks.laws.values()))
     plain = {
+        "record_at": unchanged,
+        "whole": unchanged,
         "without_reference_counts": unchanged,
         "np": scalar_numpy(),
         "bits_of": bits_of,
         "float_of": float_of,
     }
-    drawing = {name: rebuilt(getattr(noise, name), plain, {}) for name in ("drawn", "normal3")}
-    plain["noise"] = module_of("noise", **drawing)
-    by_rk4 = rebuilt(advance.by_rk4, plain, {})
-    resolves = rebuilt(advance.resolves, plain, {})
+    plain["normal3"] = rebuilt(noise.normal3, plain, {})
+    plain["noise"] = module_of("noise", normal3=plain["normal3"])
+    known = {}
+    by_rk4 = rebuilt(fixed_steps.by_rk4, plain, known)
 
     @cuda.jit(device=True)
     def steps_by(integrator, forces, cells, x, here, first, last, h):
         return by_rk4(forces, x, here, first, last, h)
 
-    @cuda.jit(device=True)
-    def is_resolved(integrator, plan, state, x, here):
-        steps = plan.record_steps
-        return resolves(integrator, plan.plant, plan.step_s, steps, state, x, here)
+    plain["steps_by"] = steps_by
+    plain["advance"] = rebuilt(device_function(interval.advance), plain, known)
+    plain["is_too_coarse"] = rebuilt(interval._rk4_is_too_coarse, plain, known)
+    go_on = rebuilt(device_function(interval._propagate), plain, known)
 
-    switch_modes = rebuilt(computer.switch_modes, plain, {})
+    @cuda.jit(device=True)
+    def call_propagate(function, problem, step, until, look):
+        return go_on(problem, step, until, look)
+
+    drive = rebuilt(device_function(step._drive_wheels), plain, known)
+
+    @cuda.jit(device=True)
+    def call_drive_wheels(function, loop, hold_steps, step):
+        return drive(loop, hold_steps, step)
+
+    switch_modes = rebuilt(computer.switch_modes, plain, known)
 
     @cuda.jit(device=True)
     def call_switch(address, table, state, known):
         return switch_modes(table, state, inputs_of(known[0]))
 
-    return plain | {
+    @cuda.jit(device=True)
+    def call_host(address, number):
+        pass
+
+    plain |= {
+        "call_propagate": call_propagate,
+        "_call_drive_wheels": call_drive_wheels,
         "call_switch": call_switch,
+        "call_host": call_host,
         "call_law": called_directly(law),
         "call_estimator": called_directly(RateFromField().estimator()),
-        "steps_by": steps_by,
-        "is_resolved": is_resolved,
     }
+    for function in (computers.compute, computers.estimate_for_outside, record.record_members):
+        plain[function.__name__] = rebuilt(device_function(function), plain, known)
+    return plain
 
 
 @pytest.fixture
@@ -213,13 +265,18 @@ def no_device(monkeypatch):
 
 def ptx_of_loop(run):
     """PTX of a kernel that runs the loop of a prepared run."""
-    loop = rebuilt(step.run_steps, replacements(run), {})
+    loop = rebuilt(device_function(step._run_steps), replacements(run), {})
+    ready = run._made_ready()
+    # what has an address on the host is handed over itself
+    arguments = ready.loop.record._replace(
+        plan=run.plan._replace(computer=run.plan.computer._replace(host=0)),
+        problem=ready.problem.record,
+    )
 
-    def one_run(integrator, plan, tables, state, record, seed, last, ended):
-        ended[0] = loop(Arguments(integrator, plan, tables, state, record, seed), last)
+    def one_run(arguments, last, ended):
+        ended[0] = loop(arguments, last)
 
-    arguments = (run.integrator, run.plan, run.tables, run.state, run.record, 7, run.steps)
-    types = tuple(map(numba.typeof, (*arguments, np.zeros(1, np.int64))))
+    types = tuple(map(numba.typeof, (arguments, run.steps, np.zeros(1, np.int64))))
     ptx, _ = cuda.compile(one_run, types, device=False, cc=SM_90, output="ptx", abi="numba")
     return ptx
 

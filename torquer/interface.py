@@ -31,7 +31,7 @@ class ReadingTimes(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """What the estimator believes at `t_s`; not numbers where it does not know.
+    """What the estimator believes at `t_s`; NaN where it is unknown.
 
     `q_body_to_inertial`, `omega_body_rad_s` (absolute rate), `gyro_bias_rad_s`; `sigma_rad`:
     standard deviation of the attitude about each axis; `sigma_rad_s`: of the rate.
@@ -46,11 +46,11 @@ class Estimate(NamedTuple):
 
 
 class Ephemeris(NamedTuple):
-    """Where the computer believes to be, and what its models say of that place; inertial frame.
+    """Where the computer assumes the satellite, and what its models give there; inertial frame.
 
     Position, velocity, field and its rate of change along the orbit, unit vector to the Sun from
-    the satellite, visible part of the Sun's disc (0 in the umbra). Not numbers unless a plug-in
-    says that it `needs` the ephemeris.
+    the satellite, visible part of the Sun's disc (0 in the umbra). NaN unless a plug-in declares
+    that it `needs` the ephemeris.
     """
 
     r_inertial_m: tuple = _UNKNOWN

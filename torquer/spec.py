@@ -31,7 +31,7 @@ def _moments(value):
 Vector = tuple[float, float, float]
 #: Value of `inertia_kg_m2`: what a body can have, given as three moments or 3x3, kept as 3x3.
 Inertia = Annotated[Vector | tuple[Vector, Vector, Vector], AfterValidator(_tensor)]
-#: The same where axes must be principal: three moments.
+#: Value of an inertia whose axes must be principal: three moments.
 Moments = Annotated[Vector, AfterValidator(_moments)]
 #: What pydantic would read as a number ("500" as 500, true as 1), and is none.
 _NO_NUMBERS = (bool, np.bool_, str, bytes)
@@ -59,7 +59,7 @@ class _Number(NamedTuple):
 
 
 def _as_float(value) -> float:
-    """The number, infinite for a longer integer; 0 for what pydantic is to refuse."""
+    """The number, infinite for a longer integer; 0 for what pydantic is to reject."""
     if not isinstance(value, int | float | np.number):
         return 0.0
     try:
@@ -146,7 +146,7 @@ class Spec(BaseModel):
         return _with_checks(handler(source))
 
     def model_copy(self, *, update: Mapping | None = None, deep: bool = False) -> Self:
-        """A copy, with some keys changed: checked as on creation, `ValidationError` likewise.
+        """A copy with some keys changed, checked as on creation (`ValidationError`).
 
         A spec within the changes is checked again, however it was made.
         """
@@ -158,7 +158,7 @@ class Spec(BaseModel):
 
 
 def as_data(value):
-    """A value with every spec in it, however deep, as plain data, to be checked anew."""
+    """A value with every spec in it, however deep, as plain data, to be checked again."""
     if isinstance(value, BaseModel):
         return {name: as_data(part) for name, part in value.__dict__.items()}
     if isinstance(value, Mapping):
@@ -172,5 +172,5 @@ AnySpec = TypeVar("AnySpec", bound=Spec)
 
 
 def checked(spec: AnySpec) -> AnySpec:
-    """The spec, checked anew: it may have been changed or made behind pydantic's back."""
+    """The spec, checked again: it may have been changed or made behind pydantic's back."""
     return type(spec).model_validate(as_data(spec))

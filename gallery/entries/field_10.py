@@ -10,7 +10,7 @@ of the comparison was fixed before any model was compared: the one whose own pit
 is the greatest initial angle, 6 deg, which the text calls near.
 
 Also chosen here: errors and the constant torque alike on all axes, readings and the random torque
-anew every second, accuracy as the 95th percentile over the second half of the run (a greatest
+new every second, accuracy as the 95th percentile over the second half of the run (a greatest
 value would depend on a single draw, and grow with the run's length), 'similar' as within a
 third of IGRF's: what a preliminary design keeps in hand, and the text has simple models for that.
 """
@@ -120,7 +120,7 @@ def courses(run_of, pitch_deg=0.0) -> dict[str, list[Course]]:
 
 
 def comparison(runs) -> tuple[tuple, np.ndarray]:
-    """(Checks of the simple models beside IGRF, node by node; accuracies [model, node] deg)."""
+    """(Checks of the simple models against IGRF, node by node; accuracies [model, node] deg)."""
     accuracy = by_node(runs, lambda run: run.accuracy_deg)
     ratios = np.median(accuracy / accuracy[0], axis=1)
     checks = tuple(

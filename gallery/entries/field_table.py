@@ -1,7 +1,7 @@
-"""FIELD section 4: which field model for which study, with our own evidence beside it.
+"""FIELD section 4: which field model for which study, with our own evidence.
 
 Five of the table's 24 signs are lost in the text; they stay lost here, and where a row is short of
-one, which of its places is empty is our reading. So there is nothing to agree with. Beside it: how
+one, which of its places is empty is our reading. So there is nothing to agree with. Added: how
 far each simple model's vector is from that of IGRF over a day on FIELD's orbit (1000 km, 82.5 deg).
 """
 

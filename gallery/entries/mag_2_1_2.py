@@ -1,7 +1,7 @@
 """MAG Figs. 2.1.2, 2.1.3: momentum after 2 and 10 revolutions of B-dot over (i, rho0).
 
 eps, C/A and theta0 are lost here; taken from Fig. 2.1.4: eps = 0.1, A = 3, C = 2, theta0 = 1. What
-the text says is looked at for other C/A, too, and for other eps.
+the text says is also checked for other C/A and for other eps.
 """
 
 import math

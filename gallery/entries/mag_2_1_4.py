@@ -48,7 +48,7 @@ def errors(reading: str) -> np.ndarray:
 
 
 def compute() -> Answer:
-    """Error at the printed eps and its order; the other reading beside it."""
+    """Error at the printed eps and its order; the other reading for comparison."""
     as_printed, other, _ = READINGS
     found = {reading: errors(reading) for reading in READINGS}
     slope = {r: np.polyfit(np.log(SCALES), np.log(e), 1)[0] for r, e in found.items()}

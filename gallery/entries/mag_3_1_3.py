@@ -3,7 +3,7 @@
 The text gives no gain and no field model. Taken here: a gain that keeps the coils of 3.2 A m^2 at
 their limit while the body tumbles (at 5e6 A m^2 s/T down to about 0.1 deg/s), IGRF-14 in March
 2012, body axes on the inertial ones at the start, at the ascending node; a few other nodes and
-attitudes are run beside it.
+attitudes are run as well.
 """
 
 import numpy as np

@@ -27,7 +27,7 @@ INCLINATIONS = (60.0, 10.0)
 SEEDS = range(41)
 #: Times printed as about a round number of 500 s.
 ROUND_S, ROUNDED = 250.0, "(to the nearest 500)"
-#: Gains that stand for the relays of 0.8 A m^2 in runs beside the text's.
+#: Gains that stand for the relays of 0.8 A m^2 in further runs.
 LINEAR_DAMPING, LINEAR_POINTING = 1e5, 1e7
 OTHER_TARGETS = ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 #: A reorientation counts as done below this angle [deg].

@@ -24,7 +24,7 @@ from torquer.simulation.simulate import simulate
 BODIES = {"body of MAG 3.3": (0.011, 0.011, 0.02), "body of MAG 3.6": (1.5, 1.5, 1.56)}
 RATE_DEG_S, K2, K5 = 10.0, 5e6, 1e6
 AZIMUTHS_DEG = (0.0, 90.0, 180.0, 270.0)
-#: Ratios C/A that are run beside the two bodies, with A = 1.5 kg m^2.
+#: Ratios C/A that are run besides those of the two bodies, with A = 1.5 kg m^2.
 RATIOS = (0.8, 0.9, 1.0, 1.1, 1.18, 1.25, 1.4, 1.6, 1.8)
 
 

@@ -22,7 +22,7 @@ def theta_deg() -> np.ndarray:
 
 
 def compute() -> Answer:
-    """Both maps, the first beside that of the first algorithm."""
+    """Both maps, the first against that of the first algorithm."""
     first, second, theta = rho_deg(), rho_deg(PRELIMINARY_2), theta_deg()
     turns_over, at_last = crossing_deg(second), crossing_deg(rho_deg(PRELIMINARY_2, 1.0))
     high, spinning = GRID >= 60.0, GRID <= 45.0

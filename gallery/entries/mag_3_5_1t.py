@@ -1,7 +1,7 @@
-"""MAG Table 3.5.1: which stages at which inclination, with the averaged motion beside it.
+"""MAG Table 3.5.1: which stages at which inclination, with the averaged motion for comparison.
 
 The first stage joins a preliminary reorientation and nutation damping. Averages add up: its slow
-motion is the sum of both. How strong the damping is beside the reorientation, k2 |L|/(A k5), the
+motion is the sum of both. How strong the damping is against the reorientation, k2 |L|/(A k5), the
 table does not say, and the verdict turns on it: it is run over a range, and judged where MAG's own
 gains lie, 1.5 in 3.4 and 9.2 in 3.6. 10 revolutions at eps = 0.1 from rho0 = 60 deg, not yet
 spinning: theta0 = 60 deg; in the picture from three other starts, too.

@@ -48,7 +48,7 @@ def worst_edge() -> float:
     return worst
 
 
-def beside(held, k_part: float, k_a_part: float) -> float:
+def ratio(held, k_part: float, k_a_part: float) -> float:
     """Degree with parts of k = 20 and of its k_a on the parabola, over the degree with those."""
     mu, k, k_a = factors(held), 20.0 / held.rate_rad_s, float(edge(held, 20.0))
     return float(averaged_degree(mu, k_part * k, k_a_part * k_a) / averaged_degree(mu, k, k_a))
@@ -68,10 +68,10 @@ def compute() -> Answer:
         near("30 deg: k_a of the parabola for k = 20", "0.015", at_20[0], "N m/T^2",
              printed="0.015 (gains of Fig. 4.4.3)"),
         within("k_a a quarter of the parabola's: degree over that on it, both orbits",
-               "falls if the damping part prevails", max(beside(held, 1.0, 0.25) for held in both),
+               "falls if the damping part prevails", max(ratio(held, 1.0, 0.25) for held in both),
                high=0.9),
         within("k_a four times the parabola's: the same", "falls if the position part prevails",
-               max(beside(held, 1.0, 4.0) for held in both), high=0.999),
+               max(ratio(held, 1.0, 4.0) for held in both), high=0.999),
         within("share of the damping torque on the parabola, 70 deg over 30 deg",
                "somewhat more at high inclination", damping_share(high) / damping_share(low),
                1.0, 1.3),

@@ -1,4 +1,4 @@
-"""MAG Figs. 4.4.1, 4.4.2: exact exponents beside the averaged ones; where they are unstable.
+"""MAG Figs. 4.4.1, 4.4.2: exact exponents against the averaged ones; where they are unstable.
 
 The figures' axes are lost. Here first gains about the parabola, K up to 4; second gains of which
 the position part prevails, K_a up to 1 and K up to 0.3.

@@ -74,7 +74,7 @@ def decay(revolutions, turns) -> float:
 
 
 def compute() -> Answer:
-    """The run, its decay beside theory, the gains beside the parabola."""
+    """The run, its decay against theory, the gains against the parabola."""
     held = hold(HIGH_DEG)
     exact = stability_of(with_gains(held, K, K_A))
     revolutions, turns = course(False)

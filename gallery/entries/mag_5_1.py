@@ -6,7 +6,7 @@ have lost three orders (it would damp a thousand times slower). Only these numbe
 motion, so the orbit here is the one of the rate 0.001 1/s, and each field has the integral mean B0.
 What the text has lost is chosen here: the initial momentum, 10 J3 omega0 (MAG Fig. 2.1.4 has 5 to
 15), the other angles sigma = phi = psi = theta = 1, the dipole's longitude; other momenta, angles
-and longitudes are run beside it. Means are over a day, in which the tilted dipole turns once.
+and longitudes are run as well. Means are over a day, in which the tilted dipole turns once.
 """
 
 import math

@@ -1,7 +1,8 @@
 """SDOT Table 2.1: stable rotations along the Sun's line, by the order of the moments of inertia.
 
 The table is that of 2.4, |B - A| << C. Here the eigenvalues of the linear motion are taken for all
-orders of three different moments, those of Chibis-M; Floquet's multipliers beside them.
+orders of three different moments, those of Chibis-M; Floquet's multipliers
+for comparison.
 """
 
 import math

@@ -47,7 +47,7 @@ def ends(runs) -> np.ndarray:
 
 
 def compute() -> Answer:
-    """Both fields beside the theory, and beside a hundredth of the gain."""
+    """Both fields against the theory, and against runs with a hundredth of the gain."""
     formula = float(sdot.final_momentum(*reversed(averaged_case(GAIN))))
     cone, igrf, in_s = (courses(field) for field in (AVERAGED, IGRF, AVERAGED_IN_S))
     weak = courses(AVERAGED, WEAK)

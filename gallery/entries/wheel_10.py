@@ -47,7 +47,7 @@ TUNED = {
     "against, at rest": (0.002520, 0.001127906),
     "against, turning": (0.002445, 0.001127710),
 }
-#: The same with H3 against the orbit normal.
+#: kappa and omega0 that meet both numbers with H3 against the orbit normal.
 OTHER_WAY = {
     "along, at rest": (0.002392, 0.001125170),
     "along, turning": (0.002300, 0.001125398),
@@ -348,7 +348,7 @@ _MARKS = (("same", "one kappa and omega0", "o", BLUE), ("tuned", "both tuned", "
 
 
 def _readings(made, steady: Flight):
-    """What the readings give beside what is printed."""
+    """What the readings give, compared with what is printed."""
     figure, panels = _grid("Readings of the text beside what is printed (dashed)", 1, 3, 3.8)
     shown = (
         ("H2 [N m s]", 4.6, lambda flight: greatest(flight)[1], 22.0),

@@ -223,7 +223,7 @@ def test_hardware_varies_in_lanes_orbits_alone_with_the_same_result(scenario):
         result = torquer.fly_campaign(scenario, made, workers=1)
         for member in (0, 5):
             alone = torquer.simulate(member_scenario(scenario, made, member))
-            rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
+            rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=-1))[-1]
             assert result["final_rate_deg_s"].values[member] == rate
 
 
@@ -257,6 +257,24 @@ def test_it_is_told_whether_members_fit_and_each_is_prepared_once(
     )
 
 
+AXES = {
+    f"{to}_deg": {"signal": {"axis": [0, 0, 1], "to": to}, "what": {"at_end": True}}
+    for to in ("sun", "nadir", "orbit_normal", "field")
+}
+
+
+def test_outcomes_in_lanes_and_alone_have_the_same_bits(scenario):
+    """Also angles to directions that are computed for all members at once."""
+    made = campaign(scenario, runs=20, outcomes=AXES, success={})
+    flying = fleet.Fleet(scenario, made)
+    in_lanes = flying.fly(np.arange(20))
+    flying._lanes = None
+    alone = flying.fly(np.arange(20))
+    for name in AXES:
+        assert np.isfinite(in_lanes.outcomes[name]).all()
+        assert np.array_equal(in_lanes.outcomes[name], alone.outcomes[name]), name
+
+
 def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
     steps = {"duration_s": 900.0, "record_s": 20.0}
     adaptive = scenario.replace("simulation", steps)
@@ -264,7 +282,7 @@ def test_adaptive_steps_fly_alone_to_the_same_outcomes(scenario):
     with pytest.warns(OneByOne, match="one by one, not 16 at a time: their steps are adaptive"):
         result = torquer.fly_campaign(adaptive, made)
     alone = torquer.simulate(member_scenario(adaptive, made, 2))
-    rate = np.degrees(np.linalg.norm(alone["omega_body"].values[-1]))
+    rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=-1))[-1]
     assert result["final_rate_deg_s"].values[2] == rate
     fixed = torquer.fly_campaign(scenario, campaign(scenario, runs=3))
     difference = result["final_rate_deg_s"] - fixed["final_rate_deg_s"]

@@ -311,7 +311,7 @@ def test_a_second_process_finds_the_loop_in_the_cache(scenario):
     code = (
         "import sys, torquer\nfrom torquer.simulation.step import run_steps\n"
         "torquer.simulate(torquer.load_scenario(sys.argv[1]))\n"
-        "stats = run_steps.stats\n"
+        "stats = run_steps.kernel.stats\n"
         "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))"
     )
     for _ in range(2):
@@ -346,7 +346,7 @@ def test_every_law_uses_the_one_compiled_loop(scenario):
         "for kind in ('off', 'bdot', 'bdot_rate', 'bdot_derivative'):\n"
         "    gain = {} if kind == 'off' else {'gain_a_m2_s_per_t': 1e5}\n"
         "    torquer.simulate(scenario, torquer.LAWS[kind](kind=kind, **gain).law())\n"
-        "print(len(run_steps.signatures))"
+        "print(len(run_steps.kernel.signatures))"
     )
     done = subprocess.run(
         [sys.executable, "-c", code, str(scenario)], capture_output=True, text=True, check=True

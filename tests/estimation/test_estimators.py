@@ -16,8 +16,10 @@ import torquer
 from torquer import simulate
 from torquer.compile import engine
 from torquer.control import LAWS, AnyLaw
+from torquer.control.computer import computer_of
 from torquer.estimation import ESTIMATORS, AnyEstimator
 from torquer.interface import UNKNOWN_ESTIMATE
+from torquer.simulation.host import Host
 from torquer.simulation.run import prepare
 
 #: Keys of an example of each estimator.
@@ -226,8 +228,12 @@ def test_an_estimator_in_plain_python_gives_the_same_run(make):
     run = prepare(make({"control": control, "simulation.duration_s": 100.0}))
     plain = run.blocks.estimators["estimator"]
     hosted = prepare(run.scenario)
-    hosted.blocks.estimators["estimator"] = dataclasses.replace(plain, compiled=False)
-    hosted.plan = hosted.plan._replace(hosted=True)
+    blocks = hosted.blocks._replace(
+        estimators={"estimator": dataclasses.replace(plain, compiled=False)}
+    )
+    computer = computer_of(blocks, hosted.plan.computer.estimator, hosted.plan.computer.modes)
+    hosted.host = Host(computer, hosted.state.board, blocks)
+    hosted.plan = hosted.plan._replace(computer=hosted.host.computer)
     for each in (run, hosted):
         each.advance_to(each.steps)
     one, other = run.record.rows, hosted.record.rows

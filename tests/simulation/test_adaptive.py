@@ -74,7 +74,7 @@ def test_the_nutation_of_a_gyrostat_stays_what_it_is(make, tolerance_deg):
 
 
 #: Another integrator, whose steps are far too short to be seen in the comparison.
-FINE_RK4 = {"simulation.step_s": 0.05}
+FINE_RK4 = {"simulation.step_s": 0.01}
 
 
 @needs_jit

@@ -70,7 +70,10 @@ def same(a, b):
 
 def test_a_result_in_a_file_is_that_in_memory(scenario, tmp_path):
     whole = simulate(scenario)
-    assert whole.sizes["time"] == scenario.steps() // round(2 * scenario.simulation.record_s) + 1
+    assert (
+        whole.sizes["time"]
+        == scenario.steps() // round(scenario.simulation.record_s / scenario.grid_s) + 1
+    )
     with simulate(scenario, to=tmp_path / "result.nc") as lazy:
         assert same(lazy, whole)
     assert same(load(tmp_path / "result.nc"), whole)

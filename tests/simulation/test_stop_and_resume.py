@@ -6,8 +6,10 @@ import os
 import subprocess
 import sys
 
+import hypothesis.strategies as st
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
 from integrators import INTEGRATORS, by
 
 import torquer
@@ -55,6 +57,34 @@ def same(a, b):
             assert np.array_equal(a[name].values, b[name].values), name
     assert a.attrs == b.attrs
     return True
+
+
+def on_a_grid_of(step_s, integrator):
+    """All that remembers, with all times multiples of a step."""
+    times = {"sample_s": 6, "measure_s": 12, "actuate_s": 8}
+    control = FULL["control"] | {key: count * step_s for key, count in times.items()}
+    simulation = {"duration_s": 630 * step_s, "record_s": 14 * step_s, "step_s": step_s}
+    random = {"random_torque_n_m": 1e-6, "random_hold_s": 10 * step_s}
+    changes = {"control": control, "simulation": simulation, "disturbance": random}
+    return FULL | changes | by(integrator)
+
+
+@settings(
+    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    hundredths=st.integers(3, 150),
+    integrator=st.sampled_from(INTEGRATORS),
+    stops=st.lists(st.floats(0.0, 1.0), min_size=1, max_size=6),
+)
+def test_bits_do_not_depend_on_where_a_run_is_split(make, hundredths, integrator, stops):
+    """Nor on whether its time grid is exact in binary: 0.7 s is not, 0.5 s is."""
+    scenario = make(on_a_grid_of(hundredths / 100.0, integrator))
+    whole, length_s = simulate(scenario), 630 * hundredths / 100.0
+    part = simulate(scenario, until_s=min(stops) * length_s)
+    for stop in sorted(stops)[1:]:
+        part = resume(part, until_s=stop * length_s)
+    assert same(resume(part), whole)
 
 
 @law(

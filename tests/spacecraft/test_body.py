@@ -12,7 +12,6 @@ from torquer.environment.local import LocalEnvironment
 from torquer.geometry.motion import Motion
 from torquer.spacecraft.body import (
     Body,
-    Rigid,
     momentum_body,
     motion_rates,
     torque_body,
@@ -243,14 +242,3 @@ def test_jacobi_integral_stays_on_a_circular_orbit(inertia, wheels):
         values.append(kinetic[-1] + gravity - OMEGA0 * normal @ momentum)
     assert values == pytest.approx([values[0]] * len(values), abs=1e-8 * max(kinetic))
     assert np.ptp(kinetic) > 1e-2 * max(kinetic)  # it is not the energy that stays
-
-
-def test_a_diagonal_tensor_is_packed_short_and_means_the_same():
-    rigid = Body(inertia_kg_m2=(1.0, 1.3, 1.7)).pack()
-    assert rigid.inertia == (1.0, 1.3, 1.7)
-    whole = Rigid((*rigid.inertia, 0.0, 0.0, 0.0), (*rigid.inverse_inertia, 0.0, 0.0, 0.0), ZERO)
-    world = LocalEnvironment((2e-5, -1e-5, 3e-5), (1e-3, 0.0, -5e-4), ())
-    x = Motion((0.1, -0.5, 0.5, 0.7), (0.01, -0.02, 0.03))
-    assert motion_rates(rigid, world, (1.0, 2.0, 3.0), x, ()) == motion_rates(
-        whole, world, (1.0, 2.0, 3.0), x, ()
-    )

@@ -13,6 +13,7 @@ from torquer.environment.local import LocalEnvironment
 from torquer.spacecraft.disturbance import TORQUES, Disturbance
 from torquer.spacecraft.disturbance.acting import added
 from torquer.spacecraft.disturbance.eddy_currents import EddyCurrents
+from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.residual_dipole import ResidualDipole
 from torquer.spacecraft.disturbance.solar_pressure import SolarPressure
 from torquer.spacecraft.disturbance.unmodelled import (
@@ -153,7 +154,7 @@ def sum_of_all(start, constants, environment, omega):
 
 def test_a_table_of_disturbances_packs_what_it_has():
     assert Disturbance().pack(()) == ()
-    assert Disturbance().pack_held(3) == ()
+    assert Disturbance().pack_held(3) == NO_HELD_TORQUE
     one = Disturbance(eddy_currents={"damping_n_m_s_per_t2": 1.0}).pack(())
     others = [*TORQUES.values()][1:]
     kept = [packed == torque.none for packed, torque in zip(one[1:], others, strict=True)]

@@ -21,6 +21,7 @@ from torquer.spacecraft.disturbance.along import (
     gravity_along,
     held_along,
 )
+from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE
 from torquer.spacecraft.disturbance.unmodelled import harmonics_of
 
 #: Names of the torques as tables show them, in their order.
@@ -91,7 +92,7 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
 
 
 def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
-    """The motion, field and position as given, and the other surroundings along it."""
+    """The given motion, field and position, and the other quantities that torques depend on."""
     environment, none = scenario.orbit_environment(), np.zeros((len(t_s), 3))
     angle = scenario.orbit_angle() or (0.0, 0.0)
     pushes = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
@@ -125,7 +126,7 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
         dipole = np.tile(craft.coils.residual_dipole_a_m2, (len(steps), 1))
         of_coils = dipole_along(dipole, along)
         found["residual_dipole"] = found.get("residual_dipole", 0.0) + of_coils
-    if held := scenario.held_torque():
+    if (held := scenario.held_torque()) != NO_HELD_TORQUE:
         found["constant_and_random"] = held_along(held, scenario.seed, steps)
     return found
 

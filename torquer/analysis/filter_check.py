@@ -32,7 +32,7 @@ from torquer.spacecraft.gyro import GyroSet
 from torquer.spacecraft.rotors import axis_of
 
 _ESTIMATOR = "control.estimator"
-#: Runs whose innovations are looked at one after another.
+#: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
 
 

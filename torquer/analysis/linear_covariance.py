@@ -21,7 +21,7 @@ from torquer.geometry.vec3 import as_vector
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.sun_sensor import sensor_that_sees
 
-#: Random errors of which the 95 % of an attitude's whole error is taken.
+#: Number of random errors from which the 95th percentile of an attitude error is computed.
 _DRAWN = 20_000
 
 
@@ -55,7 +55,8 @@ class Expected(NamedTuple):
 def error_95_rad(covariance: np.ndarray) -> np.ndarray:
     """Angle [rad] below which 95 % of the total attitude errors lie, for covariances (k, 3, 3).
 
-    From normally distributed rotation vectors of up to 180 deg, the same draws for all; to 1 %.
+    From normally distributed rotation vectors of at most 180 deg, one sample for all covariances;
+    accurate to 1 %.
     """
     squares = np.random.default_rng(0).normal(size=(_DRAWN, 3)) ** 2
     axes = np.maximum(np.linalg.eigvalsh(covariance), 0.0)
@@ -109,8 +110,9 @@ def kalman_filter(scenario: Scenario) -> Filter:
 def expected_accuracy(scenario: Scenario, motion: Motion | None = None) -> Expected:
     """Covariance of the scenario's filter at its control steps, along a nominal motion.
 
-    `motion`: left out, `held_motion`. All sensors are read at each control step, and the attitude
-    is not known at the start. ValueError unless `control.estimator` is a Kalman filter.
+    `motion`: that of `held_motion` unless another is given. All sensors are read at each control
+    step, and the attitude is not known at the start. ValueError unless `control.estimator` is a
+    Kalman filter.
     """
     spec = kalman_filter(scenario)
     seen = nominal(scenario, motion or held_motion(scenario))

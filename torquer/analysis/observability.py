@@ -55,8 +55,9 @@ def observability(
 ) -> Observability:
     """Observability of the states of the scenario's filter in consecutive windows.
 
-    Along a nominal motion as for `expected_accuracy`. ValueError unless `control.estimator` is a
-    Kalman filter, or for a window that is longer than the motion or shorter than two readings.
+    `motion`: a nominal one, that of `held_motion` unless another is given. ValueError unless
+    `control.estimator` is a Kalman filter, or for a window that is longer than the motion or
+    shorter than two readings.
     """
     spec = kalman_filter(scenario)
     seen = nominal(scenario, motion or held_motion(scenario))

@@ -12,11 +12,11 @@ from torquer.estimation.kalman import NOISE_KEYS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.scenario.spec import Scenario
 
-#: Instants of a motion at which the 95 % of the errors is taken.
+#: Number of instants of a motion at which the 95th percentile of the errors is computed.
 _INSTANTS = 400
 #: Length of the windows of observability, as part of a revolution.
 _WINDOWS = 20
-#: Attitude error [deg] of which the time until it is reached is told.
+#: Attitude error [deg]; the time until it is reached is reported.
 REACHED_DEG = 5.0
 
 
@@ -27,7 +27,7 @@ class SensorSet(NamedTuple):
     the Sun and while none does, at the worst instant of each after `settled_s`; NaN if there is
     none.
     `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never.
-    `t_s`, `error_deg`: the same over time.
+    `t_s`, `error_deg`: the 95th percentile over time.
     """
 
     name: str

@@ -14,7 +14,7 @@ from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
 from torquer.spacecraft.coils import Coils
 
-#: Records that are in memory together.
+#: Number of records in memory at a time.
 _PART = 1 << 18
 #: Conserved quantities among the series.
 _CONSERVED = "conserved_"

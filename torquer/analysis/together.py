@@ -11,10 +11,10 @@ import xarray as xr
 from torquer.simulation.results.dataset import scenario_of
 from torquer.time import utc_at
 
-#: What of a result's attributes is of the run alone, and becomes a coordinate of the runs.
+#: Attributes of a result that belong to its run alone: coordinates of the joined runs.
 _OF_A_RUN = ("scenario", "seed", "ended", "how_it_ended", "laws", "versions", "processor",
              "table_relative_error")  # fmt: skip
-#: Keys by which scenarios may differ without another flight.
+#: Keys of a scenario that do not affect the simulation.
 _SAYS_NOTHING = ("name", "description")
 
 
@@ -44,7 +44,7 @@ def concat(
 
 
 def _stacks(name) -> bool:
-    """Whether a variable is of use beside other runs: not the state of the loop."""
+    """Whether a variable is kept when runs are joined: all but the state of the loop."""
     return name != "checkpoint"
 
 

@@ -6,7 +6,7 @@ from torquer.analysis.goals import NAMED, Goal
 from torquer.analysis.wheels import AT_LIMIT
 from torquer.scenario.spec import Scenario
 
-#: Parts of the record below this are not worth a line.
+#: Shares of the record below this are not reported.
 _WORTH_TELLING = 0.005
 
 

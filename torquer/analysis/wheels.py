@@ -96,7 +96,7 @@ class FlownWheels:
 def zero_crossings(spin_sign: np.ndarray) -> int:
     """Sign changes of speed between records, over all wheels.
 
-    `spin_sign` (n, w): as in `FlownWheels.spin_sign`.
+    `spin_sign` (n, w): sign of each wheel's speed at the records, 0 at rest.
     """
     signs = (column[column != 0] for column in spin_sign.T)
     return sum(int(np.count_nonzero(sign[1:] != sign[:-1])) for sign in signs)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-#: Unit of what is taken of a signal, where it is not the signal's own.
+#: Unit of a number taken from a signal, where it differs from the signal's unit.
 _UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
 _UNITS = {
     "rate_deg_s": "deg/s",

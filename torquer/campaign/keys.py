@@ -27,7 +27,7 @@ def design_tables() -> list[Table]:
 
 @cache
 def _all_tables() -> list[Table]:
-    """Those of scenario files, and those that only wheel designs have, below DESIGN."""
+    """All tables of scenario files, and below DESIGN those that only wheel designs have."""
     known = {(table.kind, table.about) for table in file_tables()}
     own = [
         table._replace(places=[f"DESIGN.{place}".rstrip(".") for place in table.places])

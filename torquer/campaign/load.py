@@ -23,7 +23,7 @@ from torquer.spec import Spec
 
 #: Members that are tried before a campaign is flown.
 _TRIED = 8
-#: The most values of a list that are tried.
+#: Greatest number of values of a list that are tried.
 _MOST_VALUES = 100
 
 

@@ -90,7 +90,7 @@ class What(Spec):
             return np.full(signal.shape[1], np.nan)
         if self.greatest_after_s is not None:
             return late.max(axis=0)
-        # added record by record: NumPy's mean would round one member otherwise than many
+        # summed record by record: NumPy's mean would round one member differently from many
         return sum(late, start=np.zeros(signal.shape[1])) / len(late)
 
 

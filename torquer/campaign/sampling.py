@@ -156,7 +156,7 @@ _FORMS = {
 def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
     """Values [n, keys] of a multivariate normal distribution."""
     values = np.tile(together.mean, (len(units), 1))
-    # a product of matrices would round one member otherwise than many
+    # a product of matrices would round one member differently from many
     for normal, row in zip(ndtri(units).T, together.root(), strict=True):
         values += normal[:, None] * row
     return values
@@ -178,7 +178,7 @@ def member_seed(campaign: Campaign, member: int) -> int:
 
 
 def changes_of(drawn: Mapping[str, Any], row: int) -> dict[str, Any]:
-    """Values by key of the scenario, as `with_values` takes them, of one row of what was drawn."""
+    """Values by the scenario's keys, as `with_values` takes them, from one row of drawn values."""
     changes: dict[str, Any] = {}
     for key, values in drawn.items():
         value = as_numbers(values[row]) if isinstance(values, np.ndarray) else values[row]

@@ -16,7 +16,7 @@ from torquer.campaign.contents import groups_in, is_design, outcomes_of, succeed
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import Interval, plain
 
-#: Fewer points tell nothing.
+#: Least number of points for which indices are computed: fewer give no useful intervals.
 LEAST_POINTS = 16
 _RESAMPLES = 500
 #: Part of the mean square below which a variance is rounding.

@@ -103,7 +103,7 @@ def is_enough(stop: Stop, values) -> bool:
     """Whether the members so far make the confidence interval as narrow as required.
 
     `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. An
-    interval that is checked repeatedly errs somewhat more often than its confidence says.
+    interval that is checked repeatedly errs somewhat more often than its confidence states.
     """
     values = np.asarray(values)
     if len(values) < stop.least:

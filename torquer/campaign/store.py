@@ -41,10 +41,10 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
         about = {"role": "input", "units": unit_of_key(key.rpartition(".")[2])}
         variables[key] = (dims, array, about)
     for name, outcome in campaign.outcomes.items():
-        said = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
-        variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **said})
+        definition = {"signal": _json(outcome.signal), "what": _json(outcome.what)}
+        variables[name] = ("member", chunk.outcomes[name], {"role": "outcome", **definition})
         if name in chunk.series:
-            named = outcome.signal if isinstance(outcome.signal, str) else said["signal"]
+            named = outcome.signal if isinstance(outcome.signal, str) else definition["signal"]
             dims, about = ("member", "time"), {"role": "series", "long_name": named}
             about["units"] = unit_of_signal(outcome.signal)
             variables[f"series.{name}"] = (dims, chunk.series[name], about)
@@ -184,5 +184,5 @@ def _check_laws(path: Path, began: dict, now: dict) -> None:
         if law["source"] != began.get(key, law)["source"]:
             raise ValueError(
                 f"{key} {law['name']}: must be the one {path} was started with; its file, or "
-                "one that it imports from beside it, has been edited since"
+                "one that it imports from its folder, has been edited since"
             )

@@ -58,7 +58,7 @@ def _stream(name: str) -> tuple[int, int]:
 
 
 def _random(campaign: Campaign, members: np.ndarray) -> np.ndarray:
-    """Independent members; a key has a stream by its name, whatever else varies beside it."""
+    """Independent members; the name of a key selects its stream, whatever other keys vary."""
     streams = campaign.groups.items()
     columns = [_of_stream(campaign.seed, f"vary {name}", members, n) for name, n in streams]
     return np.hstack(columns)

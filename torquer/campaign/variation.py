@@ -21,8 +21,8 @@ from torquer import validate
 from torquer.spec import Spec
 from torquer.time import parse_utc
 
-#: A number of any size: the scenario's own key says what it may be. (A bound of its own frees a
-#: number from the range of what its key would be.)
+#: A number of any size: its range is that of the scenario's key. (The explicit bound replaces the
+#: range that specs give to a number by its name.)
 Number = Annotated[float, Field(le=sys.float_info.max)]
 #: A number, or a vector of numbers.
 Size = Number | tuple[Number, ...]

@@ -36,7 +36,7 @@ def main(arguments: list[str] | None = None) -> None:
         print("error: interrupted", file=sys.stderr)
         code = INTERRUPTED_CODE
     if own_process:
-        gc.freeze()  # or Python looks for garbage at its end, half a second for nothing
+        gc.freeze()  # otherwise Python collects garbage as it exits, which takes half a second
     sys.exit(code)
 
 

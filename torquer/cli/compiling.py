@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from torquer.cli.output import progress_bar
 
 NOTE = "compiling, once, about half a minute"
-#: Functions that a run compiles where none is kept: of the simulation of Chibis-M.
+#: Number of functions that a run compiles with an empty cache: the simulation of Chibis-M.
 _FUNCTIONS = 230
-#: The part of the time after which all of them are known; the loop itself is optimised then.
+#: Fraction of the time after which all of them are counted; then the loop itself is optimised.
 _KNOWN = 0.88
 
 _count = 0
@@ -17,12 +17,12 @@ _printed = False
 
 
 def is_cold() -> bool:
-    """Whether the simulation's loop has yet to be compiled, as far as the cache tells."""
+    """Whether the simulation's loop has yet to be compiled, according to the cache."""
     from numba import config
 
     from torquer.compile.code_cache import FOLDER
 
-    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/step.run_steps-*.nbi"))
+    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/step._run_steps-*.nbi"))
     return not config.DISABLE_JIT and not kept  # type: ignore[attr-defined]
 
 

@@ -124,7 +124,7 @@ def _model(how: PointOptions | MapOptions):
 def _check_dates(model, *years: float) -> None:
     """ValueError naming the option, for dates beyond a model's validity."""
     source = coefficients_of(model)
-    if source is None or model.extrapolate:  # the model says itself that it extrapolates
+    if source is None or model.extrapolate:  # the model itself reports that it extrapolates
         return
     for year in years:
         try:

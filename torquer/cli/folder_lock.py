@@ -1,4 +1,4 @@
-"""An output folder claimed by one run: a second one is refused before it computes."""
+"""An output folder locked by one run: a second run is refused before it computes."""
 
 import contextlib
 import os
@@ -44,7 +44,7 @@ def _locked(path: Path):
         with contextlib.suppress(OSError):
             if os.path.samestat(os.fstat(file.fileno()), path.stat()):
                 return file
-        file.close()  # the one that had it has removed it meanwhile
+        file.close()  # the process that held it has removed it meanwhile
 
 
 def _lock(descriptor: int) -> None:

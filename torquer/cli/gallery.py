@@ -19,7 +19,7 @@ Docs = Annotated[
     Path | None, Parameter(help="Also write pages and small pictures into this folder.")
 ]
 _OUT = Path("runs/gallery")
-#: The checkout that holds the gallery beside the package; an installed package has none.
+#: The checkout that holds the gallery next to the package; an installed package has none.
 CHECKOUT = Path(__file__).parents[2]
 
 

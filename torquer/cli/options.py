@@ -79,5 +79,5 @@ def check_ranges(spec) -> None:
 
 
 def given(spec, *keys: str) -> dict:
-    """Those of the named fields of a spec that are not None, by name."""
+    """Values, by name, of those of the named fields of a spec that are not None."""
     return {key: value for key in keys if (value := getattr(spec, key)) is not None}

@@ -90,7 +90,7 @@ def _case_of_options(law: str, how: TheoryOptions, inclination_deg: float) -> Av
 
 
 def _sampling(law: str, sample_s: float | None, lag_s: float | None) -> Sampling | None:
-    """Sample and hold at one interval, also that of the law's differences."""
+    """Sample and hold at one interval, over which the law also takes its differences."""
     if sample_s is None and lag_s is None:
         return None
     if law not in SAMPLED:

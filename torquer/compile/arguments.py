@@ -238,12 +238,12 @@ class Entry:
         self.function = function
         self._numbers, self._calls = numbers, {}
         if COMPILED:
-            self._kernel = kept(numba.njit(**OPTIONS, no_cpython_wrapper=True)(function))
+            self.kernel = kept(numba.njit(**OPTIONS, no_cpython_wrapper=True)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
 
     def _compiled(self, arguments: Arguments):
         signature = types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
-        self._kernel.compile(signature)
+        self.kernel.compile(signature)
         return signature
 
     def of(self, arguments: Arguments) -> Callable:
@@ -251,13 +251,13 @@ class Entry:
         if not COMPILED:
             return self.function
         if arguments.type not in self._calls:
-            address = _get_wrapper_address(self._kernel, self._compiled(arguments))
+            address = _get_wrapper_address(self.kernel, self._compiled(arguments))
             self._calls[arguments.type] = self._type(address)
         return self._calls[arguments.type]
 
     def address(self, arguments: Arguments):
         """The kernel for arguments of this type, to be called by a kernel; see `entry_caller`."""
-        return address_of(self._kernel, self._compiled(arguments)) if COMPILED else self.function
+        return address_of(self.kernel, self._compiled(arguments)) if COMPILED else self.function
 
     def __call__(self, arguments: Arguments, *numbers: int) -> int:
         return self.of(arguments)(arguments.address, *numbers)

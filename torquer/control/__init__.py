@@ -15,7 +15,7 @@ from torquer.control.user import GivenLaw, UserLaw
 #: Laws by the kind that a scenario names.
 LAWS = {**BUILT_IN, "user": UserLaw}
 
-#: What a scenario may hold; a user writes one of `LAWS`, a result may also tell of a given law.
+#: A law in a scenario: one of `LAWS`; in a result also a law that was given in Python.
 AnyLaw = Annotated[Union[(*LAWS.values(), GivenLaw)], Field(discriminator="kind")]
-#: The same for the only law of a scenario, which may be a scheme.
+#: The only law of a scenario: any law, or a scheme.
 OnlyLaw = Annotated[Union[(*LAWS.values(), GivenLaw, Scheme)], Field(discriminator="kind")]

@@ -139,7 +139,7 @@ def estimate_step(computer, board, number):
 def take_readings(known):
     """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
 
-    What an estimator knew of them, which worked before a mode chose these, ends with it.
+    Those of an estimator that worked in an earlier mode are dropped.
     """
     known.estimate_s = known.q_s
     known.estimate_q_x, known.estimate_q_y = known.q_x, known.q_y
@@ -264,7 +264,7 @@ class Blocks(NamedTuple):
         return [*self.laws.values(), *self.estimators.values()]
 
     def by_key(self) -> dict[str, Block]:
-        """The same by their keys."""
+        """Laws and estimators by their keys."""
         return self.laws | self.estimators
 
     @property

@@ -24,7 +24,7 @@ def nutation_damping_derivative(inputs, parameters, memory):
 
 @kernel
 def nutation_damping_rate(inputs, parameters, memory):
-    """m = k ((omega x B) . e3) e3 from gyro and magnetometer: the same in fast rotation."""
+    """m = k ((omega x B) . e3) e3 from gyro and magnetometer; for fast rotation."""
     wanted = bdot_rate(inputs, parameters, memory)
     return one_coil(parameters, dot(wanted, parameters.axis))
 

@@ -3,7 +3,7 @@
 M_ref = k1 delta e3 + k2 e1 x s_max of SDOT's introduction (the law of UKube-1): e1 is the axis to
 be turned to the Sun, s_max the normal of the panel with the greatest current, delta the difference
 of the currents of the panels on both sides of e1, across e3. The coils make what of M_ref lies
-across the field. Nothing brakes: B-dot works beside it.
+across the field. Nothing brakes: B-dot works alongside it.
 
 Six panels, on both sides of e1, e2 = e3 x e1 and e3; their currents follow the cosine law, here of
 the direction that the Sun sensors read. The text has the norm of the difference; one without a sign

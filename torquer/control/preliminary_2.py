@@ -15,7 +15,7 @@ from torquer.spec import Inertia
 
 
 class Preliminary2Parameters(NamedTuple):
-    """Those of the target, inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
+    """Those of `PointedParameters`, inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
 
     gain: float
     relay: float

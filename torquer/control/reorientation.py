@@ -15,7 +15,7 @@ from torquer.spec import Inertia
 
 
 class ReorientationParameters(NamedTuple):
-    """Those of the target, |L_f| [N m s], inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
+    """Those of `PointedParameters`, |L_f| [N m s], inertia (xx, yy, zz, xy, xz, yz) [kg m^2]."""
 
     gain: float
     relay: float

@@ -1,9 +1,9 @@
 """What the laws of a spin-stabilised satellite share: the spin axis, its coil, the target.
 
-The spin axis e3 is a unit vector in the body, its third axis unless said otherwise; one coil is
-wound about it. Instead of a gain a law may have a relay: the coil is fully on, one way or the
-other, by the sign of what the law wants. (The relay mode of the coils themselves does the same
-at their limits; a law's own relay lets each stage of a scheme have its own dipole.)
+The spin axis e3 is a unit vector in the body, by default its third axis; one coil is wound about
+it. Instead of a gain a law may have a relay: the coil is fully on, in the sense that the law asks
+for. (The relay mode of the coils themselves does the same at their limits; a law's own relay lets
+each stage of a scheme have its own dipole.)
 """
 
 from typing import Annotated, ClassVar, Literal, NamedTuple
@@ -38,7 +38,7 @@ class PointedParameters(NamedTuple):
 
 @inlined
 def switched(parameters, wanted_a_m2):
-    """What a coil is to have: what is wanted, or with a relay its dipole with that sign."""
+    """Dipole [A m^2] for a coil: the wanted one, or with a relay the relay's with its sign."""
     if parameters.relay > 0.0:
         return parameters.relay * np.sign(wanted_a_m2)
     return wanted_a_m2
@@ -46,7 +46,7 @@ def switched(parameters, wanted_a_m2):
 
 @inlined
 def one_coil(parameters, wanted_a_m2):
-    """Dipole [A m^2] of the coil about the spin axis alone; nothing wanted, nothing given."""
+    """Dipole [A m^2] of the coil about the spin axis alone; zero if none is wanted."""
     return scale(switched(parameters, wanted_a_m2), parameters.axis)
 
 

@@ -17,7 +17,7 @@ from torquer.geometry.vec3 import add_scaled, cross, dot, scale
 
 
 class SpinUpParameters(NamedTuple):
-    """Those of the axis, rate to reach [rad/s] (0: none), direction of the first coil.
+    """Those of `AxisParameters`, rate to reach [rad/s] (0: none), direction of the first coil.
 
     The second coil is e3 x first.
     """

@@ -1,7 +1,7 @@
 """Sun pointing by the cross product: a torque that turns an axis of the body to the Sun.
 
 The restoring part of the laws that SDOT's introduction reviews; nothing brakes, so that B-dot (or
-another damping law) works beside it. The axis need not spin.
+another damping law) works alongside it. The axis need not spin.
 """
 
 from typing import Literal, NamedTuple

@@ -1,4 +1,4 @@
-"""Laws of the user's own in a scenario: from a Python file beside it, or given in Python."""
+"""Laws of the user's own in a scenario: from a Python file next to it, or given in Python."""
 
 import hashlib
 import importlib.util
@@ -62,9 +62,9 @@ class GivenLaw(Spec):
 
 
 def spec_of(law: Law, kinds: Collection[str]) -> Spec:
-    """What a scenario says of a law that is to be flown: from its spec, a file, or Python.
+    """The spec of a law to fly, which is given as a spec, in a file or in Python.
 
-    `kinds`: those that may stand there.
+    `kinds`: the kinds allowed there.
     """
     made_by = law.spec
     if made_by is not None and made_by.kind in kinds and made_by.law() == law:
@@ -105,7 +105,7 @@ def _in_a_file(law: Law, parameters: dict[str, Parameter]) -> UserLaw | None:
 
 
 def _differ_in_numbers_only(known: Law, law: Law) -> bool:
-    """Whether a known law becomes another by values of its parameters and memory."""
+    """Whether values of parameters and memory turn a known law into another."""
     if known.structure() != law.structure():
         return False
     changed = replace(known, parameters=law.parameters, memory=law.memory, function=law.function)
@@ -122,9 +122,9 @@ def _same_function(a, b) -> bool:
 def load_law(file: Path, name: str | None = None) -> Law:
     """The law defined in a user's Python file; by its name when there are several.
 
-    A function without the decorator is taken as it is and runs as plain Python (slower: the
-    result says so). Code compiled from the file is cached under a hash of all Python files
-    beside it, so that an edit is always noticed.
+    A function without the decorator is taken as it is and runs as plain Python (slower: the result
+    says so). Code compiled from the file is cached under a hash of all Python files in its folder,
+    so that an edit is always noticed.
     """
     if not file.is_file():
         raise ValueError(f"law file: must be an existing file; received {file}")
@@ -138,7 +138,7 @@ def load_law(file: Path, name: str | None = None) -> Law:
 
 
 def _module_of(file: Path):
-    """The file as a module of its own, with the files beside it importable."""
+    """The file as a module of its own, with the files next to it importable."""
     mark = hashlib.sha256(str(file.resolve()).encode()).hexdigest()[:8]
     spec = importlib.util.spec_from_file_location(f"torquer_user_{file.stem}_{mark}", file)
     module = importlib.util.module_from_spec(spec)

@@ -91,7 +91,7 @@ def gravity_gradient_at(r_m):
 
 @kernel
 def gravity_gradient_vector(r_m):
-    """The same at positions [n, 3] m."""
+    """Vectors [n, 3] 1/s of `gravity_gradient_at`, at positions [n, 3] m."""
     out = np.empty_like(r_m)
     for i in range(len(r_m)):
         found = gravity_gradient_at((r_m[i, 0], r_m[i, 1], r_m[i, 2]))

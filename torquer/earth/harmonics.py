@@ -92,7 +92,7 @@ def pack(c: np.ndarray, s: np.ndarray, radius_m: float, factor: float) -> Harmon
 
 @kernel
 def gradient(harmonics, r_m):
-    """Gradient in Earth-fixed axes at a point [m], summed as described above."""
+    """Gradient in Earth-fixed axes at a point [m]; for the sums see the module."""
     radius, top, top_order, c = harmonics
     inverse = radius / (r_m[0] * r_m[0] + r_m[1] * r_m[1] + r_m[2] * r_m[2])
     x, y, z = r_m[0] * inverse, r_m[1] * inverse, r_m[2] * inverse

@@ -1,7 +1,7 @@
 """The gradient of solid harmonics at many points: `torquer.earth.harmonics`, sixty-four at a time.
 
-The same sums with the points innermost, so that the compiler vectorises them (three
-times faster). The scratch array is flat, its rows at constant offsets, because only then can
+The sums are those for one point, with the points innermost, so that the compiler vectorises them
+(three times faster). The scratch array is flat, its rows at constant offsets, because only then can
 the compiler see that they do not overlap.
 """
 
@@ -89,7 +89,7 @@ def _sum_block(harmonics, w):
 
 @kernel
 def gradient_many(harmonics, r, out):
-    """As `gradient` at the rows of `r[n, 3]`, into `out[n, 3]` (which may be `r` itself)."""
+    """`harmonics.gradient` at the rows of `r[n, 3]`, into `out[n, 3]` (which may be `r` itself)."""
     w = np.zeros(SCRATCH)
     for first in range(0, r.shape[0], LANES):
         count = min(LANES, r.shape[0] - first)

@@ -2,9 +2,10 @@
 
     from torquer.environment import FIELDS, Environment, OrbitEnvironment
 
-`Environment` is the table of a scenario file, `OrbitEnvironment` the same along one orbit from one
-start: position, field, Sun and sunlit fraction of its disc at any time. Models of the field are in
-`torquer.environment.field`; the Earth's rotation, gravity and atmosphere in `torquer.earth`.
+`Environment` is the table of a scenario file, `OrbitEnvironment` the environment along one orbit
+from one start: position, field, Sun and sunlit fraction of its disc at any time. Models of the
+field are in `torquer.environment.field`; the Earth's rotation, gravity and atmosphere in
+`torquer.earth`.
 """
 
 from typing import TYPE_CHECKING

@@ -44,7 +44,7 @@ def earthlight(albedo, r_m, to_sun):
     size = norm(r_m)
     up = scale(1.0 / size, r_m)
     along = dot(up, to_sun)
-    beside = math.sqrt(max(1.0 - along * along, 0.0))
+    across = math.sqrt(max(1.0 - along * along, 0.0))
     radius = min(EARTH_RADIUS_M / size, 1.0)
     down = level = 0.0
     for k in range(len(_NODES)):
@@ -54,11 +54,11 @@ def earthlight(albedo, r_m, to_sun):
         sine = math.sqrt(radius * radius - half * half)  # of the angle from nadir
         cosine = math.sqrt(1.0 - sine * sine)
         ground = cosine - half
-        sum_1, sum_2 = _around((1.0 - ground * cosine) * along, ground * sine * beside)
+        sum_1, sum_2 = _around((1.0 - ground * cosine) * along, ground * sine * across)
         weight = albedo / math.pi * _WEIGHTS[k] * _NODES[k] * radius
         down += weight * sum_1
         level += weight * sine / cosine * sum_2
     light = scale(-down, up)
-    if beside < 1e-9:
+    if across < 1e-9:
         return light
-    return add_scaled(light, level / beside, add_scaled(to_sun, -along, up))
+    return add_scaled(light, level / across, add_scaled(to_sun, -along, up))

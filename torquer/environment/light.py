@@ -46,14 +46,14 @@ def _fill_light(shadow, r_m, sun_m, out):
 
 
 def light_along(shadow: Shadow, r_m: np.ndarray, sun_m: np.ndarray) -> np.ndarray:
-    """The same at positions [n, 3], of the Sun likewise."""
+    """Light [n, 3] Pa as `light_at` gives it, at positions [n, 3] m of satellite and Sun."""
     out = np.empty_like(r_m)
     _fill_light(shadow, np.ascontiguousarray(r_m), np.ascontiguousarray(sun_m), out)
     return out
 
 
 @kernel
-def _lit_at(shadow, orbit, sun, t):
+def _sunlit_at(shadow, orbit, sun, t):
     return sunlit_fraction_at(shadow, lookup3(orbit, t), lookup3(sun, t))
 
 
@@ -66,18 +66,18 @@ def _kind(sunlit_fraction):
 @kernel
 def _kinds(shadow, orbit, sun, t_s, out):
     for k in range(t_s.size):
-        out[k] = _kind(_lit_at(shadow, orbit, sun, t_s[k]))
+        out[k] = _kind(_sunlit_at(shadow, orbit, sun, t_s[k]))
 
 
 @kernel
 def _edge(shadow, orbit, sun, early, late):
-    """(Time, kind of light there) at which light is first not of the kind that it was `early`."""
-    before = _kind(_lit_at(shadow, orbit, sun, early))
+    """(Time, kind of light there) of the first change from the kind of light at `early`."""
+    before = _kind(_sunlit_at(shadow, orbit, sun, early))
     while True:
         middle = 0.5 * (early + late)
         if not early < middle < late:
-            return late, _kind(_lit_at(shadow, orbit, sun, late))
-        if _kind(_lit_at(shadow, orbit, sun, middle)) == before:
+            return late, _kind(_sunlit_at(shadow, orbit, sun, late))
+        if _kind(_sunlit_at(shadow, orbit, sun, middle)) == before:
             early = middle
         else:
             late = middle
@@ -118,11 +118,11 @@ def next_edge(light, t):
 
 @kernel
 def between_edges(light, orbit, t):
-    """The light as it is between two edges, t between them.
+    """The light [Pa] at a time t between two edges.
 
     Full sunlight and umbra are kept to the edges themselves, where rounding would decide.
     """
-    kind = _kind(_lit_at(light.shadow, orbit, light.sun, t))
+    kind = _kind(_sunlit_at(light.shadow, orbit, light.sun, t))
     if kind == 0:
         return light
     radius = 0.0 if kind == 1 else math.inf

@@ -32,7 +32,7 @@ def _turned(q, v_inertial):
 
 @inlined
 def in_body(here, q):
-    """The same with its vectors in the body, at an attitude (body to inertial)."""
+    """This environment with its vectors in body axes, for an attitude (body to inertial)."""
     return LocalEnvironment(
         rotate_inverse(q, here.b_t),
         rotate_inverse(q, here.gravity_gradient),

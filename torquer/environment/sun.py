@@ -94,8 +94,8 @@ def sunlit_fraction_at(shadow, r, sun):
     in error by up to 0.34 % of its radius, 3 arcsec.
     """
     if shadow.cylinder:
-        beside = norm(cross(r, sun)) / norm(sun)
-        return 0.0 if dot(r, sun) < 0.0 and beside < shadow.radius_m else 1.0
+        off_axis = norm(cross(r, sun)) / norm(sun)
+        return 0.0 if dot(r, sun) < 0.0 and off_axis < shadow.radius_m else 1.0
     pole = shadow.pole
     r = add_scaled(r, shadow.oblateness * dot(r, pole), pole)
     sun = add_scaled(sun, shadow.oblateness * dot(sun, pole), pole)
@@ -117,10 +117,10 @@ def _side_of_penumbra(radius, r, sun):
     margin = _PENUMBRA * math.sqrt(square)
     if behind < -margin:
         return 1.0
-    beside = square - behind * behind
-    if beside > (radius + margin) ** 2:
+    off_axis = square - behind * behind
+    if off_axis > (radius + margin) ** 2:
         return 1.0
-    if behind > margin and radius > margin and beside < (radius - margin) ** 2:
+    if behind > margin and radius > margin and off_axis < (radius - margin) ** 2:
         return -1.0
     return 0.0
 

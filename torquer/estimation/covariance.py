@@ -19,7 +19,7 @@ ATTITUDE = 0
 
 
 class States(NamedTuple):
-    """Something for each state (three components) that filters know, in the covariance's order.
+    """A number for each state (three components) that filters know, in the covariance's order.
 
     Units of the components: attitude error rad, rates rad/s, dipole A m^2, field T.
     """
@@ -98,7 +98,7 @@ def put_uncorrelated(p, row, variance):
 def slices_of(prior):
     """First row of each state in the covariance; 0 for one that the filter does not have.
 
-    `prior`: variances at the start; a state without one is none of the filter's.
+    `prior`: variances at the start; a state without one is not estimated.
     """
     gyro_bias = 3 if prior.gyro_bias > 0.0 else 0
     rate = gyro_bias + 3 if prior.rate > 0.0 else 0
@@ -137,9 +137,10 @@ def forget(prior, states, p):
 def turn_attitude(p, turn):
     """Refer the attitude error to body axes that have been turned (a quaternion).
 
-    After a correction, what is known of directions stays with the stars. Left in the old axes, a
-    turn about a direction, which no reading of it reveals, would seem to be measured by the next
-    one. A. Barrau, S. Bonnabel, 'The invariant extended Kalman filter as a stable observer' (2017).
+    What is known of directions before a correction refers to the inertial frame. Left in the old
+    body axes, a turn about a measured direction, which its readings do not reveal, would seem to be
+    measured by the next one. A. Barrau, S. Bonnabel, 'The invariant extended Kalman filter as a
+    stable observer' (2017).
     """
     r = to_dcm(conjugate(turn))
     aa = mat_mul(mat_mul(r, block(p, ATTITUDE, ATTITUDE)), transpose(r))
@@ -199,9 +200,9 @@ def update(p, gain, correction, m, gate):
 
     Returns the square, whether it was accepted, and the whitened innovation: in a consistent filter
     independent standard normal numbers, as many as the measurement has components. `gain`: (3, n)
-    to work in; the change of the states goes into `correction` (n). Scalar updates one after
-    another, made independent by the factors of the innovation's covariance: so all of them are
-    known, and can be refused, before anything is touched.
+    to work in; the change of the states goes into `correction` (n). The scalar updates are made
+    independent by the factors of the innovation's covariance, so that all of them are known, and
+    can be rejected, before anything is changed.
     """
     n = correction.shape[0]
     for i in range(n):
@@ -224,7 +225,7 @@ def update(p, gain, correction, m, gate):
 
 @inlined
 def take_gain(p, gain, correction, e, lower, d, count):
-    """Subtract what two or three independent scalar updates reveal; add up what they correct."""
+    """Apply two or three independent scalar updates to the covariance; add up their corrections."""
     n, w1, w2, w3 = correction.shape[0], 1.0 / d[0], 1.0 / d[1], 1.0 / d[2]
     for i in range(n):
         g1 = gain[0, i]

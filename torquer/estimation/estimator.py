@@ -1,7 +1,7 @@
 """Estimators as plug-ins: what the computer believes of attitude and rate.
 
 An estimator is a function `(inputs, parameters, memory)` that returns a `torquer.Estimate`; its
-inputs hold the previous estimate. Parameters and memory as those of a law.
+inputs hold the previous estimate. Parameters and memory: see `torquer.control.law`.
 """
 
 import math
@@ -22,7 +22,7 @@ def _numbers(v):
 
 @internal
 def as_estimate(e):
-    """What an estimator returned."""
+    """What an estimator returned, as numbers of the compiled types."""
     q = e.q_body_to_inertial
     return Estimate(
         float(e.t_s),

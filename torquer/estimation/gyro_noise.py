@@ -20,9 +20,10 @@ def filter_noise(
     """Keys of a filter with a gyro: its angle random walk and rate random walk in seconds.
 
     A filter has no flicker noise: bias instability becomes the rate random walk of the same Allan
-    deviation over `bridged_s`, the time for which the gyro carries the attitude alone, such as a
-    shadow; what the sheet states of a rate random walk is added. ValueError unless the numbers are
-    finite, `angle_random_walk_deg_sqrt_h` and `bridged_s` above zero, the others not below it.
+    deviation over `bridged_s`, the time for which the attitude is propagated by the gyro alone,
+    such as an eclipse; the rate random walk of the data sheet is added. ValueError unless the
+    numbers are finite, `angle_random_walk_deg_sqrt_h` and `bridged_s` above zero, the others not
+    below it.
     """
     above = {
         "angle_random_walk_deg_sqrt_h": angle_random_walk_deg_sqrt_h,

@@ -41,8 +41,8 @@ from torquer.spec import Spec
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0
-#: Variance before the readings at a start, over that of TRIAD: counted twice they would make the
-#: covariance too small by this part.
+#: Variance before the readings of a start, over that of TRIAD: the readings count twice, which
+#: makes the covariance too small by one part in this number.
 _WIDER = 1000.0
 NOTHING = (math.nan, math.nan, math.nan)
 #: Key of each sensor's noise, in the order of the sensors' numbers.
@@ -51,10 +51,10 @@ NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 
 @plugged
 def step(inputs, parameters, memory, begin, propagate, rate_of):
-    """Propagate to now, then take what the sensors have read since: the estimate of a filter.
+    """Estimate of a filter: propagated to now, then updated by new readings of the sensors.
 
-    What filters differ in: `propagate(inputs, parameters, memory, dt)`; `rate_of(...)` of the same:
-    (rate, bias of the gyro, mean variance of the rate); `begin`: see `start`.
+    What differs between filters: `propagate(inputs, parameters, memory, dt)`; `rate_of`, of the
+    same arguments: (rate, bias of the gyro, mean variance of the rate); `begin`: see `start`.
     """
     if not has_attitude(inputs, parameters, memory, begin):
         return UNKNOWN_ESTIMATE
@@ -80,9 +80,9 @@ def take_readings(inputs, parameters, memory, omega):
 
 @inlined
 def take(gates, memory, m, sensor, read_s, innovation):
-    """Update by a sensor's measurement, unless the gate refuses it, and refer states to it.
+    """Update by a sensor's measurement, and correct the states, unless the gate rejects it.
 
-    `innovation`: cells for the whitened innovation, not numbers where there is none.
+    `innovation`: cells for the whitened innovation, NaN where there is none.
     """
     put_vector(innovation, NOTHING)
     if m.count == 0:
@@ -92,10 +92,10 @@ def take(gates, memory, m, sensor, read_s, innovation):
     _, accepted, e = update(memory.covariance, memory.gain, memory.correction, m, gate)
     put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
     if accepted:
-        memory.refused_in_a_row[sensor] = 0.0
+        memory.rejected_in_a_row[sensor] = 0.0
         put_back(memory)
     else:
-        memory.refused_in_a_row[sensor] += 1.0
+        memory.rejected_in_a_row[sensor] += 1.0
         memory.refused += 1.0
 
 
@@ -112,10 +112,10 @@ def put_back(memory):
 
 @plugged
 def has_attitude(inputs, parameters, memory, begin):
-    """Whether the filter has an attitude: its own, or one to begin with, at first or again."""
+    """Whether the filter has an attitude: its own, or one from a start or restart in this step."""
     sensing = parameters.sensing
     must = must_begin(inputs, sensing, memory)
-    afresh = not must and memory.refused_in_a_row.max() >= sensing.most_refused
+    afresh = not must and memory.rejected_in_a_row.max() >= sensing.most_refused
     if must or afresh:
         return start(inputs, parameters, memory, afresh, begin) or not must
     if 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost:
@@ -125,9 +125,9 @@ def has_attitude(inputs, parameters, memory, begin):
 
 @inlined
 def must_begin(inputs, sensing, memory):
-    """Whether the filter has to begin: first of all, after a long gap, or where others know better.
+    """Whether the filter must start: at first, after a long gap, or where others know better.
 
-    It was away where the last estimate is not its own.
+    It was away if the last estimate is not its own.
     """
     e, own = inputs.estimate, variance_of(memory.covariance, ATTITUDE)
     away = e.t_s != memory.t_s
@@ -138,12 +138,11 @@ def must_begin(inputs, sensing, memory):
 
 @plugged
 def start(inputs, parameters, memory, afresh, begin):
-    """Begin; whether there is an attitude to begin with.
+    """Start the filter; whether there is an attitude to start from.
 
-    `afresh`: forget the other states; else what is known of them stays. `begin(inputs, parameters,
-    memory, taken_over, idle_s, afresh)` completes the start of a filter. `taken_over`: the attitude
-    is that of another estimator; `idle_s`: time for which states that are kept have not been
-    propagated.
+    `afresh`: forget the other states; otherwise they are kept. `begin(inputs, parameters, memory,
+    taken_over, idle_s, afresh)` completes the start of a filter. `taken_over`: the attitude is that
+    of another estimator; `idle_s`: time for which states that are kept have not been propagated.
     """
     idle_since_s, forgets = memory.t_s, afresh or memory.starts == 0.0
     taken_over = takes_over(inputs, parameters.sensing, memory)
@@ -161,9 +160,9 @@ def start(inputs, parameters, memory, afresh, begin):
 def start_by_triad(inputs, parameters, memory):
     """Attitude by TRIAD from readings of this step; whether there is one that is good enough.
 
-    The filter then takes the same readings, from a covariance so wide that they count once: so its
-    own is right with the magnetometer's bias, too. The more accurate direction comes first. The
-    time of the filter becomes that of the readings.
+    The filter then takes the same readings, from a covariance so wide that they count once: thus
+    its own covariance is right with a magnetometer bias, too. The more accurate direction comes
+    first. The time of the filter becomes that of the readings.
     """
     sensing, at = parameters.sensing, both_read_s(inputs, memory.read_s[MAGNETOMETER])
     b, sun = inputs.b_body_t, inputs.sun_body
@@ -184,8 +183,9 @@ def start_by_triad(inputs, parameters, memory):
 def start_by_field(inputs, parameters, memory):
     """Attitude by the field alone, for a filter without Sun sensors; whether there is one.
 
-    Of all that fit the reading the one that turns the inertial axes least: as the field turns
-    along the orbit, the rest is found. (The Sun stands still: by it alone it never would be.)
+    Of all attitudes that fit the reading it is the smallest rotation from the inertial axes; the
+    remaining angle is found as the field turns along the orbit. (The Sun's direction does not turn:
+    from it alone that angle is never found.)
     """
     sensing, at, b = parameters.sensing, inputs.read_at.magnetometer_s, inputs.b_body_t
     if sensing.r_field == 0.0 or sensing.r_sun > 0.0 or dot(b, b) == 0.0:
@@ -204,7 +204,7 @@ def start_by_field(inputs, parameters, memory):
 
 @inlined
 def takes_over(inputs, sensing, memory):
-    """Whether another estimator has left an attitude that is not too old, which is taken over."""
+    """Take over an attitude of another estimator; whether there is one that is not too old."""
     e = inputs.estimate
     age = inputs.t_s - e.t_s
     if not (e.t_s > memory.t_s and age <= sensing.gap and e.sigma_rad >= 0.0):
@@ -219,10 +219,10 @@ def takes_over(inputs, sensing, memory):
 
 @inlined
 def put_attitude(memory, t_s, q, variance):
-    """Begin with an attitude of this variance about each axis; no reading is refused so far."""
+    """Start from an attitude of this variance about each axis; no reading is rejected so far."""
     memory.t_s = t_s
     memory.starts += 1.0
-    memory.refused_in_a_row[:] = 0.0
+    memory.rejected_in_a_row[:] = 0.0
     put_quaternion(memory.q, q)
     put_uncorrelated(memory.covariance, ATTITUDE, variance)
 
@@ -240,7 +240,7 @@ def memory_of(n: int) -> dict:
         "correction": row,
         "innovation_magnetometer": NOTHING,
         "innovation_sun": NOTHING,
-        "refused_in_a_row": (0.0,) * len(NOISE_KEYS),
+        "rejected_in_a_row": (0.0,) * len(NOISE_KEYS),
         "refused": 0.0,
         "starts": 0.0,
     }
@@ -251,7 +251,7 @@ LOG = dict.fromkeys(("innovation_magnetometer", "innovation_sun", "refused", "st
 
 
 def keys_of(spec: type[Spec]) -> str:
-    """What a spec's docstring says after its first line, for those of its kinds."""
+    """A spec's docstring after its first line, to be appended to those of its kinds."""
     return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
 
 
@@ -259,7 +259,7 @@ class Filter(Spec):
     """A Kalman filter; noise as the filter believes it.
 
     The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
-    axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor refused
+    axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor rejected
     one after another. Without Sun sensors it begins with any attitude that fits the field; without
     a magnetometer it must be handed one. Where other estimators have worked before it, in other
     modes, it takes over an attitude that is not older than `longest_gap_s` and better than its own;
@@ -284,13 +284,13 @@ class Filter(Spec):
     left out: no bias.
     """
     gate: float = Field(default=1e-5, gt=0.0, lt=1.0)
-    """Probability of refusing a reading although filter and reading are sound."""
+    """Probability of rejecting a reading although filter and reading are sound."""
     lost_sigma_deg: float = Field(default=30.0, gt=0.0, le=180.0)
     """Standard deviation of the attitude, of all axes together, above which the filter starts
     again.
     """
     most_refused: int = Field(default=30, ge=1)
-    """Number of readings of a sensor refused one after another, after which the filter starts
+    """Number of readings of a sensor rejected one after another, after which the filter starts
     again.
     """
     longest_gap_s: float = Field(default=10.0, gt=0.0)
@@ -327,7 +327,7 @@ class Filter(Spec):
         return States(UNINFORMED, magnetometer_bias=bias_t**2, **others)
 
     def sensing(self) -> Sensing:
-        """Noise and trust for the kernels."""
+        """Noise of the sensors and limits of the filter for the kernels."""
         from scipy.special import chdtri  # a third of a second of importing
 
         return Sensing(

@@ -1,4 +1,4 @@
-"""Kalman filter without a gyro: Euler's equations carry the rate on.
+"""Kalman filter without a gyro: Euler's equations propagate the rate.
 
 States: attitude error, rate, and if requested residual dipole and magnetometer's bias. Torques that
 the filter knows: gravity gradient, dipoles of the coils and of the body, the wheels by their
@@ -108,10 +108,10 @@ def torque_on(p, q, around, dipole):
 
 
 @inlined
-def carried(p, q, omega, before, after, around, dipole, dt):
+def propagated(p, q, omega, before, after, around, dipole, dt):
     """(Attitude, rate) after dt seconds by the midpoint rule; wheels' momentum before and after.
 
-    The momentum of body and wheels is carried on: so their torques need not be known.
+    The momentum of body and wheels together is propagated: the wheels' torques need not be known.
     """
     h = add(sym_vec(p.inertia, omega), before)
     rate = sub(torque_on(p, q, around, dipole), cross(omega, h))
@@ -186,7 +186,7 @@ def propagate_covariance(p, linear, torque, inverse, dipole, dt):
 
 @inlined
 def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
-    """The rate is that of an estimator which is taken over, else zero, and as uncertain as said."""
+    """Start the rate: that of an estimator taken over, or zero with the prior's variance."""
     e, omega, variance = inputs.estimate, (0.0, 0.0, 0.0), parameters.prior.rate
     if taken_over:
         omega = e.omega_body_rad_s
@@ -199,7 +199,7 @@ def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
 
 @inlined
 def propagate(inputs, parameters, memory, dt):
-    """Attitude, rate and covariance dt seconds on, in steps of short turns."""
+    """Propagate attitude, rate and covariance by dt seconds, in steps of small rotations."""
     if dt <= 0.0:
         return
     p, place, dipole_at = parameters, inputs.ephemeris, slices_of(parameters.prior).residual_dipole
@@ -218,7 +218,7 @@ def propagate(inputs, parameters, memory, dt):
         linear = linearised(p, q, omega, wheels, around, dipole, h)
         propagate_covariance(memory.covariance, linear, p.torque, full(p.inverse), dipole_at, h)
         later = add(wheels, gained)
-        q, omega = carried(p, q, omega, wheels, later, around, dipole, h)
+        q, omega = propagated(p, q, omega, wheels, later, around, dipole, h)
         wheels = later
     put_quaternion(memory.q, q)
     put_state(memory.states, RATE, omega)

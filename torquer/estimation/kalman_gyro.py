@@ -1,4 +1,4 @@
-"""Kalman filter with a gyro: its rate, less its estimated bias, carries the attitude on.
+"""Kalman filter with a gyro: its rate, less its estimated bias, propagates the attitude.
 
 States: attitude error, gyro bias, and if requested the magnetometer's bias. Noise of the gyro:
 white (angle random walk) and a random walk of the bias (rate random walk), discrete as R.
@@ -85,13 +85,13 @@ def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
     if taken_over and dot(bias, bias) > 0.0 and sigma > 0.0:
         put_state(memory.states, BIAS, bias)
         put_uncorrelated(p, BIAS, min(3.0 * sigma * sigma, parameters.prior.gyro_bias))
-    if not afresh:  # the reading of the step before is of long ago
+    if not afresh:  # the reading of the previous step is out of date
         put_vector(memory.omega_read, inputs.omega_body_rad_s)
 
 
 @inlined
 def propagate(inputs, parameters, memory, dt):
-    """Attitude and covariance dt seconds on, by the mean of the gyro's readings then and now."""
+    """Propagate attitude and covariance by dt seconds with the mean of the gyro's two readings."""
     read = add(vector_of(memory.omega_read), inputs.omega_body_rad_s)
     turn = scale(dt, sub(scale(0.5, read), state_of(memory.states, BIAS)))
     q = multiply(quaternion_of(memory.q), from_rotation_vector(turn))

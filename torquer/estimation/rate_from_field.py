@@ -1,4 +1,4 @@
-"""Rate from two field readings: what a magnetometer alone tells of the rotation.
+"""Rate from two field readings: what a magnetometer alone reveals of the rotation.
 
 The field's direction in the body turns with -omega. Of all rotations that take one reading to the
 next, the one of least rate is about the normal of both: it is the part of the rate across the

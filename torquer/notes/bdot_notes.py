@@ -149,7 +149,7 @@ def _rate_notes(scenario: Scenario, law) -> list[str]:
         return []
     side = "above" if turn.rate_rad_s > limit else "near"
     return [
-        f"{turn.told} of {math.degrees(turn.rate_rad_s):.3g} deg/s is {side} the "
+        f"{turn.text} of {math.degrees(turn.rate_rad_s):.3g} deg/s is {side} the "
         f"{math.degrees(limit):.3g} deg/s that {turn.law} can brake with {sampling.in_words}: "
         f"{_outcome(law, turn, sampling)}"
     ]

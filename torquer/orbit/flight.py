@@ -144,7 +144,7 @@ class Trajectory:
         rotation, start = self._rotation(0.0, 0.0), np.empty((1, 9))
         _note(Flight(forces, rotation, day_of_year_at(rotation, 0.0)), 0.0, state, start[0])
         #: Forwards and backwards: nodes from the anchor on, and the next step of DOP853.
-        self._ways = {1: [start, 0.0], -1: [start, 0.0]}
+        self._branches = {1: [start, 0.0], -1: [start, 0.0]}
 
     def _rotation(self, first_s: float, last_s: float) -> RotationTable:
         return rotation_table(self._anchor, first_s, last_s, self._mode, self._dut1_s)
@@ -154,32 +154,32 @@ class Trajectory:
         with self._lock:
             self._reach(1, max(float(t_s.max()), NODE_S))
             self._reach(-1, -float(t_s.min()))
-            back, ahead = self._ways[-1][0], self._ways[1][0]
+            back, ahead = self._branches[-1][0], self._branches[1][0]
         nodes = np.concatenate([back[:0:-1], ahead])
         r, v = np.empty((t_s.size, 3)), np.empty((t_s.size, 3))
         _read(nodes, 1 - len(back), 1.0 / NODE_S, t_s, r, v)
         return r, v
 
-    def _reach(self, way: int, distance_s: float) -> None:
+    def _reach(self, sign: int, distance_s: float) -> None:
         """Extend one direction until its nodes cover the distance."""
-        while (len(self._ways[way][0]) - 1) * NODE_S < distance_s:
-            nodes, h = self._ways[way]
+        while (len(self._branches[sign][0]) - 1) * NODE_S < distance_s:
+            nodes, h = self._branches[sign]
             missing = math.ceil(distance_s / NODE_S) - (len(nodes) - 1)
             count = min(max(missing, _FEW, len(nodes) // 4), _MANY)
-            begin = way * (len(nodes) - 1) * NODE_S
-            end = begin + way * count * NODE_S
+            begin = sign * (len(nodes) - 1) * NODE_S
+            end = begin + sign * count * NODE_S
             rotation = self._rotation(min(begin, end), max(begin, end))
             more, y = np.empty((count, 9)), nodes[-1, :6].copy()
             status, h, filled = _fly(
-                self._forces, rotation, begin, way * NODE_S, y, h, self._work, more
+                self._forces, rotation, begin, sign * NODE_S, y, h, self._work, more
             )
             whole = np.concatenate([nodes, more[:filled]])
-            self._ways[way] = [whole, h]
+            self._branches[sign] = [whole, h]
             if status != DONE and (len(whole) - 1) * NODE_S < distance_s:
-                self._refuse(status, rotation, begin + way * filled * NODE_S, y)
+                self._refuse(status, rotation, begin + sign * filled * NODE_S, y)
 
     def _refuse(self, status: int, rotation: RotationTable, t: float, y: np.ndarray) -> None:
-        """Raise `ValueError` that says where and why the trajectory ends."""
+        """Raise `ValueError` with the place and the reason of the trajectory's end."""
         if status == HIT_EARTH:
             raise ValueError(
                 "orbit: must stay above the Earth's surface; received one that goes through it "

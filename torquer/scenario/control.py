@@ -25,7 +25,7 @@ MOST_STEPS = 10**13
 
 
 class Program(NamedTuple):
-    """Laws by name, and the mode table that says when they work; None if they always do."""
+    """Laws by name, and the mode table that determines when they work; None if they always do."""
 
     laws: dict
     modes: Modes | None

@@ -16,7 +16,7 @@ from torquer.orbit.numerical import STARTS
 from torquer.scenario.known_keys import known_keys, spec_named, suggestion
 from torquer.wheel_array.presets import LAYOUTS
 
-#: Tables that say by their `kind` which keys they have, by the last word of their place.
+#: Tables whose `kind` determines their keys, by the last word of their place.
 _KINDS = {
     "orbit": ORBITS,
     "start": STARTS,
@@ -27,7 +27,7 @@ _KINDS = {
     "layout": LAYOUTS,
     "parts": ("cylinder", "plate", "sphere"),
 }
-#: The same for tables by names of the user's choice, by the word before the name.
+#: Kinds of tables under names of the user's choice, by the word before the name.
 _NAMED_KINDS = {"laws": LAWS, "estimators": ESTIMATORS}
 #: A type, as pydantic writes it in a place: the member of a union that was tried.
 _TYPE = re.compile(r"(function-|(tuple|list|dict|set|union|nullable|constrained)[\w-]*\[)")
@@ -51,7 +51,7 @@ _MUST = {
     "string_type": "must be text",
     "tuple_type": "must be a list",
 }
-#: Errors that say only that a value is of another kind than this member of a union.
+#: Errors that state only that a value is of another kind than this member of a union.
 _OTHER_KIND = ("float_type", "tuple_type")
 #: Characters of the longest value and of the longest line that are shown.
 _LONGEST_VALUE, _LONGEST_LINE = 100, 1000

@@ -28,7 +28,7 @@ UNITS = {
     "a_m2_s": "A m² s", "a_m2_s_per_t": "A m² s/T", "a_m2_per_t": "A m²/T",
     "a_m2_per_n_m_s_t": "A m²/(N m s T)", "n_m_s_per_t2": "N m s/T²", "n_m_per_t2": "N m/T²",
 }  # fmt: skip
-#: Keys whose unit their name does not tell.
+#: Keys whose name does not state their unit.
 _UNITS_OF_KEYS = {"b0": "T", "held_at_year": "year", "viscous_friction_n_m_s": "N m s"}
 #: What pydantic calls the bounds of a number.
 _BOUNDS = {"gt": "> {}", "ge": "≥ {}", "lt": "< {}", "le": "≤ {}"}

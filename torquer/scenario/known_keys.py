@@ -48,7 +48,7 @@ def _is_table(annotation) -> bool:
 
 
 def _members(annotation) -> list:
-    """The types that a value may have, without what says more of them."""
+    """The types that a value may have, without their annotations."""
     origin = get_origin(annotation)
     if origin is Annotated:
         return _members(get_args(annotation)[0])

@@ -96,7 +96,7 @@ def presets(table: str | None = None) -> dict[str, dict]:
 
 
 def _with_presets(table: dict, place: tuple) -> dict:
-    """The table with `preset = "name"` replaced by the preset's keys; keys beside it win."""
+    """The table with `preset = "name"` replaced by the preset's keys; keys next to it win."""
     own = {
         key: _with_presets(value, (*place, key)) if isinstance(value, dict) else value
         for key, value in table.items()
@@ -163,13 +163,13 @@ def scenario_schema() -> dict:
 
 def _let_modes_be_short(specs: dict) -> None:
     """The short forms of mode tables: one region's keys, one condition, laws without factors."""
-    modes, state, way = specs["Modes"], specs["State"]["properties"], specs["Transition"]
+    modes, state, transition = specs["Modes"], specs["State"]["properties"], specs["Transition"]
     modes["properties"] |= specs["Region"]["properties"]
     modes.pop("required", None)
     names = {"type": "array", "items": {"type": "string"}}
     state["laws"] = _either(state["laws"], names)
-    when = way["properties"]["when"]
-    way["properties"]["when"] = _either(when, {"$ref": "#/$defs/Condition"})
+    when = transition["properties"]["when"]
+    transition["properties"]["when"] = _either(when, {"$ref": "#/$defs/Condition"})
 
 
 def _either(long: dict, short: dict) -> dict:

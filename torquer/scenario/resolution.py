@@ -1,6 +1,6 @@
 """Whether RK4's fixed step resolves a motion: checked before the run, for its initial motion.
 
-The loop makes the same check at every event (`step.resolves`), and adds up the numerical damping
+The loop makes this check at every event (`propagate.interval`), and adds up the numerical damping
 and lag of the steps.
 """
 

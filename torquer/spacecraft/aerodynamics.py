@@ -32,8 +32,8 @@ class Surface(NamedTuple):
 def projected_area(row, direction):
     """Area [m^2] of a part across its direction of motion, times half the drag coefficient."""
     axis = (row[4], row[5], row[6])
-    along, beside = dot(axis, direction), norm(cross(axis, direction))
-    return row[0] * max(along, 0.0) + row[1] * max(-along, 0.0) + row[2] * beside + row[3]
+    along, across = dot(axis, direction), norm(cross(axis, direction))
+    return row[0] * max(along, 0.0) + row[1] * max(-along, 0.0) + row[2] * across + row[3]
 
 
 @kernel

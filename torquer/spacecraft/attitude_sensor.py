@@ -23,20 +23,20 @@ class AttitudeSensorSet(NamedTuple):
 
 
 @inlined
-def read_attitude(sensor, q_body_to_inertial, drawn):
+def read_attitude(sensor, q_body_to_inertial, noise_sample):
     """Measured attitude: the true one after the fixed and the random rotation, in body axes.
 
-    `drawn`: three standard normal numbers.
+    `noise_sample`: three standard normal numbers.
     """
     q = multiply(q_body_to_inertial, sensor.q_error)
     if sensor.noise_rad == 0.0:
         return q
-    return multiply(q, _turn(scale(sensor.noise_rad, drawn)))
+    return multiply(q, _turn(scale(sensor.noise_rad, noise_sample)))
 
 
 @inlined
 def _turn(phi):
-    """`from_rotation_vector` without branches or calls, up to 720 deg: of vectors in lanes."""
+    """`from_rotation_vector` up to 720 deg without branches or calls, which lanes need."""
     angle = norm(phi)
     cosine, sine = cos_sin(angle / (4.0 * math.pi))
     s = sine / (angle + 1e-300)

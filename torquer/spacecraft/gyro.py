@@ -26,21 +26,23 @@ class GyroSet(NamedTuple):
 
 
 @inlined
-def walked_bias(gyro, drift, interval_s, drawn):
-    """Accumulated drift [rad/s] after one more sampling interval; `drawn`: three standard normal
-    numbers."""
+def walked_bias(gyro, drift, interval_s, noise_sample):
+    """Accumulated drift [rad/s] after one more sampling interval.
+
+    `noise_sample`: three standard normal numbers.
+    """
     if gyro.drift_rad_s_sqrt_s == 0.0:
         return drift
     step = gyro.drift_rad_s_sqrt_s * math.sqrt(interval_s)
-    return add_scaled(drift, step, drawn)
+    return add_scaled(drift, step, noise_sample)
 
 
 @inlined
-def read_rate(gyro, omega_body, drift, drawn):
-    """Reading [rad/s] in body axes; `drawn`: three standard normal numbers."""
+def read_rate(gyro, omega_body, drift, noise_sample):
+    """Reading [rad/s] in body axes; `noise_sample`: three standard normal numbers."""
     reading = add(add(mat_vec(gyro.mounting, omega_body), gyro.bias_rad_s), drift)
     if gyro.noise_rad_s > 0.0:
-        reading = add_scaled(reading, gyro.noise_rad_s, drawn)
+        reading = add_scaled(reading, gyro.noise_rad_s, noise_sample)
     return through_electronics(reading, gyro.range_rad_s, gyro.resolution_rad_s)
 
 

@@ -25,13 +25,13 @@ class MagnetometerSet(NamedTuple):
 
 
 @inlined
-def read_field(magnetometer, b_body_t, dipole_body_a_m2, drawn):
-    """Reading [T] in body axes; `drawn`: three standard normal numbers."""
+def read_field(magnetometer, b_body_t, dipole_body_a_m2, noise_sample):
+    """Reading [T] in body axes; `noise_sample`: three standard normal numbers."""
     m = magnetometer
     seen = add_scaled(b_body_t, m.coupling_t_per_a_m2, dipole_body_a_m2)
     reading = add(mat_vec(m.mounting, seen), m.bias_t)
     if m.noise_t > 0.0:
-        reading = add_scaled(reading, m.noise_t, drawn)
+        reading = add_scaled(reading, m.noise_t, noise_sample)
     return through_electronics(reading, m.range_t, m.resolution_t)
 
 

@@ -51,11 +51,11 @@ def sensor_that_sees(sensors, sun_body):
 
 
 @inlined
-def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, drawn):
+def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, noise_sample):
     """Unit vector to the Sun [body], or zeros where no sensor sees it.
 
     `sunlit_fraction` is the visible fraction of the Sun's disc; half a disc is enough to read.
-    `earthlight_body`: as `torquer.environment.albedo` gives it, in the body. `drawn`: three
+    `earthlight_body`: as `torquer.environment.albedo` gives it, in the body. `noise_sample`: three
     standard normal numbers.
     """
     k, rows = sensor_that_sees(sensors, sun_body), sensors.rows
@@ -67,7 +67,7 @@ def read_sun(sensors, sun_body, sunlit_fraction, earthlight_body, drawn):
     reading = rotate((rows[k, 4], rows[k, 5], rows[k, 6], rows[k, 7]), reading)
     if sensors.noise_rad == 0.0:
         return reading
-    return unit(add_scaled(reading, sensors.noise_rad, drawn))
+    return unit(add_scaled(reading, sensors.noise_rad, noise_sample))
 
 
 def _checked_axes(value):
@@ -96,7 +96,7 @@ class BlindZone(Spec):
     """Numbers, from 0, of the sensors that it shades; left out: all."""
 
     def of(self, count: int) -> tuple[int, ...]:
-        """Numbers of the sensors that it shades, of so many."""
+        """Numbers of the sensors that it shades, out of `count`."""
         return tuple(range(count)) if self.sensors is None else self.sensors
 
 

@@ -25,12 +25,12 @@ _RPM = 2.0 * math.pi / 60.0
 @kernel
 def read_tachometers(rotors, noise_rad_s, state, omega_body, seed, sample, momenta):
     """Read the speeds, as momenta (n,) [N m s] relative to the body; return their vector sum."""
-    rows, total, drawn = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    rows, total, noise_sample = rotors.rows, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for k in range(rows.shape[0]):
         if noise_rad_s > 0.0 and k % 3 == 0:
-            drawn = noise.normal3(seed, STREAM, 4 * sample + k // 3)
+            noise_sample = noise.normal3(seed, STREAM, 4 * sample + k // 3)
         read = relative_momentum(rows, state, omega_body, k)
-        momenta[k] = read + rows[k].inertia * noise_rad_s * drawn[k % 3]
+        momenta[k] = read + rows[k].inertia * noise_rad_s * noise_sample[k % 3]
         total = add_scaled(total, momenta[k], axis_of(rows, k))
     return total
 

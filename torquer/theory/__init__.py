@@ -4,7 +4,7 @@
 
 - *Gains* of B-dot from the damping time, and within what sampling and lag allow.
 - *Slow motion* of an axisymmetric satellite under a law: closed averaged equations
-  (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion beside.
+  (`torquer.theory.evolution`), the average of any law, maps, equilibria, the full motion.
 - *Stability* of linear periodic systems: monodromy matrices, charts, Mathieu's equation; of a
   rotation along the Sun's line under S-dot.
 - *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
@@ -15,7 +15,8 @@
 - *Momentum* that wheels take up while a satellite keeps its attitude.
 - *Formulas*: a law's averaged equations, derived symbolically, in LaTeX.
 
-Numbers beyond the range of a theory are refused, or the result's `notes` say what is doubtful.
+Beyond the range of a theory a function raises ValueError, or the result's `notes` state what is
+doubtful.
 """
 
 from typing import TYPE_CHECKING

@@ -1,7 +1,7 @@
 """Floquet's theory by computer: monodromy, multipliers and charts of x' = A(t) x, A periodic.
 
-A system is a function `A(t, parameters, out)` that fills the matrix `out`; it is compiled
-once and handed to one common integrator (`theory.collocation`), which is not compiled anew.
+A system is a function `A(t, parameters, out)` that fills the matrix `out`; it is compiled once and
+handed to one common integrator (`theory.collocation`), which is not compiled again.
 
     @periodic_system(order=2, period=math.pi, parameters={"a": 1.0, "q": 0.1})
     def mathieu(t, parameters, out):

@@ -38,7 +38,7 @@ class PeriodicSystem:
             raise ValueError(f"{self.name}: parameter must not be called data, the name is taken")
 
     def with_parameters(self, **values: float) -> "PeriodicSystem":
-        """The same system with other parameters; unknown names are errors."""
+        """The system with other parameters; unknown names are errors."""
         for name in values:
             if name == "data":
                 raise ValueError(f"{self.name}: data must be set by with_data")
@@ -46,7 +46,7 @@ class PeriodicSystem:
         return replace(self, parameters={**self.parameters, **values})
 
     def with_data(self, data) -> "PeriodicSystem":
-        """The same system with other `data`."""
+        """The system with other `data`."""
         array = validate.finite(f"{self.name}: data", data).ravel()
         return replace(self, data=tuple(array.tolist()))
 

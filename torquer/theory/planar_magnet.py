@@ -197,7 +197,7 @@ def _motion_edge(eta, mu, around, place):
 def tongue_edges(
     system: PeriodicSystem, eta: float, lambda2=(-4.0, 6.0), knots: int = 101
 ) -> tuple[float, float]:
-    """Edges (cosine's, sine's) in lambda2 of the first tongue of either system above."""
+    """Edges (cosine's, sine's) in lambda2 of the first tongue of a system of this module."""
     within(ETA, eta)
     grid = np.linspace(*lambda2, knots) + 1e-3 * math.sqrt(2.0)
     found = edges(system.with_parameters(eta=float(eta)), "lambda2", grid)

@@ -129,12 +129,12 @@ def evolve_law(
         greatest_relative_rate(problem, _floats(start)), greatest_relative_rate(problem, slowest)
     )
     precession = (PRECESSION, abs(spinner.eta[1]) * slowest.l)
-    said = (
+    caveats = (
         *validity_notes(change),
         *passed(precession),
         *unconverged(law, spinner, start, problem.nodes),
     )
-    return SlowMotion(*path, u=_row(u), ended=ended, notes=(*exit_notes(ended, path), *said))
+    return SlowMotion(*path, u=_row(u), ended=ended, notes=(*exit_notes(ended, path), *caveats))
 
 
 def _floats(slow) -> Slow:
@@ -210,7 +210,8 @@ def closed_ends(rates, constants, states, u_end, rtol, work, first, last):
 
 @released
 def averaged_ends(law, parameters, settings, memory, at, states, u_end, rtol, work, first, last):
-    """The same by the averages of a law; a row of parameters and of settings for each state.
+    """Move the rows first..last-1 of `states` from u = 0 to u_end by the averages of a law; NaN
+    where it fails. Each state has a row of parameters and one of settings.
 
     Rows of `settings`: model, strength, angle and tilt of the field, then the other numbers of
     `Setting` in order.
@@ -318,7 +319,7 @@ def map_of_evolution(
     """
     spinner = spinner or Spinner(inclination_deg=0.0)
     columns, shape = _grid(axes, fixed)
-    target = evolution.case(1.0, spinner, target).target  # refuses a field that it is not for
+    target = evolution.case(1.0, spinner, target).target  # ValueError for an unfit field
     constants = np.empty((len(columns["eps"]), 11))
     constants[:, 0], constants[:, 1], constants[:, 8:] = columns["eps"], spinner.ratio, target
     constants[:, 2:8] = _per_inclination(spinner, columns, lambda there: there.moments())

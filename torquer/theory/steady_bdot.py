@@ -51,7 +51,7 @@ class SteadyBdot(Spec):
         return i, cone_angle(i) if self.cone_deg is None else math.radians(self.cone_deg)
 
     def as_published(self) -> "SteadyBdot":
-        """The same in the field of MAG 2.2, whose cone has the inclination for half-angle."""
+        """The satellite in the field of MAG 2.2, whose cone has the inclination for half-angle."""
         return self.model_copy(update={"cone_deg": self.inclination_deg})
 
 

@@ -1,4 +1,4 @@
-"""Where the theory holds: limits as data; beyond them a result is refused, or carries a note.
+"""Where the theory holds: limits as data; beyond them a ValueError, or a note in the result.
 
 A `Limit` names a number, its bounds and the reason. Where a result would be meaningless a function
 raises ValueError with one line (`within`). Where it is merely inaccurate, a result with a `notes`

@@ -99,7 +99,7 @@ def _lies_in(faces, row, k):
 
 @kernel
 def _full_edge(wheels, limit, row, normal, edge, demand):
-    """The same in the plane of a face, for the edge along the axis of a wheel in it."""
+    """How far a demand goes across an edge (a wheel's axis) in a face, and the edge's bound."""
     across, bound = cross(normal, _axis(wheels.axes, edge)), 0.0
     for k in range(limit.shape[0]):
         side = abs(dot(across, _axis(wheels.axes, k)))

@@ -2,7 +2,7 @@
 
 What is an edge or a vertex is decided by signs of determinants alone: zero within a tolerance, so
 that axes which are coplanar but for rounding make one face. Inconsistent signs (three nearly
-coplanar axes beside two nearly parallel ones) make no closed surface; then the tolerance is
+coplanar axes next to two nearly parallel ones) make no closed surface; then the tolerance is
 reduced, finally to exact arithmetic, whose signs are always consistent.
 """
 

@@ -15,8 +15,8 @@ from torquer.wheel_array.rates import rate_about, worst_case
 class FailureCase(NamedTuple):
     """An array after a loss of wheels; volumes relative to the intact array.
 
-    Rates are about principal axes (by ascending inertia) and the worst axis; accelerations
-    likewise, or None without torque limits.
+    Rates and accelerations are about principal axes (by ascending inertia) and the worst axis;
+    accelerations are None without torque limits.
     """
 
     lost: tuple[int, ...]

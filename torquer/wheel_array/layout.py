@@ -80,11 +80,11 @@ class WheelArray(Spec):
         return self._working(self.torque_limit_n_m)
 
     def without(self, *wheels: int) -> "WheelArray":
-        """The same array after the loss of these wheels, too."""
+        """The array after the further loss of these wheels."""
         return self._changed(lost=tuple(sorted({*self.lost, *wheels})))
 
     def turned(self, rotation) -> "WheelArray":
-        """The same array mounted with another attitude: (3, 3) matrix, array to body frame."""
+        """The array mounted with another attitude: (3, 3) matrix, array to body frame."""
         matrix = validate.rotation_matrix("rotation", rotation)
         return self._changed(axes=tuple(map(as_vector, np.array(self.axes) @ matrix.T)))
 

@@ -133,7 +133,8 @@ def test_words_of_states_and_transitions():
     words = {transition_in_words(way) for way in ways}
     assert {
         "age of sun sensors reading above 5 s, until below 2", "entries of c below 3",
-        "sunlit_fraction below 0.1, for 9 s", "field above 10000 nT, after at least 2 s", "after 600 s",
+        "sunlit fraction below 0.1, for 9 s", "field above 10000 nT, after at least 2 s",
+        "after 600 s",
         "nutation below 5 deg and rate above 0 deg/s, for 60 s, or after 20000 s",
         "axis to Sun above 160 deg, for 3600 s", "Sun not in view, for 10 s",
         "not in state wrong_way", "after at least 5 s",

@@ -99,8 +99,9 @@ def test_the_target_may_be_the_sun():
 def test_what_cannot_be_told_is_unknown():
     """Angles without the Sun, at rest, or without an estimate; never a number made up."""
     blind = reading(**spinning(1.0))._replace(estimate=UNKNOWN_ESTIMATE)
-    unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg sunlit_fraction"
-    for name in (*unknown.split(), "axis_to_sun_deg", "estimate_sigma_deg"):
+    unknown = "rate_deg_s spin_deg_s nutation_deg axis_to_target_deg momentum_to_target_deg"
+    others = ("sunlit_fraction", "axis_to_sun_deg", "estimate_sigma_deg")
+    for name in (*unknown.split(), *others):
         assert math.isnan(value(name, blind)), name
     resting = reading(omega_body_rad_s=(0.0, 0.0, 0.0))
     assert math.isnan(value("nutation_deg", resting)) and value("rate_deg_s", resting) == 0.0

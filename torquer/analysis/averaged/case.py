@@ -20,7 +20,7 @@ from torquer.theory.evolution.model import Case, Evolution
 from torquer.theory.gains import Sampling
 from torquer.theory.spinner import Spinner
 
-#: Laws of scenarios that have the averaged motion of another.
+#: Laws of scenarios, with the law whose averaged motion they have.
 _SAME = {
     "bdot_rate": "bdot", "bdot_derivative": "bdot", "bdot_model": "bdot",
     "nutation_damping_rate": "nutation_damping",

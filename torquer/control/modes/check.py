@@ -12,8 +12,8 @@ from torquer.control.modes.spec import Condition, Modes, Region, State, Transiti
 class Finding(NamedTuple):
     """What was found, and where: region and states.
 
-    `kind`: `unreachable`, `trap`, `waits for the unknown`, `conflict`, `chatter`; `hysteresis`
-    and `switching rate` are no faults: they say what keeps a cycle from chatter.
+    `kind`: `unreachable`, `trap`, `waits for the unknown`, `conflict`, `chatter`; `hysteresis` and
+    `switching rate` are no faults: they state what prevents a cycle from chattering.
     """
 
     kind: str
@@ -45,16 +45,16 @@ def _unreachable(name: str, region: Region) -> Iterator[Finding]:
 
 
 def _dead_ends(name: str, region: Region) -> Iterator[Finding]:
-    """States without a way out, or with none that is sure to be taken one day."""
+    """States without a transition out, or none of whose transitions is sure to be taken."""
     for state in reachable(region):
-        ways = [e.way for e in edges_of(region) if e.leave == state and e.to != state]
+        transitions = [e.transition for e in edges_of(region) if e.leave == state and e.to != state]
         if region.states[state].final or len(region.states) == 1:
             continue
-        if not ways:
+        if not transitions:
             text = f"{name}.{state}: nothing leads out; declare it final = true if it is meant so"
             yield Finding("trap", name, (state,), text)
             continue
-        lacking = [_may_stay_unknown(way) for way in ways]
+        lacking = [_may_stay_unknown(transition) for transition in transitions]
         if all(lacking):
             signals = " or ".join(dict.fromkeys(signal for some in lacking for signal in some))
             text = (
@@ -64,11 +64,11 @@ def _dead_ends(name: str, region: Region) -> Iterator[Finding]:
             yield Finding("waits for the unknown", name, (state,), text)
 
 
-def _may_stay_unknown(way) -> list[str]:
+def _may_stay_unknown(transition) -> list[str]:
     """Signals without which a transition cannot fire, and which may stay unknown for good."""
-    if way.at_most_s is not None:
+    if transition.at_most_s is not None:
         return []
-    return [c.signal for c in way.when if SIGNALS[c.signal].may_stay_unknown]
+    return [c.signal for c in transition.when if SIGNALS[c.signal].may_stay_unknown]
 
 
 def _cycles(modes: Modes, name: str) -> Iterator[Finding]:
@@ -94,7 +94,7 @@ def _cycles(modes: Modes, name: str) -> Iterator[Finding]:
 def _followed_s(modes: Modes, cycle: tuple[Edge, ...]) -> float:
     """The least time around a cycle that follows a state of another region in and out [s]."""
     seen = {}
-    for condition in (c for edge in cycle for c in edge.way.when if c.signal == "in_state"):
+    for condition in (c for edge in cycle for c in edge.transition.when if c.signal == "in_state"):
         region = modes.region_of("when", condition)
         seen.setdefault((region, condition.state), set()).add(condition.above is not None)
     followed = [place for place, sides in seen.items() if len(sides) == 2]
@@ -109,20 +109,20 @@ def _around_s(region: Region, state: str) -> float:
 
 def _gap(cycle: tuple[Edge, ...]) -> str:
     """How a signal must move around a cycle, from above one value to below another; or ""."""
-    conditions = [(edge.way, condition) for edge in cycle for condition in edge.way.when]
-    for (way_up, high), (way_down, low) in itertools.product(conditions, conditions):
+    conditions = [(e.transition, condition) for e in cycle for condition in e.transition.when]
+    for (rising, high), (falling, low) in itertools.product(conditions, conditions):
         if high.above is None or low.below is None or _subject(high) != _subject(low):
             continue
-        least = high.back_below if _may_wait(way_up, high.back_below) else high.above
-        greatest = low.back_above if _may_wait(way_down, low.back_above) else low.below
+        least = high.back_below if _may_wait(rising, high.back_below) else high.above
+        greatest = low.back_above if _may_wait(falling, low.back_above) else low.below
         if least > greatest:
             return f"{high.signal} must go above {least:g} and below {greatest:g}"
     return ""
 
 
-def _may_wait(way: Transition, back: float | None) -> bool:
+def _may_wait(transition: Transition, back: float | None) -> bool:
     """Whether a transition may fire after its condition has come true, by its hysteresis."""
-    waits = len(way.when) > 1 or way.for_s > 0.0 or way.at_least_s is not None
+    waits = len(transition.when) > 1 or transition.for_s > 0.0 or transition.at_least_s is not None
     return back is not None and waits
 
 
@@ -174,12 +174,12 @@ def joint_states(modes: Modes) -> list[tuple[str, ...]]:
 
 
 def _may_go(modes: Modes, edge: Edge, state: str, now: dict[str, str]) -> bool:
-    """Whether a region may go this way, by the states that the regions are in."""
+    """Whether a transition may be taken, by the states that the regions are in."""
     if edge.leave != state:
         return False
-    if edge.way.at_most_s is not None:
+    if edge.transition.at_most_s is not None:
         return True
-    for condition in (c for c in edge.way.when if c.signal == "in_state"):
+    for condition in (c for c in edge.transition.when if c.signal == "in_state"):
         is_in = float(now[modes.region_of("when", condition)] == condition.state)
         above, below = condition.above, condition.below
         if not (is_in > above if above is not None else is_in < below):

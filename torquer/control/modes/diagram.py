@@ -18,7 +18,7 @@ rect { fill: #f3f6fa; stroke: #456; }
 path { fill: none; stroke-width: 1.3; }
 .rule { stroke: #bbb; stroke-dasharray: 2 4; }
 </style>"""
-#: Colours of the lines, in turn, so that lines that cross can be told apart.
+#: Colours of the lines, in turn, to distinguish lines that cross.
 _COLOURS = ("#1b5e9b", "#b5521b", "#2e7d4f", "#8a3f8f", "#7a6a00", "#a02c3c")
 
 
@@ -116,9 +116,9 @@ def _block(name: str, region: Region, ids: dict) -> list[str]:
     if region.transitions:
         lines.append(f'state "{ANY}" as {ids[name, None]}')
         sources[None] = region.transitions
-    for source, ways in sources.items():
+    for source, transitions in sources.items():
         lines += [
-            f"{ids[name, source]} --> {ids[name, way.to]} : {transition_in_words(way)}"
-            for way in ways
+            f"{ids[name, source]} --> {ids[name, one.to]} : {transition_in_words(one)}"
+            for one in transitions
         ]
     return lines + [f"{ids[name, s]} --> [*]" for s, spec in region.states.items() if spec.final]

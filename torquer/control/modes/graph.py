@@ -8,37 +8,37 @@ from torquer.control.modes.spec import Region, Transition
 
 
 class Edge(NamedTuple):
-    """A way from one state to another; `from_any`: by a transition from any state."""
+    """A change of state by a transition; `from_any`: by one of those from any state."""
 
     leave: str
     to: str
-    way: Transition
+    transition: Transition
     from_any: bool
 
     @property
     def least_s(self) -> float:
-        """The least time in the state before it is left this way [s]."""
-        way = self.way
+        """The least time in the state before the transition is taken [s]."""
+        transition = self.transition
         waits_s = [
             condition.above
-            for condition in way.when
+            for condition in transition.when
             if condition.signal == "time_in_state_s" and condition.above is not None
         ]
-        held_s = 0.0 if self.from_any else way.for_s  # from any state: may have begun before
-        at_least_s = math.inf if way.by_time_only else way.at_least_s or 0.0
-        return min(max(held_s, at_least_s, *waits_s), way.at_most_s or math.inf)
+        held_s = 0.0 if self.from_any else transition.for_s  # from any state: may have begun before
+        at_least_s = math.inf if transition.by_time_only else transition.at_least_s or 0.0
+        return min(max(held_s, at_least_s, *waits_s), transition.at_most_s or math.inf)
 
 
 def edges_of(region: Region) -> list[Edge]:
-    """All ways, those from any state first, in the order in which they are tried."""
+    """All edges, those from any state first, in the order in which they are tried."""
     found = [
-        Edge(leave, way.to, way, True)
-        for way in region.transitions
+        Edge(leave, transition.to, transition, True)
+        for transition in region.transitions
         for leave in region.states
-        if leave != way.to
+        if leave != transition.to
     ]
-    own = ((name, way) for name, state in region.states.items() for way in state.transitions)
-    return found + [Edge(name, way.to, way, False) for name, way in own]
+    own = ((name, one) for name, state in region.states.items() for one in state.transitions)
+    return found + [Edge(name, one.to, one, False) for name, one in own]
 
 
 def reachable(region: Region) -> list[str]:
@@ -69,13 +69,12 @@ def cycles_of(edges: Iterable[Edge]) -> Iterator[tuple[Edge, ...]]:
 def least_time_s(cycle: tuple[Edge, ...]) -> float:
     """The least time around a cycle [s].
 
-    The hold time of a transition from any state begins anew when the state it leads to is left.
+    The hold time of a transition from any state begins again when the state it leads to is left.
     """
     found_s = sum(edge.least_s for edge in cycle)
     for edge in cycle:
         if edge.from_any:
             (after,) = (e for e in cycle if e.leave == edge.to)
-            found_s = max(
-                found_s, after.least_s + min(edge.way.for_s, edge.way.at_most_s or math.inf)
-            )
+            held_s = min(edge.transition.for_s, edge.transition.at_most_s or math.inf)
+            found_s = max(found_s, after.least_s + held_s)
     return found_s

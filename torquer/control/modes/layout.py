@@ -1,8 +1,8 @@
-"""Where the parts of a diagram of modes stand: one column of states, lanes beside it.
+"""Where the parts of a diagram of modes stand: one column of states, lanes next to it.
 
 Regions stand one below the other. Every transition leaves its state on the right in a row of its
 own, along which it is labelled, goes up or down in a lane, and enters its state from the right.
-No two labels share a row, and no two overlapping ways a lane.
+No two labels share a row, and no two overlapping transitions a lane.
 """
 
 import itertools
@@ -47,7 +47,7 @@ class Layout(NamedTuple):
     rules: tuple[float, ...]
 
 
-class _Way(NamedTuple):
+class _Transition(NamedTuple):
     """A transition by the numbers of rows: where it leaves and where it enters."""
 
     leaves: int
@@ -56,10 +56,10 @@ class _Way(NamedTuple):
 
 
 class _Column(NamedTuple):
-    """Boxes of a region as (first row, rows, lines, name) from the top, and its ways."""
+    """Boxes of a region as (first row, rows, lines, name) from the top, and its transitions."""
 
     boxes: tuple[tuple, ...]
-    ways: tuple[_Way, ...]
+    transitions: tuple[_Transition, ...]
     rows: int
 
 
@@ -67,7 +67,7 @@ def layout(modes: Modes) -> Layout:
     """The diagram of a mode table."""
     columns = {name: _column(region) for name, region in modes.regions.items()}
     texts = [line for c in columns.values() for box in c.boxes for line in box[2]]
-    labels = [way.label for c in columns.values() for way in c.ways]
+    labels = [transition.label for c in columns.values() for transition in c.transitions]
     width = 2 * INSET + _width(texts)
     lanes_x = MARGIN + width + 2 * INSET + _width(labels)
     boxes, paths, titles, rules, y = [], [], [], [], MARGIN / 2
@@ -93,17 +93,17 @@ def _column(region: Region) -> _Column:
     sources = {None: ((ANY,), region.transitions)} if region.transitions else {}
     for name, state in region.states.items():
         sources[name] = ((name, *state_in_words(state)), state.transitions)
-    entered = {way.to for _, ways in sources.values() for way in ways}
+    entered = {transition.to for _, transitions in sources.values() for transition in transitions}
     boxes, starts, row = [], {}, 0
-    for name, (lines, ways) in sources.items():
-        rows = max(len(lines), (name in entered) + len(ways))
+    for name, (lines, transitions) in sources.items():
+        rows = max(len(lines), (name in entered) + len(transitions))
         boxes.append((row, rows, lines, name))
         starts[name] = row
         row += rows + 1
     found = [
-        _Way(starts[name] + (name in entered) + i, starts[way.to], transition_in_words(way))
-        for name, (_, ways) in sources.items()
-        for i, way in enumerate(ways)
+        _Transition(starts[name] + (name in entered) + i, starts[one.to], transition_in_words(one))
+        for name, (_, transitions) in sources.items()
+        for i, one in enumerate(transitions)
     ]
     return _Column(tuple(boxes), tuple(found), row - 1)
 
@@ -123,18 +123,19 @@ def _paths(column: _Column, y: float, left: float, lanes_x: float) -> list[Path]
         return y + (row + 0.65) * ROW
 
     found = []
-    for way, lane in zip(column.ways, _lanes(column.ways), strict=True):
-        out, into, x = height(way.leaves), height(way.enters), lanes_x + lane * LANE
+    for transition, lane in zip(column.transitions, _lanes(column.transitions), strict=True):
+        out, into, x = height(transition.leaves), height(transition.enters), lanes_x + lane * LANE
         corners = ((left, out), (x, out), (x, into), (left, into))
-        found.append(Path(corners, way.label, (left + INSET, out - 4.0)))
+        found.append(Path(corners, transition.label, (left + INSET, out - 4.0)))
     return found
 
 
-def _lanes(ways: tuple[_Way, ...]) -> list[int]:
-    """A lane for each way, the shortest next to the labels."""
-    lanes, taken = [0] * len(ways), []
-    for i in sorted(range(len(ways)), key=lambda i: abs(ways[i].leaves - ways[i].enters)):
-        low, high = sorted((ways[i].leaves, ways[i].enters))
+def _lanes(transitions: tuple[_Transition, ...]) -> list[int]:
+    """A lane for each transition, the shortest next to the labels."""
+    spans = [sorted((one.leaves, one.enters)) for one in transitions]
+    lanes, taken = [0] * len(spans), []
+    for i in sorted(range(len(spans)), key=lambda i: spans[i][1] - spans[i][0]):
+        low, high = spans[i]
         lanes[i] = next(
             lane
             for lane in itertools.count()

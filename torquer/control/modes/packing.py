@@ -15,7 +15,7 @@ _ROUNDING_S = 1e-6
 
 
 def must_be_one_of(key: str, names: Iterable[str], received) -> None:
-    """ValueError that says what there is, unless `received` is among it."""
+    """ValueError that lists `names`, unless `received` is one of them."""
     if received not in names:
         known = ", ".join(names) or "none"
         raise ValueError(f"{key}: must be one of {known}; received {received!r}")
@@ -33,14 +33,14 @@ def packed(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
     for name, region in modes.regions.items():
         groups[name, None] = region.transitions
         groups |= {(name, key): state.transitions for key, state in region.states.items()}
-    ways = [(pair[0], way) for pair, group in groups.items() for way in group]
-    conditions = [(name, condition) for name, way in ways for condition in way.when]
+    transitions = [(pair[0], one) for pair, group in groups.items() for one in group]
+    conditions = [(name, condition) for name, one in transitions for condition in one.when]
     actions = [_actions(modes, *pair, laws, estimators, parameters) for pair in states]
-    ways_of = dict(zip(groups, _spans(groups.values()), strict=True))
+    spans_of = dict(zip(groups, _spans(groups.values()), strict=True))
     packed_table = table.ModeTable(
-        np.array(_region_rows(modes, ways_of), table.REGION),
-        np.array(_state_rows(modes, states, ways_of, actions), table.STATE),
-        np.array(_transition_rows(ways, numbers), table.TRANSITION),
+        np.array(_region_rows(modes, spans_of), table.REGION),
+        np.array(_state_rows(modes, states, spans_of, actions), table.STATE),
+        np.array(_transition_rows(transitions, numbers), table.TRANSITION),
         np.array([_condition_row(modes, *one, numbers) for one in conditions], table.CONDITION),
         np.array([one for of_state in actions for one in of_state], table.ACTION),
         **_directions(modes),
@@ -54,33 +54,33 @@ def _spans(groups: Iterable) -> list[tuple[int, int]]:
     return list(pairwise(accumulate(map(len, groups), initial=0)))
 
 
-def _region_rows(modes, ways_of: dict) -> list[tuple]:
+def _region_rows(modes, spans_of: dict) -> list[tuple]:
     spans = _spans(region.states for region in modes.regions.values())
-    return [(*span, *ways_of[name, None]) for name, span in zip(modes.regions, spans, strict=True)]
+    return [(*span, *spans_of[name, None]) for name, span in zip(modes.regions, spans, strict=True)]
 
 
-def _state_rows(modes, states: list, ways_of: dict, actions: list) -> list[tuple]:
+def _state_rows(modes, states: list, spans_of: dict, actions: list) -> list[tuple]:
     region = {name: number for number, name in enumerate(modes.regions)}
     spans = zip(states, _spans(actions), strict=True)
-    return [(region[pair[0]], *ways_of[pair], *span) for pair, span in spans]
+    return [(region[pair[0]], *spans_of[pair], *span) for pair, span in spans]
 
 
-def _transition_rows(ways: list, numbers: dict) -> list[tuple]:
-    spans = _spans(way.when for _, way in ways)
+def _transition_rows(transitions: list, numbers: dict) -> list[tuple]:
+    spans = _spans(transition.when for _, transition in transitions)
     return [
-        (numbers[name, way.to], *span, *_times(way))
-        for (name, way), span in zip(ways, spans, strict=True)
+        (numbers[name, transition.to], *span, *_times(transition))
+        for (name, transition), span in zip(transitions, spans, strict=True)
     ]
 
 
-def _times(way) -> tuple[float, float, float]:
+def _times(transition) -> tuple[float, float, float]:
     """`for_s`, `at_least_s`, `at_most_s`."""
 
     def time(value_s, otherwise_s):
         return otherwise_s if value_s is None else max(0.0, value_s - _ROUNDING_S)
 
-    at_least_s = math.inf if way.by_time_only else time(way.at_least_s, 0.0)
-    return time(way.for_s, 0.0), at_least_s, time(way.at_most_s, math.inf)
+    at_least_s = math.inf if transition.by_time_only else time(transition.at_least_s, 0.0)
+    return time(transition.for_s, 0.0), at_least_s, time(transition.at_most_s, math.inf)
 
 
 def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:

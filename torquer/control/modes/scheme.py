@@ -24,8 +24,8 @@ def modes_of(scheme: Scheme) -> tuple[Modes, dict]:
     names = [*(f"stage_{number}" for number in range(1, len(named) + 1)), DONE]
     states = {}
     for name, after, laws, stage in zip(names, names[1:], named, scheme.stages, strict=False):
-        ways = () if stage.until is None else (_transition(stage.until, after, scheme.target),)
-        states[name] = State(laws=[*laws], transitions=ways, final=not ways)
+        onward = () if stage.until is None else (_transition(stage.until, after, scheme.target),)
+        states[name] = State(laws=[*laws], transitions=onward, final=not onward)
     if scheme.stages[-1].until is not None:
         states[DONE] = State(final=True)
     modes = Modes(
@@ -35,7 +35,7 @@ def modes_of(scheme: Scheme) -> tuple[Modes, dict]:
 
 
 def _named(number: int, stage: Stage) -> dict:
-    """A stage's laws by name; the second of a kind is told apart by its place."""
+    """A stage's laws by name; the place distinguishes a second one of a kind."""
     found = {}
     for place, law in enumerate(stage.laws, start=1):
         name = f"stage_{number}_{law.kind}"

@@ -141,8 +141,8 @@ def held_for_s(table, state, inputs, place):
 def next_state(table, state, inputs, region):
     """The state that a region is to enter; -1: none.
 
-    Transitions from any state, then the present state's own. One from any state waits while the
-    region is where it leads to.
+    Transitions from any state are tried first, then the present state's own. One from any state is
+    reset while the region is in the state that it leads to.
     """
     row, now = table.regions[region], state.regions[region]
     own, spent_s = table.states[int(now["state"])], inputs.t_s - now["since_s"]
@@ -153,14 +153,14 @@ def next_state(table, state, inputs, region):
         place = row["first_transition"] + i
         if i >= from_any:
             place = own["first_transition"] + i - from_any
-        way = table.transitions[place]
-        if i < from_any and way["to"] == now["state"]:
+        transition = table.transitions[place]
+        if i < from_any and transition["to"] == now["state"]:
             reset(table, state, place)
             continue
         held_s = held_for_s(table, state, inputs, place)
-        done = held_s >= way["for_s"] and spent_s >= way["at_least_s"]
-        if to < 0.0 and (done or spent_s >= way["at_most_s"]):
-            to = float(way["to"])
+        done = held_s >= transition["for_s"] and spent_s >= transition["at_least_s"]
+        if to < 0.0 and (done or spent_s >= transition["at_most_s"]):
+            to = float(transition["to"])
     return to
 
 

@@ -3,7 +3,7 @@
 from torquer.control.modes.signals import SIGNALS
 from torquer.control.modes.spec import Condition, State, Transition
 
-#: Endings of signals' names that only tell their unit.
+#: Endings of signals' names that only state their unit.
 _ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")
 
 
@@ -32,18 +32,19 @@ def _subject(condition: Condition) -> str:
         return f"age of {condition.sensor.replace('_', ' ')} reading"
     name = condition.signal
     ending = next((e for e in _ENDINGS if name.endswith(e)), "")
-    return name.removesuffix(ending).replace("_", " ").replace("sun", "Sun")
+    words = name.removesuffix(ending).split("_")
+    return " ".join("Sun" if word == "sun" else word for word in words)
 
 
-def transition_in_words(way: Transition) -> str:
+def transition_in_words(transition: Transition) -> str:
     """All conditions and times of a transition."""
-    words = " and ".join(map(condition_in_words, way.when))
-    if way.for_s > 0.0:
-        words += f", for {way.for_s:g} s"
-    if way.at_least_s is not None:
-        words += (", " if words else "") + f"after at least {way.at_least_s:g} s"
-    if way.at_most_s is not None:
-        words += (", or " if words else "") + f"after {way.at_most_s:g} s"
+    words = " and ".join(map(condition_in_words, transition.when))
+    if transition.for_s > 0.0:
+        words += f", for {transition.for_s:g} s"
+    if transition.at_least_s is not None:
+        words += (", " if words else "") + f"after at least {transition.at_least_s:g} s"
+    if transition.at_most_s is not None:
+        words += (", or " if words else "") + f"after {transition.at_most_s:g} s"
     return words
 
 

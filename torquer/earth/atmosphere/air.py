@@ -139,10 +139,10 @@ def air_velocity(r, v, pole):
 
 @kernel
 def air_velocities(r, v, pole):
-    """The same for positions, velocities and poles [n, 3]."""
+    """Velocities [n, 3] m/s as of `air_velocity`, for positions, velocities and poles [n, 3]."""
     out = np.empty_like(v)
     for i in range(len(v)):
-        place, way = (r[i, 0], r[i, 1], r[i, 2]), (v[i, 0], v[i, 1], v[i, 2])
-        found = air_velocity(place, way, (pole[i, 0], pole[i, 1], pole[i, 2]))
+        place, velocity = (r[i, 0], r[i, 1], r[i, 2]), (v[i, 0], v[i, 1], v[i, 2])
+        found = air_velocity(place, velocity, (pole[i, 0], pole[i, 1], pole[i, 2]))
         out[i, 0], out[i, 1], out[i, 2] = found
     return out

@@ -30,12 +30,12 @@ NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, IDENTITY, 0, 0.0, 0)
 
 
 class Sensing(NamedTuple):
-    """Noise of the sensors as filters believe it, and what filters trust.
+    """Noise of the sensors as filters assume it, and limits beyond which filters reject or restart.
 
     `r_field` [T^2], `r_sun` [rad^2]: variance of each component, 0 for a sensor that is not used;
     `gate_2`, `gate_3`: greatest normalised innovations squared of 2 and 3 components; `lost`:
-    greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings refused one
-    after another, `gap`: time without a step [s], after which the filter starts again.
+    greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings rejected
+    one after another, `gap`: time without a step [s], after which the filter starts again.
     """
 
     r_field: float
@@ -79,7 +79,7 @@ def frame_across(v):
 def direction_measurement(predicted, measured, variance):
     """(z, H, R) of a direction: two components across the predicted vector, of any length.
 
-    The component along the prediction says nothing of the attitude.
+    The component along the prediction does not depend on the attitude.
     """
     t, u = frame_across(predicted)
     z = (dot(t, measured), dot(u, measured), 0.0)

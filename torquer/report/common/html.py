@@ -40,7 +40,7 @@ def cards(title: str, given: Sequence[Mapping], interactive: bool = True, **data
 def card(id: str, title: str, caption: str, *parts: Mapping[str, Any]) -> dict:
     """A card and its parts, each a dictionary with one of these keys.
 
-    "figure" (a plotly figure) or "picture" (base64 of a PNG), with "words" that say what it shows;
+    "figure" (a plotly figure) or "picture" (base64 of a PNG), with "words" that describe it;
     "pairs" (labels and values), "grid" (head and rows), "text" (as it is), "title", "line".
     """
     return {"id": id, "title": title, "caption": caption, "parts": [part for part in parts if part]}

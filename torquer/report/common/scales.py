@@ -60,7 +60,7 @@ def level_places(levels, y_range, log: bool, gap: float) -> tuple[list[float], l
 
 
 def label_places(places, widths) -> list[tuple[float, int]]:
-    """Left edge and row, from 0, of labels beside ascending places, as fractions of the width.
+    """Left edge and row, from 0, of labels next to ascending places, as fractions of the width.
 
     A label stands to the right of its place, or to its left near the edge; in the
     first row in which it overlaps no other.

@@ -25,7 +25,7 @@ from torquer.report.flight.png import draw_panel
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import View, view_of
 
-#: As many runs as there are colours that can be told apart.
+#: Greatest number of runs: the number of colours that can be distinguished.
 MOST = 6
 _COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
 _WIDE, _LEFT, _PANEL, _HEAD, _BETWEEN, _UNDER = 9.0, 0.82, 1.9, 0.75, 0.85, 0.55
@@ -129,7 +129,7 @@ def _labels(compared: Comparison) -> list[str]:
 
 
 def _panels(names, views: list[View]) -> list[Panel]:
-    """Those that apply to all runs."""
+    """The panels that apply to all runs."""
     rates = [rate_of(view.result).values for view in views]
     momenta = [np.linalg.norm(view.values("momentum_inertial"), axis=1) for view in views]
     factor, unit = prefixed(np.concatenate(momenta), "N m s")

@@ -12,7 +12,7 @@ PANEL_PX, STRIP_PX = 300, 70
 _PLOT_WIDTH_PX = 930.0
 _BANDS = {MEASUREMENT: "rgba(214,170,80,0.18)"}
 _NIGHT = "rgba(110,125,180,0.20)"
-#: More shaded bands than this are too narrow to tell apart.
+#: More shaded bands than this are too narrow to distinguish.
 _MOST_BANDS = 400
 
 
@@ -225,7 +225,7 @@ def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:
 
 
 def _marks(panel: Panel, x_range, clock_s: float) -> tuple[list[dict], list[dict]]:
-    """Vertical lines at marked instants, with labels beside them."""
+    """Vertical lines at marked instants, with labels next to them."""
     at = [mark.t_s / clock_s for mark in panel.marks]
     places = [(x - x_range[0]) / (x_range[1] - x_range[0]) for x in at]
     lines = [

@@ -182,6 +182,7 @@ def read(record: np.ndarray, variables: Iterable[Variable]) -> dict:
 def write(result, variables: Iterable[Variable], record: np.ndarray, rows) -> None:
     """Write variables of a result back into rows of a record."""
     for each in variables:
-        values = result[each.name].values.reshape(len(rows), -1)
+        values = result[each.name].values
+        values = values[:, None] if values.ndim == 1 else values
         for k, cell in enumerate(each.cells):
             record[cell][rows] = values[:, k]

@@ -1,4 +1,4 @@
-"""Disturbance torques beside gravity gradient and air: one file each, listed in `TORQUES`.
+"""Disturbance torques besides gravity gradient and air: one file each, listed in `TORQUES`.
 
 A torque's file has its spec, a table within `[disturbance]` whose `pack` gives a named tuple of
 constants, and its kernel `torque(constants, here_body, omega_body)` [N m, body], where `here_body`
@@ -55,10 +55,10 @@ TORQUES = {
 
 
 class Disturbance(Spec):
-    """Disturbance torques beside the gravity gradient (`environment`) and the air (`spacecraft`).
+    """Disturbance torques besides the gravity gradient (`environment`) and the air (`spacecraft`).
 
-    What a random torque does depends on how long it is held: its spectral density is sigma^2 times
-    that interval.
+    The effect of a random torque depends on how long it is held: its spectral density is sigma^2
+    times that interval.
     """
 
     constant_torque_n_m: Vector = (0.0, 0.0, 0.0)

@@ -37,7 +37,7 @@ def _one_by_one(torque, acting, here_body, omega_body):
 
 @internal
 def with_acting(torque, acting, here, q, omega_body):
-    """A torque [N m, body] and those that act beside it; `acting`: () for none."""
+    """A torque [N m, body] plus those that act alongside it; `acting`: () for none."""
     if len(acting) == 0:
         return torque
     return added(torque, acting, in_body(here, q), omega_body)

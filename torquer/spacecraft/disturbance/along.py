@@ -10,12 +10,12 @@ from torquer.environment.local import LocalEnvironment, in_body
 from torquer.geometry.vec3 import cross, put_vector, vector_of
 from torquer.spacecraft.aerodynamics import aerodynamic_force_and_torque
 from torquer.spacecraft.disturbance.acting import torque_of
-from torquer.spacecraft.disturbance.held import draw_held
+from torquer.spacecraft.disturbance.held import torque_held
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients
 
 
 class Along(NamedTuple):
-    """A motion and what it met, at n instants; vectors [n, 3] in the inertial frame.
+    """A motion and the environment along it, at n instants; vectors [n, 3] in the inertial frame.
 
     Field [T], gravity-gradient vector [1/s], air's flow [sqrt(Pa)], light [Pa]; the orbit's angle
     [rad] (n,); attitude [n, 4], rate in the body [rad/s].
@@ -36,7 +36,7 @@ class Along(NamedTuple):
 
 @kernel
 def _seen(along, k):
-    """The surroundings in the body at instant k."""
+    """The local environment in body axes at instant k."""
     here = LocalEnvironment(
         vector_of(along.b_t[k]),
         vector_of(along.gravity_gradient[k]),
@@ -74,7 +74,7 @@ def _dipoles(dipoles, along, out):
 @kernel
 def _held(held, seed, steps, out):
     for k in range(out.shape[0]):
-        draw_held(held, seed, steps[k] - steps[k] % held.hold_steps, out[k])
+        put_vector(out[k], torque_held(held, seed, steps[k]))
 
 
 @kernel

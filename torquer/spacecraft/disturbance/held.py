@@ -26,14 +26,22 @@ NO_HELD_TORQUE = HeldTorque((0.0, 0.0, 0.0), 0.0, FOR_EVER)
 
 
 @internal
+def torque_held(held, seed, step):
+    """The torque [N m, body] that is held at a step."""
+    if held.random_n_m == 0.0:
+        return held.constant_n_m
+    sample = noise.normal3(seed, STREAM, step // held.hold_steps)
+    return add_scaled(held.constant_n_m, held.random_n_m, sample)
+
+
+@internal
 def draw_held(held, seed, step, cells):
-    """Put the torque [N m, body] that holds from a step on into its cells, if it changes there.
+    """Put the torque that holds from a step on into its cells, if it changes there.
 
     The constant part is there from the start.
     """
     if held.random_n_m > 0.0 and step % held.hold_steps == 0:
-        drawn = noise.normal3(seed, STREAM, step // held.hold_steps)
-        put_vector(cells, add_scaled(held.constant_n_m, held.random_n_m, drawn))
+        put_vector(cells, torque_held(held, seed, step))
 
 
 @internal

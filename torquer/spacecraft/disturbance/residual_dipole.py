@@ -35,7 +35,7 @@ def residual_dipole_torque(dipole, here_body, omega_body):
 
 
 class ResidualDipole(Spec):
-    """Residual dipole beside that of the coils (`spacecraft.coils.residual_dipole_a_m2`).
+    """Residual dipole besides that of the coils (`spacecraft.coils.residual_dipole_a_m2`).
 
     constant + amplitude sin(cycles u + phase): u is the argument of latitude at the start, from
     where it grows with the mean orbital rate. Currents in solar panels make such dipoles; half a

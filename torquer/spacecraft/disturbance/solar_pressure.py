@@ -18,7 +18,7 @@ from torquer.spec import Spec
 class SunlitSurface(NamedTuple):
     """Parts of a body for kernels.
 
-    `rows` [n, 12]: area [m^2] that meets light along and against the axis, beside it, and from
+    `rows` [n, 12]: area [m^2] that meets light along and against the axis, across it, and from
     anywhere; axis; centre from the centre of mass [m]; specular and diffuse reflectivity.
     """
 
@@ -39,18 +39,18 @@ def _push(row, to_sun):
     axis, specular, diffuse = (row[4], row[5], row[6]), row[10], row[11]
     along = dot(axis, to_sun)
     across = add_scaled(to_sun, -along, axis)
-    beside = norm(across)
+    sine = norm(across)
     end = row[0] * max(along, 0.0) + row[1] * max(-along, 0.0)
     side = row[2]
-    straight = (1.0 - specular) * (end + side * beside) + (1.0 + 4.0 / 9.0 * diffuse) * row[3]
-    outwards = side * (4.0 / 3.0 * specular * beside + np.pi / 6.0 * diffuse)
+    straight = (1.0 - specular) * (end + side * sine) + (1.0 + 4.0 / 9.0 * diffuse) * row[3]
+    outwards = side * (4.0 / 3.0 * specular * sine + np.pi / 6.0 * diffuse)
     normal = 2.0 * end * (specular * abs(along) + diffuse / 3.0) * np.sign(along)
     return add(add_scaled(scale(-straight, to_sun), -outwards, across), scale(-normal, axis))
 
 
 @inlined
 def solar_pressure_torque(surface, here_body, omega_body):
-    """Torque about the centre of mass [N m, body]; `here_body`: the surroundings in body axes.
+    """Torque about the centre of mass [N m, body]; `here_body`: the local environment in body axes.
 
     Each part's force acts at its centre: for a whole cylinder or sphere of one surface this is
     exact. F. L. Markley, J. L. Crassidis, 'Fundamentals of Spacecraft Attitude Determination and

@@ -75,7 +75,7 @@ def harmonics_of(is_on, cells):
 def draw_coefficients(unmodelled, seed, step, cells):
     """Put the coefficients that hold from a step on into their cells, if they jump there.
 
-    `unmodelled`: () where none of the torques of this room acts.
+    `unmodelled`: () where none of `TORQUES` acts.
     """
     if len(unmodelled) == 0:
         return
@@ -85,8 +85,8 @@ def draw_coefficients(unmodelled, seed, step, cells):
             size = unmodelled.constant_n_m
             if k > 0:
                 size = unmodelled.harmonic_1_n_m if k < 3 else unmodelled.harmonic_2_n_m
-            drawn = scale(size, noise.normal3(seed, STREAM, number + k))
-            cells[3 * k], cells[3 * k + 1], cells[3 * k + 2] = drawn
+            coefficients = scale(size, noise.normal3(seed, STREAM, number + k))
+            cells[3 * k], cells[3 * k + 1], cells[3 * k + 2] = coefficients
 
 
 @internal
@@ -100,7 +100,7 @@ def next_jump(unmodelled, step, last):
 class UnmodelledTorque(Spec):
     """Torque of unknown nature: a0 + a1 sin u + b1 cos u + a2 sin 2u + b2 cos 2u.
 
-    Of SDOT, section 3.2. All components of the five vectors (body axes) are drawn anew every
+    Of SDOT, section 3.2. All components of the five vectors (body axes) are drawn again every
     `hold_s`, from normal distributions. u is the argument of latitude at the start, from where it
     grows with the mean orbital rate.
     """

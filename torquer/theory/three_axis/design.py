@@ -165,7 +165,7 @@ def _scales(task: DesignTask, b_body) -> _Scales:
 
 
 def coarser(sampled: SampledHold) -> SampledHold:
-    """The same with a cycle long enough for a quick search."""
+    """The sampled hold with a cycle long enough for a quick search."""
     least_s = 2.0 * math.pi / sampled.hold.rate_rad_s / _CYCLES
     factor = max(1.0, least_s / sum(sampled.cycle))
     cycle = Cycle(sampled.cycle.hold_s * factor, sampled.cycle.off_s * factor)

@@ -103,7 +103,7 @@ def best_feedback(
 
     The exact degree has no greatest value without a bound on F, and next to its maxima one where it
     is not differentiable (multipliers meet); the smoothed one is smooth, so that a maximum can be
-    told by its gradient, and it keeps transients within bounds. Local maxima from `starts`
+    recognised by its gradient, and it keeps transients within bounds. Local maxima from `starts`
     (F `[3, 6]` of any size), from scalar gains and from a regulator; the best is returned.
     """
     within(SIZE, size)

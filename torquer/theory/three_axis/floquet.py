@@ -120,7 +120,7 @@ class Family:
 
     `corners`: least and greatest value of each, between which the steps suffice. `tables`
     `[1 + m, nodes, 3, 6]`: D of the equations, constant part and one per parameter; None for a law
-    that is not affine in them, which is linearised anew for every point.
+    that is not affine in them, which is linearised again for every point.
     """
 
     hold: AttitudeHold
@@ -132,7 +132,7 @@ class Family:
         """Matrices `[points, 6, 6]` for values `[points, m]`, in the order of the corners."""
         values = np.ascontiguousarray(values, dtype=np.float64)
         if self.tables is None:
-            return np.concatenate([self._anew(row) for row in values])
+            return np.concatenate([self._linearised_for(row) for row in values])
         out = np.empty((len(values), 6, 6))
         slopes, h = np.empty(self.tables.shape[1:]), self.hold.period / self.steps
         transitions_at(self.tables, values, h, room(), slopes, NOTHING, out)
@@ -142,7 +142,7 @@ class Family:
         """The hold with these values."""
         return self.hold.with_parameters(**dict(zip(self.corners, row.tolist(), strict=True)))
 
-    def _anew(self, row) -> np.ndarray:
+    def _linearised_for(self, row) -> np.ndarray:
         return tabulated(self.at(row), {}, self.steps).monodromies(np.empty((1, 0)))
 
     def degrees(self, values) -> np.ndarray:

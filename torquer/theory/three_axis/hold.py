@@ -108,7 +108,7 @@ class AttitudeHold:
         return cls(law, craft.body, scenario.orbit_environment(), craft.aerodynamics, revolutions)
 
     def with_law(self, law: Law) -> "AttitudeHold":
-        """The same under another law; what is tabulated is kept if it holds the same attitude."""
+        """The satellite under another law; tables are kept if that holds the same attitude."""
         made = replace(self, law=law)
         if np.allclose(
             [*made.reference.q_wanted, made.reference.orbital],
@@ -120,11 +120,11 @@ class AttitudeHold:
         return made
 
     def with_parameters(self, **values) -> "AttitudeHold":
-        """The same with other parameters of the law."""
+        """The satellite under its law with other parameters."""
         return self.with_law(self.law.with_parameters(**values))
 
     def with_inertia(self, inertia_kg_m2) -> "AttitudeHold":
-        """The same with another inertia tensor; the law is not told."""
+        """The satellite with another inertia tensor; the law keeps its own."""
         body = self.body.model_copy(update={"inertia_kg_m2": np.asarray(inertia_kg_m2).tolist()})
         return replace(self, body=body)
 

@@ -153,7 +153,7 @@ def inertia_margin(sampled: SampledHold) -> float:
 
     Corners that no body can have (triangle inequality) do not count. To a hundredth.
     """
-    gains = sampled.gains()  # of the law, which is not told
+    gains = sampled.gains()  # of the law for the nominal inertia
 
     def is_stable_within(error: float) -> bool:
         return all(

@@ -22,8 +22,9 @@ CONSTANT, READINGS = "constant torque", "sensor offsets"
 
 
 class Noise(NamedTuple):
-    """Standard deviations about each axis, anew at every command: attitude [rad], rate [rad/s];
-    random torque [N m] held for `torque_hold_s`."""
+    """Standard deviations about each axis, independent at every command: attitude [rad], rate
+    [rad/s]; random torque [N m] held for `torque_hold_s`.
+    """
 
     attitude_rad: float = 0.0
     rate_rad_s: float = 0.0

@@ -165,7 +165,7 @@ class SampledHold:
             )
 
     def with_law(self, law: Law) -> "SampledHold":
-        """The same under another law; the cycles are kept if it holds the same attitude."""
+        """The sampled hold under another law; cycles are kept if that holds the same attitude."""
         made = replace(self, hold=self.hold.with_law(law))
         if made.hold._table is self.hold._table:
             made.__dict__["maps"] = self.maps
@@ -231,7 +231,7 @@ class SampledHold:
 
 @dataclass(frozen=True)
 class SampledFamily:
-    """The same for a sampled hold as `floquet.Family`: any values of some parameters of the law.
+    """Monodromy matrices of a sampled hold for any values of some parameters of its law.
 
     `tables` `[1 + m, n, 3, 6]` of G at the commands.
     """
@@ -249,13 +249,13 @@ class SampledFamily:
         """Matrices `[points, n, n]` for values `[points, m]`, in the order of the corners."""
         values = np.asarray(values, dtype=np.float64)
         if self.tables is None:
-            return np.concatenate([self._anew(row) for row in values])
+            return np.concatenate([self._linearised_for(row) for row in values])
         maps, out = self.sampled.maps, np.empty((len(values), 6, 6))
         work = np.empty((12, 6))
         cycle_transitions(maps.free, maps.dipole, self.tables, values, work, out)
         return out
 
-    def _anew(self, row) -> np.ndarray:
+    def _linearised_for(self, row) -> np.ndarray:
         there = self.hold.with_parameters(**dict(zip(self.corners, row.tolist(), strict=True)))
         gains = there.gains(there.instants(self.sampled.starts))[None]
         return SampledFamily(self.sampled, {}, gains).monodromies(np.empty((1, 0)))

@@ -36,7 +36,7 @@ def pictures(view: View) -> tuple[Picture, ...]:
 
 
 def overview(view: View) -> tuple[Panel, Panel, Panel]:
-    """The three most telling panels."""
+    """The three most informative panels."""
     first = rate_size(view) if view.attitude_error is None else angle(view)
     if view.wheels is not None:
         return first, momentum_size(view), speeds_or_shares(view)

@@ -70,6 +70,6 @@ def _by_axes(view: View, title: str, vectors, unit: str) -> tuple[Panel, ...]:
 
 
 def _error_of(view: View) -> AttitudeError:
-    """That of a view that has one: without, no such picture is made."""
+    """Attitude error of a view that has one: only then are these pictures made."""
     assert view.attitude_error is not None
     return view.attitude_error

@@ -105,7 +105,7 @@ def _cycle_panel(view: View, title: str, began: float, ended: float) -> Panel:
 
 
 def _coils_of(view: View) -> Coils:
-    """Those of a view that has them: without, no such picture is made."""
+    """Coils of a view that has them: only then are these pictures made."""
     coils = view.scenario.spacecraft.coils
     assert coils is not None
     return coils

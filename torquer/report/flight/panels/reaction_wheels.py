@@ -147,6 +147,6 @@ def _with_size(t_s, vectors) -> tuple[Line, ...]:
 
 
 def _wheels_of(view: View) -> FlownWheels:
-    """Those of a view that has them: without, no such picture is made."""
+    """Wheels of a view that has them: only then are these pictures made."""
     assert view.wheels is not None
     return view.wheels

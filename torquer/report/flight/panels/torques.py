@@ -37,7 +37,7 @@ def torques(view: View) -> Picture:
 
 
 def _sizes(view: View, title: str, names: list[str]) -> Panel | None:
-    """Sizes of some torques, beside what the coils can give; None without torques."""
+    """Sizes of some torques, with what the coils can give; None without torques."""
     if not names:
         return None
     budget = view.budget
