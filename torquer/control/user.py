@@ -133,7 +133,7 @@ def load_law(file: Path, name: str | None = None) -> Law:
     with plugin.cache_beside(file):
         found = _find(_module_of(file), file, name)
         if found.compiled:
-            found.compile()
+            found.in_loop()
     return found
 
 

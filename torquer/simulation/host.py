@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,10 +15,7 @@ from torquer.control.law import Law
 from torquer.control.modes.table import LAW
 from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.simulation.signals import noted_signals
-from torquer.simulation.state import arrays_of
-
-if TYPE_CHECKING:
-    from torquer.simulation.run import Run
+from torquer.simulation.state import Plan, State, arrays_of
 
 
 class HostFailed(Exception):
@@ -161,26 +157,26 @@ def working_laws(computer: Computer, board: Board) -> list[int]:
     return [int(action["index"]) for action in actions if action["kind"] == LAW]
 
 
-def what_failed(run: Run) -> str:
+def what_failed(blocks: Blocks, plan: Plan, state: State) -> str:
     """What was wrong with the last command; a compiled function that raised answers NaN.
 
     The laws are called once more in plain Python. Their memory is what the failed answer left:
     where that matters, they may raise nothing now.
     """
-    board, computer = run.state.board, run.plan.computer
+    board, computer = state.board, plan.computer
     tried = board._replace(memory=board.memory.copy())
-    laws, working = list(run.blocks.laws.values()), working_laws(computer, board)
+    laws, working = list(blocks.laws.values()), working_laws(computer, board)
     for number in working:
         try:
             answer_of(laws[number], computer.law_blocks[number], tried)
         except HostFailed as error:
             return str(error)
-    c = run.state.cells[0]
+    c = state.cells[0]
     answers = [float(c[f"{what}_{axis}"]) for what in ("dipole", "torque") for axis in "xyz"]
     shown = ", ".join(f"{x:g}" for x in answers)
     names = ", ".join(laws[number].name for number in working)
     unknown = ""
-    if not run.plan.needs_ephemeris:
+    if not plan.needs_ephemeris:
         unknown = " (the ephemeris is not numbers unless a law needs 'ephemeris')"
     return f"law {names}: must return finite numbers and must not raise; received {shown}{unknown}"
 

@@ -286,7 +286,8 @@ def reason(run: Run, ended: int) -> str:
             f"or left out for adaptive steps; received {run.plan.step_s:g} s; quaternion and rate: "
             f"{shown}"
         )
-    return f"{what_failed(run)} at t = {t:g} s; quaternion and rate: {shown}"
+    failed = what_failed(run.blocks, run.plan, run.state)
+    return f"{failed} at t = {t:g} s; quaternion and rate: {shown}"
 
 
 def record_this_instant(run: Run) -> None:
