@@ -6,9 +6,9 @@ is counted, and a kernel compiled for one type of record is called by another th
 """
 
 import ctypes
+import itertools
 import struct
 from collections.abc import Callable
-from numbers import Number
 
 import numba
 import numpy as np
@@ -55,9 +55,9 @@ def _put(value, kinds: list, form: list[str], words: list) -> None:
             raise TypeError(f"arguments: arrays must be contiguous; received {value!r}")
         kinds += (value.dtype, value.ndim)
         form.append("q" * (1 + value.ndim))
-        words.append(value.__array_interface__["data"][0])
+        words.append(value.ctypes.data)
         words += value.shape
-    elif isinstance(value, Number):
+    elif isinstance(value, int | float | np.generic):
         kinds.append(type(value))
         form.append("d" if isinstance(value, float) else "q")
         words.append(value)
@@ -65,7 +65,9 @@ def _put(value, kinds: list, form: list[str], words: list) -> None:
         kinds.append(value)
 
 
-_types: dict[tuple, types.Type] = {}
+#: Types of records by the kinds of their parts; a type's number is how `Entry` knows it.
+_types: dict[tuple, tuple[int, types.Type]] = {}
+_numbers = itertools.count()
 
 
 class Arguments:
@@ -83,8 +85,8 @@ class Arguments:
         _put(record, kinds, form, words)
         key = tuple(kinds)
         if key not in _types:
-            _types[key] = numba.typeof(record)
-        self.type = _types[key]
+            _types[key] = next(_numbers), numba.typeof(record)
+        self.number, self.type = _types[key]
         self._memory = ctypes.create_string_buffer(struct.pack("".join(form), *words))
         self.address = ctypes.addressof(self._memory)
 
@@ -236,28 +238,28 @@ class Entry:
 
     def __init__(self, function: Callable, numbers: int):
         self.function = function
-        self._numbers, self._calls = numbers, {}
+        self._numbers = numbers
+        self._known: dict[int, tuple[int, Callable]] = {}
         if COMPILED:
             self.kernel = kept(numba.njit(**OPTIONS, no_cpython_wrapper=True)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
 
-    def _compiled(self, arguments: Arguments):
-        signature = types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
-        self.kernel.compile(signature)
-        return signature
+    def _compiled(self, arguments: Arguments) -> tuple[int, Callable]:
+        """Address for kernels and function for Python, by the type of the arguments."""
+        if arguments.number not in self._known:
+            signature = types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
+            self.kernel.compile(signature)
+            call = self._type(_get_wrapper_address(self.kernel, signature))
+            self._known[arguments.number] = address_of(self.kernel, signature), call
+        return self._known[arguments.number]
 
     def of(self, arguments: Arguments) -> Callable:
         """The kernel for arguments of this type, to be called from Python."""
-        if not COMPILED:
-            return self.function
-        if arguments.type not in self._calls:
-            address = _get_wrapper_address(self.kernel, self._compiled(arguments))
-            self._calls[arguments.type] = self._type(address)
-        return self._calls[arguments.type]
+        return self._compiled(arguments)[1] if COMPILED else self.function
 
     def address(self, arguments: Arguments):
         """The kernel for arguments of this type, to be called by a kernel; see `entry_caller`."""
-        return address_of(self.kernel, self._compiled(arguments)) if COMPILED else self.function
+        return self._compiled(arguments)[0] if COMPILED else self.function
 
     def __call__(self, arguments: Arguments, *numbers: int) -> int:
         return self.of(arguments)(arguments.address, *numbers)
