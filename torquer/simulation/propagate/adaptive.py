@@ -225,5 +225,6 @@ def by_auto(integrator, forces, cells, x, here, first, last, h):
             integrator, smooth, tables.light, cells, wheels, x, here, (until - step) * h, step
         )
         step = until
-        here = environment_at(tables, step * h)
+        if step < last:
+            here = environment_at(tables, step * h)
     return x
