@@ -66,10 +66,9 @@ def fly_campaign(
     `to`: a file (NetCDF) for the result; chunks of it are written as they are flown, into a folder
     beside it. `resume` continues with the members that are missing there, also with added ones if
     the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
-    'processes', 'auto' (processes for members that are flown one by one, which Python's lock keeps
-    from using all cores in threads), or the address of a Dask scheduler. A script that starts
-    processes needs `if __name__ == "__main__":` around what it does. A member's result does not
-    depend on any of these, to the bit. Members that fail are kept, with the reason.
+    'processes' (a script needs `if __name__ == "__main__":` around what it does), or the address of
+    a Dask scheduler. A member's result does not depend on any of these, to the bit. Members that
+    fail are kept, with the reason.
     KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     check_campaign(campaign, checked(scenario))
@@ -89,19 +88,11 @@ def fly_campaign(
         known = _Known(campaign)
         for file in files_there(path) if path is not None else ():
             known.add(load(file))
-        with pool(fleet, workers, _place(where, fleet, workers)) as fliers:
+        with pool(fleet, workers, where) as fliers:
             parts = _flown(known, fliers, path, progress)
     if path is not None:
         return finish_file(path, known.members, attributes_of(fleet))
     return joined(parts, attributes_of(fleet)).isel(member=slice(0, known.members))
-
-
-def _place(where: str, fleet: Fleet, workers: int) -> str:
-    """Where members are flown: a process is worth its start for more than one chunk."""
-    if where != "auto":
-        return where
-    alone = fleet.why_not_in_lanes and workers > 1 and fleet.campaign.runs > CHUNK
-    return "processes" if alone else "threads"
 
 
 def _check_free(path: Path) -> None:

@@ -25,9 +25,8 @@ class CampaignOptions:
     """Number of runs, in place of the file's."""
     workers: int | None = None
     """Number of workers [one per core]."""
-    where: str | None = None
-    """Where runs are computed: 'threads', 'processes', or a Dask address [processes for runs that
-    are flown one by one, else threads]."""
+    where: str = "threads"
+    """Where runs are computed: 'threads', 'processes', or a Dask address."""
     resume: bool = False
     """Continue the campaign in the output folder, or add runs."""
     member: int | None = None

@@ -40,7 +40,7 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
             with _progress(scenario.name) as progress:
                 result = fly_campaign(
                     scenario, campaign, to=out / "campaign.nc", workers=how.workers,
-                    where=how.where or "auto", resume=how.resume, progress=progress,
+                    where=how.where, resume=how.resume, progress=progress,
                 )  # fmt: skip
         except KeyboardInterrupt:
             print_error(f"interrupted; the runs flown so far are in {out}: continue with --resume")
@@ -68,7 +68,7 @@ def fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions)
     for option, given in (
         ("--resume", how.resume),
         ("--workers", how.workers is not None),
-        ("--where", how.where is not None),
+        ("--where", how.where != "threads"),
     ):
         if given:
             raise ValueError(f"{option}: must not be given with --member; received both")
