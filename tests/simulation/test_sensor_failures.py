@@ -1,4 +1,4 @@
-"""Sensors that fail: silent, stuck, zeros; coils wired the wrong way round. The computer believes
+"""Sensors that fail: silent, stuck, replaced by a value; coils wired the wrong way round. The computer believes
 what it is sent."""
 
 import numpy as np
@@ -48,13 +48,14 @@ def told(make, sensor, delay=None, **failure):
 
 @pytest.mark.parametrize("sensor", READINGS)
 @pytest.mark.parametrize("delay", [None, DELAY])
-def test_a_sensor_reads_zeros_and_recovers(make, sensor, delay):
+@pytest.mark.parametrize(("kind", "value"), [("zeros", 0.0), ("nan", np.nan), ("infinite", np.inf)])
+def test_a_sensor_reads_one_value_and_recovers(make, sensor, delay, kind, value):
     healthy, times = told(make, sensor, delay)
-    found, found_times = told(make, sensor, delay, kind="zeros", from_s=20.0, until_s=30.0)
+    found, found_times = told(make, sensor, delay, kind=kind, from_s=20.0, until_s=30.0)
     late = 1 if delay else 0
     gone = slice(20 + late, 30 + late)
     assert np.array_equal(found_times, times)
-    assert not found[gone].any()
+    assert np.array_equal(found[gone], np.full(found[gone].shape, value), equal_nan=True)
     assert healthy[gone].any(axis=1).all()
     found[gone] = healthy[gone]
     assert np.array_equal(found, healthy)
@@ -110,7 +111,8 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     ("key", "value", "told"),
     [
         ("failures", [{"kind": "mute"}],
-         "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck' or 'zeros'; received 'mute'"),
+         "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck', 'zeros', 'nan' or "
+         "'infinite'; received 'mute'"),
         ("failures", [{"kind": "zeros", "from_s": 9.0, "until_s": 5.0}],
          "until_s: must be above from_s, 9 s; received 5 s"),
         ("failures", [{"kind": "zeros", "from_s": 60.0}],

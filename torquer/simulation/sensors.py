@@ -26,7 +26,7 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.attitude_sensor import read_attitude
 from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.failures import STUCK, ZEROS
+from torquer.spacecraft.failures import REPLACED, STUCK
 from torquer.spacecraft.gyro import read_rate, walked_bias
 from torquer.spacecraft.magnetometer import read_field
 from torquer.spacecraft.sun_sensor import read_sun
@@ -224,13 +224,13 @@ def stuck_step(member, sensor, late, t):
 
 
 @inner
-def zeros_step(member, sensor, late, t):
-    """Put zeros in place of the reading of now."""
+def replace_step(member, sensor, value, late, t):
+    """Put a value in place of each component of the reading of now."""
     if late & (READ << sensor):
         r = member.state.sensors[sensor]
-        r.x, r.y, r.z, r.w = 0.0, 0.0, 0.0, 0.0
+        r.x, r.y, r.z, r.w = value, value, value, value
     else:
-        put_reading(member.state.board.known[0], sensor, t, 0.0, 0.0, 0.0, 0.0)
+        put_reading(member.state.board.known[0], sensor, t, value, value, value, value)
 
 
 @internal
@@ -238,7 +238,7 @@ def sensors_at_work(members, failures, late, actions, t):
     """The actions without the readings that a failure prevents."""
     left = actions
     for i in range(failures.shape[0]):
-        if failures[i].kind != ZEROS and acts(failures[i], left, t):
+        if failures[i].kind != REPLACED and acts(failures[i], left, t):
             left &= ~(READ << failures[i].sensor)
             if failures[i].kind == STUCK:
                 each(members, stuck_step, failures[i].sensor, late, t)
@@ -246,11 +246,11 @@ def sensors_at_work(members, failures, late, actions, t):
 
 
 @internal
-def put_zeros(members, failures, late, actions, t):
-    """Zeros in place of what has been read, where a failure says so."""
+def replace_readings(members, failures, late, actions, t):
+    """Put a failure's value in place of what has been read, where a failure says so."""
     for i in range(failures.shape[0]):
-        if failures[i].kind == ZEROS and acts(failures[i], actions, t):
-            each(members, zeros_step, failures[i].sensor, late, t)
+        if failures[i].kind == REPLACED and acts(failures[i], actions, t):
+            each(members, replace_step, failures[i].sensor, failures[i].value, late, t)
 
 
 @internal
@@ -277,7 +277,7 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
         each(members, attitude_sensor_step, late, t)
     if actions & (READ << TACHOMETERS):
         each_alone(members, tachometers_step, t)
-    put_zeros(members, plant.failures, late, actions, t)
+    replace_readings(members, plant.failures, late, actions, t)
 
 
 @inner

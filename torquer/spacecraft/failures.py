@@ -1,4 +1,4 @@
-"""Failures of sensors: silent, stuck at the last reading, or zeros, in an interval of the run.
+"""Failures of sensors: silent, stuck at the last reading, or one value, in an interval of the run.
 
 The on-board computer does not know: it reads what the sensor sends.
 """
@@ -11,20 +11,34 @@ from pydantic import Field, model_validator
 
 from torquer.spec import Spec
 
-SILENT, STUCK, ZEROS = 0, 1, 2
-KINDS = {"silent": SILENT, "stuck": STUCK, "zeros": ZEROS}
-#: A failure for kernels: number of the sensor, kind, instants.
+SILENT, STUCK, REPLACED = 0, 1, 2
+#: Kind for kernels, and the value that replaces all components of a reading.
+KINDS = {
+    "silent": (SILENT, 0.0),
+    "stuck": (STUCK, 0.0),
+    "zeros": (REPLACED, 0.0),
+    "nan": (REPLACED, math.nan),
+    "infinite": (REPLACED, math.inf),
+}
+#: A failure for kernels: number of the sensor, kind, value, instants.
 FAILURE = np.dtype(
-    [("sensor", np.int64), ("kind", np.int64), ("from_s", np.float64), ("until_s", np.float64)]
+    [
+        ("sensor", np.int64),
+        ("kind", np.int64),
+        ("value", np.float64),
+        ("from_s", np.float64),
+        ("until_s", np.float64),
+    ]
 )
 
 
 class SensorFailure(Spec):
     """A failure of a sensor in an interval of the run."""
 
-    kind: Literal["silent", "stuck", "zeros"]
+    kind: Literal["silent", "stuck", "zeros", "nan", "infinite"]
     """'silent' (no new readings: the last one ages), 'stuck' (the last reading again and again,
-    as if it were new) or 'zeros' (zeros in place of the measurement).
+    as if it were new), or what replaces each component of the measurement: 'zeros', 'nan' (not a
+    number), 'infinite'.
     """
     from_s: float = Field(default=0.0, ge=0.0)
     """Time since the start at which the failure begins."""
@@ -42,4 +56,4 @@ class SensorFailure(Spec):
     def row(self, sensor: int) -> tuple:
         """The failure for kernels; `sensor`: its number."""
         until_s = math.inf if self.until_s is None else self.until_s
-        return sensor, KINDS[self.kind], self.from_s, until_s
+        return sensor, *KINDS[self.kind], self.from_s, until_s
