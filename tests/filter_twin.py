@@ -48,14 +48,27 @@ class GyroTwin(Twin):
         self.attitude, self.others, self.p = Rotation.from_quat(q), np.array(bias), covariance
         self.noise = np.diag([white] * 3 + [walk] * 3)
 
-    def propagate(self, rate_before, rate_now, dt):
-        """By the mean of two readings."""
-        omega = 0.5 * (rate_before + rate_now) - self.others
+    def propagate(self, readings, dt):
+        """By the rotation from the second to the third of three readings, dt apart.
+
+        Course of the rate through the readings (fewer at the start), integrated by differential
+        equations of the attitude.
+        """
+        times = dt * np.arange(1 - len(readings), 1)
+        course = np.polyfit(times, np.array(readings) - self.others, len(readings) - 1)
+
+        def rate(t, q):
+            omega = np.array([np.polyval(column, t) for column in course.T])
+            return 0.5 * np.array([*(np.cross(q[:3], omega) + q[3] * omega), -q[:3] @ omega])
+
+        found = solve_ivp(rate, (-dt, 0.0), [0.0, 0.0, 0.0, 1.0], rtol=1e-11, atol=1e-13)
+        turn = Rotation.from_quat(found.y[:, -1])
+        omega = turn.as_rotvec() / dt
         f = np.zeros((6, 6))
         f[:3, :3], f[:3, 3:] = -cross_matrix(omega), -np.eye(3)
         phi, q = discrete(f, self.noise, dt)
         self.p = phi @ self.p @ phi.T + q
-        self.attitude = self.attitude * Rotation.from_rotvec(omega * dt)
+        self.attitude = self.attitude * turn
 
 
 class DynamicsTwin(Twin):

@@ -39,9 +39,10 @@ def matrices(m, n):
 
 def measurement(n, rng):
     v, z = (tuple(map(float, rng.normal(size=3))) for _ in range(2))
+    q = tuple(map(float, Rotation.random(random_state=rng).as_quat()))
     if n == 6:
-        return direction_measurement(v, z, 0.3)
-    return biased_measurement(v, z, (0.1, -0.2, 0.3), 6, 0.3)
+        return direction_measurement(q, v, z, 0.3)
+    return biased_measurement(q, v, z, 6, 0.3)
 
 
 @MANY

@@ -56,7 +56,7 @@ def test_estimates_are_those_of_the_twin():
     omega, b, sun = (found[f"{name}_measured"].values for name in ("omega", "b", "sun"))
     assert not sun[2000].any() and sun[100].any()
     for k in range(1, 2400):
-        twin.propagate(omega[k - 1], omega[k], 1.0)
+        twin.propagate(omega[max(k - 2, 0) : k + 1], 1.0)
         twin.update(found["b_inertial"].values[k], b[k], 50e-9)
         if sun[k].any():
             twin.update(found["sun_inertial"].values[k], sun[k], math.radians(0.1))

@@ -1,5 +1,7 @@
-"""Sensors that fail: silent, stuck, replaced by a value; coils wired the wrong way round. The computer believes
-what it is sent."""
+"""Sensors that fail: silent, stuck, replaced by a value; coils wired the wrong way round.
+
+The computer believes what it is sent.
+"""
 
 import numpy as np
 import pytest

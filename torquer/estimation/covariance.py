@@ -134,6 +134,17 @@ def forget(prior, states, p):
 
 
 @inlined
+def make_uncertain(prior, p):
+    """Variances of all states beyond the attitude error as at the start; their values stay."""
+    at = 0
+    for variance in prior:
+        if variance > 0.0:
+            if at > 0:
+                put_uncorrelated(p, at, variance)
+            at += 3
+
+
+@inlined
 def turn_attitude(p, turn):
     """Refer the attitude error to body axes that have been turned (a quaternion).
 

@@ -13,7 +13,7 @@ from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
 from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
 from torquer.estimation.measurements.magnetometer import of_field
-from torquer.estimation.measurements.sun_sensors import of_sun
+from torquer.estimation.measurements.measurement import direction_measurement
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, scale, vector_of
@@ -44,11 +44,12 @@ def take_readings(parameters, along, k, p, gain, correction):
     q, sensing = quaternion_of(along.q[k]), parameters.sensing
     if sensing.r_field > 0.0:
         b, at = vector_of(along.b[k]), slices_of(parameters.prior).magnetometer_bias
-        m = of_field(q, b, rotate_inverse(q, b), _ZERO, at, sensing.r_field)
+        m = of_field(q, b, rotate_inverse(q, b), at, sensing.r_field)
         update(p, gain, correction, m, 1.0)
     if sensing.r_sun > 0.0 and along.seen[k]:
         s = vector_of(along.sun[k])
-        update(p, gain, correction, of_sun(q, s, rotate_inverse(q, s), sensing.r_sun), 1.0)
+        m = direction_measurement(q, s, rotate_inverse(q, s), sensing.r_sun)
+        update(p, gain, correction, m, 1.0)
 
 
 @plugged

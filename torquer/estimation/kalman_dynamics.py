@@ -59,7 +59,7 @@ from torquer.spec import Inertia, Vector
 #: First row of the rate.
 RATE = 3
 #: Greatest turn [rad] in one step of the equations of motion.
-_LONGEST_TURN = 0.1
+_LONGEST_TURN = 0.05
 
 
 class DynamicsParameters(NamedTuple):

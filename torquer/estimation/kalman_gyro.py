@@ -38,10 +38,21 @@ from torquer.geometry.quaternion import (
     normalised,
     to_dcm,
 )
-from torquer.geometry.vec3 import add, dot, put_vector, scale, sub, vector_of
+from torquer.geometry.vec3 import (
+    add_scaled,
+    cross,
+    dot,
+    norm,
+    put_vector,
+    scale,
+    sub,
+    vector_of,
+)
 
 #: First row of the gyro's bias.
 BIAS = 3
+#: Age of the last reading, in intervals between readings, from which on one has failed to come.
+_OVERDUE = 2.5
 
 
 class GyroParameters(NamedTuple):
@@ -76,6 +87,56 @@ def propagate_covariance(p, turn, dt, white, walk):
 
 
 @inlined
+def keep_reading(inputs, memory):
+    """Keep the gyro's latest reading if it is new and finite; the two before stay."""
+    omega, at = inputs.omega_body_rad_s, inputs.read_at.gyro_s
+    if at > memory.gyro_s[2] and math.isfinite(omega[0] + omega[1] + omega[2]):
+        for k in range(2):
+            memory.gyro_s[k] = memory.gyro_s[k + 1]
+            put_vector(memory.gyro_rad_s[k], vector_of(memory.gyro_rad_s[k + 1]))
+        memory.gyro_s[2] = at
+        put_vector(memory.gyro_rad_s[2], omega)
+
+
+class Course(NamedTuple):
+    """Course of the rate w + slope x + bend x (x + step), x [s] the time since the last reading."""
+
+    w: tuple
+    slope: tuple
+    bend: tuple
+    step: float
+
+
+@inlined
+def course_of(memory):
+    """The course of the rate through the gyro's last three readings, or as many as there are."""
+    t, c = memory.gyro_s, vector_of(memory.gyro_rad_s[2])
+    slope, bend, step = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0
+    if t[1] > -math.inf:
+        step, b = t[2] - t[1], vector_of(memory.gyro_rad_s[1])
+        slope = scale(1.0 / step, sub(c, b))
+        if t[0] > -math.inf:
+            before = scale(1.0 / (t[1] - t[0]), sub(b, vector_of(memory.gyro_rad_s[0])))
+            bend = scale(1.0 / (t[2] - t[0]), sub(slope, before))
+    return Course(c, slope, bend, step)
+
+
+@inlined
+def rate_at(course, x):
+    """Rate [rad/s] at x seconds after the last reading."""
+    w = add_scaled(course.w, x, course.slope)
+    return add_scaled(w, x * (x + course.step), course.bend)
+
+
+@inlined
+def mean_rate(course, x0, x1):
+    """Mean rate [rad/s] between two times, in seconds after the last reading."""
+    w = add_scaled(course.w, 0.5 * (x0 + x1), course.slope)
+    mean = (x0 * x0 + x0 * x1 + x1 * x1) / 3.0 + 0.5 * course.step * (x0 + x1)
+    return add_scaled(w, mean, course.bend)
+
+
+@inlined
 def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
     """The gyro's bias ages over the idle time; that of another estimator is taken over."""
     p = memory.covariance
@@ -85,33 +146,60 @@ def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
     if taken_over and dot(bias, bias) > 0.0 and sigma > 0.0:
         put_state(memory.states, BIAS, bias)
         put_uncorrelated(p, BIAS, min(3.0 * sigma * sigma, parameters.prior.gyro_bias))
-    if not afresh:  # the reading of the previous step is out of date
-        put_vector(memory.omega_read, inputs.omega_body_rad_s)
 
 
 @inlined
 def propagate(inputs, parameters, memory, dt):
-    """Propagate attitude and covariance by dt seconds with the mean of the gyro's two readings."""
-    read = add(vector_of(memory.omega_read), inputs.omega_body_rad_s)
-    turn = scale(dt, sub(scale(0.5, read), state_of(memory.states, BIAS)))
+    """Propagate attitude and covariance by dt seconds with the course of the gyro's readings.
+
+    The rotation vector is the integral of the rate and, where its direction changes, the coning
+    term of J. Bortz, 'A new mathematical formulation for strapdown inertial navigation' (1971).
+    Without new readings for longer than usual, the last rate is held.
+    """
+    course, x1 = course_of(memory), inputs.t_s - memory.gyro_s[2]
+    x0 = x1 - dt
+    if x1 > _OVERDUE * course.step and course.step > 0.0:
+        coast(memory.covariance, course, x0, x1)
+        course = Course(course.w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
+    bias = state_of(memory.states, BIAS)
+    first, last = sub(rate_at(course, x0), bias), sub(rate_at(course, x1), bias)
+    turn = scale(dt, sub(mean_rate(course, x0, x1), bias))
+    turn = add_scaled(turn, dt * dt / 12.0, cross(first, last))
     q = multiply(quaternion_of(memory.q), from_rotation_vector(turn))
     put_quaternion(memory.q, normalised(q))
     propagate_covariance(memory.covariance, turn, dt, parameters.white, parameters.walk)
-    put_vector(memory.omega_read, inputs.omega_body_rad_s)
+
+
+@inlined
+def coast(p, course, x0, x1):
+    """Uncertainty of the attitude by a rate held from x0 to x1 seconds after the last reading.
+
+    The true rate leaves the held one with its last slope, and is no larger than the last rate.
+    """
+    slope, most = norm(course.slope), norm(course.w)
+    before, after = min(slope * x0, most) * x0, min(slope * x1, most) * x1
+    for i in range(3):
+        p[i, i] += after * after - before * before
 
 
 @inlined
 def rate_of(inputs, parameters, memory, dt):
-    """The gyro's rate less its bias, the bias, variance of the rate dt after the last step."""
+    """The gyro's last finite rate less its bias, the bias, the rate's variance.
+
+    `dt`: time since the last step [s]. The variance is infinite before the first reading.
+    """
     bias, variance = state_of(memory.states, BIAS), variance_of(memory.covariance, BIAS)
     if dt > 0.0:
         variance += parameters.white / dt
-    return sub(inputs.omega_body_rad_s, bias), bias, variance
+    if memory.gyro_s[2] == -math.inf:
+        variance = math.inf
+    return sub(vector_of(memory.gyro_rad_s[2]), bias), bias, variance
 
 
 @kernel
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
+    keep_reading(inputs, memory)
     return step(inputs, parameters, memory, begin, propagate, rate_of)
 
 
@@ -125,7 +213,10 @@ class KalmanGyro(Filter):
 
     kind: Literal["kalman_gyro"] = "kalman_gyro"
     kernel: ClassVar = kalman_gyro
-    remembers: ClassVar = {"omega_read": (0.0, 0.0, 0.0)}
+    remembers: ClassVar = {
+        "gyro_s": (-math.inf, -math.inf, -math.inf),
+        "gyro_rad_s": ((0.0, 0.0, 0.0),) * 3,
+    }
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
     seconds, have sigma sqrt(T).

@@ -20,6 +20,9 @@ from torquer.spec import Spec
 
 #: Sine of the angle between two directions below which they are taken for parallel.
 LEAST_SINE = 0.01
+#: Angle [rad] by which directions may disagree besides noise: misalignments and errors of models
+#: that users leave out are smaller, broken sensors' are not.
+_CONTRADICTION_RAD = 0.05
 #: Readings no further apart in time than this count as simultaneous [s].
 SAME_TIME_S = 1e-6
 
@@ -108,6 +111,17 @@ def field_at(inputs, t_s):
     """Model field [T, inertial] at the time of a reading, a little before now."""
     place = inputs.ephemeris
     return add_scaled(place.b_inertial_t, t_s - inputs.t_s, place.b_rate_inertial_t_s)
+
+
+@inlined
+def contradict(b, sun, b_inertial, sun_inertial, variance):
+    """Whether the angle between field and Sun in the body is not the one in the inertial frame.
+
+    `variance`: of the angle [rad^2]. No attitude makes both directions fit then.
+    """
+    seen = math.atan2(norm(cross(b, sun)), dot(b, sun))
+    there = math.atan2(norm(cross(b_inertial, sun_inertial)), dot(b_inertial, sun_inertial))
+    return abs(seen - there) > _CONTRADICTION_RAD + 6.0 * math.sqrt(variance)
 
 
 @inlined

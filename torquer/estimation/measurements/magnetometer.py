@@ -1,5 +1,7 @@
 """Magnetometer: the field [T] in body axes; its bias may be among the states."""
 
+import math
+
 from torquer.compile.engine import inlined
 from torquer.estimation.covariance import slices_of, state_of
 from torquer.estimation.measurements.measurement import (
@@ -10,23 +12,34 @@ from torquer.estimation.measurements.measurement import (
     is_new,
 )
 from torquer.estimation.triad import field_at, quaternion_of
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, sub
+from torquer.geometry.vec3 import norm, sub
 
 #: Number of the sensor in a filter's memory.
 MAGNETOMETER = 0
 
 
+#: Part of the field by which a reading may be off in magnitude, besides its noise: scale factors
+#: and models that users leave out of the noise are far smaller, broken sensors are not.
+_ODD = 0.1
+
+
 @inlined
-def of_field(q, b_inertial, read, bias, at, variance):
-    """(z, H, R) of a reading [T, body] of a field [T, inertial].
+def of_field(q, b_inertial, read, at, variance):
+    """(z, H, R) of a reading [T, body] of a field [T, inertial], less the bias as it is known.
 
     All three components if the bias is a state, from column `at` on; else (0) the direction.
     """
-    predicted = rotate_inverse(q, b_inertial)
     if at > 0:
-        return biased_measurement(predicted, read, bias, at, variance)
-    return direction_measurement(predicted, read, variance)
+        return biased_measurement(q, b_inertial, read, at, variance)
+    return direction_measurement(q, b_inertial, read, variance)
+
+
+@inlined
+def has_field_magnitude(parameters, read, b_inertial):
+    """Whether a reading is about as large as the field: a test that needs no attitude."""
+    size = norm(b_inertial)
+    sigma = math.sqrt(parameters.sensing.r_field + parameters.prior.magnetometer_bias)
+    return abs(norm(read) - size) <= _ODD * size + 6.0 * sigma
 
 
 @inlined
@@ -36,6 +49,5 @@ def magnetometer(inputs, parameters, memory, omega):
     if not is_new(r, b, at_s, memory.read_s[MAGNETOMETER]):
         return NO_MEASUREMENT
     at = slices_of(parameters.prior).magnetometer_bias
-    bias = state_of(memory.states, at)
-    read = add(as_of_now(omega, inputs.t_s - at_s, sub(b, bias)), bias)
-    return of_field(quaternion_of(memory.q), field_at(inputs, at_s), read, bias, at, r)
+    read = as_of_now(omega, inputs.t_s - at_s, sub(b, state_of(memory.states, at)))
+    return of_field(quaternion_of(memory.q), field_at(inputs, at_s), read, at, r)

@@ -1,11 +1,12 @@
 """A measurement of vectors, z = H x + noise of covariance R, and how readings become one."""
 
+import math
 from typing import NamedTuple
 
 from torquer.compile.engine import inlined
 from torquer.estimation.covariance import IDENTITY, skew
 from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
-from torquer.geometry.vec3 import add, cross, dot, scale, sub, unit
+from torquer.geometry.vec3 import cross, dot, scale, sub, unit
 
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -15,7 +16,8 @@ class Measurement(NamedTuple):
 
     `z`: measured less predicted; `h`: columns of H for the attitude error, by rows; `h_other`:
     those for one more state, from column `at` on (0: none); `r`: variance of each component;
-    `count`: 2 or 3 components, 0 for no reading.
+    `count`: 2 or 3 components, 0 for no reading. `read`: the vector read, in body axes of now, less
+    a bias that is a state; `reference`: what the model gives, inertial.
     """
 
     z: tuple
@@ -24,6 +26,8 @@ class Measurement(NamedTuple):
     at: int
     r: float
     count: int
+    read: tuple = _ZERO
+    reference: tuple = _ZERO
 
 
 NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, IDENTITY, 0, 0.0, 0)
@@ -49,8 +53,14 @@ class Sensing(NamedTuple):
 
 @inlined
 def is_new(variance, v, t_s, taken_s):
-    """Whether a sensor is used, sees something and has been read after `taken_s`."""
-    return variance > 0.0 and t_s > taken_s and dot(v, v) != 0.0
+    """Whether a sensor is used, its vector of finite length and read after `taken_s`."""
+    return variance > 0.0 and t_s > taken_s and 0.0 < dot(v, v) < math.inf
+
+
+@inlined
+def is_usable(variance, v, age, oldest):
+    """Whether a sensor is used and its latest reading is a vector of finite length, not too old."""
+    return variance > 0.0 and age <= oldest and 0.0 < dot(v, v) < math.inf
 
 
 @inlined
@@ -76,19 +86,26 @@ def frame_across(v):
 
 
 @inlined
-def direction_measurement(predicted, measured, variance):
+def direction_measurement(q, reference, measured, variance):
     """(z, H, R) of a direction: two components across the predicted vector, of any length.
+
+    `q`: attitude; `reference`: the vector of the model, inertial; `measured`: in the body.
 
     The component along the prediction does not depend on the attitude.
     """
+    predicted = rotate_inverse(q, reference)
     t, u = frame_across(predicted)
     z = (dot(t, measured), dot(u, measured), 0.0)
     rows = (cross(t, predicted), cross(u, predicted), _ZERO)
-    return Measurement(z, rows, IDENTITY, 0, variance, 2)
+    return Measurement(z, rows, IDENTITY, 0, variance, 2, measured, reference)
 
 
 @inlined
-def biased_measurement(predicted, measured, bias, at, variance):
-    """(z, H, R) of a vector by a sensor with a bias, which is the state from column `at` on."""
-    z = sub(measured, add(predicted, bias))
-    return Measurement(z, skew(predicted), IDENTITY, at, variance, 3)
+def biased_measurement(q, reference, measured, at, variance):
+    """(z, H, R) of a vector by a sensor with a bias, which is the state from column `at` on.
+
+    `measured`: less the bias as it is known.
+    """
+    predicted = rotate_inverse(q, reference)
+    z = sub(measured, predicted)
+    return Measurement(z, skew(predicted), IDENTITY, at, variance, 3, measured, reference)

@@ -8,16 +8,9 @@ from torquer.estimation.measurements.measurement import (
     is_new,
 )
 from torquer.estimation.triad import quaternion_of
-from torquer.geometry.quaternion import rotate_inverse
 
 #: Number of the sensors in a filter's memory.
 SUN_SENSORS = 1
-
-
-@inlined
-def of_sun(q, sun_inertial, read, variance):
-    """(z, H, R) of a reading (unit vector, body) of the direction to the Sun (inertial)."""
-    return direction_measurement(rotate_inverse(q, sun_inertial), read, variance)
 
 
 @inlined
@@ -27,4 +20,4 @@ def sun_sensors(inputs, parameters, memory, omega):
     if not is_new(r, sun, at_s, memory.read_s[SUN_SENSORS]):
         return NO_MEASUREMENT
     read = as_of_now(omega, inputs.t_s - at_s, sun)
-    return of_sun(quaternion_of(memory.q), inputs.ephemeris.sun_inertial, read, r)
+    return direction_measurement(quaternion_of(memory.q), inputs.ephemeris.sun_inertial, read, r)
