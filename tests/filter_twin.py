@@ -84,35 +84,34 @@ class DynamicsTwin(Twin):
         self.noise[3:, 3:] = spread @ spread.T
 
     def rates(self, t, x, r):
-        """Of a rotation vector from the attitude at the start, to first order in it, and rate."""
-        turned, omega = self.attitude * Rotation.from_rotvec(x[:3]), x[3:]
+        """Of rotation vectors from the attitude at the start, to first order in them, and rates."""
+        turn, omega = np.hsplit(x.reshape(-1, 6), 2)
+        turned = self.attitude * Rotation.from_rotvec(turn)
         distance = np.linalg.norm(r)
         up = turned.inv().apply(r) / distance
-        torque = 3.0 * self.mu / distance**3 * np.cross(up, self.inertia @ up)
-        torque -= np.cross(omega, self.inertia @ omega)
-        across = np.cross(x[:3], omega)
-        turning = omega + 0.5 * across + np.cross(x[:3], across) / 12.0
-        return np.concatenate([turning, np.linalg.solve(self.inertia, torque)])
+        torque = 3.0 * self.mu / distance**3 * np.cross(up, up @ self.inertia)
+        torque -= np.cross(omega, omega @ self.inertia)
+        across = np.cross(turn, omega)
+        turning = omega + 0.5 * across + np.cross(turn, across) / 12.0
+        return np.hstack([turning, np.linalg.solve(self.inertia, torque.T).T]).ravel()
 
-    def after(self, r, dt, turn=(0.0, 0.0, 0.0), more=(0.0, 0.0, 0.0)):
-        """Attitude and rate after dt seconds from an attitude and a rate slightly changed."""
-        start = np.concatenate([turn, self.others + more])
+    def after(self, r, dt, changes):
+        """Attitudes and rates after dt seconds from attitudes and rates changed by rows of six."""
+        start = changes + np.concatenate([np.zeros(3), self.others])
         found = solve_ivp(
-            self.rates, (0.0, dt), start, "DOP853", rtol=1e-10, atol=1e-13, args=(r,)
+            self.rates, (0.0, dt), start.ravel(), "DOP853", rtol=1e-10, atol=1e-13, args=(r,)
         ).y[:, -1]
-        return Rotation.from_rotvec(found[:3]), found[3:]
+        turn, omega = np.hsplit(found.reshape(-1, 6), 2)
+        return Rotation.from_rotvec(turn), omega
 
     def propagate(self, r, dt):
-        """Over dt seconds from a position."""
-        turned, omega = self.after(r, dt)
-        phi, size = np.zeros((6, 6)), 1e-4
-        for k in range(6):
-            step = size * np.eye(6)[k]
-            one = self.after(r, dt, step[:3], step[3:])
-            other = self.after(r, dt, -step[:3], -step[3:])
-            for sign, (attitude, rate) in ((1.0, one), (-1.0, other)):
-                phi[:3, k] += 0.5 * sign * (turned.inv() * attitude).as_rotvec() / size
-                phi[3:, k] += 0.5 * sign * rate / size
+        """Over dt seconds from a position; the transition matrix by central differences."""
+        size = 1e-4
+        changes = size * np.vstack([np.zeros(6), np.eye(6), -np.eye(6)])
+        turns, rates = self.after(r, dt, changes)
+        turned, omega = turns[0], rates[0]
+        ends = np.hstack([(turned.inv() * turns).as_rotvec(), rates])
+        phi = (ends[1:7] - ends[7:]).T / (2.0 * size)
         f = np.zeros((6, 6))
         f[:3, 3:] = np.eye(3)
         _, q = discrete(f, self.noise, dt)

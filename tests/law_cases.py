@@ -3,9 +3,10 @@
 import math
 
 import numpy as np
+from on_board import numbers_of
 
 from torquer.compile import engine
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes, nothing_known
 
 ZERO = (0.0, 0.0, 0.0)
 UNKNOWN = (math.nan, math.nan, math.nan)
@@ -59,8 +60,23 @@ def compiled(law):
     return made.compiled if engine.COMPILED else made
 
 
+def as_the_loop_calls(block):
+    """A block's compiled function for inputs held as a record, asked by inputs as a tuple."""
+    made, known = block.in_loop(), engine.records(nothing_known())
+    function = made.compiled if engine.COMPILED else made
+
+    def call(row, packed, cells):
+        known.view(np.float64)[:] = numbers_of(row)
+        return function(known, packed, cells)
+
+    return call
+
+
 def by_hand(law):
-    """The same of the plain Python function, its answer in the terms of the law."""
+    """A law's plain Python function (inputs, packed parameters, cells of memory).
+
+    Its answer is in the terms of the law: a dipole, a torque, or a command.
+    """
 
     def call(known, packed, cells):
         return law(known, law.record_from(packed), law.record_of(cells))

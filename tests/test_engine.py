@@ -279,22 +279,37 @@ def test_a_call_by_address_allocates_nothing_and_leaves_the_owners_of_arrays_alo
     assert sys.getrefcount(cells) == count
 
 
-BY_ADDRESS = f"""
+BY_ADDRESS = """
 import sys
+import numpy as np
+sys.path.insert(0, FOLDER)
+from called_in_test_engine import SIGNATURE, adding, call_twice
+from torquer.compile.engine import address_of
+print(call_twice(address_of(adding, SIGNATURE), 2.0, np.array([5.0])))
+print(sum(call_twice.stats.cache_hits.values()))
+"""
+CALLED = """
+import numba
+from torquer.compile.engine import caller, kernel
 
-sys.path.append({str(Path(__file__).parent)!r})
-from law_cases import inputs
-from on_board import OnBoard, command_at
-from torquer.control.bdot import BdotRate
+SIGNATURE = numba.types.float64(numba.types.float64, numba.types.float64[::1])
+call = caller(SIGNATURE)
 
-computer = OnBoard({{"law": BdotRate(gain_a_m2_s_per_t=2.0).law()}})
-print(computer(inputs(b=(1.0, 0.0, 0.0), omega=(0.0, 3.0, 0.0))).dipole_a_m2[2])
-print(sum(command_at.stats.cache_hits.values()))
+@kernel
+def adding(x, cells):
+    cells[0] += x
+    return cells[0]
+
+@kernel
+def call_twice(function, x, cells):
+    return call(function, x, cells) + call(function, x + 1.0, cells)
 """
 
 
 @WITH_ADDRESSES
 def test_what_calls_by_address_is_found_in_the_cache_by_a_later_process(tmp_path):
-    here = {"TORQUER_CACHE_DIR": str(tmp_path), "NUMBA_DISABLE_JIT": "0"}
-    assert in_a_process(BY_ADDRESS, **here) == ["-6.0", "0"]
-    assert in_a_process(BY_ADDRESS, **here) == ["-6.0", "1"]
+    (tmp_path / "called_in_test_engine.py").write_text(CALLED)
+    script = BY_ADDRESS.replace("FOLDER", repr(str(tmp_path)))
+    here = {"TORQUER_CACHE_DIR": str(tmp_path / "cache"), "NUMBA_DISABLE_JIT": "0"}
+    assert in_a_process(script, **here) == ["17.0", "0"]
+    assert in_a_process(script, **here) == ["17.0", "1"]

@@ -31,75 +31,59 @@ environment.field.kind = "averaged"
 spacecraft.body.inertia_kg_m2 = [1.0, 1.3, 1.7]
 initial.rate_deg_s = [1.0, -0.6, 0.8]
 """
-#: As much as members may have of what flies in lanes, scenario by scenario.
-SCENARIOS = {
-    "plain": """
+PLAIN = """
 spacecraft.coils.limit_a_m2 = 3.0
 control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e5 }, sample_s = 1.0 }
 simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "errors of all kinds": """
-spacecraft.coils = { limit_a_m2 = 0.5, saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0 }
+"""
+#: A satellite with all that members in lanes may have: two scenarios have it, compiled once.
+ERRORS = """
+spacecraft.coils = { axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], limit_a_m2 = 1.0, \
+saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0 }
 spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
-sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3] }
+sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3], \
+failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
 spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3] }
-disturbance = { constant_torque_n_m = [1e-6, 0, 0], random_torque_n_m = 1e-6 }
-control = { law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }, sample_s = 1.5, measure_s = 3.0, \
-actuate_s = 3.0, control_while_actuating = true }
+spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], \
+half_field_deg = [60, 80, 50], noise_deg = 0.5, albedo = 0.3, sample_s = 4.0, \
+bias_deg = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 1]], failures = [SUN_SENSORS], \
+blind_zones = [{ axis = [1, 0, 0], half_angle_deg = 10, sensors = [0, 2] }] }
+disturbance.constant_torque_n_m = [1e-6, 0, 0]
+disturbance.random_torque_n_m = 1e-6
 simulation = { duration_s = 900, record_s = 15, step_s = 0.5 }
-""",
-    "laws that see the Sun": """
-spacecraft.coils = { limit_a_m2 = 3.0, axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]] }
-spacecraft.sun_sensors = { axes = [[1, 0, 0], [0, 1, 1]], half_field_deg = 60, noise_deg = 0.5 }
-control.sample_s = 2.0
+"""
+DISTURBANCES = """
+environment.atmosphere.kind = "exponential"
+spacecraft.aerodynamics.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 2.0, \
+centre_m = [0, 0, 0.5] }]
+disturbance.unmodelled = { constant_n_m = 1e-6, harmonic_1_n_m = 2e-6, harmonic_2_n_m = 3e-6, \
+hold_s = 50.0 }
+disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
+centre_m = [0, 0, 5], specular_reflectivity = 0.3 }, { kind = "sphere", radius_m = 0.3, \
+centre_m = [0.1, 0, 0] }]
+"""
+#: Left out of the other scenario, as numbers.
+MORE_DISTURBANCES = """
+disturbance.residual_dipole = { constant_a_m2 = [0.1, 0, 0], amplitude_a_m2 = [0, 0.2, 0.1], \
+cycles_per_orbit = 7.5, phase_deg = 20 }
+disturbance.eddy_currents.damping_n_m_s_per_t2 = [[1e4, 1e3, 0], [1e3, 2e4, 0], [0, 0, 3e4]]
+"""
+LAWS = """
+control.sample_s = 1.5
+control.measure_s = 3.0
+control.actuate_s = 3.0
+control.control_while_actuating = true
+control.laws.braking = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }
 control.laws.damping = { kind = "bdot_derivative", gain_a_m2_s_per_t = 1e5 }
 control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [0, 0, 1], \
 target = "sun" }
 control.laws.holding = { kind = "three_axis", angle_gain_n_m_per_t2 = 1.0, \
 rate_gain_n_m_s_per_t2 = 1e3, reference = "orbital" }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "Sun sensors with all errors": """
-spacecraft.coils.limit_a_m2 = 3.0
-spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], \
-half_field_deg = [60, 80, 50], noise_deg = 0.5, albedo = 0.3, sample_s = 4.0, \
-bias_deg = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 1]], \
-blind_zones = [{ axis = [1, 0, 0], half_angle_deg = 10, sensors = [0, 2] }] }
-control.law = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [0, 0, 1], target = "sun" }
-control.sample_s = 2.0
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "disturbances": """
-spacecraft.coils.limit_a_m2 = 3.0
-disturbance.residual_dipole = { constant_a_m2 = [0.1, 0, 0], amplitude_a_m2 = [0, 0.2, 0.1], \
-cycles_per_orbit = 7.5, phase_deg = 20 }
-disturbance.eddy_currents.damping_n_m_s_per_t2 = [[1e4, 1e3, 0], [1e3, 2e4, 0], [0, 0, 3e4]]
-disturbance.unmodelled = { constant_n_m = 1e-6, harmonic_1_n_m = 2e-6, harmonic_2_n_m = 3e-6, \
-hold_s = 50.0 }
-environment.atmosphere.kind = "exponential"
-spacecraft.aerodynamics.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 2.0, \
-centre_m = [0, 0, 0.5] }]
-disturbance.solar_pressure.parts = [{ kind = "plate", axis = [0, 1, 1], area_m2 = 20.0, \
-centre_m = [0, 0, 5], specular_reflectivity = 0.3 }, { kind = "sphere", radius_m = 0.3, \
-centre_m = [0.1, 0, 0] }]
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "one disturbance": """
-spacecraft.coils.limit_a_m2 = 3.0
-disturbance = { unmodelled = { harmonic_2_n_m = 3e-6, hold_s = 60.0 }, random_torque_n_m = 1e-6 }
-control = { law = { kind = "bdot_rate", gain_a_m2_s_per_t = 1e4 }, sample_s = 2.0 }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
-    "modes, an estimator, sensors that fail": """
-spacecraft.coils.limit_a_m2 = 3.0
-spacecraft.magnetometer = { noise_nt = 50, failures = [{ kind = "zeros", from_s = 400, \
-until_s = 500 }, { kind = "stuck", from_s = 700 }] }
-spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0]], half_field_deg = 80, failures = [ \
-{ kind = "silent", from_s = 300, until_s = 350 }] }
-control.sample_s = 2.0
+"""
+MODES = """
+control.sample_s = 3.0
 control.estimators.by_field = { kind = "rate_from_field" }
 control.laws.damping = { kind = "bdot", gain_a_m2_s_per_t = 2e5 }
 control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [1, 0, 0], \
@@ -109,8 +93,26 @@ control.modes.states.damping = { laws = ["damping"], estimator = "by_field", tra
 control.modes.states.turning = { laws = ["turning"], \
 set = { "turning.gain" = 2e3 }, transitions = [ \
 { to = "damping", when = { signal = "rate_deg_s", above = 2.0 } }] }
-simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
-""",
+"""
+FAILURES = {
+    "MAGNETOMETER": """{ kind = "zeros", from_s = 400, until_s = 500 }, \
+{ kind = "stuck", from_s = 700 }""",
+    "SUN_SENSORS": '{ kind = "silent", from_s = 300, until_s = 350 }',
+}
+
+
+def with_errors(text, failures):
+    """All errors with more of the scenario, and what fails of each sensor."""
+    return re.sub("|".join(FAILURES), lambda found: failures.get(found[0], ""), ERRORS) + text
+
+
+#: As much as members may have of what flies in lanes, scenario by scenario.
+SCENARIOS = {
+    "plain": PLAIN,
+    "errors and disturbances of all kinds, laws that see the Sun": with_errors(
+        LAWS + DISTURBANCES + MORE_DISTURBANCES, {}
+    ),
+    "modes, an estimator, sensors that fail": with_errors(MODES + DISTURBANCES, FAILURES),
 }
 RATES = np.linspace(0.2, 3.0, 21)
 
@@ -163,10 +165,14 @@ def following_its_coils(inputs, parameters, memory):
     return (0.1 - 0.5 * m[0], 1e3 * b[1] - 0.5 * m[1], 0.2 - 0.5 * m[2])
 
 
-@pytest.mark.parametrize("name", ["plain", "errors of all kinds"])
+@pytest.mark.parametrize(
+    "name", ["plain", "errors and disturbances of all kinds, laws that see the Sun"]
+)
 def test_what_coils_have_done_is_known_beside_others_as_alone(name):
     """Coils with and without lag and measurement window."""
-    scenario = scenario_from_text(HEAD + SCENARIOS[name]).replace("control.law", {"kind": "off"})
+    scenario = scenario_from_text(HEAD + SCENARIOS[name])
+    control = scenario.control.model_dump(exclude_unset=True, exclude={"law", "laws"})
+    scenario = scenario.replace("control", control | {"law": {"kind": "off"}})
     for beside, kept, cells, own in fly_both(scenario, {"own": following_its_coils}, (0, 20)):
         assert np.array_equal(beside, kept)
         for axis in "xyz":
@@ -216,16 +222,14 @@ def counting(inputs, parameters, memory):
 @pytest.mark.parametrize("own", [remembering, counting], ids=lambda own: own.name)
 def test_laws_of_users_keep_a_memory_for_each_member(own: Law):
     off = 'control.laws.own = { kind = "off" }\ncontrol.sample_s = 1.0\n'
-    rest = SCENARIOS["plain"].split("control")[0] + "simulation" + SCENARIOS["plain"].split(
-        "simulation"
-    )[1]  # fmt: skip
+    rest = PLAIN.split("control")[0] + "simulation" + PLAIN.split("simulation")[1]
     scenario = scenario_from_text(HEAD + off + rest)
     for beside, kept, _, _ in fly_both(scenario, {"own": own}, rows=(3, 19)):
         assert np.array_equal(beside, kept)
 
 
 def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
-    scenario = scenario_from_text(HEAD + SCENARIOS["plain"])
+    scenario = scenario_from_text(HEAD + PLAIN)
     run = prepare(scenario)
     lanes, first = Lanes(run, Pieces(run)), motions(run)
     usual = lanes.fly(lanes.numbers_of(first), np.zeros(len(first), np.int64))
@@ -236,28 +240,28 @@ def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
     assert np.array_equal(flown.motion[..., others], usual.motion[..., others])
 
 
-def phases():
-    """Loops over members by name, each with the members that it takes."""
-    run = prepare(scenario_from_text(HEAD + SCENARIOS["errors of all kinds"]))
+ZERO = (0.0, 0.0, 0.0)
+HERE = LocalEnvironment(ZERO, ZERO, ())
+#: Loops over members by name.
+LOOPS = {
+    "draw": lambda members: draw(members, 1.0, 0, 1),
+    "magnetometer": lambda members: each(members, magnetometer_step, 0, ZERO, 0.0),
+    "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, 0.0),
+    "gyro": lambda members: each(members, gyro_step, 0, 0.0),
+    "coils": lambda members: each(members, drive_coils_step),
+    "rk4": lambda members: each(members, rk4_phase, HERE, HERE, HERE, ZERO, 0, 1.0),
+}
+
+
+def members_for(loop):
+    """What a loop takes."""
+    run = prepare(scenario_from_text(HEAD + with_errors(LAWS, {})))
     own = packed(run.plan.plant, run.dynamics, run.state)
     cells, seeds = np.repeat(own.numbers, LANES), np.zeros(LANES, np.int64)
     rest = (seeds, np.zeros((STREAMS, 3, LANES)), np.zeros(LANES, END), LANES)
-    members = Many(own.of_loop, cells, run.plan.plant, *rest)
-    moving = Many(own.of_dynamics, cells, run.dynamics, *rest)
-    zero = (0.0, 0.0, 0.0)
-    here = LocalEnvironment(zero, zero, ())
-    return {
-        "draw": (lambda members: draw(members, 1.0, 0, 1), members),
-        "magnetometer": (
-            lambda members: each(members, magnetometer_step, 0, zero, 0.0), members
-        ),
-        "attitude sensor": (lambda members: each(members, attitude_sensor_step, 0, 0.0), members),
-        "gyro": (lambda members: each(members, gyro_step, 0, 0.0), members),
-        "coils": (lambda members: each(members, drive_coils_step), members),
-        "rk4": (
-            lambda members: each(members, rk4_phase, here, here, here, zero, 0, 1.0), moving
-        ),
-    }  # fmt: skip
+    if loop == "rk4":
+        return Many(own.of_dynamics, cells, run.dynamics, *rest)
+    return Many(own.of_loop, cells, run.plan.plant, *rest)
 
 
 def assembly_of(function, *arguments):
@@ -287,21 +291,19 @@ def has_wide_vectors():
     return re.search(wide, assembly_of(multiply_all, x, x, x)) is not None
 
 
-wide_vectors = pytest.mark.skipif(
-    not (engine.COMPILED and has_wide_vectors()), reason="needs vectors of four doubles (AVX)"
-)
+@pytest.fixture(scope="module")
+def wide_vectors():
+    if not has_wide_vectors():
+        pytest.skip("needs vectors of four doubles (AVX)")
 
 
-@wide_vectors
-@pytest.mark.parametrize("name", phases() if engine.COMPILED else ())
-def test_loops_over_members_are_of_vectors(name):
+@pytest.mark.parametrize("name", LOOPS)
+def test_loops_over_members_are_of_vectors(wide_vectors, name):
     """Easily lost, by a store under a condition, a call, or a short loop that is unrolled."""
-    loop, members = phases()[name]
-    assert is_of_vectors(assembly_of(loop, members))
+    assert is_of_vectors(assembly_of(LOOPS[name], members_for(name)))
 
 
-@wide_vectors
-def test_a_laws_loop_over_members_is_of_vectors():
+def test_a_laws_loop_over_members_is_of_vectors(wide_vectors):
     gain = 1e5
 
     def braking(inputs, parameters, memory):  # a closure: compiled here, not found in the cache
@@ -328,7 +330,7 @@ WHEELS = {
     ],
 )
 def test_what_cannot_fly_beside_others_is_told(change, told):
-    scenario = scenario_from_text(HEAD + SCENARIOS["plain"])
+    scenario = scenario_from_text(HEAD + PLAIN)
     for key, value in change.items():
         scenario = scenario.replace(key, value)
     assert told in why_not_in_lanes(prepare(scenario))

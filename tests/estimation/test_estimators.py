@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from law_cases import UNKNOWN, by_hand, compiled, inputs
+from law_cases import UNKNOWN, as_the_loop_calls, by_hand, inputs
 from law_examples import EXAMPLES
 from messages import message_of
 from on_board import OnBoard
@@ -22,7 +22,7 @@ from torquer.interface import UNKNOWN_ESTIMATE
 from torquer.simulation.host import Host
 from torquer.simulation.run import prepare
 
-#: Keys of an example of each estimator.
+#: Keys of an example of each estimator. The filters' are of the kind that tests of them fly.
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
 KEYS = {
     "attitude_sensor": {},
@@ -34,12 +34,14 @@ KEYS = {
         "angle_random_walk_deg_sqrt_s": 0.1,
         "rate_random_walk_deg_s_sqrt_s": 0.01,
         "gyro_bias_sigma_deg_s": 0.1,
+        "record_covariance": True,
     },
     "kalman_dynamics": {
         **NOISE,
         "inertia_kg_m2": (1.0, 1.0, 1.0),
         "torque_noise_n_m_sqrt_s": 0.1,
         "rate_sigma_deg_s": 60.0,
+        "record_covariance": True,
     },
 }
 WORKING = [kind for kind, spec in ESTIMATORS.items() if hasattr(spec, "estimator")]
@@ -95,14 +97,14 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
 def test_plain_python_gives_the_same(kind):
     estimator, rows = example(kind), readings()
     one, memory = estimates(by_hand(estimator), estimator, rows)
-    other, kept = estimates(compiled(estimator), estimator, rows)
+    other, kept = estimates(as_the_loop_calls(estimator), estimator, rows)
     assert np.array(other) == pytest.approx(np.array(one), rel=1e-12, abs=1e-15, nan_ok=True)
     assert kept == pytest.approx(memory, rel=1e-12, nan_ok=True)
 
 
 @EVERY
 def test_what_it_says_to_give_becomes_known_and_nothing_else(kind):
-    found, _ = estimates(compiled(example(kind)), example(kind), readings())
+    found, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings())
     gives = ESTIMATORS[kind].gives
     for need, part in (("attitude", slice(1, 5)), ("rate", slice(5, 8))):
         assert np.isfinite(found[-1][part]).all() == (need in gives)
@@ -112,8 +114,8 @@ def test_what_it_says_to_give_becomes_known_and_nothing_else(kind):
 @EVERY
 def test_the_rate_turns_with_the_body_axes(kind):
     turn = Rotation.from_rotvec([0.7, -1.1, 0.4]).as_matrix()
-    one, _ = estimates(compiled(example(kind)), example(kind), readings())
-    other, _ = estimates(compiled(example(kind)), example(kind), readings(turn=turn))
+    one, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings())
+    other, _ = estimates(as_the_loop_calls(example(kind)), example(kind), readings(turn=turn))
     expected = np.array(one)[:, 5:8] @ turn.T
     assert np.array(other)[:, 5:8] == pytest.approx(expected, rel=1e-9, abs=1e-12, nan_ok=True)
 
@@ -121,10 +123,11 @@ def test_the_rate_turns_with_the_body_axes(kind):
 @EVERY
 def test_all_that_it_remembers_is_its_memory(kind):
     estimator, rows = example(kind), readings()
-    whole, _ = estimates(compiled(estimator), estimator, rows)
-    _, cells = estimates(compiled(estimator), estimator, rows[:17])
+    whole, _ = estimates(as_the_loop_calls(estimator), estimator, rows)
+    _, cells = estimates(as_the_loop_calls(estimator), estimator, rows[:17])
     packed = estimator.pack()
-    rest = [compiled(estimator)(row, packed, cells) for row in rows[17:]]
+    function = as_the_loop_calls(estimator)
+    rest = [function(row, packed, cells) for row in rows[17:]]
     rest = [np.hstack([np.ravel(part) for part in estimate]) for estimate in rest]
     assert np.array_equal(whole[17:], rest, equal_nan=True)
 

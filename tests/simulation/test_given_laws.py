@@ -106,8 +106,11 @@ def test_a_law_of_the_package_is_told_by_its_keys(make):
     assert same(result, simulate(make({"control.law": spec.model_dump()})))
 
 
-def given_laws(file):
+@pytest.fixture(scope="module")
+def given_laws(tmp_path_factory):
     """Laws that are in no file to load them from, by what they are."""
+    file = tmp_path_factory.mktemp("laws") / "given_laws.py"
+    file.write_text(LAWS)
     maker = vars(__import__("sys").modules[load_law(file, "plain").function.__module__])["made"]
     edited = file.with_name("edited.py")
     edited.write_text(LAWS)
@@ -131,8 +134,8 @@ def given_laws(file):
 
 @pytest.mark.parametrize("which", ["a closure", "a lambda", "another's module", "edited since",
                                    "gone", "the package's, changed", "more memory"])  # fmt: skip
-def test_other_laws_must_be_given_again(make, file, which):
-    given = given_laws(file)[which]
+def test_other_laws_must_be_given_again(make, given_laws, which):
+    given = given_laws[which]
     result = simulate(make(), given)
     told = scenario_of(result).control.law
     known = torquer.control.law.as_law(given)

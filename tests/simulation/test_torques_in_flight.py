@@ -140,8 +140,12 @@ def test_a_black_ball_beside_the_centre_of_mass_feels_its_cross_section(make):
 @needs_jit
 @pytest.mark.parametrize("integrator", ["auto", "rk4"])
 def test_the_unmodelled_torque_jumps_when_it_is_said_to_and_to_what_was_drawn(make, integrator):
-    """A sphere without anything else: its momentum is a broken line."""
-    given = {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}}
+    """A sphere without anything else: its momentum is a broken line.
+
+    Sunlight pushes a ball of no size, so that what is compiled is what flies with all torques.
+    """
+    nothing = {"parts": [BALL | {"radius_m": 1e-9}]}
+    given = {"unmodelled": {"constant_n_m": 1e-6, "hold_s": 30.0}, "solar_pressure": nothing}
     keys = {
         "spacecraft.body.inertia_kg_m2": [1e3] * 3,
         "environment.gravity_gradient": False,

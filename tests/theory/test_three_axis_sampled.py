@@ -161,7 +161,7 @@ def test_the_steady_error_is_that_of_the_flight():
         "environment": {**data["environment"], "atmosphere": atmosphere},
         "control": {**data["control"], "sample_s": 20.0},
         "disturbance": {"constant_torque_n_m": [2e-11, -3e-11, 1e-11]},
-        "simulation": {"duration_s": 11.0 * PERIOD_S, "record_s": 20.0},
+        "simulation": {"duration_s": 11.0 * PERIOD_S, "record_s": 20.0, "step_s": 5.0},
     }
     scenario = scenario_from_data(data)
     hold_of_it = torquer.theory.AttitudeHold.of_scenario(scenario)
