@@ -25,6 +25,9 @@ from torquer.compile.engine import COMPILED, OPTIONS, address_of, caller
 
 _WORD = ir.IntType(64)
 _INLINED = {**OPTIONS, "forceinline": True}
+#: What an entry is given is alive as long as it runs: nothing counts references. Numba hands this
+#: on to what it compiles for an entry.
+_ENTRY = {**OPTIONS, "no_cpython_wrapper": True, "_nrt": False}
 
 
 class _Address(types.Type):
@@ -241,7 +244,7 @@ class Entry:
         self._numbers = numbers
         self._known: dict[int, tuple[int, Callable]] = {}
         if COMPILED:
-            self.kernel = kept(numba.njit(**OPTIONS, no_cpython_wrapper=True)(function))
+            self.kernel = kept(numba.njit(**_ENTRY)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
 
     def _compiled(self, arguments: Arguments) -> tuple[int, Callable]:
