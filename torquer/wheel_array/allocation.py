@@ -76,7 +76,7 @@ def least_squares(axes, limit, demand, out):
     return greatest
 
 
-@kernel
+@inlined
 def bound_of(rows, row, limit):
     """Greatest normal . x that the wheels of a row can make."""
     bound = 0.0
@@ -85,7 +85,7 @@ def bound_of(rows, row, limit):
     return bound
 
 
-@kernel
+@inlined
 def _full(faces, row, limit, demand):
     """How far a demand goes along the normal of a face, with its sign, and the face's bound."""
     return dot(_axis(faces, row), demand), bound_of(faces, row, limit)
@@ -97,7 +97,7 @@ def _lies_in(faces, row, k):
     return row < 0 or faces[row, 3 + k] == 0.0
 
 
-@kernel
+@inlined
 def _full_edge(wheels, limit, row, normal, edge, demand):
     """How far a demand goes across an edge (a wheel's axis) in a face, and the edge's bound."""
     across, bound = cross(normal, _axis(wheels.axes, edge)), 0.0
@@ -171,7 +171,7 @@ def _load_plane(wheels, limit, row, normal, most, demand, total, out):
     return abs(greatest), missing
 
 
-@kernel
+@inlined
 def _load_face(wheels, limit, row, share, demand, total, out):
     """Give the wheels outside the plane of a face that share, share the rest in it.
 
@@ -223,7 +223,7 @@ def minimax(wheels, limit, demand, out):
     return abs(greatest)
 
 
-@kernel
+@inlined
 def _greatest_share(limit, out):
     greatest = 0.0
     for k in range(limit.shape[0]):

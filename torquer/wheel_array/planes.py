@@ -7,7 +7,7 @@ axes has its normal, unless an existing normal is perpendicular to both to round
 
 import numpy as np
 
-from torquer.compile.engine import kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, cross, dot, norm, scale
 
 #: Axes that leave a line or a plane by less than this [rad] have no authority outside it.
@@ -49,7 +49,7 @@ def authority(axes, limit):
     return (first, second, third), sizes
 
 
-@kernel
+@inlined
 def spanned(held, vector):
     """Projection of a vector on the directions of an `authority`."""
     (first, second, _), sizes = held

@@ -143,12 +143,12 @@ def lose(steering, wheel):
         bias[k] = bias[k] - steering.work[WANTED, k] if limit[k] > 0.0 else 0.0
 
 
-@kernel
+@inlined
 def _axis(axes, k):
     return (axes[k, 0], axes[k, 1], axes[k, 2])
 
 
-@kernel
+@inlined
 def _total(axes, limit, momenta):
     """Vector that the working wheels hold."""
     held = (0.0, 0.0, 0.0)
@@ -158,7 +158,7 @@ def _total(axes, limit, momenta):
     return held
 
 
-@kernel
+@inlined
 def biased(wheels, limit, bias, demand, out):
     """Minimax momenta and as much of the bias as the limits allow; into out (n,).
 
@@ -184,7 +184,7 @@ def _room(reach, normal, bound, middle, demand):
     return room / abs(along) if room < abs(along) * reach else reach
 
 
-@kernel
+@inlined
 def _reach(wheels, half, middle, demand, held):
     """Greatest s up to 1 with s * demand = middle + a sum within half (n,) of the wheels.
 
@@ -210,7 +210,7 @@ def _reach(wheels, half, middle, demand, held):
     return reach
 
 
-@kernel
+@inlined
 def _torque_box(momentum_limit, torque_limit, step_s, momenta, work):
     """Torques that keep both limits for a step: rows CENTRE and HALF of work."""
     for k in range(momenta.shape[0]):
@@ -290,7 +290,7 @@ def _all_at_once(axes, work, missing, out):
     return missing
 
 
-@kernel
+@inlined
 def _into_null_space(steering, step_s, momenta, torque, out):
     """Go from torques in out, whose vector sum is given, towards the bias within the limits."""
     wheels, limit, work = steering.wheels, steering.torque_limit, steering.work
@@ -308,7 +308,7 @@ def _bounded(work, k, side):
     return work[CENTRE, k] + min(max(side, -work[HALF, k]), work[HALF, k])
 
 
-@kernel
+@inlined
 def _go(work, out):
     """Go from torques in out along row WANTED of work to the first bound; the part that is gone."""
     part = 1.0
