@@ -18,11 +18,6 @@ from torquer.campaign.store import dataset_of
 _RETRIES = 5
 
 
-def cores() -> int:
-    """Cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def chunk_elsewhere(pickled: bytes, first: int, last: int):
     """The dataset of members first..last-1, in a process that may not know the campaign yet.
 

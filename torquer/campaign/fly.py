@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from torquer.campaign.executors import Pool, cores, pool
+from torquer.campaign.executors import Pool, pool
 from torquer.campaign.fleet import Fleet
 from torquer.campaign.load import check_campaign
 from torquer.campaign.spec import SUCCESS, Campaign
@@ -25,6 +25,7 @@ from torquer.campaign.store import (
     joined,
     put_chunk,
 )
+from torquer.compile.beside import cores
 from torquer.compile.lanes import LANES
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.file import load

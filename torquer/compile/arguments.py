@@ -8,6 +8,7 @@ is counted, and a kernel compiled for one type of record is called by another th
 import ctypes
 import itertools
 import struct
+import subprocess
 from collections.abc import Callable
 
 import numba
@@ -20,6 +21,7 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
+from torquer.compile.beside import compile_beside
 from torquer.compile.code_cache import kept
 from torquer.compile.engine import COMPILED, OPTIONS, address_of, caller
 
@@ -243,6 +245,7 @@ class Entry:
         self.function = function
         self._numbers = numbers
         self._known: dict[int, tuple[int, Callable]] = {}
+        self._begun: subprocess.Popen | None = None
         if COMPILED:
             self.kernel = kept(numba.njit(**_ENTRY)(function))
             self._type = ctypes.CFUNCTYPE(*[ctypes.c_int64] * (numbers + 2))
@@ -250,11 +253,24 @@ class Entry:
     def _compiled(self, arguments: Arguments) -> tuple[int, Callable]:
         """Address for kernels and function for Python, by the type of the arguments."""
         if arguments.number not in self._known:
-            signature = types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
+            if self._begun is not None:
+                self._begun.wait()
+            signature = self._signature(arguments)
             self.kernel.compile(signature)
             call = self._type(_get_wrapper_address(self.kernel, signature))
             self._known[arguments.number] = address_of(self.kernel, signature), call
         return self._known[arguments.number]
+
+    def _signature(self, arguments: Arguments):
+        return types.int64(_Address(arguments.type), *[types.int64] * self._numbers)
+
+    def begin(self, record: tuple) -> None:
+        """Compile the kernel for such records in another process, until it is needed here.
+
+        Only the first kernel of an entry, if the disk has none.
+        """
+        if COMPILED and not self._known and self._begun is None:
+            self._begun = compile_beside(self.kernel, self._signature(Arguments(record)))
 
     def of(self, arguments: Arguments) -> Callable:
         """The kernel for arguments of this type, to be called from Python."""

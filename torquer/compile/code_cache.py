@@ -209,6 +209,15 @@ def kept(function):
     return function
 
 
+def is_missing(function, signature) -> bool:
+    """Whether the compiled code of a function could be on the disk, and is not."""
+    cache = getattr(function, "_cache", None)
+    if not isinstance(cache, _SealedCache):
+        return False
+    key = cache._index_key(signature, function.targetctx.codegen())
+    return key not in cache._cache_file._load_index()
+
+
 def keep_off_disk(*kernels) -> None:
     """From now on compile these kernels for this process alone."""
     for each in kernels:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from torquer.control.computer import Blocks
 from torquer.control.law import Law
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.light import Light, edges_of
+from torquer.environment.table import Table
 from torquer.scenario.spec import Scenario
 from torquer.simulation.host import Host, what_failed
 from torquer.simulation.members import (
@@ -159,6 +160,17 @@ class _Ready(NamedTuple):
     problem: Arguments
 
 
+#: Tables of the same type as any.
+_NO_TABLES = Tables(*[Table(0.0, np.zeros((0, 0, 0)))] * 2)
+
+
+def _loop_of(run: Run, tables: Tables, here: np.ndarray, problem: Any = 0) -> Loop:
+    """What the loop takes, but for the addresses of what it calls."""
+    plan, state, drawn = run.plan, run.state, np.zeros((STREAMS, 3))
+    member = One(Member(state, plan.plant, run.scenario.seed, drawn))
+    return Loop(plan, tables, member, (), state.at, here, run.record, 0, 0, problem)
+
+
 def _ready_for(run: Run) -> _Ready:
     plan, piece, state, seed = run.plan, run.piece, run.state, run.scenario.seed
     drawn = np.zeros((STREAMS, 3))
@@ -166,8 +178,7 @@ def _ready_for(run: Run) -> _Ready:
     problem = Arguments(
         Problem(run.integrator, moving, piece.moving, here, plan.step_s, plan.record_steps)
     )
-    member = One(Member(state, plan.plant, seed, drawn))
-    loop = Loop(plan, piece.tables, member, (), state.at, here, run.record, 0, 0, problem.address)
+    loop = _loop_of(run, piece.tables, here, problem.address)
     loop = loop._replace(propagate=propagate.address(problem))
     if len(plan.plant.rotors.rows):
         loop = loop._replace(drive_wheels=drive_wheels.address(Arguments(loop)))
@@ -205,6 +216,8 @@ def prepare(
     record = empty_record(plan, min(steps, size) // plan.record_steps + 1)
     integrator = integrator_of(scenario)
     run = Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size, host=host)
+    # it takes as long as the environment's models and `propagate` together, which are compiled here
+    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
     if piece is not None:
         _check_shared(piece, run)
         run.piece, run.relative_error = piece, piece.relative_error

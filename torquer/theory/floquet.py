@@ -12,7 +12,6 @@ handed to one common integrator (`theory.collocation`), which is not compiled ag
 """
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from typing import NamedTuple
@@ -22,6 +21,7 @@ import xarray as xr
 
 from torquer import validate
 from torquer.compile import engine
+from torquer.compile.beside import cores
 from torquer.theory.collocation import converge_many, workspace
 from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within
@@ -83,7 +83,7 @@ def transitions(
     span = system.period if span is None else float(span)
     task = _Task(system, columns, table, float(start), span, tolerance, most_steps)
     found = Transitions(*task.room())
-    for done in _in_threads(task, found, workers or _cores()):
+    for done in _in_threads(task, found, workers or cores()):
         if progress is not None:
             progress(done, len(table))
     return found
@@ -132,13 +132,6 @@ def _in_threads(task: _Task, found: Transitions, workers: int):
         for ready in as_completed([pool.submit(task.run, rows, found) for rows in chunks]):
             done += ready.result()
             yield done
-
-
-def _cores() -> int:
-    """Cores that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _columns(system: PeriodicSystem, values: Mapping) -> tuple[np.ndarray, np.ndarray]:
