@@ -102,12 +102,12 @@ def finest_record_s(scenario: Scenario) -> float:
 
 
 class Recorded(NamedTuple):
-    """The record of a run: rows, wheels, log, estimate; see `Record`."""
+    """The record of a run: rows, wheels, log, what is known; see `Record`."""
 
     rows: np.ndarray
     wheels: np.ndarray
     log: np.ndarray
-    estimate: np.ndarray
+    known: np.ndarray
 
 
 def _recorded(run: Run) -> Recorded:
@@ -133,20 +133,20 @@ def _motion(run: Run, recorded: Recorded, at: np.ndarray) -> Motion:
 
 def _flown(run: Run, recorded: Recorded) -> tuple[np.ndarray, ...]:
     """Errors, covariance and innovations of a run."""
-    rows, _, log, estimate = recorded
+    rows, _, log, known = recorded
     logged = _logged(run, log)
     n = math.isqrt(logged["covariance"].shape[1])
-    own = np.stack([estimate[f"estimate_q_{c}"] for c in "xyzw"], axis=1)
+    own = np.stack([known[f"estimate_q_{c}"] for c in "xyzw"], axis=1)
     true = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)
-    turn, known = np.full((len(rows), 3), np.nan), np.isfinite(own[:, 0])
-    between = Rotation.from_quat(own[known]).inv() * Rotation.from_quat(true[known])
-    turn[known] = between.as_rotvec()
+    turn, started = np.full((len(rows), 3), np.nan), np.isfinite(own[:, 0])
+    between = Rotation.from_quat(own[started]).inv() * Rotation.from_quat(true[started])
+    turn[started] = between.as_rotvec()
     truth = _truth(run, rows)
     _, *states = kalman_filter(run.scenario).initial_variances()
     others = [truth[name] for name in states]
     errors = np.hstack([turn, np.hstack(others) - logged["states"]])
     covariance = logged["covariance"].reshape(-1, n, n)
-    errors[~known], covariance[~known] = np.nan, np.nan
+    errors[~started], covariance[~started] = np.nan, np.nan
     return errors, covariance, logged["innovation_magnetometer"], logged["innovation_sun"]
 
 

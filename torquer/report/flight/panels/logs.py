@@ -1,9 +1,13 @@
 """Quantities logged by laws and estimators, over time."""
 
-from torquer.report.common.colours import GREY
+import numpy as np
+
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
 from torquer.report.common.scales import prefixed
 from torquer.report.flight.panels.panel import Panel, Picture, line_of, whole, xyz
 from torquer.report.flight.view import View
+
+_COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 
 
 def logged(view: View) -> list[str]:
@@ -13,21 +17,42 @@ def logged(view: View) -> list[str]:
 
 
 def logs(view: View) -> Picture:
-    """A panel for each logged quantity."""
+    """A panel for each logged quantity, of several states one for each."""
     caption = (
-        "Quantities logged by laws and estimators, each under the name of its law or estimator."
+        "Quantities logged by laws and estimators, each under the name of its law or estimator. "
+        "Of a covariance, the standard deviations."
     )
-    return Picture("logs", "Logs", caption, tuple(_panel(view, name) for name in logged(view)))
+    panels = (panel for name in logged(view) for panel in _panels(view, name))
+    return Picture("logs", "Logs", caption, tuple(panels))
 
 
-def _panel(view: View, name: str) -> Panel:
-    values, unit = view.values(name), view.result[name].attrs["units"]
+def _panels(view: View, name: str) -> list[Panel]:
+    values, dims = view.values(name), view.result[name].dims[1:]
+    if not dims or f"{dims[0]}_units" not in view.result.coords:
+        return [_panel(view, name, values.reshape(len(values), -1), view.result[name].units)]
+    if len(dims) == 2:  # a covariance
+        values = np.sqrt(np.einsum("kii->ki", values))
+    labels = view.result[dims[0]].values
+    units = view.result[f"{dims[0]}_units"].values
+    return [
+        _panel(view, f"{name}, {labels[k][:-2]}", values[:, k : k + 3], str(units[k]))
+        for k in range(0, len(labels), 3)
+    ]
+
+
+def _panel(view: View, title: str, values: np.ndarray, unit: str) -> Panel:
+    """A panel of the columns of an array (k, n)."""
     factor = 1.0
     if unit.replace(" ", "").isalpha():  # of powers and quotients a prefix would be ambiguous
         factor, unit = prefixed(values, unit)
-    lines = (
-        xyz(view.t_s, factor * values)
-        if values.ndim == 2
-        else (line_of(name.partition(".")[2], view.t_s, factor * values, GREY, 1.2),)
-    )
-    return whole(view, title=name, y_label=f"[{unit}]", lines=lines)
+    values = factor * values
+    if (columns := values.shape[1]) == 3:
+        lines = xyz(view.t_s, values)
+    elif columns == 1:
+        lines = (line_of(title.partition(".")[2], view.t_s, values[:, 0], GREY, 1.2),)
+    else:
+        colours = [_COLOURS[k % len(_COLOURS)] for k in range(columns)]
+        lines = tuple(
+            line_of(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
+        )
+    return whole(view, title=title, y_label=f"[{unit}]", lines=lines)
