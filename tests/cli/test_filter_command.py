@@ -2,8 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
 
+import torquer
 from torquer.compile import engine
 
 FILTER = """
@@ -132,3 +134,32 @@ def test_a_start_as_stated_and_what_is_rejected(call, with_filter):
     assert found["drawn"]["magnetometer bias"]["sigma"] == pytest.approx(900.0 / 3.0**0.5)
     assert found["verdict"] == "optimistic" and found["rejected_mean"] > 20.0
     assert found["restarted_runs"] > 0 and found["rejected_by_chance"] < 0.01
+
+
+SMOOTHED = "record_s = 1.0\nrecord_inputs = true"
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_run_is_smoothed_into_its_folder(call, with_filter, tmp_path):
+    path, out = with_filter("record_s = 5.0", SMOOTHED), tmp_path / "flown"
+    call("run", path, "--out", out, "--no-report")
+    code, said, _ = call("smooth", out)
+    assert code == 0 and said.splitlines()[-1] == f"{out}: smoothed.nc, smoothed.png"
+    found = torquer.load(out / "smoothed.nc")
+    assert np.isfinite(found["q_smoothed"].values).all()
+    assert (out / "smoothed.png").stat().st_size > 10_000
+    elsewhere = tmp_path / "elsewhere"
+    code, said, _ = call("smooth", out / "result.nc", "--json", "--out", elsewhere)
+    accuracy = json.loads(said)
+    assert code == 0 and accuracy["smoothed_deg"] < accuracy["filter_deg"]
+    assert sorted(each.name for each in elsewhere.iterdir()) == ["smoothed.nc", "smoothed.png"]
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_what_cannot_be_smoothed_is_told(call, with_filter, tmp_path):
+    code, _, err = call("smooth", tmp_path / "nothing")
+    assert code == 2 and "RESULT: must be folders of runs, or result.nc" in err
+    out = tmp_path / "flown"
+    call("run", with_filter(), "--out", out, "--no-report")
+    code, _, err = call("smooth", out)
+    assert code == 2 and "simulation.record_inputs: must be true in a run that is to be" in err

@@ -159,6 +159,28 @@ def filter_check(
     return (work.expect if how.expected else work.check)(scenario, how, code)
 
 
+@options
+class SmoothOptions:
+    """Options of `torquer smooth`."""
+
+    out: Path | None = None
+    """Folder for smoothed.nc and smoothed.png [that of RESULT]."""
+    json: Json = False
+
+
+@app.command
+def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
+    """Smooth the attitude of a run: RESULT is its output folder or result.nc.
+
+    What the readings of the whole run tell about each of its control steps, with the errors to be
+    expected. The run must have had a Kalman filter, simulation.record_inputs = true, and a record
+    at every control step.
+    """
+    from torquer.cli import smooth as work
+
+    return work.smooth(result, how)
+
+
 @app.command
 def schema() -> int:
     """Print the JSON schema of scenario files, for editors."""

@@ -75,6 +75,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         f"torquer run {_S} --out runs/first --no-report --json",
         f"torquer run {_S} --out runs/first --resume --plots",
     ),
+    "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
     "schema": ("torquer schema > scenario.schema.json",),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
