@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 
 import torquer
 from torquer.analysis.filter_check import drawn_in_words
+from torquer.analysis.smoothing import accuracy_of
 from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -134,6 +135,19 @@ def test_the_filter_tutorial_prints_what_it_shows(monkeypatch):
     assert printed.getvalue() == shown
     drawn = drawn_in_words(names["found"])
     assert f"each run draws {drawn}\n" in text
+
+
+@needs_jit
+def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
+    text = (ROOT / "docs/tutorials/smoothing.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names := {})
+    assert printed.getvalue() == shown
+    _, *numbers = accuracy_of(names["result"], names["smoothed"])
+    told = re.findall(r"(\S+) deg", re.search(r"```\n(which_sensors.*?)```", text, re.S)[1])
+    assert told == [f"{number:.3g}" for number in numbers]
 
 
 SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")
