@@ -11,7 +11,7 @@ from torquer.analysis.filter_statistics import FilterRuns
 from torquer.estimation.kalman import Filter
 
 #: The filter's log of why it has not started, and the reasons by their numbers there.
-WHY_NOT_STARTED = "why_not_started"
+WHY_NOT_STARTED = "not_started"
 REASONS: dict[int, str] = {}
 #: What a filter needs to start, by its sensors: said where it gives no reason of its own.
 _NEEDS = {

@@ -27,17 +27,34 @@ def logs(view: View) -> Picture:
 
 
 def _panels(view: View, name: str) -> list[Panel]:
-    values, dims = view.values(name), view.result[name].dims[1:]
-    if not dims or f"{dims[0]}_units" not in view.result.coords:
-        return [_panel(view, name, values.reshape(len(values), -1), view.result[name].units)]
-    if len(dims) == 2:  # a covariance
-        values = np.sqrt(np.einsum("kii->ki", values))
-    labels = view.result[dims[0]].values
-    units = view.result[f"{dims[0]}_units"].values
+    variable, values, of = view.result[name], view.values(name), name
+    labels = [view.result[dim].values.tolist() for dim in variable.dims[1:] if _named(view, dim)]
+    if len(labels) == 2 and labels[0] == labels[1]:
+        values, of = np.sqrt(np.einsum("kii->ki", values)), f"{name}, standard deviation"
+    elif len(labels) != 1 or values.ndim != 2:
+        unit = variable.attrs.get("units", "1")
+        return [_panel(view, name, values.reshape(len(values), -1), unit)]
+    units = view.result[f"{variable.dims[1]}_units"].values
     return [
-        _panel(view, f"{name}, {labels[k][:-2]}", values[:, k : k + 3], str(units[k]))
-        for k in range(0, len(labels), 3)
+        _panel(view, f"{of}, {stem}", values[:, columns], str(units[columns.start]))
+        for stem, columns in _groups(labels[0])
     ]
+
+
+def _named(view: View, dim) -> bool:
+    """Whether the places along a dimension have names, and units of their own."""
+    return f"{dim}_units" in view.result.coords
+
+
+def _groups(labels: list[str]) -> list[tuple[str, slice]]:
+    """What belongs on one panel: three components of a vector, or a single number."""
+    found, k = [], 0
+    while k < len(labels):
+        stem = labels[k].removesuffix("_x")
+        vector = labels[k : k + 3] == [f"{stem}_{c}" for c in "xyz"]
+        found.append((stem, slice(k, k + (3 if vector else 1))))
+        k = found[-1][1].stop
+    return found
 
 
 def _panel(view: View, title: str, values: np.ndarray, unit: str) -> Panel:
