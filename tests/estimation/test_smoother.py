@@ -233,6 +233,12 @@ def test_a_result_from_a_file_is_smoothed_to_the_same_bits(tmp_path):
     assert smoothed(torquer.load(tmp_path / "result.nc")).identical(smoothed(result))
 
 
+def test_a_run_that_was_interrupted_is_smoothed_to_the_same_bits():
+    whole = simulate(scenario(duration_s=120.0))
+    parts = torquer.resume(simulate(scenario(duration_s=120.0), until_s=47.0))
+    assert smoothed(parts).identical(smoothed(whole))
+
+
 def test_what_cannot_be_smoothed_is_refused():
     plain = scenario(duration_s=60.0)
     without = simulate(plain.replace("simulation.record_inputs", False))
