@@ -44,6 +44,8 @@ from torquer.spacecraft.rotors import axis_of
 
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
+#: Arrays of `FilterRuns` over runs and instants.
+_OVER_RUNS = ("errors", "covariance", "refused", "starts", "why_not_started")
 #: Share of the instants at which the mean over the runs must be in its band: elsewhere errors that
 #: are too large at times and too small at others would make up for each other.
 _LEAST_INSIDE = 0.5
@@ -179,8 +181,8 @@ def _drifted(scenario: Scenario, t_s: np.ndarray) -> np.ndarray:
 class FilterCheck(NamedTuple):
     """A filter evaluated over many runs.
 
-    `drawn`: what each run draws; `flown`: at about 200 instants; `closely`: a few runs at every
-    control step, with the accuracy `expected` by linear covariance along their motions.
+    `drawn`: what each run draws; `flown`: at about 200 instants; `closely`: the first few runs at
+    every control step, with the accuracy `expected` by linear covariance along their motions.
     """
 
     scenario: Scenario
@@ -220,23 +222,55 @@ def check_filter(
     instants. Readings rejected in a run: no more than by chance and five sigma. `progress` is
     called with the fraction done, 0..1.
     """
-    done, total = 0, runs + min(runs, _CLOSELY)
+    done, few = 0, min(runs, _CLOSELY)
 
     def one_more() -> None:
         nonlocal done
         done += 1
         if progress:
-            progress(done / total)
+            progress(done / runs)
 
-    record = scenario.replace(*_record(scenario))
-    flown = fly_filter(members_of(record, runs, start), one_more)
     every = scenario.replace("simulation.record_s", finest_record_s(scenario))
-    closely = fly_filter(members_of(every, min(runs, _CLOSELY), start), one_more)
+    closely = fly_filter(members_of(every, few, start), one_more)
+    coarse = scenario.replace(*_record(scenario))
+    others = [*members_of(coarse, runs, start)][few:]
+    flown = _at(closely, control_rows(coarse) * coarse.simulation.record_s)
+    if others:
+        flown = _together(flown, fly_filter(others, one_more))
     checks = [*_checks_of_errors(flown), *_checks_of_whiteness(closely)]
     if flown.started.any():
         checks.append(_check_of_rejected(flown, rejected_by_chance(scenario, closely)))
     drawn, expected = drawn_of(scenario, start), _expected(scenario, closely.motions)
     return FilterCheck(scenario, runs, drawn, checks, flown, closely, expected)
+
+
+def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
+    """The same runs at some of their instants."""
+    rows = np.searchsorted(runs.t_s, t_s - 1e-6)
+    motions = [Motion(*(part[rows] for part in motion)) for motion in runs.motions]
+    return runs._replace(
+        t_s=runs.t_s[rows],
+        innovations={sensor: each[:, rows] for sensor, each in runs.innovations.items()},
+        motions=motions,
+        **{name: getattr(runs, name)[:, rows] for name in _OVER_RUNS},
+    )
+
+
+def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
+    """Runs at the same instants, as one."""
+
+    def joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.concatenate([one, other])
+
+    innovations = {
+        sensor: joined(each, others.innovations[sensor])
+        for sensor, each in some.innovations.items()
+    }
+    return some._replace(
+        innovations=innovations,
+        motions=some.motions + others.motions,
+        **{name: joined(getattr(some, name), getattr(others, name)) for name in _OVER_RUNS},
+    )
 
 
 def _expected(scenario: Scenario, motions: list[Motion]) -> Expected:
