@@ -9,6 +9,7 @@ from law_cases import by_hand, compiled, inputs
 
 import torquer
 from torquer.compile import engine
+from torquer.compile.block import Axis
 from torquer.control.law import Law
 
 ROW = inputs(2.0, b=(1.0, 2.0, 3.0))
@@ -90,7 +91,7 @@ def test_places_in_arrays_are_those_of_the_names():
     assert named.pack().tolist() == [2.0, 0.0, 0.6, 0.8, 3.0, 1.0, 0.0, -1.0]
     assert named.places() == {"gain": (0, 1), "axis": (1, 3), "inner": (4, 4)}
     assert named.first_memory().tolist() == [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
-    assert named.logged() == {"calls": (0, 1, "1"), "field": (5, 1, "T")}
+    assert named.logged() == {"calls": (0, (), "1", ()), "field": (5, (), "T", ())}
     assert named.record_from(named.pack()) == named.parameters
     record = named.record_of(np.arange(6.0))
     assert (record.calls, record.flag, record.field) == (0.0, 4.0, 5.0)
@@ -240,3 +241,35 @@ def test_what_a_law_logs_is_in_the_result(make, plain):
     assert result["law.field"].attrs["units"] == "T"
     # at the end of a run the computer is not asked any more
     assert result["law.calls"].values.tolist() == [2.0 + t for t in range(0, 60, 10)] + [61.0]
+
+
+def logs_matrices(inputs, parameters, memory):
+    memory.four[3] = inputs.t_s
+    memory.square[0][1] = -inputs.t_s
+    memory.labelled[1] = 2.0 * inputs.t_s
+    return (0.0, 0.0, 0.0)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_vectors_and_matrices_in_a_log_keep_their_shape(make, tmp_path):
+    """Components with names have a coordinate of names and one of units, and survive a file and a
+    resumed run."""
+    law = Law(
+        "logs",
+        logs_matrices,
+        (),
+        {"four": (0.0,) * 4, "square": ((0.0, 0.0), (0.0, 0.0)), "labelled": (0.0, 0.0)},
+        {"four": "T", "square": "1", "labelled": (Axis("part", ("left", "right"), ("m", "s")),)},
+        compiled=False,
+    )
+    scenario = make({"simulation.duration_s": 60.0})
+    result = torquer.simulate(scenario, law=law)
+    assert result["law.four"].dims == ("time", "law.four_0")
+    assert result["law.square"].dims == ("time", "law.square_0", "law.square_1")
+    assert result["law.square"].values[1].tolist() == [[0.0, -10.0], [0.0, 0.0]]
+    assert result["law.labelled"].sel({"law.part": "right"}).values[:2].tolist() == [0.0, 20.0]
+    assert result["law.part_units"].values.tolist() == ["m", "s"]
+    torquer.save(result, tmp_path / "result.nc")
+    assert torquer.load(tmp_path / "result.nc").identical(result)
+    stopped = torquer.simulate(scenario, law=law, until_s=35.0)
+    assert torquer.resume(stopped, law=law)["law.square"].identical(result["law.square"])

@@ -14,6 +14,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
+from torquer.analysis.filter_check import drawn_in_words
+from torquer.analysis.smoothing import accuracy_of
 from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -121,6 +123,31 @@ def test_steps_tutorial_prints_what_it_shows(monkeypatch):
     for line in re.search(r"```\n(Integration error.*?)```", text, re.S)[1].splitlines():
         label, value, unit = re.fullmatch(r"(.*?)  +(\S+) (\S+)", line).groups()
         assert rows[label] == f"{value} {unit}"
+
+
+@needs_jit
+def test_the_filter_tutorial_prints_what_it_shows(monkeypatch):
+    text = (ROOT / "docs/tutorials/filter-check.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names := {})
+    assert printed.getvalue() == shown
+    drawn = drawn_in_words(names["found"])
+    assert f"each run draws {drawn}\n" in text
+
+
+@needs_jit
+def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
+    text = (ROOT / "docs/tutorials/smoothing.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, names := {})
+    assert printed.getvalue() == shown
+    _, *numbers = accuracy_of(names["result"], names["smoothed"])
+    told = re.findall(r"(\S+) deg", re.search(r"```\n(which_sensors.*?)```", text, re.S)[1])
+    assert told == [f"{number:.3g}" for number in numbers]
 
 
 SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")

@@ -106,6 +106,26 @@ NAMES = (
 for name in NAMES:
     found[name] = result[name].values.ravel().tolist()
 found["coils"] = [float(result["coil_energy"]), float(result["peak_coil_dipole"])]
+NOISE = {"magnetometer_noise_nt": 500.0, "sun_noise_deg": 15.0}
+FILTERS = {
+    "kalman_gyro": {
+        "angle_random_walk_deg_sqrt_s": 0.01,
+        "rate_random_walk_deg_s_sqrt_s": 1e-3,
+        "gyro_bias_sigma_deg_s": 0.05,
+    },
+    "kalman_dynamics": {
+        "inertia_kg_m2": body.inertia_kg_m2,
+        "torque_noise_n_m_sqrt_s": 1e-2,
+        "rate_sigma_deg_s": 3.0,
+    },
+}
+for kind, keys in FILTERS.items():
+    filtered = scenario.replace("control.estimator", {"kind": kind, **NOISE, **keys})
+    smoothed = torquer.smoothed(
+        torquer.simulate(filtered.replace("simulation.record_inputs", True))
+    )
+    for name in ("q_smoothed", "states_smoothed", "covariance_smoothed"):
+        found[f"{kind} {name}"] = smoothed[name].values.ravel().tolist()
 """
 
 
@@ -136,5 +156,6 @@ def test_plain_python_gives_the_numbers_of_compiled_code():
     assert compiled.keys() == plain.keys()
     assert max(np.abs(compiled["dipole_body"])) > 0.1  # the coils were driven
     assert np.ptp(np.abs(compiled["sun_measured"])) > 0.1  # the Sun was seen
+    assert np.isfinite(compiled["kalman_dynamics q_smoothed"]).all()
     for name, values in compiled.items():
         assert np.array_equal(plain[name], values), name

@@ -16,6 +16,7 @@ from torquer.version import VERSION
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from torquer.analysis.derived import derived_of as derived_of
+    from torquer.analysis.smoothing import smoothed as smoothed
     from torquer.analysis.summary import summary_of as summary_of
     from torquer.analysis.together import concat as concat, run_of as run_of
     from torquer.campaign.fly import fly_campaign as fly_campaign

@@ -2,8 +2,10 @@
 
 import json
 
+import numpy as np
 import pytest
 
+import torquer
 from torquer.compile import engine
 
 FILTER = """
@@ -45,10 +47,14 @@ def test_an_honest_filter_passes_and_another_fails(call, with_filter):
     code, out, _ = call("filter-check", with_filter(), "--runs", "20")
     assert code == 0 and out.splitlines()[-1] == "consistent"
     assert "ok   NEES of the attitude: " in out and "FAIL" not in out
+    drawn = "each run draws noise, gyro bias (0.05 deg/s), any attitude, rate (0.0627 deg/s)"
+    assert out.splitlines()[1] == drawn
+    assert "ok   readings rejected in a run: " in out and "; restarts: none" in out
     path = with_filter("magnetometer_noise_nt = 20", "magnetometer_noise_nt = 200")
     code, out, _ = call("filter-check", path, "--runs", "20", "--json")
     found = json.loads(out)
-    assert code == 1 and not found["consistent"]
+    assert code == 1 and not found["consistent"] and found["verdict"] != "consistent"
+    assert found["drawn"]["rate"]["unit"] == "deg/s" and found["runs_never_started"] == 0
     failed = {check["name"] for check in found["checks"] if not check["passed"]}
     assert "NIS of the magnetometer" in failed
 
@@ -58,6 +64,10 @@ def test_mistakes_are_told(call, scenario, with_filter):
     assert code == 2 and "control.estimator.kind: must be one of kalman_gyro" in err
     code, _, err = call("filter-check", with_filter(), "--runs", "1")
     assert code == 2 and "--runs: must be 2 or more; received 1" in err
+    for value, received in (("-1", "-1"), ("nan", "nan")):
+        code, _, err = call("filter-check", with_filter(), f"--attitude-sigma-deg={value}")
+        must = f"--attitude-sigma-deg: must be 0 or more; received {received}"
+        assert code == 2 and must in err
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -88,5 +98,68 @@ def test_what_to_expect_is_told_for_the_filter_and_its_parts(call, with_filter, 
 
 
 def test_runs_and_expectation_exclude_each_other(call, with_filter):
-    code, _, err = call("filter-check", with_filter(), "--expected", "--runs", "5")
-    assert code == 2 and "--runs: must be left out with --expected; received 5" in err
+    for option in ("--runs", "--rate-sigma-deg-s"):
+        code, _, err = call("filter-check", with_filter(), "--expected", option, "5")
+        assert code == 2 and f"{option}: must be left out with --expected; received 5" in err
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_filter_that_never_starts_is_told_in_words(call, with_filter, tmp_path):
+    """With the reason, and without a number that is none; in words, as JSON and on the page."""
+    path = with_filter("magnetometer_noise_nt = 20\n", 'sensors = ["sun"]\n')
+    out = tmp_path / "checked"
+    code, said, _ = call("filter-check", path, "--runs", "3", "--out", out)
+    why = "without a magnetometer it must be handed an attitude by another estimator"
+    assert code == 1 and "nan" not in said
+    assert said.splitlines()[-2] == f"never started: {why}"
+    assert not any(line.startswith(("ok ", "FAIL")) for line in said.splitlines())
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Never started" in page and "nan" not in page.replace("nano", "")
+    code, said, _ = call("filter-check", path, "--runs", "3", "--json")
+    found = json.loads(said)
+    assert code == 1 and found["verdict"] == "never started" and found["error_deg"] is None
+    assert found["runs_never_started"] == 3 and found["verdict_text"].endswith(why)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_start_as_stated_and_what_is_rejected(call, with_filter):
+    """A field 30 sigma off, from a bias that is no state: readings rejected, restarts."""
+    path = with_filter(
+        "noise_nt = 20\n[initial]", "noise_nt = 20\nbias_nt = [900, 0, 0]\n[initial]"
+    )
+    same = ("--attitude-sigma-deg", "0", "--rate-sigma-deg-s", "0")
+    code, said, _ = call("filter-check", path, "--runs", "4", *same, "--json")
+    found = json.loads(said)
+    assert code == 1 and set(found["drawn"]) == {"gyro bias", "magnetometer bias"}
+    assert found["drawn"]["magnetometer bias"]["sigma"] == pytest.approx(900.0 / 3.0**0.5)
+    assert found["verdict"] == "optimistic" and found["rejected_mean"] > 20.0
+    assert found["restarted_runs"] > 0 and found["rejected_by_chance"] < 0.01
+
+
+SMOOTHED = "record_s = 1.0\nrecord_inputs = true"
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_a_run_is_smoothed_into_its_folder(call, with_filter, tmp_path):
+    path, out = with_filter("record_s = 5.0", SMOOTHED), tmp_path / "flown"
+    call("run", path, "--out", out, "--no-report")
+    code, said, _ = call("smooth", out)
+    assert code == 0 and said.splitlines()[-1] == f"{out}: smoothed.nc, smoothed.png"
+    found = torquer.load(out / "smoothed.nc")
+    assert np.isfinite(found["q_smoothed"].values).all()
+    assert (out / "smoothed.png").stat().st_size > 10_000
+    elsewhere = tmp_path / "elsewhere"
+    code, said, _ = call("smooth", out / "result.nc", "--json", "--out", elsewhere)
+    accuracy = json.loads(said)
+    assert code == 0 and accuracy["smoothed_deg"] < accuracy["filter_deg"]
+    assert sorted(each.name for each in elsewhere.iterdir()) == ["smoothed.nc", "smoothed.png"]
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+def test_what_cannot_be_smoothed_is_told(call, with_filter, tmp_path):
+    code, _, err = call("smooth", tmp_path / "nothing")
+    assert code == 2 and "RESULT: must be folders of runs, or result.nc" in err
+    out = tmp_path / "flown"
+    call("run", with_filter(), "--out", out, "--no-report")
+    code, _, err = call("smooth", out)
+    assert code == 2 and "simulation.record_inputs: must be true in a run that is to be" in err

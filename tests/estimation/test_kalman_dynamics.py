@@ -43,8 +43,7 @@ def test_estimates_are_those_of_the_twin():
     found = simulate(
         scenario(DYNAMICS | {"record_covariance": True}, record_s=1.0, duration_s=300.0)
     )
-    cells = [found[f"estimator.covariance_{k}"].values for k in range(36)]
-    covariance = np.stack(cells, axis=1).reshape(-1, 6, 6)
+    covariance = found["estimator.covariance"].values
     inertia = np.array(DYNAMICS["inertia_kg_m2"])
     q, omega = (found[f"{name}_estimated"].values for name in ("q", "omega"))
     twin = DynamicsTwin(q[0], omega[0], covariance[0], inertia, 1e-6)
@@ -93,7 +92,8 @@ def test_the_residual_dipole_is_found():
     estimator = DYNAMICS | DIPOLE_AND_BIAS | {"record_covariance": True}
     coils = {"limit_a_m2": 3.2, "residual_dipole_a_m2": [0.03, -0.05, 0.04]}
     result = simulate(scenario(estimator, {"coils": coils}, duration_s=6000.0))
-    found = [result[f"estimator.states_{k}"].values[-2] for k in (3, 4, 5)]
+    names = {"estimator.state": [f"residual_dipole_{c}" for c in "xyz"]}
+    found = result["estimator.states"].sel(names).values[-2]
     assert found == pytest.approx([0.03, -0.05, 0.04], abs=0.01)
 
 

@@ -42,8 +42,7 @@ def test_estimates_are_those_of_the_twin():
     """To 1e-4 sigma, in light and shadow; the twin takes whole vectors in Joseph's form."""
     estimator = GYRO | {"record_covariance": True}
     found = simulate(scenario(estimator, record_s=1.0, duration_s=2400.0))
-    cells = [found[f"estimator.covariance_{k}"].values for k in range(36)]
-    covariance = np.stack(cells, axis=1).reshape(-1, 6, 6)
+    covariance = found["estimator.covariance"].values
     first = covariance[0].copy()
     bias = found["gyro_bias_estimated"].values[0]
     twin = GyroTwin(
@@ -226,7 +225,7 @@ def error_after(estimator, wrong_deg, duration_s):
             known[f"estimate_omega_{c}"] = 0.0
         known["estimate_s"], known["sigma_rad"] = -0.5, np.radians(wrong_deg) / math.sqrt(3.0)
         run.advance_to(run.steps)
-        last, row = run.rows().estimate[-1], run.rows().rows[-1]
+        last, row = run.rows().known[-1], run.rows().rows[-1]
         q, found = ([x[f"{p}_{c}"] for c in "xyzw"] for x, p in ((row, "q"), (last, "estimate_q")))
         errors.append(np.degrees(angle_between(np.array(q), np.array(found))))
     return np.array(errors)

@@ -10,6 +10,7 @@ from torquer.geometry.attitudes import (
     dcm_body_to_reference,
     interpolated,
     inverse,
+    rotation_vector,
     to_body,
     to_reference,
 )
@@ -69,3 +70,14 @@ def test_interpolation_passes_through_the_given_attitudes():
     q, _ = drawn(5, 4)
     apart = np.abs(np.sum(interpolated(t, q, t) * q, axis=1))
     assert apart == pytest.approx(np.ones(4), abs=1e-15)
+
+
+def test_rotation_vectors_are_scipys():
+    """Of any rotations, of tiny ones and of none, whatever the signs of the quaternions."""
+    rng = np.random.default_rng(3)
+    p, q = Rotation.random(200, random_state=1), Rotation.random(200, random_state=2)
+    tiny = Rotation.from_rotvec(1e-9 * rng.normal(size=(200, 3)))
+    for other in (q, p * tiny, p):
+        sign = rng.choice([-1.0, 1.0], size=(200, 1))
+        found = rotation_vector(p.as_quat(), sign * other.as_quat())
+        assert found == pytest.approx((p.inv() * other).as_rotvec(), rel=1e-9, abs=1e-15)

@@ -9,7 +9,9 @@ import xml.etree.ElementTree as ElementTree
 import matplotlib.image
 import numpy as np
 import pytest
+from filter_cases import GYRO, SCENARIO
 
+from torquer import simulate
 from torquer.analysis.modes import RegionRecord, regions_of, state_uses
 from torquer.analysis.summary import summary_of
 from torquer.control.modes.diagram import svg
@@ -23,6 +25,7 @@ from torquer.report.flight.png import draw_picture
 from torquer.report.flight.setting import setting
 from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
+from torquer.scenario.load import scenario_from_data
 from torquer.simulation.results.dataset import scenario_of
 
 
@@ -189,3 +192,20 @@ def test_faults_of_the_table_are_notes(switched, view):
     trapped = view_of(switched.assign_attrs(scenario=json.dumps(data)))
     (note,) = (note for note in notes(trapped) if note.startswith("modes: "))
     assert note == "modes: task.safe: nothing leads out; declare it final = true if it is meant so"
+
+
+def test_states_and_their_deviations_have_panels_of_one_unit_each():
+    """A covariance is shown by the standard deviations of what belongs together."""
+    estimator = GYRO | {"record_covariance": True, "magnetometer_bias_sigma_nt": 300.0}
+    data = {**SCENARIO, "control": {"law": {"kind": "off"}, "estimator": estimator}}
+    result = simulate(scenario_from_data(data).replace("simulation.duration_s", 60.0))
+    (picture,) = [each for each in drawn.pictures(view_of(result)) if each.name == "logs"]
+    shown = {panel.title: panel for panel in picture.panels}
+    assert [title for title in shown if "states" in title] == [
+        "estimator.states, gyro_bias", "estimator.states, magnetometer_bias",
+    ]  # fmt: skip
+    sigma = shown["estimator.covariance, standard deviation, attitude"]
+    assert [line.label for line in sigma.lines] == ["x", "y", "z"] and "rad]" in sigma.y_label
+    variance = result["estimator.covariance"].values[3, 1, 1]
+    factor = {"[rad]": 1.0, "[mrad]": 1e3}[sigma.y_label]
+    assert sigma.lines[1].series.y[3] == pytest.approx(factor * np.sqrt(variance))

@@ -3,6 +3,8 @@
 import numpy as np
 
 from torquer.scenario.spec import Scenario
+from torquer.simulation.prepare import timetable_for
+from torquer.simulation.timetable import CONTROL
 
 
 def fresh_rows(scenario: Scenario, t_s) -> np.ndarray:
@@ -36,6 +38,18 @@ def control_times(scenario: Scenario) -> np.ndarray:
     first = np.arange(0, scenario.steps() + 1, cycle)
     steps = np.sort(np.add.outer(first, within).ravel())
     return steps[steps <= scenario.steps()] * step_s
+
+
+def control_steps(scenario: Scenario, until_s: float) -> np.ndarray:
+    """Numbers (k,) of the steps of the time grid at which the computer works, up to a time [s].
+
+    Also those while the coils act, which `control_times` leaves out.
+    """
+    table = timetable_for(scenario, frozenset())
+    within = table.rows["step"][table.rows["actions"] & CONTROL > 0]
+    last = round(until_s / scenario.grid_s)
+    steps = np.add.outer(np.arange(0, last + 1, table.cycle_steps), within).ravel()
+    return steps[steps <= last]
 
 
 def _phase(scenario: Scenario, t_s) -> np.ndarray:

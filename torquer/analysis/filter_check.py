@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from torquer.analysis.control_cycle import control_times
+from torquer.analysis.filter_members import Drawn, Start, drawn_of, members_of
 from torquer.analysis.filter_statistics import (
     FilterRuns,
     autocorrelation,
@@ -17,67 +17,60 @@ from torquer.analysis.filter_statistics import (
     nees,
     nis,
 )
+from torquer.analysis.filter_verdict import (
+    OF_ERRORS,
+    REJECTED,
+    WHY_NOT_STARTED,
+    Check,
+    Verdict,
+    verdict_of,
+)
 from torquer.analysis.linear_covariance import (
     Expected,
     Motion,
     expected_accuracy,
     kalman_filter,
 )
+from torquer.geometry.attitudes import rotation_vector
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.gyro_drift import fill_drift
+from torquer.simulation.members import RUNNING
 from torquer.simulation.prepare import log_of
-from torquer.simulation.run import Run, prepare
-from torquer.spacecraft.gyro import GyroSet
+from torquer.simulation.run import Run, prepare, reason
+from torquer.simulation.state import Record
+from torquer.spacecraft.coils import NO_COILS
 from torquer.spacecraft.rotors import axis_of
 
-_ESTIMATOR = "control.estimator"
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
-
-
-def members_of(scenario: Scenario, runs: int) -> Iterator[Scenario]:
-    """The scenario with other random numbers in each run, and other biases where they are states.
-
-    The biases are drawn from the filter's initial covariance. ValueError for an estimator other
-    than a Kalman filter.
-    """
-    spec = kalman_filter(scenario)
-    scenario = scenario.replace(f"{_ESTIMATOR}.record_covariance", True)
-    drawn = {
-        "spacecraft.gyro.bias_deg_s": getattr(spec, "gyro_bias_sigma_deg_s", None),
-        "spacecraft.magnetometer.bias_nt": getattr(spec, "magnetometer_bias_sigma_nt", None),
-        "spacecraft.coils.residual_dipole_a_m2": getattr(spec, "dipole_sigma_a_m2", None),
-    }
-    for number in range(runs):
-        rng = np.random.default_rng([scenario.seed, number])
-        member = scenario.replace("seed", int(rng.integers(2**62)))
-        for key, sigma in drawn.items():
-            if sigma is not None:
-                member = member.replace(key, [float(x) for x in sigma * rng.normal(size=3)])
-        yield member
+#: Arrays of `FilterRuns` over runs and instants.
+_OVER_RUNS = ("errors", "covariance", "refused", "starts", "why_not_started")
+#: Share of the instants at which the mean over the runs must be in its band: elsewhere errors that
+#: are too large at times and too small at others would make up for each other.
+_LEAST_INSIDE = 0.5
 
 
 def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = None) -> FilterRuns:
     """Fly runs with a filter on one orbit; its estimates and the truth.
 
     At the records that fall on control steps: ValueError if not all do (`simulation.record_s` must
-    be a multiple of the control cycle), unless there are some at every control step. `flown` is
-    called after each run.
+    be a multiple of the control cycle), unless there are some at every control step; and for a run
+    that stops early. `flown` is called after each run.
     """
-    piece, found, motion = None, [], None
+    piece, found, motions = None, [], []
     for member in members:
         run = prepare(member, piece=piece)
         piece = piece or run.piece
         rows = control_rows(member)
-        parts = _recorded(run)
-        motion = motion or _motion(run, parts, rows)
-        found.append([part[rows] for part in _flown(run, parts)])
+        recorded = _recorded(run)
+        motions.append(_motion(run, recorded, rows))
+        found.append([part[rows] for part in _flown(run, recorded)])
         if flown:
             flown()
-    errors, covariance, field, sun = (np.stack(part) for part in zip(*found, strict=True))
-    assert motion is not None
-    return FilterRuns(motion.t_s, errors, covariance, {"magnetometer": field, "sun": sun}, motion)
+    errors, covariance, field, sun, refused, starts, why = map(np.stack, zip(*found, strict=True))
+    innovations, t_s = {"magnetometer": field, "sun": sun}, motions[0].t_s
+    return FilterRuns(t_s, errors, covariance, innovations, refused, starts, why, motions)
 
 
 def control_rows(scenario: Scenario) -> np.ndarray:
@@ -101,26 +94,18 @@ def finest_record_s(scenario: Scenario) -> float:
     return common_divisor({"sample_s": control.sample_s, "actuate_s": control.actuate_s})
 
 
-class Recorded(NamedTuple):
-    """The record of a run: rows, wheels, log, estimate; see `Record`."""
-
-    rows: np.ndarray
-    wheels: np.ndarray
-    log: np.ndarray
-    estimate: np.ndarray
-
-
-def _recorded(run: Run) -> Recorded:
-    parts: list = []
+def _recorded(run: Run) -> Record:
+    """The record of a whole run."""
+    parts: list[Record] = []
     run.keep = lambda run: parts.append(run.rows())
-    run.advance_to(run.steps)
+    ended = run.advance_to(run.steps)
+    if ended != RUNNING:
+        raise ValueError(f"seed {run.scenario.seed}: {reason(run, ended)}")
     parts.append(run.rows())
-    return Recorded(
-        *(np.concatenate([getattr(part, name) for part in parts]) for name in Recorded._fields)
-    )
+    return Record(*(np.concatenate(each) for each in zip(*parts, strict=True)))
 
 
-def _motion(run: Run, recorded: Recorded, at: np.ndarray) -> Motion:
+def _motion(run: Run, recorded: Record, at: np.ndarray) -> Motion:
     """The motion that was flown."""
     rows, rotors = recorded.rows[at], run.plan.plant.rotors
     count = len(rotors.rows)
@@ -131,23 +116,23 @@ def _motion(run: Run, recorded: Recorded, at: np.ndarray) -> Motion:
     return Motion(run.scenario.simulation.record_s * at, q, omega, momentum)
 
 
-def _flown(run: Run, recorded: Recorded) -> tuple[np.ndarray, ...]:
-    """Errors, covariance and innovations of a run."""
-    rows, _, log, estimate = recorded
-    logged = _logged(run, log)
-    n = math.isqrt(logged["covariance"].shape[1])
-    own = np.stack([estimate[f"estimate_q_{c}"] for c in "xyzw"], axis=1)
-    true = np.stack([rows[f"q_{c}"] for c in "xyzw"], axis=1)
-    turn, known = np.full((len(rows), 3), np.nan), np.isfinite(own[:, 0])
-    between = Rotation.from_quat(own[known]).inv() * Rotation.from_quat(true[known])
-    turn[known] = between.as_rotvec()
-    truth = _truth(run, rows)
-    _, *states = kalman_filter(run.scenario).initial_variances()
-    others = [truth[name] for name in states]
-    errors = np.hstack([turn, np.hstack(others) - logged["states"]])
-    covariance = logged["covariance"].reshape(-1, n, n)
-    errors[~known], covariance[~known] = np.nan, np.nan
-    return errors, covariance, logged["innovation_magnetometer"], logged["innovation_sun"]
+def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
+    """Errors, covariance, innovations, readings refused, starts, reasons for none, of a run."""
+    rows, known, logged = recorded.rows, recorded.known, _logged(run, recorded.log)
+    spec = kalman_filter(run.scenario)
+    q, true = (np.stack([each[f"{key}_{c}"] for c in "xyzw"], axis=1)
+               for each, key in ((known, "estimate_q"), (rows, "q")))  # fmt: skip
+    t_s = run.scenario.simulation.record_s * np.arange(len(rows))
+    omega = np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1)
+    truth = true_states(run.scenario, t_s, omega)
+    errors = np.hstack([rotation_vector(q, true), truth - logged["states"]])
+    covariance = logged["covariance"].reshape(len(rows), *[3 * len(spec.initial_variances())] * 2)
+    started = np.isfinite(q[:, 0])
+    errors[~started], covariance[~started] = np.nan, np.nan
+    nothing = np.zeros((len(rows), 1))
+    counts = [logged.get(name, nothing)[:, 0] for name in ("refused", "starts", WHY_NOT_STARTED)]
+    innovations = logged["innovation_magnetometer"], logged["innovation_sun"]
+    return errors, covariance, *innovations, *counts
 
 
 def _logged(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
@@ -160,93 +145,146 @@ def _logged(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
     return found
 
 
-def _truth(run: Run, rows: np.ndarray) -> dict[str, np.ndarray]:
-    """True values (samples, 3) of the states that a filter has."""
-    scenario, plant = run.scenario, run.plan.plant
-    spec, count = scenario.control.estimator, len(rows)
-    t_s = scenario.simulation.record_s * np.arange(count)
-    read_s = control_times(scenario)
+def true_states(scenario: Scenario, t_s: np.ndarray, omega: np.ndarray) -> np.ndarray:
+    """True values (k, n - 3) of the states of a scenario's filter beyond the attitude.
+
+    At the times `t_s` (k,), at which the body's rate was `omega` (k, 3).
+    """
+    craft = scenario.spacecraft
+    coils = craft.coils.pack() if craft.coils else NO_COILS
+    constant = {
+        "residual_dipole": coils.residual_a_m2,
+        "magnetometer_bias": craft.magnetometer.pack().bias_t,
+    }
+    found = []
+    for name in [*kalman_filter(scenario).initial_variances()][1:]:
+        if name == "rate":
+            found.append(omega)
+        elif name == "gyro_bias":
+            found.append(_drifted(scenario, t_s))
+        else:
+            found.append(np.tile(constant[name], (len(t_s), 1)))
+    return np.hstack(found)
+
+
+def _drifted(scenario: Scenario, t_s: np.ndarray) -> np.ndarray:
+    """The gyro's bias (k, 3) at its latest readings before the times `t_s`."""
+    gyro, read_s = scenario.spacecraft.gyro.pack(), control_times(scenario)
     if own_s := scenario.spacecraft.gyro.sample_s:
         read_s = np.arange(0.0, t_s[-1] + own_s, own_s)
-    truth = {
-        "gyro_bias": _drifted(plant.gyro, scenario.seed, read_s, t_s),
-        "rate": np.stack([rows[f"omega_{c}"] for c in "xyz"], axis=1),
-    }
-    if getattr(spec, "dipole_sigma_a_m2", None):
-        truth["residual_dipole"] = np.tile(plant.coils.residual_a_m2, (count, 1))
-    if spec.magnetometer_bias_sigma_nt:
-        truth["magnetometer_bias"] = np.tile(plant.magnetometer.bias_t, (count, 1))
-    return truth
-
-
-def _drifted(gyro: GyroSet, seed: int, read_s: np.ndarray, t_s: np.ndarray) -> np.ndarray:
-    """The gyro's bias (samples, 3) at its latest reading of those at times `read_s`."""
     latest = np.searchsorted(read_s, t_s * (1.0 + 1e-12) + 1e-9, side="right") - 1
     out = np.zeros((len(read_s), 3))
-    fill_drift(gyro, seed, read_s, out)
+    fill_drift(gyro, scenario.seed, read_s, out)
     return out[latest] + np.array(gyro.bias_rad_s)
-
-
-class Check(NamedTuple):
-    """A statistic of a filter, and whether it is that of a consistent filter."""
-
-    name: str
-    value: float
-    low: float
-    high: float
-    inside: float
-    passed: bool
 
 
 class FilterCheck(NamedTuple):
     """A filter evaluated over many runs.
 
-    `flown`: at about 200 instants; `closely`: a few runs at every control step, with the accuracy
-    `expected` by linear covariance along the first one's motion.
+    `drawn`: what each run draws; `flown`: at about 200 instants; `closely`: the first few runs at
+    every control step, with the accuracy `expected` by linear covariance along their motions.
     """
 
     scenario: Scenario
     runs: int
+    drawn: list[Drawn]
     checks: list[Check]
     flown: FilterRuns
     closely: FilterRuns
     expected: Expected
 
     @property
+    def verdict(self) -> Verdict:
+        """What the statistics mean."""
+        return verdict_of(kalman_filter(self.scenario), self.flown, self.checks)
+
+    @property
     def consistent(self) -> bool:
-        """Whether all statistics are those of a consistent filter."""
-        return all(check.passed for check in self.checks)
+        """Whether the filter knows the attitude as well as it states, in every run."""
+        return self.verdict.word == "consistent"
 
 
 def check_filter(
-    scenario: Scenario, runs: int = 200, progress: Callable[[float], None] | None = None
+    scenario: Scenario,
+    runs: int = 200,
+    progress: Callable[[float], None] | None = None,
+    start: Start = Start(),  # noqa: B008  a tuple
 ) -> FilterCheck:
     """Statistics of a scenario's filter over runs.
+
+    Each run draws noise, initial attitude and rate (see `Start`), and the errors of the sensors
+    (`torquer.analysis.filter_members.drawn_of`).
 
     Checks errors (NEES) of the attitude and of all states, and innovations (NIS) of each sensor,
     per degree of freedom: mean over runs and instants, its 95 % band at one instant, share of the
     instants inside it; and the correlation of innovations one reading apart, against five sigma
-    of white noise. `progress` is called with the fraction done, 0..1.
+    of white noise. A mean inside its band does not pass if that is so at less than half of the
+    instants. Readings rejected in a run: no more than by chance and five sigma. `progress` is
+    called with the fraction done, 0..1.
     """
-    done, total = 0, runs + min(runs, _CLOSELY)
+    done, few = 0, min(runs, _CLOSELY)
 
     def one_more() -> None:
         nonlocal done
         done += 1
         if progress:
-            progress(done / total)
+            progress(done / runs)
 
-    flown = fly_filter(members_of(scenario.replace(*_record(scenario)), runs), one_more)
     every = scenario.replace("simulation.record_s", finest_record_s(scenario))
-    closely = fly_filter(members_of(every, min(runs, _CLOSELY)), one_more)
+    closely = fly_filter(members_of(every, few, start), one_more)
+    coarse = scenario.replace(*_record(scenario))
+    others = [*members_of(coarse, runs, start)][few:]
+    flown = _at(closely, control_rows(coarse) * coarse.simulation.record_s)
+    if others:
+        flown = _together(flown, fly_filter(others, one_more))
     checks = [*_checks_of_errors(flown), *_checks_of_whiteness(closely)]
-    expected = expected_accuracy(scenario, closely.motion)
-    return FilterCheck(scenario, runs, checks, flown, closely, expected)
+    if flown.started.any():
+        checks.append(_check_of_rejected(flown, rejected_by_chance(scenario, closely)))
+    drawn, expected = drawn_of(scenario, start), _expected(scenario, closely.motions)
+    return FilterCheck(scenario, runs, drawn, checks, flown, closely, expected)
+
+
+def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
+    """The same runs at some of their instants."""
+    rows = np.searchsorted(runs.t_s, t_s - 1e-6)
+    motions = [Motion(*(part[rows] for part in motion)) for motion in runs.motions]
+    return runs._replace(
+        t_s=runs.t_s[rows],
+        innovations={sensor: each[:, rows] for sensor, each in runs.innovations.items()},
+        motions=motions,
+        **{name: getattr(runs, name)[:, rows] for name in _OVER_RUNS},
+    )
+
+
+def _together(some: FilterRuns, others: FilterRuns) -> FilterRuns:
+    """Runs at the same instants, as one."""
+
+    def joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        return np.concatenate([one, other])
+
+    innovations = {
+        sensor: joined(each, others.innovations[sensor])
+        for sensor, each in some.innovations.items()
+    }
+    return some._replace(
+        innovations=innovations,
+        motions=some.motions + others.motions,
+        **{name: joined(getattr(some, name), getattr(others, name)) for name in _OVER_RUNS},
+    )
+
+
+def _expected(scenario: Scenario, motions: list[Motion]) -> Expected:
+    """Expected accuracy along several motions: mean covariance, and whether most see the Sun."""
+    each = [expected_accuracy(scenario, motion) for motion in motions]
+    covariance = np.mean([one.covariance for one in each], axis=0)
+    seen = np.mean([one.sun_seen for one in each], axis=0) > 0.5
+    return Expected(each[0].t_s, covariance, seen)
 
 
 def _checks_of_errors(flown: FilterRuns) -> Iterator[Check]:
-    n = flown.errors.shape[-1]
-    for name, states in {"NEES of the attitude": 3, "NEES of all states": n}.items():
+    if not flown.started.any():
+        return
+    for name, states in zip(OF_ERRORS, (3, flown.errors.shape[-1]), strict=True):
         yield _check(name, nees(flown, states), states)
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
@@ -262,29 +300,84 @@ def _checks_of_whiteness(closely: FilterRuns) -> Iterator[Check]:
             yield Check(name, value, -5.0 * sigma, 5.0 * sigma, math.nan, passed)
 
 
+def rejected_by_chance(scenario: Scenario, closely: FilterRuns) -> float:
+    """Number of readings in a run that a sound filter rejects by its gate."""
+    readings = sum(np.isfinite(each[..., 0]).sum() for each in closely.innovations.values())
+    return float(kalman_filter(scenario).gate * readings / len(closely.errors))
+
+
+def _check_of_rejected(flown: FilterRuns, by_chance: float) -> Check:
+    runs, rejected = len(flown.errors), float(flown.refused[:, -1].mean())
+    most = by_chance + 5.0 * (math.sqrt(by_chance * runs) + 1.0) / runs  # few are not normal
+    return Check(REJECTED, rejected, 0.0, most, math.nan, rejected <= most)
+
+
 def as_plain(found: FilterCheck) -> dict:
     """A check as plain data.
 
+    `rejected_mean`, `rejected_most`: readings rejected in a run; `rejected_by_chance`: as many as
+    a sound filter rejects by its `gate`. `restarted_runs`, `restarts_most`: runs in which the
+    filter started again, and how often at most.
+
     Attitude errors about each axis without the first tenth of the time: `error_deg`, root mean
     square over the runs; `sigma_deg`: as the filter stated; `expected_deg`: by linear covariance.
-    `error_95_deg`: 95th percentile of the total error.
+    `error_95_deg`: 95th percentile of the total error. NaN if the filter never started.
     """
-    flown, expected = found.flown, found.expected
-    later = flown.t_s >= 0.1 * flown.t_s[-1]
-    error = np.degrees(np.linalg.norm(flown.errors[:, later, :3], axis=2))
-    sigma = np.einsum("rkii->rk", flown.covariance[:, later, :3, :3]) / 3.0
-    linear = np.interp(flown.t_s[later], expected.t_s, expected.attitude_sigma_rad**2)
+    flown, (word, text) = found.flown, found.verdict
+    restarts = np.maximum(flown.starts[:, -1] - 1.0, 0.0)
     return {
         "scenario": found.scenario.name,
         "estimator": found.scenario.control.estimator.kind,
         "runs": found.runs,
+        "drawn": {each.name: {"sigma": each.sigma, "unit": each.unit} for each in found.drawn},
         "checks": [check._asdict() for check in found.checks],
+        "verdict": word,
+        "verdict_text": text,
         "consistent": found.consistent,
-        "error_deg": float(np.sqrt(np.nanmean(error**2) / 3.0)),
-        "error_95_deg": float(np.nanquantile(error, 0.95)),
-        "sigma_deg": float(np.degrees(np.sqrt(np.nanmean(sigma)))),
-        "expected_deg": float(np.degrees(np.sqrt(np.mean(linear)))),
+        "runs_never_started": int(np.count_nonzero(~flown.started)),
+        "rejected_mean": float(flown.refused[:, -1].mean()),
+        "rejected_most": int(flown.refused[:, -1].max()),
+        "rejected_by_chance": rejected_by_chance(found.scenario, found.closely),
+        "restarted_runs": int(np.count_nonzero(restarts)),
+        "restarts_most": int(restarts.max()),
+        **_accuracy(flown, found.expected),
     }
+
+
+def drawn_in_words(found: FilterCheck) -> str:
+    """What each run draws."""
+    return ", ".join(["noise", *(each.in_words for each in found.drawn)])
+
+
+def rejected_in_words(plain: dict) -> str:
+    """Readings rejected, of a check as plain data."""
+    return (
+        f"{plain['rejected_mean']:.3g} in a run, at most {plain['rejected_most']} "
+        f"({plain['rejected_by_chance']:.2g} by chance)"
+    )
+
+
+def restarts_in_words(plain: dict) -> str:
+    """Restarts of the filter, of a check as plain data."""
+    if not plain["restarted_runs"]:
+        return "none"
+    return f"in {plain['restarted_runs']} of {plain['runs']} runs, at most {plain['restarts_most']}"
+
+
+def _accuracy(flown: FilterRuns, expected: Expected) -> dict[str, float]:
+    """Errors of the attitude, as stated and as expected, for `as_plain`."""
+    keys = ("error_deg", "error_95_deg", "sigma_deg", "expected_deg")
+    if not flown.started.any():
+        return dict.fromkeys(keys, math.nan)
+    later = flown.t_s >= 0.1 * flown.t_s[-1]
+    error = np.degrees(np.linalg.norm(flown.errors[:, later, :3], axis=2))
+    sigma = np.einsum("rkii->rk", flown.covariance[:, later, :3, :3]) / 3.0
+    linear = np.interp(flown.t_s[later], expected.t_s, expected.attitude_sigma_rad**2)
+    values = (
+        np.sqrt(np.nanmean(error**2) / 3.0), np.nanquantile(error, 0.95),
+        np.degrees(np.sqrt(np.nanmean(sigma))), np.degrees(np.sqrt(np.mean(linear))),
+    )  # fmt: skip
+    return dict(zip(keys, map(float, values), strict=True))
 
 
 def _record(scenario: Scenario) -> tuple[str, float]:
@@ -296,4 +389,5 @@ def _record(scenario: Scenario) -> tuple[str, float]:
 
 def _check(name: str, values: np.ndarray, freedoms: int) -> Check:
     found = consistency(values, freedoms)
-    return Check(name, found.overall, found.low, found.high, found.inside, found.consistent)
+    passed = found.consistent and found.inside >= _LEAST_INSIDE
+    return Check(name, found.overall, found.low, found.high, found.inside, passed)

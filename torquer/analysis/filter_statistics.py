@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri  # scipy.stats takes half a second of importing
 
 from torquer.analysis.linear_covariance import Motion
 
@@ -23,15 +23,25 @@ class FilterRuns(NamedTuple):
 
     `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
     other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
-    (runs, samples, 3): whitened, NaN where there was no reading or no such component. `motion`: of
-    the first run, at the same instants.
+    (runs, samples, 3): whitened, NaN where there was no reading or no such component. `refused`,
+    `starts` (runs, samples): readings rejected and starts so far; `why_not_started` (runs,
+    samples): the filter's number for the reason, 0 for none. `motions`: of each run, at the same
+    instants.
     """
 
     t_s: np.ndarray
     errors: np.ndarray
     covariance: np.ndarray
     innovations: dict[str, np.ndarray]
-    motion: Motion
+    refused: np.ndarray
+    starts: np.ndarray
+    why_not_started: np.ndarray
+    motions: list[Motion]
+
+    @property
+    def started(self) -> np.ndarray:
+        """Whether the filter had an estimate at some instant (runs,)."""
+        return np.isfinite(self.errors[..., 0]).any(axis=1)
 
 
 class Consistency(NamedTuple):
@@ -81,16 +91,23 @@ def consistency(values: np.ndarray, freedoms: int, probability: float = 0.95) ->
     """
     there = np.isfinite(values).sum(axis=0)
     used = there >= 0.5 * len(values)
-    mean = np.nanmean(values[:, used], axis=0) / freedoms
+    mean = mean_over_runs(values[:, used]) / freedoms
     low, high = band(freedoms, len(values), probability)
     inside = float(np.mean((mean >= low) & (mean <= high)))
     return Consistency(mean, low, high, inside, float(np.nanmean(mean)))
 
 
+def mean_over_runs(values: np.ndarray) -> np.ndarray:
+    """Mean (samples,) of values (runs, samples) that are known; NaN where none is."""
+    there = np.isfinite(values)
+    total, count = np.where(there, values, 0.0).sum(axis=0), there.sum(axis=0)
+    return np.where(count > 0, total, np.nan) / np.maximum(count, 1)
+
+
 def band(freedoms: int, runs: int, probability: float = 0.95) -> tuple[float, float]:
     """Band of the mean over runs of chi-square variables divided by their degrees of freedom."""
     tail, total = 0.5 * (1.0 - probability), freedoms * runs
-    return float(chi2.ppf(tail, total) / total), float(chi2.ppf(1.0 - tail, total) / total)
+    return float(chdtri(total, 1.0 - tail) / total), float(chdtri(total, tail) / total)
 
 
 def autocorrelation(innovations: np.ndarray, lag: int = 1) -> tuple[float, float]:

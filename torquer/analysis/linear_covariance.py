@@ -9,17 +9,15 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from torquer.analysis.control_cycle import control_times
 from torquer.earth.gravity import gravity_gradient_vector
 from torquer.estimation import ESTIMATORS
-from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro
+from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro, keep_seen
 from torquer.estimation.kalman import Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
-from torquer.geometry.vec3 import as_vector
+from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
-from torquer.spacecraft.sun_sensor import sensor_that_sees
 
 #: Number of random errors from which the 95th percentile of an attitude error is computed.
 _DRAWN = 20_000
@@ -70,6 +68,8 @@ def held_attitude(scenario: Scenario, t_s: np.ndarray) -> tuple[np.ndarray, np.n
     An initial attitude relative to the orbital frame is held there; otherwise the initial rate
     stays constant in body axes.
     """
+    from scipy.spatial.transform import Rotation  # a third of a second of importing
+
     r, v = scenario.orbit_environment().state(t_s)
     first = scenario.initial.motion(r[0], v[0])
     start = Rotation.from_quat(first[:4])
@@ -138,9 +138,7 @@ def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     sun /= np.linalg.norm(sun, axis=1)[:, None]
     seen = environment.sunlit_fraction(t_s, r) >= 0.5
     if sensors is not None:
-        in_body = Rotation.from_quat(q).inv().apply(sun)
-        packed = sensors.pack()
-        seen &= [sensor_that_sees(packed, as_vector(row)) >= 0 for row in in_body]
+        keep_seen(sensors.pack(), to_body(q, sun), seen)
     b = environment.field(t_s, r, v)
     rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)
     return Nominal(*(np.ascontiguousarray(row, dtype=float) for row in rows), seen)  # type: ignore[call-arg]

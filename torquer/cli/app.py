@@ -14,7 +14,7 @@ from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import CodeOptions, Json, at_least, options
 from torquer.cli.output import drop_output, finish_output, json_text, print_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
@@ -127,6 +127,14 @@ class FilterOptions:
 
     runs: int | None = None
     """Number of runs [200]."""
+    attitude_sigma_deg: Annotated[float | None, at_least(0.0)] = None
+    """Spread of the initial attitude about SCENARIO's, each axis; 180: any attitude [any; 5 if it
+    is relative to the orbital frame].
+    """
+    rate_sigma_deg_s: Annotated[float | None, at_least(0.0)] = None
+    """Spread of the initial rate about SCENARIO's, each axis [the orbital rate, or a tenth of
+    SCENARIO's rate].
+    """
     expected: bool = False
     """Predict the accuracy, without simulating."""
     out: Path | None = None
@@ -140,14 +148,37 @@ def filter_check(
 ) -> int:
     """Check the Kalman filter of SCENARIO: its errors over many runs against its own covariance.
 
-    NEES, NIS and whiteness with their chi-square bands; errors compared with linear covariance
-    analysis. Exit code 1 if a statistic fails. With --expected, without simulating: the accuracy
-    with and without the Sun in view, and gaps in observability, for the sensors of each filter
-    and for each sensor alone.
+    Each run draws noise, start, and errors of the sensors. NEES, NIS and whiteness with their
+    chi-square bands; errors compared with linear covariance analysis; readings rejected, restarts;
+    a verdict. Exit code 1 unless it is 'consistent'. With --expected, without simulating: the
+    accuracy with and without the Sun in view, and gaps in observability, for the sensors of each
+    filter and for each sensor alone.
     """
     from torquer.cli import filter_check as work
 
     return (work.expect if how.expected else work.check)(scenario, how, code)
+
+
+@options
+class SmoothOptions:
+    """Options of `torquer smooth`."""
+
+    out: Path | None = None
+    """Folder for smoothed.nc and smoothed.png [that of RESULT]."""
+    json: Json = False
+
+
+@app.command
+def smooth(result: Path, *, how: SmoothOptions = SmoothOptions()) -> int:
+    """Smooth the attitude of a run: RESULT is its output folder or result.nc.
+
+    What the readings of the whole run tell about each of its control steps, with the errors to be
+    expected. The run must have had a Kalman filter, simulation.record_inputs = true, and a record
+    at every control step.
+    """
+    from torquer.cli import smooth as work
+
+    return work.smooth(result, how)
 
 
 @app.command

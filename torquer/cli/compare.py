@@ -17,7 +17,7 @@ def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
         raise ValueError(f"RESULTS: must be 2 to {MOST} runs; received {len(paths)}")
     if out is not None:
         make_writable(out)
-    results = [_loaded(path) for path in paths]
+    results = [loaded(path, "RESULTS") for path in paths]
     names = _names(paths)
     compared = compared_of(*results, names=names)
     if out is not None:
@@ -35,17 +35,18 @@ def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
     return 0
 
 
-def _loaded(path: Path):
+def loaded(path: Path, name: str):
+    """The result in a file, or in a run's folder; ValueError that begins with a name."""
     file = path / "result.nc" if path.is_dir() else path
     try:
         return load(file)
     except OSError as error:
         raise ValueError(
-            f"RESULTS: must be folders of runs, or result.nc; received {path} "
+            f"{name}: must be folders of runs, or result.nc; received {path} "
             f"({error.strerror or error})"
         ) from None
     except ValueError as error:
-        raise ValueError(f"RESULTS: {error}") from None
+        raise ValueError(f"{name}: {error}") from None
 
 
 def _names(paths: Sequence[Path]) -> list[str]:

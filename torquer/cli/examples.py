@@ -52,7 +52,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer field point --points places.csv --date 2025-07-01 > field.csv",
         "torquer field point --lat 0 --lon 0 --date 2031.5 --extrapolate",
     ),
-    "filter-check": ("torquer filter-check examples/sun_pointing.toml --runs 100",),
+    "filter-check": (
+        "torquer filter-check examples/which_sensors.toml --runs 100 --out runs/filter",
+        "torquer filter-check examples/which_sensors.toml --attitude-sigma-deg 180",
+        "torquer filter-check examples/which_sensors.toml --expected",
+    ),
     "gallery": ("torquer gallery list", "torquer gallery run MAG-3.1.3"),
     "gallery all": ("torquer gallery all --out runs/gallery",),
     "gallery list": ("torquer gallery list --json",),
@@ -71,6 +75,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         f"torquer run {_S} --out runs/first --no-report --json",
         f"torquer run {_S} --out runs/first --resume --plots",
     ),
+    "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
     "schema": ("torquer schema > scenario.schema.json",),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "

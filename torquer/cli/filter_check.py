@@ -5,7 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from torquer.analysis.filter_check import FilterCheck, as_plain, check_filter
+from torquer.analysis.filter_check import (
+    FilterCheck,
+    as_plain,
+    check_filter,
+    drawn_in_words,
+    restarts_in_words,
+)
+from torquer.analysis.filter_members import Start
 from torquer.analysis.observability import Observability
 from torquer.analysis.sensor_sets import (
     REACHED_DEG,
@@ -15,7 +22,7 @@ from torquer.analysis.sensor_sets import (
 )
 from torquer.cli.app import FilterOptions
 from torquer.cli.loading import load_usable
-from torquer.cli.options import CodeOptions
+from torquer.cli.options import CodeOptions, check_ranges, option
 from torquer.cli.output import json_text, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.scenario.spec import Scenario
@@ -26,12 +33,14 @@ _WIDTH = 120
 
 def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the statistics, draw them into a folder; 1 if the filter is not consistent."""
+    check_ranges(how)
     scenario = load_usable(path, code, how.out)
     runs = _RUNS if how.runs is None else how.runs
     if runs < 2:
         raise ValueError(f"--runs: must be 2 or more; received {runs}")
     with progress_of(scenario.name) as progress:
-        found = check_filter(scenario, runs, progress)
+        start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
+        found = check_filter(scenario, runs, progress, start)
     if how.out is not None:
         from torquer.report.filter import write_filter_report
 
@@ -45,8 +54,9 @@ def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
 
 def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the expected accuracy of the scenario's filters, also with fewer sensors."""
-    if how.runs is not None:
-        raise ValueError(f"--runs: must be left out with --expected; received {how.runs}")
+    for key in ("runs", "attitude_sigma_deg", "rate_sigma_deg_s"):
+        if (value := getattr(how, key)) is not None:
+            raise ValueError(f"{option(key)}: must be left out with --expected; received {value:g}")
     scenario = load_usable(path, code, how.out)
     sets = sensor_sets(scenario)
     if how.out is not None:
@@ -66,19 +76,25 @@ def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
 def in_words(found: FilterCheck) -> list[str]:
     """The statistics, line by line."""
     plain = as_plain(found)
-    lines = [f"{plain['scenario']}: {plain['estimator']}, {plain['runs']} runs"]
+    lines = [
+        f"{plain['scenario']}: {plain['estimator']}, {plain['runs']} runs",
+        f"each run draws {drawn_in_words(found)}",
+    ]
     for each in found.checks:
         inside = "" if math.isnan(each.inside) else f", {each.inside:.0%} of instants inside"
         lines.append(
             f"{'ok  ' if each.passed else 'FAIL'} {each.name}: {each.value:.3f} "
             f"(band {each.low:.3f} to {each.high:.3f}{inside})"
         )
-    lines.append(
-        f"error per axis {plain['error_deg']:.3g} deg rms, stated "
-        f"{plain['sigma_deg']:.3g}, expected by linear covariance {plain['expected_deg']:.3g}; "
-        f"total error below {plain['error_95_deg']:.3g} deg in 95 % of cases"
-    )
-    return [*lines, "consistent" if found.consistent else "not consistent"]
+    most, restarts = plain["rejected_most"], restarts_in_words(plain)
+    lines.append(f"at most {most} readings rejected in a run; restarts: {restarts}")
+    if math.isfinite(plain["error_deg"]):
+        lines.append(
+            f"error per axis {plain['error_deg']:.3g} deg rms, stated "
+            f"{plain['sigma_deg']:.3g}, expected by linear covariance {plain['expected_deg']:.3g}; "
+            f"total error below {plain['error_95_deg']:.3g} deg in 95 % of cases"
+        )
+    return [*lines, plain["verdict_text"]]
 
 
 def _show(scenario: Scenario, sets: list[SensorSet]) -> None:

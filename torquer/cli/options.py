@@ -59,6 +59,11 @@ def within(low: float, high: float, unit: str = "") -> Range:
     return Range(must, lambda value: low <= value <= high)
 
 
+def at_least(low: float) -> Range:
+    """The range of finite numbers from one on."""
+    return Range(f"be {low:g} or more", lambda value: low <= value < math.inf)
+
+
 def positive(size_of: str = "") -> Range:
     """The range of positive numbers."""
     return Range("be a positive number", lambda value: 0.0 < value < math.inf, size_of)

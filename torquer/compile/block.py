@@ -13,13 +13,38 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from torquer.compile import plugin
 from torquer.compile.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
 from torquer.interface import Inputs
+
+
+class Axis(NamedTuple):
+    """A dimension of a logged value: its name, a label for each place along it, their units."""
+
+    name: str
+    labels: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+class Logged(NamedTuple):
+    """A logged part of a block's memory: its first cell, its shape, and its unit or its axes.
+
+    `axes`: one for each dimension of the shape; () for a part of one unit.
+    """
+
+    first: int
+    shape: tuple[int, ...]
+    unit: str
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def cells(self) -> int:
+        """Number of its cells."""
+        return math.prod(self.shape)
 
 
 @dataclass(frozen=True)
@@ -29,16 +54,18 @@ class Block:
     `parameters`: a NamedTuple of numbers, vectors and such NamedTuples, or a mapping of them;
     `memory`: a number of cells (zeros at first), their initial values, or a mapping of names to
     initial numbers, vectors and matrices; `log`: units of the parts that the result records,
-    by name (what is not in the memory is added to it). `needs`: what the computer must provide:
-    "ephemeris", "sun", "search_coil", "attitude", "rate". `compiled`: False for a function that
-    runs as plain Python. `spec`: what a scenario says of it, for a block made from its spec.
+    by name (what is not in the memory is added to it); for a vector or matrix whose components
+    have names or units of their own, an `Axis` for each dimension instead. `needs`: what the
+    computer must provide: "ephemeris", "sun", "search_coil", "attitude", "rate". `compiled`: False
+    for a function that runs as plain Python. `spec`: what a scenario says of it, for a block made
+    from its spec.
     """
 
     name: str
     function: Callable
     parameters: Any = ()
     memory: tuple | Mapping = ()
-    log: Mapping[str, str] = field(default_factory=dict)
+    log: Mapping[str, str | tuple[Axis, ...]] = field(default_factory=dict)
     needs: frozenset[str] = frozenset()
     compiled: bool = True
     spec: object = field(default=None, compare=False, repr=False)
@@ -120,13 +147,16 @@ class Block:
         names = names_of(self.memory)
         return cells if names is None else cells.view(layout_of(names)).view(np.recarray)[0]
 
-    def logged(self) -> dict[str, tuple[int, int, str]]:
-        """First cell, number of cells and unit of each logged part of the memory."""
+    def logged(self) -> dict[str, Logged]:
+        """The logged parts of the memory, by name."""
         if not self.log:
             return {}
         assert isinstance(self.memory, Mapping)  # cells without names cannot be logged
-        places = _places(self.memory)
-        return {name: (*places[name], unit) for name, unit in self.log.items()}
+        places, found = _places(self.memory), {}
+        for name, of in self.log.items():
+            unit, axes = (of, ()) if isinstance(of, str) else ("", tuple(of))
+            found[name] = Logged(places[name][0], np.shape(self.memory[name]), unit, axes)
+        return found
 
     def compile(self):
         """The function with its inputs by value; ValueError of one line if it does not compile."""

@@ -30,7 +30,7 @@ from torquer.control.modes.table import (
     first_state,
     switch_modes,
 )
-from torquer.estimation.estimator import ESTIMATE, Estimator
+from torquer.estimation.estimator import Estimator, call_estimator
 from torquer.geometry.vec3 import add, add_scaled, scale
 from torquer.interface import (
     KNOWN,
@@ -101,7 +101,6 @@ _SWITCH = types.boolean(
 #: Called by its address, as laws are: only a run with modes compiles it.
 call_switch = caller(_SWITCH)
 call_law = caller(LAW_SIGNATURE)
-call_estimator = caller(ESTIMATE.in_loop)
 
 
 @internal

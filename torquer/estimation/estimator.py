@@ -11,7 +11,7 @@ import numba
 
 from torquer.compile.adapter import Kind
 from torquer.compile.block import Block
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import caller, inlined, internal
 from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 
 
@@ -45,6 +45,7 @@ def no_estimate():
 ESTIMATE = Kind(
     "estimator", "torquer.Estimate", numba.typeof(UNKNOWN_ESTIMATE), as_estimate, no_estimate
 )
+call_estimator = caller(ESTIMATE.in_loop)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from torquer.estimation.measurements.measurement import direction_measurement
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, scale, vector_of
+from torquer.spacecraft.sun_sensor import sensor_that_sees
 
 _ZERO = (0.0, 0.0, 0.0)
 
@@ -36,6 +37,13 @@ class Nominal(NamedTuple):
     gravity: np.ndarray
     sun: np.ndarray
     seen: np.ndarray
+
+
+@kernel
+def keep_seen(sensors, sun_body, seen):
+    """Clear `seen` (k,) where no sensor sees the Sun, in direction `sun_body` (k, 3)."""
+    for k in range(seen.shape[0]):
+        seen[k] = seen[k] and sensor_that_sees(sensors, vector_of(sun_body[k])) >= 0
 
 
 @inlined

@@ -30,6 +30,7 @@ from torquer.estimation.measurements.magnetometer import (
 )
 from torquer.estimation.measurements.measurement import Sensing, as_of_now, is_usable
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
+from torquer.estimation.state_names import axes_of
 from torquer.estimation.triad import (
     LEAST_SINE,
     by_two,
@@ -527,7 +528,7 @@ class Filter(Spec):
     """Age up to which the filter takes over another estimator's attitude, or its own after a pause.
     """
     record_covariance: bool = False
-    """Record the states beyond the attitude, and the covariance matrix row by row."""
+    """Record the states beyond the attitude, and the covariance matrix of all errors."""
 
     @model_validator(mode="after")
     def _noise_of_each_sensor(self):
@@ -591,6 +592,6 @@ class Filter(Spec):
         """Ephemeris, and the Sun sensors where they are used."""
         return frozenset({"ephemeris", *({"sun"} & set(self.sensors))})
 
-    def logs(self) -> dict[str, str]:
-        """What is logged: names in the memory and units."""
-        return LOG | ({"states": "", "covariance": ""} if self.record_covariance else {})
+    def logs(self) -> dict:
+        """What is logged: names in the memory, units or axes."""
+        return LOG | (axes_of(self.initial_variances()) if self.record_covariance else {})

@@ -42,3 +42,17 @@ def interpolated(t, q, wanted) -> np.ndarray:
     of_a = (1.0 - part) * np.sinc((1.0 - part) * angle / np.pi) / whole
     of_b = part * np.sinc(part * angle / np.pi) / whole
     return of_a * a + of_b * b
+
+
+def rotation_vector(p, q) -> np.ndarray:
+    """Rotation vectors [n, 3] [rad] of the rotations, in body axes, that take p into q (n, 4).
+
+    q = p exp(v), by the shorter rotation.
+    """
+    p, q = np.asarray(p), np.asarray(q)
+    scalar = np.sum(p * q, axis=1)
+    axis = p[:, 3:] * q[:, :3] - q[:, 3:] * p[:, :3] - np.cross(p[:, :3], q[:, :3])
+    axis = np.where(scalar[:, None] < 0.0, -axis, axis)
+    sine = np.linalg.norm(axis, axis=1)
+    angle = 2.0 * np.arctan2(sine, np.abs(scalar))
+    return axis * (angle / np.where(sine > 0.0, sine, 1.0) + 2.0 * (sine == 0.0))[:, None]

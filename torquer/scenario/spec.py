@@ -99,6 +99,10 @@ class Simulation(Spec):
     """Fixed step; left out: adaptive steps."""
     record_s: Positive = 10.0
     """Interval between records, not longer than the run."""
+    record_inputs: bool = False
+    """Record also what else the on-board computer knows: times of the readings, tachometers, dipole
+    of the coils, its own ephemeris. `torquer smooth` needs it, and a record at every control step.
+    """
     integrator: Literal["auto", "rk4", "splitting"] = "auto"
     """'auto' (adaptive steps of order 8; the result states the estimated error), 'rk4' (fixed
     steps, the default with `step_s`) or 'splitting' (fixed steps, exact free rotation between

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from torquer.compile.block import Block
+from torquer.compile.block import Block, Logged
 from torquer.compile.engine import records
 from torquer.control import LAWS
 from torquer.control.allocation import (
@@ -218,7 +218,7 @@ def plan_of(
         driven_from_outside=driven_from_outside,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
-        log_cells=np.array([cell for _, _, _, cells in log_of(blocks) for cell in cells], np.int64),
+        log_cells=np.array([cell for *_, cells in log_of(blocks) for cell in cells], np.int64),
     )
     return records(plan)
 
@@ -270,13 +270,13 @@ def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:
     return IDEAL_SUN_SENSOR if "sun" in needs else NO_SUN_SENSORS
 
 
-def log_of(blocks: Blocks) -> list[tuple[str, Block, str, range]]:
-    """What is logged: name in the result, block, unit, cells of the board's memory."""
+def log_of(blocks: Blocks) -> list[tuple[str, Block, Logged, range]]:
+    """What is logged: name in the result, block, its part, cells of the board's memory."""
     found, first = [], 0
     for key, block in blocks.by_key().items():
-        for name, (at, count, unit) in block.logged().items():
-            cells = range(first + at, first + at + count)
-            found.append((f"{key}.{name}", block, unit, cells))
+        for name, part in block.logged().items():
+            cells = range(first + part.first, first + part.first + part.cells)
+            found.append((f"{key}.{name}", block, part, cells))
         first += len(block.first_memory())
     return found
 
@@ -312,15 +312,15 @@ def first_state(
     return records(state)
 
 
-def empty_record(plan: Plan, rows: int) -> Record:
-    """A record of so many rows."""
+def empty_record(plan: Plan, rows: int, inputs: bool) -> Record:
+    """A record of so many rows; `inputs`: with all that the computer knows."""
     wheels = 2 * len(plan.plant.rotors.rows)
-    estimates = rows if len(plan.computer.estimators) else 0
+    known = rows if inputs or len(plan.computer.estimators) else 0
     record = Record(
         np.zeros(rows, ROW),
         np.full((rows, wheels), np.nan),
         np.full((rows, len(plan.log_cells)), np.nan),
-        np.full(estimates, np.nan, KNOWN),
+        np.full(known, np.nan, KNOWN),
         np.full((rows, len(plan.computer.modes.regions)), np.nan),
     )
     record.rows.view(np.float64)[:] = np.nan

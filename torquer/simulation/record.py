@@ -7,7 +7,6 @@ from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
 from torquer.compile.engine import INLINED_OPTIONS, inner
-from torquer.interface import estimate_of, put_estimate
 from torquer.simulation.members import One, member_in
 from torquer.simulation.state import Plan, Record, State, motion_of
 from torquer.spacecraft.coils import present_dipole
@@ -48,8 +47,8 @@ def record_row(plan, state, coils, step, record):
         record.log[number, k] = state.board.memory[plan.log_cells[k]]
     for region in range(record.modes.shape[1]):
         record.modes[number, region] = state.board.modes.regions[region].state
-    if record.estimate.shape[0] > 0:
-        put_estimate(record.estimate[number], estimate_of(known))
+    if record.known.shape[0] > 0:
+        record.known[number] = known
 
 
 def record_members(members, plan, step, record):

@@ -112,9 +112,9 @@ class Run:
             self.rows().rows
         ):  # else interrupted here, and kept already
             self.keep(self)
-            self.record = empty_record(
-                self.plan, len(self.record.rows)
-            )  # the rows kept are views of the other
+            # the rows kept are views of the other
+            inputs = self.scenario.simulation.record_inputs
+            self.record = empty_record(self.plan, len(self.record.rows), inputs)
         self.piece = piece_of(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
 
@@ -213,7 +213,8 @@ def prepare(
         host = Host(plan.computer, state.board, blocks)
         plan = plan._replace(computer=host.computer)
     steps, size = scenario.steps(), piece_steps(scenario)
-    record = empty_record(plan, min(steps, size) // plan.record_steps + 1)
+    rows, inputs = min(steps, size) // plan.record_steps + 1, scenario.simulation.record_inputs
+    record = empty_record(plan, rows, inputs)
     integrator = integrator_of(scenario)
     run = Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size, host=host)
     # it takes as long as the environment's models and `propagate` together, which are compiled here

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.scenario.spec import Scenario, whole_steps
+from torquer.simulation.results.variables import INPUTS
 from torquer.spacecraft.sampling import Sampled
 
 #: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate.
@@ -84,10 +85,12 @@ def row_numbers(scenario: Scenario) -> int:
     estimators = [spec for spec in _estimators(scenario) if hasattr(spec, "estimator")]
     blocks = [law.law() for law in laws.values() if law.kind != "given_in_python"]
     blocks += [spec.estimator() for spec in estimators]
-    logged = sum(count for block in blocks for _, count, _ in block.logged().values())
+    logged = sum(part.cells for block in blocks for part in block.logged().values())
     numbers = _ROW + logged + (len(modes.regions) if modes else 0)
     if wheels:
         numbers += _ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows())
+    if scenario.simulation.record_inputs:
+        numbers += sum(len(each.cells) for each in INPUTS)
     return numbers + (_ROW_ESTIMATE if estimators else 0)
 
 

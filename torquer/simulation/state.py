@@ -151,14 +151,15 @@ class State(NamedTuple):
 class Record(NamedTuple):
     """What is kept: a row of each array for each recorded instant.
 
-    `rows`: `ROW`; `wheels`: momentum and motor torque of each; `log`: what the laws log;
-    `estimate`: `KNOWN`, of which the estimate is kept; `modes`: number of each region's state.
+    `rows`: `ROW`; `wheels`: momentum and motor torque of each; `log`: what the laws log; `known`:
+    `KNOWN`, without rows where there is no estimator and nobody asks for it; `modes`: number of
+    each region's state.
     """
 
     rows: np.ndarray
     wheels: np.ndarray
     log: np.ndarray
-    estimate: np.ndarray
+    known: np.ndarray
     modes: np.ndarray
 
 

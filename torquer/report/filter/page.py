@@ -5,7 +5,14 @@ import math
 from collections.abc import Mapping
 from pathlib import Path
 
-from torquer.analysis.filter_check import Check, FilterCheck, as_plain
+from torquer.analysis.filter_check import (
+    Check,
+    FilterCheck,
+    as_plain,
+    drawn_in_words,
+    rejected_in_words,
+    restarts_in_words,
+)
 from torquer.report.common.html import card, cards, picture
 from torquer.scenario.toml_text import toml_of
 
@@ -27,7 +34,7 @@ def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> 
     text = toml_of(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
     made = [
-        card("verdict", verdict_in_words(found).capitalize(), "", {"pairs": rows_of(found)}),
+        card("verdict", _capital(found.verdict.text), "", {"pairs": rows_of(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
         *(_pictured(key, pictures[key]) for key in pictures if key != "report"),
         card("scenario", "Scenario", "", {"text": text}),
@@ -37,17 +44,24 @@ def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> 
     return path
 
 
-def verdict_in_words(found: FilterCheck) -> str:
-    """Whether the filter is consistent."""
-    return "consistent" if found.consistent else "not consistent"
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def rows_of(found: FilterCheck) -> list[tuple[str, str]]:
     """Findings of a check, as labels and values."""
     plain = as_plain(found)
-    return [
+    rows = [
         ("Estimator", plain["estimator"]),
         ("Runs", str(found.runs)),
+        ("Each run draws", drawn_in_words(found)),
+        ("Readings rejected", rejected_in_words(plain)),
+        ("Restarts", restarts_in_words(plain)),
+    ]
+    if not found.flown.started.any():
+        return rows
+    return [
+        *rows,
         ("Error per axis, RMS over the runs", f"{plain['error_deg']:.3g} deg"),
         ("Stated by the filter", f"{plain['sigma_deg']:.3g} deg"),
         ("Expected by linear covariance", f"{plain['expected_deg']:.3g} deg"),

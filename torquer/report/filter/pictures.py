@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from torquer.analysis.filter_check import FilterCheck
-from torquer.analysis.filter_statistics import autocorrelation, band, nees, nis
+from torquer.analysis.filter_statistics import autocorrelation, band, mean_over_runs, nees, nis
 from torquer.analysis.observability import states_of
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
 from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
@@ -27,7 +27,9 @@ _SHADE = "#e8ebf0"
 
 
 def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
-    """All pictures of a check as PNG files; their paths by name."""
+    """All pictures of a check as PNG files; their paths by name; none if nothing started."""
+    if not found.flown.started.any():
+        return {}
     paths = {
         f"errors_{name.replace(' ', '_')}": _draw_errors(found, name, 3 * k)
         for k, name in enumerate(states_of(found.scenario.control.estimator))
@@ -59,7 +61,7 @@ def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
     t = flown.t_s / clock.seconds
     for k, axes in enumerate(panels):
         errors = flown.errors[:, :, first + k] / size
-        spread = 3.0 * np.sqrt(np.nanmean(errors**2, axis=0))
+        spread = 3.0 * np.sqrt(mean_over_runs(errors**2))
         linear = 3.0 * np.sqrt(expected.covariance[:, first + k, first + k]) / size
         shade(axes, expected.t_s, expected.sun_seen, clock)
         axes.plot(t, errors[:_LINES].T, color=GREY, lw=0.4, alpha=0.5)
@@ -88,8 +90,7 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
     for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
         there = np.isfinite(values).sum(axis=0) >= 0.5 * len(values)
-        mean = np.where(there, np.nansum(values, axis=0), np.nan)
-        mean /= np.maximum(np.isfinite(values).sum(axis=0), 1) * freedoms
+        mean = np.where(there, mean_over_runs(values), np.nan) / freedoms
         low, high = band(freedoms, len(values))
         shade(axes, found.expected.t_s, found.expected.sun_seen, clock)
         axes.axhspan(low, high, color=GREEN, alpha=0.25, lw=0)

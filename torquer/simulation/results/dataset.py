@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from torquer.compile.block import Logged
 from torquer.compile.engine import processor
 from torquer.compile.plugin import source_mark, source_text
 from torquer.geometry.attitudes import dcm_body_to_reference
@@ -21,6 +22,7 @@ from torquer.simulation.results.variables import (
     COILS,
     ESTIMATED,
     FIXED,
+    INPUTS,
     RECORDED,
     TORQUE,
     described,
@@ -48,11 +50,13 @@ def part_of(run: Run) -> xr.Dataset:
     if len(run.plan.plant.rotors.rows):
         variables |= _of_wheels(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
-    if len(record.estimate):
-        variables |= read(record.estimate, ESTIMATED)
+    if run.blocks.estimators:
+        variables |= read(record.known, ESTIMATED)
+    if run.scenario.simulation.record_inputs:
+        variables |= read(record.known, INPUTS)
     import xarray as xr
 
-    data = xr.Dataset(variables, coords=coordinates)
+    data = xr.Dataset(variables, coords=coordinates | axes_of_logs(run))
     return data.assign(_orbit_environment(run, t_s, data))
 
 
@@ -95,21 +99,31 @@ def _of_wheels(run: Run, record: Record) -> dict:
 def logged(run: Run, record: Record) -> dict:
     """What laws and estimators log, named by their keys."""
     variables, at = {}, 0
-    for name, block, unit, cells in log_of(run.blocks):
+    for name, block, part, cells in log_of(run.blocks):
         values, at = record.log[:, at : at + len(cells)], at + len(cells)
-        attributes = {
-            "units": unit,
-            "long_name": f"{name}, logged by {block.kind.name} {block.name}",
-        }
-        vector = len(cells) == 3
-        dims = ("time", "axis") if vector else ("time",)
-        if len(cells) in (1, 3):
-            variables[name] = (dims, values if vector else values[:, 0], attributes)
-        else:
-            variables |= {
-                f"{name}_{k}": ("time", values[:, k], attributes) for k in range(len(cells))
-            }
+        said = {"long_name": f"{name}, logged by {block.kind.name} {block.name}"}
+        attributes = said if part.axes else {"units": part.unit, **said}
+        dims = ("time", *_dims_of(name, part))
+        variables[name] = (dims, values.reshape(len(values), *part.shape), attributes)
     return variables
+
+
+def _dims_of(name: str, part: Logged) -> tuple[str, ...]:
+    """Dimensions of a logged value at an instant: its own unless it is a vector of three."""
+    if part.axes:
+        return tuple(f"{name.partition('.')[0]}.{axis.name}" for axis in part.axes)
+    if part.shape == (3,):
+        return ("axis",)
+    return tuple(f"{name}_{k}" for k in range(len(part.shape)))
+
+
+def axes_of_logs(run: Run) -> dict:
+    """Coordinates along the dimensions of logged values: labels, and their units."""
+    found = {}
+    for name, _, part, _ in log_of(run.blocks):
+        for dim, axis in zip(_dims_of(name, part), part.axes, strict=False):
+            found |= {dim: list(axis.labels), f"{dim}_units": (dim, list(axis.units))}
+    return found
 
 
 def modes_recorded(run: Run, record: Record) -> dict:

@@ -9,18 +9,18 @@ import numpy as np
 
 from torquer.compile.engine import processor
 from torquer.scenario.spec import Scenario
+from torquer.simulation.prepare import log_of
 from torquer.simulation.results.dataset import (
     arrays_stored,
     digest_of,
     law_attributes,
     laws_of,
-    logged,
     modes_recorded,
     regions_of,
     scenario_of,
     versions,
 )
-from torquer.simulation.results.variables import ESTIMATED, RECORDED, TORQUE, write
+from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, TORQUE, write
 from torquer.simulation.run import Run
 from torquer.version import VERSION
 
@@ -173,13 +173,14 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     if wheels:
         names = ("wheel_momentum", "wheel_torque")
         record.wheels[rows] = np.hstack([part[name].values for name in names])
-    if len(record.estimate):
-        write(part, ESTIMATED, record.estimate, rows)
+    if run.blocks.estimators:
+        write(part, ESTIMATED, record.known, rows)
+    if run.scenario.simulation.record_inputs:
+        write(part, INPUTS, record.known, rows)
     for k, name in enumerate(modes_recorded(run, run.rows())):
         first = sum(len(r.states) for r in list(regions_of(run.scenario).values())[:k])
         record.modes[rows, k] = part[name].values + first
     at = 0
-    for name, (_, values, _) in logged(run, run.rows()).items():
-        width = values.shape[1] if values.ndim == 2 else 1
-        record.log[rows, at : at + width] = part[name].values.reshape(len(rows), width)
-        at += width
+    for name, _, logged, _ in log_of(run.blocks):
+        record.log[rows, at : at + logged.cells] = part[name].values.reshape(len(rows), -1)
+        at += logged.cells

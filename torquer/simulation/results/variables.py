@@ -41,6 +41,7 @@ _TIME, _XYZ, _XYZW = ("time",), ("time", "axis"), ("time", "component")
 _WHEEL = ("time", "wheel")
 _WHEELS = "with reaction wheels"
 _ESTIMATE = "with an estimator other than the sensors themselves"
+_INPUTS = "with `simulation.record_inputs`"
 _AUTO = "with adaptive steps"
 _RK4 = "with RK4"
 _MODES = "with modes or a scheme"
@@ -90,6 +91,42 @@ ESTIMATED = (
              _ESTIMATE),
     Variable("rate_sigma", _TIME, "rad/s", "body",
              "standard deviation of the rate that the estimator states", "sigma_rad_s", _ESTIMATE),
+)
+#: Read from `KNOWN` where all that the computer knows is recorded.
+INPUTS = (
+    Variable("control_time", _TIME, "s", "", "time of the last control step", "t_s", _INPUTS),
+    Variable("b_rate_measured", _XYZ, "T/s", "body", "last reading of the search coil", "b_rate",
+             _INPUTS),
+    Variable("q_measured", _XYZW, "1", "body to J", "last reading of the attitude sensor", "q",
+             _INPUTS),
+    Variable("wheel_momentum_measured", _XYZ, "N m s", "body",
+             "sum of the wheels' momenta by the last readings of their tachometers", "wheels",
+             _INPUTS),
+    Variable("coil_dipole_on_board", _XYZ, "A m^2", "body",
+             "mean dipole of the coils between the last two control steps, as the computer "
+             "believes", "coils", _INPUTS),
+    Variable("b_time", _TIME, "s", "", "time of the last magnetometer reading", "b_s", _INPUTS),
+    Variable("b_rate_time", _TIME, "s", "", "time of the last reading of the search coil",
+             "b_rate_s", _INPUTS),
+    Variable("omega_time", _TIME, "s", "", "time of the last gyro reading", "omega_s", _INPUTS),
+    Variable("sun_time", _TIME, "s", "", "time of the last reading of the Sun sensors", "sun_s",
+             _INPUTS),
+    Variable("q_time", _TIME, "s", "", "time of the last reading of the attitude sensor", "q_s",
+             _INPUTS),
+    Variable("wheel_time", _TIME, "s", "", "time of the last readings of the tachometers",
+             "wheels_s", _INPUTS),
+    Variable("position_on_board", _XYZ, "m", "J", "position that the computer assumes", "position",
+             _INPUTS),
+    Variable("velocity_on_board", _XYZ, "m/s", "J", "velocity that the computer assumes",
+             "velocity", _INPUTS),
+    Variable("b_on_board", _XYZ, "T", "J", "field by the computer's model", "model_b", _INPUTS),
+    Variable("b_rate_on_board", _XYZ, "T/s", "J",
+             "rate of change of the model's field along the orbit", "model_b_rate", _INPUTS),
+    Variable("sun_on_board", _XYZ, "1", "J", "direction to the Sun that the computer assumes",
+             "to_sun", _INPUTS),
+    Variable("sunlit_fraction_on_board", _TIME, "1", "",
+             "visible part of the Sun's disc that the computer assumes", "sunlit_fraction",
+             _INPUTS),
 )
 #: Read from `CELLS` at the end.
 COILS = (
@@ -144,13 +181,17 @@ COMPUTED = (
              "internal state of the loop, from which the run can be resumed"),
 )
 # fmt: on
-VARIABLES = (*RECORDED, *COMPUTED, TORQUE, *ESTIMATED, *COILS, *ADAPTIVE, *FIXED)
+VARIABLES = (*RECORDED, *COMPUTED, TORQUE, *ESTIMATED, *INPUTS, *COILS, *ADAPTIVE, *FIXED)
 _BY_NAME = {each.name: each for each in (*COORDINATES, *VARIABLES)}
 
 #: Logs: their names, dimensions and units are those that laws and estimators declare.
 LOGS = (
     "What laws and estimators log is recorded as `KEY.NAME` over `time` (vectors over `time`, "
-    "`axis`), by the name in their `log`, with the unit given there."
+    "`axis`; other vectors and matrices over dimensions of their own), by the name in their `log`, "
+    "with the unit given there. Filters with `record_covariance` log their `states` over `time` "
+    "and `KEY.state`, and the `covariance` of their errors over `time`, `KEY.error` and "
+    "`KEY.other_error`; these coordinates hold names such as `gyro_bias_x`, and `KEY.state_units`, "
+    "`KEY.error_units` their units."
 )
 
 ATTRIBUTES = {

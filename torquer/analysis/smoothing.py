@@ -1,0 +1,258 @@
+"""Smoothing of a recorded run: the filter works again on what the computer knew, then backwards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from torquer.analysis.control_cycle import control_steps
+from torquer.analysis.filter_check import finest_record_s, true_states
+from torquer.analysis.filter_statistics import FilterRuns
+from torquer.analysis.linear_covariance import Motion, kalman_filter
+from torquer.compile.engine import addresses, records
+from torquer.estimation.kalman import Filter
+from torquer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
+from torquer.estimation.state_names import axes_of
+from torquer.geometry.attitudes import rotation_vector
+from torquer.geometry.quaternion import angle_between
+from torquer.interface import KNOWN, nothing_known
+from torquer.scenario.spec import Scenario
+from torquer.simulation.results.dataset import scenario_of
+from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Readings, by their name in the computer's record and as variables of a result.
+_READINGS = {"b": "b_measured", "omega": "omega_measured", "sun": "sun_measured"}
+_ESTIMATE = [cell for each in ESTIMATED for cell in each.cells]
+#: Difference of two attitudes, over the standard deviation of either, that is no rounding.
+_OTHER = 1e-3
+
+
+def smoothed(result: xr.Dataset) -> xr.Dataset:
+    """What the readings of a whole run tell about each of its control steps.
+
+    `result`: of a run whose `control.estimator` is a Kalman filter, with `simulation.record_inputs`
+    and a record at every control step. The filter works again on the recorded readings, from the
+    start to the end; then a pass backwards improves what it found at each step by the readings
+    after it (Rauch, Tung, Striebel 1965). Truth is not used.
+
+    Variables over `time`, the control steps: `q_smoothed`, `omega_smoothed` [rad/s, body],
+    `attitude_sigma_smoothed` [rad] and `rate_sigma_smoothed` [rad/s], standard deviations about
+    each axis; `states_smoothed` over `state`, the states beyond the attitude;
+    `covariance_smoothed` over `error` and `other_error`, of the errors in axes of the smoothed
+    body; `state_units` and `error_units` hold their units. NaN before the filter has started. With
+    a gyro the rate is its reading less the smoothed bias, and as noisy as the reading.
+
+    ValueError for a result of another estimator, for one that lacks what the computer knew or a
+    control step, and for one whose estimates the filter does not find again, as after a change of
+    the package.
+    """
+    scenario = scenario_of(result)
+    spec = kalman_filter(scenario)
+    rows = _control_rows(result, scenario)
+    steps = result.isel(time=rows)
+    known = _known(steps)
+    works = _works(result, scenario, rows)
+    forward = _again(spec, known, works)
+    _check_found_again(steps, forward, works)
+    found = _backwards(forward)
+    for each in found:
+        each[~works] = np.nan
+    return _as_dataset(steps, spec, found, forward)
+
+
+def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
+    """Numbers of the records at control steps: all of them must be there."""
+    if "control_time" not in result:
+        raise ValueError(
+            "simulation.record_inputs: must be true in a run that is to be smoothed; received a "
+            "result without what the computer knew"
+        )
+    last = result["control_time"].values
+    rows = np.flatnonzero(last == result["time"].values)
+    wanted_s = control_steps(scenario, last[-1]) * scenario.grid_s
+    if not np.array_equal(last[rows], wanted_s):
+        raise ValueError(
+            f"simulation.record_s: must be {finest_record_s(scenario):g} s, to have a record at "
+            f"every control step of a run that is to be smoothed; received "
+            f"{scenario.simulation.record_s:g} s"
+        )
+    return rows
+
+
+def _known(steps: xr.Dataset) -> np.ndarray:
+    """What the computer knew after each control step."""
+    known = np.full(steps.sizes["time"], np.nan, KNOWN)
+    readings = [each._replace(key=key) for key, name in _READINGS.items() for each in RECORDED
+                if each.name == name]  # fmt: skip
+    write(steps, [*readings, *INPUTS, *ESTIMATED], known, slice(None))
+    return known
+
+
+def _works(result: xr.Dataset, scenario: Scenario, rows: np.ndarray) -> np.ndarray:
+    """Whether `control.estimator` worked at each control step: modes choose the next one's."""
+    works = np.full(len(rows), True)
+    modes = scenario.control.named().modes
+    for name, region in modes.regions.items() if modes else ():
+        state = result[f"mode_{name}"].values[rows[:-1]]
+        for number, each in enumerate(region.states.values()):
+            if each.estimator is not None:
+                works[1:][state == number] = each.estimator == "estimator"
+    return works
+
+
+def _again(spec: Filter, known: np.ndarray, works: np.ndarray) -> Forward:
+    """Let the filter work on what the computer knew."""
+    filter_, places = with_copies(spec.estimator())
+    before = known.copy()
+    for cell in _ESTIMATE:  # the estimate is that of the step before
+        before[cell][1:] = known[cell][:-1]
+        before[cell][0] = nothing_known()[cell][0]
+    forward = empty_forward(len(known), places.n)
+    (address,) = addresses([filter_.in_loop()])
+    memory = filter_.first_memory()
+    fly(address, records(before), filter_.pack(), memory, places, works, forward)
+    return forward
+
+
+def _check_found_again(result: xr.Dataset, forward: Forward, works: np.ndarray) -> None:
+    """ValueError unless the filter has found the recorded estimates again; `result`: its steps."""
+    was, now = result["q_estimated"].values[works], forward.q[works]
+    same = angle_between(was, now) <= _OTHER * result["attitude_sigma"].values[works]
+    same |= np.isnan(was[:, 0]) & np.isnan(now[:, 0])
+    if not same.all():
+        raise ValueError(
+            "result: must be of a run whose filter finds its estimates again from the recorded "
+            "readings; received one with others from t = "
+            f"{result['time'].values[works][~same][0]:g} s on, as of another version"
+        )
+
+
+def _backwards(forward: Forward) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Smoothed attitudes, states, covariance of the errors."""
+    q, states, covariance = (np.full_like(each, np.nan) for each in forward[:3])
+    smooth(forward, q, states, covariance)
+    return q, states, covariance
+
+
+def _as_dataset(result: xr.Dataset, spec: Filter, found, forward: Forward) -> xr.Dataset:
+    """Smoothed attitudes, states and covariance, with what follows from them, as a Dataset."""
+    import xarray as xr
+
+    q, states, covariance = found
+    axes = axes_of(spec.initial_variances())
+    (state,), (error, other) = axes["states"], axes["covariance"]
+    omega, rate_variance = _rate(result, spec, states, covariance, forward)
+    variables = {
+        "q_smoothed": (("time", "component"), q, "1", "attitude quaternion, body to inertial"),
+        "omega_smoothed": (("time", "axis"), omega, "rad/s", "absolute angular velocity, body"),
+        "attitude_sigma_smoothed": (
+            ("time",), np.sqrt(_variance(covariance, 0)), "rad",
+            "standard deviation of the attitude about each axis",
+        ),
+        "rate_sigma_smoothed": (
+            ("time",), np.sqrt(rate_variance), "rad/s", "standard deviation of the rate",
+        ),
+        "states_smoothed": (("time", "state"), states, "", "states beyond the attitude"),
+        "covariance_smoothed": (
+            ("time", "error", "other_error"), covariance, "", "covariance of the errors",
+        ),
+    }  # fmt: skip
+    coordinates: dict = {name: result[name] for name in ("time", "utc", "axis", "component")}
+    for axis in (state, error, other):
+        units = (axis.name, list(axis.units))
+        coordinates |= {axis.name: list(axis.labels), f"{axis.name}_units": units}
+    return xr.Dataset(
+        {
+            name: (dims, values, {"long_name": said, **({"units": unit} if unit else {})})
+            for name, (dims, values, unit, said) in variables.items()
+        },
+        coords=coordinates,
+        attrs={"scenario": result.attrs["scenario"], "seed": result.attrs["seed"]},
+    )
+
+
+def _variance(covariance: np.ndarray, first: int) -> np.ndarray:
+    """Mean variance (k,) of the three components of a state."""
+    return np.einsum("kii->k", covariance[:, first : first + 3, first : first + 3]) / 3.0
+
+
+def _rate(result: xr.Dataset, spec: Filter, states, covariance, forward: Forward):
+    """(Rate (k, 3), its variance (k,)): a state, or the filter's with another bias."""
+    variance = _variance(covariance, 3)
+    if "rate" in spec.initial_variances():
+        return states[:, :3], variance
+    noise = result["rate_sigma"].values ** 2 - _variance(forward.covariance, 3)
+    omega = result["omega_estimated"].values + forward.states[:, :3] - states[:, :3]
+    return omega, variance + noise
+
+
+class Accuracy(NamedTuple):
+    """Attitude of filter and smoother against the truth, while both know it [deg].
+
+    Errors about each axis, root mean square over time; standard deviations as stated, likewise;
+    greatest whole angles.
+    """
+
+    scenario: str
+    filter_deg: float
+    smoothed_deg: float
+    filter_sigma_deg: float
+    smoothed_sigma_deg: float
+    filter_greatest_deg: float
+    smoothed_greatest_deg: float
+
+
+def accuracy_of(result: xr.Dataset, found: xr.Dataset) -> Accuracy:
+    """How accurate filter and smoother were in a run; `found`: what `smoothed` made of it.
+
+    NaN if the filter has never started.
+    """
+    steps = result.sel(time=found["time"])
+    q = (steps["q_estimated"].values, found["q_smoothed"].values)
+    sigma = (steps["attitude_sigma"].values, found["attitude_sigma_smoothed"].values)
+    known = np.isfinite(q[1][:, 0])
+    numbers = [[math.nan] * 2] * 3
+    if known.any():
+        whole = [angle_between(each, steps["q_body_to_inertial"].values)[known] for each in q]
+        numbers = [
+            [math.degrees(_rms(each) / math.sqrt(3.0)) for each in whole],
+            [math.degrees(_rms(each[known])) for each in sigma],
+            [math.degrees(each.max()) for each in whole],
+        ]
+    return Accuracy(scenario_of(result).name, *(x for pair in numbers for x in pair))
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def smoother_runs(results: Iterable[xr.Dataset]) -> FilterRuns:
+    """Errors of the smoother in runs of one scenario, as `fly_filter` has those of its filter.
+
+    `results`: see `smoothed`. There are no innovations; restarts and readings refused are those of
+    the filter.
+    """
+    errors, covariance, counts, motions = [], [], [], []
+    for result in results:
+        scenario, found = scenario_of(result), smoothed(result)
+        steps = result.sel(time=found["time"])
+        t_s, omega, q = (
+            steps[name].values for name in ("time", "omega_body", "q_body_to_inertial")
+        )
+        turn = rotation_vector(found["q_smoothed"].values, q)
+        others = true_states(scenario, t_s, omega) - found["states_smoothed"].values
+        errors.append(np.hstack([turn, others]))
+        covariance.append(found["covariance_smoothed"].values)
+        counts.append([steps[f"estimator.{name}"].values for name in ("refused", "starts")])
+        motions.append(Motion(t_s, q, omega, np.zeros_like(omega)))
+    refused, starts = np.swapaxes(counts, 0, 1)
+    return FilterRuns(
+        motions[0].t_s, np.stack(errors), np.stack(covariance), {}, refused, starts,
+        np.zeros_like(starts), motions,
+    )  # fmt: skip

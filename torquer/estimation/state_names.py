@@ -1,0 +1,27 @@
+"""Names and units of the states of filters, as results have them."""
+
+from collections.abc import Iterable
+
+from torquer.compile.block import Axis
+
+#: Units of the components of each state; the attitude's is its error, a small rotation.
+UNITS = {
+    "attitude": "rad",
+    "gyro_bias": "rad/s",
+    "rate": "rad/s",
+    "residual_dipole": "A m^2",
+    "magnetometer_bias": "T",
+}
+
+
+def axis_of(name: str, states: Iterable[str]) -> Axis:
+    """A dimension along the components of states: `gyro_bias_x` and so on."""
+    rows = [(f"{state}_{c}", UNITS[state]) for state in states for c in "xyz"]
+    return Axis(name, tuple(label for label, _ in rows), tuple(unit for _, unit in rows))
+
+
+def axes_of(states: Iterable[str]) -> dict[str, tuple[Axis, ...]]:
+    """Axes of what a filter with these states, attitude first, keeps in its memory."""
+    states = list(states)
+    errors = axis_of("error", states), axis_of("other_error", states)
+    return {"states": (axis_of("state", states[1:]),), "covariance": errors}
