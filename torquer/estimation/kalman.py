@@ -59,10 +59,22 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     if not has_attitude(inputs, parameters, memory, begin):
         return UNKNOWN_ESTIMATE
     dt = inputs.t_s - memory.t_s
+    advance(inputs, parameters, memory, dt, propagate, rate_of)
+    return stated(inputs, parameters, memory, dt, rate_of)
+
+
+@plugged
+def advance(inputs, parameters, memory, dt, propagate, rate_of):
+    """Propagate a filter to now, dt seconds, and take the readings."""
     propagate(inputs, parameters, memory, dt)
     memory.t_s = inputs.t_s
     omega, _, _ = rate_of(inputs, parameters, memory, dt)
     take_readings(inputs, parameters, memory, omega)
+
+
+@plugged
+def stated(inputs, parameters, memory, dt, rate_of):
+    """What the filter states dt seconds after its last step."""
     omega, bias, variance = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
     return Estimate(memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance))
@@ -184,8 +196,8 @@ def start_by_field(inputs, parameters, memory):
     """Attitude by the field alone, for a filter without Sun sensors; whether there is one.
 
     Of all attitudes that fit the reading it is the smallest rotation from the inertial axes; the
-    remaining angle is found as the field turns along the orbit. (The Sun's direction does not turn:
-    from it alone that angle is never found.)
+    remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
+    direction does not turn: from it alone that angle is never found.)
     """
     sensing, at, b = parameters.sensing, inputs.read_at.magnetometer_s, inputs.b_body_t
     if sensing.r_field == 0.0 or sensing.r_sun > 0.0 or dot(b, b) == 0.0:
@@ -260,16 +272,19 @@ class Filter(Spec):
 
     The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
     axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor rejected
-    one after another. Without Sun sensors it begins with any attitude that fits the field; without
-    a magnetometer it must be handed one. Where other estimators have worked before it, in other
-    modes, it takes over an attitude that is not older than `longest_gap_s` and better than its own;
-    after a longer gap it starts again.
+    one after another. Without Sun sensors it starts with several hypotheses about the turn around
+    the field, and states their spread until they agree; without a magnetometer it must be handed an
+    attitude. Where other estimators have worked before it, in other modes, it takes over
+    an attitude that is not older than `longest_gap_s` and better than its own; after a longer gap
+    it starts again.
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})
     #: The kernel, and what it remembers beyond `memory_of`.
     kernel: ClassVar[Callable]
     remembers: ClassVar[dict] = {}
+    #: The kernel for the magnetometer alone, and what makes its further memory for n states.
+    by_field: ClassVar[tuple[Callable, Callable[[int], dict]]]
     sensors: tuple[Literal["magnetometer", "sun"], ...] = ("magnetometer", "sun")
     """Sensors that the filter uses."""
     magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
@@ -351,10 +366,17 @@ class Filter(Spec):
     def estimator(self) -> Estimator:
         """The filter, not yet started."""
         cls, parameters = type(self), self.constants()
-        memory = memory_of(3 * len(self.initial_variances())) | cls.remembers
-        return Estimator(
-            self.kind, cls.kernel, parameters, memory, self.logs(), self.needs, spec=self
-        )
+        n, kernel = 3 * len(self.initial_variances()), cls.kernel
+        memory = memory_of(n) | cls.remembers
+        if self.starts_by_field:
+            kernel, more = cls.by_field
+            memory |= more(n)
+        return Estimator(self.kind, kernel, parameters, memory, self.logs(), self.needs, spec=self)
+
+    @property
+    def starts_by_field(self) -> bool:
+        """Whether the filter has the magnetometer alone: it starts with several hypotheses."""
+        return self.sensors == ("magnetometer",)
 
     @property
     def needs(self) -> frozenset[str]:
@@ -363,4 +385,6 @@ class Filter(Spec):
 
     def logs(self) -> dict[str, str]:
         """What is logged: names in the memory and units."""
-        return LOG | ({"states": "", "covariance": ""} if self.record_covariance else {})
+        by_field = {"hypotheses": "1"} if self.starts_by_field else {}
+        covariance = {"states": "", "covariance": ""} if self.record_covariance else {}
+        return LOG | by_field | covariance

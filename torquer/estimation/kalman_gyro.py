@@ -27,6 +27,7 @@ from torquer.estimation.covariance import (
     state_of,
     variance_of,
 )
+from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
 from torquer.estimation.kalman import Filter, keys_of, step
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
@@ -109,10 +110,30 @@ def rate_of(inputs, parameters, memory, dt):
     return sub(inputs.omega_body_rad_s, bias), bias, variance
 
 
+@inlined
+def remembered(memory):
+    """What `propagate` reads of the step before."""
+    return vector_of(memory.omega_read)
+
+
+@inlined
+def put_remembered(memory, before):
+    """Put back what `remembered` gave."""
+    put_vector(memory.omega_read, before)
+
+
 @kernel
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
     return step(inputs, parameters, memory, begin, propagate, rate_of)
+
+
+@kernel
+def kalman_gyro_by_field(inputs, parameters, memory):
+    """The same of one that uses the magnetometer alone."""
+    return step_by_field(
+        inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
+    )
 
 
 class KalmanGyro(Filter):
@@ -125,6 +146,7 @@ class KalmanGyro(Filter):
 
     kind: Literal["kalman_gyro"] = "kalman_gyro"
     kernel: ClassVar = kalman_gyro
+    by_field: ClassVar = (kalman_gyro_by_field, memory_of_hypotheses)
     remembers: ClassVar = {"omega_read": (0.0, 0.0, 0.0)}
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
