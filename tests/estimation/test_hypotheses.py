@@ -200,12 +200,13 @@ def test_weights_follow_the_density_of_the_innovations(bias):
     assert abs(found[1] - found[0]) > 1e-3
 
 
-def test_a_wild_reading_does_not_decide():
+@pytest.mark.parametrize("wild", [(-3e-5, 2e-5, 5e-5), (math.nan, 0.0, 0.0), (0.0, math.inf, 0.0)])
+def test_a_wild_reading_does_not_decide(wild):
     """Beyond the gate only the hypotheses' widths count, not how far off each one is."""
     _, parameters, memory = begun("kalman_gyro", 5)
-    wild = readings(6)[-1]._replace(b_body_t=(-3e-5, 2e-5, 5e-5))
+    row = readings(6)[-1]._replace(b_body_t=wild)
     hypotheses.load(memory, 0)
-    value = hypotheses.log_likelihood(wild, parameters, memory, (0.0, 0.0, 0.0))
+    value = hypotheses.log_likelihood(row, parameters, memory, (0.0, 0.0, 0.0))
     assert -0.5 * parameters.sensing.gate_2 - 10.0 < value < -0.5 * parameters.sensing.gate_2
 
 

@@ -139,7 +139,8 @@ def log_likelihood(inputs, parameters, memory, omega):
     if m.count == 3:
         e3 = m.z[2] - lower[1] * e1 - lower[2] * e2
         nis, gate = nis + e3 * e3 / d[2], parameters.sensing.gate_3
-    return -0.5 * (min(nis, gate) + math.log(d[0] / m.r * (d[1] / m.r) * d[2]))
+    bounded = nis if nis < gate else gate  # where the reading is not a number, too
+    return -0.5 * (bounded + math.log(d[0] / m.r * (d[1] / m.r) * d[2]))
 
 
 @inlined
