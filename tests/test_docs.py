@@ -162,7 +162,7 @@ def test_the_sensors_tutorial_shows_what_is_expected():
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         assert expect(ROOT / "examples/which_sensors.toml", FilterOptions(), CodeOptions()) == 0
     lines = [line.rstrip() for line in printed.getvalue().splitlines()[:-1] if line.strip()]
-    assert len(lines) == 9 and all(line in SENSORS_PAGE for line in lines)
+    assert len(lines) == 10 and all(line in SENSORS_PAGE for line in lines)
 
 
 @needs_jit
@@ -174,7 +174,7 @@ def test_the_sensors_tutorial_prints_what_it_shows(monkeypatch):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             exec(code, names)
         assert printed.getvalue() == shown_there
-    assert len(found) == 2
+    assert len(found) == 3
 
 
 def test_readme_links_exist():

@@ -22,6 +22,7 @@ pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: hours without JIT"),
 ]
 RUNS = 200
+ROOT = Path(__file__).parents[2]
 BDOT = {"law": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 3e6}}
 #: Estimator, rest of the control table.
 FILTERS = {
@@ -142,18 +143,78 @@ def test_nothing_diverges_in_a_day(name):
     assert found.consistent and greatest < 6.5
 
 
-def beside_flights(sensors, runs=RUNS):
-    """95 % of the errors [deg] of the example without a gyro after one revolution, of three."""
-    flown = load_scenario(Path(__file__).parents[2] / "examples/which_sensors.toml")
-    keys = flown.control.estimators["no_gyro"].model_dump(exclude_none=True)
+def alone(kind, sensors=("magnetometer",), duration_s=6000.0, **keys):
+    """The example with a filter by some sensors, and nothing that acts on the satellite."""
+    flown = load_scenario(ROOT / "examples/which_sensors.toml")
+    spec = {"kalman_gyro": flown.control.estimator, **flown.control.estimators}[kind]
+    spec = {**spec.model_dump(exclude_none=True), "sensors": list(sensors), **keys}
     if "sun" not in sensors:
-        del keys["sun_noise_deg"]
+        del spec["sun_noise_deg"]
     data = flown.model_dump(mode="json", exclude_unset=True)
-    data["control"] = {"law": {"kind": "off"}, "estimator": {**keys, "sensors": list(sensors)}}
-    data["simulation"] = {"duration_s": 17280.0, "step_s": 1.0, "record_s": 60.0}
-    found = fly_filter(members_of(scenario_from_data(data), runs))
-    whole = np.degrees(np.linalg.norm(found.errors[..., :3], axis=2))
-    return whole[:, found.t_s > flown.orbit.period_s]
+    data["control"] = {"law": {"kind": "off"}, "estimator": spec, "sample_s": 1.0}
+    data["simulation"] = {"duration_s": duration_s, "step_s": 1.0, "record_s": 10.0}
+    return scenario_from_data(data)
+
+
+def from_anywhere(flown, runs, rate_deg_s=0.0, turning_with="orbital"):
+    """Attitudes and directions of the rate that are equally likely."""
+    rng = np.random.default_rng(1)
+    for member in members_of(flown, runs):
+        q, axis = rng.normal(size=4), rng.normal(size=3)
+        initial = {
+            "reference": "orbital", "quaternion": list(q / np.linalg.norm(q)),
+            "rate_deg_s": list(rate_deg_s * axis / np.linalg.norm(axis)),
+            "rate_relative_to": turning_with,
+        }  # fmt: skip
+        yield member.replace("initial", initial)
+
+
+def total_deg(found):
+    """Errors and stated standard deviations (runs, samples), all axes together."""
+    error = np.degrees(np.linalg.norm(found.errors[..., :3], axis=2))
+    return error, np.degrees(np.sqrt(np.einsum("rkii->rk", found.covariance[..., :3, :3])))
+
+
+#: Rate [deg/s] at the start, what it is relative to, the filter's standard deviation of it.
+STARTS = {
+    "at rest in inertial space": (0.0, "inertial", 0.2),
+    "turning with the orbit": (0.0, "orbital", 0.2),
+    "0.5 deg/s": (0.5, "inertial", 0.5),
+    "3 deg/s": (3.0, "inertial", 3.0),
+}
+
+
+def starts_alone(kind, name, runs=RUNS):
+    """Starts with the magnetometer alone: how many runs state below 5 deg while more than 20 deg
+    off, and after how many minutes below 5 deg is stated: median, last of all."""
+    rate_deg_s, turning_with, sigma_deg_s = STARTS[name]
+    keys = {"rate_sigma_deg_s": sigma_deg_s} if kind == "no_gyro" else {}
+    flown = from_anywhere(alone(kind, **keys), runs, rate_deg_s, turning_with)
+    found = fly_filter(flown)
+    error, sigma = total_deg(found)
+    first_s = found.t_s[np.argmax(sigma < 5.0, axis=1)] / 60.0
+    false = ((sigma < 5.0) & (error > 20.0)).any(axis=1).sum()
+    return int(false), float(np.median(first_s)), float(first_s.max())
+
+
+@pytest.mark.parametrize("name", STARTS)
+@pytest.mark.parametrize("kind", ["kalman_gyro", "no_gyro"])
+def test_starts_by_the_field_alone_are_those_of_the_page(kind, name):
+    page = (ROOT / "docs/tutorials/filter-check.md").read_text(encoding="utf-8")
+    without_gyro = kind == "no_gyro"
+    row = next(line for line in page.splitlines() if line.startswith(f"| {name} |"))
+    cells = row.split("|")[2:-1][3 * without_gyro :][:3]
+    false, median, last = starts_alone(kind, name)
+    assert false <= int(cells[0]) + 1
+    assert (median, last) == pytest.approx([float(cell) for cell in cells[1:]], rel=0.25, abs=0)
+
+
+def beside_flights(sensors, runs=RUNS):
+    """Errors [deg] of the example without a gyro, from any attitude, after one revolution of
+    three."""
+    flown = alone("no_gyro", sensors, 17280.0).replace("simulation.record_s", 60.0)
+    found = fly_filter(from_anywhere(flown, runs))
+    return total_deg(found)[0][:, found.t_s > flown.orbit.period_s]
 
 
 @pytest.mark.parametrize(
@@ -171,6 +232,10 @@ def shown(each):
 
 
 if __name__ == "__main__":
+    if "starts" in sys.argv:
+        for name in STARTS:
+            cells = [x for kind in ("kalman_gyro", "no_gyro") for x in starts_alone(kind, name)]
+            print(f"| {name} |", " | ".join(f"{x:.2g}" for x in cells), "|", flush=True)
     if "flights" in sys.argv:
         for sensors in (("magnetometer",), ("magnetometer", "sun")):
             error = beside_flights(sensors)

@@ -119,7 +119,8 @@ def test_sensor_sets_are_the_filter_and_its_parts():
     whole, field, sun = sets
     assert whole.light_deg < 0.3 < whole.dark_deg < 3.0
     assert whole.light_deg <= field.light_deg and whole.dark_deg <= field.dark_deg
-    assert whole.reached_s < field.reached_s and np.isnan(sun.reached_s) and sun.light_deg > 90.0
+    assert whole.reached_s >= 0.0 and field.reached_s is None and sun.reached_s is None
+    assert sun.light_deg > 90.0
     plain = as_plain(sets)
     assert plain[0]["windows"][0]["weakest"] in ("attitude", "gyro bias")
 

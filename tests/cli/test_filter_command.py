@@ -89,11 +89,15 @@ def test_what_to_expect_is_told_for_the_filter_and_its_parts(call, with_filter, 
     names = ("magnetometer + Sun sensors + gyro", "magnetometer + gyro", "Sun sensors + gyro")
     assert code == 0 and len(lines) == 4
     assert all(name in line for name, line in zip(names, lines, strict=False))
+    assert " min " in lines[0] and all(" - " in line for line in lines[1:3])
+    assert "flights show how long it takes" in out
     assert "unknown" in lines[2] and (tmp_path / "expected.png").stat().st_size > 10_000
     code, out, _ = call("filter-check", with_filter(), "--expected", "--json")
     sets = json.loads(out)["sensor_sets"]
     assert code == 0 and [each["sensors"] for each in sets] == list(names)
     assert sets[0]["light_95_deg"] < sets[1]["light_95_deg"] < sets[2]["light_95_deg"]
+    after = [each["below_5_deg_after_s"] for each in sets]
+    assert after[0] >= 0.0 and after[1:] == [None, None]
     assert len(sets[0]["windows"][0]["singular_values"]) == 6
 
 

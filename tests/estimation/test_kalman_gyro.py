@@ -201,10 +201,10 @@ def test_a_run_resumes_to_the_same_bits():
 
 
 def test_the_magnetometer_and_the_gyro_find_the_attitude_by_themselves():
-    """From any attitude that fits the field: 64 deg at the start, about a degree in one orbit."""
+    """From nothing but the field: lost at the start, about a degree in one orbit."""
     result = simulate(scenario(FIELD, duration_s=6000.0, record_s=60.0))
     error, sigma = error_deg(result), np.degrees(result["attitude_sigma"].values)
-    assert error[0] > 60.0
+    assert error[0] > 50.0 and math.sqrt(3.0) * sigma[0] > 90.0
     assert np.sqrt(np.mean(error[-40:-1] ** 2)) < 1.5
     assert np.all(error[-40:-1] < 4.0 * math.sqrt(3.0) * sigma[-40:-1])
 

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.filter_statistics import FilterRuns
-from torquer.estimation.kalman import Filter
+from torquer.estimation.kalman import NOT_STARTED, Filter
 
 #: The filter's log of why it has not started, and the reasons by their numbers there.
 WHY_NOT_STARTED = "not_started"
-REASONS: dict[int, str] = {}
+REASONS = dict(enumerate(NOT_STARTED))
 #: What a filter needs to start, by its sensors: said where it gives no reason of its own.
 _NEEDS = {
     ("magnetometer",): "it needs a reading of the field",

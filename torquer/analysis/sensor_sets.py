@@ -26,14 +26,16 @@ class SensorSet(NamedTuple):
     `light_deg`, `dark_deg`: 95th percentile of the total attitude error while a Sun sensor sees
     the Sun and while none does, at the worst instant of each after `settled_s`; NaN if there is
     none.
-    `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never.
+    `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never; None
+    with a single direction, where the start is not linear: covariance does not tell how long it
+    takes.
     `t_s`, `error_deg`: the 95th percentile over time.
     """
 
     name: str
     light_deg: float
     dark_deg: float
-    reached_s: float
+    reached_s: float | None
     settled_s: float
     t_s: np.ndarray
     error_deg: np.ndarray
@@ -67,12 +69,11 @@ def expected_of(scenario: Scenario, name: str) -> SensorSet:
     rows = np.unique(np.linspace(1, len(t_s) - 1, _INSTANTS).astype(int))
     error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3]))
     seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
-    above = np.flatnonzero(error > REACHED_DEG)
-    after = 0 if not len(above) else above[-1] + 1
-    reached = t_s[rows][after] if after < len(rows) else np.nan
+    two = len(kalman_filter(scenario).sensors) > 1
+    reached_s = _below_from(t_s[rows], error) if two else None
     window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
     return SensorSet(
-        name, _worst(error[later & seen]), _worst(error[later & ~seen]), float(reached),
+        name, _worst(error[later & seen]), _worst(error[later & ~seen]), reached_s,
         float(settled_s), t_s[rows], error, seen, observability(scenario, window_s),
     )  # fmt: skip
 
@@ -98,6 +99,13 @@ def as_plain(sets: list[SensorSet]) -> list[dict]:
         }
         for each in sets
     ]
+
+
+def _below_from(t_s: np.ndarray, error_deg: np.ndarray) -> float:
+    """Time after which errors stay below `REACHED_DEG`, NaN if they do not."""
+    above = np.flatnonzero(error_deg > REACHED_DEG)
+    after = above[-1] + 1 if len(above) else 0
+    return float(t_s[after]) if after < len(t_s) else float("nan")
 
 
 def _worst(values: np.ndarray) -> float:

@@ -107,6 +107,8 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
         for each in sets
     ]  # fmt: skip
     table_console(_WIDTH).print(table(head, rows, title, left=(0, 5)))
+    if any(each.reached_s is None for each in sets):
+        print("-: a start from a single direction is not linear; flights show how long it takes")
     seen = sets[0].observability
     window_min = (seen.to_s[0] - seen.from_s[0]) / 60.0
     print(
@@ -116,6 +118,8 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
 
 
 def _reached(each: SensorSet) -> str:
+    if each.reached_s is None:
+        return "-"
     return f"{each.reached_s / 60.0:.0f} min" if math.isfinite(each.reached_s) else "never"
 
 

@@ -92,14 +92,27 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     """
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
         return UNKNOWN_ESTIMATE
-    dt, before = inputs.t_s - memory.t_s, quaternion_of(memory.q)
+    dt = inputs.t_s - memory.t_s
+    advance(inputs, parameters, memory, dt, propagate, rate_of)
+    return stated(inputs, parameters, memory, dt, rate_of)
+
+
+@plugged
+def advance(inputs, parameters, memory, dt, propagate, rate_of):
+    """Propagate a filter to now, dt seconds, and take the readings."""
+    before = quaternion_of(memory.q)
     propagate(inputs, parameters, memory, dt)
     follow(memory.rotation, before, quaternion_of(memory.q))
     memory.t_s = inputs.t_s
     widen(memory, dt)
     omega, _, variance = rate_of(inputs, parameters, memory, dt)
     walk = dt * (variance - variance_of(memory.covariance, RATE_ERROR))
-    take_readings(inputs, parameters, memory, omega, walk)
+    take_readings(inputs, parameters, memory, omega, walk, True)
+
+
+@plugged
+def stated(inputs, parameters, memory, dt, rate_of):
+    """What the filter states dt seconds after its last step."""
     omega, bias, variance = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
     return Estimate(memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance))
@@ -139,10 +152,11 @@ def doubt_motion(memory, rate_error):
 
 
 @inlined
-def take_readings(inputs, parameters, memory, omega, walk):
+def take_readings(inputs, parameters, memory, omega, walk, judged):
     """Update by each sensor that has been read since; the body turns with omega.
 
-    `walk`: growth of the variance of the propagated rotation by white noise [rad^2/s].
+    `walk`: growth of the variance of the propagated rotation by white noise [rad^2/s]; `judged`:
+    whether the sensors and the motion are tested, too.
     """
     at = inputs.read_at
     for sensor in range(SENSORS):
@@ -155,7 +169,8 @@ def take_readings(inputs, parameters, memory, omega, walk):
         put_vector(innovation, NOTHING)
         if m.count > 0:
             memory.read_s[sensor] = read_s
-            judge(inputs, parameters, memory, m, sensor, walk)
+            if judged:
+                judge(inputs, parameters, memory, m, sensor, walk)
             take(parameters.sensing, memory, m, sensor, innovation)
 
 
@@ -384,8 +399,8 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     """Attitude that fits a sensor's latest reading; whether there is one.
 
     It is the smallest rotation from the attitude that the filter has, or from the inertial axes.
-    The remaining angle is found as the field turns along the orbit. (The Sun's direction does not
-    turn: from it alone that angle is never found.)
+    The remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
+    direction does not turn: from it alone that angle is never found.)
     """
     sensing, at, q = parameters.sensing, inputs.read_at, (0.0, 0.0, 0.0, 1.0)
     v, reference, read_s, r = inputs.sun_body, inputs.ephemeris.sun_inertial, 0.0, sensing.r_sun
@@ -491,16 +506,19 @@ class Filter(Spec):
 
     The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
     axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor rejected
-    one after another. Without Sun sensors it begins with any attitude that fits the field; without
-    a magnetometer it must be handed one. Where other estimators have worked before it, in other
-    modes, it takes over an attitude that is not older than `longest_gap_s` and better than its own;
-    after a longer gap it starts again.
+    one after another. Without Sun sensors it starts with several hypotheses about the turn around
+    the field, and states their spread until they agree; without a magnetometer it must be handed an
+    attitude. Where other estimators have worked before it, in other modes, it takes over
+    an attitude that is not older than `longest_gap_s` and better than its own; after a longer gap
+    it starts again.
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})
     #: The kernel, and what it remembers beyond `memory_of`.
     kernel: ClassVar[Callable]
     remembers: ClassVar[dict] = {}
+    #: The kernel for the magnetometer alone, and what makes its further memory for n states.
+    by_field: ClassVar[tuple[Callable, Callable[[int], dict]]]
     sensors: tuple[Literal["magnetometer", "sun"], ...] = ("magnetometer", "sun")
     """Sensors that the filter uses."""
     magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
@@ -582,10 +600,17 @@ class Filter(Spec):
     def estimator(self) -> Estimator:
         """The filter, not yet started."""
         cls, parameters = type(self), self.constants()
-        memory = memory_of(3 * len(self.initial_variances())) | cls.remembers
-        return Estimator(
-            self.kind, cls.kernel, parameters, memory, self.logs(), self.needs, spec=self
-        )
+        n, kernel = 3 * len(self.initial_variances()), cls.kernel
+        memory = memory_of(n) | cls.remembers
+        if self.starts_by_field:
+            kernel, more = cls.by_field
+            memory |= more(n)
+        return Estimator(self.kind, kernel, parameters, memory, self.logs(), self.needs, spec=self)
+
+    @property
+    def starts_by_field(self) -> bool:
+        """Whether the filter has the magnetometer alone: it starts with several hypotheses."""
+        return self.sensors == ("magnetometer",)
 
     @property
     def needs(self) -> frozenset[str]:
@@ -594,4 +619,6 @@ class Filter(Spec):
 
     def logs(self) -> dict:
         """What is logged: names in the memory, units or axes."""
-        return LOG | (axes_of(self.initial_variances()) if self.record_covariance else {})
+        by_field = {"hypotheses": "1"} if self.starts_by_field else {}
+        covariance = axes_of(self.initial_variances()) if self.record_covariance else {}
+        return LOG | by_field | covariance

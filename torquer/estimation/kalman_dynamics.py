@@ -29,6 +29,7 @@ from torquer.estimation.covariance import (
     state_of,
     variance_of,
 )
+from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
 from torquer.estimation.kalman import Filter, keys_of, step
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
@@ -232,10 +233,30 @@ def rate_of(inputs, parameters, memory, dt):
     return omega, (0.0, 0.0, 0.0), variance
 
 
+@inlined
+def remembered(memory):
+    """What `propagate` reads of the step before."""
+    return vector_of(memory.wheels)
+
+
+@inlined
+def put_remembered(memory, before):
+    """Put back what `remembered` gave."""
+    put_vector(memory.wheels, before)
+
+
 @kernel
 def kalman_dynamics(inputs, parameters, memory):
     """One step of the filter without a gyro."""
     return step(inputs, parameters, memory, begin, propagate, rate_of)
+
+
+@kernel
+def kalman_dynamics_by_field(inputs, parameters, memory):
+    """One step of a filter without a gyro that uses the magnetometer alone."""
+    return step_by_field(
+        inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
+    )
 
 
 class KalmanDynamics(Filter):
@@ -245,6 +266,7 @@ class KalmanDynamics(Filter):
 
     kind: Literal["kalman_dynamics"] = "kalman_dynamics"
     kernel: ClassVar = kalman_dynamics
+    by_field: ClassVar = (kalman_dynamics_by_field, memory_of_hypotheses)
     remembers: ClassVar = {"wheels": (0.0, 0.0, 0.0)}
     inertia_kg_m2: Inertia
     """Inertia of the body with its wheels: three moments or 3x3."""

@@ -27,6 +27,7 @@ from torquer.estimation.covariance import (
     state_of,
     variance_of,
 )
+from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
 from torquer.estimation.kalman import Filter, keys_of, step
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
@@ -196,11 +197,31 @@ def rate_of(inputs, parameters, memory, dt):
     return sub(vector_of(memory.gyro_rad_s[2]), bias), bias, variance
 
 
+@inlined
+def remembered(memory):
+    """What `propagate` reads of the step before and writes: nothing, readings are kept first."""
+    return 0.0
+
+
+@inlined
+def put_remembered(memory, before):
+    """Put back what `remembered` gave."""
+
+
 @kernel
 def kalman_gyro(inputs, parameters, memory):
     """One step of the filter with a gyro."""
     keep_reading(inputs, memory)
     return step(inputs, parameters, memory, begin, propagate, rate_of)
+
+
+@kernel
+def kalman_gyro_by_field(inputs, parameters, memory):
+    """One step of a filter with a gyro that uses the magnetometer alone."""
+    keep_reading(inputs, memory)
+    return step_by_field(
+        inputs, parameters, memory, begin, propagate, rate_of, remembered, put_remembered
+    )
 
 
 class KalmanGyro(Filter):
@@ -217,6 +238,7 @@ class KalmanGyro(Filter):
         "gyro_s": (-math.inf, -math.inf, -math.inf),
         "gyro_rad_s": ((0.0, 0.0, 0.0),) * 3,
     }
+    by_field: ClassVar = (kalman_gyro_by_field, memory_of_hypotheses)
     angle_random_walk_deg_sqrt_s: float = Field(gt=0.0)
     """White noise of the gyro, deg/sqrt(s); readings with a standard deviation sigma, taken every T
     seconds, have sigma sqrt(T).
