@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.environment.ephemeris import AnyEnvironment
 from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
 from torquer.scenario.change import with_values
@@ -357,6 +358,13 @@ class Scenario(Spec):
     def orbit_environment(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
+
+    def believed_environment(self) -> AnyEnvironment:
+        """The environment as the on-board computer's models give it: the true one if it has none.
+
+        `control.ephemeris` states how they differ.
+        """
+        return self.control.ephemeris.along(self.orbit_environment())
 
     @property
     def grid_s(self) -> float:
