@@ -8,6 +8,7 @@ import numpy as np
 
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
+from torquer.analysis.systematic import systematic_error
 from torquer.estimation.kalman import NOISE_KEYS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.scenario.spec import Scenario
@@ -25,7 +26,8 @@ class SensorSet(NamedTuple):
 
     `light_deg`, `dark_deg`: 95th percentile of the total attitude error while a Sun sensor sees
     the Sun and while none does, at the worst instant of each after `settled_s`; NaN if there is
-    none.
+    none. `systematic_deg`: the greatest part of it, after that time, which the models on board
+    cause and the filter does not state.
     `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never.
     `t_s`, `error_deg`: the 95th percentile over time.
     """
@@ -33,6 +35,7 @@ class SensorSet(NamedTuple):
     name: str
     light_deg: float
     dark_deg: float
+    systematic_deg: float
     reached_s: float
     settled_s: float
     t_s: np.ndarray
@@ -65,14 +68,16 @@ def expected_of(scenario: Scenario, name: str) -> SensorSet:
     t_s, length_s = expected.t_s, expected.t_s[-1]
     settled_s = min(scenario.orbit.period_s, 0.5 * length_s)
     rows = np.unique(np.linspace(1, len(t_s) - 1, _INSTANTS).astype(int))
-    error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3]))
+    systematic = systematic_error(scenario, expected)
+    error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3], systematic[rows]))
     seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
     above = np.flatnonzero(error > REACHED_DEG)
     after = 0 if not len(above) else above[-1] + 1
     reached = t_s[rows][after] if after < len(rows) else np.nan
     window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
     return SensorSet(
-        name, _worst(error[later & seen]), _worst(error[later & ~seen]), float(reached),
+        name, _worst(error[later & seen]), _worst(error[later & ~seen]),
+        _worst(np.degrees(np.linalg.norm(systematic[rows][later], axis=1))), float(reached),
         float(settled_s), t_s[rows], error, seen, observability(scenario, window_s),
     )  # fmt: skip
 
@@ -84,6 +89,7 @@ def as_plain(sets: list[SensorSet]) -> list[dict]:
             "sensors": each.name,
             "light_95_deg": each.light_deg,
             "dark_95_deg": each.dark_deg,
+            "systematic_deg": each.systematic_deg,
             f"below_{REACHED_DEG:g}_deg_after_s": each.reached_s,
             "settled_s": each.settled_s,
             "windows": [

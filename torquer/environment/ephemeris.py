@@ -5,7 +5,7 @@ not from reading to reading, and no filter averages them out.
 """
 
 from dataclasses import dataclass, replace
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from pydantic import Field
@@ -164,3 +164,35 @@ class OnBoardEnvironment:
 
 #: The environment as a computer believes it to be: the true one, or one by its own models.
 AnyEnvironment = OrbitEnvironment | OnBoardEnvironment
+
+
+class ModelErrors(NamedTuple):
+    """Root mean square of what the computer believes less what is true, along an orbit.
+
+    Size of the field's vector [T], its strength [T], angle between the two fields [rad], distance
+    of the positions [m].
+    """
+
+    field_t: float
+    strength_t: float
+    angle_rad: float
+    position_m: float
+
+
+def model_errors(truth: OrbitEnvironment, believed: AnyEnvironment, t_s) -> ModelErrors | None:
+    """Errors of the models on board at times (n,) [s]; None where they are the truth."""
+    if believed == truth:
+        return None
+    (r, v), (own_r, own_v) = truth.state(t_s), believed.state(t_s)
+    b, own_b = truth.field(t_s, r, v), believed.field(t_s, own_r, own_v)
+    sizes = np.linalg.norm(b, axis=1), np.linalg.norm(own_b, axis=1)
+    return ModelErrors(
+        _rms(np.linalg.norm(own_b - b, axis=1)),
+        _rms(sizes[1] - sizes[0]),
+        _rms(np.arctan2(np.linalg.norm(np.cross(b, own_b), axis=1), np.sum(b * own_b, axis=1))),
+        _rms(np.linalg.norm(own_r - r, axis=1)),
+    )
+
+
+def _rms(values: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(values**2)))

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
-from torquer.environment.ephemeris import AnyEnvironment
+from torquer.environment.ephemeris import AnyEnvironment, ModelErrors, model_errors
 from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
 from torquer.scenario.change import with_values
@@ -40,6 +40,8 @@ _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 _TOLERANCE_DEG = 1e-4
 #: Control steps and readings until the timetable repeats: all of them are in memory.
 _MOST_INSTANTS = 100_000
+#: Instants of a run at which the models on board are compared with the truth.
+_INSTANTS_OF_MODELS = 2000
 
 
 class Spacecraft(Spec):
@@ -365,6 +367,14 @@ class Scenario(Spec):
         `control.ephemeris` states how they differ.
         """
         return self.control.ephemeris.along(self.orbit_environment())
+
+    def model_errors(self) -> ModelErrors | None:
+        """Errors of the computer's models along the run, at some thousand instants.
+
+        None where they are the truth.
+        """
+        t_s = np.linspace(0.0, self.steps() * self.grid_s, _INSTANTS_OF_MODELS)
+        return model_errors(self.orbit_environment(), self.believed_environment(), t_s)
 
     @property
     def grid_s(self) -> float:
