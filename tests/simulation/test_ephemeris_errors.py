@@ -1,5 +1,7 @@
 """Models on board that are worse than the truth: the size of the errors, and who sees them."""
 
+import re
+
 import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, GYRO, SCENARIO
@@ -11,6 +13,8 @@ from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
 from torquer.compile import engine
 from torquer.conventions import EARTH_RADIUS_M
+from torquer.report.flight.setting import setting
+from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.run import prepare
@@ -262,6 +266,50 @@ def test_tables_of_another_computer_are_refused():
     blind = base.replace("control", {"law": {"kind": "off"}, "ephemeris": ERRORS})
     with pytest.raises(ValueError, match="piece: must have the Sun and the air"):
         prepare(with_filter(**ERRORS), piece=prepare(blind).piece)
+
+
+#: (table, beginning of the line) of mistakes.
+MISTAKES = [
+    ({"clock_error_s": 1e6},
+     "control.ephemeris.clock_error_s: must be less than or equal to 86400"),
+    ({"along_track_error_km": 2}, "control.ephemeris.along_track_error_km: must be a known key; "
+     "received 2 (did you mean along_track_error_m?)"),
+    ({"field": {"kind": "igrf14", "degree": 14}},
+     "control.ephemeris.field.degree: must lie within 1..13 for igrf14; received 14"),
+    ({"tle_age_days": 3}, "control.ephemeris.tle_age_days: must be left out unless orbit.kind is "
+     "'numerical'; received 3 with 'circular'"),
+    ({"tle_age_days": 1, "orbit": SCENARIO["orbit"]},
+     "control.ephemeris.tle_age_days: must be left out with orbit, in whose place it is; "
+     "received 1"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("ephemeris", "line"), MISTAKES)
+def test_a_mistake_is_one_line(ephemeris, line):
+    with pytest.raises(ValueError, match="^" + re.escape(line)) as mistake:
+        scenario(**ephemeris)
+    assert "\n" not in str(mistake.value)
+
+
+def test_the_field_on_board_must_be_valid_for_the_time_of_the_clock():
+    """The run ends within the last year of the model; by the computer's clock it does not."""
+    late = scenario(field={"kind": "wmm2025"}, clock_error_s=7200.0)
+    with pytest.raises(ValueError, match=r"^control.ephemeris: field model wmm2025: date must lie"):
+        prepare(late.replace("start", "2029-12-31T23:00:00Z"))
+
+
+def test_an_orbit_that_sgp4_does_not_follow_has_no_two_line_elements():
+    far = {"kind": "kepler", "perigee_altitude_km": 600, "apogee_altitude_km": 400_000,
+           "inclination_deg": 63.0}  # fmt: skip
+    lunar = scenario().replace("orbit", {"kind": "numerical", "start": far})
+    with pytest.raises(ValueError, match=r"tle_age_days: must be given with an orbit that SGP4"):
+        lunar.replace("control.ephemeris.tle_age_days", 1.0).believed_environment()
+
+
+def test_a_report_says_how_far_the_models_are_off():
+    rows = dict(setting(view_of(flown(BDOT, radial_error_m=2e3))))
+    assert rows["Models on board"].endswith("position by 2 km (rms)")
+    assert "Models on board" not in dict(setting(view_of(flown(BDOT))))
 
 
 def test_results_have_the_models_only_where_they_are_not_the_truth():

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.field import AnyField
@@ -16,6 +16,7 @@ from torquer.environment.field.drift import check_span
 from torquer.environment.sun import Shadow
 from torquer.environment.table import ProvenTable, Table
 from torquer.orbit import AnyOrbit
+from torquer.orbit.fitted_elements import fitted_elements
 from torquer.spec import Spec
 
 _PER_MILLION = 1e-6
@@ -34,6 +35,10 @@ class EphemerisModels(Spec):
     """
     orbit: AnyOrbit | None = None
     """Orbit on board, such as a two-line element set received days ago; left out: the true one."""
+    tle_age_days: Annotated[float, Field(ge=0.0, le=60.0)] | None = None
+    """Age at the start of two-line elements on board, which are fitted to three days of the true
+    orbit, of kind 'numerical', before their epoch; left out: none.
+    """
     along_track_error_m: float = 0.0
     """Distance by which the computer believes the satellite to be ahead on its orbit."""
     cross_track_error_m: float = 0.0
@@ -49,6 +54,15 @@ class EphemerisModels(Spec):
     clock_drift_ppm: Annotated[float, Field(ge=-1000.0, le=1000.0)] = 0.0
     """Rate by which its clock gains on the true time."""
 
+    @model_validator(mode="after")
+    def _one_orbit(self):
+        if self.orbit is not None and self.tle_age_days is not None:
+            raise ValueError(
+                "tle_age_days: must be left out with orbit, in whose place it is; received "
+                f"{self.tle_age_days:g}"
+            )
+        return self
+
     def along(self, truth: OrbitEnvironment) -> "AnyEnvironment":
         """The surroundings as the computer believes them to be: `truth` itself without errors."""
         own = replace(truth, orbit=self._orbit(truth))
@@ -61,6 +75,9 @@ class EphemerisModels(Spec):
 
     def _orbit(self, truth: OrbitEnvironment):
         orbit = truth.orbit if self.orbit is None else self.orbit
+        if self.tle_age_days is not None:
+            dut1_s = truth.environment.ut1_minus_utc_s
+            orbit = fitted_elements(truth.orbit, truth.start, self.tle_age_days, dut1_s)
         errors = (self.along_track_error_m, self.cross_track_error_m, self.radial_error_m)
         return Displaced(orbit, *errors) if any(errors) else orbit
 

@@ -227,6 +227,7 @@ class Scenario(Spec):
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self._check_end()
+        self._check_ephemeris()
         self._check_mission()
         self._check_failures()
         self._check_disturbance()
@@ -274,6 +275,15 @@ class Scenario(Spec):
             raise ValueError(
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
                 f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
+            )
+
+    def _check_ephemeris(self) -> None:
+        """Two-line elements are fitted to an orbit that is more than theory."""
+        age_days = self.control.ephemeris.tle_age_days
+        if age_days is not None and self.orbit.kind != "numerical":
+            raise ValueError(
+                "control.ephemeris.tle_age_days: must be left out unless orbit.kind is "
+                f"'numerical'; received {age_days:g} with {self.orbit.kind!r}"
             )
 
     def _check_mission(self) -> None:
