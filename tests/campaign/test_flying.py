@@ -236,7 +236,7 @@ GAIN = {"control.law.gain_a_m2_s_per_t": {"log_uniform": [1e4, 1e6]}}
     [
         (GAIN, None),
         (GAIN | {"orbit.raan_deg": {"uniform": [0, 360]}}, "orbit.raan_deg varies, and members "
-         "flown together share orbit, environment and steps"),
+         "flown together share orbit, environment, ephemeris and steps"),
         ({NOISE: {"uniform": [1, 9]}}, f"{NOISE} varies, and members flown together share it"),
         ({NOISE: {"values": [0.0, 9.0]}}, None),  # every other one fits
     ],

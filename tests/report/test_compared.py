@@ -214,8 +214,9 @@ KNOWN = {each.name: each for each in (*COORDINATES, *VARIABLES)}
 
 @pytest.fixture(scope="module")
 def estimated(make):
-    """Adaptive steps and an estimator; all that the computer knows is recorded."""
-    control = {"estimator": {"kind": "rate_from_field", "interval_s": 2.0}}
+    """Adaptive steps, an estimator, models on board; all that the computer knows is recorded."""
+    estimator = {"kind": "rate_from_field", "interval_s": 2.0}
+    control = {"estimator": estimator, "ephemeris": {"clock_error_s": 1.0}}
     simulation = {"duration_s": 60.0, "step_s": None, "record_inputs": True}
     return simulate(make("estimated", control=control, simulation=simulation))
 

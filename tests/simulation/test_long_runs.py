@@ -246,8 +246,9 @@ LAWS = FULL["control"]["laws"]
     {"law": LAWS["coils"]},
     {"laws": LAWS, "modes": MODES},
     {"law": LAWS["coils"], **SENSED},
+    {"law": LAWS["coils"], "ephemeris": {"clock_error_s": 1.0}},
     {"law": {"kind": "user", "file": "logging.py"}},
-], ids=["plain", "modes", "estimator", "log"])  # fmt: skip
+], ids=["plain", "modes", "estimator", "ephemeris", "log"])  # fmt: skip
 @pytest.mark.parametrize("wheels", [True, False])
 def test_a_row_has_as_many_numbers_as_told(plain_data, tmp_path, control, wheels):
     if "laws" in control and not wheels:

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.earth.gravity import gravity_gradient_vector
+from torquer.environment.ephemeris import ModelErrors, model_errors
 from torquer.environment.light import light_along
 from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
@@ -43,13 +44,15 @@ class Budget(NamedTuple):
 
     `disturbance`: torques (n, 3) N m, body, by key of `NAMES`; `control`: that of the coils
     without their residual dipole, None for a motion that is not flown; `available` (n,): what the
-    coils can give in any direction across the field, None without coils.
+    coils can give in any direction across the field, None without coils; `models`: errors of the
+    models on board, from which laws compute their dipoles, None where they are the truth.
     """
 
     t_s: np.ndarray
     disturbance: dict[str, np.ndarray]
     control: np.ndarray | None
     available: np.ndarray | None
+    models: ModelErrors | None
 
     @property
     def total(self) -> np.ndarray:
@@ -88,7 +91,9 @@ def _budget(scenario: Scenario, t_s, r, b, q, omega, dipole) -> Budget:
         if dipole is not None:
             control = dipole_along(dipole - coils.residual_dipole_a_m2, along)
         available = torque_across_field(coils, _in_body(along))
-    return Budget(t_s, {name: found[name] for name in NAMES if name in found}, control, available)
+    named = {name: found[name] for name in NAMES if name in found}
+    truth, believed = scenario.orbit_environment(), scenario.believed_environment()
+    return Budget(t_s, named, control, available, model_errors(truth, believed, t_s))
 
 
 def _along(scenario: Scenario, t_s, r, b, q, omega) -> Along:
@@ -200,6 +205,16 @@ def _row(torque: np.ndarray, usual: float | None) -> Row:
     )
 
 
+def models_as_plain(models: ModelErrors) -> dict[str, float]:
+    """Errors of the models on board as plain data, units in the keys: root mean squares."""
+    return {
+        "field_nt": 1e9 * models.field_t,
+        "strength_nt": 1e9 * models.strength_t,
+        "angle_deg": float(np.degrees(models.angle_rad)),
+        "position_km": 1e-3 * models.position_m,
+    }
+
+
 def as_plain(budget: Budget) -> dict:
     """The table as plain data, units in the keys."""
     available = None
@@ -213,4 +228,5 @@ def as_plain(budget: Budget) -> dict:
         "duration_s": float(budget.t_s[-1]),
         "torques": {name: row._asdict() for name, row in rows_of(budget).items()},
         "coils_across_field": available,
+        "models_on_board": None if budget.models is None else models_as_plain(budget.models),
     }

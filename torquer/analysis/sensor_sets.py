@@ -8,6 +8,7 @@ import numpy as np
 
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
+from torquer.analysis.systematic import systematic_error
 from torquer.estimation.kalman import NOISE_KEYS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.scenario.spec import Scenario
@@ -25,7 +26,8 @@ class SensorSet(NamedTuple):
 
     `light_deg`, `dark_deg`: 95th percentile of the total attitude error while a Sun sensor sees
     the Sun and while none does, at the worst instant of each after `settled_s`; NaN if there is
-    none.
+    none. `systematic_deg`: the greatest part of it, after that time, which the models on board
+    cause and the filter does not state.
     `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never; None
     with a single direction, where the start is not linear: covariance does not tell how long it
     takes.
@@ -35,6 +37,7 @@ class SensorSet(NamedTuple):
     name: str
     light_deg: float
     dark_deg: float
+    systematic_deg: float
     reached_s: float | None
     settled_s: float
     t_s: np.ndarray
@@ -67,13 +70,15 @@ def expected_of(scenario: Scenario, name: str) -> SensorSet:
     t_s, length_s = expected.t_s, expected.t_s[-1]
     settled_s = min(scenario.orbit.period_s, 0.5 * length_s)
     rows = np.unique(np.linspace(1, len(t_s) - 1, _INSTANTS).astype(int))
-    error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3]))
+    systematic = systematic_error(scenario, expected)
+    error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3], systematic[rows]))
     seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
     two = len(kalman_filter(scenario).sensors) > 1
     reached_s = _below_from(t_s[rows], error) if two else None
     window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
     return SensorSet(
-        name, _worst(error[later & seen]), _worst(error[later & ~seen]), reached_s,
+        name, _worst(error[later & seen]), _worst(error[later & ~seen]),
+        _worst(np.degrees(np.linalg.norm(systematic[rows][later], axis=1))), reached_s,
         float(settled_s), t_s[rows], error, seen, observability(scenario, window_s),
     )  # fmt: skip
 
@@ -85,6 +90,7 @@ def as_plain(sets: list[SensorSet]) -> list[dict]:
             "sensors": each.name,
             "light_95_deg": each.light_deg,
             "dark_95_deg": each.dark_deg,
+            "systematic_deg": each.systematic_deg,
             f"below_{REACHED_DEG:g}_deg_after_s": each.reached_s,
             "settled_s": each.settled_s,
             "windows": [

@@ -56,8 +56,8 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
     spec = kalman_filter(scenario)
     if spec.starts_by_field:
         raise ValueError(
-            "control.estimator.sensors: must have two sensors, or the Sun sensors, in a run that is "
-            "to be smoothed: by the magnetometer alone the filter has many hypotheses at first; "
+            "control.estimator.sensors: must have more than the magnetometer in a run that is to be "
+            "smoothed, with which alone the filter has many hypotheses at first; "
             f"received {list(spec.sensors)}"
         )
     rows = _control_rows(result, scenario)

@@ -21,8 +21,9 @@ from torquer.simulation.run import Run, prepare, record_this_instant
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
 _MOTION_KEYS = {ATTITUDE, *(f"initial.{name}" for name in InitialMotion.model_fields)}
-#: Beginnings of keys that change the surroundings of a run, or when it looks at them.
-_OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "simulation")
+#: Beginnings of keys that change the surroundings of a run, what its computer believes of them, or
+#: when it looks at them.
+_OF_ORBIT_ENVIRONMENT = ("orbit", "start", "environment", "control.ephemeris", "simulation")
 #: Members that are tried in lanes before a campaign is flown.
 _TRIED = 8
 #: Members that fail are flown again from their start: nothing is saved on the way.
@@ -64,10 +65,10 @@ class Fleet:
     def _side_by_side(self, varied: list[str]) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one.
 
-        `varied`: keys that vary of the orbit, the environment or the steps.
+        `varied`: keys that vary of the orbit, the environment, the ephemeris or the steps.
         """
         if varied:
-            text = "members flown together share orbit, environment and steps"
+            text = "members flown together share orbit, environment, ephemeris and steps"
             return None, f"{varied[0]} varies, and {text}"
         if why := why_not_in_lanes(self.base):
             return None, why

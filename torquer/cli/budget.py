@@ -9,7 +9,12 @@ from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import json_text, print_error, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
-from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
+from torquer.report.flight.budget_rows import (
+    HEAD,
+    budget_table,
+    models_in_words,
+    reach_in_words,
+)
 from torquer.simulation.simulate import RunStopped, simulate
 
 #: Width of the table where the output is not a terminal.
@@ -33,7 +38,7 @@ def show(path: Path, how: BudgetOptions, code: CodeOptions) -> int:
     screen = table_console(_WIDTH)
     unit, rows = budget_table(budget)
     screen.print(table(HEAD, rows, f"{title}, {unit}"))
-    if line := reach_in_words(budget):
+    for line in filter(None, (reach_in_words(budget), models_in_words(budget.models))):
         screen.print(line, soft_wrap=True)
     if picture:
         print(picture)

@@ -25,6 +25,7 @@ from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions, check_ranges, option
 from torquer.cli.output import json_text, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
+from torquer.report.flight.budget_rows import models_in_words
 from torquer.scenario.spec import Scenario
 
 _RUNS = 200
@@ -100,13 +101,21 @@ def in_words(found: FilterCheck) -> list[str]:
 def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
     after = f"worst instant after {sets[0].settled_s / 60.0:.0f} min"
     title = f"{scenario.name}: 95th percentile of the attitude error, {after}"
+    head: tuple[str, ...]
     head = ("sensors", "Sun seen", "no Sun seen", f"below {REACHED_DEG:g} deg after", "gaps", "of")
-    rows = [
+    rows: list[tuple[str, ...]] = [
         (each.name, _degrees(each.light_deg), _degrees(each.dark_deg), _reached(each),
          *gaps_in_words(each.observability))
         for each in sets
     ]  # fmt: skip
-    table_console(_WIDTH).print(table(head, rows, title, left=(0, 5)))
+    models = scenario.model_errors()
+    if models is not None:
+        head = (*head[:3], "of models", *head[3:])
+        rows = [
+            (*row[:3], _degrees(each.systematic_deg), *row[3:])
+            for each, row in zip(sets, rows, strict=True)
+        ]
+    table_console(_WIDTH).print(table(head, rows, title, left=(0, len(head) - 1)))
     if any(each.reached_s is None for each in sets):
         print("-: a start from a single direction is not linear; flights show how long it takes")
     seen = sets[0].observability
@@ -115,6 +124,9 @@ def _show(scenario: Scenario, sets: list[SensorSet]) -> None:
         f"gaps: share of windows of {window_min:.1f} min whose readings leave some combination of "
         "states as unknown as it was at the start; of: the states that dominate it"
     )
+    if models is not None:
+        print("of models: the greatest part that their errors cause, which filters do not state")
+        print(models_in_words(models))
 
 
 def _reached(each: SensorSet) -> str:

@@ -63,6 +63,9 @@ def check_orbit_environment(scenario: Scenario) -> None:
     environment = scenario.orbit_environment()
     environment.check_dates(*t_s[[0, -1]])
     environment.sample(t_s)
+    believed = scenario.believed_environment()
+    believed.check_dates(*t_s[[0, -1]])
+    believed.field(t_s, *believed.state(t_s))
     if not scenario.spacecraft.aerodynamics:
         return
     with np.errstate(invalid="ignore"):

@@ -1,18 +1,49 @@
 """What the author of a scenario with a Kalman filter should know."""
 
+import math
+
+from torquer.estimation.kalman import Filter
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
 
 
 def filter_notes(scenario: Scenario) -> list[str]:
     """Notes on filters, one line each."""
+    return [*_step_notes(scenario), *_model_notes(scenario)]
+
+
+def _filters(scenario: Scenario) -> list[Filter]:
     control = scenario.control
-    filters = [control.estimator, *control.estimators.values()]
+    estimators = [control.estimator, *control.estimators.values()]
+    return [spec for spec in estimators if isinstance(spec, Filter)]
+
+
+def _step_notes(scenario: Scenario) -> list[str]:
+    """On steps of uneven length, for which the noise of a gyro is stated."""
+    control = scenario.control
     uneven = control.measure_s > 0.0 and control.actuate_s != control.sample_s
-    if not uneven or not any(isinstance(spec, KalmanGyro) for spec in filters):
+    if not uneven or not any(isinstance(spec, KalmanGyro) for spec in _filters(scenario)):
         return []
     steps = f"{control.sample_s:g} and of {control.actuate_s:g} s"
     return [
         f"a filter with a gyro takes steps of {steps} here: its angle random walk can be right for "
         "only one of these intervals; torquer filter-check shows the effect"
+    ]
+
+
+def _model_notes(scenario: Scenario) -> list[str]:
+    """On a noise of the magnetometer that leaves no room for the errors of the field on board."""
+    noises = [spec.magnetometer_noise_nt for spec in _filters(scenario)]
+    given = [noise_nt for noise_nt in noises if noise_nt is not None]
+    models = scenario.model_errors() if given else None
+    if models is None:
+        return []
+    off_nt = 1e9 * models.field_t / math.sqrt(3.0)
+    whole_nt = math.hypot(off_nt, scenario.spacecraft.magnetometer.noise_nt)
+    return [
+        f"magnetometer_noise_nt = {noise_nt:g} is below the {whole_nt:.3g} nT of each component by "
+        f"which readings differ from the field on board ({off_nt:.3g} of it due to the models, "
+        "which does not average out): torquer filter-check shows the effect"
+        for noise_nt in dict.fromkeys(given)
+        if noise_nt < whole_nt
     ]

@@ -11,6 +11,7 @@ from torquer.control.modes.packing import must_be_one_of
 from torquer.control.modes.scheme import modes_of
 from torquer.control.modes.spec import Modes
 from torquer.control.scheme import Scheme
+from torquer.environment.ephemeris import EphemerisModels
 from torquer.estimation import AnyEstimator
 from torquer.estimation.sensors import SensorReadings
 from torquer.spec import Spec
@@ -52,6 +53,8 @@ class Control(Spec):
     """Source of attitude and rate; left out: attitude sensor and gyro."""
     estimators: dict[str, AnyEstimator] = Field(default_factory=dict)
     """Further estimators under names of your choice, for modes to choose from."""
+    ephemeris: EphemerisModels = EphemerisModels()
+    """Models of field, orbit and time on board; left out: the truth."""
     modes: Modes | None = None
     """Mode table, whose states determine which laws and which estimator work when."""
     sample_s: Positive = 1.0

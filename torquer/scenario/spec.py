@@ -10,6 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.law import Law
 from torquer.environment.along_orbit import Environment, OrbitEnvironment
+from torquer.environment.ephemeris import AnyEnvironment, ModelErrors, model_errors
 from torquer.geometry.frames import argument_of_latitude
 from torquer.orbit import AnyOrbit
 from torquer.scenario.change import with_values
@@ -39,6 +40,8 @@ _LATEST_END = datetime(2101, 1, 1, tzinfo=UTC)
 _TOLERANCE_DEG = 1e-4
 #: Control steps and readings until the timetable repeats: all of them are in memory.
 _MOST_INSTANTS = 100_000
+#: Instants of a run at which the models on board are compared with the truth.
+_INSTANTS_OF_MODELS = 2000
 
 
 class Spacecraft(Spec):
@@ -228,6 +231,7 @@ class Scenario(Spec):
                 "environment.atmosphere: must be given with spacecraft.aerodynamics; received none"
             )
         self._check_end()
+        self._check_ephemeris()
         self._check_mission()
         self._check_failures()
         self._check_disturbance()
@@ -275,6 +279,15 @@ class Scenario(Spec):
             raise ValueError(
                 f"simulation: the run must end before {_LATEST_END.year}; received a length of "
                 f"{length_s / 86400.0:.6g} days from {self.start.isoformat()}"
+            )
+
+    def _check_ephemeris(self) -> None:
+        """Two-line elements are fitted to an orbit that is more than theory."""
+        age_days = self.control.ephemeris.tle_age_days
+        if age_days is not None and self.orbit.kind != "numerical":
+            raise ValueError(
+                "control.ephemeris.tle_age_days: must be left out unless orbit.kind is "
+                f"'numerical'; received {age_days:g} with {self.orbit.kind!r}"
             )
 
     def _check_mission(self) -> None:
@@ -361,6 +374,21 @@ class Scenario(Spec):
     def orbit_environment(self) -> OrbitEnvironment:
         """The environment along this orbit."""
         return OrbitEnvironment(self.environment, self.orbit, self.start)
+
+    def believed_environment(self) -> AnyEnvironment:
+        """The environment as the on-board computer's models give it: the true one if it has none.
+
+        `control.ephemeris` states how they differ.
+        """
+        return self.control.ephemeris.along(self.orbit_environment())
+
+    def model_errors(self) -> ModelErrors | None:
+        """Errors of the computer's models along the run, at some thousand instants.
+
+        None where they are the truth.
+        """
+        t_s = np.linspace(0.0, self.steps() * self.grid_s, _INSTANTS_OF_MODELS)
+        return model_errors(self.orbit_environment(), self.believed_environment(), t_s)
 
     @property
     def grid_s(self) -> float:

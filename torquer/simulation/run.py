@@ -10,6 +10,7 @@ from torquer.compile.arguments import Arguments
 from torquer.control.computer import Blocks
 from torquer.control.law import Law
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.ephemeris import AnyEnvironment
 from torquer.environment.light import Light, edges_of
 from torquer.environment.table import Table
 from torquer.scenario.spec import Scenario
@@ -48,8 +49,9 @@ from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 class Piece(NamedTuple):
     """Steps first..last-1 of a run and the environment tabulated for them.
 
-    `tables`: what sensors need, `moving`: what moves the body. `environment`: what is tabulated,
-    `step_s`: of the steps; `has`: what is there besides the orbit's table.
+    `tables`: what sensors and computer need, `moving`: what moves the body. `environment`,
+    `believed`: what is tabulated; `step_s`: of the steps; `has`: what is there besides the orbit's
+    table.
     """
 
     first: int
@@ -58,6 +60,7 @@ class Piece(NamedTuple):
     moving: EnvironmentTables
     relative_error: float
     environment: OrbitEnvironment
+    believed: AnyEnvironment
     step_s: float
     has: frozenset[str]
 
@@ -205,7 +208,8 @@ def prepare(
     plan = plan_of(scenario, blocks, table, driven_from_outside)
     dynamics = dynamics_of(scenario, plan.plant)
     environment = scenario.orbit_environment()
-    environment.check_dates(0.0, scenario.steps() * plan.step_s)
+    for each in surroundings_of(scenario):
+        each.check_dates(0.0, scenario.steps() * plan.step_s)
     r, v = environment.state(np.zeros(1))
     state = first_state(scenario, plan, dynamics, blocks, modes, r[0], v[0])
     host = None
@@ -228,7 +232,7 @@ def prepare(
 
 def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
     """Tables for the steps first..last-1."""
-    environment = scenario.orbit_environment()
+    environment, believed = surroundings_of(scenario)
     start_s, duration_s = first * plan.step_s, (last - first) * plan.step_s
     orbit = environment.orbit_table(duration_s, plan.step_s, start_s)
     needed = _tables_needed(scenario, plan)
@@ -241,20 +245,31 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
         light = Light(sun, shadow, edges_s)
     gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
     moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
-    tables, error = Tables(orbit.table, sun), orbit.relative_error
-    return Piece(first, last, tables, moving, error, environment, plan.step_s, needed)
+    tables, error = Tables(orbit.table, sun, orbit.table, sun), orbit.relative_error
+    if "ephemeris" in needed:
+        own = believed.orbit_table(duration_s, plan.step_s, start_s)
+        own_sun = believed.sun_table(duration_s, start_s)
+        tables = tables._replace(believed_orbit=own.table, believed_sun=own_sun)
+        error = max(error, own.relative_error)
+    return Piece(first, last, tables, moving, error, environment, believed, plan.step_s, needed)
+
+
+def surroundings_of(scenario: Scenario) -> tuple[OrbitEnvironment, AnyEnvironment]:
+    """The environment of a run, and what its computer believes of it."""
+    return scenario.orbit_environment(), scenario.believed_environment()
 
 
 def _check_shared(piece: Piece, run: Run) -> None:
     """ValueError unless a piece is what the run would begin with."""
-    own = run.scenario.orbit_environment(), run.plan.step_s, 0, min(run.piece_steps, run.steps)
-    if (piece.environment, piece.step_s, piece.first, piece.last) != own:
+    own = (*surroundings_of(run.scenario), run.plan.step_s, 0, min(run.piece_steps, run.steps))
+    if (piece.environment, piece.believed, piece.step_s, piece.first, piece.last) != own:
         raise ValueError(
-            "piece: must have the orbit, environment, start and steps of this run; "
+            "piece: must have the orbit, environment, start and steps of this run, and the models "
+            "of its computer; "
             f"received steps {piece.first} to {piece.last} of {piece.step_s:g} s"
         )
     needed = _tables_needed(run.scenario, run.plan)
-    if not needed <= piece.has or (needed ^ piece.has) - {"sun"}:
+    if not needed <= piece.has or (needed ^ piece.has) - {"sun", "ephemeris"}:
         raise ValueError(
             "piece: must have the Sun and the air that this run needs; received others"
         )
@@ -262,12 +277,13 @@ def _check_shared(piece: Piece, run: Run) -> None:
 
 def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
     """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
-    orbit."""
+    orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
     sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris or light
     air = bool(scenario.spacecraft.aerodynamics)
     angle = bool(scenario.acting_torques())
-    needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle}
+    own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()
+    needed = {"sun": sun, "air": air, "light": light, "orbit angle": angle, "ephemeris": own}
     return frozenset(name for name, wanted in needed.items() if wanted)
 
 

@@ -282,11 +282,12 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
 
 @inner
 def ephemeris_at(plant, tables, t):
-    """Where the computer believes to be: on the orbit, with the field model of the simulation."""
-    b, _ = lookup6(tables.orbit, t, 3)
-    direction, sunlit_fraction = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
-    v, b_rate = rate_from(tables.orbit, t, 0), rate_from(tables.orbit, t, 3)
-    return Ephemeris(lookup3(tables.orbit, t), v, b, b_rate, direction, sunlit_fraction)
+    """Where the computer believes the satellite to be, and what its models give there."""
+    orbit, sun = tables.believed_orbit, tables.believed_sun
+    b, _ = lookup6(orbit, t, 3)
+    direction, sunlit_fraction = sun_and_light(plant.shadow, orbit, sun, t)
+    v, b_rate = rate_from(orbit, t, 0), rate_from(orbit, t, 3)
+    return Ephemeris(lookup3(orbit, t), v, b, b_rate, direction, sunlit_fraction)
 
 
 @internal

@@ -15,8 +15,9 @@ from torquer.scenario.spec import Scenario, whole_steps
 from torquer.simulation.results.variables import INPUTS
 from torquer.spacecraft.sampling import Sampled
 
-#: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate.
-_ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_ESTIMATE = 49, 3, 3, 13
+#: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate; what
+#: the computer believes of its surroundings.
+_ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_ESTIMATE, _ROW_BELIEVED = 49, 3, 3, 13, 6
 #: Copies of its rows that a result in memory needs while it is made.
 _COPIES = 3
 #: Memory [byte] of the package and what it computes with; while tables are made, of those of a
@@ -91,6 +92,8 @@ def row_numbers(scenario: Scenario) -> int:
         numbers += _ROW_WHEELS + _ROW_WHEEL * len(wheels.layout.rows())
     if scenario.simulation.record_inputs:
         numbers += sum(len(each.cells) for each in INPUTS)
+    if scenario.believed_environment() != scenario.orbit_environment():
+        numbers += _ROW_BELIEVED
     return numbers + (_ROW_ESTIMATE if estimators else 0)
 
 

@@ -26,10 +26,14 @@ class Tables(NamedTuple):
     """The tabulated environment that readings and ephemeris need.
 
     `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m].
+    `believed_orbit`, `believed_sun`: the same by the computer's models, for its ephemeris; the
+    very same tables where its models are the truth.
     """
 
     orbit: Table
     sun: Table
+    believed_orbit: Table
+    believed_sun: Table
 
 
 #: Cells of B [T] and gravity-gradient vector [1/s] where the loop stands: each of its phases would

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from torquer.analysis.budget import NAMES, Budget, rows_of
+from torquer.analysis.budget import NAMES, Budget, models_as_plain, rows_of
+from torquer.environment.ephemeris import ModelErrors
 from torquer.report.common.scales import prefixed
 
 HEAD = ("", "mean x", "y", "z", "RMS x", "y", "z", "RMS", "greatest", "of coils")
@@ -28,6 +29,18 @@ def _shown(number: float) -> str:
     if 0.0 < abs(number) < 5e-4:
         return "0.000"
     return f"{number:.3g}"
+
+
+def models_in_words(models: ModelErrors | None) -> str:
+    """Errors of the models on board, in a line; "" where they are the truth."""
+    if models is None:
+        return ""
+    plain = models_as_plain(models)
+    return (
+        f"The models on board differ from the truth by {plain['field_nt']:.3g} nT and "
+        f"{plain['angle_deg']:.2g} deg of the field (strength {plain['strength_nt']:.3g} nT), "
+        f"{plain['position_km']:.3g} km of the position (rms); this does not average out."
+    )
 
 
 def reach_in_words(budget: Budget) -> str:

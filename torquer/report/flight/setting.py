@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.analysis.budget import models_as_plain
 from torquer.report.flight.view import View
 from torquer.spacecraft.wheels import ReactionWheels
 
@@ -33,6 +34,7 @@ def setting(view: View) -> list[tuple[str, str]]:
         ),
         ("Eclipse", f"{np.mean(view.values('sunlit_fraction') < 0.5):.0%} of the time"),
         ("Field", scenario.environment.field.kind + (f" to degree {degree}" if degree else "")),
+        *_models(view),
         *_wheels(view),
         *_laws(view),
         ("Cycle", cycle),
@@ -42,6 +44,15 @@ def setting(view: View) -> list[tuple[str, str]]:
         ),
         ("Seed", attrs["seed"]),
     ]
+
+
+def _models(view: View) -> list[tuple[str, str]]:
+    """How far the models on board are from the truth."""
+    if (models := view.scenario.model_errors()) is None:
+        return []
+    off = models_as_plain(models)
+    field = f"field off by {off['field_nt']:.3g} nT, {off['angle_deg']:.2g} deg"
+    return [("Models on board", f"{field}; position by {off['position_km']:.3g} km (rms)")]
 
 
 def _wheels(view: View) -> list[tuple[str, str]]:

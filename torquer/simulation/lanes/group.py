@@ -8,14 +8,14 @@ import numpy as np
 from torquer.compile.arguments import Arguments
 from torquer.compile.lanes import LANES
 from torquer.control.computer import Computer
-from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.scenario.spec import Scenario
 from torquer.simulation.computers import Boards, boards_of, same_computers
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
 from torquer.simulation.lanes.packing import Packed, packed
 from torquer.simulation.members import END, RUNNING, STREAMS, Many
 from torquer.simulation.propagate.fixed_steps import Rk4
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
-from torquer.simulation.run import Piece, Run, piece_of
+from torquer.simulation.run import Piece, Run, piece_of, surroundings_of
 from torquer.simulation.signals import noted_signals
 from torquer.simulation.state import CELLS, HERE_CELLS
 from torquer.simulation.step import Loop, run_steps
@@ -40,9 +40,9 @@ class Pieces:
     def __init__(self, run: Run):
         self._run, self._known = run, {run.piece.first: run.piece}
 
-    def of(self, environment: OrbitEnvironment) -> bool:
-        """Whether the pieces are those of an environment."""
-        return self._run.scenario.orbit_environment() == environment
+    def of(self, scenario: Scenario) -> bool:
+        """Whether the pieces are those of a scenario."""
+        return surroundings_of(self._run.scenario) == surroundings_of(scenario)
 
     def at(self, first: int) -> Piece:
         """The piece that begins at a step."""
@@ -108,7 +108,7 @@ class Lanes:
             and np.array_equal(other.plan.timetable.rows, self.plan.timetable.rows)
             and _functions(other) == _functions(self.run)
             and same_computers(other.plan.computer, self.run.plan.computer)
-            and self.pieces.of(other.scenario.orbit_environment())
+            and self.pieces.of(other.scenario)
         )
         return theirs if same else None
 

@@ -180,7 +180,7 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
     def turned(matrices, values):
         return np.einsum("nij,nj->ni", matrices, values)
 
-    return described({
+    return _believed(run.scenario, t_s) | described({
         "position_inertial": r,
         "velocity_inertial": v,
         "b_inertial": b,
@@ -193,6 +193,15 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
         "longitude": np.degrees(lon),
         "altitude": height,
     })  # fmt: skip
+
+
+def _believed(scenario: Scenario, t_s) -> dict:
+    """Position and field by the models on board, where they are not the truth."""
+    believed = scenario.believed_environment()
+    if believed == scenario.orbit_environment():
+        return {}
+    r, v = believed.state(t_s)
+    return described({"position_believed": r, "b_believed": believed.field(t_s, r, v)})
 
 
 def _totals(run: Run) -> dict:

@@ -45,6 +45,7 @@ _INPUTS = "with `simulation.record_inputs`"
 _AUTO = "with adaptive steps"
 _RK4 = "with RK4"
 _MODES = "with modes or a scheme"
+_BELIEVED = "with `control.ephemeris` other than the truth"
 
 # fmt: off
 COORDINATES = (
@@ -158,6 +159,11 @@ COMPUTED = (
     Variable("velocity_inertial", _XYZ, "m/s", "J", "velocity"),
     Variable("sun_inertial", _XYZ, "1", "J", "direction to the Sun, also in eclipse"),
     Variable("sunlit_fraction", _TIME, "1", "", "visible part of the Sun's disc: 0 in the umbra"),
+    Variable("position_believed", _XYZ, "m", "J", "position by the models on board",
+             when=_BELIEVED),
+    Variable("b_believed", _XYZ, "T", "J",
+             "geomagnetic field by the models on board, at the position that they give",
+             when=_BELIEVED),
     Variable("latitude", _TIME, "deg", "", "geodetic latitude, WGS84"),
     Variable("longitude", _TIME, "deg", "", "longitude, east positive"),
     Variable("altitude", _TIME, "m", "", "height above the ellipsoid WGS84"),
