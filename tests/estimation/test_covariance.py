@@ -100,7 +100,7 @@ def test_a_direction_tells_what_a_vector_tells(seed):
     before = spread(6, rng)
     v, z = rng.normal(size=(2, 3))
     p, correction = before.copy(), np.zeros(6)
-    m = direction_measurement(tuple(v), tuple(z), 0.3)
+    m = direction_measurement((0.0, 0.0, 0.0, 1.0), tuple(v), tuple(z), 0.3)
     take(p, np.zeros((3, 6)), correction, m, np.inf)
     h = np.hstack([np.cross(np.eye(3), v), np.zeros((3, 3))])
     gain = before @ h.T @ np.linalg.inv(h @ before @ h.T + 0.3 * np.eye(3))
@@ -115,7 +115,8 @@ def many(p, gain, correction, directions, sigma, turn, white, walk):
     for k in range(directions.shape[0]):
         propagate_covariance(p, turn, 1.0, white, walk)
         v = (directions[k, 0], directions[k, 1], directions[k, 2])
-        update(p, gain, correction, direction_measurement(v, v, sigma * sigma), 9.0)
+        m = direction_measurement((0.0, 0.0, 0.0, 1.0), v, v, sigma * sigma)
+        update(p, gain, correction, m, 9.0)
 
 
 def by_joseph(p, directions, sigma, turn, white, walk):

@@ -32,6 +32,7 @@ from torquer.estimation.measurements.measurement import Sensing, as_of_now, is_u
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
 from torquer.estimation.state_names import axes_of
 from torquer.estimation.triad import (
+    CONTRADICTION_RAD,
     LEAST_SINE,
     by_two,
     contradict,
@@ -179,7 +180,7 @@ def judge(inputs, parameters, memory, m, sensor, walk):
     """Whether the sensor seems to be sound, and the motion; tests that need no attitude.
 
     The motion is in doubt where a sensor that is not stuck turns in another way while its readings
-    are being rejected.
+    are being rejected; not if it turns by so much that others' readings would be rejected, too.
     """
     q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
     p, now = memory.covariance, memory.t_s
@@ -193,7 +194,9 @@ def judge(inputs, parameters, memory, m, sensor, walk):
         if turned.rate_error == 0.0:
             memory.rate_error = 0.0
         elif memory.rejected_in_a_row[sensor] >= _FEW:
-            doubt_motion(memory, turned.rate_error)
+            seen_by_all = turned.rate_error * GROWN_S > CONTRADICTION_RAD
+            if not (seen_by_all and others_agree(inputs, parameters.sensing, memory, sensor)):
+                doubt_motion(memory, turned.rate_error)
     if status != memory.isolated[sensor]:
         memory.isolated[sensor] = status
         memory.rejected_in_a_row[sensor] = 0.0

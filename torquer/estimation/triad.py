@@ -22,7 +22,7 @@ from torquer.spec import Spec
 LEAST_SINE = 0.01
 #: Angle [rad] by which directions may disagree besides noise: misalignments and errors of models
 #: that users leave out are smaller, broken sensors' are not.
-_CONTRADICTION_RAD = 0.05
+CONTRADICTION_RAD = 0.05
 #: Readings no further apart in time than this count as simultaneous [s].
 SAME_TIME_S = 1e-6
 
@@ -121,7 +121,7 @@ def contradict(b, sun, b_inertial, sun_inertial, variance):
     """
     seen = math.atan2(norm(cross(b, sun)), dot(b, sun))
     there = math.atan2(norm(cross(b_inertial, sun_inertial)), dot(b_inertial, sun_inertial))
-    return abs(seen - there) > _CONTRADICTION_RAD + 6.0 * math.sqrt(variance)
+    return abs(seen - there) > CONTRADICTION_RAD + 6.0 * math.sqrt(variance)
 
 
 @inlined

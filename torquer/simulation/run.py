@@ -164,7 +164,7 @@ class _Ready(NamedTuple):
 
 
 #: Tables of the same type as any.
-_NO_TABLES = Tables(*[Table(0.0, np.zeros((0, 0, 0)))] * 2)
+_NO_TABLES = Tables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(Tables._fields))
 
 
 def _loop_of(run: Run, tables: Tables, here: np.ndarray, problem: Any = 0) -> Loop:
