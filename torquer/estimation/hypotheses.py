@@ -83,6 +83,11 @@ def step_by_field(
             store(memory, k)
     memory.t_s = inputs.t_s
     weigh(memory)
+    if not memory.log_weight[likeliest(memory)] > -math.inf:
+        # a gyro's reading that is not a number leaves no hypothesis: start again
+        memory.hypotheses = 0.0
+        memory.rejected_in_a_row[MAGNETOMETER] = parameters.sensing.most_refused
+        return UNKNOWN_ESTIMATE
     split_the_wide(memory)
     mix(memory)
     return stated(inputs, parameters, memory, dt, rate_of)
