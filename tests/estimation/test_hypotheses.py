@@ -29,7 +29,7 @@ SPECS = {"kalman_gyro": KalmanGyro, "kalman_dynamics": KalmanDynamics}
 EVERY = pytest.mark.parametrize("kind", ALONE)
 #: About that of an Earth-pointing satellite, and a slow tumbling.
 RATES_DEG_S = (0.06, 0.4)
-_FIRST_TURN = (1.0, -2.0, 0.5)
+_FIRST_TURN, _OMEGA = (1.0, -2.0, 0.5), np.array([0.002, -0.001, 0.003])
 
 
 def scenario(estimator, initial=None, **changes):
@@ -125,7 +125,7 @@ def test_a_run_resumes_to_the_same_bits_amid_hypotheses(kind):
 
 def readings(count):
     """What a computer reads on a tumbling satellite while the field turns, a row a second."""
-    rng, rows, omega = np.random.default_rng(3), [], np.array([0.002, -0.001, 0.003])
+    rng, rows, omega = np.random.default_rng(3), [], _OMEGA
     for t_s in range(count):
         attitude = Rotation.from_rotvec(_FIRST_TURN) * Rotation.from_rotvec(t_s * omega)
         b = 3e-5 * np.array([math.cos(0.002 * t_s), math.sin(0.002 * t_s), 0.4])
@@ -208,6 +208,22 @@ def test_a_wild_reading_does_not_decide(wild):
     hypotheses.load(memory, 0)
     value = hypotheses.log_likelihood(row, parameters, memory, (0.0, 0.0, 0.0))
     assert -0.5 * parameters.sensing.gate_2 - 10.0 < value < -0.5 * parameters.sensing.gate_2
+
+
+def test_a_gyro_that_reads_no_number_leaves_nothing_stated():
+    """A covariance of no hypotheses would be zero; the filter starts again from the field."""
+    estimator, rows = KalmanGyro(**ALONE["kalman_gyro"]).estimator(), readings(12)
+    rows[6] = rows[6]._replace(omega_body_rad_s=(0.0, math.nan, 0.0))
+    found, cells = estimates(by_hand(estimator), estimator, rows)
+    attitude, sigma = found[:, 1:5], found[:, -2]
+    assert np.isnan(attitude[6]).all() and np.isnan(sigma[6])
+    known = np.isfinite(attitude[:, 0])
+    assert known[[5, 9, 10, 11]].all()
+    omega = np.arange(12)[:, None] * _OMEGA
+    true = Rotation.from_rotvec(_FIRST_TURN) * Rotation.from_rotvec(omega[known])
+    error = (Rotation.from_quat(attitude[known]).inv() * true).magnitude()
+    assert (error < 4.0 * math.sqrt(3.0) * sigma[known]).all()
+    assert estimator.record_of(cells)["starts"] > 1.0
 
 
 @EVERY
