@@ -207,23 +207,20 @@ def test_a_wild_reading_does_not_decide(wild):
     row = readings(6)[-1]._replace(b_body_t=wild)
     hypotheses.load(memory, 0)
     value = hypotheses.log_likelihood(row, parameters, memory, (0.0, 0.0, 0.0))
-    assert -0.5 * parameters.sensing.gate_2 - 10.0 < value < -0.5 * parameters.sensing.gate_2
+    if np.isfinite(wild).all():
+        assert -0.5 * parameters.sensing.gate_2 - 10.0 < value < -0.5 * parameters.sensing.gate_2
+    else:
+        assert value == 0.0  # no reading
 
 
-def test_a_gyro_that_reads_no_number_leaves_nothing_stated():
-    """A covariance of no hypotheses would be zero; the filter starts again from the field."""
+def test_a_gyro_that_reads_no_number_leaves_the_hypotheses():
+    """They are propagated by the last rate."""
     estimator, rows = KalmanGyro(**ALONE["kalman_gyro"]).estimator(), readings(12)
     rows[6] = rows[6]._replace(omega_body_rad_s=(0.0, math.nan, 0.0))
     found, cells = estimates(by_hand(estimator), estimator, rows)
-    attitude, sigma = found[:, 1:5], found[:, -2]
-    assert np.isnan(attitude[6]).all() and np.isnan(sigma[6])
-    known = np.isfinite(attitude[:, 0])
-    assert known[[5, 9, 10, 11]].all()
-    omega = np.arange(12)[:, None] * _OMEGA
-    true = Rotation.from_rotvec(_FIRST_TURN) * Rotation.from_rotvec(omega[known])
-    error = (Rotation.from_quat(attitude[known]).inv() * true).magnitude()
-    assert (error < 4.0 * math.sqrt(3.0) * sigma[known]).all()
-    assert estimator.record_of(cells)["starts"] > 1.0
+    assert np.isfinite(found).all()
+    memory = estimator.record_of(cells)
+    assert memory["starts"] == 1.0 and memory["hypotheses"] > 1.0
 
 
 @EVERY

@@ -68,7 +68,7 @@ def test_it_is_the_fixed_interval_smoother_of_the_textbook():
     later = q[299], bias[299], p[299]
     for k in range(298, -1, -1):
         twin = GyroTwin(q[k], bias[k], p[k], math.radians(0.001) ** 2, math.radians(1e-4) ** 2)
-        later = smoothed_by_matrices(twin, omega[k], omega[k + 1], later)
+        later = smoothed_by_matrices(twin, omega[max(k - 1, 0) : k + 2], later)
         own_q, own_bias, own_p = later
         sigma, given = np.sqrt(np.diag(own_p)), found.isel(time=k)
         apart = rotation_vector(given["q_smoothed"].values[None], own_q[None])[0]
@@ -80,11 +80,11 @@ def test_it_is_the_fixed_interval_smoother_of_the_textbook():
         )
 
 
-def smoothed_by_matrices(twin: GyroTwin, before, now, later):
+def smoothed_by_matrices(twin: GyroTwin, readings, later):
     """Smoothed attitude, bias, covariance at a step from those a second later."""
     start, bias, p = twin.attitude, twin.others, twin.p
-    phi = transition(twin, before, now)
-    twin.propagate(before, now, 1.0)
+    phi = transition(twin, readings)
+    twin.propagate(readings, 1.0)
     gain = p @ phi.T @ np.linalg.inv(twin.p)
     q_later, bias_later, p_later = later
     turn = twin.attitude.inv() * Rotation.from_quat(q_later)
@@ -101,10 +101,10 @@ def in_axes(p, turn: Rotation) -> np.ndarray:
     return axes @ p @ axes.T
 
 
-def transition(twin: GyroTwin, before, now) -> np.ndarray:
+def transition(twin: GyroTwin, readings) -> np.ndarray:
     """Transition matrix of the twin's errors over one second."""
     f = np.zeros((6, 6))
-    f[:3, :3] = -cross_matrix(0.5 * (before + now) - twin.others)
+    f[:3, :3] = -cross_matrix(0.5 * (readings[-2] + readings[-1]) - twin.others)
     f[:3, 3:] = -np.eye(3)
     return discrete(f, twin.noise, 1.0)[0]
 

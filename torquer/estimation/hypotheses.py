@@ -84,11 +84,6 @@ def step_by_field(
     memory.t_s = inputs.t_s
     memory.watched[MAGNETOMETER, 0, 0] = -math.inf  # the next reading is compared with none before
     weigh(memory)
-    if not memory.log_weight[likeliest(memory)] > -math.inf:
-        # a gyro's reading that is not a number leaves no hypothesis: start again
-        memory.hypotheses = 0.0
-        memory.rejected_in_a_row[MAGNETOMETER] = parameters.sensing.most_refused
-        return UNKNOWN_ESTIMATE
     split_the_wide(memory)
     mix(memory)
     return stated(inputs, parameters, memory, dt, rate_of)

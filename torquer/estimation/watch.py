@@ -21,6 +21,8 @@ GROWN_S = 3.0
 #: A sensor is stuck if it must have turned by this many standard deviations; the motion is not the
 #: body's if a reading misses the expected one by so many (while the filter rejects it).
 _STUCK, _MISSED = 8.0, 4.0
+#: Variance [rad^2] of an attitude that may be wrong altogether.
+_ANY_ATTITUDE = 1.0
 #: Within this many standard deviations of the noise, a reading is still the same.
 _SAME = 3.0
 #: Cells of a reading to compare with: time; vector read [body], of the model [inertial]; attitude
@@ -60,7 +62,10 @@ def follow(cells, before, after):
 
 @inlined
 def expected_from(row, age, m, rotation, variances):
-    """(Vector expected now by an earlier reading, that reading, variance of the difference)."""
+    """(Vector expected now by an earlier reading, that reading, variance of what is expected).
+
+    `variances`: as for `watch`; the first one is that of the attitude.
+    """
     read, change = (row[1], row[2], row[3]), sub(m.reference, (row[4], row[5], row[6]))
     q, before = (row[7], row[8], row[9], row[10]), (row[11], row[12], row[13], row[14])
     turn = multiply(conjugate(before), rotation)
@@ -97,9 +102,11 @@ def watch(cells, t_s, m, q, rotation, variances):
     moved, ahead = sub(m.read, before), sub(expected, before)
     if dot(moved, moved) < 2.0 * _SAME * _SAME * m.r:
         return Turned(dot(ahead, ahead) > _STUCK * _STUCK * spread, False, 0.0)
+    any_attitude = (_ANY_ATTITUDE, variances[1], variances[2])
+    expected, _, spread = expected_from(same, t_s - same[0], m, rotation, any_attitude)
     error = rate_error(m, expected, spread)
     put_reference(same, t_s, m, q, rotation)
-    expected, _, spread = expected_from(old, age, m, rotation, variances)
+    expected, _, spread = expected_from(old, age, m, rotation, any_attitude)
     error = max(error, rate_error(m, expected, spread))
     if age >= _BASELINE_S:
         put_reference(old, t_s, m, q, rotation)
