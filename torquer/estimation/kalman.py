@@ -190,16 +190,30 @@ def judge(inputs, parameters, memory, m, sensor, walk):
     if sensor == MAGNETOMETER:
         odd = not has_field_magnitude(parameters, m.read, m.reference)
     status = status_of(memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most)
+    if turned.moves:
+        memory.missed[sensor] = turned.rate_error
     if status == USED and turned.moves:
         if turned.rate_error == 0.0:
             memory.rate_error = 0.0
-        elif memory.rejected_in_a_row[sensor] >= _FEW:
-            seen_by_all = turned.rate_error * GROWN_S > CONTRADICTION_RAD
-            if not (seen_by_all and others_agree(inputs, parameters.sensing, memory, sensor)):
-                doubt_motion(memory, turned.rate_error)
+        elif is_to_blame(inputs, parameters.sensing, memory, sensor, turned.rate_error):
+            doubt_motion(memory, turned.rate_error)
     if status != memory.isolated[sensor]:
         memory.isolated[sensor] = status
         memory.rejected_in_a_row[sensor] = 0.0
+
+
+@inlined
+def is_to_blame(inputs, sensing, memory, sensor, rate_error):
+    """Whether the motion is wrong by so much [rad/s], or the sensor that shows it.
+
+    The readings are being rejected; an error that others would notice, too, they do notice.
+    """
+    if memory.rejected_in_a_row[sensor] < _FEW:
+        return False
+    b = inputs.ephemeris.b_inertial_t
+    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(sensing.r_sun + sensing.r_field / dot(b, b))
+    large = rate_error * GROWN_S > noticed
+    return not (large and others_agree(inputs, sensing, memory, sensor))
 
 
 @inlined
@@ -317,6 +331,8 @@ def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
         afresh = first or not must
         if afresh:
             forget(parameters.prior, memory.states, memory.covariance)
+        if not must and memory.missed[rejected] > 0.0:
+            doubt_motion(memory, memory.missed[rejected])
         idle_s = 0.0 if afresh else memory.t_s - idle_since_s
         begin(inputs, parameters, memory, taken_over, idle_s, not must)
     return started or not must
@@ -348,12 +364,13 @@ def use_one_direction(inputs, parameters, memory, must, rejected, omega):
 
 @inlined
 def others_agree(inputs, sensing, memory, sensor):
-    """Whether the readings of another sensor have been accepted of late."""
+    """Whether the readings of another sensor have been accepted of late and turn as propagated."""
     agree = False
     for k in range(SENSORS):
         recent = inputs.t_s - memory.read_s[k] <= sensing.gap
         accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
-        agree = agree or (k != sensor and recent and accepted)
+        turns = memory.missed[k] == 0.0
+        agree = agree or (k != sensor and recent and accepted and turns)
     return agree
 
 
@@ -480,6 +497,7 @@ def memory_of(n: int) -> dict:
         "innovation_sun": NOTHING,
         "watched": (((-math.inf,) * CELLS,) * 2,) * SENSORS,
         "rotation": (0.0, 0.0, 0.0, 1.0),
+        "missed": (0.0,) * SENSORS,
         "rate_error": 0.0,
         "doubted_s": (-math.inf, -math.inf),
         "unrest": 0.0,
@@ -507,13 +525,20 @@ def keys_of(spec: type[Spec]) -> str:
 class Filter(Spec):
     """A Kalman filter; noise as the filter believes it.
 
-    The filter starts by TRIAD, and again where the standard deviation of the attitude, that of all
-    axes together, exceeds `lost_sigma_deg`, or after `most_refused` readings of a sensor rejected
-    one after another. Without Sun sensors it starts with several hypotheses about the turn around
-    the field, and states their spread until they agree; without a magnetometer it must be handed an
-    attitude. Where other estimators have worked before it, in other modes, it takes over
+    The filter starts by TRIAD from the latest readings, unless their angle is not that of the
+    models, and again where the standard deviation of the attitude, that of all axes together,
+    exceeds `lost_sigma_deg`. Without Sun sensors it starts with several hypotheses about the turn
+    around the field, and states their spread until they agree; without a magnetometer it must be
+    handed an attitude. Where other estimators have worked before it, in other modes, it takes over
     an attitude that is not older than `longest_gap_s` and better than its own; after a longer gap
     it starts again.
+
+    Sensors and motion are watched. A sensor is isolated while its readings stay though the body
+    turns, while its field is not as large as that of the model, or while it sees the Sun in the
+    umbra. Where readings turn otherwise than the propagated motion, the rate becomes uncertain.
+    After `most_refused` readings of a sensor rejected one after another the filter starts again by
+    TRIAD, or isolates the sensor if others agree with the filter, or turns its attitude to fit the
+    readings and states that it does not know it.
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})
@@ -543,7 +568,7 @@ class Filter(Spec):
     """
     most_refused: int = Field(default=30, ge=1)
     """Number of readings of a sensor rejected one after another, after which the filter starts
-    again.
+    again or isolates the sensor.
     """
     longest_gap_s: float = Field(default=10.0, gt=0.0)
     """Age up to which the filter takes over another estimator's attitude, or its own after a pause.
