@@ -150,6 +150,16 @@ def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
     assert told == [f"{number:.3g}" for number in numbers]
 
 
+@needs_jit
+def test_the_faults_tutorial_prints_what_it_shows(monkeypatch):
+    text = (ROOT / "docs/tutorials/sensor-faults.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(ROOT)
+    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(code, {})
+    assert printed.getvalue() == shown
+
+
 SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")
 
 
@@ -174,7 +184,7 @@ def test_the_sensors_tutorial_prints_what_it_shows(monkeypatch):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             exec(code, names)
         assert printed.getvalue() == shown_there
-    assert len(found) == 3
+    assert len(found) == 4
 
 
 def test_readme_links_exist():

@@ -83,8 +83,8 @@ def test_it_is_the_fixed_interval_smoother_of_the_textbook():
 def smoothed_by_matrices(twin: GyroTwin, readings, later):
     """Smoothed attitude, bias, covariance at a step from those a second later."""
     start, bias, p = twin.attitude, twin.others, twin.p
-    phi = transition(twin, readings)
     twin.propagate(readings, 1.0)
+    phi = transition(twin, (start.inv() * twin.attitude).as_rotvec())
     gain = p @ phi.T @ np.linalg.inv(twin.p)
     q_later, bias_later, p_later = later
     turn = twin.attitude.inv() * Rotation.from_quat(q_later)
@@ -101,10 +101,10 @@ def in_axes(p, turn: Rotation) -> np.ndarray:
     return axes @ p @ axes.T
 
 
-def transition(twin: GyroTwin, readings) -> np.ndarray:
-    """Transition matrix of the twin's errors over one second."""
+def transition(twin: GyroTwin, turn) -> np.ndarray:
+    """Transition matrix of the twin's errors over one second, in which it turns so [rad]."""
     f = np.zeros((6, 6))
-    f[:3, :3] = -cross_matrix(0.5 * (readings[-2] + readings[-1]) - twin.others)
+    f[:3, :3] = -cross_matrix(turn)
     f[:3, 3:] = -np.eye(3)
     return discrete(f, twin.noise, 1.0)[0]
 

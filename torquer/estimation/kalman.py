@@ -65,6 +65,8 @@ _APART_S = 10.0
 #: The unrest of the rate (spectral density of its random walk, rad^2/s^3) is measured in this time
 #: [s], and over below this value.
 _CALM_S, _AT_REST = 150.0, 1e-11
+#: Variance [rad^2] of an attitude that may be wrong altogether, as from the field alone.
+_ANY_ATTITUDE = 1.0
 #: What a sensor is to the filter: used, or isolated because its readings do not turn with the body,
 #: cannot be (a field of another magnitude, the Sun in the umbra), contradict those of others.
 USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
@@ -77,7 +79,7 @@ NOT_STARTED = (
     "field and Sun are parallel",
     "the angle between field and Sun is not that of the models",
     "TRIAD is less accurate than lost_sigma_deg",
-    "it needs another estimator's attitude with a single sensor",
+    "without a magnetometer it must be handed an attitude by another estimator",
 )
 STARTED, NO_RATE, NO_FIELD, NO_SUN, PARALLEL, CONTRADICTORY, INACCURATE, ONE_SENSOR = map(
     float, range(len(NOT_STARTED))
@@ -184,7 +186,9 @@ def judge(inputs, parameters, memory, m, sensor, walk):
     """
     q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
     p, now = memory.covariance, memory.t_s
-    variances = (variance_of(p, ATTITUDE), variance_of(p, RATE_ERROR), walk)
+    attitude, rate = variance_of(p, ATTITUDE), variance_of(p, RATE_ERROR)
+    doubted = attitude if parameters.sensing.r_sun > 0.0 else _ANY_ATTITUDE
+    variances = (attitude, rate, walk, doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
     odd, most = inputs.ephemeris.sunlit_fraction == 0.0, parameters.sensing.most_refused
     if sensor == MAGNETOMETER:
@@ -632,7 +636,8 @@ class Filter(Spec):
         memory = memory_of(n) | cls.remembers
         if self.starts_by_field:
             kernel, more = cls.by_field
-            memory |= more(n)
+            # first: a record that begins as another does is a kind of it to Numba, which warns
+            memory = more(n) | memory
         return Estimator(self.kind, kernel, parameters, memory, self.logs(), self.needs, spec=self)
 
     @property

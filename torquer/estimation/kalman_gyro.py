@@ -159,7 +159,7 @@ def propagate(inputs, parameters, memory, dt):
     """
     course, x1 = course_of(memory), inputs.t_s - memory.gyro_s[2]
     x0 = x1 - dt
-    if x1 > _OVERDUE * course.step and course.step > 0.0:
+    if is_overdue(course, x1):
         coast(memory.covariance, course, x0, x1)
         course = Course(course.w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
     bias = state_of(memory.states, BIAS)
@@ -172,13 +172,24 @@ def propagate(inputs, parameters, memory, dt):
 
 
 @inlined
-def coast(p, course, x0, x1):
-    """Uncertainty of the attitude by a rate held from x0 to x1 seconds after the last reading.
+def is_overdue(course, x):
+    """Whether a reading has failed to come x seconds after the last one."""
+    return x > _OVERDUE * course.step and course.step > 0.0
 
-    The true rate leaves the held one with its last slope, and is no larger than the last rate.
+
+@inlined
+def error_of_held(course, x):
+    """Error [rad/s] of the last rate, held for x seconds.
+
+    The true rate leaves it with its last slope, and is no larger than the last rate.
     """
-    slope, most = norm(course.slope), norm(course.w)
-    before, after = min(slope * x0, most) * x0, min(slope * x1, most) * x1
+    return min(norm(course.slope) * x, norm(course.w))
+
+
+@inlined
+def coast(p, course, x0, x1):
+    """Uncertainty of the attitude by a rate held from x0 to x1 seconds after the last reading."""
+    before, after = error_of_held(course, x0) * x0, error_of_held(course, x1) * x1
     for i in range(3):
         p[i, i] += after * after - before * before
 
@@ -192,8 +203,12 @@ def rate_of(inputs, parameters, memory, dt):
     bias, variance = state_of(memory.states, BIAS), variance_of(memory.covariance, BIAS)
     if dt > 0.0:
         variance += parameters.white / dt
+    course, age = course_of(memory), inputs.t_s - memory.gyro_s[2]
     if memory.gyro_s[2] == -math.inf:
         variance = math.inf
+    elif is_overdue(course, age):
+        error = error_of_held(course, age)
+        variance += error * error
     return sub(vector_of(memory.gyro_rad_s[2]), bias), bias, variance
 
 

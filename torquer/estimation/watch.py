@@ -21,8 +21,6 @@ GROWN_S = 3.0
 #: A sensor is stuck if it must have turned by this many standard deviations; the motion is not the
 #: body's if a reading misses the expected one by so many (while the filter rejects it).
 _STUCK, _MISSED = 8.0, 4.0
-#: Variance [rad^2] of an attitude that may be wrong altogether.
-_ANY_ATTITUDE = 1.0
 #: Within this many standard deviations of the noise, a reading is still the same.
 _SAME = 3.0
 #: Cells of a reading to compare with: time; vector read [body], of the model [inertial]; attitude
@@ -90,7 +88,8 @@ def watch(cells, t_s, m, q, rotation, variances):
 
     `cells` (2, CELLS): a reading up to a minute old, and the first of those that have stayed;
     `rotation`: propagated since the filter began; `variances` about each axis: of the attitude
-    [rad^2], of the rate [rad^2/s^2], growth of that of the rotation by white noise [rad^2/s].
+    [rad^2], of the rate [rad^2/s^2], growth of that of the rotation by white noise [rad^2/s], and
+    of the attitude [rad^2] where the motion is tested.
     """
     old, same = cells[0], cells[1]
     age = t_s - old[0]
@@ -102,11 +101,11 @@ def watch(cells, t_s, m, q, rotation, variances):
     moved, ahead = sub(m.read, before), sub(expected, before)
     if dot(moved, moved) < 2.0 * _SAME * _SAME * m.r:
         return Turned(dot(ahead, ahead) > _STUCK * _STUCK * spread, False, 0.0)
-    any_attitude = (_ANY_ATTITUDE, variances[1], variances[2])
-    expected, _, spread = expected_from(same, t_s - same[0], m, rotation, any_attitude)
+    doubted = (variances[3], variances[1], variances[2])
+    expected, _, spread = expected_from(same, t_s - same[0], m, rotation, doubted)
     error = rate_error(m, expected, spread)
     put_reference(same, t_s, m, q, rotation)
-    expected, _, spread = expected_from(old, age, m, rotation, any_attitude)
+    expected, _, spread = expected_from(old, age, m, rotation, doubted)
     error = max(error, rate_error(m, expected, spread))
     if age >= _BASELINE_S:
         put_reference(old, t_s, m, q, rotation)
