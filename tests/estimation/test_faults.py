@@ -14,7 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.estimation.kalman import CONTRADICTS, NOT_STARTED, ODD, STUCK, USED
+from torquer.estimation.isolation import CONTRADICTS, ODD, STUCK, USED
+from torquer.estimation.starts import NOT_STARTED
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import scenario_from_data
 

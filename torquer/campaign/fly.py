@@ -25,8 +25,8 @@ from torquer.campaign.store import (
     joined,
     put_chunk,
 )
-from torquer.compile.beside import cores
 from torquer.compile.lanes import LANES
+from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.file import load
 from torquer.simulation.signals import noted_signals, noting_signals

@@ -21,9 +21,9 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
-from torquer.compile.beside import compile_beside
 from torquer.compile.code_cache import kept
 from torquer.compile.engine import COMPILED, OPTIONS, address_of, caller
+from torquer.compile.other_process import compile_in_other_process
 
 _WORD = ir.IntType(64)
 _INLINED = {**OPTIONS, "forceinline": True}
@@ -270,7 +270,7 @@ class Entry:
         Only the first kernel of an entry, if the disk has none.
         """
         if COMPILED and not self._known and self._begun is None:
-            self._begun = compile_beside(self.kernel, self._signature(Arguments(record)))
+            self._begun = compile_in_other_process(self.kernel, self._signature(Arguments(record)))
 
     def of(self, arguments: Arguments) -> Callable:
         """The kernel for arguments of this type, to be called from Python."""

@@ -17,15 +17,9 @@ import math
 
 from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import ATTITUDE, factors_of, gain_of, variance_of
-from torquer.estimation.kalman import (
-    UNINFORMED,
-    advance,
-    has_attitude,
-    put_back,
-    stated,
-    take_readings,
-)
+from torquer.estimation.kalman import advance, put_back, stated, take_readings
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
+from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import scale, unit

@@ -21,7 +21,7 @@ import xarray as xr
 
 from torquer import validate
 from torquer.compile import engine
-from torquer.compile.beside import cores
+from torquer.compile.other_process import cores
 from torquer.theory.collocation import converge_many, workspace
 from torquer.theory.periodic_systems import PeriodicSystem, compile_matrix, periodic_system
 from torquer.theory.validity import Limit, within

@@ -8,6 +8,8 @@ from torquer.estimation.covariance import IDENTITY, skew
 from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.geometry.vec3 import cross, dot, scale, sub, unit
 
+#: Number of sensors of directions: magnetometer, Sun sensors.
+SENSORS = 2
 _ZERO = (0.0, 0.0, 0.0)
 
 

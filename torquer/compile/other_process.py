@@ -16,7 +16,7 @@ from torquer.compile.code_cache import is_missing
 
 _CHILD = (
     "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer);"
-    "from torquer.compile.beside import compile_given; compile_given()"
+    "from torquer.compile.other_process import compile_given; compile_given()"
 )
 
 
@@ -25,7 +25,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def compile_beside(function, signature) -> subprocess.Popen | None:
+def compile_in_other_process(function, signature) -> subprocess.Popen | None:
     """Begin to compile an entry's function in another process; None where it is not worth it.
 
     That is where the code is on the disk, or cannot be kept there, or there is one core only.

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from torquer.compile import beside
+from torquer.compile import other_process
 from torquer.compile.arguments import Arguments
 from torquer.compile.code_cache import is_missing
 from torquer.compile.engine import COMPILED
@@ -35,7 +35,7 @@ def module(tmp_path, monkeypatch):
     name = tmp_path.name  # another one in each test: types outlive modules, and go by names
     (tmp_path / f"{name}.py").write_text(SOURCE.replace("FACTOR", name))
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(beside, "cores", lambda: 2)
+    monkeypatch.setattr(other_process, "cores", lambda: 2)
     yield importlib.import_module(name)
     del sys.modules[name]
 
@@ -52,7 +52,7 @@ def test_an_entry_is_compiled_by_another_process_and_found_by_this_one(module):
 
 
 def test_what_the_other_process_cannot_compile_is_compiled_here(module, monkeypatch):
-    monkeypatch.setattr(beside, "_CHILD", "raise SystemExit(3)")
+    monkeypatch.setattr(other_process, "_CHILD", "raise SystemExit(3)")
     arguments = Arguments(module.Factor(7))
     module.times.begin(arguments.record)
     assert module.times(arguments, 6) == 42
@@ -62,10 +62,10 @@ def test_what_the_other_process_cannot_compile_is_compiled_here(module, monkeypa
 
 def test_one_core_compiles_by_itself_and_so_does_a_process_that_finds_the_code(module, monkeypatch):
     arguments = Arguments(module.Factor(7))
-    monkeypatch.setattr(beside, "cores", lambda: 1)
+    monkeypatch.setattr(other_process, "cores", lambda: 1)
     module.times.begin(arguments.record)
     assert module.times._begun is None
-    monkeypatch.setattr(beside, "cores", lambda: 2)
+    monkeypatch.setattr(other_process, "cores", lambda: 2)
     assert module.times(arguments, 6) == 42
     signature = module.times._signature(arguments)
-    assert beside.compile_beside(module.times.kernel, signature) is None
+    assert other_process.compile_in_other_process(module.times.kernel, signature) is None

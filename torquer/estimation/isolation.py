@@ -1,0 +1,132 @@
+"""Whether sensors and motion are to be believed: what is isolated, what becomes uncertain.
+
+See `torquer.estimation.watch` for the tests; design/0010 for what was tried.
+"""
+
+import math
+
+from torquer.compile.engine import inlined
+from torquer.estimation.covariance import ATTITUDE, variance_of
+from torquer.estimation.measurements.magnetometer import MAGNETOMETER, has_field_magnitude
+from torquer.estimation.measurements.measurement import SENSORS
+from torquer.estimation.triad import CONTRADICTION_RAD, quaternion_of
+from torquer.estimation.watch import GROWN_S, watch
+from torquer.geometry.vec3 import dot
+
+#: First row of the error of the rate: of the gyro, or of the filter's own rate.
+RATE_ERROR = 3
+#: Number of rejected readings in a row from which on something is wrong; by chance it is not.
+_FEW = 3.0
+#: Doubts of the motion less than this time [s] apart are one.
+_APART_S = 10.0
+#: The unrest of the rate (spectral density of its random walk, rad^2/s^3) is measured in this time
+#: [s], and over below this value.
+_CALM_S, _AT_REST = 150.0, 1e-11
+#: Variance [rad^2] of an attitude that may be wrong altogether, as from the field alone.
+_ANY_ATTITUDE = 1.0
+#: What a sensor is to the filter: used, or isolated because its readings do not turn with the body,
+#: cannot be (a field of another magnitude, the Sun in the umbra), contradict those of others.
+USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
+
+
+@inlined
+def judge(inputs, parameters, memory, m, sensor, walk):
+    """Whether the sensor seems to be sound, and the motion; tests that need no attitude.
+
+    The motion is in doubt where a sensor that is not stuck turns in another way while its readings
+    are being rejected; not if it turns by so much that others' readings would be rejected, too.
+    """
+    q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
+    p, now = memory.covariance, memory.t_s
+    attitude, rate = variance_of(p, ATTITUDE), variance_of(p, RATE_ERROR)
+    doubted = attitude if parameters.sensing.r_sun > 0.0 else _ANY_ATTITUDE
+    variances = (attitude, rate, walk, doubted)
+    turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
+    odd, most = inputs.ephemeris.sunlit_fraction == 0.0, parameters.sensing.most_refused
+    if sensor == MAGNETOMETER:
+        odd = not has_field_magnitude(parameters, m.read, m.reference)
+    status = status_of(memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most)
+    if turned.moves:
+        memory.missed[sensor] = turned.rate_error
+    if status == USED and turned.moves:
+        if turned.rate_error == 0.0:
+            memory.rate_error = 0.0
+        elif is_to_blame(inputs, parameters.sensing, memory, sensor, turned.rate_error):
+            doubt_motion(memory, turned.rate_error)
+    if status != memory.isolated[sensor]:
+        memory.isolated[sensor] = status
+        memory.rejected_in_a_row[sensor] = 0.0
+
+
+@inlined
+def status_of(status, turned, odd, in_a_row, most):
+    """What a sensor is to the filter after a reading that is odd or not.
+
+    A sensor is stuck until its readings move; so is one that has been odd for `most` readings.
+    """
+    if status == STUCK or turned.stuck:
+        return USED if turned.moves and not odd else STUCK
+    if odd:
+        return ODD
+    if status == ODD:
+        return STUCK if in_a_row >= most and not turned.moves else USED
+    return status
+
+
+@inlined
+def is_to_blame(inputs, sensing, memory, sensor, rate_error):
+    """Whether the motion is wrong by so much [rad/s], or the sensor that shows it.
+
+    The readings are being rejected; an error that others would notice, too, they do notice.
+    """
+    if memory.rejected_in_a_row[sensor] < _FEW:
+        return False
+    b = inputs.ephemeris.b_inertial_t
+    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(sensing.r_sun + sensing.r_field / dot(b, b))
+    large = rate_error * GROWN_S > noticed
+    return not (large and others_agree(inputs, sensing, memory, sensor))
+
+
+@inlined
+def others_agree(inputs, sensing, memory, sensor):
+    """Whether the readings of another sensor have been accepted of late and turn as propagated."""
+    agree = False
+    for k in range(SENSORS):
+        recent = inputs.t_s - memory.read_s[k] <= sensing.gap
+        accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
+        turns = memory.missed[k] == 0.0
+        agree = agree or (k != sensor and recent and accepted and turns)
+    return agree
+
+
+@inlined
+def doubt_motion(memory, rate_error):
+    """The propagated rate is wrong by so much [rad/s]: now, and again and again if so before.
+
+    From the third time on the rate is a random walk of the size that explains them.
+    """
+    t_s, doubted_s = memory.t_s, memory.doubted_s
+    memory.rate_error = rate_error
+    if t_s - doubted_s[1] > _APART_S:
+        memory.unrest = max(memory.unrest, rate_error * rate_error / (t_s - doubted_s[0]))
+        doubted_s[0], doubted_s[1] = doubted_s[1], t_s
+
+
+@inlined
+def widen(memory, dt):
+    """Allow for a motion that is not the body's: see `torquer.estimation.watch`."""
+    p, variance = memory.covariance, memory.rate_error * memory.rate_error
+    if variance > 0.0:
+        for i in range(3):
+            p[i, i] += variance * GROWN_S * GROWN_S
+            k = RATE_ERROR + i
+            p[k, k] = max(p[k, k], variance)
+    if memory.unrest > 0.0:
+        for i in range(RATE_ERROR, RATE_ERROR + 3):
+            p[i, i] += memory.unrest * dt
+        # in a consistent filter the corrections are as large as what the random walk adds
+        found = memory.rate_corrected / (3.0 * dt) if dt > 0.0 else memory.unrest
+        memory.unrest += min(dt / _CALM_S, 1.0) * (found - memory.unrest)
+        if memory.unrest < _AT_REST:
+            memory.unrest = 0.0
+    memory.rate_corrected = 0.0

@@ -1,0 +1,246 @@
+"""How Kalman filters find an attitude: at first, after a gap, when theirs is wrong or lost."""
+
+import math
+
+from torquer.compile.engine import inlined, plugged
+from torquer.estimation.covariance import (
+    ATTITUDE,
+    forget,
+    make_uncertain,
+    put_uncorrelated,
+    variance_of,
+)
+from torquer.estimation.isolation import CONTRADICTS, USED, doubt_motion, others_agree
+from torquer.estimation.measurements.magnetometer import MAGNETOMETER
+from torquer.estimation.measurements.measurement import SENSORS, as_of_now, is_usable
+from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.estimation.triad import (
+    LEAST_SINE,
+    by_two,
+    contradict,
+    field_at,
+    put_quaternion,
+    quaternion_of,
+    sine_between,
+)
+from torquer.geometry.quaternion import multiply, normalised, rotate
+from torquer.geometry.vec3 import cross, dot, unit
+
+#: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
+UNINFORMED = math.pi * math.pi / 3.0
+#: Variance before the readings of a start, over that of TRIAD: the readings count twice, which
+#: makes the covariance too small by one part in this number.
+_WIDER = 1000.0
+#: Why a filter has not started, as it logs it.
+NOT_STARTED = (
+    "it has started",
+    "no reading of the gyro",
+    "no usable reading of the magnetometer",
+    "no usable reading of the Sun sensors",
+    "field and Sun are parallel",
+    "the angle between field and Sun is not that of the models",
+    "TRIAD is less accurate than lost_sigma_deg",
+    "without a magnetometer it must be handed an attitude by another estimator",
+)
+STARTED, NO_RATE, NO_FIELD, NO_SUN, PARALLEL, CONTRADICTORY, INACCURATE, ONE_SENSOR = map(
+    float, range(len(NOT_STARTED))
+)
+
+
+@plugged
+def has_attitude(inputs, parameters, memory, begin, rate_of):
+    """Whether the filter has an attitude: its own, or one from a start or restart in this step."""
+    sensing = parameters.sensing
+    must = must_begin(inputs, sensing, memory)
+    rejected = rejected_sensor(sensing, memory)
+    lost = 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost
+    if must or rejected >= 0 or lost:
+        return find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of)
+    return True
+
+
+@inlined
+def rejected_sensor(sensing, memory):
+    """A sensor whose readings have been rejected all the time; -1 for none."""
+    found = -1
+    for sensor in range(SENSORS):
+        tested = memory.isolated[sensor] in (USED, CONTRADICTS)
+        if tested and memory.rejected_in_a_row[sensor] >= sensing.most_refused:
+            found = sensor
+    return found
+
+
+@inlined
+def must_begin(inputs, sensing, memory):
+    """Whether the filter must start: at first, after a long gap, or where others know better.
+
+    It was away if the last estimate is not its own.
+    """
+    e, own = inputs.estimate, variance_of(memory.covariance, ATTITUDE)
+    away = e.t_s != memory.t_s
+    gap = inputs.t_s - memory.t_s > sensing.gap
+    better = e.t_s > memory.t_s and e.sigma_rad * e.sigma_rad < own
+    return memory.starts == 0.0 or (away and (gap or better))
+
+
+@plugged
+def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
+    """Start the filter, or start it again; whether it has an attitude then.
+
+    `must`: it has none; `rejected`: sensor that seems to be sound and whose readings are rejected,
+    or -1; otherwise the attitude is too uncertain, and the other states stay as they are known.
+    `begin(inputs, parameters, memory, taken_over, idle_s, afresh)` completes the start of a filter.
+    `taken_over`: the attitude is that of another estimator; `idle_s`: time for which states that
+    are kept have not been propagated; `afresh`: they are forgotten.
+    """
+    idle_since_s, first = memory.t_s, memory.starts == 0.0
+    omega, _, variance = rate_of(inputs, parameters, memory, 0.0)
+    taken_over = must and variance < math.inf and takes_over(inputs, parameters.sensing, memory)
+    memory.not_started = NO_RATE if not variance < math.inf else STARTED
+    if not taken_over and variance < math.inf:
+        memory.not_started = start_by_triad(inputs, parameters, memory, omega)
+        if memory.not_started != STARTED and (must or rejected >= 0):
+            use_one_direction(inputs, parameters, memory, must, rejected, omega)
+    started = memory.not_started == STARTED
+    memory.not_started = memory.not_started if must else STARTED
+    if started and (must or rejected >= 0):
+        afresh = first or not must
+        if afresh:
+            forget(parameters.prior, memory.states, memory.covariance)
+        if not must and memory.missed[rejected] > 0.0:
+            doubt_motion(memory, memory.missed[rejected])
+        idle_s = 0.0 if afresh else memory.t_s - idle_since_s
+        begin(inputs, parameters, memory, taken_over, idle_s, not must)
+    return started or not must
+
+
+@inlined
+def use_one_direction(inputs, parameters, memory, must, rejected, omega):
+    """What a single direction allows.
+
+    A filter without Sun sensors starts by the field. A sensor whose readings are rejected while
+    others agree with the filter is isolated. Otherwise the filter must be wrong: its attitude is
+    turned to fit the rejected sensor's reading, and is as uncertain as before the first one; so are
+    the other states, which keep their values.
+    """
+    alone = must and parameters.sensing.r_sun == 0.0
+    if not must and others_agree(inputs, parameters.sensing, memory, rejected):
+        memory.isolated[rejected] = CONTRADICTS
+        memory.rejected_in_a_row[rejected] = 0.0
+    elif alone or not must:
+        sensor = MAGNETOMETER if must else rejected
+        fits = start_by_direction(inputs, parameters, memory, sensor, omega)
+        if fits and must:
+            memory.not_started = STARTED
+        elif fits:
+            make_uncertain(parameters.prior, memory.covariance)
+        else:
+            memory.rejected_in_a_row[:] = 0.0
+
+
+@inlined
+def start_by_triad(inputs, parameters, memory, omega):
+    """Attitude by TRIAD from the latest readings; STARTED, or why there is none.
+
+    Readings of different times are turned to that of the later one, with omega; the uncertainty of
+    the rate before the first estimate counts. The filter then takes the same readings, from a
+    covariance so wide that they count once: thus its own covariance is right with a magnetometer
+    bias, too. The more accurate direction comes first. The time of the filter becomes that of the
+    later reading.
+    """
+    sensing, prior, at = parameters.sensing, parameters.prior, inputs.read_at
+    field_s, sun_s, b, sun = at.magnetometer_s, at.sun_sensors_s, inputs.b_body_t, inputs.sun_body
+    if min(sensing.r_field, sensing.r_sun) == 0.0:
+        return ONE_SENSOR
+    if memory.isolated[MAGNETOMETER] != USED and memory.isolated[MAGNETOMETER] != CONTRADICTS:
+        return NO_FIELD
+    if memory.isolated[SUN_SENSORS] != USED and memory.isolated[SUN_SENSORS] != CONTRADICTS:
+        return NO_SUN
+    if not is_usable(sensing.r_field, b, inputs.t_s - field_s, sensing.gap):
+        return NO_FIELD
+    if not is_usable(sensing.r_sun, sun, inputs.t_s - sun_s, sensing.gap):
+        return NO_SUN
+    later_s, apart = max(field_s, sun_s), field_s - sun_s
+    b, sun = as_of_now(omega, -apart, b), as_of_now(omega, apart, sun)
+    if not sine_between(b, sun) > LEAST_SINE:
+        return PARALLEL
+    b_inertial, sun_inertial = field_at(inputs, field_s), inputs.ephemeris.sun_inertial
+    carried = (prior.gyro_bias + prior.rate) * apart * apart
+    r = (sensing.r_field + prior.magnetometer_bias) / dot(b, b) + (carried if apart < 0.0 else 0.0)
+    s = sensing.r_sun + (carried if apart > 0.0 else 0.0)
+    if contradict(b, sun, b_inertial, sun_inertial, r + s):
+        return CONTRADICTORY
+    q, total = by_two(b, sun, b_inertial, sun_inertial, r, s, s <= r)
+    if not total <= sensing.lost:
+        return INACCURATE
+    memory.read_s[:] = -math.inf
+    put_attitude(memory, later_s, q, min(_WIDER * total, UNINFORMED))
+    return STARTED
+
+
+@inlined
+def start_by_direction(inputs, parameters, memory, sensor, omega):
+    """Attitude that fits a sensor's latest reading; whether there is one.
+
+    It is the smallest rotation from the attitude that the filter has, or from the inertial axes.
+    The remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
+    direction does not turn: from it alone that angle is never found.)
+    """
+    sensing, at, q = parameters.sensing, inputs.read_at, (0.0, 0.0, 0.0, 1.0)
+    v, reference, read_s, r = inputs.sun_body, inputs.ephemeris.sun_inertial, 0.0, sensing.r_sun
+    read_s = at.sun_sensors_s
+    if sensor == MAGNETOMETER:
+        read_s, r = at.magnetometer_s, sensing.r_field
+        v, reference = inputs.b_body_t, field_at(inputs, read_s)
+    if not is_usable(r, v, inputs.t_s - read_s, sensing.gap):
+        return False
+    if memory.starts > 0.0:
+        q = quaternion_of(memory.q)
+        read_s, v = inputs.t_s, as_of_now(omega, inputs.t_s - read_s, v)
+    memory.read_s[:] = -math.inf
+    put_attitude(memory, read_s, fitted(q, v, reference), parameters.prior.attitude)
+    return True
+
+
+@inlined
+def fitted(q, v, reference):
+    """The attitude next to q that gives a vector v (body) the direction of a reference (inertial).
+
+    The quaternion takes the body into the inertial frame.
+    """
+    seen, wanted = unit(rotate(q, v)), unit(reference)
+    cosine = dot(seen, wanted)
+    x, y, z = cross(seen, wanted)
+    turn = normalised((x, y, z, 1.0 + cosine))
+    if cosine < -0.999999:  # half a turn about any axis across
+        x, y, z = unit(cross(seen, (1.0, 0.0, 0.0) if abs(seen[0]) < 0.8 else (0.0, 1.0, 0.0)))
+        turn = (x, y, z, 0.0)
+    return normalised(multiply(turn, q))
+
+
+@inlined
+def takes_over(inputs, sensing, memory):
+    """Take over an attitude of another estimator; whether there is one that is not too old."""
+    e = inputs.estimate
+    age = inputs.t_s - e.t_s
+    if not (e.t_s > memory.t_s and age <= sensing.gap and e.sigma_rad >= 0.0):
+        return False
+    if not math.isfinite(e.q_body_to_inertial[0] + e.omega_body_rad_s[0]):
+        return False
+    # no variance exceeds the sum of all three, however unlike they are
+    put_attitude(memory, e.t_s, e.q_body_to_inertial, 3.0 * e.sigma_rad * e.sigma_rad)
+    memory.read_s[:] = e.t_s
+    return True
+
+
+@inlined
+def put_attitude(memory, t_s, q, variance):
+    """Start from an attitude of this variance about each axis; no reading is rejected so far."""
+    if not t_s >= memory.t_s:
+        for sensor in range(SENSORS):
+            memory.watched[sensor, 0, 0] = -math.inf
+    memory.t_s = t_s
+    memory.starts += 1.0
+    memory.rejected_in_a_row[:] = 0.0
+    put_quaternion(memory.q, q)
+    put_uncorrelated(memory.covariance, ATTITUDE, variance)
