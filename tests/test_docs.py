@@ -125,26 +125,27 @@ def test_steps_tutorial_prints_what_it_shows(monkeypatch):
         assert rows[label] == f"{value} {unit}"
 
 
-@needs_jit
-def test_the_filter_tutorial_prints_what_it_shows(monkeypatch):
-    text = (ROOT / "docs/tutorials/filter-check.md").read_text(encoding="utf-8")
+def printed_as_shown(page, monkeypatch):
+    """A tutorial's text and the names that its one block leaves, which prints what is shown."""
+    text = (ROOT / "docs/tutorials" / page).read_text(encoding="utf-8")
     monkeypatch.chdir(ROOT)
     ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
     with contextlib.redirect_stdout(io.StringIO()) as printed:
         exec(code, names := {})
     assert printed.getvalue() == shown
+    return text, names
+
+
+@needs_jit
+def test_the_filter_tutorial_prints_what_it_shows(monkeypatch):
+    text, names = printed_as_shown("filter-check.md", monkeypatch)
     drawn = drawn_in_words(names["found"])
     assert f"each run draws {drawn}\n" in text
 
 
 @needs_jit
 def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
-    text = (ROOT / "docs/tutorials/smoothing.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(ROOT)
-    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(code, names := {})
-    assert printed.getvalue() == shown
+    text, names = printed_as_shown("smoothing.md", monkeypatch)
     _, *numbers = accuracy_of(names["result"], names["smoothed"])
     told = re.findall(r"(\S+) deg", re.search(r"```\n(which_sensors.*?)```", text, re.S)[1])
     assert told == [f"{number:.3g}" for number in numbers]
@@ -152,12 +153,7 @@ def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
 
 @needs_jit
 def test_the_faults_tutorial_prints_what_it_shows(monkeypatch):
-    text = (ROOT / "docs/tutorials/sensor-faults.md").read_text(encoding="utf-8")
-    monkeypatch.chdir(ROOT)
-    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(code, {})
-    assert printed.getvalue() == shown
+    printed_as_shown("sensor-faults.md", monkeypatch)
 
 
 SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")
