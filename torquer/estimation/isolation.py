@@ -88,6 +88,12 @@ def is_to_blame(inputs, sensing, memory, sensor, rate_error):
 
 
 @inlined
+def is_broken(memory, sensor):
+    """Whether a sensor's readings are those of a broken one, whatever the attitude."""
+    return memory.isolated[sensor] in (STUCK, ODD)
+
+
+@inlined
 def others_agree(inputs, sensing, memory, sensor):
     """Whether the readings of another sensor have been accepted of late and turn as propagated."""
     agree = False

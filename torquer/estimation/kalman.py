@@ -20,7 +20,7 @@ from torquer.estimation.covariance import (
     variance_of,
 )
 from torquer.estimation.estimator import Estimator
-from torquer.estimation.isolation import ODD, RATE_ERROR, STUCK, USED, judge, widen
+from torquer.estimation.isolation import RATE_ERROR, USED, is_broken, judge, widen
 from torquer.estimation.measurements.magnetometer import (
     MAGNETOMETER,
     magnetometer,
@@ -110,13 +110,13 @@ def take(sensing, memory, m, sensor, innovation):
     `innovation`: cells for the whitened innovation. A sensor that is isolated because it
     contradicts the others is still compared with the filter, and used again once it agrees.
     """
-    row, status = memory.rejected_in_a_row, memory.isolated[sensor]
-    if status in (STUCK, ODD):
+    row = memory.rejected_in_a_row
+    if is_broken(memory, sensor):
         memory.refused += 1.0
         row[sensor] += 1.0
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
-    used = gate if status == USED else -1.0
+    used = gate if memory.isolated[sensor] == USED else -1.0
     nis, accepted, e = update(memory.covariance, memory.gain, memory.correction, m, used)
     put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
     if accepted:

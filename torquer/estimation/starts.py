@@ -10,7 +10,7 @@ from torquer.estimation.covariance import (
     put_uncorrelated,
     variance_of,
 )
-from torquer.estimation.isolation import CONTRADICTS, USED, doubt_motion, others_agree
+from torquer.estimation.isolation import CONTRADICTS, doubt_motion, is_broken, others_agree
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER
 from torquer.estimation.measurements.measurement import SENSORS, as_of_now, is_usable
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
@@ -64,8 +64,10 @@ def rejected_sensor(sensing, memory):
     """A sensor whose readings have been rejected all the time; -1 for none."""
     found = -1
     for sensor in range(SENSORS):
-        tested = memory.isolated[sensor] in (USED, CONTRADICTS)
-        if tested and memory.rejected_in_a_row[sensor] >= sensing.most_refused:
+        if (
+            not is_broken(memory, sensor)
+            and memory.rejected_in_a_row[sensor] >= sensing.most_refused
+        ):
             found = sensor
     return found
 
@@ -152,9 +154,9 @@ def start_by_triad(inputs, parameters, memory, omega):
     field_s, sun_s, b, sun = at.magnetometer_s, at.sun_sensors_s, inputs.b_body_t, inputs.sun_body
     if min(sensing.r_field, sensing.r_sun) == 0.0:
         return ONE_SENSOR
-    if memory.isolated[MAGNETOMETER] != USED and memory.isolated[MAGNETOMETER] != CONTRADICTS:
+    if is_broken(memory, MAGNETOMETER):
         return NO_FIELD
-    if memory.isolated[SUN_SENSORS] != USED and memory.isolated[SUN_SENSORS] != CONTRADICTS:
+    if is_broken(memory, SUN_SENSORS):
         return NO_SUN
     if not is_usable(sensing.r_field, b, inputs.t_s - field_s, sensing.gap):
         return NO_FIELD
@@ -187,8 +189,8 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     direction does not turn: from it alone that angle is never found.)
     """
     sensing, at, q = parameters.sensing, inputs.read_at, (0.0, 0.0, 0.0, 1.0)
-    v, reference, read_s, r = inputs.sun_body, inputs.ephemeris.sun_inertial, 0.0, sensing.r_sun
-    read_s = at.sun_sensors_s
+    v, reference = inputs.sun_body, inputs.ephemeris.sun_inertial
+    read_s, r = at.sun_sensors_s, sensing.r_sun
     if sensor == MAGNETOMETER:
         read_s, r = at.magnetometer_s, sensing.r_field
         v, reference = inputs.b_body_t, field_at(inputs, read_s)
