@@ -126,13 +126,15 @@ def test_steps_tutorial_prints_what_it_shows(monkeypatch):
 
 
 def printed_as_shown(page, monkeypatch):
-    """A tutorial's text and the names that its one block leaves, which prints what is shown."""
+    """A tutorial's text and the names that its blocks leave, which print what is shown."""
     text = (ROOT / "docs/tutorials" / page).read_text(encoding="utf-8")
     monkeypatch.chdir(ROOT)
-    ((code, shown),) = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(code, names := {})
-    assert printed.getvalue() == shown
+    blocks, names = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S), {}
+    assert len(blocks) == text.count("```python\n") > 0
+    for code, shown in blocks:
+        with contextlib.redirect_stdout(io.StringIO()) as printed:
+            exec(code, names)
+        assert printed.getvalue() == shown
     return text, names
 
 

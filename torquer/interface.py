@@ -14,6 +14,7 @@ from torquer.compile.engine import inlined, internal
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
+_NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class ReadingTimes(NamedTuple):
@@ -30,11 +31,17 @@ class ReadingTimes(NamedTuple):
     tachometers_s: float = 0.0
 
 
+#: Sensors by the names that users give them, in the order of `ReadingTimes`.
+SENSORS = tuple(name.removesuffix("_s") for name in ReadingTimes._fields)
+
+
 class Estimate(NamedTuple):
     """What the estimator believes at `t_s`; NaN where it is unknown.
 
     `q_body_to_inertial`, `omega_body_rad_s` (absolute rate), `gyro_bias_rad_s`; `sigma_rad`:
-    standard deviation of the attitude about each axis; `sigma_rad_s`: of the rate.
+    standard deviation of the attitude about each axis; `sigma_rad_s`: of the rate. `isolated`: 1
+    for each sensor whose readings the estimator judges to be wrong, else 0; in the order of
+    `ReadingTimes`.
     """
 
     t_s: float = -math.inf
@@ -43,6 +50,7 @@ class Estimate(NamedTuple):
     gyro_bias_rad_s: tuple = _ZERO
     sigma_rad: float = math.nan
     sigma_rad_s: float = math.nan
+    isolated: tuple = _NONE_ISOLATED
 
 
 class Ephemeris(NamedTuple):
@@ -116,6 +124,7 @@ KNOWN = np.dtype(
             *("estimate_s", "estimate_q_x", "estimate_q_y", "estimate_q_z", "estimate_q_w"),
             *_xyz("estimate_omega", "estimate_bias"),
             *("sigma_rad", "sigma_rad_s"),
+            *(f"isolated_{s}" for s in ("b", "b_rate", "omega", "sun", "q", "wheels")),
             *_xyz("position", "velocity", "model_b", "model_b_rate", "to_sun"),
             "sunlit_fraction",
         )
@@ -131,8 +140,9 @@ def nothing_known() -> np.ndarray:
             known[name] = -np.inf
         elif KNOWN.names.index(name) > KNOWN.names.index("estimate_s"):
             known[name] = np.nan
-    for c in "xyz":
-        known[f"estimate_bias_{c}"] = 0.0
+    for name in KNOWN.names:
+        if name.startswith(("estimate_bias_", "isolated_")):
+            known[name] = 0.0
     return known
 
 
@@ -146,6 +156,20 @@ def estimate_of(k):
         (k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z),
         k.sigma_rad,
         k.sigma_rad_s,
+        isolated_of(k),
+    )
+
+
+@inlined
+def isolated_of(k):
+    """Which sensors the estimate in the record does not use."""
+    return (
+        k.isolated_b,
+        k.isolated_b_rate,
+        k.isolated_omega,
+        k.isolated_sun,
+        k.isolated_q,
+        k.isolated_wheels,
     )
 
 
@@ -156,6 +180,8 @@ def put_estimate(k, e):
     k.estimate_q_x, k.estimate_q_y, k.estimate_q_z, k.estimate_q_w = e.q_body_to_inertial
     k.estimate_omega_x, k.estimate_omega_y, k.estimate_omega_z = e.omega_body_rad_s
     k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z = e.gyro_bias_rad_s
+    k.isolated_b, k.isolated_b_rate, k.isolated_omega = e.isolated[0], e.isolated[1], e.isolated[2]
+    k.isolated_sun, k.isolated_q, k.isolated_wheels = e.isolated[3], e.isolated[4], e.isolated[5]
 
 
 @internal

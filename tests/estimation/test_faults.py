@@ -103,6 +103,8 @@ def test_a_stuck_direction_is_isolated(estimator, sensor, failure):
     place = ["magnetometer", "sun_sensors"].index(sensor)
     isolated = result["estimator.isolated"].values[:, place]
     assert (isolated[610:655] == STUCK).all()
+    assert (result["isolated"].sel(sensor=sensor)[610:655] == 1.0).all()
+    assert not result["isolated"].sel(sensor="gyro").values.any()
     assert falsely_sure_s(result) < 10
     if failure is passing:
         assert not isolated[665:].any()

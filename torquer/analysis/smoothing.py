@@ -96,7 +96,8 @@ def _known(steps: xr.Dataset) -> np.ndarray:
     known = np.full(steps.sizes["time"], np.nan, KNOWN)
     readings = [each._replace(key=key) for key, name in _READINGS.items() for each in RECORDED
                 if each.name == name]  # fmt: skip
-    write(steps, [*readings, *INPUTS, *ESTIMATED], known, slice(None))
+    estimated = [each for each in ESTIMATED if each.name in steps]
+    write(steps, [*readings, *INPUTS, *estimated], known, slice(None))
     return known
 
 

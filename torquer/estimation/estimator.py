@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numba
+from numba.extending import overload
 
 from torquer.compile.adapter import Kind
 from torquer.compile.block import Block
@@ -18,6 +19,25 @@ from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 @inlined  # a host calls it, too
 def _numbers(v):
     return (float(v[0]), float(v[1]), float(v[2]))
+
+
+@inlined
+def _flags(v):
+    return (float(v[0]), float(v[1]), float(v[2]), float(v[3]), float(v[4]), float(v[5]))
+
+
+def _isolated(e):
+    """`isolated` of an estimate, which may have been made without it."""
+    return e.isolated
+
+
+@overload(_isolated, inline="always")
+def _isolated_compiled(e):
+    """Compiled code has no default values: an estimate may lack its last part."""
+    if len(e.types) == len(Estimate._fields):
+        return lambda e: e.isolated
+    nothing = UNKNOWN_ESTIMATE.isolated
+    return lambda e: nothing
 
 
 @internal
@@ -31,6 +51,7 @@ def as_estimate(e):
         _numbers(e.gyro_bias_rad_s),
         float(e.sigma_rad),
         float(e.sigma_rad_s),
+        _flags(_isolated(e)),
     )
 
 
@@ -39,7 +60,8 @@ def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)
     q = (math.nan, math.nan, math.nan, math.nan)
-    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan)
+    isolated = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, isolated)
 
 
 ESTIMATE = Kind(

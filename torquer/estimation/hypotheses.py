@@ -17,13 +17,18 @@ import math
 
 from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import ATTITUDE, factors_of, gain_of, variance_of
-from torquer.estimation.kalman import advance, put_back, stated, take_readings
+from torquer.estimation.kalman import (
+    advance,
+    nothing_estimated,
+    put_back,
+    stated,
+    take_readings,
+)
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetometer
 from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import scale, unit
-from torquer.interface import UNKNOWN_ESTIMATE
 
 #: Hypotheses at the start, equally spaced about the field, and places for more.
 _AT_START = 24
@@ -50,7 +55,7 @@ def step_by_field(
     """
     starts = memory.starts
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
-        return UNKNOWN_ESTIMATE
+        return nothing_estimated(parameters, memory)
     if memory.starts > starts:
         memory.hypotheses = 0.0
         # an attitude that is taken over includes the readings until then

@@ -26,7 +26,7 @@ from torquer.estimation.measurements.magnetometer import (
     magnetometer,
 )
 from torquer.estimation.measurements.measurement import SENSORS, Sensing
-from torquer.estimation.measurements.sun_sensors import sun_sensors
+from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
 from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.state_names import axes_of
 from torquer.estimation.triad import (
@@ -53,7 +53,7 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     `torquer.estimation.starts.find_attitude`.
     """
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
-        return UNKNOWN_ESTIMATE
+        return nothing_estimated(parameters, memory)
     dt = inputs.t_s - memory.t_s
     advance(inputs, parameters, memory, dt, propagate, rate_of)
     return stated(inputs, parameters, memory, dt, rate_of)
@@ -77,7 +77,27 @@ def stated(inputs, parameters, memory, dt, rate_of):
     """What the filter states dt seconds after its last step."""
     omega, bias, variance = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
-    return Estimate(memory.t_s, quaternion_of(memory.q), omega, bias, sigma, math.sqrt(variance))
+    q, sigma_rate = quaternion_of(memory.q), math.sqrt(variance)
+    return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, isolated(parameters, memory))
+
+
+@inlined
+def isolated(parameters, memory):
+    """Which sensors the filter judges to be wrong, as `Estimate` has them."""
+    field = 1.0 if memory.isolated[MAGNETOMETER] != USED else 0.0
+    sun = 1.0 if memory.isolated[SUN_SENSORS] != USED else 0.0
+    doubtful = memory.rate_error > 0.0 or memory.unrest > 0.0
+    gyro = parameters.sensing.has_gyro if doubtful else 0.0
+    return (field, 0.0, gyro, sun, 0.0, 0.0)
+
+
+@inlined
+def nothing_estimated(parameters, memory):
+    """The estimate of a filter without an attitude: which sensors it judges to be wrong."""
+    e = UNKNOWN_ESTIMATE
+    nothing, bias = e.omega_body_rad_s, e.gyro_bias_rad_s
+    wrong = isolated(parameters, memory)
+    return Estimate(e.t_s, e.q_body_to_inertial, nothing, bias, e.sigma_rad, e.sigma_rad_s, wrong)
 
 
 @inlined
@@ -203,6 +223,8 @@ class Filter(Spec):
     """
 
     gives: ClassVar = frozenset({"attitude", "rate"})
+    #: Whether a gyro shows the motion.
+    has_gyro: ClassVar[bool] = False
     #: The kernel, and what it remembers beyond `memory_of`.
     kernel: ClassVar[Callable]
     remembers: ClassVar[dict] = {}
@@ -276,6 +298,7 @@ class Filter(Spec):
             math.radians(self.lost_sigma_deg) ** 2,
             float(self.most_refused),
             self.longest_gap_s,
+            float(self.has_gyro),
         )
 
     def constants(self) -> Any:

@@ -248,6 +248,7 @@ class KalmanGyro(Filter):
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 
     kind: Literal["kalman_gyro"] = "kalman_gyro"
+    has_gyro: ClassVar = True
     kernel: ClassVar = kalman_gyro
     remembers: ClassVar = {
         "gyro_s": (-math.inf, -math.inf, -math.inf),

@@ -165,7 +165,9 @@ def triad_estimator(inputs, parameters, memory):
     if parameters.gyro != 0.0:
         omega, sigma_rate = inputs.omega_body_rad_s, math.nan
     q = quaternion_of(memory.q)
-    return Estimate(memory.t_s, q, omega, (0.0, 0.0, 0.0), memory.sigma, sigma_rate)
+    e = UNKNOWN_ESTIMATE
+    bias, isolated = e.gyro_bias_rad_s, e.isolated
+    return Estimate(memory.t_s, q, omega, bias, memory.sigma, sigma_rate, isolated)
 
 
 class Triad(Spec):

@@ -37,9 +37,10 @@ _Q, _WHEELS, _COILS, _TIMES = (
     _part("coils_x", 3),
     _part("b_s", 6),
 )
-_ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 13), _PLACE["estimate_s"]
+_ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 19), _PLACE["estimate_s"]
 _ESTIMATED_Q, _ESTIMATED_OMEGA = _part("estimate_q_x", 4), _part("estimate_omega_x", 3)
 _BIAS, _SIGMA = _part("estimate_bias_x", 3), _PLACE["sigma_rad"]
+_ISOLATED = _part("isolated_b", 6)
 _R, _V, _MODEL_B = (_part(f"{name}_x", 3) for name in ("position", "velocity", "model_b"))
 _MODEL_RATE, _TO_SUN, _SUNLIT = (
     _part("model_b_rate_x", 3),
@@ -59,6 +60,7 @@ def inputs_from(known: np.ndarray) -> Inputs:
         k[_BIAS],
         k[_SIGMA],
         k[_SIGMA + 1],
+        k[_ISOLATED],
     )
     ephemeris = (k[_R], k[_V], k[_MODEL_B], k[_MODEL_RATE], k[_TO_SUN], k[_SUNLIT])
     inputs = (

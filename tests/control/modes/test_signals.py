@@ -63,6 +63,7 @@ EXPECTED = {
     "wheel_momentum_n_m_s": 0.5,
     "estimate_age_s": 10.0,
     "estimate_sigma_deg": 0.3,
+    "estimate_doubts": 0.0,
     "reading_age_s": 9.0,
     "time_s": 10.0,
     "time_in_state_s": math.inf,
@@ -117,6 +118,13 @@ def test_before_the_first_reading_and_estimate_their_age_is_infinite():
 @pytest.mark.parametrize("sensor", range(6))
 def test_every_sensor_has_its_own_age(sensor):
     assert value("reading_age_s", SEEN, sensor) == 10.0 - READ[sensor]
+
+
+@pytest.mark.parametrize("sensor", range(6))
+def test_the_estimator_doubts_one_sensor(sensor):
+    isolated = tuple(float(k == sensor) for k in range(6))
+    inputs = SEEN._replace(estimate=SEEN.estimate._replace(isolated=isolated))
+    assert [value("estimate_doubts", inputs, k) for k in range(6)] == list(isolated)
 
 
 def test_time_in_state_and_entries_count_from_the_entry():

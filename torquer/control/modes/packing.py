@@ -7,8 +7,9 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from torquer.control.modes import table
-from torquer.control.modes.signals import NUMBER_OF, SENSORS, SIGNALS, UNITS
+from torquer.control.modes.signals import NUMBER_OF, SIGNALS, UNITS
 from torquer.geometry.vec3 import as_symmetric
+from torquer.interface import SENSORS
 
 #: Rounding of a time must not cost a reading [s].
 _ROUNDING_S = 1e-6

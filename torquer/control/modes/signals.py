@@ -15,7 +15,6 @@ from torquer.compile.engine import inlined
 from torquer.control.pointing import deviation, reference_motion, short_way
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, norm, sym_vec
-from torquer.interface import ReadingTimes
 
 #: SI units in one unit of a signal, as users write it.
 UNITS = {
@@ -28,8 +27,6 @@ UNITS = {
     "times": 1.0,
     "part": 1.0,
 }
-#: Sensors by the names that conditions use, in the order of `ReadingTimes`.
-SENSORS = tuple(name.removesuffix("_s") for name in ReadingTimes._fields)
 
 
 @inlined
@@ -154,6 +151,16 @@ def estimate_sigma(table, state, inputs, index):
 
 
 @inlined
+def estimate_doubts(table, state, inputs, index):
+    """1 while the estimator judges a sensor's readings to be wrong, else 0."""
+    isolated = inputs.estimate.isolated
+    value = isolated[0]
+    for k in range(1, len(isolated)):
+        value = isolated[k] if index == k else value
+    return value
+
+
+@inlined
 def reading_age(table, state, inputs, index):
     """Time since a sensor's latest reading was taken; infinite before the first."""
     read_at = inputs.read_at
@@ -232,6 +239,7 @@ SIGNALS = {
     "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s"),
     "estimate_age_s": Signal(estimate_age, "s"),
     "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True),
+    "estimate_doubts": Signal(estimate_doubts, "yes/no", ("sensor",)),
     "reading_age_s": Signal(reading_age, "s", ("sensor",)),
     "time_s": Signal(time, "s"),
     "time_in_state_s": Signal(time_in_state, "s"),

@@ -15,10 +15,11 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.modes.packing import must_be_one_of, packed
-from torquer.control.modes.signals import SENSORS, SIGNALS
+from torquer.control.modes.signals import SIGNALS
 from torquer.control.modes.table import ModeState, ModeTable
 from torquer.control.pointing import HeldAttitude
 from torquer.control.spin_axis import unit_vector
+from torquer.interface import SENSORS
 from torquer.spec import Inertia, Spec
 
 #: The region of a table that gives its states directly.
@@ -66,7 +67,7 @@ class Condition(Spec):
     region: str | None = None
     """Region of that state, where several regions have a state of that name."""
     sensor: str | None = None
-    """Sensor that the signal 'reading_age_s' is about."""
+    """Sensor that the signals 'reading_age_s' and 'estimate_doubts' are about."""
 
     @model_validator(mode="after")
     def _makes_sense(self):

@@ -14,6 +14,9 @@ def condition_in_words(condition: Condition) -> str:
         return f"{'in' if above else 'not in'} state {condition.state}"
     if condition.signal == "sun_in_view":
         return "Sun in view" if above else "Sun not in view"
+    if condition.signal == "estimate_doubts":
+        verb = "doubts" if above else "does not doubt"
+        return f"estimator {verb} {condition.sensor.replace('_', ' ')}"
     value = condition.above if above else condition.below
     change = "change of " if condition.since_entry else ""
     words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"

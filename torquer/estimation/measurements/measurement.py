@@ -41,7 +41,8 @@ class Sensing(NamedTuple):
     `r_field` [T^2], `r_sun` [rad^2]: variance of each component, 0 for a sensor that is not used;
     `gate_2`, `gate_3`: greatest normalised innovations squared of 2 and 3 components; `lost`:
     greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings rejected
-    one after another, `gap`: time without a step [s], after which the filter starts again.
+    one after another, `gap`: time without a step [s], after which the filter starts again;
+    `has_gyro`: 1 for a filter whose motion is that of a gyro, else 0.
     """
 
     r_field: float
@@ -51,6 +52,7 @@ class Sensing(NamedTuple):
     lost: float
     most_refused: float
     gap: float
+    has_gyro: float
 
 
 @inlined

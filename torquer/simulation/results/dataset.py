@@ -15,6 +15,7 @@ from torquer.compile.engine import processor
 from torquer.compile.plugin import source_mark, source_text
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
+from torquer.interface import SENSORS
 from torquer.scenario.spec import Scenario
 from torquer.simulation.prepare import log_of
 from torquer.simulation.results.variables import (
@@ -52,6 +53,7 @@ def part_of(run: Run) -> xr.Dataset:
         coordinates["wheel"] = np.arange(len(run.state.rotors))
     if run.blocks.estimators:
         variables |= read(record.known, ESTIMATED)
+        coordinates["sensor"] = list(SENSORS)
     if run.scenario.simulation.record_inputs:
         variables |= read(record.known, INPUTS)
     import xarray as xr

@@ -8,7 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-_PARTS = {"component": "xyzw", "axis": "xyz"}
+_PARTS: dict[str, Iterable[str]] = {
+    "component": "xyzw",
+    "axis": "xyz",
+    "sensor": ("b", "b_rate", "omega", "sun", "q", "wheels"),
+}
 
 
 class Variable(NamedTuple):
@@ -55,6 +59,8 @@ COORDINATES = (
     Variable("component", ("component",), "", "", "x, y, z, w of a quaternion, scalar last"),
     Variable("wheel", ("wheel",), "", "", "number of a wheel, from 0, in the order of the layout",
              when=_WHEELS),
+    Variable("sensor", ("sensor",), "", "", "names of the sensors, as conditions have them",
+             when=_ESTIMATE),
     Variable("mode", ("mode",), "", "", "names of the states, REGION.STATE", when=_MODES),
 )
 #: Read from `ROW`.
@@ -92,6 +98,9 @@ ESTIMATED = (
              _ESTIMATE),
     Variable("rate_sigma", _TIME, "rad/s", "body",
              "standard deviation of the rate that the estimator states", "sigma_rad_s", _ESTIMATE),
+    Variable("isolated", ("time", "sensor"), "1", "",
+             "1 while the estimator judges a sensor's readings to be wrong, else 0", "isolated",
+             _ESTIMATE),
 )
 #: Read from `KNOWN` where all that the computer knows is recorded.
 INPUTS = (
