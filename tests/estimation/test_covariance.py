@@ -9,17 +9,21 @@ from scipy.spatial.transform import Rotation
 
 from torquer.compile.engine import kernel
 from torquer.estimation.covariance import States, forget, slices_of, update
-from torquer.estimation.kalman_gyro import propagate_covariance
-from torquer.estimation.measurements.measurement import biased_measurement, direction_measurement
+from torquer.estimation.kalman_gyro import GyroParameters, propagate_covariance
+from torquer.estimation.measurements.measurement import (
+    Sensing,
+    direction_measurement,
+    vector_measurement,
+)
 
 MANY = settings(max_examples=60, deadline=None)
 seeds = st.integers(0, 10_000)
 
 
 @kernel
-def take(p, gain, correction, m, gate):
+def take(p, gain, correction, m, gate, estimated=99):
     """An update, for the interpreter."""
-    return update(p, gain, correction, m, gate)
+    return update(p, gain, correction, m, gate, min(estimated, correction.shape[0]))
 
 
 def spread(n, rng):
@@ -32,8 +36,9 @@ def matrices(m, n):
     """H and R of a measurement."""
     h = np.zeros((m.count, n))
     h[:, :3] = np.array(m.h)[: m.count]
-    if m.at:
-        h[:, m.at : m.at + 3] = np.array(m.h_other)[: m.count]
+    for at, other in zip(m.at, m.h_other, strict=True):
+        if at:
+            h[:, at : at + 3] = np.array(other)[: m.count]
     return h, m.r * np.eye(m.count)
 
 
@@ -42,11 +47,11 @@ def measurement(n, rng):
     q = tuple(map(float, Rotation.random(random_state=rng).as_quat()))
     if n == 6:
         return direction_measurement(q, v, z, 0.3)
-    return biased_measurement(q, v, z, 6, 0.3)
+    return vector_measurement(q, v, z, (6, 9, 12) if n == 15 else (6, 0, 0), 0.3)
 
 
 @MANY
-@given(seeds, st.sampled_from([6, 9]))
+@given(seeds, st.sampled_from([6, 9, 15]))
 def test_is_the_update_by_matrices(seed, n):
     rng = np.random.default_rng(seed)
     before, m = spread(n, rng), measurement(n, rng)
@@ -65,7 +70,27 @@ def test_is_the_update_by_matrices(seed, n):
     assert nis == pytest.approx(np.sum(np.array(white) ** 2), rel=1e-9)
 
 
-@pytest.mark.parametrize("has", list(itertools.product([False, True], repeat=4)))
+@MANY
+@given(seeds, st.sampled_from([6, 9, 12, 15]))
+def test_what_is_considered_is_neither_corrected_nor_better_known(seed, estimated):
+    """A gain of zero for these errors, in Joseph's form, which holds for any gain."""
+    rng = np.random.default_rng(seed)
+    before, m = spread(15, rng), measurement(15, rng)
+    p, correction = before.copy(), np.zeros(15)
+    nis, _, _ = take(p, np.zeros((3, 15)), correction, m, np.inf, estimated)
+    h, r = matrices(m, 15)
+    s = h @ before @ h.T + r
+    gain = before @ h.T @ np.linalg.inv(s)
+    gain[estimated:] = 0.0
+    left = np.eye(15) - gain @ h
+    size = 1e-11 * np.abs(before).max() * np.linalg.cond(s)
+    assert p == pytest.approx(left @ before @ left.T + gain @ r @ gain.T, abs=size)
+    assert correction == pytest.approx(gain @ np.array(m.z), abs=size)
+    assert np.array_equal(p[estimated:, estimated:], before[estimated:, estimated:])
+    assert nis == pytest.approx(np.array(m.z) @ np.linalg.solve(s, m.z), rel=1e-9)
+
+
+@pytest.mark.parametrize("has", list(itertools.product([False, True], repeat=8)))
 def test_states_stand_one_after_another(has):
     """Those that have a variance at the start; forgetting gives them this one and nothing else."""
     prior = States(9.0, *(k + 1.0 if each else 0.0 for k, each in enumerate(has)))
@@ -80,7 +105,7 @@ def test_states_stand_one_after_another(has):
 
 
 @MANY
-@given(seeds, st.sampled_from([6, 9]))
+@given(seeds, st.sampled_from([6, 9, 15]))
 def test_what_the_gate_refuses_changes_nothing(seed, n):
     rng = np.random.default_rng(seed)
     before, m = spread(n, rng), measurement(n, rng)
@@ -109,14 +134,57 @@ def test_a_direction_tells_what_a_vector_tells(seed):
     assert correction == pytest.approx(gain @ (z - v), abs=10 * size)
 
 
+def gyro(white, walk, scale=0.0, misalignment=0.0):
+    """Parameters of a filter with a gyro."""
+    prior = States(1.0, gyro_bias=1.0, gyro_scale=scale, gyro_misalignment=misalignment)
+    return GyroParameters(white, walk, prior, Sensing(*[1.0] * len(Sensing._fields)))
+
+
 @kernel
-def many(p, gain, correction, directions, sigma, turn, white, walk):
+def turned(parameters, p, omega, dt):
+    """A covariance after a turn by a constant rate, for the interpreter."""
+    turn = (omega[0] * dt, omega[1] * dt, omega[2] * dt)
+    propagate_covariance(parameters, p, omega, turn, dt)
+
+
+@MANY
+@given(seeds, st.booleans(), st.booleans())
+def test_errors_of_the_gyro_move_the_attitude(seed, has_scale, has_misalignment):
+    """d a/dt = -omega x a - bias - diag(omega) k - omega x d, integrated in small steps."""
+    rng = np.random.default_rng(seed)
+    parameters = gyro(1e-6, 1e-9, float(has_scale), float(has_misalignment))
+    n = 6 + 3 * has_scale + 3 * has_misalignment
+    before, omega = 1e-4 * spread(n, rng), 0.1 * rng.normal(size=3)
+    p, expected, small = before.copy(), before.copy(), 1e-4
+    f = np.zeros((n, n))
+    f[:3, :3], f[:3, 3:6] = -skew_of(omega), -np.eye(3)
+    if has_scale:
+        f[:3, 6:9] = -np.diag(omega)
+    if has_misalignment:
+        f[:3, n - 3 :] = -skew_of(omega)
+    q = np.diag([1e-6] * 3 + [1e-9] * 3 + [0.0] * (n - 6))
+    step = np.eye(n) + small * f + 0.5 * small**2 * f @ f
+    for _ in range(1000):
+        expected = step @ expected @ step.T + small * q
+    turned(parameters, p, tuple(omega), 0.1)
+    assert p == pytest.approx(expected, rel=1e-4, abs=1e-4 * np.abs(expected).max())
+    assert np.array_equal(p, p.T)
+    assert np.linalg.eigvalsh(p)[0] > 0.0
+
+
+def skew_of(v):
+    """The matrix of v x."""
+    return np.cross(v, np.eye(3)).T
+
+
+@kernel
+def many(parameters, p, gain, correction, directions, sigma, turn):
     """Readings of directions, one a second."""
     for k in range(directions.shape[0]):
-        propagate_covariance(p, turn, 1.0, white, walk)
+        propagate_covariance(parameters, p, turn, turn, 1.0)
         v = (directions[k, 0], directions[k, 1], directions[k, 2])
         m = direction_measurement((0.0, 0.0, 0.0, 1.0), v, v, sigma * sigma)
-        update(p, gain, correction, m, 9.0)
+        update(p, gain, correction, m, 9.0, 6)
 
 
 def by_joseph(p, directions, sigma, turn, white, walk):
@@ -145,7 +213,7 @@ def test_the_plain_form_keeps_the_covariance_symmetric_positive_and_right(sigma,
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     first = np.diag([3.0] * 3 + [1e-4] * 3)
     p = first.copy()
-    many(p, np.zeros((3, n)), np.zeros(n), directions, sigma, turn, white, walk)
+    many(gyro(white, walk), p, np.zeros((3, n)), np.zeros(n), directions, sigma, turn)
     expected = by_joseph(first, directions, sigma, turn, white, walk)
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.array_equal(p, p.T) and np.linalg.eigvalsh(p / scale)[0] > 0.0

@@ -19,6 +19,25 @@ from torquer.scenario.spec import Scenario
 _STATES = (
     ("gyro bias", "spacecraft.gyro.bias_deg_s", "gyro_bias_sigma_deg_s", "deg/s"),
     ("magnetometer bias", "spacecraft.magnetometer.bias_nt", "magnetometer_bias_sigma_nt", "nT"),
+    (
+        "magnetometer scale",
+        "spacecraft.magnetometer.scale_error",
+        "magnetometer_scale_sigma",
+        "",
+    ),
+    (
+        "magnetometer misalignment",
+        "spacecraft.magnetometer.misalignment_deg",
+        "magnetometer_misalignment_sigma_deg",
+        "deg",
+    ),
+    ("gyro scale", "spacecraft.gyro.scale_error", "gyro_scale_sigma", ""),
+    (
+        "gyro misalignment",
+        "spacecraft.gyro.misalignment_deg",
+        "gyro_misalignment_sigma_deg",
+        "deg",
+    ),
     ("residual dipole", "spacecraft.coils.residual_dipole_a_m2", "dipole_sigma_a_m2", "A m^2"),
 )
 #: Errors of sensors of which a scenario states one example.

@@ -20,7 +20,8 @@ from torquer.analysis.linear_covariance import (
     kalman_filter,
     nominal,
 )
-from torquer.estimation.expected import Nominal
+from torquer.estimation.covariance import slices_of
+from torquer.estimation.expected import Nominal, fill_information
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
@@ -97,19 +98,19 @@ def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int)
 
 def information(spec, seen: Nominal) -> np.ndarray:
     """H^T R^-1 H (k, n, n) of each instant's readings."""
-    sensing, n = spec.sensing(), len(first_variances(spec))
-    out = np.zeros((len(seen.t_s), n, n))
-    if sensing.r_field:
-        h = np.zeros((len(seen.t_s), 3, n))
-        h[:, :, :3] = cross_matrices(to_body(seen.q, seen.b))
-        if spec.magnetometer_bias_sigma_nt:
-            h[:, :, -3:] = np.eye(3)
-        out += np.swapaxes(h, 1, 2) @ h / sensing.r_field
-    if sensing.r_sun:
-        across = cross_matrices(to_body(seen.q, seen.sun))
-        gained = np.swapaxes(across, 1, 2) @ across / sensing.r_sun
-        out[:, :3, :3] += np.where(seen.seen[:, None, None], gained, 0.0)
-    return out
+    return informed(spec, seen, seen.b, seen.sun)[0]
+
+
+def informed(spec, seen: Nominal, b: np.ndarray, sun: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """H^T R^-1 H (k, n, n) of each instant's readings, and H^T R^-1 d (k, n).
+
+    `b` [T], `sun` (k, 3): what the filter assumes, inertial; d: what true readings differ from it.
+    """
+    n = len(first_variances(spec))
+    gained, pulled = np.zeros((len(seen.t_s), n, n)), np.zeros((len(seen.t_s), n))
+    b, sun = (np.ascontiguousarray(each, dtype=float) for each in (b, sun))
+    fill_information(spec.constants(), seen, b, sun, gained, pulled)
+    return gained, pulled
 
 
 def transitions(spec, seen: Nominal) -> np.ndarray:
@@ -126,6 +127,12 @@ def rates_of_change(spec, seen: Nominal) -> np.ndarray:
     f[:, :3, :3] = -cross_matrices(seen.omega)
     if not isinstance(spec, KalmanDynamics):
         f[:, :3, 3:6] = -np.eye(3)
+        at = slices_of(spec.variances())
+        if at.gyro_scale:
+            f[:, :3, at.gyro_scale : at.gyro_scale + 3] = -np.eye(3) * seen.omega[:, None, :]
+        if at.gyro_misalignment:
+            columns = slice(at.gyro_misalignment, at.gyro_misalignment + 3)
+            f[:, :3, columns] = -cross_matrices(seen.omega)
         return f
     inertia = np.array(spec.inertia_kg_m2)
     inverse = np.linalg.inv(inertia)

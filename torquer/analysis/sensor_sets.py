@@ -9,7 +9,7 @@ import numpy as np
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
 from torquer.analysis.systematic import systematic_error
-from torquer.estimation.kalman import NOISE_KEYS, Filter
+from torquer.estimation.kalman import MAGNETOMETER_ERRORS, NOISE_KEYS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.scenario.spec import Scenario
 
@@ -125,7 +125,8 @@ def _with_sensors(spec: Filter, sensors) -> dict:
         if sensor not in sensors:
             keys.pop(key, None)
     if "magnetometer" not in sensors:
-        keys.pop("magnetometer_bias_sigma_nt", None)
+        for key in MAGNETOMETER_ERRORS:
+            keys.pop(key, None)
     return keys
 
 

@@ -48,9 +48,10 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
     body; `state_units` and `error_units` hold their units. NaN before the filter has started. With
     a gyro the rate is its reading less the smoothed bias, and as noisy as the reading.
 
-    ValueError for a result of another estimator, for a filter with the magnetometer alone, for a
-    result that lacks what the computer knew or a control step, and for one whose estimates the
-    filter does not find again, as after a change of the package.
+    ValueError for a result of another estimator, for a filter with the magnetometer alone or with
+    errors that are only considered, for a result that lacks what the computer knew or a control
+    step, and for one whose estimates the filter does not find again, as after a change of the
+    package.
     """
     scenario = scenario_of(result)
     spec = kalman_filter(scenario)
@@ -59,6 +60,11 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
             "control.estimator.sensors: must be more than the magnetometer in a run that is to be "
             "smoothed, with which alone the filter has many hypotheses at first; "
             f"received {list(spec.sensors)}"
+        )
+    if spec.considered_states:
+        raise ValueError(
+            "control.estimator.calibration: must be 'estimated' in a run that is to be smoothed: "
+            "what is only considered cannot be improved by later readings; received 'considered'"
         )
     rows = _control_rows(result, scenario)
     steps = result.isel(time=rows)

@@ -15,9 +15,8 @@ from torquer.analysis.linear_covariance import (
     kalman_filter,
     nominal,
 )
-from torquer.analysis.observability import information, transitions
+from torquer.analysis.observability import informed, transitions
 from torquer.estimation.expected import Nominal
-from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
 
 
@@ -33,8 +32,7 @@ def systematic_error(
         return np.zeros((len(expected.t_s), 3))
     spec = kalman_filter(scenario)
     seen = nominal(scenario, motion or held_motion(scenario))
-    phi, gained = transitions(spec, seen), information(spec, seen)
-    pulled = _pulled(scenario, spec, seen)
+    phi, (gained, pulled) = transitions(spec, seen), _informed(scenario, spec, seen)
     errors = np.zeros((len(seen.t_s), gained.shape[1]))
     before = np.zeros(gained.shape[1])
     for k, covariance in enumerate(expected.covariance):
@@ -44,20 +42,10 @@ def systematic_error(
     return errors[:, :3]
 
 
-def _pulled(scenario: Scenario, spec, seen: Nominal) -> np.ndarray:
-    """H^T R^-1 d (k, n) of each instant's readings, d: true less believed, in the body."""
-    believed, sensing = scenario.believed_environment(), spec.sensing()
+def _informed(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndarray, np.ndarray]:
+    """`informed` with what the models on board give."""
+    believed = scenario.believed_environment()
     r, v = believed.state(seen.t_s)
     sun = believed.sun(seen.t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
-    out = np.zeros((len(seen.t_s), 3 * len(spec.initial_variances())))
-    if sensing.r_field:
-        off = to_body(seen.q, seen.b - believed.field(seen.t_s, r, v))
-        out[:, :3] += np.cross(off, to_body(seen.q, seen.b)) / sensing.r_field
-        if spec.magnetometer_bias_sigma_nt:
-            out[:, -3:] += off / sensing.r_field
-    if sensing.r_sun:
-        off = to_body(seen.q, seen.sun - sun)
-        pulled = np.cross(off, to_body(seen.q, seen.sun)) / sensing.r_sun
-        out[:, :3] += np.where(seen.seen[:, None], pulled, 0.0)
-    return out
+    return informed(spec, seen, believed.field(seen.t_s, r, v), sun)

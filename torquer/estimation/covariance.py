@@ -21,7 +21,8 @@ ATTITUDE = 0
 class States(NamedTuple):
     """A number for each state (three components) that filters know, in the covariance's order.
 
-    Units of the components: attitude error rad, rates rad/s, dipole A m^2, field T.
+    Units of the components: attitude error and misalignments rad, rates rad/s, dipole A m^2, field
+    T, scale factors 1. The last four may be considered only: see `update`.
     """
 
     attitude: float
@@ -29,6 +30,14 @@ class States(NamedTuple):
     rate: float = 0.0
     residual_dipole: float = 0.0
     magnetometer_bias: float = 0.0
+    magnetometer_scale: float = 0.0
+    magnetometer_misalignment: float = 0.0
+    gyro_scale: float = 0.0
+    gyro_misalignment: float = 0.0
+
+
+#: States that describe how a sensor is made and mounted.
+CALIBRATION = States._fields[-4:]
 
 
 @inlined
@@ -100,11 +109,23 @@ def slices_of(prior):
 
     `prior`: variances at the start; a state without one is not estimated.
     """
-    gyro_bias = 3 if prior.gyro_bias > 0.0 else 0
-    rate = gyro_bias + 3 if prior.rate > 0.0 else 0
-    dipole = max(gyro_bias, rate) + 3 if prior.residual_dipole > 0.0 else 0
-    bias = max(gyro_bias, rate, dipole) + 3 if prior.magnetometer_bias > 0.0 else 0
-    return States(0, gyro_bias, rate, dipole, bias)
+    gyro_bias, free = _placed(prior.gyro_bias, 3)
+    rate, free = _placed(prior.rate, free)
+    dipole, free = _placed(prior.residual_dipole, free)
+    bias, free = _placed(prior.magnetometer_bias, free)
+    scale_b, free = _placed(prior.magnetometer_scale, free)
+    turn_b, free = _placed(prior.magnetometer_misalignment, free)
+    scale_w, free = _placed(prior.gyro_scale, free)
+    turn_w, free = _placed(prior.gyro_misalignment, free)
+    return States(0, gyro_bias, rate, dipole, bias, scale_b, turn_b, scale_w, turn_w)
+
+
+@inlined
+def _placed(variance, free):
+    """(First row of a state, 0 for none; the next free row)."""
+    if variance > 0.0:
+        return free, free + 3
+    return 0, free
 
 
 @inlined
@@ -171,9 +192,11 @@ def gain_of(p, i, m, row):
     """Element of P H^T for a state's component i and a component of the measurement."""
     h = m.h[row]
     g = p[i, 0] * h[0] + p[i, 1] * h[1] + p[i, 2] * h[2]
-    if m.at > 0:
-        h, k = m.h_other[row], m.at
-        g += p[i, k] * h[0] + p[i, k + 1] * h[1] + p[i, k + 2] * h[2]
+    for other in range(len(m.at)):
+        k = m.at[other]
+        if k > 0:
+            h = m.h_other[other][row]
+            g += p[i, k] * h[0] + p[i, k + 1] * h[1] + p[i, k + 2] * h[2]
     return g
 
 
@@ -182,9 +205,11 @@ def seen_of(gain, column, m, row):
     """Product of a row of H and a column of P H^T, which is a row of `gain`."""
     h = m.h[row]
     s = h[0] * gain[column, 0] + h[1] * gain[column, 1] + h[2] * gain[column, 2]
-    if m.at > 0:
-        h, k = m.h_other[row], m.at
-        s += h[0] * gain[column, k] + h[1] * gain[column, k + 1] + h[2] * gain[column, k + 2]
+    for other in range(len(m.at)):
+        k = m.at[other]
+        if k > 0:
+            h = m.h_other[other][row]
+            s += h[0] * gain[column, k] + h[1] * gain[column, k + 1] + h[2] * gain[column, k + 2]
     return s
 
 
@@ -206,8 +231,12 @@ def factors_of(gain, m):
 
 
 @inlined
-def update(p, gain, correction, m, gate):
+def update(p, gain, correction, m, gate, estimated):
     """Update a covariance (n, n) by a `Measurement`, unless its normalised square exceeds `gate`.
+
+    The first `estimated` rows are estimated. The errors of the others are considered: they count in
+    the covariance, but are neither corrected nor better known by a reading. S. Schmidt,
+    'Application of state-space methods to navigation problems' (1966).
 
     Returns the square, whether it was accepted, and the whitened innovation: in a consistent filter
     independent standard normal numbers, as many as the measurement has components. `gain`: (3, n)
@@ -229,13 +258,13 @@ def update(p, gain, correction, m, gate):
         nis += 1.0 / d[2] * e3 * e3
     accepted = nis <= gate
     if accepted:
-        take_gain(p, gain, correction, (e1, e2, e3), lower, d, m.count)
+        take_gain(p, gain, correction, (e1, e2, e3), lower, d, m.count, estimated)
     white = (e1 / math.sqrt(d[0]), e2 / math.sqrt(d[1]), e3 / math.sqrt(d[2]))
     return nis, accepted, white
 
 
 @inlined
-def take_gain(p, gain, correction, e, lower, d, count):
+def take_gain(p, gain, correction, e, lower, d, count, estimated):
     """Apply two or three independent scalar updates to the covariance; add up their corrections."""
     n, w1, w2, w3 = correction.shape[0], 1.0 / d[0], 1.0 / d[1], 1.0 / d[2]
     for i in range(n):
@@ -247,7 +276,9 @@ def take_gain(p, gain, correction, e, lower, d, count):
             g3 = gain[2, i] - lower[1] * g1 - lower[2] * g2
             gain[2, i] = g3
             correction[i] += g3 * (w3 * e[2])
-    for i in range(n):
+    for i in range(estimated, n):
+        correction[i] = 0.0
+    for i in range(estimated):
         g1, g2 = w1 * gain[0, i], w2 * gain[1, i]
         for j in range(i, n):
             taken = g1 * gain[0, j] + g2 * gain[1, j]

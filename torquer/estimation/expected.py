@@ -12,8 +12,8 @@ from torquer.compile.engine import inlined, kernel, plugged
 from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
 from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
-from torquer.estimation.measurements.magnetometer import of_field
-from torquer.estimation.measurements.measurement import direction_measurement
+from torquer.estimation.measurements.magnetometer import errors_at, of_field
+from torquer.estimation.measurements.measurement import direction_measurement, estimated_rows
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import add, scale, vector_of
@@ -47,17 +47,66 @@ def keep_seen(sensors, sun_body, seen):
 
 
 @inlined
+def field_reading(parameters, q, reference, field):
+    """(z, H, R) of a field [T, inertial] where the model gives another one."""
+    read = rotate_inverse(q, field)
+    return of_field(q, reference, read, errors_at(parameters), parameters.sensing.r_field)
+
+
+@inlined
+def sun_reading(parameters, q, reference, sun):
+    """(z, H, R) of a direction to the Sun [inertial] where the model gives another one."""
+    return direction_measurement(q, reference, rotate_inverse(q, sun), parameters.sensing.r_sun)
+
+
+@inlined
 def take_readings(parameters, along, k, p, gain, correction):
     """Update a covariance by what sensors would read at a place of the motion."""
     q, sensing = quaternion_of(along.q[k]), parameters.sensing
     if sensing.r_field > 0.0:
-        b, at = vector_of(along.b[k]), slices_of(parameters.prior).magnetometer_bias
-        m = of_field(q, b, rotate_inverse(q, b), at, sensing.r_field)
-        update(p, gain, correction, m, 1.0)
+        b = vector_of(along.b[k])
+        m = field_reading(parameters, q, b, b)
+        update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
     if sensing.r_sun > 0.0 and along.seen[k]:
         s = vector_of(along.sun[k])
-        m = direction_measurement(q, s, rotate_inverse(q, s), sensing.r_sun)
-        update(p, gain, correction, m, 1.0)
+        m = sun_reading(parameters, q, s, s)
+        update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
+
+
+@kernel
+def fill_information(parameters, along, b, sun, gained, pulled):
+    """Information of each instant's readings: H^T R^-1 H (k, n, n) and H^T R^-1 z (k, n).
+
+    `b`, `sun` (k, 3): field [T] and direction to the Sun that the filter assumes, inertial; z is
+    what they differ from those along the motion.
+    """
+    sensing, h = parameters.sensing, np.zeros(gained.shape[1])
+    for k in range(gained.shape[0]):
+        q = quaternion_of(along.q[k])
+        if sensing.r_field > 0.0:
+            field = vector_of(along.b[k])
+            m = field_reading(parameters, q, field, vector_of(b[k]))
+            add_information(m, h, gained[k], pulled[k])
+        if sensing.r_sun > 0.0 and along.seen[k]:
+            s = vector_of(along.sun[k])
+            m = sun_reading(parameters, q, s, vector_of(sun[k]))
+            add_information(m, h, gained[k], pulled[k])
+
+
+@inlined
+def add_information(m, h, gained, pulled):
+    """Add what a measurement contributes; `h` (n): room for a row of H."""
+    for row in range(m.count):
+        h[:] = 0.0
+        for i in range(3):
+            h[i] = m.h[row][i]
+            for other in range(len(m.at)):
+                if m.at[other] > 0:
+                    h[m.at[other] + i] = m.h_other[other][row][i]
+        for i in range(h.shape[0]):
+            pulled[i] -= h[i] * m.z[row] / m.r
+            for j in range(h.shape[0]):
+                gained[i, j] += h[i] * h[j] / m.r
 
 
 @plugged
@@ -76,8 +125,8 @@ def fill(parameters, along, out, propagate):
 
 @inlined
 def _by_gyro(parameters, along, k, dt, p):
-    turn = scale(dt, vector_of(along.omega[k]))
-    kalman_gyro.propagate_covariance(p, turn, dt, parameters.white, parameters.walk)
+    omega = vector_of(along.omega[k])
+    kalman_gyro.propagate_covariance(parameters, p, omega, scale(dt, omega), dt)
 
 
 @inlined

@@ -76,9 +76,9 @@ def step_by_field(
             memory.refused, memory.rejected_in_a_row[MAGNETOMETER] = refused, in_a_row
             load(memory, k)
             propagate(inputs, parameters, memory, dt)
-            omega, _, _ = rate_of(inputs, parameters, memory, dt)
+            omega, _, _, _ = rate_of(inputs, parameters, memory, dt)
             memory.log_weight[k] += log_likelihood(inputs, parameters, memory, omega)
-            take_readings(inputs, parameters, memory, omega, 0.0, False)
+            take_readings(inputs, parameters, memory, omega, (0.0, 0.0), False)
             store(memory, k)
     memory.t_s = inputs.t_s
     memory.watched[MAGNETOMETER, 0, 0] = -math.inf  # the next reading is compared with none before

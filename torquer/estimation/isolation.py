@@ -30,17 +30,18 @@ USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
 
 
 @inlined
-def judge(inputs, parameters, memory, m, sensor, walk):
+def judge(inputs, parameters, memory, m, sensor, rate_variances):
     """Whether the sensor seems to be sound, and the motion; tests that need no attitude.
+
+    `rate_variances`: see `torquer.estimation.kalman.take_readings`.
 
     The motion is in doubt where a sensor that is not stuck turns in another way while its readings
     are being rejected; not if it turns by so much that others' readings would be rejected, too.
     """
     q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
-    p, now = memory.covariance, memory.t_s
-    attitude, rate = variance_of(p, ATTITUDE), variance_of(p, RATE_ERROR)
+    now, attitude = memory.t_s, variance_of(memory.covariance, ATTITUDE)
     doubted = attitude if parameters.sensing.r_sun > 0.0 else _ANY_ATTITUDE
-    variances = (attitude, rate, walk, doubted)
+    variances = (attitude, rate_variances[0], rate_variances[1], doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
     odd, most = inputs.ephemeris.sunlit_fraction == 0.0, parameters.sensing.most_refused
     if sensor == MAGNETOMETER:

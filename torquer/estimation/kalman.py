@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import (
     ATTITUDE,
+    CALIBRATION,
     States,
     turn_attitude,
     update,
@@ -25,7 +26,7 @@ from torquer.estimation.measurements.magnetometer import (
     MAGNETOMETER,
     magnetometer,
 )
-from torquer.estimation.measurements.measurement import SENSORS, Sensing
+from torquer.estimation.measurements.measurement import SENSORS, Sensing, estimated_rows
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
 from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.state_names import axes_of
@@ -42,6 +43,12 @@ from torquer.spec import Spec
 NOTHING = (math.nan, math.nan, math.nan)
 #: Key of each sensor's noise, in the order of the sensors' numbers.
 NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
+#: Keys of errors of the magnetometer that may be states.
+MAGNETOMETER_ERRORS = (
+    "magnetometer_bias_sigma_nt",
+    "magnetometer_scale_sigma",
+    "magnetometer_misalignment_sigma_deg",
+)
 
 
 @plugged
@@ -49,7 +56,8 @@ def step(inputs, parameters, memory, begin, propagate, rate_of):
     """Estimate of a filter: propagated to now, then updated by new readings of the sensors.
 
     What differs between filters: `propagate(inputs, parameters, memory, dt)`; `rate_of`, of the
-    same arguments: (rate, bias of the gyro, mean variance of the rate); `begin`: see
+    same arguments: (rate, bias of the gyro, mean variance of the rate's error that lasts, that of
+    its noise over dt); `begin`: see
     `torquer.estimation.starts.find_attitude`.
     """
     if not has_attitude(inputs, parameters, memory, begin, rate_of):
@@ -67,17 +75,16 @@ def advance(inputs, parameters, memory, dt, propagate, rate_of):
     follow(memory.rotation, before, quaternion_of(memory.q))
     memory.t_s = inputs.t_s
     widen(memory, dt)
-    omega, _, variance = rate_of(inputs, parameters, memory, dt)
-    walk = dt * (variance - variance_of(memory.covariance, RATE_ERROR))
-    take_readings(inputs, parameters, memory, omega, walk, True)
+    omega, _, lasting, noise = rate_of(inputs, parameters, memory, dt)
+    take_readings(inputs, parameters, memory, omega, (lasting, noise * dt), True)
 
 
 @plugged
 def stated(inputs, parameters, memory, dt, rate_of):
     """What the filter states dt seconds after its last step."""
-    omega, bias, variance = rate_of(inputs, parameters, memory, dt)
+    omega, bias, lasting, noise = rate_of(inputs, parameters, memory, dt)
     sigma = math.sqrt(variance_of(memory.covariance, ATTITUDE))
-    q, sigma_rate = quaternion_of(memory.q), math.sqrt(variance)
+    q, sigma_rate = quaternion_of(memory.q), math.sqrt(lasting + noise)
     return Estimate(memory.t_s, q, omega, bias, sigma, sigma_rate, isolated(parameters, memory))
 
 
@@ -101,11 +108,12 @@ def nothing_estimated(parameters, memory):
 
 
 @inlined
-def take_readings(inputs, parameters, memory, omega, walk, judged):
+def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     """Update by each sensor that has been read since; the body turns with omega.
 
-    `walk`: growth of the variance of the propagated rotation by white noise [rad^2/s]; `judged`:
-    whether the sensors and the motion are tested, too.
+    `rate_variances`: of the rate's error that lasts [rad^2/s^2], and growth of that of the
+    propagated rotation by white noise [rad^2/s]; `judged`: whether the sensors and the motion are
+    tested, too.
     """
     at = inputs.read_at
     for sensor in range(SENSORS):
@@ -119,7 +127,7 @@ def take_readings(inputs, parameters, memory, omega, walk, judged):
         if m.count > 0:
             memory.read_s[sensor] = read_s
             if judged:
-                judge(inputs, parameters, memory, m, sensor, walk)
+                judge(inputs, parameters, memory, m, sensor, rate_variances)
             take(parameters.sensing, memory, m, sensor, innovation)
 
 
@@ -137,7 +145,8 @@ def take(sensing, memory, m, sensor, innovation):
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
     used = gate if memory.isolated[sensor] == USED else -1.0
-    nis, accepted, e = update(memory.covariance, memory.gain, memory.correction, m, used)
+    p, gain, correction = memory.covariance, memory.gain, memory.correction
+    nis, accepted, e = update(p, gain, correction, m, used, estimated_rows(sensing, p))
     put_vector(innovation, (e[0], e[1], e[2] if m.count == 3 else math.nan))
     if accepted:
         row[sensor] = 0.0
@@ -243,6 +252,19 @@ class Filter(Spec):
     """Estimate the magnetometer's bias, too, with this standard deviation about zero at the start;
     left out: no bias.
     """
+    magnetometer_scale_sigma: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """Relative standard deviation of the magnetometer's scale factors, as a further state of the
+    filter; left out: no scale errors.
+    """
+    magnetometer_misalignment_sigma_deg: Annotated[float, Field(gt=0.0, lt=30.0)] | None = None
+    """Standard deviation of the magnetometer's misalignment about each axis, as a further state of
+    the filter; left out: no misalignment.
+    """
+    calibration: Literal["estimated", "considered"] = "estimated"
+    """What the filter does with scale factors and misalignments that have a standard deviation:
+    estimates them, or only considers what they do to the accuracy of all else. Considering suits
+    errors that the readings do not determine.
+    """
     gate: float = Field(default=1e-5, gt=0.0, lt=1.0)
     """Probability of rejecting a reading although filter and reading are sound."""
     lost_sigma_deg: float = Field(default=30.0, gt=0.0, le=180.0)
@@ -274,17 +296,50 @@ class Filter(Spec):
                     f"{key}: must be {must} with sensors = {list(self.sensors)}; "
                     f"received {received}"
                 )
-        if self.magnetometer_bias_sigma_nt is not None and "magnetometer" not in self.sensors:
+        for key in MAGNETOMETER_ERRORS:
+            if "magnetometer" not in self.sensors and getattr(self, key) is not None:
+                raise ValueError(
+                    f"{key}: must be left out without the magnetometer among the sensors; "
+                    f"received {getattr(self, key):g}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _something_to_consider(self):
+        if self.calibration == "considered" and not self.considered_states:
             raise ValueError(
-                "magnetometer_bias_sigma_nt: must be left out without the magnetometer among the "
-                f"sensors; received {self.magnetometer_bias_sigma_nt:g}"
+                "calibration: must be left out without a standard deviation of scale factors or "
+                "misalignments, which the filter would consider; received 'considered'"
             )
         return self
+
+    def first_considered(self) -> float:
+        """First row of the states that are only considered; 0 for none."""
+        count = self.considered_states
+        return 3.0 * (len(self.initial_variances()) - count) if count else 0.0
+
+    @property
+    def considered_states(self) -> int:
+        """Number of states (three components each) that are considered, not estimated."""
+        if self.calibration == "estimated":
+            return 0
+        return len(set(CALIBRATION) & set(self.initial_variances()))
 
     def prior(self, **others: float) -> States:
         """Variances of the states at the start; `others`: of those that filters do not share."""
         bias_t = 1e-9 * (self.magnetometer_bias_sigma_nt or 0.0)
-        return States(UNINFORMED, magnetometer_bias=bias_t**2, **others)
+        misalignment = math.radians(self.magnetometer_misalignment_sigma_deg or 0.0)
+        return States(
+            UNINFORMED,
+            magnetometer_bias=bias_t**2,
+            magnetometer_scale=(self.magnetometer_scale_sigma or 0.0) ** 2,
+            magnetometer_misalignment=misalignment**2,
+            **others,
+        )
+
+    def variances(self) -> States:
+        """Variances of all states at the start, 0 for those that the filter does not have."""
+        raise NotImplementedError
 
     def sensing(self) -> Sensing:
         """Noise of the sensors and limits of the filter for the kernels."""
@@ -299,6 +354,7 @@ class Filter(Spec):
             float(self.most_refused),
             self.longest_gap_s,
             float(self.has_gyro),
+            self.first_considered(),
         )
 
     def constants(self) -> Any:
@@ -307,7 +363,7 @@ class Filter(Spec):
 
     def initial_variances(self) -> dict[str, float]:
         """Variance of each component of the filter's states at the start, by the states' names."""
-        return {name: v for name, v in self.constants().prior._asdict().items() if v > 0.0}
+        return {name: v for name, v in self.variances()._asdict().items() if v > 0.0}
 
     def estimator(self) -> Estimator:
         """The filter, not yet started."""

@@ -228,9 +228,9 @@ def propagate(inputs, parameters, memory, dt):
 
 @inlined
 def rate_of(inputs, parameters, memory, dt):
-    """The rate, no bias of a gyro, the rate's variance."""
+    """The rate, no bias of a gyro, the rate's variance, no noise."""
     omega, variance = state_of(memory.states, RATE), variance_of(memory.covariance, RATE)
-    return omega, (0.0, 0.0, 0.0), variance
+    return omega, (0.0, 0.0, 0.0), variance, 0.0
 
 
 @inlined
@@ -284,6 +284,13 @@ class KalmanDynamics(Filter):
     out: no dipole.
     """
 
+    def variances(self) -> States:
+        """Variances of all states at the start, 0 for those that the filter does not have."""
+        return self.prior(
+            rate=math.radians(self.rate_sigma_deg_s) ** 2,
+            residual_dipole=(self.dipole_sigma_a_m2 or 0.0) ** 2,
+        )
+
     def constants(self) -> DynamicsParameters:
         """Parameters for the kernel."""
         inertia = np.array(self.inertia_kg_m2)
@@ -292,9 +299,6 @@ class KalmanDynamics(Filter):
             as_symmetric(np.linalg.inv(inertia)),
             as_vector(self.wheel_momentum_n_m_s),
             self.torque_noise_n_m_sqrt_s**2,
-            self.prior(
-                rate=math.radians(self.rate_sigma_deg_s) ** 2,
-                residual_dipole=(self.dipole_sigma_a_m2 or 0.0) ** 2,
-            ),
+            self.variances(),
             self.sensing(),
         )

@@ -1,13 +1,13 @@
 """Kalman filter with a gyro: its rate, less its estimated bias, propagates the attitude.
 
-States: attitude error, gyro bias, and if requested the magnetometer's bias. Noise of the gyro:
-white (angle random walk) and a random walk of the bias (rate random walk), discrete as R.
-Farrenkopf, 'Analytic steady-state accuracy solutions for two common spacecraft attitude
-estimators' (1978).
+States: attitude error, gyro bias, and if requested the magnetometer's bias and scale factors and
+misalignments of both sensors. Noise of the gyro: white (angle random walk) and a random walk of the
+bias (rate random walk), discrete as R. Farrenkopf, 'Analytic steady-state accuracy solutions for
+two common spacecraft attitude estimators' (1978).
 """
 
 import math
-from typing import ClassVar, Literal, NamedTuple
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -24,12 +24,13 @@ from torquer.estimation.covariance import (
     put_uncorrelated,
     put_variance,
     skew,
+    slices_of,
     state_of,
-    variance_of,
 )
 from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
 from torquer.estimation.kalman import Filter, keys_of, step
 from torquer.estimation.measurements.measurement import Sensing
+from torquer.estimation.mounting import by_misalignment, by_scale, without_mounting
 from torquer.estimation.triad import put_quaternion, quaternion_of
 from torquer.geometry.frames import mat_mul, transpose
 from torquer.geometry.quaternion import (
@@ -70,21 +71,51 @@ class GyroParameters(NamedTuple):
 
 
 @inlined
-def propagate_covariance(p, turn, dt, white, walk):
-    """Covariance after a turn [rad, body] in dt seconds."""
+def rate_error_rows(p, at, omega, column):
+    """E P, three columns of it: E makes the error of the rate of the errors of the gyro.
+
+    The rate less the bias is omega; `at`: first rows of the states.
+    """
+    rows = block(p, BIAS, column)
+    if at.gyro_scale > 0:
+        rows = mat_add(rows, 1.0, mat_mul(by_scale(omega), block(p, at.gyro_scale, column)))
+    if at.gyro_misalignment > 0:
+        turned = block(p, at.gyro_misalignment, column)
+        rows = mat_add(rows, 1.0, mat_mul(by_misalignment(omega), turned))
+    return rows
+
+
+@inlined
+def rate_error_covariance(p, at, omega):
+    """Covariance E P E^T of the rate's error by bias, scale factors and misalignment."""
+    v = rate_error_rows(p, at, omega, BIAS)
+    if at.gyro_scale > 0:
+        by = rate_error_rows(p, at, omega, at.gyro_scale)
+        v = mat_add(v, 1.0, mat_mul(by, by_scale(omega)))
+    if at.gyro_misalignment > 0:
+        by = rate_error_rows(p, at, omega, at.gyro_misalignment)
+        v = mat_add(v, 1.0, mat_mul(by, transpose(by_misalignment(omega))))
+    return v
+
+
+@inlined
+def propagate_covariance(parameters, p, omega, turn, dt):
+    """Covariance after a turn [rad, body] in dt seconds, with a mean rate omega."""
+    white, walk, at = parameters.white, parameters.walk, slices_of(parameters.prior)
     r = to_dcm(conjugate(from_rotation_vector(turn)))
     g = mat_scale(-dt, mat_add(IDENTITY, -0.5, skew(turn)))
-    rt, gt = transpose(r), transpose(g)
-    aa, ab, bb = block(p, ATTITUDE, ATTITUDE), block(p, ATTITUDE, BIAS), block(p, BIAS, BIAS)
-    upper = mat_add(mat_mul(r, ab), 1.0, mat_mul(g, bb))
-    left = mat_add(mat_mul(r, aa), 1.0, mat_mul(g, transpose(ab)))
-    aa = mat_add(mat_mul(left, rt), 1.0, mat_mul(upper, gt))
+    ae = transpose(rate_error_rows(p, at, omega, ATTITUDE))
+    ee = rate_error_covariance(p, at, omega)
+    upper = mat_add(mat_mul(r, ae), 1.0, mat_mul(g, ee))
+    left = mat_add(mat_mul(r, block(p, ATTITUDE, ATTITUDE)), 1.0, mat_mul(g, transpose(ae)))
+    aa = mat_add(mat_mul(left, transpose(r)), 1.0, mat_mul(upper, transpose(g)))
     put_variance(p, ATTITUDE, mat_add(aa, white * dt + walk * dt * dt * dt / 3.0, IDENTITY))
-    put_block(p, ATTITUDE, BIAS, mat_add(upper, -0.5 * walk * dt * dt, IDENTITY))
-    put_variance(p, BIAS, mat_add(bb, walk * dt, IDENTITY))
-    for c in range(BIAS + 3, p.shape[0], 3):
-        am, bm = block(p, ATTITUDE, c), block(p, BIAS, c)
-        put_block(p, ATTITUDE, c, mat_add(mat_mul(r, am), 1.0, mat_mul(g, bm)))
+    for c in range(BIAS, p.shape[0], 3):
+        am, em = block(p, ATTITUDE, c), rate_error_rows(p, at, omega, c)
+        put_block(p, ATTITUDE, c, mat_add(mat_mul(r, am), 1.0, mat_mul(g, em)))
+    ab = block(p, ATTITUDE, BIAS)
+    put_block(p, ATTITUDE, BIAS, mat_add(ab, -0.5 * walk * dt * dt, IDENTITY))
+    put_variance(p, BIAS, mat_add(block(p, BIAS, BIAS), walk * dt, IDENTITY))
 
 
 @inlined
@@ -138,6 +169,14 @@ def mean_rate(course, x0, x1):
 
 
 @inlined
+def calibrated(parameters, states, omega):
+    """A reading of the gyro [rad/s] without its errors as they are known."""
+    at = slices_of(parameters.prior)
+    v = sub(omega, state_of(states, BIAS))
+    return without_mounting(states, at.gyro_scale, at.gyro_misalignment, v)
+
+
+@inlined
 def begin(inputs, parameters, memory, taken_over, idle_s, afresh):
     """The gyro's bias ages over the idle time; that of another estimator is taken over."""
     p = memory.covariance
@@ -162,13 +201,13 @@ def propagate(inputs, parameters, memory, dt):
     if is_overdue(course, x1):
         coast(memory.covariance, course, x0, x1)
         course = Course(course.w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0)
-    bias = state_of(memory.states, BIAS)
-    first, last = sub(rate_at(course, x0), bias), sub(rate_at(course, x1), bias)
-    turn = scale(dt, sub(mean_rate(course, x0, x1), bias))
-    turn = add_scaled(turn, dt * dt / 12.0, cross(first, last))
+    first = calibrated(parameters, memory.states, rate_at(course, x0))
+    last = calibrated(parameters, memory.states, rate_at(course, x1))
+    mean = calibrated(parameters, memory.states, mean_rate(course, x0, x1))
+    turn = add_scaled(scale(dt, mean), dt * dt / 12.0, cross(first, last))
     q = multiply(quaternion_of(memory.q), from_rotation_vector(turn))
     put_quaternion(memory.q, normalised(q))
-    propagate_covariance(memory.covariance, turn, dt, parameters.white, parameters.walk)
+    propagate_covariance(parameters, memory.covariance, mean, turn, dt)
 
 
 @inlined
@@ -196,20 +235,24 @@ def coast(p, course, x0, x1):
 
 @inlined
 def rate_of(inputs, parameters, memory, dt):
-    """The gyro's last finite rate less its bias, the bias, the rate's variance.
+    """The gyro's last finite rate without its errors, its bias, variances of the rate.
 
-    `dt`: time since the last step [s]. The variance is infinite before the first reading.
+    `dt`: time since the last step [s]. The variances are those of the error that lasts, infinite
+    before the first reading, and of the noise over dt.
     """
-    bias, variance = state_of(memory.states, BIAS), variance_of(memory.covariance, BIAS)
+    bias, noise = state_of(memory.states, BIAS), 0.0
+    omega = calibrated(parameters, memory.states, vector_of(memory.gyro_rad_s[2]))
+    of_errors = rate_error_covariance(memory.covariance, slices_of(parameters.prior), omega)
+    lasting = (of_errors[0][0] + of_errors[1][1] + of_errors[2][2]) / 3.0
     if dt > 0.0:
-        variance += parameters.white / dt
+        noise = parameters.white / dt
     course, age = course_of(memory), inputs.t_s - memory.gyro_s[2]
     if memory.gyro_s[2] == -math.inf:
-        variance = math.inf
+        lasting = math.inf
     elif is_overdue(course, age):
         error = error_of_held(course, age)
-        variance += error * error
-    return sub(vector_of(memory.gyro_rad_s[2]), bias), bias, variance
+        noise += error * error
+    return omega, bias, lasting, noise
 
 
 @inlined
@@ -263,12 +306,28 @@ class KalmanGyro(Filter):
     """Random walk of the gyro's bias: standard deviation of its change after one second."""
     gyro_bias_sigma_deg_s: float = Field(gt=0.0)
     """Standard deviation of the gyro's bias about zero at the start."""
+    gyro_scale_sigma: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """Relative standard deviation of the gyro's scale factors, as a further state of the filter;
+    left out: no scale errors.
+    """
+    gyro_misalignment_sigma_deg: Annotated[float, Field(gt=0.0, lt=30.0)] | None = None
+    """Standard deviation of the gyro's misalignment about each axis, as a further state of the
+    filter; left out: no misalignment.
+    """
+
+    def variances(self) -> States:
+        """Variances of all states at the start, 0 for those that the filter does not have."""
+        return self.prior(
+            gyro_bias=math.radians(self.gyro_bias_sigma_deg_s) ** 2,
+            gyro_scale=(self.gyro_scale_sigma or 0.0) ** 2,
+            gyro_misalignment=math.radians(self.gyro_misalignment_sigma_deg or 0.0) ** 2,
+        )
 
     def constants(self) -> GyroParameters:
         """Parameters for the kernel."""
         return GyroParameters(
             math.radians(self.angle_random_walk_deg_sqrt_s) ** 2,
             math.radians(self.rate_random_walk_deg_s_sqrt_s) ** 2,
-            self.prior(gyro_bias=math.radians(self.gyro_bias_sigma_deg_s) ** 2),
+            self.variances(),
             self.sensing(),
         )

@@ -96,7 +96,7 @@ def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
     are kept have not been propagated; `afresh`: they are forgotten.
     """
     idle_since_s, first = memory.t_s, memory.starts == 0.0
-    omega, _, variance = rate_of(inputs, parameters, memory, 0.0)
+    omega, _, variance, _ = rate_of(inputs, parameters, memory, 0.0)
     taken_over = must and variance < math.inf and takes_over(inputs, parameters.sensing, memory)
     memory.not_started = NO_RATE if not variance < math.inf else STARTED
     if not taken_over and variance < math.inf:
@@ -167,8 +167,11 @@ def start_by_triad(inputs, parameters, memory, omega):
     if not sine_between(b, sun) > LEAST_SINE:
         return PARALLEL
     b_inertial, sun_inertial = field_at(inputs, field_s), inputs.ephemeris.sun_inertial
-    carried = (prior.gyro_bias + prior.rate) * apart * apart
-    r = (sensing.r_field + prior.magnetometer_bias) / dot(b, b) + (carried if apart < 0.0 else 0.0)
+    mounted = (prior.gyro_scale + prior.gyro_misalignment) * dot(omega, omega)
+    carried = (prior.gyro_bias + prior.rate + mounted) * apart * apart
+    r = (sensing.r_field + prior.magnetometer_bias) / dot(b, b)
+    r += prior.magnetometer_scale + prior.magnetometer_misalignment
+    r += carried if apart < 0.0 else 0.0
     s = sensing.r_sun + (carried if apart > 0.0 else 0.0)
     if contradict(b, sun, b_inertial, sun_inertial, r + s):
         return CONTRADICTORY

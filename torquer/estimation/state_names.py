@@ -11,6 +11,10 @@ UNITS = {
     "rate": "rad/s",
     "residual_dipole": "A m^2",
     "magnetometer_bias": "T",
+    "magnetometer_scale": "1",
+    "magnetometer_misalignment": "rad",
+    "gyro_scale": "1",
+    "gyro_misalignment": "rad",
 }
 
 

@@ -1,4 +1,4 @@
-"""Magnetometer: the field [T] in body axes; its bias may be among the states."""
+"""Magnetometer: the field [T] in body axes; its errors may be among the states."""
 
 import math
 
@@ -7,10 +7,11 @@ from torquer.estimation.covariance import slices_of, state_of
 from torquer.estimation.measurements.measurement import (
     NO_MEASUREMENT,
     as_of_now,
-    biased_measurement,
     direction_measurement,
     is_new,
+    vector_measurement,
 )
+from torquer.estimation.mounting import without_mounting
 from torquer.estimation.triad import field_at, quaternion_of
 from torquer.geometry.vec3 import norm, sub
 
@@ -25,13 +26,27 @@ _ODD = 0.1
 
 @inlined
 def of_field(q, b_inertial, read, at, variance):
-    """(z, H, R) of a reading [T, body] of a field [T, inertial], less the bias as it is known.
+    """(z, H, R) of a reading [T, body], less its known errors, of a field [T, inertial].
 
-    All three components if the bias is a state, from column `at` on; else (0) the direction.
+    All three components if an error of the sensor is a state; else the direction. `at`: first rows
+    of bias, scale factors and misalignment, 0 for none.
     """
-    if at > 0:
-        return biased_measurement(q, b_inertial, read, at, variance)
+    if max(at[0], at[1], at[2]) > 0:
+        return vector_measurement(q, b_inertial, read, at, variance)
     return direction_measurement(q, b_inertial, read, variance)
+
+
+@inlined
+def errors_at(parameters):
+    """First rows of bias, scale factors and misalignment in the covariance, 0 for none."""
+    at = slices_of(parameters.prior)
+    return (at.magnetometer_bias, at.magnetometer_scale, at.magnetometer_misalignment)
+
+
+@inlined
+def calibrated(states, at, read):
+    """A reading [T] without the errors of the sensor as they are known."""
+    return without_mounting(states, at[1], at[2], sub(read, state_of(states, at[0])))
 
 
 @inlined
@@ -48,6 +63,6 @@ def magnetometer(inputs, parameters, memory, omega):
     b, at_s, r = inputs.b_body_t, inputs.read_at.magnetometer_s, parameters.sensing.r_field
     if not is_new(r, b, at_s, memory.read_s[MAGNETOMETER]):
         return NO_MEASUREMENT
-    at = slices_of(parameters.prior).magnetometer_bias
-    read = as_of_now(omega, inputs.t_s - at_s, sub(b, state_of(memory.states, at)))
+    at = errors_at(parameters)
+    read = as_of_now(omega, inputs.t_s - at_s, calibrated(memory.states, at, b))
     return of_field(quaternion_of(memory.q), field_at(inputs, at_s), read, at, r)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from torquer.compile.engine import inlined
 from torquer.estimation.covariance import IDENTITY, skew
+from torquer.estimation.mounting import by_misalignment, by_scale
 from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.geometry.vec3 import cross, dot, scale, sub, unit
 
@@ -17,22 +18,23 @@ class Measurement(NamedTuple):
     """What a filter takes of a reading: z, H, R.
 
     `z`: measured less predicted; `h`: columns of H for the attitude error, by rows; `h_other`:
-    those for one more state, from column `at` on (0: none); `r`: variance of each component;
-    `count`: 2 or 3 components, 0 for no reading. `read`: the vector read, in body axes of now, less
-    a bias that is a state; `reference`: what the model gives, inertial.
+    those for three more states, from the columns `at` on (0: none); `r`: variance of each
+    component; `count`: 2 or 3 components, 0 for no reading. `read`: the vector read, in body axes
+    of now, less errors that are states; `reference`: what the model gives, inertial.
     """
 
     z: tuple
     h: tuple
     h_other: tuple
-    at: int
+    at: tuple
     r: float
     count: int
     read: tuple = _ZERO
     reference: tuple = _ZERO
 
 
-NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, IDENTITY, 0, 0.0, 0)
+_NO_OTHER, _NOWHERE = (IDENTITY, IDENTITY, IDENTITY), (0, 0, 0)
+NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, _NO_OTHER, _NOWHERE, 0.0, 0)
 
 
 class Sensing(NamedTuple):
@@ -42,7 +44,8 @@ class Sensing(NamedTuple):
     `gate_2`, `gate_3`: greatest normalised innovations squared of 2 and 3 components; `lost`:
     greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings rejected
     one after another, `gap`: time without a step [s], after which the filter starts again;
-    `has_gyro`: 1 for a filter whose motion is that of a gyro, else 0.
+    `has_gyro`: 1 for a filter whose motion is that of a gyro, else 0; `considered`: first row of
+    the covariance that is not estimated, only considered, 0 for none.
     """
 
     r_field: float
@@ -53,6 +56,13 @@ class Sensing(NamedTuple):
     most_refused: float
     gap: float
     has_gyro: float
+    considered: float
+
+
+@inlined
+def estimated_rows(sensing, p):
+    """Number of rows of a covariance that are estimated, not only considered."""
+    return int(sensing.considered) if sensing.considered > 0.0 else p.shape[0]
 
 
 @inlined
@@ -101,15 +111,17 @@ def direction_measurement(q, reference, measured, variance):
     t, u = frame_across(predicted)
     z = (dot(t, measured), dot(u, measured), 0.0)
     rows = (cross(t, predicted), cross(u, predicted), _ZERO)
-    return Measurement(z, rows, IDENTITY, 0, variance, 2, measured, reference)
+    return Measurement(z, rows, _NO_OTHER, _NOWHERE, variance, 2, measured, reference)
 
 
 @inlined
-def biased_measurement(q, reference, measured, at, variance):
-    """(z, H, R) of a vector by a sensor with a bias, which is the state from column `at` on.
+def vector_measurement(q, reference, measured, at, variance):
+    """(z, H, R) of a vector by a sensor with a bias, scale errors and a misalignment as states.
 
-    `measured`: less the bias as it is known.
+    `at`: first rows of these three states, 0 for none; `measured`: without these errors as they are
+    known.
     """
     predicted = rotate_inverse(q, reference)
     z = sub(measured, predicted)
-    return Measurement(z, skew(predicted), IDENTITY, at, variance, 3, measured, reference)
+    others = (IDENTITY, by_scale(predicted), by_misalignment(predicted))
+    return Measurement(z, skew(predicted), others, at, variance, 3, measured, reference)

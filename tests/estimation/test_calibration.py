@@ -1,0 +1,139 @@
+"""Scale factors and misalignments of magnetometer and gyro: estimated, considered, ignored.
+
+`python tests/estimation/test_calibration.py` prints the numbers of the tutorial.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from filter_cases import GYRO, SCENARIO
+
+from torquer.analysis.filter_check import check_filter
+from torquer.analysis.observability import observability
+from torquer.estimation.kalman_gyro import KalmanGyro
+from torquer.scenario.change import with_values
+from torquer.scenario.load import load_scenario, scenario_from_data
+
+#: Standard deviations as the filter has them, and errors of which runs draw others as large.
+STATED = {
+    "magnetometer_scale_sigma": 0.005,
+    "magnetometer_misalignment_sigma_deg": 0.5,
+    "gyro_scale_sigma": 0.003,
+    "gyro_misalignment_sigma_deg": 0.3,
+}
+MAGNETOMETER = {"scale_error": [0.005] * 3, "misalignment_deg": [0.5] * 3, "noise_nt": 50.0}
+GYRO_ERRORS = {"scale_error": [0.003] * 3, "misalignment_deg": [0.3] * 3}
+RUNS = 24
+KEYS: dict[str, dict] = {
+    "ignored": {},
+    "considered": STATED | {"calibration": "considered"},
+    "estimated": STATED,
+}
+
+
+def scenario(**keys):
+    spacecraft = SCENARIO["spacecraft"] | {"magnetometer": MAGNETOMETER}
+    spacecraft["gyro"] = spacecraft["gyro"] | GYRO_ERRORS
+    control = SCENARIO["control"] | {"estimator": GYRO | keys}
+    initial = {"rate_deg_s": [0.6, -0.5, 0.6], "euler_deg": [20.0, -35.0, 70.0]}
+    return scenario_from_data(
+        {**SCENARIO, "spacecraft": spacecraft, "control": control, "initial": initial}
+    )
+
+
+@pytest.fixture(scope="module")
+def checked():
+    keys = {
+        "ignored": {},
+        "estimated": STATED,
+        "considered": STATED | {"calibration": "considered"},
+    }
+    return {name: check_filter(scenario(**each), RUNS) for name, each in keys.items()}
+
+
+def checks(found):
+    return {check.name: check.value for check in found.checks}
+
+
+def test_ignored_errors_make_the_filter_optimistic(checked):
+    assert checked["ignored"].verdict.word == "optimistic"
+    assert checks(checked["ignored"])["NEES of the attitude"] > 10.0
+
+
+@pytest.mark.parametrize("how", ["estimated", "considered"])
+def test_errors_that_the_filter_knows_of_leave_it_consistent(checked, how):
+    assert checked[how].verdict.text == "consistent"
+
+
+def test_estimated_errors_are_found_and_considered_ones_are_not(checked):
+    """In 20 min at 1 deg/s: the magnetometer's well; the gyro's are hardly different from its bias
+    in a body that turns evenly. What is considered stays as uncertain as it was."""
+    prior = np.sqrt(list(KalmanGyro(**GYRO, **STATED).initial_variances().values())[2:])
+    shares = {}
+    for how in ("estimated", "considered"):
+        p = checked[how].flown.covariance[:, -1]
+        sigma = np.sqrt(np.einsum("rkk->rk", p)[:, 6:].reshape(RUNS, 4, 3).mean(axis=(0, 2)))
+        shares[how] = sigma / prior
+    assert (shares["estimated"] < [0.03, 0.03, 0.7, 0.4]).all()
+    assert shares["considered"] == pytest.approx(np.ones(4), rel=1e-12)
+
+
+def test_estimating_brings_more_than_considering(checked):
+    def error(how):
+        return np.nanmean(checked[how].flown.errors[:, 20:, :3] ** 2)
+
+    assert error("estimated") < 0.3 * error("considered") < 0.3 * error("ignored")
+
+
+def test_at_rest_the_readings_of_a_short_time_do_not_reveal_the_mounting():
+    """A body at rest has no gyro errors by rate: observability says which state stays unknown."""
+    resting = scenario(**STATED).replace("initial.rate_deg_s", [0.0, 0.0, 0.0])
+    at_rest = observability(resting, 300.0)
+    turning = observability(scenario(**STATED), 300.0)
+    assert at_rest.gaps.all() and at_rest.weakest_state(0) in ("gyro scale", "gyro misalignment")
+    assert at_rest.singular[0, -1] < 1e-6 < 1e-3 * turning.singular[0, -1]
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (
+            {"calibration": "considered"},
+            "calibration: must be left out without a standard deviation of scale factors or "
+            "misalignments, which the filter would consider; received 'considered'",
+        ),
+        (
+            {"sensors": ["sun"], "magnetometer_noise_nt": None, "magnetometer_scale_sigma": 0.1},
+            "magnetometer_scale_sigma: must be left out without the magnetometer among the "
+            "sensors; received 0.1",
+        ),
+    ],
+)
+def test_wrong_keys_are_refused(keys, message):
+    with pytest.raises(ValueError) as error:
+        KalmanGyro(**{k: v for k, v in (GYRO | keys).items() if v is not None})
+    assert message in str(error.value)
+
+
+def main():
+    """Print the table of docs/tutorials/filter-check.md: 60 runs of two revolutions each."""
+    turning = load_scenario(Path(__file__).parents[2] / "examples/which_sensors.toml")
+    errors = {f"magnetometer.{key}": value for key, value in MAGNETOMETER.items()}
+    errors |= {f"gyro.{key}": value for key, value in GYRO_ERRORS.items()}
+    del errors["magnetometer.noise_nt"]
+    values = {f"spacecraft.{key}": value for key, value in errors.items()}
+    values |= {"control.laws.hold": {"kind": "off"}, "initial.reference": "inertial"}
+    values |= {"initial.rate_deg_s": [0.6, -0.5, 0.6]}
+    for how, keys in KEYS.items():
+        stated = {f"control.estimator.{key}": value for key, value in keys.items()}
+        found = check_filter(with_values(turning, values | stated), 60)
+        later = found.flown.t_s > 0.25 * found.flown.t_s[-1]
+        error = np.sum(found.flown.errors[:, later, :3] ** 2, axis=2)
+        sigma = np.einsum("rkii->rk", found.flown.covariance[:, later, :3, :3])
+        sizes = (np.degrees(np.sqrt(np.nanmean(each))) for each in (error, sigma))
+        print(how, *(f"{x:.3g}" for x in (found.checks[0].value, *sizes)))
+
+
+if __name__ == "__main__":
+    main()
