@@ -219,6 +219,13 @@ def test_names_that_records_have_for_themselves_are_refused(key):
             Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), **keys)
 
 
+@pytest.mark.parametrize("log", [{"a/b": "T"}, {"x": (Axis("a b", ("u",), "T"),)}])
+def test_names_in_a_log_can_be_stored(log):
+    told = r"^f: log: a name must be of letters, digits, '_' and '-' .*; received 'a[/ ]b'$"
+    with pytest.raises(ValueError, match=told):
+        Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), log=log)
+
+
 def test_a_log_needs_memory_by_names():
     def f(inputs, parameters, memory):
         return (0.0, 0.0, 0.0)

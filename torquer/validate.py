@@ -4,7 +4,9 @@ Every function returns the checked value or raises `ValueError` with one clear l
 Kernels check nothing; objects call these once, on creation.
 """
 
+import re
 import sys
+import unicodedata
 from functools import cache
 from typing import NamedTuple
 
@@ -109,6 +111,27 @@ def _no_text_no_truth(value) -> None:
     for one in np.asarray(value, dtype=object).flat:
         if isinstance(one, bool | np.bool_ | str | bytes):
             raise TypeError
+
+
+#: Bytes of the longest name: two of them with a prefix fit the 256 of a name in NetCDF.
+_LONGEST_NAME = 100
+
+
+def storable_name(key: str, name: str) -> None:
+    """ValueError unless a name can be a part of the name of a variable in a NetCDF file.
+
+    NetCDF stores names in Unicode's composed form (NFC); another form would not be found again.
+    """
+    if not re.fullmatch(r"\w[\w-]*", name) or not unicodedata.is_normalized("NFC", name):
+        raise ValueError(
+            f"{key}: a name must be of letters, digits, '_' and '-' (not first), to be stored; "
+            f"received {name!r}"
+        )
+    if len(name.encode()) > _LONGEST_NAME:
+        raise ValueError(
+            f"{key}: a name must have at most {_LONGEST_NAME} bytes, to be stored; received "
+            f"{len(name.encode())}"
+        )
 
 
 def inertia_tensor(name: str, value) -> np.ndarray:

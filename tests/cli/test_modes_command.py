@@ -74,6 +74,52 @@ def test_validate_tells_what_is_no_fault_apart_from_the_notes(call, with_modes, 
     assert answer["notes"] == [] and [f["kind"] for f in answer["modes"]] == ["hysteresis"]
 
 
+GUARD = """
+[control.modes.regions.main.states.fast]
+laws = ["damping", "weak"]
+transitions = [{ to = "slow", when = { signal = "rate_deg_s", below = 0.5 }, for_s = 60 }]
+[control.modes.regions.main.states.slow]
+coils = "on"
+transitions = [{ to = "fast", when = { signal = "rate_deg_s", above = 0.7 }, for_s = 60 }]
+[control.modes.regions.guard]
+preset = "zero_field_guard"
+"""
+
+
+def test_a_conflict_is_shown_as_it_comes_about(call, scenario, strict_json):
+    """A strip of the states of all regions; none in the notes, which are lines."""
+    text = scenario.read_text()
+    law = 'law = { kind = "bdot", gain_a_m2_s_per_t = 1e6 }\n'
+    table = MODES.partition("[control.modes")[0] + GUARD
+    scenario.write_text(text.replace(law, table))
+    note = "main.slow and guard.no_field can be active together, and set the coils on and off"
+    strip = [
+        "   main  guard      because",
+        "0  fast  plausible  start",
+        "1  slow  no_field   main: rate below 0.5 deg/s, for 60 s; "
+        "guard: field below 5000 nT, for 3 s",
+    ]
+    out = call("modes", scenario)[1].splitlines()
+    at = out.index(f"note: {note}")
+    assert [line.removeprefix("    ") for line in out[at + 1 : at + 4]] == strip
+    assert f"%%     {strip[-1]}" in call("modes", scenario, "--mermaid")[1].splitlines()
+    (found,) = [
+        each
+        for each in strict_json(call("modes", scenario, "--json")[1])["findings"]
+        if each["kind"] == "conflict"
+    ]
+    assert found["strip"] == strip
+    assert f"note: modes: {note}" in call("validate", scenario)[1].splitlines()
+
+
+def test_names_that_cannot_be_stored_are_refused_with_their_key(call, with_modes):
+    code, out, err = call("validate", with_modes("\n[control.modes.states.'a/b']\nfinal = true\n"))
+    assert (code, out) == (2, "") and err == (
+        "error: control.modes.states: a name must be of letters, digits, '_' and '-' (not first), "
+        "to be stored; received 'a/b'\n"
+    )
+
+
 def test_mermaid_alone_is_a_diagram(call, with_modes, strict_json):
     """Findings are comments of the diagram."""
     path = with_modes()

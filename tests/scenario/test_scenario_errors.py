@@ -117,6 +117,12 @@ CASES = [
                   "estimators": {"x": {"kind": "rate_from_field"}},
                   "modes": {"states": {"a": {"laws": ["x"], "final": True}}}}},
      "control.laws.x: must have a name that no estimator has; received 'x'"),
+    ({"control": {"laws": {"a.b": {"kind": "off"}}}},
+     "control.laws: a name must be of letters, digits, '_' and '-' (not first), to be stored; "
+     "received 'a.b'"),
+    ({"control.estimators": {"a b": {"kind": "rate_from_field"}}},
+     "control.estimators: a name must be of letters, digits, '_' and '-' (not first), to be "
+     "stored; received 'a b'"),
     ({"control": {"laws": {"estimator": {"kind": "off"}}}},
      "control.laws.estimator: must have a name that no estimator has; received 'estimator'"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "

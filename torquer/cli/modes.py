@@ -7,15 +7,9 @@ from torquer.cli.app import ModesOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import json_text
-from torquer.control.modes.check import Finding, findings
 from torquer.control.modes.spec import MAIN, Modes
 from torquer.control.modes.wording import state_in_words, transition_in_words
-
-
-def mode_findings(scenario) -> list[Finding]:
-    """The checker's findings on a scenario's modes; none for laws that always work."""
-    modes = scenario.control.named().modes
-    return findings(modes) if modes else []
+from torquer.notes.mode_notes import mode_findings
 
 
 def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:
@@ -37,6 +31,8 @@ def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:
     for each in found:
         mark = "%% " if how.mermaid else ""
         print(f"{mark}{'note' if each.is_fault else 'modes'}: {each.message}")
+        for line in each.strip:
+            print(f"{mark}    {line}")
     if how.svg is not None and not how.mermaid:
         print(os.fspath(how.svg))
     return 0

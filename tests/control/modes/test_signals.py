@@ -7,7 +7,14 @@ import pytest
 from flown_modes import Flown, Z, reading, spinning
 from scipy.spatial.transform import Rotation
 
-from torquer.control.modes.signals import NUMBER_OF, SIGNALS, UNITS, signal_value
+from torquer.control.modes.signals import (
+    ESTIMATED,
+    NUMBER_OF,
+    RANGES,
+    SIGNALS,
+    UNITS,
+    signal_value,
+)
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.interface import UNKNOWN_ESTIMATE, ReadingTimes
 
@@ -75,6 +82,18 @@ EXPECTED = {
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_signal_has_its_value(name):
     assert value(name, SEEN) == pytest.approx(EXPECTED[name], rel=1e-12)
+
+
+@pytest.mark.parametrize("name", SIGNALS)
+def test_the_checker_knows_what_a_signal_is_computed_from(name):
+    """Without that part of the estimate it is unknown; its value is within its range."""
+    low, high = RANGES.get(name, (-math.inf, math.inf))
+    assert low <= value(name, SEEN) <= high
+    parts = {"attitude": "q_body_to_inertial", "rate": "omega_body_rad_s", "sigma": "sigma_rad"}
+    for part, field in parts.items():
+        without = getattr(UNKNOWN_ESTIMATE, field)
+        inputs = SEEN._replace(estimate=SEEN.estimate._replace(**{field: without}))
+        assert math.isnan(value(name, inputs)) == (part in ESTIMATED.get(name, ()))
 
 
 def test_nutation_is_that_of_the_axis_line():

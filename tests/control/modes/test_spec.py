@@ -207,3 +207,28 @@ def test_names_of_laws_estimators_and_parameters_must_be_known(state, line):
     with pytest.raises(ValueError) as error:
         packed({"states": {"a": state}})
     assert str(error.value) == line
+
+
+NAME = "a name must be of letters, digits, '_' and '-' (not first), to be stored; received"
+
+
+@pytest.mark.parametrize(
+    "name", ["", "a/b", "a b", "a.b", "'a'", '"a"', "a\0", "-a", "a\n", "a%", "cafe\u0301"]
+)
+def test_names_that_cannot_be_stored_are_refused(name):
+    """In regions, in states of one region and of several."""
+    one = {"states": {name: {}}}
+    for data, key in (
+        ({"regions": {name: {"states": {"a": {}}}}}, "regions"),
+        (one, "states"),
+        ({"regions": {"x": one}}, "regions.x.states"),
+    ):
+        with pytest.raises(ValidationError) as caught:
+            Modes.model_validate(data)
+        assert f"{key}: {NAME} {name!r}" in explain(caught.value, data)
+
+
+def test_names_in_any_script_and_no_longer_than_files_allow():
+    assert [*Modes(states={"гашение-1": {}, "_2": {}, "café": {}}).regions["main"].states]
+    with pytest.raises(ValidationError, match="at most 100 bytes, to be stored; received 101"):
+        Modes(states={"a" * 101: {}})

@@ -248,6 +248,32 @@ SIGNALS = {
 }
 NUMBER_OF = {name: number for number, name in enumerate(SIGNALS)}
 
+_NOT_NEGATIVE = (0.0, math.inf)
+#: Least and greatest value of a signal, in its unit; one that is not here may have any.
+RANGES = {
+    **dict.fromkeys(("rate_deg_s", "momentum_rate_deg_s", "attitude_rate_deg_s"), _NOT_NEGATIVE),
+    **dict.fromkeys(("field_nt", "wheel_momentum_n_m_s", "estimate_sigma_deg"), _NOT_NEGATIVE),
+    **dict.fromkeys(("estimate_age_s", "reading_age_s", "time_s"), _NOT_NEGATIVE),
+    **dict.fromkeys(("time_in_state_s", "entries"), _NOT_NEGATIVE),
+    **dict.fromkeys(("axis_to_target_deg", "momentum_to_target_deg"), (0.0, 180.0)),
+    **dict.fromkeys(("attitude_error_deg", "axis_to_sun_deg"), (0.0, 180.0)),
+    **dict.fromkeys(("sun_in_view", "sunlit_fraction", "in_state"), (0.0, 1.0)),
+    "estimate_doubts": (0.0, 1.0),
+    "nutation_deg": (0.0, 90.0),
+}
+#: What of the estimate a signal is computed from: it is unknown while that is.
+ESTIMATED = {
+    "rate_deg_s": {"rate"},
+    "spin_deg_s": {"rate"},
+    "nutation_deg": {"rate"},
+    "momentum_rate_deg_s": {"rate"},
+    "attitude_error_deg": {"attitude"},
+    "attitude_rate_deg_s": {"attitude", "rate"},
+    "axis_to_target_deg": {"attitude"},
+    "momentum_to_target_deg": {"attitude", "rate"},
+    "estimate_sigma_deg": {"sigma"},
+}
+
 
 def _chosen(number, function, otherwise):
     """`function` for its number, `otherwise` for all others.

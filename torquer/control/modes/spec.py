@@ -21,6 +21,7 @@ from torquer.control.pointing import HeldAttitude
 from torquer.control.spin_axis import unit_vector
 from torquer.interface import SENSORS
 from torquer.spec import Inertia, Spec
+from torquer.validate import storable_name
 
 #: The region of a table that gives its states directly.
 MAIN = "main"
@@ -224,6 +225,7 @@ class Modes(Spec):
         if not self.regions:
             raise ValueError("regions: must hold one region or more; received none")
         for name, region in self.regions.items():
+            storable_name("regions", name)
             if name in _RESULTS_OWN:
                 raise ValueError(
                     f"regions.{name}: must not be named {' or '.join(_RESULTS_OWN)}: "
@@ -232,6 +234,8 @@ class Modes(Spec):
             key, states = self.key_of(name), region.states
             if not states:
                 raise ValueError(f"{key}states: must hold one state or more; received none")
+            for state in states:
+                storable_name(f"{key}states", state)
             must_be_one_of(f"{key}initial", states, region.initial)
             for place, transition in region.all_transitions():
                 must_be_one_of(f"{key}{place}.to", states, transition.to)

@@ -10,17 +10,17 @@ _ENDINGS = ("_deg_s", "_n_m_s", "_deg", "_nt", "_s")
 def condition_in_words(condition: Condition) -> str:
     """`rate above 0.7 deg/s, until below 0.5`; `change of rate above 1 deg/s`; `in state b`."""
     unit, above = SIGNALS[condition.signal].unit, condition.above is not None
-    if condition.signal == "in_state":
-        return f"{'in' if above else 'not in'} state {condition.state}"
-    if condition.signal == "sun_in_view":
-        return "Sun in view" if above else "Sun not in view"
-    if condition.signal == "estimate_doubts":
-        verb = "doubts" if above else "does not doubt"
-        return f"estimator {verb} {condition.sensor.replace('_', ' ')}"
     value = condition.above if above else condition.below
+    if unit == "yes/no" and (0.0 <= value < 1.0 if above else 0.0 < value <= 1.0):
+        if condition.signal == "in_state":
+            return f"{'in' if above else 'not in'} state {condition.state}"
+        if condition.signal == "estimate_doubts":
+            verb = "doubts" if above else "does not doubt"
+            return f"estimator {verb} {condition.sensor.replace('_', ' ')}"
+        return "Sun in view" if above else "Sun not in view"
     change = "change of " if condition.since_entry else ""
     words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"
-    words += f" {unit}" if unit not in ("times", "part") else ""
+    words += f" {unit}" if unit not in ("times", "part", "yes/no") else ""
     if condition.back_below is not None:
         words += f", until below {condition.back_below:g}"
     if condition.back_above is not None:
@@ -29,10 +29,14 @@ def condition_in_words(condition: Condition) -> str:
 
 
 def _subject(condition: Condition) -> str:
+    if condition.signal == "in_state":
+        return f"in state {condition.state}"
     if condition.signal == "entries":
         return f"entries of {condition.state}"
     if condition.signal == "reading_age_s":
         return f"age of {condition.sensor.replace('_', ' ')} reading"
+    if condition.signal == "estimate_doubts":
+        return f"estimate doubts {condition.sensor.replace('_', ' ')}"
     name = condition.signal
     ending = next((e for e in _ENDINGS if name.endswith(e)), "")
     words = name.removesuffix(ending).split("_")

@@ -1,0 +1,84 @@
+"""Faults that a mode table can have: each is found and nothing else; sound ones are not accused."""
+
+import time
+import tomllib
+from pathlib import Path
+
+import pytest
+from hostile_modes import FACTS, TABLES, table_of
+
+from torquer.control.modes.check import faults
+from torquer.control.modes.signals import RANGES, SIGNALS
+from torquer.control.modes.spec import Modes
+from torquer.notes.mode_notes import facts_of, mode_findings
+from torquer.scenario.load import load_scenario, presets
+
+EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.toml"))
+#: In sunlight only the hour counts: the tutorial says why this is meant so.
+MEANT = {"sun_pointing": ["waits for the unknown"]}
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_fault_is_found_and_nothing_else(name):
+    _, kind, text = TABLES[name]
+    (found,) = faults(Modes.model_validate(table_of(name)), FACTS)
+    assert found.kind == kind and text in found.message and found.is_fault
+    assert "\n" not in found.message
+    for region, state in found.places if kind in ("conflict", "deadlock") else []:
+        column = found.strip[0].split().index(region)  # of numbers, regions, reasons
+        assert found.strip[-1].split()[1 + column] == state
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_examples_are_not_accused(path):
+    found = [each.kind for each in mode_findings(load_scenario(path)) if each.is_fault]
+    assert found == MEANT.get(path.stem, [])
+
+
+@pytest.mark.parametrize("name", presets("region"))
+def test_presets_are_not_accused(name):
+    """Each by itself; the one that follows another region with that."""
+    regions = {"it": presets("region")[name]}
+    if name == "chibis_m_stabilisation":
+        regions = {"determination": presets("region")["chibis_m_determination"], **regions}
+    table = {"inertia_kg_m2": [1, 1.1, 1.5], "attitude": {"reference": "orbital"}}
+    assert faults(Modes.model_validate({**table, "regions": regions})) == []
+
+
+@pytest.mark.parametrize("count", [8, 10])
+def test_any_to_any_takes_no_time(count):
+    """All cycles of ten states are a million, their witness is one."""
+    name = {8: "eight", 10: "ten"}[count] + " states, any to any"
+    modes = Modes.model_validate(table_of(name))
+    began = time.process_time()
+    faults(modes, FACTS)
+    assert time.process_time() - began < 2.0
+
+
+def test_the_tutorial_shows_a_strip_as_it_is_printed():
+    table = Modes.model_validate(table_of("two regions that come to wait for each other"))
+    (found,) = faults(table, FACTS)
+    lines = [f"note: {found.message}", *(f"    {line}" for line in found.strip)]
+    tutorial = EXAMPLES[0].parents[1] / "docs" / "tutorials" / "modes.md"
+    assert "\n".join(lines) in tutorial.read_text(encoding="utf-8")
+
+
+def test_every_signal_with_a_range_is_a_signal():
+    assert RANGES.keys() <= SIGNALS.keys()
+    assert all(low < high for low, high in RANGES.values())
+
+
+def test_the_facts_are_those_of_the_scenario():
+    facts = facts_of(load_scenario(next(p for p in EXAMPLES if p.stem == "chibis_m_day")))
+    assert facts.step_s == 1.0 and facts.kinds["hold"].startswith("wheel")
+    assert facts.drives["damping"] == {"coils"} and facts.drives["hold"] == {"wheels"}
+    assert facts.gives["field_rate"] == {"rate"} and facts.gives["none"] == set()
+    assert facts.gives["mag_dss"] == {"attitude", "rate", "sigma"}
+    assert "tachometers" in facts.sensors and "search_coil" not in facts.sensors
+
+
+def test_a_fault_needs_the_satellite_around_it():
+    """The same table with the sensor, the estimator or the longer control step is sound."""
+    for name in ("the age of a sensor that is not there", "at_most_s below the control step"):
+        table = Modes.model_validate(tomllib.loads(TABLES[name][0]))
+        assert faults(table) == []
