@@ -191,8 +191,9 @@ def test_weights_follow_the_density_of_the_innovations(bias):
         m = hypotheses.magnetometer(row, parameters, memory, (0.0, 0.0, 0.0))
         h = np.zeros((m.count, len(memory.correction)))
         h[:, :3] = np.array(m.h)[: m.count]
-        if m.at:
-            h[:, m.at : m.at + 3] = np.array(m.h_other)
+        for at, other in zip(m.at, m.h_other, strict=True):
+            if at:
+                h[:, at : at + 3] = np.array(other)
         s = h @ memory.covariance @ h.T + m.r * np.eye(m.count)
         found.append(value)
         expected.append(multivariate_normal.logpdf(m.z[: m.count], cov=s))
