@@ -20,6 +20,7 @@ from torquer.integrate.free_body import free_rotation
 from torquer.geometry.motion import Motion
 from torquer.integrate.splitting import drift, kick
 from torquer.noise import normal3
+from torquer.scenario.change import with_values
 from torquer.spacecraft.body import Body
 
 Q = (0.5, -0.5, 0.5, 0.5)
@@ -106,6 +107,20 @@ NAMES = (
 for name in NAMES:
     found[name] = result[name].values.ravel().tolist()
 found["coils"] = [float(result["coil_energy"]), float(result["peak_coil_dipole"])]
+failed = torquer.simulate(with_values(scenario, {
+    "spacecraft.magnetometer.failures": [
+        {"kind": "swapped", "axes": "yz"}, {"kind": "noise", "noise_nt": 900.0, "from_s": 4.0},
+    ],
+    "spacecraft.gyro.failures": [{"kind": "reversed"}, {"kind": "bias", "bias_deg_s": [1, 2, 3]}],
+    "spacecraft.sun_sensors.failures": [{"kind": "noise", "noise_deg": 9.0}],
+    "spacecraft.coils.failures": [
+        {"coil": 0, "kind": "stuck", "dipole_a_m2": 0.4, "from_s": 1.0},
+        {"coil": 3, "kind": "reversed"},
+    ],
+    "control.failures": [{"kind": "restarted", "from_s": 4.0, "until_s": 6.0}],
+}))
+for name in NAMES:
+    found[f"failed {name}"] = failed[name].values.ravel().tolist()
 NOISE = {"magnetometer_noise_nt": 500.0, "sun_noise_deg": 15.0}
 FILTERS = {
     "kalman_gyro": {

@@ -39,7 +39,7 @@ simulation = { duration_s = 900, record_s = 20, step_s = 1.0 }
 #: A satellite with all that members in lanes may have: two scenarios have it, compiled once.
 ERRORS = """
 spacecraft.coils = { axes = [[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], limit_a_m2 = 1.0, \
-saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0 }
+saturation = "clip", lag_s = 0.7, power_at_limit_w = 2.0, failures = [COILS] }
 spacecraft.magnetometer = { noise_nt = 50, bias_nt = [100, 0, -50], resolution_nt = 20, \
 sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_deg = [1, 2, 3], \
 failures = [MAGNETOMETER] }
@@ -84,6 +84,7 @@ rate_gain_n_m_s_per_t2 = 1e3, reference = "orbital" }
 """
 MODES = """
 control.sample_s = 3.0
+control.failures = [{ kind = "halted", from_s = 200, until_s = 230 }]
 control.estimators.by_field = { kind = "rate_from_field" }
 control.laws.damping = { kind = "bdot", gain_a_m2_s_per_t = 2e5 }
 control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [1, 0, 0], \
@@ -96,8 +97,14 @@ set = { "turning.gain" = 2e3 }, transitions = [ \
 """
 FAILURES = {
     "MAGNETOMETER": """{ kind = "zeros", from_s = 400, until_s = 500 }, \
+{ kind = "noise", noise_nt = 3000, from_s = 500, until_s = 600 }, \
+{ kind = "swapped", axes = "xz", from_s = 550, until_s = 650 }, \
 { kind = "stuck", from_s = 700 }""",
-    "SUN_SENSORS": '{ kind = "silent", from_s = 300, until_s = 350 }',
+    "SUN_SENSORS": """{ kind = "silent", from_s = 300, until_s = 350 }, \
+{ kind = "bias", bias_deg = [5, -3, 2], from_s = 500 }""",
+    "COILS": """{ coil = 1, kind = "reversed", from_s = 100, until_s = 600 }, \
+{ coil = 0, kind = "stuck", dipole_a_m2 = 0.5, from_s = 301, until_s = 500 }, \
+{ coil = 2, kind = "dead", from_s = 650 }""",
 }
 
 

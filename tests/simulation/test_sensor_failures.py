@@ -9,6 +9,7 @@ import pytest
 from torquer import Law, ScenarioError, simulate
 from torquer.compile import engine
 from torquer.simulation.run import prepare
+from torquer.simulation.state import arrays_of
 from torquer.spacecraft.coils import Coils
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -85,6 +86,87 @@ def test_a_failure_without_an_end_lasts(make):
     assert np.array_equal(found[40:], np.tile(found[39], (20, 1)))
 
 
+#: A failure that changes readings, and what becomes of them.
+CHANGES = {
+    "reversed": ({"kind": "reversed"}, lambda v: v * [-1, -1, -1, 1][: v.shape[1]]),
+    "one axis reversed": (
+        {"kind": "reversed", "axis": "y"}, lambda v: v * [1, -1, 1, 1][: v.shape[1]],
+    ),
+    "swapped": ({"kind": "swapped", "axes": "xz"}, lambda v: v[:, [2, 1, 0, 3][: v.shape[1]]]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sensor", READINGS)
+@pytest.mark.parametrize("delay", [None, DELAY])
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_sensor_with_wrong_axes(make, sensor, delay, name):
+    failure, wrong = CHANGES[name]
+    healthy, times = told(make, sensor, delay)
+    found, found_times = told(make, sensor, delay, **failure, from_s=20.0, until_s=30.0)
+    gone = slice(21, 31) if delay else slice(20, 30)
+    assert np.array_equal(found_times, times)
+    assert np.array_equal(found[gone], wrong(healthy[gone]))
+    found[gone] = healthy[gone]
+    assert np.array_equal(found, healthy)
+
+
+def errors_of(sensor, found, healthy):
+    """Errors that a failure adds: differences; of directions and attitudes angles [deg]."""
+    if sensor in ("magnetometer", "gyro"):
+        return found - healthy
+    cosine = np.abs(np.sum(found * healthy, axis=1)).clip(max=1.0)
+    return np.degrees((1.0 if sensor == "sun_sensors" else 2.0) * np.arccos(cosine))[:, None]
+
+
+#: Unit of each sensor's errors in its keys, and in SI or degrees.
+UNITS = {
+    "magnetometer": ("nt", 1e-9), "gyro": ("deg_s", np.radians(1.0)),
+    "sun_sensors": ("deg", 1.0), "attitude_sensor": ("deg", 1.0),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("sensor", READINGS)
+@pytest.mark.parametrize("delay", [None, DELAY])
+def test_a_bias_jumps_and_goes(make, sensor, delay):
+    unit, si = UNITS[sensor]
+    bias = np.array([3.0, -2.0, 6.0])
+    failure = {"kind": "bias", f"bias_{unit}": bias.tolist(), "from_s": 20.0, "until_s": 30.0}
+    healthy, _ = told(make, sensor, delay)
+    found, _ = told(make, sensor, delay, **failure)
+    gone = slice(21, 31) if delay else slice(20, 30)
+    errors = errors_of(sensor, found[gone], healthy[gone])
+    if sensor == "sun_sensors":  # only the part across the line of sight turns it
+        across = np.linalg.norm(np.cross(bias / 7.0, healthy[gone]), axis=1)
+        half = 2.0 * np.degrees(np.arcsin(across * np.sin(np.radians(3.5))))
+        assert errors[:, 0] == pytest.approx(half, rel=1e-9)
+    else:
+        expected = 7.0 if sensor == "attitude_sensor" else si * bias
+        assert errors == pytest.approx(np.broadcast_to(expected, errors.shape), rel=1e-6)
+    found[gone] = healthy[gone]
+    assert np.array_equal(found, healthy)
+
+
+@pytest.mark.parametrize("sensor", READINGS)
+def test_a_burst_of_noise(make, sensor):
+    """Its size, over 50 readings; each has an error of its own, and none remains."""
+    unit, si = UNITS[sensor]
+    failure = {"kind": "noise", f"noise_{unit}": 2.0, "from_s": 5.0, "until_s": 55.0}
+    healthy, _ = told(make, sensor)
+    found, _ = told(make, sensor, **failure)
+    errors = errors_of(sensor, found[5:55], healthy[5:55]) / si
+    axes = {"sun_sensors": 2, "attitude_sensor": 3}.get(sensor, 1)  # that turn the reading
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(2.0 * np.sqrt(axes), rel=0.25)
+    assert len(np.unique(errors, axis=0)) == 50
+    assert np.array_equal(np.delete(found, range(5, 55), 0), np.delete(healthy, range(5, 55), 0))
+
+
+def test_two_failures_act_one_after_the_other(make):
+    failures = [{"kind": "zeros"}, {"kind": "bias", "bias_deg_s": [1.0, 0.0, 0.0]}]
+    changes = {"spacecraft.gyro.failures": failures, "simulation": RUN}
+    read = simulate(make(changes)).omega_measured.values[1:]
+    assert read == pytest.approx(np.tile(np.radians([1.0, 0.0, 0.0]), (len(read), 1)), abs=1e-15)
+
+
 @pytest.mark.parametrize("integrator", ["rk4", "auto"])
 def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     """Stopped within failures, it goes on as if it had not been."""
@@ -92,11 +174,17 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     simulation |= {"step_s": 1.0} if integrator == "rk4" else {}
     failures = [
         {"kind": "stuck", "from_s": 10.0, "until_s": 25.0},
+        {"kind": "noise", "noise_nt": 900.0, "from_s": 15.0, "until_s": 40.0},
         {"kind": "zeros", "from_s": 40.0},
     ]
     scenario = make(
         {
             "spacecraft.magnetometer": {"noise_nt": 50.0, "failures": failures},
+            "spacecraft.coils.failures": [
+                {"coil": 0, "kind": "stuck", "dipole_a_m2": 1.0, "from_s": 15.0, "until_s": 22.0},
+                {"coil": 2, "kind": "reversed", "from_s": 25.0},
+            ],
+            "control.failures": [{"kind": "restarted", "from_s": 17.0, "until_s": 24.0}],
             "simulation": simulation,
             "control.law": {"kind": "bdot", "gain_a_m2_s_per_t": 1e4},
         }
@@ -105,16 +193,24 @@ def test_a_run_with_failures_is_resumed_bit_for_bit(make, integrator):
     whole.advance_to(whole.steps)
     for end in (parts.steps // 3, parts.steps // 2, parts.steps):
         parts.advance_to(end)
-    assert np.array_equal(whole.state.cells, parts.state.cells)
-    assert whole.state.board.known.tobytes() == parts.state.board.known.tobytes()
+    for one, other in zip(arrays_of(whole.state), arrays_of(parts.state), strict=True):
+        assert one.tobytes() == other.tobytes()
 
 
 @pytest.mark.parametrize(
     ("key", "value", "told"),
     [
         ("failures", [{"kind": "mute"}],
-         "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck', 'zeros', 'nan' or "
-         "'infinite'; received 'mute'"),
+         "spacecraft.gyro.failures[0].kind: must be 'silent', 'stuck', 'zeros', 'nan', 'infinite', "
+         "'reversed', 'swapped', 'bias' or 'noise'; received 'mute'"),
+        ("failures", [{"kind": "bias"}],
+         "spacecraft.gyro.failures[0].bias_deg_s: must be given for kind 'bias'; received none"),
+        ("failures", [{"kind": "zeros", "noise_deg_s": 1.0}],
+         "noise_deg_s: must be left out for kind 'zeros'; received 1.0"),
+        ("failures", [{"kind": "swapped"}],
+         "spacecraft.gyro.failures[0].axes: must be given for kind 'swapped'; received none"),
+        ("failures", [{"kind": "zeros", "axis": "x"}],
+         "axis: must be left out for kind 'zeros'; received 'x'"),
         ("failures", [{"kind": "zeros", "from_s": 9.0, "until_s": 5.0}],
          "until_s: must be above from_s, 9 s; received 5 s"),
         ("failures", [{"kind": "zeros", "from_s": 60.0}],

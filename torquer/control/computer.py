@@ -255,6 +255,26 @@ def control_step(computer, board):
     return Command(dipole, torque)
 
 
+@internal
+def _copy(to, source):
+    for place in range(source.shape[0]):
+        to[place] = source[place]
+
+
+@inner
+def restart(board, first):
+    """Begin as with another board: parameters, memory, modes and estimate; readings are kept."""
+    _copy(board.parameters, first.parameters)
+    _copy(board.memory, first.memory)
+    _copy(board.chosen, first.chosen)
+    _copy(board.modes.regions, first.modes.regions)
+    _copy(board.modes.states, first.modes.states)
+    _copy(board.modes.transitions, first.modes.transitions)
+    _copy(board.modes.conditions, first.modes.conditions)
+    _copy(board.modes.clock, first.modes.clock)
+    put_estimate(board.known[0], UNKNOWN_ESTIMATE)
+
+
 class Blocks(NamedTuple):
     """Laws and estimators of a run, by name."""
 

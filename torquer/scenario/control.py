@@ -14,6 +14,7 @@ from torquer.control.scheme import Scheme
 from torquer.environment.ephemeris import EphemerisModels
 from torquer.estimation import AnyEstimator
 from torquer.estimation.sensors import SensorReadings
+from torquer.spacecraft.failures import ComputerFailure
 from torquer.spec import Spec
 from torquer.validate import storable_name
 
@@ -66,6 +67,8 @@ class Control(Spec):
     """Time for which the coils hold the dipole after a measurement window."""
     control_while_actuating: bool = False
     """Control every `sample_s` also while the coils act, for estimators and wheels."""
+    failures: tuple[ComputerFailure, ...] = ()
+    """Intervals in which the computer does not work."""
 
     @model_validator(mode="after")
     def _laws_given(self):
@@ -145,6 +148,10 @@ class Control(Spec):
     def key_of(self, name: str) -> str:
         """The key of a law in this table."""
         return "law" if self.law is not None else f"laws.{name}"
+
+    def restarts(self) -> bool:
+        """Whether the computer restarts during the run."""
+        return any(failure.kind == "restarted" for failure in self.failures)
 
     @property
     def steps_in_cycle(self) -> int:

@@ -25,6 +25,7 @@ from torquer.spacecraft.coils import Coils
 from torquer.spacecraft.disturbance import Disturbance
 from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
+from torquer.spacecraft.failures import Interval
 from torquer.spacecraft.gyro import Gyro
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sampling import Sampled
@@ -301,13 +302,18 @@ class Scenario(Spec):
             )
 
     def _check_failures(self) -> None:
-        """Failures of sensors happen during the run."""
-        length_s = self.steps() * self.grid_s
-        for name, sensor in self.spacecraft.sensors().items():
-            for k, failure in enumerate(sensor.failures):
+        """Failures happen during the run."""
+        length_s, craft = self.steps() * self.grid_s, self.spacecraft
+        found: dict[str, tuple[Interval, ...]] = {
+            f"spacecraft.{name}": sensor.failures for name, sensor in craft.sensors().items()
+        }
+        found["spacecraft.coils"] = craft.coils.failures if craft.coils else ()
+        found["control"] = self.control.failures
+        for key, failures in found.items():
+            for k, failure in enumerate(failures):
                 if failure.from_s >= length_s:
                     raise ValueError(
-                        f"spacecraft.{name}.failures[{k}].from_s: must be before the end of the "
+                        f"{key}.failures[{k}].from_s: must be before the end of the "
                         f"run, {length_s:g} s; received {failure.from_s:g} s"
                     )
 

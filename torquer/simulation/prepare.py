@@ -63,9 +63,13 @@ from torquer.simulation.timetable import (
 )
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
 from torquer.spacecraft.disturbance import unmodelled
-from torquer.spacecraft.failures import FAILURE
+from torquer.spacecraft.failures import (
+    COIL_FAILURE,
+    COMPUTER_FAILURE,
+    SENSOR_FAILURE,
+    Failures,
+)
 from torquer.spacecraft.rotors import NO_ROTORS, ROTOR_STATE
-from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 from torquer.spacecraft.turning import WORK_ROWS
 
@@ -199,26 +203,31 @@ def _sampling(sensor: int, spec, step_s: float) -> Sampling:
 
 
 def plan_of(
-    scenario: Scenario, blocks: Blocks, table: ModeTable, driven_from_outside: bool
+    scenario: Scenario,
+    blocks: Blocks,
+    table: ModeTable,
+    modes: ModeState,
+    driven_from_outside: bool,
 ) -> Plan:
     """Constants of a run for the loop."""
     simulation, step_s = scenario.simulation, scenario.grid_s
     needs = needs_of(blocks) | signals_need(scenario)
     wheels = scenario.spacecraft.wheels
-    allocation = NO_ALLOCATION
+    allocation, estimator = NO_ALLOCATION, estimator_numbers(scenario, blocks)["estimator"]
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = allocation_of(wheels, step_s, driven)
     plan = Plan(
         plant=plant_of(scenario, needs),
         timetable=timetable_for(scenario, needs),
-        computer=computer_of(blocks, estimator_numbers(scenario, blocks)["estimator"], table),
+        computer=computer_of(blocks, estimator, table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
         driven_from_outside=driven_from_outside,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),
         log_cells=np.array([cell for *_, cells in log_of(blocks) for cell in cells], np.int64),
+        first_board=first_board(blocks, ModeState(*(part.copy() for part in modes)), estimator),
     )
     return records(plan)
 
@@ -235,7 +244,7 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         attitude_sensor=craft.attitude_sensor.pack(),
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.orbit_environment().shadow,
-        failures=failures_of(craft.sensors()),
+        failures=failures_of(scenario),
     )
 
 
@@ -253,14 +262,21 @@ def dynamics_of(scenario: Scenario, plant: Plant) -> Dynamics:
     return records(dynamics)
 
 
-def failures_of(sensors: dict[str, Sampled]) -> np.ndarray:
-    """Rows of `FAILURE`."""
-    rows = [
+def failures_of(scenario: Scenario) -> Failures:
+    """All failures of a run."""
+    craft = scenario.spacecraft
+    sensors = [
         failure.row(SENSORS.index(name))
-        for name, sensor in sensors.items()
+        for name, sensor in craft.sensors().items()
         for failure in sensor.failures
     ]
-    return np.array(rows, FAILURE)
+    coils = [failure.row() for failure in craft.coils.failures] if craft.coils else []
+    computer = [failure.row() for failure in scenario.control.failures]
+    return Failures(
+        np.array(sensors, SENSOR_FAILURE),
+        np.array(coils, COIL_FAILURE),
+        np.array(computer, COMPUTER_FAILURE),
+    )
 
 
 def _sun_sensors(scenario: Scenario, needs: frozenset[str]) -> SunSensorSet:

@@ -42,7 +42,8 @@ from torquer.simulation.size import piece_steps
 from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
 from torquer.simulation.step import Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
-from torquer.spacecraft.coils import switch_off_coils
+from torquer.spacecraft.coils import fail_coils, switch_off_coils
+from torquer.spacecraft.failures import is_halted
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
 
 
@@ -205,7 +206,7 @@ def prepare(
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
     table, modes = modes_for(scenario, blocks)
-    plan = plan_of(scenario, blocks, table, driven_from_outside)
+    plan = plan_of(scenario, blocks, table, modes, driven_from_outside)
     dynamics = dynamics_of(scenario, plan.plant)
     environment = scenario.orbit_environment()
     for each in surroundings_of(scenario):
@@ -330,6 +331,9 @@ def record_this_instant(run: Run) -> None:
     if step % plan.record_steps:
         return
     coils, (due, actions) = state.coils.copy(), next_row(plan.timetable, step)
-    if due == step and actions & COILS_OFF:
+    failures, t = plan.plant.failures, run.now_s
+    if due == step and actions & COILS_OFF and not is_halted(failures.computer, t):
         switch_off_coils(plan.plant.coils, coils)
+    if due == step:
+        fail_coils(plan.plant.coils, failures.coils, coils, t)
     record_instant(Arguments(Instant(plan, state, coils, run.record)), step)

@@ -7,9 +7,10 @@ from torquer.compile.engine import inner, internal
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
-from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, sub, unit
+from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate, rotate_inverse
+from torquer.geometry.vec3 import add, cross, norm, sub, unit
 from torquer.interface import Ephemeris, put_ephemeris
+from torquer.noise import normal3
 from torquer.simulation.members import draw, drawn_for, each, each_alone
 from torquer.simulation.state import motion_of
 from torquer.simulation.timetable import (
@@ -26,7 +27,14 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
 from torquer.spacecraft.attitude_sensor import read_attitude
 from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.failures import REPLACED, STUCK
+from torquer.spacecraft.failures import (
+    CHANGED,
+    FIRST_STREAM,
+    REPLACED,
+    STUCK,
+    changed_vector,
+    error_of,
+)
 from torquer.spacecraft.gyro import read_rate, walked_bias
 from torquer.spacecraft.magnetometer import read_field
 from torquer.spacecraft.sun_sensor import read_sun
@@ -234,11 +242,54 @@ def replace_step(member, sensor, value, late, t):
 
 
 @internal
+def reading_of(known, sensor):
+    """A reading (x, y, z, w) that the computer has; w: 1 unless it is a quaternion's."""
+    x, y, z, w = known.b_x, known.b_y, known.b_z, 1.0
+    if sensor == GYRO:
+        x, y, z = known.omega_x, known.omega_y, known.omega_z
+    elif sensor == SUN_SENSORS:
+        x, y, z = known.sun_x, known.sun_y, known.sun_z
+    elif sensor == ATTITUDE_SENSOR:
+        x, y, z, w = known.q_x, known.q_y, known.q_z, known.q_w
+    return x, y, z, w
+
+
+@internal
+def with_error(sensor, v, w, error):
+    """A reading with an error: of directions and attitudes a rotation vector in body axes."""
+    if norm(error) == 0.0:  # a product with nothing would make what is infinite unknown
+        return v, w
+    if sensor == ATTITUDE_SENSOR:
+        x, y, z, w = multiply((v[0], v[1], v[2], w), from_rotation_vector(error))
+        return (x, y, z), w
+    if sensor == SUN_SENSORS:
+        return rotate(from_rotation_vector(error), v), w
+    return add(v, error), w
+
+
+@inner
+def change_step(member, failure, stream, late, t):
+    """Change the reading of now as a failure says."""
+    sensor = failure.sensor
+    r, known = member.state.sensors[sensor], member.state.board.known[0]
+    is_late = late & (READ << sensor) != 0
+    x, y, z, w = reading_of(known, sensor)
+    if is_late:
+        x, y, z, w = r.x, r.y, r.z, r.w
+    error = error_of(failure, normal3(member.seed, stream, int(r.count)))
+    (x, y, z), w = with_error(sensor, changed_vector(failure, (x, y, z)), w, error)
+    if is_late:
+        r.x, r.y, r.z, r.w = x, y, z, w
+    else:
+        put_reading(known, sensor, t, x, y, z, w)
+
+
+@internal
 def sensors_at_work(members, failures, late, actions, t):
     """The actions without the readings that a failure prevents."""
     left = actions
     for i in range(failures.shape[0]):
-        if failures[i].kind != REPLACED and acts(failures[i], left, t):
+        if failures[i].kind < REPLACED and acts(failures[i], left, t):
             left &= ~(READ << failures[i].sensor)
             if failures[i].kind == STUCK:
                 each(members, stuck_step, failures[i].sensor, late, t)
@@ -246,11 +297,13 @@ def sensors_at_work(members, failures, late, actions, t):
 
 
 @internal
-def replace_readings(members, failures, late, actions, t):
-    """Put a failure's value in place of what has been read, where a failure says so."""
+def change_readings(members, failures, late, actions, t):
+    """Replace or change what has been read, where a failure says so; in the order of failures."""
     for i in range(failures.shape[0]):
         if failures[i].kind == REPLACED and acts(failures[i], actions, t):
             each(members, replace_step, failures[i].sensor, failures[i].value, late, t)
+        elif failures[i].kind == CHANGED and acts(failures[i], actions, t):
+            each(members, change_step, failures[i], FIRST_STREAM + i, late, t)
 
 
 @internal
@@ -259,7 +312,8 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
     if actions & ANY_DELIVERY:
         each(members, deliver_step, actions)
-    actions = sensors_at_work(members, plant.failures, late, actions, t)
+    failures = plant.failures.sensors
+    actions = sensors_at_work(members, failures, late, actions, t)
     if actions & (READ << MAGNETOMETER):
         draw(members, plant.magnetometer.noise_t, MAGNETOMETER, magnetometer.STREAM)
         each(members, magnetometer_step, late, b_inertial, t)
@@ -277,7 +331,7 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
         each(members, attitude_sensor_step, late, t)
     if actions & (READ << TACHOMETERS):
         each_alone(members, tachometers_step, t)
-    replace_readings(members, plant.failures, late, actions, t)
+    change_readings(members, failures, late, actions, t)
 
 
 @inner

@@ -16,6 +16,7 @@ from torquer.spacecraft.body import Rigid
 from torquer.spacecraft.coils import CoilSet
 from torquer.spacecraft.disturbance.held import HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import Unmodelled
+from torquer.spacecraft.failures import Failures
 from torquer.spacecraft.gyro import GyroSet
 from torquer.spacecraft.magnetometer import MagnetometerSet
 from torquer.spacecraft.rotors import Rotors
@@ -56,7 +57,7 @@ def here_in(cells):
 class Plant(NamedTuple):
     """What the satellite's devices are: actuators, sensors with their errors.
 
-    `rotors`: without rows for a satellite without wheels; `failures`: rows of `FAILURE`.
+    `rotors`: without rows for a satellite without wheels.
     """
 
     coils: CoilSet
@@ -67,7 +68,7 @@ class Plant(NamedTuple):
     attitude_sensor: AttitudeSensorSet
     tachometer_noise_rad_s: float
     shadow: Shadow
-    failures: np.ndarray
+    failures: Failures
 
 
 class Dynamics(NamedTuple):
@@ -88,7 +89,7 @@ class Plan(NamedTuple):
     """All that stays the same during a run, but for the motion between events.
 
     `driven_from_outside`: the loop stops at every control step for a command. `log_cells`: cells
-    of the memory that are recorded.
+    of the memory that are recorded. `first_board`: what a computer that restarts begins with.
     """
 
     plant: Plant
@@ -100,6 +101,7 @@ class Plan(NamedTuple):
     step_s: float
     record_steps: int
     log_cells: np.ndarray
+    first_board: Board
 
 
 def _record(*names: str) -> np.dtype:

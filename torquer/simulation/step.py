@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Entry, entry_caller, record_at
-from torquer.compile.engine import internal
+from torquer.compile.engine import inner, internal
 from torquer.control.allocation import allocate_torque, switch_off_motors
+from torquer.control.computer import restart
 from torquer.environment.table import lookup6
 from torquer.simulation.computers import Boards, compute, estimate_for_outside, has_command
 from torquer.simulation.members import (
@@ -20,6 +21,7 @@ from torquer.simulation.members import (
     Many,
     One,
     each,
+    each_alone,
     first_of,
     must_stop,
 )
@@ -37,9 +39,11 @@ from torquer.simulation.timetable import (
 from torquer.spacecraft.coils import (
     believed_dipole,
     command_coils,
+    fail_coils,
     remaining_and_mean,
     switch_off_coils,
 )
+from torquer.spacecraft.failures import is_back, is_halted
 
 #: Adaptive steps after which the loop returns at the next event, for a look at signals.
 _STEPS_TO_LOOK = 100_000
@@ -83,6 +87,27 @@ def drive_coils_step(member):
 
 
 @internal
+def fail_coils_step(member, failures, t):
+    """Let the coils go where failures, which begin or end now, let them go."""
+    goal = fail_coils(member.constants.coils, failures, member.state.coils, t)
+    put_goal(member.state.cells, goal)
+
+
+@internal
+def fail_members_coils(members, plant, t):
+    """Let failures act on the coils of all members, if there are any."""
+    failures = plant.failures.coils
+    if failures.shape[0] > 0:
+        each(members, fail_coils_step, failures, t)
+
+
+@inner
+def restart_step(member, first):
+    """Let a computer begin as at the start of the run, but for its latest readings."""
+    restart(member.state.board, first)
+
+
+@internal
 def leave_coils_off_step(member):
     """Remember that the coils stay off until the next control step."""
     c = member.state.cells[0]
@@ -107,15 +132,21 @@ _call_drive_wheels = entry_caller(2)
 
 
 @internal
-def sense(loop, actions, step):
-    """Read the sensors, and give the computer what it needs for a control step."""
+def sense(loop, actions, step, works):
+    """Read the sensors; on a control step bring up to date what the computers know.
+
+    `works`: whether the computers are not halted.
+    """
     members, plan, tables, t = loop.members, loop.plan, loop.tables, step * loop.plan.step_s
-    if actions & COILS_OFF:
+    if works and actions & COILS_OFF:
         each(members, coils_off_step)
+    fail_members_coils(members, plan.plant, t)
     read_sensors(members, plan, tables, here_in(loop.here)[0], actions, step)
-    if actions & CONTROL:
-        since_s = t - first_of(members).state.board.known[0].t_s
-        left, mean = remaining_and_mean(plan.plant.coils.lag_s, since_s)
+    if works and actions & CONTROL:
+        before_s = first_of(members).state.board.known[0].t_s
+        if is_back(plan.plant.failures.computer, before_s, t):
+            each_alone(members, restart_step, plan.first_board)
+        left, mean = remaining_and_mean(plan.plant.coils.lag_s, t - before_s)
         each(members, update_step, left, mean, t)
         if plan.needs_ephemeris:
             each(members, ephemeris_step, ephemeris_at(plan.plant, tables, t))
@@ -130,6 +161,7 @@ def actuate(address, row, step):
         each(members, drive_coils_step)
     elif row.actions & COILS_STAY == 0:
         each(members, leave_coils_off_step)
+    fail_members_coils(members, loop.plan.plant, step * loop.plan.step_s)
     if loop.plan.plant.rotors.rows.shape[0] > 0:
         _call_drive_wheels(loop.drive_wheels, address, row.hold_steps, step)
 
@@ -171,9 +203,10 @@ def _run_steps(address, last):
         look = GO_ON
         if step == due:
             row = timetable.rows[number]
+            works = not is_halted(plan.plant.failures.computer, step * plan.step_s)
             if at[1] == 0:
-                sense(loop, row.actions, step)
-            if row.actions & CONTROL:
+                sense(loop, row.actions, step, works)
+            if works and row.actions & CONTROL:
                 ended = control(loop, step)
                 if ended != RUNNING:
                     return ended

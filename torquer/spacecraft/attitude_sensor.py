@@ -9,6 +9,7 @@ from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, multiply
 from torquer.geometry.vec3 import as_vector, norm, scale
 from torquer.noise import cos_sin
+from torquer.spacecraft.failures import DirectionFailure
 from torquer.spacecraft.sampling import Sampled
 from torquer.spec import Vector
 
@@ -45,6 +46,9 @@ def _turn(phi):
 
 class AttitudeSensor(Sampled):
     """Attitude sensor; ideal by default."""
+
+    failures: tuple[DirectionFailure, ...] = ()
+    """Intervals in which its readings are missing or wrong."""
 
     error_deg: Vector = (0.0, 0.0, 0.0)
     """Fixed rotation about the body axes between true and measured attitude, a mounting error."""

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from torquer import validate
 from torquer.compile.engine import inlined, internal, kernel, records
 from torquer.geometry.vec3 import as_vector
+from torquer.spacecraft.failures import CoilFailure, failed_dipole
 from torquer.spec import Spec, Vector
 
 #: What is done with a command beyond the limits.
@@ -22,8 +23,8 @@ COIL = np.dtype(
     [(f"{name}_{c}", np.float64) for name in ("axis", "believed", "share") for c in "xyz"]
     + [(name, np.float64) for name in ("limit_a_m2", "per_limit", "power")]
 )
-#: State of a coil: its dipole, and the one it goes to [A m^2].
-COIL_STATE = np.dtype([("dipole_a_m2", np.float64), ("target_a_m2", np.float64)])
+#: State of a coil [A m^2]: its dipole, the one it goes to, the one it is commanded to have.
+COIL_STATE = np.dtype([(f"{name}_a_m2", np.float64) for name in ("dipole", "target", "command")])
 
 
 class CoilSet(NamedTuple):
@@ -75,6 +76,8 @@ def command_coils(coils, command_a_m2, state):
         for i in range(rows.shape[0]):
             wanted, limit = part * state[i].target_a_m2, rows[i].limit_a_m2
             state[i].target_a_m2 = min(max(wanted, -limit), limit)
+    for i in range(rows.shape[0]):
+        state[i].command_a_m2 = state[i].target_a_m2
     return goal_of(coils, state)
 
 
@@ -82,7 +85,15 @@ def command_coils(coils, command_a_m2, state):
 def switch_off_coils(coils, state):
     """Set the targets of all coils to zero."""
     for i in range(state.shape[0]):
-        state[i].target_a_m2 = 0.0
+        state[i].target_a_m2 = state[i].command_a_m2 = 0.0
+    return goal_of(coils, state)
+
+
+@inlined
+def fail_coils(coils, failures, state, t_s):
+    """Let failures change the targets of the coils at t_s; `failures`: rows of `COIL_FAILURE`."""
+    for i in range(state.shape[0]):
+        state[i].target_a_m2 = failed_dipole(failures, i, state[i].command_a_m2, t_s)
     return goal_of(coils, state)
 
 
@@ -114,10 +125,10 @@ def present_dipole(coils, state):
 @inlined
 def believed_dipole(coils, state):
     """Dipole vector [A m^2] in the body that the computer has set: it does not know the residual
-    dipole and the polarity."""
+    dipole, the polarity and failures."""
     x, y, z = 0.0, 0.0, 0.0
     for i in range(coils.rows.shape[0]):
-        coil, dipole = coils.rows[i], state[i].target_a_m2
+        coil, dipole = coils.rows[i], state[i].command_a_m2
         x += coil.believed_x * dipole
         y += coil.believed_y * dipole
         z += coil.believed_z * dipole
@@ -189,6 +200,8 @@ class Coils(Spec):
     """Constant residual dipole in body axes."""
     power_at_limit_w: float | None = Field(default=None, gt=0.0)
     """Electrical power of a coil at its limit; left out: energies are those of 1 W coils."""
+    failures: tuple[CoilFailure, ...] = ()
+    """Failures in flight."""
 
     @model_validator(mode="after")
     def _one_limit_per_coil(self):
@@ -202,6 +215,23 @@ class Coils(Spec):
                 f"polarity: must have one number per coil ({len(self.axes)} axes); "
                 f"received {len(self.polarity)} numbers"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _failures_are_of_coils(self):
+        count, limits = len(self.axes), np.full(len(self.axes), self.limit_a_m2)
+        for k, failure in enumerate(self.failures):
+            if failure.coil >= count:
+                raise ValueError(
+                    f"failures[{k}].coil: must be the number of a coil, 0 to {count - 1}; "
+                    f"received {failure.coil}"
+                )
+            if abs(failure.dipole_a_m2 or 0.0) > limits[failure.coil]:
+                raise ValueError(
+                    f"failures[{k}].dipole_a_m2: must not exceed the limit of coil "
+                    f"{failure.coil}, {limits[failure.coil]:g} A m^2; "
+                    f"received {failure.dipole_a_m2:g} A m^2"
+                )
         return self
 
     def pack(self) -> CoilSet:

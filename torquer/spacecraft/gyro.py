@@ -7,6 +7,7 @@ from pydantic import Field
 
 from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.failures import RateFailure
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics
 from torquer.spec import Vector
@@ -48,6 +49,9 @@ def read_rate(gyro, omega_body, drift, noise_sample):
 
 class Gyro(Sampled):
     """Three-axis gyro; ideal by default."""
+
+    failures: tuple[RateFailure, ...] = ()
+    """Intervals in which its readings are missing or wrong."""
 
     range_deg_s: float = Field(default=1e6, gt=0.0)
     """Range: readings of each axis are clipped there."""

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add, add_scaled, as_vector, mat_vec, scale
+from torquer.spacecraft.failures import FieldFailure
 from torquer.spacecraft.sampling import Sampled
 from torquer.spacecraft.sensing import mounting_matrix, through_electronics
 from torquer.spec import Vector
@@ -37,6 +38,9 @@ def read_field(magnetometer, b_body_t, dipole_body_a_m2, noise_sample):
 
 class Magnetometer(Sampled):
     """Three-axis magnetometer; ideal by default."""
+
+    failures: tuple[FieldFailure, ...] = ()
+    """Intervals in which its readings are missing or wrong."""
 
     range_nt: float = Field(default=1e9, gt=0.0)
     """Range: readings of each axis are clipped there."""

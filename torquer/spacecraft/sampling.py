@@ -14,7 +14,7 @@ class Sampled(Spec):
     delay_s: float = Field(default=0.0, ge=0.0)
     """Time from a reading until the computer has it, at most one interval."""
     failures: tuple[SensorFailure, ...] = ()
-    """Intervals in which the sensor is silent, stuck, or reads zeros, NaN or infinity."""
+    """Intervals in which its readings are missing or wrong."""
 
     @model_validator(mode="after")
     def _delay_within_interval(self):

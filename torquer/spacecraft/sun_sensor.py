@@ -10,6 +10,7 @@ from torquer import validate
 from torquer.compile.engine import inlined
 from torquer.geometry.quaternion import from_rotation_vector, rotate
 from torquer.geometry.vec3 import add_scaled, as_vector, dot, unit
+from torquer.spacecraft.failures import DirectionFailure
 from torquer.spacecraft.sampling import Sampled
 from torquer.spec import Spec, Vector
 
@@ -109,6 +110,8 @@ class SunSensors(Sampled):
     (NASA Technical Memorandum 104596).
     """
 
+    failures: tuple[DirectionFailure, ...] = ()
+    """Intervals in which its readings are missing or wrong."""
     axes: Annotated[tuple[Vector, ...], AfterValidator(_checked_axes)]
     """Axes of the sensors in the body, of any length."""
     half_field_deg: _HalfAngle | tuple[_HalfAngle, ...]

@@ -59,6 +59,7 @@ def why_not_in_lanes(run: Run) -> str:
     for has, what in (
         (run.scenario.spacecraft.wheels is not None, "wheels"),
         (not run.blocks.compiled, "a law in plain Python"),
+        (run.scenario.control.restarts(), "a computer that restarts"),
     ):
         if has:
             return f"they have {what}"

@@ -6,7 +6,10 @@ import numpy as np
 
 from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, Layout, Parts, Rows, rows_of
 from torquer.simulation.state import Dynamics, Plant, State
-from torquer.spacecraft.failures import FAILURE
+from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
+
+#: Records at which the loop looks once for all members.
+_SHARED = (SENSOR_FAILURE, COIL_FAILURE, COMPUTER_FAILURE)
 
 
 class Packed(NamedTuple):
@@ -46,10 +49,10 @@ class _Packing:
             if value and all(isinstance(each, float) for each in value) and not _is_named(value):
                 return Parts(tuple(map(self.put, value)))
             return Parts(tuple(map(self.part, value)))
-        if isinstance(value, np.ndarray) and value.dtype != FAILURE:
+        if isinstance(value, np.ndarray) and value.dtype not in _SHARED:
             return self.rows(value)
         if isinstance(value, np.ndarray):
-            self.shared.append(value.tolist())
+            self.shared.append(value.tobytes())
             return LEFT_OUT
         self.shared.append(value)
         return SHARED
