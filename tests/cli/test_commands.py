@@ -107,7 +107,8 @@ def test_validate_says_what_it_found(call, scenario, strict_json):
     assert (code, err) == (0, "")
     answer = strict_json(out)
     size = answer.pop("size")
-    assert answer == {"scenario": "short", "valid": True, "notes": [], "executes": [], "modes": []}
+    assert answer == {"scenario": "short", "valid": True, "notes": [], "executes": [], "modes": [],
+                      "unnoticed_faults": {"at_all": [], "by_motion": []}}  # fmt: skip
     assert (size["steps"], size["rows"], size["disk_bytes"]) == (300, 61, 61 * 49 * 8)
 
 

@@ -20,6 +20,7 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
+from torquer.notes.fault_notes import fault_lines, unnoticed_faults
 from torquer.notes.mode_notes import mode_findings
 from torquer.notes.notes import notes_of
 from torquer.scenario.load import data_of, text_of
@@ -140,6 +141,7 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
         data["executes"] = sorted(str(file) for file in code_of(scenario).values())
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
+        data["unnoticed_faults"] = unnoticed_faults(scenario)._asdict()
         print(json_text(data | {"modes": [each._asdict() for each in found]}))
         return 0
     length = time_text(scenario.steps() * scenario.grid_s)
@@ -155,6 +157,8 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
     for finding in found:
         if not finding.is_fault:  # the faults are among the notes
             print(f"modes: {finding.message}")
+    for line in fault_lines(scenario):
+        print(f"faults: {line}")
     for note in notes:
         print(f"note: {note}")
     return 0

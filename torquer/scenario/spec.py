@@ -80,6 +80,14 @@ class Spacecraft(Spec):
             )
         return self
 
+    def sensors_that_may_fail(self) -> dict[str, Sampled]:
+        """The sensors that are described, by their keys: ideal stand-ins do not fail.
+
+        Of a satellite with coils the magnetometer may fail in any case.
+        """
+        described = self.model_fields_set | ({"magnetometer"} if self.coils else set())
+        return {name: sensor for name, sensor in self.sensors().items() if name in described}
+
     def sensors(self) -> dict[str, Sampled]:
         """The sensors by their keys."""
         found = {name: getattr(self, name) for name in Spacecraft.model_fields}

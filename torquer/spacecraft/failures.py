@@ -47,6 +47,11 @@ COMPUTER_FAILURE = np.dtype([("kind", np.int64), *_INTERVAL])
 FIRST_STREAM = 1 << 10
 
 
+def in_words(sensor: str) -> str:
+    """A sensor by its key, such as 'Sun sensors' for sun_sensors."""
+    return sensor.replace("_", " ").replace("sun ", "Sun ")
+
+
 class Failures(NamedTuple):
     """All failures of a run for kernels: rows of the three kinds of records above."""
 

@@ -204,6 +204,9 @@ class Signal(NamedTuple):
     `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`) and of the
     condition (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state
     must not wait for it alone. `reads`: what the computer must provide, as for a law's `needs`.
+    `observes`: the devices whose failure changes it: names of `SENSORS` or 'coils'; 'rate' and
+    'attitude' for what the estimate takes from; 'estimator' for all that an estimator compares;
+    'sensor' for the one that the condition names.
     """
 
     function: Callable
@@ -211,6 +214,7 @@ class Signal(NamedTuple):
     needs: tuple[str, ...] = ()
     may_stay_unknown: bool = False
     reads: frozenset[str] = frozenset()
+    observes: tuple[str, ...] = ()
 
     @property
     def docs(self) -> str:
@@ -218,34 +222,40 @@ class Signal(NamedTuple):
         return self.function.__doc__
 
 
+_EPHEMERIS, _SUN = frozenset({"ephemeris"}), frozenset({"sun"})
 #: All signals by name; their places here are their numbers in the kernel.
 SIGNALS = {
-    "rate_deg_s": Signal(rate, "deg/s"),
-    "spin_deg_s": Signal(spin, "deg/s", ("axis",)),
-    "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2")),
-    "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",)),
-    "axis_to_target_deg": Signal(axis_to_target, "deg", ("axis", "target"), True),
-    "momentum_to_target_deg": Signal(momentum_to_target, "deg", ("target", "inertia_kg_m2"), True),
+    "rate_deg_s": Signal(rate, "deg/s", observes=("rate",)),
+    "spin_deg_s": Signal(spin, "deg/s", ("axis",), observes=("rate",)),
+    "nutation_deg": Signal(nutation, "deg", ("axis", "inertia_kg_m2"), observes=("rate",)),
+    "momentum_rate_deg_s": Signal(momentum_rate, "deg/s", ("inertia_kg_m2",), observes=("rate",)),
+    "axis_to_target_deg": Signal(
+        axis_to_target, "deg", ("axis", "target"), True, observes=("attitude", "sun_sensors")
+    ),
+    "momentum_to_target_deg": Signal(
+        momentum_to_target, "deg", ("target", "inertia_kg_m2"), True,
+        observes=("rate", "attitude", "sun_sensors"),
+    ),
     "attitude_error_deg": Signal(
-        attitude_error, "deg", ("attitude",), True, frozenset({"ephemeris"})
+        attitude_error, "deg", ("attitude",), True, _EPHEMERIS, ("attitude",)
     ),
     "attitude_rate_deg_s": Signal(
-        attitude_rate, "deg/s", ("attitude",), True, frozenset({"ephemeris"})
+        attitude_rate, "deg/s", ("attitude",), True, _EPHEMERIS, ("attitude", "rate")
     ),
-    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, reads=frozenset({"sun"})),
-    "sun_in_view": Signal(sun_in_view, "yes/no", reads=frozenset({"sun"})),
-    "sunlit_fraction": Signal(sunlit_fraction, "part", reads=frozenset({"ephemeris"})),
-    "field_nt": Signal(field, "nT"),
-    "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s"),
-    "estimate_age_s": Signal(estimate_age, "s"),
-    "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True),
-    "estimate_doubts": Signal(estimate_doubts, "yes/no", ("sensor",)),
-    "reading_age_s": Signal(reading_age, "s", ("sensor",)),
+    "axis_to_sun_deg": Signal(axis_to_sun, "deg", ("axis",), True, _SUN, ("sun_sensors",)),
+    "sun_in_view": Signal(sun_in_view, "yes/no", reads=_SUN, observes=("sun_sensors",)),
+    "sunlit_fraction": Signal(sunlit_fraction, "part", reads=_EPHEMERIS),
+    "field_nt": Signal(field, "nT", observes=("magnetometer",)),
+    "wheel_momentum_n_m_s": Signal(wheel_momentum, "N m s", observes=("tachometers",)),
+    "estimate_age_s": Signal(estimate_age, "s", observes=("attitude", "rate")),
+    "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True, observes=("attitude",)),
+    "estimate_doubts": Signal(estimate_doubts, "yes/no", ("sensor",), observes=("estimator",)),
+    "reading_age_s": Signal(reading_age, "s", ("sensor",), observes=("sensor",)),
     "time_s": Signal(time, "s"),
     "time_in_state_s": Signal(time_in_state, "s"),
     "entries": Signal(entries, "times", ("state",)),
     "in_state": Signal(in_state, "yes/no", ("state",)),
-}
+}  # fmt: skip
 NUMBER_OF = {name: number for number, name in enumerate(SIGNALS)}
 
 _NOT_NEGATIVE = (0.0, math.inf)
