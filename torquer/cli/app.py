@@ -14,7 +14,7 @@ from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
-from torquer.cli.options import CodeOptions, Json, at_least, options
+from torquer.cli.options import CodeOptions, Json, at_least, options, positive
 from torquer.cli.output import drop_output, finish_output, json_text, print_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
@@ -157,6 +157,44 @@ def filter_check(
     from torquer.cli import filter_check as work
 
     return (work.expect if how.expected else work.check)(scenario, how, code)
+
+
+@options
+class FaultOptions:
+    """Options of `torquer faults`."""
+
+    only: list[str] | None = None
+    """Only faults with this in their names, such as 'gyro' or 'coil 0 dead'; may be repeated."""
+    at_h: list[float] | None = None
+    """Hours after the start at which faults strike [in each mode]; may be repeated."""
+    hours: Annotated[float | None, positive()] = None
+    """Length of each flight in hours [SCENARIO's]."""
+    seed: Annotated[int | None, at_least(0)] = None
+    """Seed of all random numbers [SCENARIO's]."""
+    workers: int | None = None
+    """Flights at once [one per core]."""
+    out: Path | None = None
+    """Output folder [runs/NAME-faults]."""
+    json: Json = False
+
+
+@app.command
+def faults(
+    scenario: Path, *, how: FaultOptions = FaultOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Fly SCENARIO with every single fault of its sensors, coils, wheels and computer.
+
+    Each fault strikes in each mode that the flight without a fault visits: in the middle of the
+    longest stay, or next to it with the Sun in view; with guards and without. Guards are
+    regions of modes without laws, estimators and settings. Lost: the flight ended early, or the
+    rate exceeds 2 deg/s in the last revolution (or twice that without a fault). Safe: not lost,
+    the limits of [mission] hold during the whole last revolution, and the coils used at most 3
+    times the energy without a fault. Degraded: all else. Noticed: the modes entered a state
+    that they do not enter without the fault. Exit code 1 if a flight with guards is lost.
+    """
+    from torquer.cli import faults as work
+
+    return work.fly(scenario, how, code)
 
 
 @options

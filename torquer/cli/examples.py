@@ -36,6 +36,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         f"torquer design three-axis {_S}",
     ),
     "explain": ("torquer explain control.sample_s", "torquer explain spacecraft.coils"),
+    "faults": (
+        "torquer faults examples/safe_mode.toml --out runs/faults",
+        "torquer faults examples/safe_mode.toml --only gyro --at-h 10",
+    ),
     "field": (
         "torquer field point --lat 55.75 --lon 37.62 --date 2025-07-01",
         "torquer field orbit --scenario examples/chibis_m_detumble.toml",

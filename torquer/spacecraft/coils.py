@@ -219,7 +219,7 @@ class Coils(Spec):
 
     @model_validator(mode="after")
     def _failures_are_of_coils(self):
-        count, limits = len(self.axes), np.full(len(self.axes), self.limit_a_m2)
+        count, limits = len(self.axes), self.limits_a_m2()
         for k, failure in enumerate(self.failures):
             if failure.coil >= count:
                 raise ValueError(
@@ -234,6 +234,10 @@ class Coils(Spec):
                 )
         return self
 
+    def limits_a_m2(self) -> np.ndarray:
+        """Limit of each coil (n,) [A m^2]."""
+        return np.full(len(self.axes), self.limit_a_m2, dtype=np.float64)
+
     def pack(self) -> CoilSet:
         """Constants for kernels."""
         axes = np.array(self.axes)
@@ -242,7 +246,7 @@ class Coils(Spec):
         for k, c in enumerate("xyz"):
             rows[f"axis_{c}"], rows[f"share_{c}"] = polarity * axes[:, k], shares[:, k]
             rows[f"believed_{c}"] = axes[:, k]
-        rows["limit_a_m2"] = limits = np.full(len(axes), self.limit_a_m2, dtype=np.float64)
+        rows["limit_a_m2"] = limits = self.limits_a_m2()
         rows["per_limit"] = 1.0 / limits
         rows["power"] = polarity**2 * (self.power_at_limit_w or 1.0) / limits / limits
         residual = as_vector(self.residual_dipole_a_m2)

@@ -1,0 +1,164 @@
+"""A fault campaign flown: every fault at every strike, with the guards of the modes and without."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from typing import NamedTuple
+
+import xarray as xr
+
+from torquer.analysis.goals import Goal, goals_of
+from torquer.campaign.faults.kinds import Fault, faults_of
+from torquer.campaign.faults.strikes import (
+    Strike,
+    guards_of,
+    strike_at,
+    strikes_in,
+    without_guards,
+)
+from torquer.campaign.faults.verdict import VERDICTS, Flown, Outcome, flown, judged, outcome_of
+from torquer.compile.other_process import cores
+from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import RunStopped, simulate
+
+
+class Row(NamedTuple):
+    """A flight with a fault; `guarded`: whether the guards were at work."""
+
+    fault: Fault
+    strike: Strike
+    guarded: bool
+    outcome: Outcome
+
+
+class FaultCampaign(NamedTuple):
+    """All flights of a fault campaign.
+
+    `nominal`: without a fault, with guards; `verdict`: of that flight and why. `guards`: regions
+    that only guard; without any all flights are with what the modes have.
+    """
+
+    scenario: Scenario
+    goals: list[Goal]
+    guards: list[str]
+    nominal: Flown
+    verdict: tuple[str, str]
+    strikes: list[Strike]
+    faults: list[Fault]
+    rows: list[Row]
+
+    def counts(self, guarded: bool) -> dict[str, int]:
+        """Number of flights by verdict."""
+        found = [row.outcome.verdict for row in self.rows if row.guarded == guarded]
+        return {verdict: found.count(verdict) for verdict in VERDICTS}
+
+    def worst(self) -> Row:
+        """The worst flight with guards: by the verdict, unnoticed before noticed, by the rate."""
+        return max((row for row in self.rows if row.guarded), key=_badness)
+
+    def scenario_of(self, row: Row) -> Scenario:
+        """The scenario of a flight, to be flown again."""
+        scenario = self.scenario if row.guarded else without_guards(self.scenario)
+        return row.fault.strikes(scenario, row.strike.at_s)
+
+
+def _badness(row: Row) -> tuple:
+    outcome = row.outcome
+    return VERDICTS.index(outcome.verdict), not outcome.noticed_by, outcome.rate_deg_s
+
+
+def fly_faults(
+    scenario: Scenario,
+    only: Sequence[str] = (),
+    at_s: Sequence[float] = (),
+    workers: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> FaultCampaign:
+    """Fly every single fault of a scenario.
+
+    `only`: faults whose names contain one of these texts. `at_s`: when faults strike; by default
+    in each mode that the flight without a fault visits. `workers`: flights at once, one per core
+    unless given. `progress` is called with the fraction done. The result depends on none of the
+    last two. ValueError for `only` that names no fault, a time after the end, and a flight without
+    a fault that stops early.
+    """
+    faults = chosen(faults_of(scenario), only)
+    guards, goals = guards_of(scenario.control.modes), goals_of(scenario)
+    sides = {True: scenario, False: without_guards(scenario)} if guards else {True: scenario}
+    results = {guarded: simulate_or_stop(each) for guarded, each in sides.items()}
+    nominal = {guarded: flown(result) for guarded, result in results.items()}
+    if nominal[True].ended:
+        raise ValueError(
+            "scenario: must fly to its end without a fault; received one that ended: "
+            f"{nominal[True].ended}"
+        )
+    given = [strike_at(results[True], each) for each in at_s]
+    strikes = given or strikes_in(results[True])
+    places, quiet = [*product(faults, strikes)], _quiet(nominal[True], scenario, guards)
+
+    def fly(place: tuple[Fault, Strike]) -> list[Row]:
+        fault, strike = place
+        found: list[Row] = []
+        for guarded, side in sides.items():
+            flight = flown(simulate_or_stop(fault.strikes(side, strike.at_s)))
+            outcome = outcome_of(flight, nominal[guarded], goals, strike.at_s)
+            found.append(Row(fault, strike, guarded, outcome))
+            if guarded and quiet and _quiet(flight, scenario, guards):  # the same without guards
+                return [found[0]._replace(guarded=each) for each in sides]
+        return found
+
+    rows: list[Row] = []
+    with ThreadPoolExecutor(cores() if workers is None else workers) as pool:
+        try:
+            for done, found in enumerate(pool.map(fly, places), 1):
+                rows += found
+                if progress:
+                    progress(done / len(places))
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    verdict = judged(nominal[True], nominal[True], goals)
+    return FaultCampaign(scenario, goals, guards, nominal[True], verdict, strikes, faults, rows)
+
+
+def _quiet(flight: Flown, scenario: Scenario, guards: list[str]) -> bool:
+    """Whether all guards stayed in their first states: the flight is the same without them."""
+    return all(
+        entered_s == -math.inf
+        for name in guards
+        for state, entered_s in flight.entered.items()
+        if state.startswith(f"{name}.") and state != f"{name}.{_initial(scenario, name)}"
+    )
+
+
+def _initial(scenario: Scenario, region: str) -> str:
+    return scenario.control.modes.regions[region].initial
+
+
+def chosen(faults: list[Fault], only: Sequence[str]) -> list[Fault]:
+    """The faults whose names contain one of some texts, in any case; all without any."""
+    for text in only:
+        if not any(_is_named(fault, text) for fault in faults):
+            devices = ", ".join(dict.fromkeys(fault.device for fault in faults))
+            raise ValueError(
+                f"only: must be part of the name of a fault, which begins with one of {devices}; "
+                f"received {text!r}"
+            )
+    return [fault for fault in faults if not only or any(_is_named(fault, text) for text in only)]
+
+
+def _is_named(fault: Fault, text: str) -> bool:
+    return text.lower() in fault.name.lower()
+
+
+def simulate_or_stop(scenario: Scenario) -> xr.Dataset:
+    """The result of a run, also of one that ended early."""
+    try:
+        return simulate(scenario)
+    except RunStopped as stopped:
+        if stopped.interrupted:
+            raise KeyboardInterrupt from None
+        return stopped.result

@@ -1,0 +1,126 @@
+"""What became of a flight with a fault: safe, degraded or lost; noticed or not.
+
+One rule. *Lost*: the flight ended early, or the rate exceeds 2 deg/s in the last revolution (or
+twice that of the flight without a fault, if this is more). *Safe*: not lost, every limit of
+`[mission]` (or a limit usual for the laws) holds during the whole last revolution, since settled
+means stays, and the coils used at most three times the energy of the flight without a fault.
+*Degraded*: all else.
+
+A fault is *noticed* when the modes enter a state, of a guard or of any other region, which the
+flight without the fault does not enter from that instant on.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from torquer.analysis.goals import Goal, goals_of, signal_of
+from torquer.analysis.modes import regions_of, state_uses
+from torquer.simulation.results.dataset import COMPLETE, scenario_of
+
+SAFE, DEGRADED, LOST = "safe", "degraded", "lost"
+VERDICTS = (SAFE, DEGRADED, LOST)
+#: Rate in the last revolution [deg/s] above which a satellite is lost, and as a multiple of that
+#: without a fault; energy of the coils above which it is degraded, as such a multiple.
+LOST_DEG_S, LOST_TIMES, ENERGY_TIMES = 2.0, 2.0, 3.0
+
+
+class Flown(NamedTuple):
+    """What is kept of a flight.
+
+    `rate_deg_s`, `goals`: the greatest in the last revolution, of the rate and of the signal of
+    each goal; `energy_j`: of the coils; `entered`: when each state was entered last, by its
+    region and name; `begins`: times of the first records of its stays.
+    """
+
+    ended: str
+    rate_deg_s: float
+    goals: tuple[float, ...]
+    energy_j: float
+    entered: dict[str, float]
+    begins: dict[str, np.ndarray]
+
+
+class Outcome(NamedTuple):
+    """What became of a fault.
+
+    `why`: what kept it from being safe, "" if it is. `noticed_after_s`: infinite if it was not;
+    `noticed_by`: the state that was entered.
+    """
+
+    verdict: str
+    why: str
+    rate_deg_s: float
+    goals: tuple[float, ...]
+    energy_j: float
+    noticed_after_s: float
+    noticed_by: str
+
+
+def flown(result: xr.Dataset) -> Flown:
+    """What is kept of a result."""
+    scenario, t = scenario_of(result), result["time"].values
+    last = t >= t[-1] - scenario.orbit.period_s
+    tail = result.isel(time=np.flatnonzero(last))
+    goals = [signal_of(goal, tail) for goal in goals_of(scenario)]
+    energy = float(result["coil_energy"]) if "coil_energy" in result else 0.0
+    complete = result.attrs["how_it_ended"] == COMPLETE
+    return Flown(
+        "" if complete else str(result.attrs["ended"]),
+        float(np.degrees(np.linalg.norm(tail["omega_body"].values, axis=1)).max()),
+        tuple(math.nan if signal is None else float(signal.max()) for signal in goals),
+        energy,
+        {
+            f"{region}.{name}": -math.inf if use.last_entered_s is None else use.last_entered_s
+            for region, uses in state_uses(result).items()
+            for name, use in uses.items()
+        },
+        {
+            f"{region.name}.{name}": t[np.diff((region.numbers == k).astype(int), prepend=0) > 0]
+            for region in regions_of(result)
+            for k, name in enumerate(region.states)
+        },
+    )
+
+
+def outcome_of(flight: Flown, nominal: Flown, goals: list[Goal], at_s: float) -> Outcome:
+    """The verdict on a flight with a fault from `at_s` on, compared with one without."""
+    verdict, why = judged(flight, nominal, goals)
+    after_s, by = noticed(flight, nominal, at_s)
+    rest = flight.rate_deg_s, flight.goals, flight.energy_j
+    return Outcome(verdict, why, *rest, after_s, by)
+
+
+def judged(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
+    """(Verdict, what kept it from being safe)."""
+    if flight.ended:
+        return LOST, flight.ended
+    limit = max(LOST_DEG_S, LOST_TIMES * nominal.rate_deg_s)
+    if not flight.rate_deg_s <= limit:
+        return LOST, f"rate up to {flight.rate_deg_s:.3g} deg/s"
+    for goal, greatest in zip(goals, flight.goals, strict=True):
+        if greatest >= goal.below:
+            return DEGRADED, f"{goal.signal} up to {greatest:.3g} {goal.unit}"
+    if flight.energy_j > ENERGY_TIMES * nominal.energy_j:
+        times = flight.energy_j / nominal.energy_j if nominal.energy_j else math.inf
+        return DEGRADED, f"{times:.3g} times the energy"
+    return SAFE, ""
+
+
+def noticed(flight: Flown, nominal: Flown, at_s: float) -> tuple[float, str]:
+    """(Time from the fault until the first state that it alone leads to, that state)."""
+    found = [
+        (_first_s(flight, state, at_s) - at_s, state)
+        for state, entered_s in flight.entered.items()
+        if entered_s >= at_s > nominal.entered[state]
+    ]
+    return min(found, default=(math.inf, ""))
+
+
+def _first_s(flight: Flown, state: str, at_s: float) -> float:
+    """When a state was first entered after an instant: by the records, or when entered last."""
+    begins = flight.begins[state]
+    after = begins[begins > at_s]
+    return min(float(after[0]) if len(after) else math.inf, flight.entered[state])
