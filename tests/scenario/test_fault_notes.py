@@ -2,7 +2,8 @@
 
 import pytest
 
-from torquer.control.modes.signals import SENSORS, SIGNALS
+from torquer.control.modes.signals import SIGNALS
+from torquer.interface import SENSORS
 from torquer.notes.fault_notes import fault_lines, unnoticed_faults
 from torquer.scenario.load import scenario_from_data
 
@@ -83,6 +84,6 @@ def test_as_lines():
 
 
 def test_signals_observe_known_devices():
-    known = {*SENSORS, "coils", "rate", "attitude", "sensor"}
+    known = {*SENSORS, "coils", "rate", "attitude", "estimator", "sensor"}
     for name, signal in SIGNALS.items():
         assert set(signal.observes) <= known, name
