@@ -32,7 +32,7 @@ def reading(
     believed = ESTIMATE._replace(**{k: _floats(v) for k, v in estimate.items()})
     return Inputs(
         float(t_s), _floats(b), ZERO, ZERO, _floats(sun), (0.0, 0.0, 0.0, 1.0), _floats(wheels),
-        ZERO, read_at or ReadingTimes(), believed, ephemeris,
+        ZERO, ZERO, (0.0,) * 6, read_at or ReadingTimes(), believed, ephemeris,
     )  # fmt: skip
 
 

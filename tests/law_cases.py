@@ -6,7 +6,7 @@ import numpy as np
 from on_board import numbers_of
 
 from torquer.compile import engine
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes, nothing_known
+from torquer.interface import CELLS, Ephemeris, Estimate, Inputs, ReadingTimes, nothing_known
 
 ZERO = (0.0, 0.0, 0.0)
 UNKNOWN = (math.nan, math.nan, math.nan)
@@ -32,6 +32,8 @@ def inputs(
     model_b_rate=UNKNOWN,
     model_sun=UNKNOWN,
     coils=ZERO,
+    nadir=ZERO,
+    cells=(0.0,) * CELLS,
 ):
     """Readings taken at this instant; the estimate is what attitude sensor and gyro read."""
     t_s, omega, q = float(t_s), floats(omega), floats(q)
@@ -45,6 +47,8 @@ def inputs(
         q,
         floats(wheels),
         floats(coils),
+        floats(nadir),
+        floats(cells),
         ReadingTimes(*[t_s] * len(ReadingTimes._fields)),
         Estimate(t_s, q, omega),
         Ephemeris(*place),

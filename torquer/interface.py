@@ -11,10 +11,12 @@ import numpy as np
 
 from torquer.compile.engine import inlined, internal
 
+#: Number of single Sun cells that the computer can read.
+CELLS = 6
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
-_NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class ReadingTimes(NamedTuple):
@@ -29,6 +31,8 @@ class ReadingTimes(NamedTuple):
     sun_sensors_s: float = 0.0
     attitude_sensor_s: float = 0.0
     tachometers_s: float = 0.0
+    horizon_sensor_s: float = 0.0
+    sun_cells_s: float = 0.0
 
 
 #: Sensors by the names that users give them, in the order of `ReadingTimes`.
@@ -75,12 +79,15 @@ class Inputs(NamedTuple):
     The latest readings, in body axes: `b_body_t` of the magnetometer, `b_rate_body_t_s` of a search
     coil (the field's rate of change as the body sees it), `omega_body_rad_s` of the gyro,
     `sun_body` of the Sun sensors (unit vector, zeros where none sees the Sun), `q_body_to_inertial`
-    of the attitude sensor (a star tracker), `wheel_momentum_body_n_m_s`: vector sum of the wheels'
-    momenta relative to the body, by their tachometers (a fixed momentum of the body is not in it).
-    `read_at`: when they were taken. `coil_dipole_body_a_m2`: mean dipole of the coils since the
-    control step before, as the computer believes: its command within their limits, followed with
-    their lag; neither residual dipole nor a wrong polarity is in it. Laws of attitude and rate use
-    `estimate`, which is what attitude sensor and gyro read where no estimator is chosen.
+    of the attitude sensor (a star tracker; NaN while it is blinded), `nadir_body` of a horizon
+    sensor (unit vector to the Earth's centre, zeros where it does not see the Earth), `sun_cells`:
+    signals of single cells in parts of full sunlight,
+    `wheel_momentum_body_n_m_s`: vector sum of the wheels' momenta relative to the body, by their
+    tachometers (a fixed momentum of the body is not in it). `read_at`: when they were taken.
+    `coil_dipole_body_a_m2`: mean dipole of the coils since the control step before, as the computer
+    believes: its command within their limits, followed with their lag; neither residual dipole nor
+    a wrong polarity is in it. Laws of attitude and rate use `estimate`, which is what attitude
+    sensor and gyro read where no estimator is chosen.
     """
 
     t_s: float
@@ -91,6 +98,8 @@ class Inputs(NamedTuple):
     q_body_to_inertial: tuple
     wheel_momentum_body_n_m_s: tuple
     coil_dipole_body_a_m2: tuple
+    nadir_body: tuple
+    sun_cells: tuple
     read_at: ReadingTimes
     estimate: Estimate
     ephemeris: Ephemeris
@@ -119,12 +128,16 @@ KNOWN = np.dtype(
             "t_s",
             *_xyz("b", "b_rate", "omega", "sun"),
             *("q_x", "q_y", "q_z", "q_w"),
-            *_xyz("wheels", "coils"),
-            *("b_s", "b_rate_s", "omega_s", "sun_s", "q_s", "wheels_s"),
+            *_xyz("wheels", "coils", "nadir"),
+            *(f"cells_{k}" for k in range(CELLS)),
+            *("b_s", "b_rate_s", "omega_s", "sun_s", "q_s", "wheels_s", "nadir_s", "cells_s"),
             *("estimate_s", "estimate_q_x", "estimate_q_y", "estimate_q_z", "estimate_q_w"),
             *_xyz("estimate_omega", "estimate_bias"),
             *("sigma_rad", "sigma_rad_s"),
-            *(f"isolated_{s}" for s in ("b", "b_rate", "omega", "sun", "q", "wheels")),
+            *(
+                f"isolated_{s}"
+                for s in ("b", "b_rate", "omega", "sun", "q", "wheels", "nadir", "cells")
+            ),
             *_xyz("position", "velocity", "model_b", "model_b_rate", "to_sun"),
             "sunlit_fraction",
         )
@@ -170,6 +183,8 @@ def isolated_of(k):
         k.isolated_sun,
         k.isolated_q,
         k.isolated_wheels,
+        k.isolated_nadir,
+        k.isolated_cells,
     )
 
 
@@ -182,6 +197,7 @@ def put_estimate(k, e):
     k.estimate_bias_x, k.estimate_bias_y, k.estimate_bias_z = e.gyro_bias_rad_s
     k.isolated_b, k.isolated_b_rate, k.isolated_omega = e.isolated[0], e.isolated[1], e.isolated[2]
     k.isolated_sun, k.isolated_q, k.isolated_wheels = e.isolated[3], e.isolated[4], e.isolated[5]
+    k.isolated_nadir, k.isolated_cells = e.isolated[6], e.isolated[7]
 
 
 @internal
@@ -207,7 +223,11 @@ def inputs_of(k):
         (k.q_x, k.q_y, k.q_z, k.q_w),
         (k.wheels_x, k.wheels_y, k.wheels_z),
         (k.coils_x, k.coils_y, k.coils_z),
-        ReadingTimes(k.b_s, k.b_rate_s, k.omega_s, k.sun_s, k.q_s, k.wheels_s),
+        (k.nadir_x, k.nadir_y, k.nadir_z),
+        (k.cells_0, k.cells_1, k.cells_2, k.cells_3, k.cells_4, k.cells_5),
+        ReadingTimes(
+            k.b_s, k.b_rate_s, k.omega_s, k.sun_s, k.q_s, k.wheels_s, k.nadir_s, k.cells_s
+        ),
         estimate_of(k),
         Ephemeris(
             (k.position_x, k.position_y, k.position_z),

@@ -21,6 +21,7 @@ from torquer.simulation.propagate.interval import rk4_phase
 from torquer.simulation.run import prepare
 from torquer.simulation.sensors import attitude_sensor_step, gyro_step, magnetometer_step
 from torquer.simulation.step import drive_coils_step
+from torquer.spacecraft.attitude_sensor import Sky
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="lanes are compiled code")
 
@@ -45,7 +46,13 @@ sample_s = 1.5, delay_s = 0.5, coil_disturbance_nt_per_a_m2 = 30, misalignment_d
 failures = [MAGNETOMETER] }
 spacecraft.gyro = { noise_deg_s = 0.01, bias_deg_s = [0.1, 0, 0], bias_drift_deg_s_sqrt_s = 1e-3, \
 range_deg_s = 20, resolution_deg_s = 1e-3 }
-spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3] }
+spacecraft.attitude_sensor = { noise_deg = 0.1, error_deg = [0.1, 0.2, 0.3], \
+boresight = [0, 3, 4], boresight_noise_deg = 0.3, sun_exclusion_deg = 40, \
+earth_exclusion_deg = 20, rate_limit_deg_s = 8 }
+spacecraft.horizon_sensor = { axis = [0, 0, -1], half_field_deg = 80, noise_deg = 0.2, \
+bias_deg = [0.1, 0, 0.2], horizon_km = 8, rate_limit_deg_s = 8, sample_s = 2.0, delay_s = 0.5 }
+spacecraft.sun_cells = { normals = [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], half_field_deg = 80, \
+noise = 0.01, scale_error = [0.05, 0, -0.05], albedo = 0.3, sample_s = 3.0, delay_s = 1.5 }
 spacecraft.sun_sensors = { axes = [[1, 0, 0], [-1, 0, 0], [0, 1, 1]], \
 half_field_deg = [60, 80, 50], noise_deg = 0.5, albedo = 0.3, sample_s = 4.0, \
 bias_deg = [[0.1, 0, 0], [0, 0.5, 0], [0, 0, 1]], failures = [SUN_SENSORS], \
@@ -249,11 +256,12 @@ def test_a_member_that_tumbles_too_fast_for_the_step_ends_alone():
 
 ZERO = (0.0, 0.0, 0.0)
 HERE = LocalEnvironment(ZERO, ZERO, ())
+SKY = Sky(ZERO, ZERO, 2.0)
 #: Loops over members by name.
 LOOPS = {
     "draw": lambda members: draw(members, 1.0, 0, 1),
     "magnetometer": lambda members: each(members, magnetometer_step, 0, ZERO, 0.0),
-    "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, 0.0),
+    "attitude sensor": lambda members: each(members, attitude_sensor_step, 0, SKY, 0.0),
     "gyro": lambda members: each(members, gyro_step, 0, 0.0),
     "coils": lambda members: each(members, drive_coils_step),
     "rk4": lambda members: each(members, rk4_phase, HERE, HERE, HERE, ZERO, 0, 1.0),

@@ -149,7 +149,7 @@ def test_directions_that_contradict_each_other_start_nothing():
     """A magnetometer mounted 25 deg off: no attitude fits the field and the Sun."""
     result = flown("magnetometer", {"misalignment_deg": [15.0, -20.0, 0.0]}, duration_s=10.0)
     reason = NOT_STARTED[int(result["estimator.not_started"].values[2])]
-    assert reason == "the angle between field and Sun is not that of the models"
+    assert reason == "the angle between two directions is not that of the models"
 
 
 def test_a_sensor_that_contradicts_the_others_is_isolated_and_used_again():

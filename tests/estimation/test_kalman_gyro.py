@@ -244,7 +244,7 @@ def test_from_large_errors_the_filter_comes_back():
          "'sun']; received none"),
         ({"sensors": ["magnetometer"]}, "sun_noise_deg: must be left out with sensors = "
          "['magnetometer']; received 0.1"),
-        ({"sensors": []}, "sensors: must name one or two different sensors; received []"),
+        ({"sensors": []}, "sensors: must name one or more different sensors; received []"),
         ({"sensors": ["sun"], "magnetometer_noise_nt": None, "magnetometer_bias_sigma_nt": 5.0},
          "magnetometer_bias_sigma_nt: must be left out without the magnetometer among the "
          "sensors; received 5"),

@@ -20,6 +20,8 @@ READINGS = {
     "gyro": ("omega_body_rad_s", "gyro_s"),
     "sun_sensors": ("sun_body", "sun_sensors_s"),
     "attitude_sensor": ("q_body_to_inertial", "attitude_sensor_s"),
+    "horizon_sensor": ("nadir_body", "horizon_sensor_s"),
+    "sun_cells": ("sun_cells", "sun_cells_s"),
 }
 #: What each sensor needs besides, and some errors that are drawn anew at every reading.
 KEYS = {
@@ -27,6 +29,8 @@ KEYS = {
     "gyro": {"noise_deg_s": 0.1, "bias_drift_deg_s_sqrt_s": 0.01},
     "sun_sensors": {"axes": [[0, 0, 1]], "half_field_deg": 180.0, "noise_deg": 0.5},
     "attitude_sensor": {"noise_deg": 0.5},
+    "horizon_sensor": {"noise_deg": 0.5},
+    "sun_cells": {"normals": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "noise": 0.01},
 }
 DELAY = {"sample_s": 1.0, "delay_s": 1.0}
 
@@ -41,7 +45,7 @@ def told(make, sensor, delay=None, **failure):
 
     keys = KEYS[sensor] | (delay or {}) | ({"failures": [failure]} if failure else {})
     changes = {f"spacecraft.{sensor}": keys, "simulation": RUN, "environment.eclipse": "none"}
-    simulate(make(changes), Law("watch", watch, needs={"sun"}, compiled=False))
+    simulate(make(changes), Law("watch", watch, needs={"sun", "horizon"}, compiled=False))
     value, time = READINGS[sensor]
     return (
         np.array([getattr(inputs, value) for inputs in seen]),

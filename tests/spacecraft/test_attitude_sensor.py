@@ -6,13 +6,21 @@ from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer import noise
-from torquer.spacecraft.attitude_sensor import STREAM, AttitudeSensor, read_attitude
+from torquer.conventions import EARTH_RADIUS_M
+from torquer.spacecraft.attitude_sensor import (
+    STREAM,
+    AttitudeSensor,
+    earth_cosine,
+    is_blind,
+    read_attitude,
+)
 
 Q = tuple(Rotation.from_euler("xyz", [0.3, -0.8, 1.9]).as_quat())
 
 
 def read(packed, sample):
-    return read_attitude(packed, Q, noise.drawn(packed.noise_rad, 7, STREAM, sample))
+    drawn = noise.drawn(1.0 if packed.noise_rad else 0.0, 7, STREAM, sample)
+    return read_attitude(packed, Q, drawn)
 
 
 def turns(sensor, n=4000):
@@ -41,3 +49,59 @@ def test_noise_has_its_size_about_every_axis_and_no_mean():
 def test_negative_noise_is_refused():
     with pytest.raises(ValidationError, match="noise_deg"):
         AttitudeSensor(noise_deg=-1.0)
+
+
+TRACKER = AttitudeSensor(
+    boresight=(0.0, 3.0, 4.0),
+    noise_deg=0.5,
+    boresight_noise_deg=2.0,
+    sun_exclusion_deg=30.0,
+    earth_exclusion_deg=20.0,
+    rate_limit_deg_s=1.0,
+)
+AXIS = np.array([0.0, 0.6, 0.8])
+
+
+def test_noise_differs_about_the_boresight():
+    found = turns(TRACKER)
+    along = found @ AXIS
+    assert along.std() == pytest.approx(2.0, rel=0.05)
+    across = found - np.outer(along, AXIS)
+    assert np.sqrt(np.mean(np.sum(across**2, axis=1)) / 2.0) == pytest.approx(0.5, rel=0.05)
+
+
+def off_axis(angle_deg):
+    """A direction at an angle from the boresight."""
+    return tuple(Rotation.from_rotvec([np.radians(angle_deg), 0, 0]).apply(AXIS))
+
+
+def blind(omega=(0.0, 0.0, 0.0), sun_deg=90.0, nadir_deg=180.0, altitude_m=600e3):
+    packed = TRACKER.pack()
+    cosine = earth_cosine(packed, EARTH_RADIUS_M + altitude_m)
+    return is_blind(packed, omega, off_axis(sun_deg), off_axis(nadir_deg), cosine)
+
+
+def test_sun_earth_and_its_own_rate_blind_a_tracker():
+    assert not blind()
+    assert blind(sun_deg=29.9) and not blind(sun_deg=30.1)
+    limb_deg = np.degrees(np.arcsin(EARTH_RADIUS_M / (EARTH_RADIUS_M + 600e3)))
+    assert blind(nadir_deg=limb_deg + 19.9) and not blind(nadir_deg=limb_deg + 20.1)
+    one = np.radians(1.0)
+    assert blind((0.0, 1.001 * one, 0.0)) and not blind((0.0, 0.999 * one, 0.0))
+
+
+def test_without_limits_nothing_blinds():
+    packed = AttitudeSensor(boresight=(0.0, 0.0, 1.0)).pack()
+    assert not is_blind(packed, (9.0, 0.0, 0.0), (0.0, 0.0, 1.0), (0.0, 0.0, 1.0), 2.0)
+    assert earth_cosine(packed, 7e6) > 1.0
+
+
+@pytest.mark.parametrize("key", ["boresight_noise_deg", "sun_exclusion_deg", "earth_exclusion_deg"])
+def test_what_refers_to_a_boresight_needs_one(key):
+    with pytest.raises(ValidationError, match=f"{key}: must be left out without boresight"):
+        AttitudeSensor(**{key: 5.0})
+
+
+def test_a_boresight_has_a_direction():
+    with pytest.raises(ValidationError, match="boresight"):
+        AttitudeSensor(boresight=(0.0, 0.0, 0.0))

@@ -68,8 +68,9 @@ def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = N
         found.append([part[rows] for part in _flown(run, recorded)])
         if flown:
             flown()
-    errors, covariance, field, sun, refused, starts, why = map(np.stack, zip(*found, strict=True))
-    innovations, t_s = {"magnetometer": field, "sun": sun}, motions[0].t_s
+    errors, covariance, refused, starts, why, *each = map(np.stack, zip(*found, strict=True))
+    innovations = dict(zip(kalman_filter(member).sensors, each, strict=True))
+    t_s = motions[0].t_s
     return FilterRuns(t_s, errors, covariance, innovations, refused, starts, why, motions)
 
 
@@ -117,7 +118,7 @@ def _motion(run: Run, recorded: Record, at: np.ndarray) -> Motion:
 
 
 def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
-    """Errors, covariance, innovations, readings refused, starts, reasons for none, of a run."""
+    """Errors, covariance, readings refused, starts, reasons for none, innovations by sensor."""
     rows, known, logged = recorded.rows, recorded.known, _logged(run, recorded.log)
     spec = kalman_filter(run.scenario)
     q, true = (np.stack([each[f"{key}_{c}"] for c in "xyzw"], axis=1)
@@ -131,8 +132,8 @@ def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
     errors[~started], covariance[~started] = np.nan, np.nan
     nothing = np.zeros((len(rows), 1))
     counts = [logged.get(name, nothing)[:, 0] for name in ("refused", "starts", WHY_NOT_STARTED)]
-    innovations = logged["innovation_magnetometer"], logged["innovation_sun"]
-    return errors, covariance, *innovations, *counts
+    innovations = [logged[f"innovation_{sensor}"] for sensor in spec.sensors]
+    return errors, covariance, *counts, *innovations
 
 
 def _logged(run: Run, log: np.ndarray) -> dict[str, np.ndarray]:
@@ -299,7 +300,7 @@ def _checks_of_errors(flown: FilterRuns) -> Iterator[Check]:
         yield _check(name, nees(flown, states), states)
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
-            yield _check(f"NIS of the {sensor}", *nis(innovations))
+            yield _check(f"NIS of the {sensor.replace('_', ' ')}", *nis(innovations))
 
 
 def _checks_of_whiteness(closely: FilterRuns) -> Iterator[Check]:
@@ -307,7 +308,7 @@ def _checks_of_whiteness(closely: FilterRuns) -> Iterator[Check]:
         value, sigma = autocorrelation(innovations)
         if math.isfinite(value):
             passed = abs(value) < 5.0 * sigma
-            name = f"correlation of the {sensor}"
+            name = f"correlation of the {sensor.replace('_', ' ')}"
             yield Check(name, value, -5.0 * sigma, 5.0 * sigma, math.nan, passed)
 
 

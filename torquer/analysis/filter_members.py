@@ -48,6 +48,10 @@ _EXAMPLES = (
     ("gyro scale", "spacecraft.gyro.scale_error", ""),
     ("gyro misalignment", "spacecraft.gyro.misalignment_deg", "deg"),
     ("Sun sensor misalignment", "spacecraft.sun_sensors.bias_deg", "deg"),
+    ("star tracker misalignment", "spacecraft.attitude_sensor.error_deg", "deg"),
+    ("horizon sensor misalignment", "spacecraft.horizon_sensor.bias_deg", "deg"),
+    ("height of the horizon", "spacecraft.horizon_sensor.horizon_km", "km"),
+    ("Sun cell scale", "spacecraft.sun_cells.scale_error", ""),
 )
 #: Standard deviation [deg] of a held attitude, about each axis; and from which on it is any.
 _HELD_DEG, _ANY_DEG = 5.0, 180.0

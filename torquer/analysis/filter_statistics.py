@@ -23,10 +23,10 @@ class FilterRuns(NamedTuple):
 
     `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
     other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
-    (runs, samples, 3): whitened, NaN where there was no reading or no such component. `refused`,
-    `starts` (runs, samples): readings rejected and starts so far; `why_not_started` (runs,
-    samples): the filter's number for the reason, 0 for none. `motions`: of each run, at the same
-    instants.
+    (runs, samples, 3): whitened (of Sun cells one for each), NaN where there was no reading or no
+    such component. `refused`, `starts` (runs, samples): readings rejected and starts so far;
+    `why_not_started` (runs, samples): the filter's number for the reason, 0 for none. `motions`: of
+    each run, at the same instants.
     """
 
     t_s: np.ndarray
@@ -77,11 +77,15 @@ def nees(runs: FilterRuns, states: int | None = None) -> np.ndarray:
 
 
 def nis(innovations: np.ndarray) -> tuple[np.ndarray, int]:
-    """Normalised innovation squared (runs, samples), NaN without a reading; degrees of freedom."""
+    """Normalised innovation squared (runs, samples), NaN without a reading; degrees of freedom.
+
+    Where fewer components are there, as with Sun cells, the square is scaled to as many.
+    """
     there = np.isfinite(innovations)
-    freedoms = int(there.sum(axis=-1).max())
-    square = np.where(there, innovations, 0.0) ** 2
-    return np.where(there.any(axis=-1), square.sum(axis=-1), np.nan), freedoms
+    count = there.sum(axis=-1)
+    freedoms = int(count.max())
+    square = np.sum(np.where(there, innovations, 0.0) ** 2, axis=-1)
+    return np.where(count > 0, square * freedoms / np.maximum(count, 1), np.nan), freedoms
 
 
 def consistency(values: np.ndarray, freedoms: int, probability: float = 0.95) -> Consistency:

@@ -21,6 +21,7 @@ _NEEDS = {
     ("magnetometer", "sun"): "it needs a reading of the field and one of the Sun of the same time, "
     "in different directions",
 }
+_NEEDS_ATTITUDE = "it needs a reading of the star tracker, or of two directions"
 #: Names of the statistics of errors, and of the readings rejected; the others are of innovations.
 OF_ERRORS = ("NEES of the attitude", "NEES of all states")
 REJECTED = "readings rejected in a run"
@@ -119,5 +120,5 @@ def why_not_started(spec: Filter, flown: FilterRuns) -> str:
     last = flown.why_not_started[~flown.started, -1].astype(int)
     numbers = sorted({int(number) for number in last if number})
     if not numbers:
-        return _NEEDS[tuple(sorted(spec.sensors))]
+        return _NEEDS.get(tuple(sorted(spec.sensors)), _NEEDS_ATTITUDE)
     return "; ".join(REASONS.get(number, f"reason {number}") for number in numbers)

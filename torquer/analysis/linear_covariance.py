@@ -13,11 +13,20 @@ import numpy as np
 from torquer.analysis.control_cycle import control_times
 from torquer.earth.gravity import gravity_gradient_vector
 from torquer.estimation import ESTIMATORS
-from torquer.estimation.expected import Nominal, fill_dynamics, fill_gyro, keep_seen
+from torquer.estimation.expected import (
+    Nominal,
+    fill_dynamics,
+    fill_gyro,
+    keep_seen,
+    put_earth,
+    put_earthlight,
+    put_stars,
+)
 from torquer.estimation.kalman import Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.horizon_sensor import HorizonSensor
 
 #: Number of random errors from which the 95th percentile of an attitude error is computed.
 _DRAWN = 20_000
@@ -140,14 +149,24 @@ def first_variances(spec: Filter) -> np.ndarray:
 
 def nominal(scenario: Scenario, motion: Motion) -> Nominal:
     """What sensors would measure along a motion."""
-    environment, sensors = scenario.orbit_environment(), scenario.spacecraft.sun_sensors
+    environment, craft = scenario.orbit_environment(), scenario.spacecraft
     t_s, q, omega, wheels = motion
     r, v = environment.state(t_s)
     sun = environment.sun(t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
-    seen = environment.sunlit_fraction(t_s, r) >= 0.5
-    if sensors is not None:
-        keep_seen(sensors.pack(), to_body(q, sun), seen)
+    sunlit = environment.sunlit_fraction(t_s, r)
+    seen = sunlit >= 0.5
+    if craft.sun_sensors is not None:
+        keep_seen(craft.sun_sensors.pack(), to_body(q, sun), seen)
+    stars = np.zeros(len(t_s), bool)
+    put_stars(craft.attitude_sensor.pack(), q, omega, sun, r, stars)
+    horizon, earth = craft.horizon_sensor or HorizonSensor(), np.zeros(len(t_s), bool)
+    put_earth(horizon.pack(), q, omega, r, earth)
+    light = np.zeros((len(t_s), 3))
+    if craft.sun_cells is not None and craft.sun_cells.albedo > 0.0:
+        put_earthlight(craft.sun_cells.albedo, r, sun, light)
     b = environment.field(t_s, r, v)
     rows = (t_s, q, omega, wheels, b, gravity_gradient_vector(r), sun)
-    return Nominal(*(np.ascontiguousarray(row, dtype=float) for row in rows), seen)  # type: ignore[call-arg]
+    return Nominal(
+        *(np.ascontiguousarray(row, dtype=float) for row in rows), seen, stars, earth, sunlit, light
+    )  # type: ignore[call-arg]

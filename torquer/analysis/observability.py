@@ -98,18 +98,22 @@ def gramians(phi: np.ndarray, gained: np.ndarray, first: np.ndarray, steps: int)
 
 def information(spec, seen: Nominal) -> np.ndarray:
     """H^T R^-1 H (k, n, n) of each instant's readings."""
-    return informed(spec, seen, seen.b, seen.sun)[0]
+    nadir = -seen.gravity / np.linalg.norm(seen.gravity, axis=1)[:, None]
+    return informed(spec, seen, seen.b, seen.sun, nadir)[0]
 
 
-def informed(spec, seen: Nominal, b: np.ndarray, sun: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def informed(
+    spec, seen: Nominal, b: np.ndarray, sun: np.ndarray, nadir: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """H^T R^-1 H (k, n, n) of each instant's readings, and H^T R^-1 d (k, n).
 
-    `b` [T], `sun` (k, 3): what the filter assumes, inertial; d: what true readings differ from it.
+    `b` [T], `sun`, `nadir` (k, 3): what the filter assumes, inertial; d: what true readings differ
+    from it.
     """
     n = len(first_variances(spec))
     gained, pulled = np.zeros((len(seen.t_s), n, n)), np.zeros((len(seen.t_s), n))
-    b, sun = (np.ascontiguousarray(each, dtype=float) for each in (b, sun))
-    fill_information(spec.constants(), seen, b, sun, gained, pulled)
+    assumed = (np.ascontiguousarray(each, dtype=float) for each in (b, sun, nadir))
+    fill_information(spec.constants(), seen, *assumed, gained, pulled)
     return gained, pulled
 
 

@@ -9,14 +9,21 @@ import numpy as np
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
 from torquer.analysis.systematic import systematic_error
-from torquer.estimation.kalman import MAGNETOMETER_ERRORS, NOISE_KEYS, Filter
+from torquer.estimation.kalman import MAGNETOMETER_ERRORS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
+from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
 from torquer.scenario.spec import Scenario
 
 #: Number of instants of a motion at which the 95th percentile of the errors is computed.
 _INSTANTS = 400
 #: Length of the windows of observability, as part of a revolution.
 _WINDOWS = 20
+#: A filter's further keys of its sensors, besides their noise.
+_MORE_KEYS = {
+    "magnetometer": MAGNETOMETER_ERRORS,
+    "star_tracker": ("star_tracker_boresight_noise_deg", "star_tracker_boresight"),
+    "sun_cells": ("cell_normals", "cell_half_field_deg", "cell_albedo", "cell_albedo_error"),
+}
 #: Attitude error [deg]; the time until it is reached is reported.
 REACHED_DEG = 5.0
 
@@ -29,8 +36,8 @@ class SensorSet(NamedTuple):
     none. `systematic_deg`: the greatest part of it, after that time, which the models on board
     cause and the filter does not state.
     `reached_s`: time after which 95 % of the errors stay below `REACHED_DEG`, NaN if never; None
-    with a single direction, where the start is not linear: covariance does not tell how long it
-    takes.
+    with a single direction and no star tracker, where the start is not linear: covariance does
+    not tell how long it takes.
     `t_s`, `error_deg`: the 95th percentile over time.
     """
 
@@ -73,8 +80,9 @@ def expected_of(scenario: Scenario, name: str) -> SensorSet:
     systematic = systematic_error(scenario, expected)
     error = np.degrees(error_95_rad(expected.covariance[rows, :3, :3], systematic[rows]))
     seen, later = expected.sun_seen[rows], t_s[rows] >= settled_s
-    two = len(kalman_filter(scenario).sensors) > 1
-    reached_s = _below_from(t_s[rows], error) if two else None
+    sensors = kalman_filter(scenario).sensors
+    whole = len(sensors) > 1 or sensors == ("star_tracker",)
+    reached_s = _below_from(t_s[rows], error) if whole else None
     window_s = min(scenario.orbit.period_s, length_s) / _WINDOWS
     return SensorSet(
         name, _worst(error[later & seen]), _worst(error[later & ~seen]),
@@ -121,19 +129,14 @@ def _worst(values: np.ndarray) -> float:
 def _with_sensors(spec: Filter, sensors) -> dict:
     """Keys of a filter with fewer sensors."""
     keys = spec.model_dump(exclude_none=True) | {"sensors": list(sensors)}
-    for sensor, key in NOISE_KEYS.items():
-        if sensor not in sensors:
-            keys.pop(key, None)
-    if "magnetometer" not in sensors:
-        for key in MAGNETOMETER_ERRORS:
-            keys.pop(key, None)
-    return keys
+    left_out = {sensor: (key, *_MORE_KEYS.get(sensor, ())) for sensor, key in NOISE_KEYS.items()}
+    unwanted = {key for sensor, own in left_out.items() if sensor not in sensors for key in own}
+    return {key: value for key, value in keys.items() if key not in unwanted}
 
 
 def _named(name: str, spec: Filter, sensors) -> str:
     """Name of a filter and the sensors that it reads."""
-    words = {"magnetometer": "magnetometer", "sun": "Sun sensors"}
-    read = [words[sensor] for sensor in sensors]
+    read = [SENSOR_WORDS[sensor] for sensor in sensors]
     if not isinstance(spec, KalmanDynamics):
         read.append("gyro")
     return (f"{name}: " if name else "") + " + ".join(read)

@@ -48,4 +48,5 @@ def _informed(scenario: Scenario, spec, seen: Nominal) -> tuple[np.ndarray, np.n
     r, v = believed.state(seen.t_s)
     sun = believed.sun(seen.t_s) - r
     sun /= np.linalg.norm(sun, axis=1)[:, None]
-    return informed(spec, seen, believed.field(seen.t_s, r, v), sun)
+    nadir = -r / np.linalg.norm(r, axis=1)[:, None]
+    return informed(spec, seen, believed.field(seen.t_s, r, v), sun, nadir)

@@ -18,14 +18,14 @@ from numba import types
 from numba.extending import intrinsic
 
 from torquer.compile import engine, plugin
-from torquer.interface import KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
+from torquer.interface import CELLS, KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
 
 ARRAY = types.float64[::1]
 
 
 def _type_of_inputs():
     zero = (0.0, 0.0, 0.0)
-    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero)
+    readings = (zero, zero, zero, zero, (0.0, 0.0, 0.0, 1.0), zero, zero, zero, (0.0,) * CELLS)
     return numba.typeof(Inputs(0.0, *readings, ReadingTimes(), Estimate(), Ephemeris()))
 
 

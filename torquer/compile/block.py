@@ -57,9 +57,9 @@ class Block:
     initial numbers, vectors and matrices; `log`: units of the parts that the result records,
     by name (what is not in the memory is added to it); for a vector or matrix whose components
     have names or units of their own, an `Axis` for each dimension instead. `needs`: what the
-    computer must provide: "ephemeris", "sun", "search_coil", "attitude", "rate". `compiled`: False
-    for a function that runs as plain Python. `spec`: what a scenario says of it, for a block made
-    from its spec.
+    computer must provide: "ephemeris", "sun", "search_coil", "horizon", "sun_cells", "attitude",
+    "rate". `compiled`: False for a function that runs as plain Python. `spec`: what a scenario says
+    of it, for a block made from its spec.
     """
 
     name: str

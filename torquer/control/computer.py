@@ -112,7 +112,7 @@ def finite3(v):
 @internal
 def _answered_estimate(a):
     q, omega, bias = (a[1], a[2], a[3], a[4]), (a[5], a[6], a[7]), (a[8], a[9], a[10])
-    isolated = (a[13], a[14], a[15], a[16], a[17], a[18])
+    isolated = (a[13], a[14], a[15], a[16], a[17], a[18], a[19], a[20])
     return Estimate(a[0], q, omega, bias, a[11], a[12], isolated)
 
 
@@ -150,6 +150,7 @@ def take_readings(known):
     known.sigma_rad, known.sigma_rad_s = math.nan, math.nan
     known.isolated_b, known.isolated_b_rate, known.isolated_omega = 0.0, 0.0, 0.0
     known.isolated_sun, known.isolated_q, known.isolated_wheels = 0.0, 0.0, 0.0
+    known.isolated_nadir, known.isolated_cells = 0.0, 0.0
 
 
 @internal

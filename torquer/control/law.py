@@ -31,7 +31,8 @@ _NEEDS = ("ephemeris", "attitude", "rate")
 _READINGS = {
     "sun_body": ("sun",),
     "b_rate_body_t_s": ("search_coil",),
-    "read_at": ("sun", "search_coil"),
+    "nadir_body": ("horizon",),
+    "read_at": ("sun", "search_coil", "horizon"),
 }
 _COMMAND = numba.typeof(NO_COMMAND)
 

@@ -16,6 +16,8 @@ from torquer.geometry.vec3 import add_scaled, scale
 IDENTITY = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 #: First row of the attitude error.
 ATTITUDE = 0
+#: First row of the error of the rate: of the gyro, or of the filter's own rate.
+RATE_ERROR = 3
 
 
 class States(NamedTuple):
@@ -249,6 +251,10 @@ def update(p, gain, correction, m, gate, estimated):
         correction[i] = 0.0
         for row in range(m.count):
             gain[row, i] = gain_of(p, i, m, row)
+    if m.since > 0.0:  # what the error has gained since the reading is not in it
+        for row in range(m.count):
+            for i in range(3):
+                gain[row, i] -= m.since * m.h[row][i]
     lower, d = factors_of(gain, m)
     e1 = m.z[0]
     e2 = m.z[1] - lower[0] * e1

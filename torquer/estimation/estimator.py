@@ -23,7 +23,10 @@ def _numbers(v):
 
 @inlined
 def _flags(v):
-    return (float(v[0]), float(v[1]), float(v[2]), float(v[3]), float(v[4]), float(v[5]))
+    return (
+        float(v[0]), float(v[1]), float(v[2]), float(v[3]),
+        float(v[4]), float(v[5]), float(v[6]), float(v[7]),
+    )  # fmt: skip
 
 
 def _isolated(e):
@@ -60,7 +63,7 @@ def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)
     q = (math.nan, math.nan, math.nan, math.nan)
-    isolated = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    isolated = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     return Estimate(math.nan, q, nothing, nothing, math.nan, math.nan, isolated)
 
 

@@ -9,14 +9,20 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel, plugged
+from torquer.environment.albedo import earthlight
 from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
 from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
 from torquer.estimation.measurements.magnetometer import errors_at, of_field
 from torquer.estimation.measurements.measurement import direction_measurement, estimated_rows
+from torquer.estimation.measurements.star_tracker import of_attitude
+from torquer.estimation.measurements.sun_cells import of_cell
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import add, scale, vector_of
+from torquer.geometry.vec3 import add, norm, scale, unit, vector_of
+from torquer.interface import CELLS
+from torquer.spacecraft.attitude_sensor import earth_cosine, is_blind
+from torquer.spacecraft.horizon_sensor import centre_of_disc, sees_horizon
 from torquer.spacecraft.sun_sensor import sensor_that_sees
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -26,7 +32,9 @@ class Nominal(NamedTuple):
     """What a filter would see along a motion, a row at each control step.
 
     Time [s]; attitude, rate [rad/s]; wheels' momentum [N m s, body]; field [T], radius vector of
-    `gravity_gradient_at`, direction to the Sun, all inertial; whether a Sun sensor sees it.
+    `gravity_gradient_at`, direction to the Sun, all inertial; whether a Sun sensor sees it, and
+    whether the star tracker sees stars and the horizon sensor the Earth; visible part of the Sun,
+    light of the Earth on a cell (inertial).
     """
 
     t_s: np.ndarray
@@ -37,6 +45,10 @@ class Nominal(NamedTuple):
     gravity: np.ndarray
     sun: np.ndarray
     seen: np.ndarray
+    stars: np.ndarray
+    earth: np.ndarray
+    sunlit: np.ndarray
+    earthlight: np.ndarray
 
 
 @kernel
@@ -44,6 +56,39 @@ def keep_seen(sensors, sun_body, seen):
     """Clear `seen` (k,) where no sensor sees the Sun, in direction `sun_body` (k, 3)."""
     for k in range(seen.shape[0]):
         seen[k] = seen[k] and sensor_that_sees(sensors, vector_of(sun_body[k])) >= 0
+
+
+@kernel
+def put_earthlight(albedo, r, sun, out):
+    """Light of the Earth (k, 3) (inertial), as `torquer.environment.albedo` gives it."""
+    for k in range(out.shape[0]):
+        out[k, 0], out[k, 1], out[k, 2] = earthlight(albedo, vector_of(r[k]), vector_of(sun[k]))
+
+
+@kernel
+def put_stars(sensor, q, omega, sun, r, stars):
+    """Whether a star tracker reads an attitude, into `stars` (k,).
+
+    At attitudes (k, 4) and rates (k, 3), with directions to the Sun and positions (k, 3) [m],
+    inertial.
+    """
+    for k in range(stars.shape[0]):
+        at, place = quaternion_of(q[k]), vector_of(r[k])
+        to_sun, nadir = rotate_inverse(at, vector_of(sun[k])), rotate_inverse(at, unit(place))
+        cosine = earth_cosine(sensor, norm(place))
+        turning = vector_of(omega[k])
+        stars[k] = not is_blind(sensor, turning, to_sun, scale(-1.0, nadir), cosine)
+
+
+@kernel
+def put_earth(sensor, q, omega, r, earth):
+    """Whether a horizon sensor sees the Earth, into `earth` (k,).
+
+    At attitudes (k, 4), rates (k, 3), positions (k, 3) [m, inertial].
+    """
+    for k in range(earth.shape[0]):
+        centre = rotate_inverse(quaternion_of(q[k]), centre_of_disc(sensor, vector_of(r[k])))
+        earth[k] = sees_horizon(sensor, vector_of(omega[k]), centre)
 
 
 @inlined
@@ -71,14 +116,26 @@ def take_readings(parameters, along, k, p, gain, correction):
         s = vector_of(along.sun[k])
         m = sun_reading(parameters, q, s, s)
         update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
+    if sensing.r_star > 0.0 and along.stars[k]:
+        m = of_attitude(q, q, sensing, 0.0, 0.0)
+        update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
+    if sensing.r_nadir > 0.0 and along.earth[k]:
+        nadir = nadir_along(along, k)
+        m = nadir_reading(parameters, q, nadir, nadir)
+        update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
+    if sensing.r_cell > 0.0 and along.sunlit[k] >= 0.5:
+        for cell in range(CELLS):
+            m = cell_reading(parameters, along, k, cell)
+            if m.count > 0:
+                update(p, gain, correction, m, 1.0, estimated_rows(sensing, p))
 
 
 @kernel
-def fill_information(parameters, along, b, sun, gained, pulled):
+def fill_information(parameters, along, b, sun, nadir, gained, pulled):
     """Information of each instant's readings: H^T R^-1 H (k, n, n) and H^T R^-1 z (k, n).
 
-    `b`, `sun` (k, 3): field [T] and direction to the Sun that the filter assumes, inertial; z is
-    what they differ from those along the motion.
+    `b`, `sun`, `nadir` (k, 3): field [T] and directions to the Sun and the Earth's centre that the
+    filter assumes, inertial; z is what they differ from those along the motion.
     """
     sensing, h = parameters.sensing, np.zeros(gained.shape[1])
     for k in range(gained.shape[0]):
@@ -91,6 +148,38 @@ def fill_information(parameters, along, b, sun, gained, pulled):
             s = vector_of(along.sun[k])
             m = sun_reading(parameters, q, s, vector_of(sun[k]))
             add_information(m, h, gained[k], pulled[k])
+        if sensing.r_star > 0.0 and along.stars[k]:
+            m = of_attitude(q, q, sensing, 0.0, 0.0)
+            add_information(m, h, gained[k], pulled[k])
+        if sensing.r_nadir > 0.0 and along.earth[k]:
+            m = nadir_reading(parameters, q, nadir_along(along, k), vector_of(nadir[k]))
+            add_information(m, h, gained[k], pulled[k])
+        if sensing.r_cell > 0.0 and along.sunlit[k] >= 0.5:
+            for cell in range(CELLS):
+                m = cell_reading(parameters, along, k, cell)
+                add_information(m, h, gained[k], pulled[k])
+
+
+@inlined
+def nadir_along(along, k):
+    """Direction to the Earth's centre (inertial) at a place of the motion."""
+    return scale(-1.0, unit(vector_of(along.gravity[k])))
+
+
+@inlined
+def nadir_reading(parameters, q, reference, nadir):
+    """(z, H, R) of a direction to the Earth's centre [inertial] where the model gives another."""
+    return direction_measurement(q, reference, rotate_inverse(q, nadir), parameters.sensing.r_nadir)
+
+
+@inlined
+def cell_reading(parameters, along, k, cell):
+    """(z, H, R) of the expected signal of a Sun cell: z is zero."""
+    q, sensing, row = quaternion_of(along.q[k]), parameters.sensing, parameters.sensing.cells[cell]
+    light = scale(along.sunlit[k], vector_of(along.sun[k]))
+    earth = vector_of(along.earthlight[k])
+    dark = of_cell(q, row, 0.0, light, earth, sensing, 0.0)
+    return of_cell(q, row, -dark.z[0], light, earth, sensing, 0.0)
 
 
 @inlined

@@ -6,15 +6,16 @@ See `torquer.estimation.watch` for the tests; design/0010 for what was tried.
 import math
 
 from torquer.compile.engine import inlined
-from torquer.estimation.covariance import ATTITUDE, variance_of
+from torquer.estimation.covariance import ATTITUDE, RATE_ERROR, variance_of
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER, has_field_magnitude
-from torquer.estimation.measurements.measurement import SENSORS
+from torquer.estimation.measurements.measurement import SENSORS, VECTORS, is_field_alone
+from torquer.estimation.measurements.star_tracker import STAR_TRACKER
+from torquer.estimation.measurements.sun_cells import SUN_CELLS
+from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
 from torquer.estimation.triad import CONTRADICTION_RAD, quaternion_of
 from torquer.estimation.watch import GROWN_S, watch
 from torquer.geometry.vec3 import dot
 
-#: First row of the error of the rate: of the gyro, or of the filter's own rate.
-RATE_ERROR = 3
 #: Number of rejected readings in a row from which on something is wrong; by chance it is not.
 _FEW = 3.0
 #: Doubts of the motion less than this time [s] apart are one.
@@ -33,19 +34,24 @@ USED, STUCK, ODD, CONTRADICTS = 0.0, 1.0, 2.0, 3.0
 def judge(inputs, parameters, memory, m, sensor, rate_variances):
     """Whether the sensor seems to be sound, and the motion; tests that need no attitude.
 
-    `rate_variances`: see `torquer.estimation.kalman.take_readings`.
+    `rate_variances`: see `torquer.estimation.kalman.take_readings`. Signals of single cells are not
+    tested.
 
     The motion is in doubt where a sensor that is not stuck turns in another way while its readings
     are being rejected; not if it turns by so much that others' readings would be rejected, too.
     """
+    if sensor >= VECTORS:
+        return
     q, rotation = quaternion_of(memory.q), quaternion_of(memory.rotation)
     now, attitude = memory.t_s, variance_of(memory.covariance, ATTITUDE)
-    doubted = attitude if parameters.sensing.r_sun > 0.0 else _ANY_ATTITUDE
+    doubted = _ANY_ATTITUDE if is_field_alone(parameters.sensing) else attitude
     variances = (attitude, rate_variances[0], rate_variances[1], doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
-    odd, most = inputs.ephemeris.sunlit_fraction == 0.0, parameters.sensing.most_refused
+    odd, most = False, parameters.sensing.most_refused
     if sensor == MAGNETOMETER:
         odd = not has_field_magnitude(parameters, m.read, m.reference)
+    elif sensor == SUN_SENSORS:
+        odd = inputs.ephemeris.sunlit_fraction == 0.0
     status = status_of(memory.isolated[sensor], turned, odd, memory.rejected_in_a_row[sensor], most)
     if turned.moves:
         memory.missed[sensor] = turned.rate_error
@@ -83,7 +89,9 @@ def is_to_blame(inputs, sensing, memory, sensor, rate_error):
     if memory.rejected_in_a_row[sensor] < _FEW:
         return False
     b = inputs.ephemeris.b_inertial_t
-    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(sensing.r_sun + sensing.r_field / dot(b, b))
+    noticed = CONTRADICTION_RAD + 6.0 * math.sqrt(
+        sensing.r_sun + sensing.r_nadir + sensing.r_cell + sensing.r_field / dot(b, b)
+    )
     large = rate_error * GROWN_S > noticed
     return not (large and others_agree(inputs, sensing, memory, sensor))
 
@@ -97,13 +105,26 @@ def is_broken(memory, sensor):
 @inlined
 def others_agree(inputs, sensing, memory, sensor):
     """Whether the readings of another sensor have been accepted of late and turn as propagated."""
-    agree = False
+    return directions_in_agreement(inputs, sensing, memory, sensor) > 0
+
+
+@inlined
+def directions_in_agreement(inputs, sensing, memory, sensor):
+    """Number of directions by other sensors that agree with the filter.
+
+    Their readings have been accepted of late and turn as propagated. A star tracker gives two, all
+    Sun cells together give one.
+    """
+    count = cells = 0
     for k in range(SENSORS):
         recent = inputs.t_s - memory.read_s[k] <= sensing.gap
         accepted = memory.isolated[k] == USED and memory.rejected_in_a_row[k] == 0.0
-        turns = memory.missed[k] == 0.0
-        agree = agree or (k != sensor and recent and accepted and turns)
-    return agree
+        if k != sensor and recent and accepted and memory.missed[k] == 0.0:
+            if k >= SUN_CELLS:
+                cells = 1
+            else:
+                count += 2 if k == STAR_TRACKER else 1
+    return count + cells
 
 
 @inlined

@@ -11,38 +11,52 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from torquer.compile.block import Axis
 from torquer.compile.engine import inlined, plugged
 from torquer.estimation.covariance import (
     ATTITUDE,
     CALIBRATION,
+    RATE_ERROR,
     States,
     turn_attitude,
     update,
     variance_of,
 )
 from torquer.estimation.estimator import Estimator
-from torquer.estimation.isolation import RATE_ERROR, USED, is_broken, judge, widen
+from torquer.estimation.isolation import USED, is_broken, judge, widen
+from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, horizon_sensor
 from torquer.estimation.measurements.magnetometer import (
     MAGNETOMETER,
     magnetometer,
 )
-from torquer.estimation.measurements.measurement import SENSORS, Sensing, estimated_rows
+from torquer.estimation.measurements.measurement import (
+    SENSORS,
+    VECTORS,
+    Sensing,
+    estimated_rows,
+)
+from torquer.estimation.measurements.star_tracker import (
+    PAST,
+    STAR_TRACKER,
+    keep_rotation,
+    star_tracker,
+)
+from torquer.estimation.measurements.sun_cells import SUN_CELLS, put_earthlight, sun_cell
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS, sun_sensors
+from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
 from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.state_names import axes_of
 from torquer.estimation.triad import (
     put_quaternion,
     quaternion_of,
 )
-from torquer.estimation.watch import CELLS, follow
+from torquer.estimation.watch import CELLS as WATCHED, follow
 from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.geometry.vec3 import put_vector
-from torquer.interface import UNKNOWN_ESTIMATE, Estimate
+from torquer.interface import CELLS, UNKNOWN_ESTIMATE, Estimate
 from torquer.spec import Spec
 
 NOTHING = (math.nan, math.nan, math.nan)
-#: Key of each sensor's noise, in the order of the sensors' numbers.
-NOISE_KEYS = {"magnetometer": "magnetometer_noise_nt", "sun": "sun_noise_deg"}
 #: Keys of errors of the magnetometer that may be states.
 MAGNETOMETER_ERRORS = (
     "magnetometer_bias_sigma_nt",
@@ -74,6 +88,8 @@ def advance(inputs, parameters, memory, dt, propagate, rate_of):
     propagate(inputs, parameters, memory, dt)
     follow(memory.rotation, before, quaternion_of(memory.q))
     memory.t_s = inputs.t_s
+    if parameters.sensing.r_star > 0.0:
+        keep_rotation(memory)
     widen(memory, dt)
     omega, _, lasting, noise = rate_of(inputs, parameters, memory, dt)
     take_readings(inputs, parameters, memory, omega, (lasting, noise * dt), True)
@@ -93,9 +109,13 @@ def isolated(parameters, memory):
     """Which sensors the filter judges to be wrong, as `Estimate` has them."""
     field = 1.0 if memory.isolated[MAGNETOMETER] != USED else 0.0
     sun = 1.0 if memory.isolated[SUN_SENSORS] != USED else 0.0
+    stars = 1.0 if memory.isolated[STAR_TRACKER] != USED else 0.0
+    horizon, cells = 1.0 if memory.isolated[HORIZON_SENSOR] != USED else 0.0, 0.0
+    for k in range(SUN_CELLS, SENSORS):
+        cells = 1.0 if memory.isolated[k] != USED else cells
     doubtful = memory.rate_error > 0.0 or memory.unrest > 0.0
     gyro = parameters.sensing.has_gyro if doubtful else 0.0
-    return (field, 0.0, gyro, sun, 0.0, 0.0)
+    return (field, 0.0, gyro, sun, stars, 0.0, horizon, cells)
 
 
 @inlined
@@ -116,19 +136,32 @@ def take_readings(inputs, parameters, memory, omega, rate_variances, judged):
     tested, too.
     """
     at = inputs.read_at
-    for sensor in range(SENSORS):
+    for sensor in range(int(parameters.sensing.after_last)):
         if sensor == MAGNETOMETER:
             m = magnetometer(inputs, parameters, memory, omega)
             read_s, innovation = at.magnetometer_s, memory.innovation_magnetometer
-        else:
+        elif sensor == SUN_SENSORS:
             m = sun_sensors(inputs, parameters, memory, omega)
             read_s, innovation = at.sun_sensors_s, memory.innovation_sun
+        elif sensor == STAR_TRACKER:
+            m = star_tracker(inputs, parameters, memory, omega, rate_variances[1])
+            read_s, innovation = at.attitude_sensor_s, memory.innovation_star_tracker
+        elif sensor == HORIZON_SENSOR:
+            m = horizon_sensor(inputs, parameters, memory, omega)
+            read_s, innovation = at.horizon_sensor_s, memory.innovation_horizon
+        else:
+            if sensor == SUN_CELLS:
+                put_earthlight(inputs, parameters.sensing, memory)
+            m = sun_cell(inputs, parameters, memory, sensor - SUN_CELLS, omega)
+            read_s, innovation = at.sun_cells_s, memory.innovation_cell
         put_vector(innovation, NOTHING)
         if m.count > 0:
             memory.read_s[sensor] = read_s
             if judged:
                 judge(inputs, parameters, memory, m, sensor, rate_variances)
             take(parameters.sensing, memory, m, sensor, innovation)
+        if sensor >= SUN_CELLS:
+            memory.innovation_sun_cells[sensor - SUN_CELLS] = innovation[0]
 
 
 @inlined
@@ -144,6 +177,8 @@ def take(sensing, memory, m, sensor, innovation):
         row[sensor] += 1.0
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
+    if sensor >= SUN_CELLS:
+        gate = sensing.gate_1
     used = gate if memory.isolated[sensor] == USED else -1.0
     p, gain, correction = memory.covariance, memory.gain, memory.correction
     nis, accepted, e = update(p, gain, correction, m, used, estimated_rows(sensing, p))
@@ -185,8 +220,15 @@ def memory_of(n: int) -> dict:
         "correction": row,
         "innovation_magnetometer": NOTHING,
         "innovation_sun": NOTHING,
-        "watched": (((-math.inf,) * CELLS,) * 2,) * SENSORS,
+        "innovation_star_tracker": NOTHING,
+        "innovation_horizon": NOTHING,
+        "innovation_sun_cells": (math.nan,) * CELLS,
+        "innovation_cell": NOTHING,
+        "earthlight": (0.0, 0.0, 0.0),
+        "watched": (((-math.inf,) * WATCHED,) * 2,) * VECTORS,
         "rotation": (0.0, 0.0, 0.0, 1.0),
+        "past": ((-math.inf, 0.0, 0.0, 0.0, 1.0),) * PAST,
+        "past_next": 0.0,
         "missed": (0.0,) * SENSORS,
         "rate_error": 0.0,
         "doubted_s": (-math.inf, -math.inf),
@@ -200,11 +242,10 @@ def memory_of(n: int) -> dict:
     }
 
 
-#: What filters log.
-LOG = dict.fromkeys(
-    ("innovation_magnetometer", "innovation_sun", "refused", "starts", "isolated", "not_started"),
-    "1",
-)
+#: What filters log, besides the innovations of their sensors.
+LOG = dict.fromkeys(("refused", "starts", "not_started"), "1") | {
+    "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * SENSORS),)
+}
 
 
 def keys_of(spec: type[Spec]) -> str:
@@ -212,16 +253,16 @@ def keys_of(spec: type[Spec]) -> str:
     return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
 
 
-class Filter(Spec):
+class Filter(SensorKeys):
     """A Kalman filter; noise as the filter believes it.
 
-    The filter starts by TRIAD from the latest readings, unless their angle is not that of the
-    models, and again where the standard deviation of the attitude, that of all axes together,
-    exceeds `lost_sigma_deg`. Without Sun sensors it starts with several hypotheses about the turn
-    around the field, and states their spread until they agree; without a magnetometer it must be
-    handed an attitude. Where other estimators have worked before it, in other modes, it takes over
-    an attitude that is not older than `longest_gap_s` and better than its own; after a longer gap
-    it starts again.
+    The filter starts from a reading of the star tracker or by TRIAD from the latest directions,
+    unless their angle is not that of the models, and again where the standard deviation of the
+    attitude, that of all axes together, exceeds `lost_sigma_deg`. With the magnetometer alone it
+    starts with several hypotheses about the turn around the field, and states their spread until
+    they agree; with another direction alone it must be handed an attitude. Where other estimators
+    have worked before it, in other modes, it takes over an attitude that is not older than
+    `longest_gap_s` and better than its own; after a longer gap it starts again.
 
     Sensors and motion are watched. A sensor is isolated while its readings stay though the body
     turns, while its field is not as large as that of the model, or while it sees the Sun in the
@@ -239,15 +280,6 @@ class Filter(Spec):
     remembers: ClassVar[dict] = {}
     #: The kernel for the magnetometer alone, and what makes its further memory for n states.
     by_field: ClassVar[tuple[Callable, Callable[[int], dict]]]
-    sensors: tuple[Literal["magnetometer", "sun"], ...] = ("magnetometer", "sun")
-    """Sensors that the filter uses."""
-    magnetometer_noise_nt: Annotated[float, Field(gt=0.0)] | None = None
-    """Standard deviation of each component of a magnetometer reading, errors of the field model
-    included; given if the filter uses the magnetometer.
-    """
-    sun_noise_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
-    """Standard deviation of each component of a Sun reading; given if the filter uses Sun sensors.
-    """
     magnetometer_bias_sigma_nt: Annotated[float, Field(gt=0.0)] | None = None
     """Estimate the magnetometer's bias, too, with this standard deviation about zero at the start;
     left out: no bias.
@@ -282,20 +314,7 @@ class Filter(Spec):
     """Record the states beyond the attitude, and the covariance matrix of all errors."""
 
     @model_validator(mode="after")
-    def _noise_of_each_sensor(self):
-        if not self.sensors or len(set(self.sensors)) < len(self.sensors):
-            raise ValueError(
-                f"sensors: must name one or two different sensors; received {list(self.sensors)}"
-            )
-        for sensor, key in NOISE_KEYS.items():
-            value = getattr(self, key)
-            if (value is None) == (sensor in self.sensors):
-                must = "given" if value is None else "left out"
-                received = "none" if value is None else f"{value:g}"
-                raise ValueError(
-                    f"{key}: must be {must} with sensors = {list(self.sensors)}; "
-                    f"received {received}"
-                )
+    def _errors_of_the_magnetometer(self):
         for key in MAGNETOMETER_ERRORS:
             if "magnetometer" not in self.sensors and getattr(self, key) is not None:
                 raise ValueError(
@@ -345,9 +364,21 @@ class Filter(Spec):
         """Noise of the sensors and limits of the filter for the kernels."""
         from scipy.special import chdtri  # a third of a second of importing
 
+        across_deg = self.star_tracker_noise_deg or 0.0
+        about_deg = self.star_tracker_boresight_noise_deg or across_deg
         return Sensing(
             (1e-9 * (self.magnetometer_noise_nt or 0.0)) ** 2,
             math.radians(self.sun_noise_deg or 0.0) ** 2,
+            math.radians(across_deg) ** 2,
+            math.radians(about_deg) ** 2,
+            self.star_tracker_boresight or (0.0, 0.0, 1.0),
+            math.radians(self.horizon_noise_deg or 0.0) ** 2,
+            (self.cell_noise or 0.0) ** 2,
+            self.cell_albedo,
+            self.cell_albedo_error,
+            self.cells(),
+            float(self.after_last()),
+            float(chdtri(1, self.gate)),
             float(chdtri(2, self.gate)),
             float(chdtri(3, self.gate)),
             math.radians(self.lost_sigma_deg) ** 2,
@@ -383,11 +414,14 @@ class Filter(Spec):
 
     @property
     def needs(self) -> frozenset[str]:
-        """Ephemeris, and the Sun sensors where they are used."""
-        return frozenset({"ephemeris", *({"sun"} & set(self.sensors))})
+        """Ephemeris, and those sensors used that are not always read."""
+        return frozenset({"ephemeris", *({"sun", "horizon", "sun_cells"} & set(self.sensors))})
 
     def logs(self) -> dict:
         """What is logged: names in the memory, units or axes."""
         by_field = {"hypotheses": "1"} if self.starts_by_field else {}
         covariance = axes_of(self.initial_variances()) if self.record_covariance else {}
-        return LOG | by_field | covariance
+        innovations = {
+            f"innovation_{sensor}": "1" for sensor in NOISE_KEYS if sensor in self.sensors
+        }
+        return innovations | LOG | by_field | covariance

@@ -10,21 +10,35 @@ from torquer.estimation.covariance import (
     put_uncorrelated,
     variance_of,
 )
-from torquer.estimation.isolation import CONTRADICTS, doubt_motion, is_broken, others_agree
+from torquer.estimation.directions import contradicts, direction_of
+from torquer.estimation.isolation import (
+    CONTRADICTS,
+    directions_in_agreement,
+    doubt_motion,
+    is_broken,
+    others_agree,
+)
+from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR
 from torquer.estimation.measurements.magnetometer import MAGNETOMETER
-from torquer.estimation.measurements.measurement import SENSORS, as_of_now, is_usable
+from torquer.estimation.measurements.measurement import (
+    SENSORS,
+    VECTORS,
+    as_of_now,
+    is_field_alone,
+)
+from torquer.estimation.measurements.star_tracker import STAR_TRACKER, is_attitude
+from torquer.estimation.measurements.sun_cells import SUN_CELLS
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
 from torquer.estimation.triad import (
     LEAST_SINE,
     by_two,
     contradict,
-    field_at,
     put_quaternion,
     quaternion_of,
     sine_between,
 )
 from torquer.geometry.quaternion import multiply, normalised, rotate
-from torquer.geometry.vec3 import cross, dot, unit
+from torquer.geometry.vec3 import cross, dot, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0
@@ -37,14 +51,19 @@ NOT_STARTED = (
     "no reading of the gyro",
     "no usable reading of the magnetometer",
     "no usable reading of the Sun sensors",
-    "field and Sun are parallel",
-    "the angle between field and Sun is not that of the models",
+    "the directions read are parallel",
+    "the angle between two directions is not that of the models",
     "TRIAD is less accurate than lost_sigma_deg",
     "without a magnetometer it must be handed an attitude by another estimator",
+    "no usable reading of the star tracker",
+    "the star tracker contradicts a direction",
+    "no usable reading of the horizon sensor",
+    "fewer than three Sun cells in the light",
 )
 STARTED, NO_RATE, NO_FIELD, NO_SUN, PARALLEL, CONTRADICTORY, INACCURATE, ONE_SENSOR = map(
-    float, range(len(NOT_STARTED))
+    float, range(8)
 )
+NO_STARS, OTHER_STARS, NO_NADIR, FEW_CELLS = 8.0, 9.0, 10.0, 11.0
 
 
 @plugged
@@ -63,7 +82,7 @@ def has_attitude(inputs, parameters, memory, begin, rate_of):
 def rejected_sensor(sensing, memory):
     """A sensor whose readings have been rejected all the time; -1 for none."""
     found = -1
-    for sensor in range(SENSORS):
+    for sensor in range(int(sensing.after_last)):
         if (
             not is_broken(memory, sensor)
             and memory.rejected_in_a_row[sensor] >= sensing.most_refused
@@ -100,7 +119,7 @@ def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
     taken_over = must and variance < math.inf and takes_over(inputs, parameters.sensing, memory)
     memory.not_started = NO_RATE if not variance < math.inf else STARTED
     if not taken_over and variance < math.inf:
-        memory.not_started = start_by_triad(inputs, parameters, memory, omega)
+        memory.not_started = start_by_readings(inputs, parameters, memory, rejected, omega)
         if memory.not_started != STARTED and (must or rejected >= 0):
             use_one_direction(inputs, parameters, memory, must, rejected, omega)
     started = memory.not_started == STARTED
@@ -120,12 +139,12 @@ def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
 def use_one_direction(inputs, parameters, memory, must, rejected, omega):
     """What a single direction allows.
 
-    A filter without Sun sensors starts by the field. A sensor whose readings are rejected while
-    others agree with the filter is isolated. Otherwise the filter must be wrong: its attitude is
-    turned to fit the rejected sensor's reading, and is as uncertain as before the first one; so are
-    the other states, which keep their values.
+    A filter with the magnetometer alone starts by the field. A sensor whose readings are rejected
+    while others agree with the filter is isolated. Otherwise the filter must be wrong: its attitude
+    is turned to fit the rejected sensor's reading, and is as uncertain as before the first one; so
+    are the other states, which keep their values.
     """
-    alone = must and parameters.sensing.r_sun == 0.0
+    alone = must and is_field_alone(parameters.sensing)
     if not must and others_agree(inputs, parameters.sensing, memory, rejected):
         memory.isolated[rejected] = CONTRADICTS
         memory.rejected_in_a_row[rejected] = 0.0
@@ -141,45 +160,116 @@ def use_one_direction(inputs, parameters, memory, must, rejected, omega):
 
 
 @inlined
+def start_by_readings(inputs, parameters, memory, rejected, omega):
+    """Attitude from the latest readings; STARTED, or why there is none.
+
+    Where the other sensors determine the attitude and agree with the filter, the rejected one is
+    wrong, and nothing is to be started. `rejected`: see `find_attitude`.
+    """
+    sensing, found = parameters.sensing, ONE_SENSOR
+    if rejected >= 0 and directions_in_agreement(inputs, sensing, memory, rejected) > 1:
+        return found
+    if sensing.r_star > 0.0:
+        found = start_by_stars(inputs, parameters, memory, rejected, omega)
+    if found != STARTED:
+        by_two_directions = start_by_triad(inputs, parameters, memory, omega)
+        if by_two_directions != ONE_SENSOR:
+            found = by_two_directions
+    return found
+
+
+@inlined
+def start_by_stars(inputs, parameters, memory, rejected, omega):
+    """Attitude from the latest reading of the star tracker; STARTED, or why there is none.
+
+    More directions must not contradict it than agree; that of a rejected sensor must agree.
+    """
+    sensing, read, at_s = (
+        parameters.sensing,
+        inputs.q_body_to_inertial,
+        inputs.read_at.attitude_sensor_s,
+    )
+    usable = is_attitude(sensing.r_star, read, at_s, inputs.t_s - sensing.gap)
+    if is_broken(memory, STAR_TRACKER) or not usable:
+        return NO_STARS
+    q, contradicting = normalised(read), 0
+    for sensor in range(SUN_CELLS + 1):
+        d = direction_of(inputs, parameters, sensor)
+        if d.is_usable and not is_broken(memory, sensor):
+            if not contradicts(q, d, scale(at_s - d.read_s, omega)):
+                contradicting -= 1
+            else:
+                contradicting += SENSORS if sensor == rejected else 1
+    if contradicting > 0:
+        return OTHER_STARS
+    total = 2.0 * sensing.r_star + sensing.r_star_about
+    memory.read_s[:] = -math.inf
+    put_attitude(memory, at_s, q, min(_WIDER * total, UNINFORMED))
+    return STARTED
+
+
+@inlined
 def start_by_triad(inputs, parameters, memory, omega):
     """Attitude by TRIAD from the latest readings; STARTED, or why there is none.
+
+    Two directions are tried after another two, in the order of the sensors' numbers.
+    """
+    found = ONE_SENSOR
+    for first in range(SUN_CELLS + 1):
+        for second in range(first + 1, SUN_CELLS + 1):
+            if found != STARTED:
+                a = direction_of(inputs, parameters, first)
+                b = direction_of(inputs, parameters, second)
+                if a.is_used and b.is_used:
+                    missing = not_read(memory, a, first)
+                    if missing == STARTED:
+                        missing = not_read(memory, b, second)
+                    found = missing
+                    if missing == STARTED:
+                        once = second == SUN_CELLS
+                        found = start_by_two(parameters, memory, a, b, omega, once)
+    return found
+
+
+@inlined
+def not_read(memory, d, sensor):
+    """Why a sensor has no usable reading; STARTED if it has."""
+    if d.is_usable and not is_broken(memory, sensor):
+        return STARTED
+    if sensor == MAGNETOMETER:
+        return NO_FIELD
+    if sensor == SUN_SENSORS:
+        return NO_SUN
+    return NO_NADIR if sensor == HORIZON_SENSOR else FEW_CELLS
+
+
+@inlined
+def start_by_two(parameters, memory, one, other, omega, once):
+    """Attitude by TRIAD from two directions; STARTED, or why there is none.
 
     Readings of different times are turned to that of the later one, with omega; the uncertainty of
     the rate before the first estimate counts. The filter then takes the same readings, from a
     covariance so wide that they count once: thus its own covariance is right with a magnetometer
-    bias, too. The more accurate direction comes first. The time of the filter becomes that of the
-    later reading.
+    bias, too; or, `once`, it takes those of TRIAD only, from the covariance of TRIAD: to a filter
+    that is so uncertain single Sun cells say nothing. The more accurate direction comes first. The
+    time of the filter becomes that of the later reading.
     """
-    sensing, prior, at = parameters.sensing, parameters.prior, inputs.read_at
-    field_s, sun_s, b, sun = at.magnetometer_s, at.sun_sensors_s, inputs.b_body_t, inputs.sun_body
-    if min(sensing.r_field, sensing.r_sun) == 0.0:
-        return ONE_SENSOR
-    if is_broken(memory, MAGNETOMETER):
-        return NO_FIELD
-    if is_broken(memory, SUN_SENSORS):
-        return NO_SUN
-    if not is_usable(sensing.r_field, b, inputs.t_s - field_s, sensing.gap):
-        return NO_FIELD
-    if not is_usable(sensing.r_sun, sun, inputs.t_s - sun_s, sensing.gap):
-        return NO_SUN
-    later_s, apart = max(field_s, sun_s), field_s - sun_s
-    b, sun = as_of_now(omega, -apart, b), as_of_now(omega, apart, sun)
-    if not sine_between(b, sun) > LEAST_SINE:
+    prior = parameters.prior
+    later_s, apart = max(one.read_s, other.read_s), one.read_s - other.read_s
+    a, b = as_of_now(omega, -apart, one.v), as_of_now(omega, apart, other.v)
+    if not sine_between(a, b) > LEAST_SINE:
         return PARALLEL
-    b_inertial, sun_inertial = field_at(inputs, field_s), inputs.ephemeris.sun_inertial
     mounted = (prior.gyro_scale + prior.gyro_misalignment) * dot(omega, omega)
     carried = (prior.gyro_bias + prior.rate + mounted) * apart * apart
-    r = (sensing.r_field + prior.magnetometer_bias) / dot(b, b)
-    r += prior.magnetometer_scale + prior.magnetometer_misalignment
-    r += carried if apart < 0.0 else 0.0
-    s = sensing.r_sun + (carried if apart > 0.0 else 0.0)
-    if contradict(b, sun, b_inertial, sun_inertial, r + s):
+    r = one.r + (carried if apart < 0.0 else 0.0)
+    s = other.r + (carried if apart > 0.0 else 0.0)
+    if contradict(a, b, one.reference, other.reference, r + s):
         return CONTRADICTORY
-    q, total = by_two(b, sun, b_inertial, sun_inertial, r, s, s <= r)
-    if not total <= sensing.lost:
+    q, total = by_two(a, b, one.reference, other.reference, r, s, s <= r)
+    if not total <= parameters.sensing.lost:
         return INACCURATE
-    memory.read_s[:] = -math.inf
-    put_attitude(memory, later_s, q, min(_WIDER * total, UNINFORMED))
+    memory.read_s[:] = later_s if once else -math.inf
+    put_attitude(memory, later_s, q, total if once else min(_WIDER * total, UNINFORMED))
     return STARTED
 
 
@@ -191,19 +281,15 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     The remaining angle is found as the field turns along the orbit: see `hypotheses`. (The Sun's
     direction does not turn: from it alone that angle is never found.)
     """
-    sensing, at, q = parameters.sensing, inputs.read_at, (0.0, 0.0, 0.0, 1.0)
-    v, reference = inputs.sun_body, inputs.ephemeris.sun_inertial
-    read_s, r = at.sun_sensors_s, sensing.r_sun
-    if sensor == MAGNETOMETER:
-        read_s, r = at.magnetometer_s, sensing.r_field
-        v, reference = inputs.b_body_t, field_at(inputs, read_s)
-    if not is_usable(r, v, inputs.t_s - read_s, sensing.gap):
+    d, q = direction_of(inputs, parameters, sensor), (0.0, 0.0, 0.0, 1.0)
+    if not d.is_usable:
         return False
+    read_s, v = d.read_s, d.v
     if memory.starts > 0.0:
         q = quaternion_of(memory.q)
         read_s, v = inputs.t_s, as_of_now(omega, inputs.t_s - read_s, v)
     memory.read_s[:] = -math.inf
-    put_attitude(memory, read_s, fitted(q, v, reference), parameters.prior.attitude)
+    put_attitude(memory, read_s, fitted(q, v, d.reference), parameters.prior.attitude)
     return True
 
 
@@ -242,7 +328,7 @@ def takes_over(inputs, sensing, memory):
 def put_attitude(memory, t_s, q, variance):
     """Start from an attitude of this variance about each axis; no reading is rejected so far."""
     if not t_s >= memory.t_s:
-        for sensor in range(SENSORS):
+        for sensor in range(VECTORS):
             memory.watched[sensor, 0, 0] = -math.inf
     memory.t_s = t_s
     memory.starts += 1.0

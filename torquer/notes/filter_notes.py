@@ -9,7 +9,7 @@ from torquer.scenario.spec import Scenario
 
 def filter_notes(scenario: Scenario) -> list[str]:
     """Notes on filters, one line each."""
-    return [*_step_notes(scenario), *_model_notes(scenario)]
+    return [*_step_notes(scenario), *_model_notes(scenario), *_albedo_notes(scenario)]
 
 
 def _filters(scenario: Scenario) -> list[Filter]:
@@ -46,4 +46,16 @@ def _model_notes(scenario: Scenario) -> list[str]:
         "which does not average out): torquer filter-check shows the effect"
         for noise_nt in dict.fromkeys(given)
         if noise_nt < whole_nt
+    ]
+
+
+def _albedo_notes(scenario: Scenario) -> list[str]:
+    """On the light of the Earth that Sun cells see and a filter ignores."""
+    cells = scenario.spacecraft.sun_cells
+    users = [spec for spec in _filters(scenario) if "sun_cells" in spec.sensors]
+    if cells is None or cells.albedo == 0.0 or all(spec.cell_albedo > 0.0 for spec in users):
+        return []
+    return [
+        f"a filter takes the signals of Sun cells for sunlight alone (cell_albedo = 0), but they "
+        f"see an Earth of albedo {cells.albedo:g}: it will be wrong and sure of itself"
     ]

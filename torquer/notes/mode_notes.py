@@ -37,6 +37,8 @@ def facts_of(scenario: Scenario) -> Facts:
         sensors.remove("search_coil")
     if scenario.spacecraft.wheels is None:
         sensors.remove("tachometers")
+    if scenario.spacecraft.sun_cells is None:
+        sensors.remove("sun_cells")
     return Facts(
         step_s=control.sample_s,
         kinds={name: spec.kind for name, spec in specs.items()},

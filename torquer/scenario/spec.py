@@ -27,8 +27,10 @@ from torquer.spacecraft.disturbance.held import NO_HELD_TORQUE, HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import NONE_UNMODELLED, Unmodelled
 from torquer.spacecraft.failures import Interval
 from torquer.spacecraft.gyro import Gyro
+from torquer.spacecraft.horizon_sensor import HorizonSensor
 from torquer.spacecraft.magnetometer import Magnetometer
 from torquer.spacecraft.sampling import Sampled
+from torquer.spacecraft.sun_cells import SunCells
 from torquer.spacecraft.sun_sensor import SunSensors
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.spec import Spec
@@ -62,6 +64,10 @@ class Spacecraft(Spec):
     """Sun sensors; left out: ideal ones that see the whole sky."""
     attitude_sensor: AttitudeSensor = AttitudeSensor()
     """Attitude sensor; left out: an ideal one."""
+    horizon_sensor: HorizonSensor | None = None
+    """Horizon sensor; left out: an ideal one where it is used."""
+    sun_cells: SunCells | None = None
+    """Single Sun cells; left out: none."""
     aerodynamics: Aerodynamics | None = None
     """Parts of the body on which the air acts; left out: no aerodynamic torque."""
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 _ZERO = (0.0, 0.0, 0.0)
 #: All that the computer can be given, whatever the estimator.
-_NEEDS = frozenset({"sun", "search_coil", "ephemeris"})
+_NEEDS = frozenset({"sun", "search_coil", "horizon", "sun_cells", "ephemeris"})
 
 
 class Snapshot(NamedTuple):

@@ -13,7 +13,7 @@ from torquer.compile.block import Block
 from torquer.control.computer import BEGIN, FIRST_ESTIMATOR, Blocks, Board, Computer
 from torquer.control.law import Law
 from torquer.control.modes.table import LAW
-from torquer.interface import KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import CELLS, KNOWN, Command, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.simulation.signals import noted_signals
 from torquer.simulation.state import Plan, State, arrays_of
 
@@ -31,16 +31,18 @@ def _part(first: str, count: int) -> slice:
 
 #: Places in the record; a tuple is cut faster than its names are looked up.
 _B, _B_RATE, _OMEGA, _SUN = (_part(f"{name}_x", 3) for name in ("b", "b_rate", "omega", "sun"))
-_Q, _WHEELS, _COILS, _TIMES = (
+_Q, _WHEELS, _COILS, _NADIR, _CELLS, _TIMES = (
     _part("q_x", 4),
     _part("wheels_x", 3),
     _part("coils_x", 3),
-    _part("b_s", 6),
+    _part("nadir_x", 3),
+    _part("cells_0", CELLS),
+    _part("b_s", len(ReadingTimes._fields)),
 )
-_ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 19), _PLACE["estimate_s"]
+_ESTIMATED, _ESTIMATED_AT = _part("estimate_s", 21), _PLACE["estimate_s"]
 _ESTIMATED_Q, _ESTIMATED_OMEGA = _part("estimate_q_x", 4), _part("estimate_omega_x", 3)
 _BIAS, _SIGMA = _part("estimate_bias_x", 3), _PLACE["sigma_rad"]
-_ISOLATED = _part("isolated_b", 6)
+_ISOLATED = _part("isolated_b", len(ReadingTimes._fields))
 _R, _V, _MODEL_B = (_part(f"{name}_x", 3) for name in ("position", "velocity", "model_b"))
 _MODEL_RATE, _TO_SUN, _SUNLIT = (
     _part("model_b_rate_x", 3),
@@ -72,6 +74,8 @@ def inputs_from(known: np.ndarray) -> Inputs:
         k[_Q],
         k[_WHEELS],
         k[_COILS],
+        k[_NADIR],
+        k[_CELLS],
         _new(ReadingTimes, k[_TIMES]),
         _new(Estimate, estimate),
         _new(Ephemeris, ephemeris),

@@ -19,7 +19,7 @@ from torquer.noise import normal3
 #: follow the motion; a command from outside is awaited.
 RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING = range(5)
 #: Streams of random numbers for the readings, from 0 on.
-STREAMS = 8
+STREAMS = 12
 _drawn_in = lane_maker(Rows((STREAMS, 3), 1))
 
 

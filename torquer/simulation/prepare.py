@@ -52,9 +52,11 @@ from torquer.simulation.state import (
 from torquer.simulation.timetable import (
     ATTITUDE_SENSOR,
     GYRO,
+    HORIZON_SENSOR,
     MAGNETOMETER,
     SEARCH_COIL,
     SENSORS,
+    SUN_CELLS,
     SUN_SENSORS,
     TACHOMETERS,
     Sampling,
@@ -69,7 +71,9 @@ from torquer.spacecraft.failures import (
     SENSOR_FAILURE,
     Failures,
 )
+from torquer.spacecraft.horizon_sensor import IDEAL_HORIZON_SENSOR
 from torquer.spacecraft.rotors import NO_ROTORS, ROTOR_STATE
+from torquer.spacecraft.sun_cells import NO_SUN_CELLS
 from torquer.spacecraft.sun_sensor import IDEAL_SUN_SENSOR, NO_SUN_SENSORS, SunSensorSet
 from torquer.spacecraft.turning import WORK_ROWS
 
@@ -179,10 +183,16 @@ def timetable_for(scenario: Scenario, needs: frozenset[str]) -> Timetable:
         GYRO: craft.gyro,
         SUN_SENSORS: craft.sun_sensors,
         ATTITUDE_SENSOR: craft.attitude_sensor,
+        HORIZON_SENSOR: craft.horizon_sensor,
+        SUN_CELLS: craft.sun_cells,
     }
     read = {sensor: _sampling(sensor, spec, step_s) for sensor, spec in specs.items()}
     if craft.sun_sensors is None and "sun" not in needs:
         del read[SUN_SENSORS]
+    if craft.horizon_sensor is None and "horizon" not in needs:
+        del read[HORIZON_SENSOR]
+    if craft.sun_cells is None:
+        del read[SUN_CELLS]
     if "search_coil" in needs:
         read[SEARCH_COIL] = Sampling()
     if craft.wheels is not None:
@@ -242,6 +252,10 @@ def plant_of(scenario: Scenario, needs: frozenset[str]) -> Plant:
         gyro=craft.gyro.pack(),
         sun_sensors=_sun_sensors(scenario, needs),
         attitude_sensor=craft.attitude_sensor.pack(),
+        horizon_sensor=craft.horizon_sensor.pack()
+        if craft.horizon_sensor
+        else IDEAL_HORIZON_SENSOR,
+        sun_cells=craft.sun_cells.pack() if craft.sun_cells else NO_SUN_CELLS,
         tachometer_noise_rad_s=wheels.speed_noise_rad_s if wheels else 0.0,
         shadow=scenario.orbit_environment().shadow,
         failures=failures_of(scenario),

@@ -42,6 +42,7 @@ from torquer.simulation.size import piece_steps
 from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
 from torquer.simulation.step import Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
+from torquer.spacecraft.attitude_sensor import excludes_sun
 from torquer.spacecraft.coils import fail_coils, switch_off_coils
 from torquer.spacecraft.failures import is_halted
 from torquer.spacecraft.sun_sensor import NO_SUN_SENSORS
@@ -280,7 +281,9 @@ def _tables_needed(scenario: Scenario, plan: Plan) -> frozenset[str]:
     """What is read besides the orbit's table: the Sun, the air, light that pushes, the place on the
     orbit, an ephemeris that is not the truth."""
     light = scenario.disturbance is not None and scenario.disturbance.solar_pressure is not None
-    sun = plan.plant.sun_sensors is not NO_SUN_SENSORS or plan.needs_ephemeris or light
+    plant = plan.plant
+    sun = plant.sun_sensors is not NO_SUN_SENSORS or excludes_sun(plant.attitude_sensor)
+    sun = sun or plan.needs_ephemeris or light or scenario.spacecraft.sun_cells is not None
     air = bool(scenario.spacecraft.aerodynamics)
     angle = bool(scenario.acting_torques())
     own = plan.needs_ephemeris and scenario.believed_environment() != scenario.orbit_environment()

@@ -3,81 +3,59 @@
 What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
 """
 
+import math
+
 from torquer.compile.engine import inner, internal
+from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import sunlit_fraction_at
 from torquer.environment.table import lookup3, lookup6, rate_from
-from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate, rotate_inverse
-from torquer.geometry.vec3 import add, cross, norm, sub, unit
+from torquer.geometry.quaternion import rotate_inverse
+from torquer.geometry.vec3 import cross, norm, scale, sub, unit
 from torquer.interface import Ephemeris, put_ephemeris
-from torquer.noise import normal3
 from torquer.simulation.members import draw, drawn_for, each, each_alone
+from torquer.simulation.readings import (
+    change_readings,
+    chosen,
+    deliver_step,
+    put_late,
+    sensors_at_work,
+)
 from torquer.simulation.state import motion_of
 from torquer.simulation.timetable import (
     ANY_DELIVERY,
     ATTITUDE_SENSOR,
-    DELIVER,
     GYRO,
+    HORIZON_SENSOR,
     MAGNETOMETER,
     READ,
     SEARCH_COIL,
+    SUN_CELLS,
     SUN_SENSORS,
     TACHOMETERS,
 )
-from torquer.spacecraft import attitude_sensor, gyro, magnetometer, sun_sensor
-from torquer.spacecraft.attitude_sensor import read_attitude
-from torquer.spacecraft.coils import present_dipole
-from torquer.spacecraft.failures import (
-    CHANGED,
-    FIRST_STREAM,
-    REPLACED,
-    STUCK,
-    changed_vector,
-    error_of,
+from torquer.spacecraft import (
+    attitude_sensor,
+    gyro,
+    horizon_sensor,
+    magnetometer,
+    sun_cells,
+    sun_sensor,
 )
+from torquer.spacecraft.attitude_sensor import (
+    Sky,
+    earth_cosine,
+    excludes_sun,
+    is_blind,
+    read_attitude,
+)
+from torquer.spacecraft.coils import present_dipole
 from torquer.spacecraft.gyro import read_rate, walked_bias
+from torquer.spacecraft.horizon_sensor import centre_of_disc, read_horizon
 from torquer.spacecraft.magnetometer import read_field
+from torquer.spacecraft.sun_cells import read_cell
 from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
-
-
-@internal
-def put_reading(known, sensor, t_s, x, y, z, w):
-    """Give a reading to the computer."""
-    if sensor == MAGNETOMETER:
-        known.b_s, known.b_x, known.b_y, known.b_z = t_s, x, y, z
-    elif sensor == GYRO:
-        known.omega_s, known.omega_x, known.omega_y, known.omega_z = t_s, x, y, z
-    elif sensor == SUN_SENSORS:
-        known.sun_s, known.sun_x, known.sun_y, known.sun_z = t_s, x, y, z
-    elif sensor == ATTITUDE_SENSOR:
-        known.q_s, known.q_x, known.q_y, known.q_z, known.q_w = t_s, x, y, z, w
-
-
-@inner
-def deliver_step(member, actions):
-    """Let the late readings that are due reach the computer."""
-    for sensor in (MAGNETOMETER, GYRO, SUN_SENSORS, ATTITUDE_SENSOR):
-        if actions & (DELIVER << sensor):
-            r = member.state.sensors[sensor]
-            put_reading(member.state.board.known[0], sensor, r.t_s, r.x, r.y, r.z, r.w)
-
-
-@internal
-def chosen(condition, a, b):
-    """a where the condition holds, else b."""
-    return a if condition else b
-
-
-@internal
-def put_late(is_late, reading, t, x, y, z, w):
-    """Send a reading on its way to the computer if it is late.
-
-    Written in any case: stores under a condition keep a loop over members from being vectorised.
-    """
-    r = reading
-    r.t_s, r.w = chosen(is_late, t, r.t_s), chosen(is_late, w, r.w)
-    r.x, r.y, r.z = chosen(is_late, x, r.x), chosen(is_late, y, r.y), chosen(is_late, z, r.z)
 
 
 @inner
@@ -88,10 +66,10 @@ def sun_and_light(shadow, orbit, sun, t):
 
 
 @inner
-def sunlight_at(plant, tables, t):
+def sunlight_at(plant, albedo, tables, t):
     """What Sun sensors receive: direction to the Sun, visible part of it, light of the Earth."""
     direction, sunlit_fraction = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
-    of_earth, albedo = (0.0, 0.0, 0.0), plant.sun_sensors.albedo
+    of_earth = (0.0, 0.0, 0.0)
     if albedo > 0.0:
         of_earth = earthlight(albedo, lookup3(tables.orbit, t), direction)
     return direction, sunlit_fraction, of_earth
@@ -178,13 +156,30 @@ def sun_sensors_step(member, late, sunlight, t):
     known.sun_z = chosen(is_late, known.sun_z, sz)
 
 
+@inner
+def sky_at(plant, tables, t):
+    """What may blind the attitude sensor."""
+    sensor, nothing = plant.attitude_sensor, (0.0, 0.0, 0.0)
+    sun, nadir, cosine = nothing, nothing, earth_cosine(sensor, EARTH_RADIUS_M)
+    if excludes_sun(sensor):
+        sun, _ = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
+    if sensor.earth_rad >= 0.0:
+        r = lookup3(tables.orbit, t)
+        nadir, cosine = scale(-1.0, unit(r)), earth_cosine(sensor, norm(r))
+    return Sky(sun, nadir, cosine)
+
+
 @internal
-def attitude_sensor_step(member, late, t):
-    """A reading of the attitude sensor."""
+def attitude_sensor_step(member, late, sky, t):
+    """A reading of the attitude sensor; NaN where it is blinded."""
     state, drawn = member.state, drawn_for(member, attitude_sensor.STREAM)
     state.sensors[ATTITUDE_SENSOR].count += 1.0
-    q = motion_of(state.cells).q
-    qx, qy, qz, qw = read_attitude(member.constants.attitude_sensor, q, drawn)
+    sensor, x = member.constants.attitude_sensor, motion_of(state.cells)
+    sun_body, nadir_body = rotate_inverse(x.q, sky.sun), rotate_inverse(x.q, sky.nadir)
+    blind = is_blind(sensor, x.omega, sun_body, nadir_body, sky.earth_cosine)
+    qx, qy, qz, qw = read_attitude(sensor, x.q, drawn)
+    qx, qy = chosen(blind, math.nan, qx), chosen(blind, math.nan, qy)
+    qz, qw = chosen(blind, math.nan, qz), chosen(blind, math.nan, qw)
     is_late, known = late & (READ << ATTITUDE_SENSOR) != 0, state.board.known[0]
     put_late(is_late, state.sensors[ATTITUDE_SENSOR], t, qx, qy, qz, qw)
     known.q_s = chosen(is_late, known.q_s, t)
@@ -192,6 +187,53 @@ def attitude_sensor_step(member, late, t):
     known.q_y = chosen(is_late, known.q_y, qy)
     known.q_z = chosen(is_late, known.q_z, qz)
     known.q_w = chosen(is_late, known.q_w, qw)
+
+
+@internal
+def horizon_sensor_step(member, late, centre, t):
+    """A reading of the horizon sensor; `centre`: of the Earth's infrared disc (inertial)."""
+    state, drawn = member.state, drawn_for(member, horizon_sensor.STREAM)
+    state.sensors[HORIZON_SENSOR].count += 1.0
+    x = motion_of(state.cells)
+    seen = rotate_inverse(x.q, centre)
+    nx, ny, nz = read_horizon(member.constants.horizon_sensor, x.omega, seen, drawn)
+    is_late, known = late & (READ << HORIZON_SENSOR) != 0, state.board.known[0]
+    put_late(is_late, state.sensors[HORIZON_SENSOR], t, nx, ny, nz, 0.0)
+    known.nadir_s = chosen(is_late, known.nadir_s, t)
+    known.nadir_x = chosen(is_late, known.nadir_x, nx)
+    known.nadir_y = chosen(is_late, known.nadir_y, ny)
+    known.nadir_z = chosen(is_late, known.nadir_z, nz)
+
+
+@internal
+def sun_cells_step(member, late, sunlight, t):
+    """Signals of the Sun cells; `sunlight`: as for the Sun sensors."""
+    state, q = member.state, motion_of(member.state.cells).q
+    state.sensors[SUN_CELLS].count += 1.0
+    cells, (direction, lit, of_earth) = member.constants.sun_cells, sunlight
+    sun, earth = rotate_inverse(q, direction), rotate_inverse(q, of_earth)
+    a, b, c = drawn_for(member, sun_cells.STREAM)
+    d, e, f = drawn_for(member, sun_cells.MORE_STREAM)
+    a, b = read_cell(cells, 0, sun, lit, earth, a), read_cell(cells, 1, sun, lit, earth, b)
+    c, d = read_cell(cells, 2, sun, lit, earth, c), read_cell(cells, 3, sun, lit, earth, d)
+    e, f = read_cell(cells, 4, sun, lit, earth, e), read_cell(cells, 5, sun, lit, earth, f)
+    is_late, known, r = late & (READ << SUN_CELLS) != 0, state.board.known[0], state.sensors
+    put_late(is_late, r[SUN_CELLS], t, a, b, c, d)
+    r[SUN_CELLS].u = chosen(is_late, e, r[SUN_CELLS].u)
+    r[SUN_CELLS].v = chosen(is_late, f, r[SUN_CELLS].v)
+    known.cells_s = chosen(is_late, known.cells_s, t)
+    known.cells_0, known.cells_1 = (
+        chosen(is_late, known.cells_0, a),
+        chosen(is_late, known.cells_1, b),
+    )
+    known.cells_2, known.cells_3 = (
+        chosen(is_late, known.cells_2, c),
+        chosen(is_late, known.cells_3, d),
+    )
+    known.cells_4, known.cells_5 = (
+        chosen(is_late, known.cells_4, e),
+        chosen(is_late, known.cells_5, f),
+    )
 
 
 @inner
@@ -207,103 +249,6 @@ def tachometers_step(member, t):
     )  # fmt: skip
     known.wheels_x, known.wheels_y, known.wheels_z = momentum
     known.wheels_s = t
-
-
-@internal
-def acts(failure, actions, t):
-    """Whether a failure acts on a reading of now."""
-    return actions & (READ << failure.sensor) != 0 and failure.from_s <= t < failure.until_s
-
-
-@inner
-def stuck_step(member, sensor, late, t):
-    """Send the last reading again, as one of now."""
-    known = member.state.board.known[0]
-    if late & (READ << sensor):
-        member.state.sensors[sensor].t_s = t
-    elif sensor == MAGNETOMETER:
-        known.b_s = t
-    elif sensor == GYRO:
-        known.omega_s = t
-    elif sensor == SUN_SENSORS:
-        known.sun_s = t
-    elif sensor == ATTITUDE_SENSOR:
-        known.q_s = t
-
-
-@inner
-def replace_step(member, sensor, value, late, t):
-    """Put a value in place of each component of the reading of now."""
-    if late & (READ << sensor):
-        r = member.state.sensors[sensor]
-        r.x, r.y, r.z, r.w = value, value, value, value
-    else:
-        put_reading(member.state.board.known[0], sensor, t, value, value, value, value)
-
-
-@internal
-def reading_of(known, sensor):
-    """A reading (x, y, z, w) that the computer has; w: 1 unless it is a quaternion's."""
-    x, y, z, w = known.b_x, known.b_y, known.b_z, 1.0
-    if sensor == GYRO:
-        x, y, z = known.omega_x, known.omega_y, known.omega_z
-    elif sensor == SUN_SENSORS:
-        x, y, z = known.sun_x, known.sun_y, known.sun_z
-    elif sensor == ATTITUDE_SENSOR:
-        x, y, z, w = known.q_x, known.q_y, known.q_z, known.q_w
-    return x, y, z, w
-
-
-@internal
-def with_error(sensor, v, w, error):
-    """A reading with an error: of directions and attitudes a rotation vector in body axes."""
-    if norm(error) == 0.0:  # a product with nothing would make what is infinite unknown
-        return v, w
-    if sensor == ATTITUDE_SENSOR:
-        x, y, z, w = multiply((v[0], v[1], v[2], w), from_rotation_vector(error))
-        return (x, y, z), w
-    if sensor == SUN_SENSORS:
-        return rotate(from_rotation_vector(error), v), w
-    return add(v, error), w
-
-
-@inner
-def change_step(member, failure, stream, late, t):
-    """Change the reading of now as a failure says."""
-    sensor = failure.sensor
-    r, known = member.state.sensors[sensor], member.state.board.known[0]
-    is_late = late & (READ << sensor) != 0
-    x, y, z, w = reading_of(known, sensor)
-    if is_late:
-        x, y, z, w = r.x, r.y, r.z, r.w
-    error = error_of(failure, normal3(member.seed, stream, int(r.count)))
-    (x, y, z), w = with_error(sensor, changed_vector(failure, (x, y, z)), w, error)
-    if is_late:
-        r.x, r.y, r.z, r.w = x, y, z, w
-    else:
-        put_reading(known, sensor, t, x, y, z, w)
-
-
-@internal
-def sensors_at_work(members, failures, late, actions, t):
-    """The actions without the readings that a failure prevents."""
-    left = actions
-    for i in range(failures.shape[0]):
-        if failures[i].kind < REPLACED and acts(failures[i], left, t):
-            left &= ~(READ << failures[i].sensor)
-            if failures[i].kind == STUCK:
-                each(members, stuck_step, failures[i].sensor, late, t)
-    return left
-
-
-@internal
-def change_readings(members, failures, late, actions, t):
-    """Replace or change what has been read, where a failure says so; in the order of failures."""
-    for i in range(failures.shape[0]):
-        if failures[i].kind == REPLACED and acts(failures[i], actions, t):
-            each(members, replace_step, failures[i].sensor, failures[i].value, late, t)
-        elif failures[i].kind == CHANGED and acts(failures[i], actions, t):
-            each(members, change_step, failures[i], FIRST_STREAM + i, late, t)
 
 
 @internal
@@ -325,10 +270,21 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
         each(members, gyro_step, late, t)
     if actions & (READ << SUN_SENSORS):
         draw(members, plant.sun_sensors.noise_rad, SUN_SENSORS, sun_sensor.STREAM)
-        each(members, sun_sensors_step, late, sunlight_at(plant, tables, t), t)
+        albedo = plant.sun_sensors.albedo
+        each(members, sun_sensors_step, late, sunlight_at(plant, albedo, tables, t), t)
     if actions & (READ << ATTITUDE_SENSOR):
-        draw(members, plant.attitude_sensor.noise_rad, ATTITUDE_SENSOR, attitude_sensor.STREAM)
-        each(members, attitude_sensor_step, late, t)
+        noise_rad = max(plant.attitude_sensor.noise_rad, plant.attitude_sensor.boresight_noise_rad)
+        draw(members, noise_rad, ATTITUDE_SENSOR, attitude_sensor.STREAM)
+        each(members, attitude_sensor_step, late, sky_at(plant, tables, t), t)
+    if actions & (READ << HORIZON_SENSOR):
+        draw(members, plant.horizon_sensor.noise_rad, HORIZON_SENSOR, horizon_sensor.STREAM)
+        centre = centre_of_disc(plant.horizon_sensor, lookup3(tables.orbit, t))
+        each(members, horizon_sensor_step, late, centre, t)
+    if actions & (READ << SUN_CELLS):
+        draw(members, plant.sun_cells.noise, SUN_CELLS, sun_cells.STREAM)
+        draw(members, plant.sun_cells.noise, SUN_CELLS, sun_cells.MORE_STREAM)
+        albedo = plant.sun_cells.albedo
+        each(members, sun_cells_step, late, sunlight_at(plant, albedo, tables, t), t)
     if actions & (READ << TACHOMETERS):
         each_alone(members, tachometers_step, t)
     change_readings(members, failures, late, actions, t)

@@ -18,8 +18,10 @@ from torquer.spacecraft.disturbance.held import HeldTorque
 from torquer.spacecraft.disturbance.unmodelled import Unmodelled
 from torquer.spacecraft.failures import Failures
 from torquer.spacecraft.gyro import GyroSet
+from torquer.spacecraft.horizon_sensor import HorizonSensorSet
 from torquer.spacecraft.magnetometer import MagnetometerSet
 from torquer.spacecraft.rotors import Rotors
+from torquer.spacecraft.sun_cells import SunCellSet
 from torquer.spacecraft.sun_sensor import SunSensorSet
 
 
@@ -66,6 +68,8 @@ class Plant(NamedTuple):
     gyro: GyroSet
     sun_sensors: SunSensorSet
     attitude_sensor: AttitudeSensorSet
+    horizon_sensor: HorizonSensorSet
+    sun_cells: SunCellSet
     tachometer_noise_rad_s: float
     shadow: Shadow
     failures: Failures
@@ -113,7 +117,7 @@ def _xyz(*names: str) -> list[str]:
 
 
 #: A sensor: number of its readings so far; the reading on its way: when it was taken, its numbers.
-SENSOR = _record("count", "t_s", "x", "y", "z", "w")
+SENSOR = _record("count", "t_s", "x", "y", "z", "w", "u", "v")
 #: Attitude and rate; what the computer last asked for; drift of the gyro and its time; energy of
 #: the coils [J], greatest dipole of one; what RK4 did by itself: damping of oscillations, lag of
 #: the rotation; adaptive steps: next one to try, of orders 8 and 5; shortest, their number, sums

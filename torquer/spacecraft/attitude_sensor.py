@@ -1,26 +1,76 @@
 """Attitude sensor: a star tracker, or a stand-in for a filter of known accuracy."""
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, model_validator
 
+from torquer import validate
 from torquer.compile.engine import inlined
+from torquer.conventions import EARTH_RADIUS_M
 from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import as_vector, norm, scale
+from torquer.geometry.vec3 import add_scaled, as_vector, dot, norm, scale
 from torquer.noise import cos_sin
 from torquer.spacecraft.failures import DirectionFailure
 from torquer.spacecraft.sampling import Sampled
 from torquer.spec import Vector
 
 STREAM = 5
+#: Cosine that no angle exceeds: of a zone that blinds nothing.
+_NO_ZONE = 2.0
 
 
 class AttitudeSensorSet(NamedTuple):
-    """Constants of the attitude sensor for kernels."""
+    """Constants of the attitude sensor for kernels.
+
+    `boresight`: zeros where it has none; `noise_rad`, `boresight_noise_rad`: standard deviations
+    about axes across the boresight and about it; `sun_cosine`: of the exclusion angle, 2 for none;
+    `earth_rad`: exclusion angle from the limb, -1 for none; `rate_limit_rad_s`: infinite for none.
+    """
 
     q_error: tuple
+    boresight: tuple
     noise_rad: float
+    boresight_noise_rad: float
+    sun_cosine: float
+    earth_rad: float
+    rate_limit_rad_s: float
+
+
+class Sky(NamedTuple):
+    """What may blind an attitude sensor, seen from the satellite (inertial).
+
+    Directions to the Sun and to the Earth's centre; cosine of the angle from the latter within
+    which the sensor is blinded, 2 for none.
+    """
+
+    sun: tuple
+    nadir: tuple
+    earth_cosine: float
+
+
+@inlined
+def excludes_sun(sensor):
+    """Whether the Sun may blind a sensor."""
+    return sensor.sun_cosine < _NO_ZONE
+
+
+@inlined
+def earth_cosine(sensor, distance_m):
+    """Cosine of the angle from nadir within which the Earth blinds a sensor; 2 for none."""
+    if sensor.earth_rad < 0.0:
+        return _NO_ZONE
+    disc = math.asin(min(EARTH_RADIUS_M / distance_m, 1.0))
+    return math.cos(min(disc + sensor.earth_rad, math.pi))
+
+
+@inlined
+def is_blind(sensor, omega_body, sun_body, nadir_body, earth_cosine):
+    """Whether the sensor finds no stars: it turns too fast, or Sun or Earth are too near."""
+    too_fast = dot(omega_body, omega_body) > sensor.rate_limit_rad_s * sensor.rate_limit_rad_s
+    by_sun = dot(sensor.boresight, sun_body) > sensor.sun_cosine
+    by_earth = dot(sensor.boresight, nadir_body) > earth_cosine
+    return too_fast or by_sun or by_earth
 
 
 @inlined
@@ -30,9 +80,12 @@ def read_attitude(sensor, q_body_to_inertial, noise_sample):
     `noise_sample`: three standard normal numbers.
     """
     q = multiply(q_body_to_inertial, sensor.q_error)
-    if sensor.noise_rad == 0.0:
+    if sensor.noise_rad == 0.0 and sensor.boresight_noise_rad == 0.0:
         return q
-    return multiply(q, _turn(scale(sensor.noise_rad, noise_sample)))
+    along = dot(sensor.boresight, noise_sample)
+    turn = scale(sensor.noise_rad, noise_sample)
+    more = along * (sensor.boresight_noise_rad - sensor.noise_rad)
+    return multiply(q, _turn(add_scaled(turn, more, sensor.boresight)))
 
 
 @inlined
@@ -44,8 +97,20 @@ def _turn(phi):
     return (s * phi[0], s * phi[1], s * phi[2], cosine)
 
 
+def checked_boresight(value):
+    """A boresight of any length as a unit vector; ValueError for one of no length."""
+    return as_vector(validate.unit_rows("boresight", value)[0])
+
+
+_Exclusion = Annotated[float, Field(ge=0.0, le=180.0)]
+
+
 class AttitudeSensor(Sampled):
-    """Attitude sensor; ideal by default."""
+    """Attitude sensor; ideal by default.
+
+    A star tracker reads no attitude (not a number) while it turns faster than `rate_limit_deg_s`
+    and while Sun or Earth are within their exclusion angles from its boresight.
+    """
 
     failures: tuple[DirectionFailure, ...] = ()
     """Intervals in which its readings are missing or wrong."""
@@ -53,9 +118,43 @@ class AttitudeSensor(Sampled):
     error_deg: Vector = (0.0, 0.0, 0.0)
     """Fixed rotation about the body axes between true and measured attitude, a mounting error."""
     noise_deg: float = Field(default=0.0, ge=0.0)
-    """Standard deviation of a random rotation about each axis, drawn at every reading."""
+    """Standard deviation of a random rotation about each axis, drawn at every reading; about axes
+    across the boresight if `boresight_noise_deg` is given.
+    """
+    boresight: Annotated[Vector, AfterValidator(checked_boresight)] | None = None
+    """Axis of a star tracker in the body, of any length; left out: the sensor has none."""
+    boresight_noise_deg: float | None = Field(default=None, ge=0.0)
+    """Standard deviation of the random rotation about the boresight; left out: `noise_deg`."""
+    sun_exclusion_deg: _Exclusion | None = None
+    """Angle between boresight and Sun below which there is no reading, in eclipse, too; left out:
+    none.
+    """
+    earth_exclusion_deg: _Exclusion | None = None
+    """Angle between boresight and the Earth's limb below which there is no reading; the Earth's
+    disc itself is excluded, too. Left out: none.
+    """
+    rate_limit_deg_s: float | None = Field(default=None, gt=0.0)
+    """Rate of the body above which there is no reading; left out: none."""
+
+    @model_validator(mode="after")
+    def _boresight_given(self):
+        for key in ("boresight_noise_deg", "sun_exclusion_deg", "earth_exclusion_deg"):
+            value = getattr(self, key)
+            if value is not None and self.boresight is None:
+                raise ValueError(f"{key}: must be left out without boresight; received {value:g}")
+        return self
 
     def pack(self) -> AttitudeSensorSet:
         """Constants for kernels."""
         error = scale(math.radians(1.0), as_vector(self.error_deg))
-        return AttitudeSensorSet(from_rotation_vector(error), math.radians(self.noise_deg))
+        about_deg = self.noise_deg if self.boresight_noise_deg is None else self.boresight_noise_deg
+        sun, earth, limit = self.sun_exclusion_deg, self.earth_exclusion_deg, self.rate_limit_deg_s
+        return AttitudeSensorSet(
+            from_rotation_vector(error),
+            self.boresight or (0.0, 0.0, 0.0),
+            math.radians(self.noise_deg),
+            math.radians(about_deg),
+            _NO_ZONE if sun is None else math.cos(math.radians(sun)),
+            -1.0 if earth is None else math.radians(earth),
+            math.inf if limit is None else math.radians(limit),
+        )

@@ -160,12 +160,16 @@ class SensorFailure(Interval):
 
     #: Keys of the constant and of the random error; none of a sensor whose errors have none.
     error_keys: ClassVar[tuple[str, ...]] = ()
+    #: Whether a reading has components along the body's axes.
+    has_axes: ClassVar[bool] = True
     #: SI units in one unit of these keys.
     si: ClassVar[float] = 1.0
 
     @model_validator(mode="after")
     def _keys_of_the_kind(self):
-        if not self.error_keys and self.kind in ("bias", "noise"):
+        without = ("bias", "noise") * (not self.error_keys)
+        without += ("reversed", "swapped") * (not self.has_axes)
+        if self.kind in without:
             raise ValueError(f"kind: must be another for this sensor; received {self.kind!r}")
         kinds = zip(self.error_keys, ("bias", "noise"), strict=False)
         self.check_keys({"axes": ("swapped",)} | {key: (kind,) for key, kind in kinds})
@@ -235,6 +239,12 @@ class DirectionFailure(SensorFailure):
     """Constant rotation of the reading about the body axes (a rotation vector), for 'bias'."""
     noise_deg: _Size | None = None
     """Standard deviation of a random rotation of each reading about each axis, for 'noise'."""
+
+
+class CellFailure(SensorFailure):
+    """A failure of all Sun cells in an interval of the run."""
+
+    has_axes: ClassVar = False
 
 
 class CoilFailure(Interval):

@@ -21,7 +21,7 @@ from torquer.control.law import Law
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import add, cross, norm, scale, sub
 from torquer.integrate.dop853 import rates_of
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import CELLS, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.theory.evolution.model import Slow
 from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
 from torquer.theory.spinner import Spinner
@@ -83,11 +83,12 @@ def exact_inputs(t_s, q, omega, models):
     b_reference, b_rate_reference, sun_reference = models
     b, sun = rotate_inverse(q, b_reference), rotate_inverse(q, sun_reference)
     b_rate = sub(rotate_inverse(q, b_rate_reference), cross(omega, b))
-    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s)
+    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
     estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan)
     unknown = (math.nan, math.nan, math.nan)
     ephemeris = Ephemeris(unknown, unknown, b_reference, b_rate_reference, sun_reference, 1.0)
-    return Inputs(t_s, b, b_rate, omega, sun, q, NONE, NONE, read_at, estimate, ephemeris)
+    none = (NONE, NONE, NONE, (0.0,) * CELLS)
+    return Inputs(t_s, b, b_rate, omega, sun, q, *none, read_at, estimate, ephemeris)
 
 
 @inlined

@@ -48,7 +48,7 @@ BODY = Rotation.from_quat(Q)
 WANTED = ORBITAL * Rotation.from_euler("ZYX", EULER, degrees=True)
 MOMENTUM = np.array(J) @ OMEGA
 TARGET_BODY = rotate_inverse(Q, TARGET)
-READ = ReadingTimes(1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+READ = ReadingTimes(1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0)
 SEEN = reading(
     10.0, place=(R, V), sun=SUN, sunlit_fraction=0.25, b=(3e-5, 0.0, -4e-5), wheels=(0.0, 0.3, 0.4),
     read_at=READ,

@@ -72,9 +72,10 @@ def faults_of(scenario: Scenario) -> list[Fault]:
 
 def _of_sensor(name: str, spec: Sampled) -> Iterator[Fault]:
     device, key = in_words(name), f"spacecraft.{name}.failures"
-    for kind, failure in OF_SENSORS.items():
-        yield Fault(device, kind, key, failure)
     failing = get_args(type(spec).model_fields["failures"].annotation)[0]
+    for kind, failure in OF_SENSORS.items():
+        if failing.has_axes or failure["kind"] not in ("reversed", "swapped"):
+            yield Fault(device, kind, key, failure)
     if not failing.error_keys:
         return
     bias_key, noise_key = failing.error_keys

@@ -170,6 +170,8 @@ def reading_age(table, state, inputs, index):
     taken_s = read_at.sun_sensors_s if index == 3 else taken_s
     taken_s = read_at.attitude_sensor_s if index == 4 else taken_s
     taken_s = read_at.tachometers_s if index == 5 else taken_s
+    taken_s = read_at.horizon_sensor_s if index == 6 else taken_s
+    taken_s = read_at.sun_cells_s if index == 7 else taken_s
     return inputs.t_s - taken_s
 
 

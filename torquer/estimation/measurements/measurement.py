@@ -8,9 +8,12 @@ from torquer.estimation.covariance import IDENTITY, skew
 from torquer.estimation.mounting import by_misalignment, by_scale
 from torquer.geometry.quaternion import from_rotation_vector, rotate_inverse
 from torquer.geometry.vec3 import cross, dot, scale, sub, unit
+from torquer.interface import CELLS
 
-#: Number of sensors of directions: magnetometer, Sun sensors.
-SENSORS = 2
+#: Number of sensors whose readings are vectors: magnetometer, Sun sensors, star tracker, horizon
+#: sensor; of all, with single Sun cells.
+VECTORS = 4
+SENSORS = VECTORS + CELLS
 _ZERO = (0.0, 0.0, 0.0)
 
 
@@ -20,7 +23,9 @@ class Measurement(NamedTuple):
     `z`: measured less predicted; `h`: columns of H for the attitude error, by rows; `h_other`:
     those for three more states, from the columns `at` on (0: none); `r`: variance of each
     component; `count`: 2 or 3 components, 0 for no reading. `read`: the vector read, in body axes
-    of now, less errors that are states; `reference`: what the model gives, inertial.
+    of now, less errors that are states; `reference`: what the model gives, inertial. `since`:
+    variance [rad^2] about each axis that white noise has added to the attitude error since a late
+    reading.
     """
 
     z: tuple
@@ -29,27 +34,42 @@ class Measurement(NamedTuple):
     at: tuple
     r: float
     count: int
-    read: tuple = _ZERO
-    reference: tuple = _ZERO
+    read: tuple
+    reference: tuple
+    since: float
 
 
-_NO_OTHER, _NOWHERE = (IDENTITY, IDENTITY, IDENTITY), (0, 0, 0)
-NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, _NO_OTHER, _NOWHERE, 0.0, 0)
+NO_OTHER, NOWHERE = (IDENTITY, IDENTITY, IDENTITY), (0, 0, 0)
+NO_MEASUREMENT = Measurement(_ZERO, IDENTITY, NO_OTHER, NOWHERE, 0.0, 0, _ZERO, _ZERO, 0.0)
 
 
 class Sensing(NamedTuple):
     """Noise of the sensors as filters assume it, and limits beyond which filters reject or restart.
 
-    `r_field` [T^2], `r_sun` [rad^2]: variance of each component, 0 for a sensor that is not used;
-    `gate_2`, `gate_3`: greatest normalised innovations squared of 2 and 3 components; `lost`:
-    greatest sum of the attitude's variances [rad^2]; `most_refused`: number of readings rejected
-    one after another, `gap`: time without a step [s], after which the filter starts again;
-    `has_gyro`: 1 for a filter whose motion is that of a gyro, else 0; `considered`: first row of
-    the covariance that is not estimated, only considered, 0 for none.
+    `r_field` [T^2], `r_sun`, `r_star`, `r_nadir` [rad^2]: variance of each component, 0 for a
+    sensor that is not used; `r_star` of a star tracker across its boresight, `star_boresight`
+    [body], and `r_star_about` about it; `r_cell`: variance of a cell's signal; `cell_albedo`, and
+    the relative error of the Earth's light by it; `cells`: normal and cosine of the half field of
+    each; `after_last`: number after that of the last sensor used; `gate_1` to `gate_3`: greatest
+    normalised innovations squared of 1 to 3 components; `lost`: greatest sum of the attitude's
+    variances [rad^2]; `most_refused`: number of readings rejected one after another, `gap`: time
+    without a step [s], after which the filter starts again; `has_gyro`: 1 for a filter whose motion
+    is that of a gyro, else 0; `considered`: first row of the covariance that is not estimated, only
+    considered, 0 for none.
     """
 
     r_field: float
     r_sun: float
+    r_star: float
+    r_star_about: float
+    star_boresight: tuple
+    r_nadir: float
+    r_cell: float
+    cell_albedo: float
+    cell_albedo_error: float
+    cells: tuple
+    after_last: float
+    gate_1: float
     gate_2: float
     gate_3: float
     lost: float
@@ -63,6 +83,13 @@ class Sensing(NamedTuple):
 def estimated_rows(sensing, p):
     """Number of rows of a covariance that are estimated, not only considered."""
     return int(sensing.considered) if sensing.considered > 0.0 else p.shape[0]
+
+
+@inlined
+def is_field_alone(sensing):
+    """Whether a filter uses the magnetometer alone."""
+    others = sensing.r_sun + sensing.r_star + sensing.r_nadir + sensing.r_cell
+    return others == 0.0 and sensing.r_field > 0.0
 
 
 @inlined
@@ -111,7 +138,7 @@ def direction_measurement(q, reference, measured, variance):
     t, u = frame_across(predicted)
     z = (dot(t, measured), dot(u, measured), 0.0)
     rows = (cross(t, predicted), cross(u, predicted), _ZERO)
-    return Measurement(z, rows, _NO_OTHER, _NOWHERE, variance, 2, measured, reference)
+    return Measurement(z, rows, NO_OTHER, NOWHERE, variance, 2, measured, reference, 0.0)
 
 
 @inlined
@@ -124,4 +151,4 @@ def vector_measurement(q, reference, measured, at, variance):
     predicted = rotate_inverse(q, reference)
     z = sub(measured, predicted)
     others = (IDENTITY, by_scale(predicted), by_misalignment(predicted))
-    return Measurement(z, skew(predicted), others, at, variance, 3, measured, reference)
+    return Measurement(z, skew(predicted), others, at, variance, 3, measured, reference, 0.0)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from torquer.analysis.filter_check import FilterCheck
 from torquer.analysis.filter_statistics import autocorrelation, band, mean_over_runs, nees, nis
 from torquer.analysis.observability import states_of
+from torquer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
 from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
 from torquer.report.common.scales import Clock, clock_for
@@ -22,6 +23,14 @@ _UNITS = {
     "gyro bias": ("deg/h", np.pi / 180.0 / 3600.0),
     "residual dipole": ("A m²", 1.0),
     "magnetometer bias": ("nT", 1e-9),
+}
+#: Colours of the sensors.
+_COLOURS = {
+    "magnetometer": BLUE,
+    "sun": ORANGE,
+    "star_tracker": GREEN,
+    "horizon": RED,
+    "sun_cells": ORANGE,
 }
 _SHADE = "#e8ebf0"
 
@@ -85,7 +94,7 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
-            shown[f"NIS, {sensor}"] = nis(innovations)
+            shown[f"NIS, {sensor.replace('_', ' ')}"] = nis(innovations)
     title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
     figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
     for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
@@ -111,13 +120,14 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
     """Correlation of innovations over the number of readings between them."""
     figure, (axes,) = stacked("Correlation of innovations", 1, 3.2)
     lags = np.arange(1, _LAGS + 1)
-    colours = {"magnetometer": BLUE, "sun": ORANGE}
-    for k, (sensor, innovations) in enumerate(found.closely.innovations.items()):
+    innovations_of = found.closely.innovations
+    apart = 0.36 / max(len(innovations_of) - 1, 1)
+    for k, (sensor, innovations) in enumerate(innovations_of.items()):
         rows = np.array([autocorrelation(innovations, int(lag)) for lag in lags])
         if not np.isfinite(rows).any():
             continue
-        place, colour = lags + 0.18 * (2 * k - 1), colours[sensor]
-        name = "Sun sensors" if sensor == "sun" else sensor
+        place = lags + apart * (k - 0.5 * (len(innovations_of) - 1))
+        colour, name = _COLOURS[sensor], SENSOR_WORDS[sensor]
         axes.vlines(place, 0.0, rows[:, 0], color=colour, lw=2.0, label=name)
         axes.fill_between(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], color=colour, alpha=0.15, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.8)

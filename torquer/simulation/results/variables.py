@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from torquer.interface import CELLS
+
 _PARTS: dict[str, Iterable[str]] = {
     "component": "xyzw",
     "axis": "xyz",
-    "sensor": ("b", "b_rate", "omega", "sun", "q", "wheels"),
+    "sensor": ("b", "b_rate", "omega", "sun", "q", "wheels", "nadir", "cells"),
+    "cell": [str(k) for k in range(CELLS)],
 }
 
 
@@ -115,6 +118,12 @@ INPUTS = (
     Variable("coil_dipole_on_board", _XYZ, "A m^2", "body",
              "mean dipole of the coils between the last two control steps, as the computer "
              "believes", "coils", _INPUTS),
+    Variable("nadir_measured", _XYZ, "1", "body",
+             "last reading of the horizon sensor, a unit vector; zeros where the Earth is not seen",
+             "nadir", _INPUTS),
+    Variable("cells_measured", ("time", "cell"), "1", "",
+             "last signals of the Sun cells, in parts of full sunlight; zeros for cells that are "
+             "not there", "cells", _INPUTS),
     Variable("b_time", _TIME, "s", "", "time of the last magnetometer reading", "b_s", _INPUTS),
     Variable("b_rate_time", _TIME, "s", "", "time of the last reading of the search coil",
              "b_rate_s", _INPUTS),
@@ -125,6 +134,10 @@ INPUTS = (
              _INPUTS),
     Variable("wheel_time", _TIME, "s", "", "time of the last readings of the tachometers",
              "wheels_s", _INPUTS),
+    Variable("nadir_time", _TIME, "s", "", "time of the last reading of the horizon sensor",
+             "nadir_s", _INPUTS),
+    Variable("cells_time", _TIME, "s", "", "time of the last signals of the Sun cells", "cells_s",
+             _INPUTS),
     Variable("position_on_board", _XYZ, "m", "J", "position that the computer assumes", "position",
              _INPUTS),
     Variable("velocity_on_board", _XYZ, "m/s", "J", "velocity that the computer assumes",

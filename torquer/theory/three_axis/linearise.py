@@ -18,7 +18,7 @@ from torquer.environment.table import DEGREE
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, cross, put_vector, scale, sub
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import CELLS, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.spacecraft.body import motion_rates
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -76,10 +76,11 @@ def _exact_inputs(at, i, place, q, omega):
     t_s, b = at.t_s[i], rotate_inverse(q, place.ephemeris.b_inertial_t)
     b_rate = rotate_inverse(q, place.ephemeris.b_rate_inertial_t_s)
     b_rate = sub(b_rate, cross(omega, b))
-    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s)
+    read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
     estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0)
     sun = place.ephemeris.sun_inertial
-    return Inputs(t_s, b, b_rate, omega, sun, q, _ZERO, _ZERO, read_at, estimate, place.ephemeris)
+    none = (_ZERO, _ZERO, _ZERO, (0.0,) * CELLS)
+    return Inputs(t_s, b, b_rate, omega, sun, q, *none, read_at, estimate, place.ephemeris)
 
 
 @kernel

@@ -1,0 +1,69 @@
+"""The latest readings of directions, by the sensors' numbers: what a start needs of them."""
+
+import math
+from typing import NamedTuple
+
+from torquer.compile.engine import inlined
+from torquer.estimation.measurements.horizon_sensor import HORIZON_SENSOR, nadir_at
+from torquer.estimation.measurements.magnetometer import MAGNETOMETER
+from torquer.estimation.measurements.measurement import as_of_now, is_usable
+from torquer.estimation.measurements.sun_cells import SUN_CELLS, sun_by_cells
+from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
+from torquer.estimation.triad import CONTRADICTION_RAD, field_at
+from torquer.geometry.quaternion import rotate
+from torquer.geometry.vec3 import cross, dot, norm
+
+_ZERO = (0.0, 0.0, 0.0)
+
+
+class Direction(NamedTuple):
+    """The latest reading of a direction.
+
+    `is_used`: whether the filter has the sensor; `is_usable`: whether its reading is a direction
+    and not too old. `read_s`: its time; `v`: in body axes of that time, `reference`: by the
+    model (inertial), both of any length; `r`: variance [rad^2] about each axis across.
+    """
+
+    is_used: bool
+    is_usable: bool
+    read_s: float
+    v: tuple
+    reference: tuple
+    r: float
+
+
+@inlined
+def direction_of(inputs, parameters, sensor):
+    """The latest reading of a sensor of directions; of any other it is not used."""
+    sensing, at = parameters.sensing, inputs.read_at
+    read_s, v, reference, r, per, cells_used = 0.0, _ZERO, _ZERO, 0.0, 1.0, False
+    if sensor == MAGNETOMETER:
+        read_s, v, r = at.magnetometer_s, inputs.b_body_t, sensing.r_field
+        reference, per = field_at(inputs, read_s), dot(v, v)
+    elif sensor == SUN_SENSORS:
+        read_s, v, r = at.sun_sensors_s, inputs.sun_body, sensing.r_sun
+        reference = inputs.ephemeris.sun_inertial
+    elif sensor == HORIZON_SENSOR:
+        read_s, v, r = at.horizon_sensor_s, inputs.nadir_body, sensing.r_nadir
+        reference = nadir_at(inputs, read_s)
+    elif sensor == SUN_CELLS:  # the first one stands for all together
+        v, r = sun_by_cells(inputs, sensing)
+        read_s, reference, cells_used = at.sun_cells_s, inputs.ephemeris.sun_inertial, True
+    usable = is_usable(r, v, inputs.t_s - read_s, sensing.gap)
+    prior, bias, mounting = parameters.prior, 0.0, 0.0
+    if sensor == MAGNETOMETER:
+        bias = prior.magnetometer_bias
+        mounting = prior.magnetometer_scale + prior.magnetometer_misalignment
+    used = sensing.r_cell > 0.0 if cells_used else r > 0.0
+    return Direction(used, usable, read_s, v, reference, (r + bias) / per + mounting)
+
+
+@inlined
+def contradicts(q, d, turned):
+    """Whether a direction is not where an attitude has it; `turned`: rotation since its reading.
+
+    A misalignment that users leave out does not count, see `CONTRADICTION_RAD`.
+    """
+    seen = rotate(q, as_of_now(turned, 1.0, d.v))
+    angle = math.atan2(norm(cross(seen, d.reference)), dot(seen, d.reference))
+    return angle > CONTRADICTION_RAD + 6.0 * math.sqrt(d.r)

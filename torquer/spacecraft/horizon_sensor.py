@@ -1,0 +1,123 @@
+"""Horizon sensor: the direction to the Earth's centre from its infrared horizon."""
+
+import math
+from typing import Annotated, NamedTuple
+
+from pydantic import AfterValidator, Field, model_validator
+
+from torquer import validate
+from torquer.compile.engine import inlined
+from torquer.geometry.quaternion import from_rotation_vector, rotate
+from torquer.geometry.vec3 import add_scaled, as_vector, dot, norm, scale, unit
+from torquer.spacecraft.failures import DirectionFailure
+from torquer.spacecraft.sampling import Sampled
+from torquer.spec import Vector
+
+STREAM = 9
+#: Cosine of a field of view that is the whole sky: no rounding hides the Earth from it.
+_WHOLE_SKY = -2.0
+
+
+class HorizonSensorSet(NamedTuple):
+    """Constants of the horizon sensor for kernels.
+
+    `axis` [body] and cosine of the half field of view; `turn`: quaternion of the fixed rotation of
+    its readings; `rate_limit_rad_s`: infinite for none; `higher_m`: see `HorizonSensor`.
+    """
+
+    axis: tuple
+    turn: tuple
+    cosine: float
+    noise_rad: float
+    higher_m: float
+    rate_limit_rad_s: float
+
+
+@inlined
+def centre_of_disc(sensor, r_m):
+    """Direction (inertial) to the centre of the Earth's infrared disc from a position [m].
+
+    Seen at the latitude of each of its points, a horizon that is higher by h sin(latitude) has its
+    centre h/r to the north, times the cosine of the satellite's latitude: to first order the
+    direction to the Earth's centre plus h/r along the Earth's axis.
+    """
+    size = norm(r_m)
+    nadir = scale(-1.0 / size, r_m)
+    return unit(add_scaled(nadir, sensor.higher_m / size, (0.0, 0.0, 1.0)))
+
+
+@inlined
+def sees_horizon(sensor, omega_body, nadir_body):
+    """Whether the Earth is in the field of view, and the body does not turn too fast."""
+    too_fast = dot(omega_body, omega_body) > sensor.rate_limit_rad_s * sensor.rate_limit_rad_s
+    return dot(sensor.axis, nadir_body) >= sensor.cosine and not too_fast
+
+
+@inlined
+def read_horizon(sensor, omega_body, centre_body, noise_sample):
+    """Unit vector to the Earth's centre [body], or zeros where the sensor does not see the Earth.
+
+    `centre_body`: by `centre_of_disc`; `noise_sample`: three standard normal numbers.
+    """
+    if not sees_horizon(sensor, omega_body, centre_body):
+        return (0.0, 0.0, 0.0)
+    reading = rotate(sensor.turn, centre_body)
+    return unit(add_scaled(reading, sensor.noise_rad, noise_sample))
+
+
+def _checked_axis(value):
+    return as_vector(validate.unit_rows("axis", value)[0])
+
+
+class HorizonSensor(Sampled):
+    """Horizon sensor: the direction to the Earth's centre in body axes.
+
+    There is no reading (zeros) while the Earth's centre is not in the field of view, nor while the
+    body turns too fast.
+    """
+
+    failures: tuple[DirectionFailure, ...] = ()
+    """Intervals in which its readings are missing or wrong."""
+    axis: Annotated[Vector, AfterValidator(_checked_axis)] | None = None
+    """Axis of the field of view in the body, of any length; given with `half_field_deg`."""
+    half_field_deg: Annotated[float, Field(gt=0.0, le=180.0)] | None = None
+    """Greatest angle between the axis and the direction to the Earth's centre; left out: the Earth
+    is seen in all directions.
+    """
+    noise_deg: float = Field(default=0.0, ge=0.0)
+    """Standard deviation of the reading about each axis perpendicular to it."""
+    bias_deg: Vector = (0.0, 0.0, 0.0)
+    """Fixed small rotation of the reading about the body axes, a mounting error."""
+    horizon_km: float = Field(default=0.0, ge=-100.0, le=100.0)
+    """By how much the infrared horizon is higher at the north pole than at the equator, and lower
+    at the south pole, as in northern summer (some kilometres); between them as the sine of the
+    latitude. On board it is not known.
+    """
+    rate_limit_deg_s: float | None = Field(default=None, gt=0.0)
+    """Rate of the body above which there is no reading; left out: none."""
+
+    @model_validator(mode="after")
+    def _axis_with_field(self):
+        if (self.axis is None) != (self.half_field_deg is None):
+            missing = "axis" if self.axis is None else "half_field_deg"
+            raise ValueError(
+                f"{missing}: axis and half_field_deg must be given together; received one of them"
+            )
+        return self
+
+    def pack(self) -> HorizonSensorSet:
+        """Constants for kernels."""
+        half_deg, limit = self.half_field_deg, self.rate_limit_deg_s
+        whole = half_deg is None or half_deg == 180.0
+        return HorizonSensorSet(
+            self.axis or (0.0, 0.0, 1.0),
+            from_rotation_vector(scale(math.radians(1.0), as_vector(self.bias_deg))),
+            _WHOLE_SKY if whole else math.cos(math.radians(half_deg or 0.0)),
+            math.radians(self.noise_deg),
+            1e3 * self.horizon_km,
+            math.inf if limit is None else math.radians(limit),
+        )
+
+
+#: For kernels: an ideal horizon sensor.
+IDEAL_HORIZON_SENSOR = HorizonSensor().pack()
