@@ -5,12 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from law_cases import inputs
 from pydantic import ValidationError
 from scipy.spatial.transform import Rotation
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.control.bias_momentum import BiasMomentum
+from torquer.control.bias_momentum import BiasMomentum, bias_momentum
+from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.scenario.load import scenario_from_data
 
 FLIGHT = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -148,3 +150,45 @@ def test_plain_python_flies_the_same():
 def test_keys_are_checked(keys, told):
     with pytest.raises(ValidationError, match=told):
         BiasMomentum(**(LAW | keys))
+
+
+PITCH = 0.2
+PLACE = {"r": (7e6, 0.0, 0.0), "v": (0.0, 7.5e3, 0.0)}
+
+
+def asked(law, memory, t_s, read_s, b_t):
+    """What the law answers at `t_s`, held at a pitch angle, to a field read at `read_s`."""
+    frame = Rotation.from_matrix(np.array(dcm_orbital_to_inertial(*PLACE.values())))
+    q = (frame * Rotation.from_euler("y", PITCH)).as_quat()
+    known = inputs(t_s, (0.0, b_t, 2e-5), q=q, **PLACE)
+    known = known._replace(read_at=known.read_at._replace(magnetometer_s=float(read_s)))
+    return bias_momentum(known, law.record_from(law.pack()), memory)
+
+
+def remembering(**keys):
+    """The law without unloading, and its memory at the start."""
+    law = BiasMomentum(**(LAW | {"unloading_gain_per_s": 0.0} | keys)).law()
+    return law, law.record_of(law.first_memory())
+
+
+def test_neither_integral_nor_difference_crosses_a_gap():
+    """Half an hour in which another law worked: the pitch of now did not last for so long."""
+    law, memory = remembering(integral_time_s=200.0)
+    for t in range(4):
+        asked(law, memory, t, t, 1e-9 * t)
+    before = memory.pitch_integral_rad_s
+    assert before == pytest.approx(2.0 * 2.0 * math.sin(0.5 * PITCH), rel=1e-9)
+    after_gap = asked(law, memory, 1803.0, 1803.0, 3e-5)
+    assert memory.pitch_integral_rad_s == before
+    assert after_gap.dipole_a_m2 == (0.0, 0.0, 0.0)
+    again = asked(law, memory, 1804.0, 1804.0, 3e-5 + 1e-9)
+    assert memory.pitch_integral_rad_s == pytest.approx(1.5 * before, rel=1e-9)
+    assert again.dipole_a_m2 == pytest.approx((0.0, -2e6 * 1e-9, 0.0), rel=1e-6)
+
+
+def test_a_slower_magnetometer_gives_the_same_steady_dipole():
+    """The field changes by 1 nT/s and is read every 5 s: the interval is that of the readings."""
+    law, memory = remembering()
+    found = [asked(law, memory, t, t - t % 5, 1e-9 * (t - t % 5)) for t in range(30)]
+    for command in found[5:]:
+        assert command.dipole_a_m2 == pytest.approx((0.0, -2e6 * 1e-9, 0.0), rel=1e-9)

@@ -1,21 +1,29 @@
 """Momentum-biased satellite: one law for a pitch wheel and the coils.
 
 The wheel's momentum along the orbit normal stiffens roll and yaw; the pitch angle is held by the
-wheel's torque. The coils damp the nutation by the field's change along the pitch axis and bring
-the wheel's momentum back to its bias. All three share one memory: the last magnetometer reading
-and the integral of the pitch angle.
+wheel's torque. The coils damp the nutation by the field's change along the pitch axis, as B-dot
+takes it from two readings, and bring the wheel's momentum back to its bias. The pitch integral
+rests across a gap between two calls, through which the law did not hold the pitch.
 """
 
 from typing import Literal, NamedTuple
 
 from pydantic import Field
 
-from torquer.compile.engine import kernel
+from torquer.compile.engine import inlined, kernel
+from torquer.control.bdot import GAP, PREVIOUS_READING, Gain, bdot_difference
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude, deviation, reference_motion, short_way
 from torquer.control.spin_axis import unit_vector
-from torquer.geometry.vec3 import add_scaled, cross, dot, put_vector, scale, sub, vector_of
+from torquer.geometry.vec3 import add_scaled, cross, dot, scale
 from torquer.interface import Command
+
+#: Memory: that of B-dot; integral of the pitch angle, whether there was a call, its time, and the
+#: shortest interval between two calls (0: none yet).
+_MEMORY = {
+    **PREVIOUS_READING, "pitch_integral_rad_s": 0.0, "has_call": 0.0, "called_s": 0.0,
+    "shortest_call_s": 0.0,
+}  # fmt: skip
 
 
 class BiasMomentumParameters(NamedTuple):
@@ -35,27 +43,34 @@ class BiasMomentumParameters(NamedTuple):
     unloading: float
 
 
+@inlined
+def _integrate(pitch, t_s, memory):
+    """Add the pitch angle's integral since the last call; nothing across a gap."""
+    interval_s = t_s - memory.called_s
+    if interval_s <= GAP * memory.shortest_call_s:
+        memory.pitch_integral_rad_s += pitch * interval_s
+    if memory.has_call == 1.0:
+        is_shorter = memory.shortest_call_s == 0.0 or interval_s < memory.shortest_call_s
+        memory.shortest_call_s = interval_s if is_shorter else memory.shortest_call_s
+    memory.has_call, memory.called_s = 1.0, t_s
+
+
 @kernel
 def bias_momentum(inputs, parameters, memory):
     """Wheel torque on pitch, dipole for nutation and for the wheel's momentum.
 
     T = -(s a + d a' + i int a dt) e along the pitch axis e, a the pitch angle;
     m = -n (dB/dt . e) e - u (h - h_0) (B x e)/|B x e|^2, whose second part makes the torque
-    -u (h - h_0) about e. Where B lies along e it is left out.
+    -u (h - h_0) about e. Where B lies along e it is left out. dB/dt is that of `bdot_difference`.
     """
     p, b, axis = parameters, inputs.b_body_t, parameters.axis
     q_reference, turning = reference_motion(inputs, 1.0)
     error, omega = deviation(inputs, p.q_wanted, q_reference, turning)
     pitch = 2.0 * dot(short_way(error), axis)
     excess = dot(inputs.wheel_momentum_body_n_m_s, axis) - p.bias
-    dipole = (0.0, 0.0, 0.0)
-    if memory.has_reading == 1.0 and inputs.t_s > memory.t_s:
-        interval_s = inputs.t_s - memory.t_s
-        change = dot(sub(b, vector_of(memory.b_body_t)), axis)
-        dipole = scale(-p.nutation * change / interval_s, axis)
-        memory.pitch_integral_rad_s += pitch * interval_s
-    memory.has_reading, memory.t_s = 1.0, inputs.t_s
-    put_vector(memory.b_body_t, b)
+    nutation = dot(bdot_difference(inputs, Gain(p.nutation), memory), axis)
+    dipole = scale(nutation, axis)
+    _integrate(pitch, inputs.t_s, memory)
     memory.pitch_rad, memory.momentum_error_n_m_s = pitch, excess
     across = cross(b, axis)
     square = dot(across, across)
@@ -108,7 +123,7 @@ class BiasMomentum(HeldAttitude):
             self.kind,
             bias_momentum,
             parameters,
-            {"has_reading": 0.0, "t_s": 0.0, "b_body_t": (0.0,) * 3, "pitch_integral_rad_s": 0.0},
+            _MEMORY,
             log={"pitch_rad": "rad", "momentum_error_n_m_s": "N m s"},
             needs=self.needs,
             spec=self,
