@@ -96,8 +96,14 @@ control.estimators.by_field = { kind = "rate_from_field" }
 control.laws.damping = { kind = "bdot", gain_a_m2_s_per_t = 2e5 }
 control.laws.turning = { kind = "preliminary_1", gain_a_m2_per_t = 1e3, axis = [1, 0, 0], \
 target = "sun" }
+control.modes.inertia_kg_m2 = [1.0, 1.3, 1.7]
+control.modes.noise = { magnetometer_noise_nt = 100, sun_noise_deg = 1.0, gyro_noise_deg_s = 0.02, \
+rate_tolerance_deg_s = 0.1 }
 control.modes.states.damping = { laws = ["damping"], estimator = "by_field", transitions = [ \
-{ to = "turning", when = { signal = "rate_deg_s", below = 1.5 } }] }
+{ to = "turning", when = { signal = "rate_deg_s", below = 1.5 } }, \
+{ to = "failing", when = { signal = "sensor_suspected", sensor = "magnetometer", above = 0.5 } }] }
+control.modes.states.failing = { laws = ["turning"], coils_off = ["y"], transitions = [ \
+{ to = "damping", at_least_s = 30, back_off = 1.5, most_entries = 3 }] }
 control.modes.states.turning = { laws = ["turning"], \
 set = { "turning.gain" = 2e3 }, transitions = [ \
 { to = "damping", when = { signal = "rate_deg_s", above = 2.0 } }] }

@@ -19,6 +19,7 @@ from torquer.compile.block import Block
 from torquer.compile.engine import addresses, caller, inner, internal
 from torquer.control.law import LAW_SIGNATURE, Law
 from torquer.control.modes.table import (
+    AXIS_OFF,
     COILS,
     ESTIMATOR,
     LAW,
@@ -27,6 +28,7 @@ from torquer.control.modes.table import (
     WHEELS,
     ModeState,
     ModeTable,
+    check,
     first_state,
     switch_modes,
 )
@@ -61,9 +63,11 @@ BEGIN, FIRST_ESTIMATOR = -1, 1 << 32
 class Computer(NamedTuple):
     """What stays the same: functions and blocks of laws and estimators, mode table.
 
-    `laws`, `estimators`, `switch`: addresses of the functions. `estimator`: the one that works
-    where no mode chooses another. `host`: address of the function that calls blocks in plain
-    Python, 0 where there are none; its `answer` is the numbers of a command or of an estimate.
+    `laws`, `estimators`, `switch`: addresses of the functions; `switch`: that which switches the
+    modes, and that which checks sensors and coils before, if they are to be. `estimator`:
+    the one that works where no mode chooses another. `host`: address of the function that calls
+    blocks in plain Python, 0 where there are none; its `answer` is the numbers of a command or of
+    an estimate.
     """
 
     laws: np.ndarray | tuple
@@ -77,8 +81,11 @@ class Computer(NamedTuple):
     answer: np.ndarray
 
 
-#: What the modes have chosen: estimator, and whether coils and wheels may work.
-CHOSEN = np.dtype([(name, np.float64) for name in ("estimator", "coils", "wheels")])
+#: What the modes have chosen: estimator, and whether coils and wheels may work, the coils also by
+#: the axes of the dipole.
+CHOSEN = np.dtype(
+    [(name, np.float64) for name in ("estimator", "coils", "wheels", "coil_x", "coil_y", "coil_z")]
+)
 
 
 class Board(NamedTuple):
@@ -93,6 +100,11 @@ class Board(NamedTuple):
 
 def _switch_modes(table, state, known):
     return switch_modes(table, state, inputs_of(known[0]))
+
+
+def _check(table, state, known):
+    check(table, state, inputs_of(known[0]))
+    return True
 
 
 _SWITCH = types.boolean(
@@ -177,6 +189,7 @@ def enter_modes(computer, board, t_s):
     """Do what the states that have been entered are to set; estimator and actuators of all."""
     table, chosen = computer.modes, board.chosen[0]
     chosen.estimator, chosen.coils, chosen.wheels = float(computer.estimator), 1.0, 1.0
+    chosen.coil_x, chosen.coil_y, chosen.coil_z = 1.0, 1.0, 1.0
     for region in range(table.regions.shape[0]):
         now = board.modes.regions[region]
         state = table.states[int(now.state)]
@@ -190,6 +203,10 @@ def enter_modes(computer, board, t_s):
                 chosen.coils = action.value
             elif action.kind == WHEELS:
                 chosen.wheels = action.value
+            elif action.kind == AXIS_OFF:
+                chosen.coil_x = 0.0 if action.index == 0 else chosen.coil_x
+                chosen.coil_y = 0.0 if action.index == 1 else chosen.coil_y
+                chosen.coil_z = 0.0 if action.index == 2 else chosen.coil_z
 
 
 @internal
@@ -216,11 +233,23 @@ def command_of(computer, board, number):
 
 @internal
 def switch(computer, board):
-    """Switch the modes, and do what the states that have been entered are to set."""
+    """Switch the modes, and do what the states that have been entered are to set.
+
+    Checks of sensors and coils, where there are any, come first.
+    """
     known = board.known[0]
     table, state = whole(computer.modes), whole(board.modes)
+    if len(computer.switch) > 1:
+        call_switch(computer.switch[1], table, state, board.known)
     if call_switch(computer.switch[0], table, state, board.known):
         enter_modes(computer, board, known.t_s)
+
+
+@internal
+def allowed(chosen, dipole):
+    """The part of a dipole that the modes let the coils make."""
+    x, y, z = scale(chosen.coils, dipole)
+    return (chosen.coil_x * x, chosen.coil_y * y, chosen.coil_z * z)
 
 
 @inner
@@ -237,7 +266,7 @@ def command_by_modes(computer, board):
                 command = command_of(computer, board, action.index)
                 dipole = add_scaled(dipole, action.value, command.dipole_a_m2)
                 torque = add_scaled(torque, action.value, command.torque_n_m)
-    return Command(scale(board.chosen[0].coils, dipole), scale(board.chosen[0].wheels, torque))
+    return Command(allowed(board.chosen[0], dipole), scale(board.chosen[0].wheels, torque))
 
 
 @internal
@@ -273,6 +302,8 @@ def restart(board, first):
     _copy(board.modes.transitions, first.modes.transitions)
     _copy(board.modes.conditions, first.modes.conditions)
     _copy(board.modes.clock, first.modes.clock)
+    _copy(board.modes.sensors, first.modes.sensors)
+    _copy(board.modes.checks, first.modes.checks)
     put_estimate(board.known[0], UNKNOWN_ESTIMATE)
 
 
@@ -309,7 +340,7 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
         rows[f"needs_{need}"] = [need in block.needs for block in blocks.all()]
     split = len(blocks.laws)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
-    switch = _switch() if len(modes.regions) else addresses([])
+    switch = _switch(modes.is_checked) if len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
     return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer)
 
@@ -323,8 +354,9 @@ def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
 
 
 @functools.cache
-def _switch() -> np.ndarray | tuple:
-    return addresses([plugin.first_class(_switch_modes, _SWITCH, "modes: must compile")])
+def _switch(checked: bool) -> np.ndarray | tuple:
+    functions = [_switch_modes, _check] if checked else [_switch_modes]
+    return addresses([plugin.first_class(f, _SWITCH, "modes: must compile") for f in functions])
 
 
 def places_of(blocks: Blocks) -> dict[str, tuple[int, int]]:
@@ -346,5 +378,5 @@ def first_board(blocks: Blocks, modes: ModeState, estimator: int) -> Board:
         parameters=np.concatenate([*parameters, []]),
         memory=np.concatenate([*memory, []]),
         modes=modes,
-        chosen=np.array([(estimator, 1.0, 1.0)], CHOSEN),
+        chosen=np.array([(estimator, *[1.0] * 5)], CHOSEN),
     )

@@ -106,6 +106,8 @@ def board_of(boards, lane):
             modes.transitions[lane],
             modes.conditions[lane],
             modes.clock[lane],
+            modes.sensors[lane],
+            modes.checks[lane],
         ),
         one.chosen[lane],
     )

@@ -26,7 +26,8 @@ FULL = {
     "states": {
         "a-b": {
             "laws": {"bdot": 0.5, "sdot": 1.0}, "estimator": "triad", "coils": "on",
-            "wheels": "off", "set": {"bdot.gain": 3.0, "sdot.axis": (1.0, 0.0, 0.5)},
+            "wheels": "off", "coils_off": ["x", "z"],
+            "set": {"bdot.gain": 3.0, "sdot.axis": (1.0, 0.0, 0.5)},
             "transitions": [
                 {"to": "c", "when": {"signal": "reading_age_s", "sensor": "sun_sensors",
                                      "above": 5.0, "back_below": 2.0}},
@@ -35,11 +36,18 @@ FULL = {
         },
         "c": {
             "transitions": [
-                {"to": "d", "when": {"signal": "sunlit_fraction", "below": 0.1}, "for_s": 9.0}
+                {"to": "d", "when": {"signal": "sunlit_fraction", "below": 0.1}, "for_s": 9.0},
+                {"to": "d", "when": [
+                    {"signal": "sensor_suspected", "sensor": "sun_sensors", "below": 0.5},
+                    {"signal": "coil_suspected", "coil": "x", "above": 0.5},
+                ], "at_least_s": 60.0, "back_off": 2.0, "most_entries": 3},
             ]
         },
         "d": {"final": True},
     },
+    "inertia_kg_m2": J,
+    "noise": {"magnetometer_noise_nt": 100, "sun_noise_deg": 0.2, "gyro_noise_deg_s": 0.02,
+              "rate_tolerance_deg_s": 0.06},
     "transitions": [
         {"to": name, "when": {"signal": "field_nt", "above": 1e4}, "at_least_s": 2.0}
         for name in ("c", "d", "a-b")
@@ -124,7 +132,8 @@ def test_the_picture_says_all_that_the_table_says(modes):
 def test_words_of_states_and_transitions():
     state = TABLES["full"].regions["main"].states["a-b"]
     assert state_in_words(state) == [
-        "0.5 x bdot", "sdot", "estimator triad", "coils on", "wheels off", "bdot.gain = 3",
+        "0.5 x bdot", "sdot", "estimator triad", "coils on", "wheels off", "x coil off",
+        "z coil off", "bdot.gain = 3",
         "sdot.axis = 1, 0, 0.5",
     ]  # fmt: skip
     ways = [
@@ -138,6 +147,8 @@ def test_words_of_states_and_transitions():
         "nutation below 5 deg and rate above 0 deg/s, for 60 s, or after 20000 s",
         "axis to Sun above 160 deg, for 3600 s", "Sun not in view, for 10 s",
         "not in state wrong_way", "after at least 5 s",
+        "sun sensors not suspected and x coil suspected, after at least 60 s, "
+        "longer by a factor of 2 with each entry, up to entry 3",
     } <= words  # fmt: skip
 
 

@@ -16,18 +16,21 @@ from torquer.control.modes.signals import (
     signal_value,
 )
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.interface import UNKNOWN_ESTIMATE, ReadingTimes
+from torquer.interface import SENSORS, UNKNOWN_ESTIMATE, ReadingTimes
 
 J = ((1.0, 0.1, 0.0), (0.1, 1.2, -0.05), (0.0, -0.05, 1.5))
 AXIS, TARGET = (0.0, 0.6, 0.8), (2.0, -1.0, 2.0)
 OMEGA, Q, SUN = (0.01, -0.02, 0.05), (0.5, -0.5, 0.1, math.sqrt(0.49)), (0.36, 0.48, 0.8)
+NOISE = {"magnetometer_noise_nt": 100, "sun_noise_deg": 0.2, "gyro_noise_deg_s": 0.02,
+         "rate_tolerance_deg_s": 0.06}  # fmt: skip
 STATES = {"a": {"transitions": [{"to": "b", "at_most_s": 5.0}]}, "b": {}}
 
 
 def value(name, inputs, index=0, flown=None, **keys):
     """A signal in its own unit."""
     flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J,
-                              "attitude": {"euler_deg": EULER}, **keys}, states=STATES)  # fmt: skip
+                              "attitude": {"euler_deg": EULER}, "noise": NOISE, **keys},
+                           states=STATES)  # fmt: skip
     found = signal_value(NUMBER_OF[name], flown.table, flown.state, inputs, index)
     return found / UNITS[SIGNALS[name].unit]
 
@@ -72,6 +75,8 @@ EXPECTED = {
     "estimate_sigma_deg": 0.3,
     "estimate_doubts": 0.0,
     "reading_age_s": 9.0,
+    "sensor_suspected": 0.0,
+    "coil_suspected": 0.0,
     "time_s": 10.0,
     "time_in_state_s": math.inf,
     "entries": 0.0,
@@ -159,6 +164,44 @@ def test_every_signal_says_what_it_is_and_names_its_unit():
     for name, signal in SIGNALS.items():
         assert signal.docs and signal.unit in UNITS
         assert name.endswith(endings.get(signal.unit, ""))
+
+
+def test_every_signal_names_what_it_observes_or_looks_at_the_modes_and_the_clock_alone():
+    devices = {*SENSORS, "coils", "rate", "attitude", "sensor", "estimator"}
+    for name, signal in SIGNALS.items():
+        assert set(signal.observes) <= devices, name
+    inner = {name for name, signal in SIGNALS.items() if not signal.observes}
+    assert inner == {"sunlit_fraction", "time_s", "time_in_state_s", "entries", "in_state"}
+
+
+@pytest.mark.parametrize(
+    ("cells", "sensor", "suspected"),
+    [({"failed_s": 0.0}, 2, 1.0), ({"blamed_s": -100.0}, 2, 1.0), ({"blamed_s": -111.0}, 2, 0.0)],
+)
+def test_a_suspicion_lasts_for_two_minutes(cells, sensor, suspected):
+    flown = Flown(inertia_kg_m2=J, noise=NOISE, states=STATES)
+    for name, at_s in cells.items():
+        flown.state.sensors[name][sensor] = at_s
+    found = [value("sensor_suspected", SEEN, i, flown) for i in range(6)]
+    assert found == [suspected if i == sensor else 0.0 for i in range(6)]
+
+
+def test_a_coil_is_suspected_where_its_effect_is_surely_too_small():
+    """Three reversed coils are a magnetometer of the wrong sign; a dipole always there is none."""
+    flown = Flown(inertia_kg_m2=J, noise=NOISE, states=STATES)
+    now = flown.state.checks[0]
+
+    def suspected(effects, sigma, always=0.0):
+        now["effect"][:3], now["effect"][3], now["greatest"] = effects, always, 3.2
+        now["covariance"][:] = np.eye(6) * sigma**2
+        coils = [value("coil_suspected", SEEN, i, flown) for i in range(3)]
+        return *coils, value("sensor_suspected", SEEN, 0, flown)
+
+    assert suspected((1.0, 0.05, -1.0), 0.2) == (0.0, 1.0, 1.0, 0.0)
+    assert suspected((1.0, 0.15, -1.0), 0.2) == (0.0, 0.0, 1.0, 0.0)
+    assert suspected((-1.0, -1.0, -1.0), 0.4) == (0.0, 0.0, 0.0, 1.0)
+    assert suspected((1.0, 1.0, 1.0), 0.1, always=1.2) == (1.0, 0.0, 0.0, 0.0)
+    assert suspected((1.0, 1.0, 1.0), 0.1, always=0.9) == (0.0, 0.0, 0.0, 0.0)
 
 
 def test_an_inertial_attitude_needs_no_place():

@@ -65,8 +65,8 @@ def test_actions_are_packed_with_numbers_for_names():
 def test_transitions_and_conditions_are_packed_in_si():
     found, state = packed(tomllib.loads(TEXT))
     assert found.transitions.tolist() == [
-        (1, 0, 1, pytest.approx(60.0, abs=2e-6), 0.0, math.inf),
-        (0, 1, 2, 0.0, 0.0, pytest.approx(900.0, abs=2e-6)),
+        (1, 0, 1, pytest.approx(60.0, abs=2e-6), 0.0, math.inf, 1.0, math.inf),
+        (0, 1, 2, 0.0, 0.0, pytest.approx(900.0, abs=2e-6), 1.0, math.inf),
     ]
     half, more = math.radians(0.5), math.radians(0.7)
     assert found.conditions["threshold"].tolist() == [half, 0.1]
@@ -95,7 +95,7 @@ def test_every_field_has_eight_bytes():
         assert all(kind[name].itemsize == 8 for name in kind.names)
     _, state = packed(tomllib.loads(TEXT))
     for part in state:
-        assert all(part.dtype[name] == np.float64 for name in part.dtype.names)
+        assert all(part.dtype[name].base == np.float64 for name in part.dtype.names)
 
 
 def test_target_and_inertia_reach_the_kernel():
@@ -146,6 +146,11 @@ def condition(**keys):
         (condition(signal="entries", above=1.0, state="x"),
          f"{WAY}.when[0].state: must be one of a, b; received 'x'"),
         (condition(signal="reading_age_s", above=1.0), "sensor: must be given for reading_age_s"),
+        (condition(signal="coil_suspected", above=0.5), "coil: must be given for coil_suspected"),
+        (condition(signal="coil_suspected", coil="1", above=0.5),
+         "coil: must be one of x, y, z; received '1'"),
+        (condition(signal="sensor_suspected", sensor="gyro", above=0.5),
+         "noise: must be given for the signal sensor_suspected; received none"),
         (condition(signal="reading_age_s", above=1.0, sensor="nose"),
          "sensor: must be one of magnetometer, search_coil, gyro, sun_sensors, attitude_sensor,"),
         (condition(signal="spin_deg_s", above=1.0),

@@ -1,5 +1,6 @@
 """Switching: three-valued conditions, hold times, hysteresis, regions, checkpoints."""
 
+import itertools
 import math
 
 import numpy as np
@@ -227,3 +228,52 @@ def test_a_table_of_one_state_does_nothing():
     flown = Flown(states={"only": {"final": True}})
     assert [flown(reading(t)) for t in range(3)] == [True, False, False]
     assert math.isinf(flown.state.clock["evaluated_s"][0]) is False
+
+
+RETRY = {
+    "working": {"transitions": [{"to": "tripped", "when": {"signal": "rate_deg_s", "above": 1.0}}]},
+    "tripped": {"transitions": [{"to": "working", "at_least_s": 10.0, "back_off": 2.0,
+                                 "most_entries": 3}]},
+}  # fmt: skip
+
+
+def test_pauses_between_attempts_grow_and_attempts_are_counted():
+    """Always too fast: 10, 20 and 40 s in the tripped state, then for ever."""
+    flown = Flown(states=RETRY)
+    found = flown.states(rates([9.0] * 200))
+    lengths = [len(list(group)) for state, group in itertools.groupby(found) if state == "tripped"]
+    assert lengths[:3] == [10, 20, 40] and len(lengths) == 4 and found[-1] == "tripped"
+
+
+def test_an_attempt_that_succeeds_lasts():
+    flown = Flown(states=RETRY)
+    found = flown.states(rates([9.0] * 5 + [0.5] * 100))
+    assert found.count("tripped") == 10 and found[-1] == "working"
+
+
+def test_a_time_limit_grows_in_the_same_way():
+    states = {"a": {"transitions": [{"to": "b", "at_most_s": 2.0, "back_off": 3.0}]},
+              "b": {"transitions": [{"to": "a", "at_most_s": 1.0}]}}  # fmt: skip
+    assert letters(Flown(states=states).states(rates([0.0] * 30)))[:29] == (
+        "aab" + "aaaaaab" + "a" * 18 + "b"
+    )
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"back_off": 0.5, "at_least_s": 1.0}, r"back_off\n.*greater than or equal to 1"),
+        ({"back_off": 2.0, "when": {"signal": "rate_deg_s", "above": 1.0}},
+         "back_off: must stand beside at_least_s or at_most_s.*received 2 alone"),
+        ({"most_entries": 0, "at_least_s": 1.0}, r"most_entries\n.*greater than or equal to 1"),
+    ],
+)  # fmt: skip
+def test_attempts_are_checked(keys, message):
+    with pytest.raises(ValueError, match=message):
+        Flown(**two_states(**keys))
+
+
+def test_only_a_states_own_transitions_count_its_attempts():
+    any_state = [{"to": "a", "at_least_s": 1.0, "most_entries": 2}]
+    with pytest.raises(ValueError, match=r"transitions\[0\]: back_off and most_entries must stand"):
+        Flown(states={"a": {}}, transitions=any_state)

@@ -7,7 +7,7 @@ from itertools import accumulate, pairwise
 import numpy as np
 
 from torquer.control.modes import table
-from torquer.control.modes.signals import NUMBER_OF, SIGNALS, UNITS
+from torquer.control.modes.signals import AXES, NUMBER_OF, SIGNALS, UNITS
 from torquer.geometry.vec3 import as_symmetric
 from torquer.interface import SENSORS
 
@@ -74,14 +74,16 @@ def _transition_rows(transitions: list, numbers: dict) -> list[tuple]:
     ]
 
 
-def _times(transition) -> tuple[float, float, float]:
-    """`for_s`, `at_least_s`, `at_most_s`."""
+def _times(transition) -> tuple[float, ...]:
+    """`for_s`, `at_least_s`, `at_most_s`, `back_off`, `most_entries`."""
 
     def time(value_s, otherwise_s):
         return otherwise_s if value_s is None else max(0.0, value_s - _ROUNDING_S)
 
     at_least_s = math.inf if transition.by_time_only else time(transition.at_least_s, 0.0)
-    return time(transition.for_s, 0.0), at_least_s, time(transition.at_most_s, math.inf)
+    at_most_s = time(transition.at_most_s, math.inf)
+    most = math.inf if transition.most_entries is None else float(transition.most_entries)
+    return time(transition.for_s, 0.0), at_least_s, at_most_s, transition.back_off, most
 
 
 def _condition_row(modes, region: str, condition, numbers: dict) -> tuple:
@@ -105,6 +107,8 @@ def _index(modes, region: str, condition, numbers: dict) -> int:
         return numbers[modes.region_of("when", condition), condition.state]
     if condition.sensor is not None:
         return SENSORS.index(condition.sensor)
+    if condition.coil is not None:
+        return AXES.index(condition.coil)
     return [*modes.regions].index(region)
 
 
@@ -120,6 +124,7 @@ def _actions(modes, region: str, name: str, laws, estimators, parameters) -> lis
         found.append((table.ESTIMATOR, estimators[state.estimator], 0.0))
     for parameter, value in state.set.items():
         found += _settings(f"{key}.set", parameter, value, parameters)
+    found += [(table.AXIS_OFF, AXES.index(axis), 0.0) for axis in state.coils_off]
     for kind, switch in ((table.COILS, state.coils), (table.WHEELS, state.wheels)):
         if switch is not None:
             found.append((kind, 0, float(switch == "on")))
@@ -138,7 +143,7 @@ def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tupl
 
 
 def _directions(modes) -> dict:
-    """Axis, target, inertia, wanted attitude; zeros for what no signal needs."""
+    """Axis, target, inertia, wanted attitude, noise; zeros for what no signal needs."""
     zeros = (0.0, 0.0, 0.0)
     sun, inertia, attitude = modes.target == "sun", modes.inertia_kg_m2, modes.attitude
     return {
@@ -148,4 +153,5 @@ def _directions(modes) -> dict:
         "inertia_kg_m2": zeros + zeros if inertia is None else as_symmetric(inertia),
         "orbital": float(attitude is not None and attitude.orbital),
         "q_wanted": (*zeros, 1.0) if attitude is None else attitude.q_wanted(),
+        "noise": table.Noise() if modes.noise is None else modes.noise.pack(),
     }

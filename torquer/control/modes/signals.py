@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numba
 
 from torquer.compile.engine import inlined
+from torquer.control.modes.coil_check import all_reversed, is_ineffective
+from torquer.control.modes.sensor_check import MAGNETOMETER, SUSPECTED_S, contradict_models
 from torquer.control.pointing import deviation, reference_motion, short_way
 from torquer.geometry.quaternion import rotate_inverse
 from torquer.geometry.vec3 import cross, dot, norm, sym_vec
@@ -27,6 +29,8 @@ UNITS = {
     "times": 1.0,
     "part": 1.0,
 }
+#: Axes of the dipole by the names that conditions use.
+AXES = ("x", "y", "z")
 
 
 @inlined
@@ -200,14 +204,35 @@ def in_state(table, state, inputs, index):
     return 1.0 if state.regions[region]["state"] == index else 0.0
 
 
+@inlined
+def sensor_suspected(table, state, inputs, index):
+    """1 while a sensor is suspected: silent, stuck, or in contradiction to others and models."""
+    now = state.sensors[index]
+    suspected_s = max(now.failed_s, now.blamed_s)
+    if index == MAGNETOMETER and all_reversed(state.checks[0]):
+        return 1.0
+    return 1.0 if inputs.t_s - suspected_s <= SUSPECTED_S else 0.0
+
+
+@inlined
+def coil_suspected(table, state, inputs, index):
+    """1 while the dipole along a body axis clearly does not do what is commanded, else 0.
+
+    A field of the wrong sign, which makes all coils seem reversed, is not theirs.
+    """
+    now = state.checks[0]
+    of_field = all_reversed(now) or contradict_models(now)
+    return 1.0 if is_ineffective(now, index) and not of_field else 0.0
+
+
 class Signal(NamedTuple):
     """A signal: its function, its unit as users write it, what it must be given.
 
-    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`) and of the
-    condition (`state`, `sensor`). `may_stay_unknown`: it can lack a value for good, so that a state
-    must not wait for it alone. `reads`: what the computer must provide, as for a law's `needs`.
-    `observes`: the devices whose failure changes it: names of `SENSORS` or 'coils'; 'rate' and
-    'attitude' for what the estimate takes from; 'estimator' for all that an estimator compares;
+    `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`, `noise`) and of
+    the condition (`state`, `sensor`, `coil`). `may_stay_unknown`: it can lack a value for good, so
+    that a state must not wait for it alone. `reads`: what the computer must provide, as for a law's
+    `needs`. `observes`: the devices whose failure changes it: names of `SENSORS` or 'coils'; 'rate'
+    and 'attitude' for what the estimate takes from; 'estimator' for all that an estimator compares;
     'sensor' for the one that the condition names.
     """
 
@@ -253,6 +278,14 @@ SIGNALS = {
     "estimate_sigma_deg": Signal(estimate_sigma, "deg", (), True, observes=("attitude",)),
     "estimate_doubts": Signal(estimate_doubts, "yes/no", ("sensor",), observes=("estimator",)),
     "reading_age_s": Signal(reading_age, "s", ("sensor",), observes=("sensor",)),
+    "sensor_suspected": Signal(
+        sensor_suspected, "yes/no", ("sensor", "noise", "inertia_kg_m2"), reads=_EPHEMERIS,
+        observes=("sensor", "magnetometer", "gyro", "sun_sensors"),
+    ),
+    "coil_suspected": Signal(
+        coil_suspected, "yes/no", ("coil", "noise", "inertia_kg_m2"), reads=_EPHEMERIS,
+        observes=("coils", "magnetometer", "gyro"),
+    ),
     "time_s": Signal(time, "s"),
     "time_in_state_s": Signal(time_in_state, "s"),
     "entries": Signal(entries, "times", ("state",)),
@@ -270,7 +303,7 @@ RANGES = {
     **dict.fromkeys(("axis_to_target_deg", "momentum_to_target_deg"), (0.0, 180.0)),
     **dict.fromkeys(("attitude_error_deg", "axis_to_sun_deg"), (0.0, 180.0)),
     **dict.fromkeys(("sun_in_view", "sunlit_fraction", "in_state"), (0.0, 1.0)),
-    "estimate_doubts": (0.0, 1.0),
+    **dict.fromkeys(("estimate_doubts", "sensor_suspected", "coil_suspected"), (0.0, 1.0)),
     "nutation_deg": (0.0, 90.0),
 }
 #: What of the estimate a signal is computed from: it is unknown while that is.

@@ -9,14 +9,15 @@ laws = { sdot = 1.0, damping = 0.3 }
 transitions = [{ to = "damping", when = { signal = "rate_deg_s", above = 0.7 } }]
 """
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
 from torquer.control.modes.packing import must_be_one_of, packed
-from torquer.control.modes.signals import SIGNALS
-from torquer.control.modes.table import ModeState, ModeTable
+from torquer.control.modes.signals import AXES, SIGNALS
+from torquer.control.modes.table import ModeState, ModeTable, Noise
 from torquer.control.pointing import HeldAttitude
 from torquer.control.spin_axis import unit_vector
 from torquer.interface import SENSORS
@@ -68,7 +69,12 @@ class Condition(Spec):
     region: str | None = None
     """Region of that state, where several regions have a state of that name."""
     sensor: str | None = None
-    """Sensor that the signals 'reading_age_s' and 'estimate_doubts' are about."""
+    """Sensor that the signals 'reading_age_s', 'estimate_doubts' and 'sensor_suspected' are
+    about."""
+    coil: str | None = None
+    """Body axis, 'x', 'y' or 'z', along which the dipole is that the signal 'coil_suspected' is
+    about.
+    """
 
     @model_validator(mode="after")
     def _makes_sense(self):
@@ -98,7 +104,7 @@ class Condition(Spec):
 
     def _check_names(self):
         needs = SIGNALS[self.signal].needs
-        for key in ("state", "sensor"):
+        for key in ("state", "sensor", "coil"):
             given = getattr(self, key)
             if key in needs and given is None:
                 raise ValueError(f"{key}: must be given for {self.signal}; received none")
@@ -106,8 +112,9 @@ class Condition(Spec):
                 raise ValueError(f"{key}: must not be given for {self.signal}; received {given!r}")
         if self.region is not None and self.state is None:
             raise ValueError(f"region: must stand beside a state; received {self.region!r}")
-        if self.sensor is not None:
-            must_be_one_of("sensor", SENSORS, self.sensor)
+        for key, known in (("sensor", SENSORS), ("coil", AXES)):
+            if getattr(self, key) is not None:
+                must_be_one_of(key, known, getattr(self, key))
         if self.since_entry and SIGNALS[self.signal].unit in ("s", "yes/no", "times"):
             raise ValueError(
                 f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
@@ -128,6 +135,14 @@ class Transition(Spec):
     """Time in the state before which the transition is not taken."""
     at_most_s: _Time | None = None
     """Time in the state after which the transition is taken whatever the conditions."""
+    back_off: float = Field(default=1.0, ge=1.0)
+    """Factor by which at_least_s and at_most_s grow with each entry of the state after the first:
+    pauses between attempts become longer and longer.
+    """
+    most_entries: Annotated[int, Field(ge=1)] | None = None
+    """Number of entries of the state after which the transition is not taken any more: so many
+    attempts, then none.
+    """
 
     @model_validator(mode="after")
     def _something_fires_it(self):
@@ -135,6 +150,11 @@ class Transition(Spec):
             raise ValueError("when: must have a condition, or give at_least_s or at_most_s")
         if self.for_s > 0.0 and not self.when:
             raise ValueError("for_s: needs a condition that is to hold; received times only")
+        if self.back_off > 1.0 and not (self.at_least_s or self.at_most_s):
+            raise ValueError(
+                "back_off: must stand beside at_least_s or at_most_s, which it makes longer; "
+                f"received {self.back_off:g} alone"
+            )
         return self
 
     @property
@@ -154,6 +174,8 @@ class State(Spec):
     """Estimator that works in this state, by its name."""
     coils: Literal["on", "off"] | None = None
     """Whether the coils may work."""
+    coils_off: tuple[Literal["x", "y", "z"], ...] = ()
+    """Body axes along which no dipole is commanded: those of coils that have failed."""
     wheels: Literal["on", "off"] | None = None
     """Whether the wheels may work."""
     set: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
@@ -198,6 +220,31 @@ class Region(Spec):
                 yield f"states.{name}.transitions[{i}]", transition
 
 
+class SensorNoise(Spec):
+    """What the signals 'sensor_suspected' and 'coil_suspected' assume of the sensors."""
+
+    magnetometer_noise_nt: float = Field(gt=0.0)
+    """Standard deviation of each component of a magnetometer reading."""
+    sun_noise_deg: float = Field(gt=0.0)
+    """Standard deviation of each component of a Sun reading."""
+    gyro_noise_deg_s: float = Field(gt=0.0)
+    """Standard deviation of each component of a gyro reading."""
+    rate_tolerance_deg_s: float = Field(gt=0.0)
+    """Difference between the gyro's rate and the one that field and Sun show which is no
+    contradiction: it must be above the bias of a sound gyro.
+    """
+
+    def pack(self) -> Noise:
+        """The same in SI units for kernels."""
+        degree = math.pi / 180.0
+        return Noise(
+            1e-9 * self.magnetometer_noise_nt,
+            degree * self.sun_noise_deg,
+            degree * self.gyro_noise_deg_s,
+            degree * self.rate_tolerance_deg_s,
+        )
+
+
 class Modes(Spec):
     """Regions side by side, each in one of its states; or one region's keys directly."""
 
@@ -209,6 +256,10 @@ class Modes(Spec):
     """Inertia from which signals take the angular momentum: three moments or 3x3."""
     attitude: HeldAttitude | None = None
     """Wanted attitude, as laws that hold one have it; signals refer to it."""
+    noise: SensorNoise | None = None
+    """Noise of the sensors; if it is given, sensors and coils are checked, as the signals
+    'sensor_suspected' and 'coil_suspected' report.
+    """
     regions: dict[str, Region]
     """State machines that run side by side, by names of your choice."""
 
@@ -240,6 +291,11 @@ class Modes(Spec):
             for place, transition in region.all_transitions():
                 must_be_one_of(f"{key}{place}.to", states, transition.to)
             for i, transition in enumerate(region.transitions):
+                if transition.back_off > 1.0 or transition.most_entries is not None:
+                    raise ValueError(
+                        f"{key}transitions[{i}]: back_off and most_entries must stand in a state's "
+                        "own transition; received one from any state"
+                    )
                 if any(condition.since_entry for condition in transition.when):
                     raise ValueError(
                         f"{key}transitions[{i}].when.since_entry: must stand in a state's own "

@@ -16,7 +16,15 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, internal, without_reference_counts
+from torquer.control.modes.coil_check import COILS_NOW, first_coils
+from torquer.control.modes.sensor_check import (
+    SENSOR_NOW,
+    SENSORS_NOW,
+    check_sensors,
+    first_sensors,
+)
 from torquer.control.modes.signals import signal_value
+from torquer.interface import SENSORS
 
 
 def _record(integers: str, numbers: str = "") -> np.dtype:
@@ -29,15 +37,19 @@ def _record(integers: str, numbers: str = "") -> np.dtype:
 REGION = _record("first_state after_state first_transition after_transition")
 #: Region of a state, its own transitions, its actions.
 STATE = _record("region first_transition after_transition first_action after_action")
-TRANSITION = _record("to first_condition after_condition", "for_s at_least_s at_most_s")
+#: The times grow by the factor `back_off` with each entry of the state but the first; after
+#: `most_entries` the transition is not taken any more.
+TRANSITION = _record(
+    "to first_condition after_condition", "for_s at_least_s at_most_s back_off most_entries"
+)
 #: `sign` 1: true above the threshold, -1: below. Once true, it stays so until beyond `back`.
 #: `since_entry` 1: of the signal's change since the state was entered.
 CONDITION = _record("signal index since_entry", "sign threshold back")
 #: What a state does: `kind` is one of those below.
 ACTION = _record("kind index", "value")
 #: Law and its factor; estimator; parameter (place in the flat array) and value, set on entry;
-#: whether coils and wheels may work.
-LAW, ESTIMATOR, SET, COILS, WHEELS = range(5)
+#: whether coils and wheels may work; axis along which no dipole is commanded.
+LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF = range(6)
 
 #: What changes. `to`: the state to enter next, -1: none.
 REGION_NOW = _record("", "state since_s to")
@@ -47,15 +59,29 @@ TRANSITION_NOW = _record("", "true_since_s")
 #: `at_entry`: the signal's first known value in the state; minus infinity before.
 CONDITION_NOW = _record("", "latched at_entry")
 CLOCK = _record("", "evaluated_s")
+#: What the checks of sensors and coils remember.
+CHECKS_NOW = np.dtype([*SENSORS_NOW, *COILS_NOW])
 
 NEVER_S = -math.inf
 #: Three-valued logic: the least of several is their conjunction.
 FALSE, UNKNOWN, TRUE = 0.0, 0.5, 1.0
 
 
+class Noise(NamedTuple):
+    """What the checks of sensors assume: noise of a component of magnetometer [T], Sun sensors
+    [rad] and gyro [rad/s]; difference [rad/s] of rates that is no contradiction.
+    """
+
+    field_t: float = 0.0
+    sun_rad: float = 0.0
+    rate_rad_s: float = 0.0
+    rate_tolerance: float = 0.0
+
+
 class ModeTable(NamedTuple):
     """The constants; axis, target, inertia (xx, yy, zz, xy, xz, yz) and the wanted attitude to the
-    orbital (`orbital` 1) or the inertial frame are what signals take.
+    orbital (`orbital` 1) or the inertial frame are what signals take; `noise` is what checks of
+    sensors and coils take, zeros if there are none.
     """
 
     regions: np.ndarray
@@ -69,16 +95,27 @@ class ModeTable(NamedTuple):
     inertia_kg_m2: tuple = (0.0,) * 6
     orbital: float = 0.0
     q_wanted: tuple = (0.0, 0.0, 0.0, 1.0)
+    noise: Noise = Noise()
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether sensors and coils are checked."""
+        return self.noise.rate_tolerance > 0.0
 
 
 class ModeState(NamedTuple):
-    """All that changes, in records of numbers."""
+    """All that changes, in records of numbers.
+
+    `sensors`, `checks`: empty where sensors and coils are not checked.
+    """
 
     regions: np.ndarray
     states: np.ndarray
     transitions: np.ndarray
     conditions: np.ndarray
     clock: np.ndarray
+    sensors: np.ndarray
+    checks: np.ndarray
 
 
 #: Laws that always work.
@@ -94,12 +131,20 @@ def first_state(table: ModeTable, initial) -> ModeState:
     regions["since_s"] = NEVER_S
     states = np.zeros(len(table.states), STATE_NOW)
     states["entered_s"] = NEVER_S
+    sensors = np.zeros(len(SENSORS) if table.is_checked else 0, SENSOR_NOW)
+    for name in ("read_s", "failed_s", "blamed_s"):
+        sensors[name] = NEVER_S
+    checks = np.zeros(int(table.is_checked), CHECKS_NOW)
+    first_sensors(checks)
+    first_coils(checks)
     return ModeState(
         regions,
         states,
         np.full(len(table.transitions), NEVER_S).view(TRANSITION_NOW),
         np.array([(0.0, -math.inf)] * len(table.conditions), CONDITION_NOW),
         np.full(1, NEVER_S).view(CLOCK),
+        sensors,
+        checks,
     )
 
 
@@ -158,8 +203,11 @@ def next_state(table, state, inputs, region):
             reset(table, state, place)
             continue
         held_s = held_for_s(table, state, inputs, place)
-        done = held_s >= transition["for_s"] and spent_s >= transition["at_least_s"]
-        if to < 0.0 and (done or spent_s >= transition["at_most_s"]):
+        entries = state.states[int(now["state"])]["entries"]
+        longer = transition["back_off"] ** (entries - 1.0)
+        done = held_s >= transition["for_s"] and spent_s >= longer * transition["at_least_s"]
+        done = done or spent_s >= longer * transition["at_most_s"]
+        if to < 0.0 and done and entries <= transition["most_entries"]:
             to = float(transition["to"])
     return to
 
@@ -184,6 +232,12 @@ def enter_next(table, state, t_s, region):
     now["state"], now["since_s"], now["to"] = now["to"], t_s, -1.0
     state.states[entered]["entries"] += 1.0
     state.states[entered]["entered_s"] = t_s
+
+
+@internal
+def check(table, state, inputs):
+    """Bring suspicions of sensors and coils up to date."""
+    check_sensors(without_reference_counts(table), without_reference_counts(state), inputs)
 
 
 @inlined

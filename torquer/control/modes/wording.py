@@ -17,6 +17,9 @@ def condition_in_words(condition: Condition) -> str:
         if condition.signal == "estimate_doubts":
             verb = "doubts" if above else "does not doubt"
             return f"estimator {verb} {condition.sensor.replace('_', ' ')}"
+        if condition.signal in ("sensor_suspected", "coil_suspected"):
+            suspect = f"{condition.coil} coil" if condition.coil else condition.sensor
+            return f"{suspect.replace('_', ' ')} {'suspected' if above else 'not suspected'}"
         return "Sun in view" if above else "Sun not in view"
     change = "change of " if condition.since_entry else ""
     words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"
@@ -52,6 +55,10 @@ def transition_in_words(transition: Transition) -> str:
         words += (", " if words else "") + f"after at least {transition.at_least_s:g} s"
     if transition.at_most_s is not None:
         words += (", or " if words else "") + f"after {transition.at_most_s:g} s"
+    if transition.back_off > 1.0:
+        words += f", longer by a factor of {transition.back_off:g} with each entry"
+    if transition.most_entries is not None:
+        words += f", up to entry {transition.most_entries}"
     return words
 
 
@@ -61,6 +68,7 @@ def state_in_words(state: State) -> list[str]:
     if state.estimator is not None:
         lines.append(f"estimator {state.estimator}")
     lines += [f"{key} {getattr(state, key)}" for key in ("coils", "wheels") if getattr(state, key)]
+    lines += [f"{axis} coil off" for axis in state.coils_off]
     return lines + [f"{name} = {_numbers(value)}" for name, value in state.set.items()]
 
 

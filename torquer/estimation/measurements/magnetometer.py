@@ -50,11 +50,17 @@ def calibrated(states, at, read):
 
 
 @inlined
+def has_magnitude(read, b_inertial, sigma):
+    """Whether a reading is about as large as the field; `sigma`: of a component [T]."""
+    size = norm(b_inertial)
+    return abs(norm(read) - size) <= _ODD * size + 6.0 * sigma
+
+
+@inlined
 def has_field_magnitude(parameters, read, b_inertial):
     """Whether a reading is about as large as the field: a test that needs no attitude."""
-    size = norm(b_inertial)
     sigma = math.sqrt(parameters.sensing.r_field + parameters.prior.magnetometer_bias)
-    return abs(norm(read) - size) <= _ODD * size + 6.0 * sigma
+    return has_magnitude(read, b_inertial, sigma)
 
 
 @inlined
