@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from torquer.control.modes.spec import Modes
 from torquer.scenario.load import load_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -164,12 +165,23 @@ def test_validate_knows_the_parameters_that_states_set(call, with_modes):
     assert "weak.gian" in err and "weak.gain" in err and len(err.splitlines()) == 1
 
 
-def test_sun_pointing_is_the_logic_of_the_source():
-    """The example's table is the one that the tests of modes are made with."""
+def test_sun_pointing_has_the_logic_of_the_source():
+    """The example's table is the one that the tests of modes are made with, and checks besides."""
     path = Path(__file__).parents[1] / "data" / "sun_pointing_modes.toml"
-    expected = tomllib.loads(path.read_text())
-    example = tomllib.loads((EXAMPLES / "sun_pointing.toml").read_text())
-    assert example["control"]["modes"] == expected
+    expected = Modes.model_validate(tomllib.loads(path.read_text()))
+    example = load_scenario(EXAMPLES / "sun_pointing.toml").control.modes
+    assert example.axis == expected.axis
+    for region, source in expected.regions.items():
+        for name, state in source.states.items():
+            found = example.regions[region].states[name]
+            assert found.laws == state.laws
+            for way in state.transitions:
+                plain = [
+                    other.model_copy(update={"when": way.when})
+                    for other in found.transitions
+                    if set(way.when) <= set(other.when)
+                ]
+                assert way in plain, (region, name)
 
 
 @pytest.mark.parametrize("name", ["sun_pointing", "spinner_modes"])

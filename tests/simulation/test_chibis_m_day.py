@@ -16,7 +16,7 @@ from gallery.chibis_m import (
     TRIAD,
     WAITING,
 )
-from torquer import load_scenario
+from torquer import load_scenario, simulate
 from torquer.compile import engine
 from torquer.scenario.load import scenario_from_data
 
@@ -24,9 +24,31 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "chibis_m_day.toml"
 compiled_only = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
 
+def without_checks(control):
+    """Modes and laws of the gallery's day: the example checks sensors and coils besides."""
+    regions = {name: control.modes.regions[name] for name in ("determination", "stabilisation")}
+    plain = {"noise": None, "inertia_kg_m2": None, "regions": regions}
+    laws = {name: law for name, law in control.laws.items() if name != "sdot"}
+    modes = control.modes.model_copy(update=plain)
+    return control.model_copy(update={"modes": modes, "laws": laws})
+
+
 def test_the_example_is_the_day_of_the_gallery():
+    example = load_scenario(EXAMPLE)
     same = {"description": "", "name": "chibis_m_day", "mission": None}
-    assert load_scenario(EXAMPLE).model_copy(update=same) == scenario_from_data(chibis_m.day())
+    same["control"] = without_checks(example.control)
+    assert example.model_copy(update=same) == scenario_from_data(chibis_m.day())
+
+
+@compiled_only
+def test_sound_sensors_and_coils_are_not_suspected_and_the_checks_change_nothing():
+    example = load_scenario(EXAMPLE).replace("simulation.duration_s", 4.0 * 3600.0)
+    checked = simulate(example)
+    for region in ("coils", "coil_x", "coil_y", "coil_z", "sun"):
+        assert not checked[f"mode_{region}"].values.any()
+    plain = simulate(example.model_copy(update={"control": without_checks(example.control)}))
+    for name in ("q_body_to_inertial", "omega_body", "command_body"):
+        assert (checked[name].values == plain[name].values).all()
 
 
 def flown(hours, **changes):
