@@ -28,6 +28,7 @@ from torquer.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vecto
 
 #: Numbers of the sensors, in the order of `ReadingTimes`.
 MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
+HORIZON_SENSOR, SUN_CELLS = 6, 7
 #: A sensor is silent after this time [s], or after so many of its intervals if that is longer.
 _SILENT_S, _INTERVALS = 30.0, 3.0
 #: Time [s] after which the same numbers again are those of a stuck sensor.
@@ -110,14 +111,21 @@ def reading_of(inputs, sensor):
         t_s, (x, y, z, w) = at.attitude_sensor_s, inputs.q_body_to_inertial
     elif sensor == TACHOMETERS:
         t_s, (x, y, z) = at.tachometers_s, inputs.wheel_momentum_body_n_m_s
+    elif sensor == HORIZON_SENSOR:
+        t_s, (x, y, z) = at.horizon_sensor_s, inputs.nadir_body
+    elif sensor == SUN_CELLS:
+        cells = inputs.sun_cells
+        t_s, (x, y, z, w) = at.sun_cells_s, cells[:4]
+        w += math.pi * (cells[4] + math.pi * cells[5])  # one number that changes with each
     return t_s, (x, y, z, w)
 
 
 @internal
 def may_stay(sensor, v):
-    """Whether a sound sensor may send the same numbers for long: no Sun in view, wheels at rest."""
-    no_sun = sensor == SUN_SENSORS and v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0
-    return no_sun or sensor in (SEARCH_COIL, TACHOMETERS)
+    """Whether a sound sensor may send the same numbers for long: nothing seen, wheels at rest."""
+    of_sight = sensor in (SUN_SENSORS, HORIZON_SENSOR, SUN_CELLS)
+    nothing = of_sight and v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 and v[3] == 0.0
+    return nothing or sensor in (SEARCH_COIL, TACHOMETERS)
 
 
 @internal
@@ -181,7 +189,7 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_sigma):
     omega = vector_of(now.omega)
     seen = as_of_now(omega, now.gyro_s - read_s, unit(v))
     none = NO_MEASUREMENT
-    m = Measurement(none.z, none.h, none.h_other, none.at, sigma * sigma, 2, seen, _FIXED)
+    m = Measurement(none.z, none.h, none.h_other, none.at, sigma * sigma, 2, seen, _FIXED, 0.0)
     rate = (tolerance + _SCALE * norm(omega)) / _SIGMAS
     variances = (0.0, rate * rate, gyro_sigma * gyro_sigma, 0.0)
     turned = watch(cells, now.gyro_s, m, _NO_TURN, quaternion_of(now.q), variances)
