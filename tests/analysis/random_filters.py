@@ -83,12 +83,11 @@ def estimator(rng, noise_nt, sun_deg, gyro_deg_s, rate_deg_s) -> dict:
 
 
 def delays(rng, data) -> None:
-    """Sensors with sampling and delays of their own, which the computer knows; windows."""
+    """Sensors with sampling and delays of their own, which the computer knows."""
     for sensor in ("magnetometer", "sun_sensors"):
-        if rng.random() < 0.3:
-            data["spacecraft"][sensor]["delay_s"] = float(rng.choice([0.5, 1.0, 2.0]))
-        if rng.random() < 0.3:
-            data["spacecraft"][sensor]["sample_s"] = float(rng.choice([2.0, 5.0]))
+        if rng.random() < 0.5:
+            data["spacecraft"][sensor]["sample_s"] = float(rng.choice([1.0, 2.0, 5.0]))
+            data["spacecraft"][sensor]["delay_s"] = float(rng.choice([0.0, 0.5, 1.0, 2.0]))
 
 
 def spoilt(rng, data) -> list[str]:
