@@ -70,7 +70,9 @@ def test_validate_tells_what_is_no_fault_apart_from_the_notes(call, with_modes, 
     path = with_modes(BACK)
     code, out, _ = call("validate", path)
     assert code == 0 and "note" not in out
-    assert out.splitlines()[-1].startswith("modes: main: fast -> slow -> fast has no least time")
+    *_, modes, faults = out.splitlines()
+    assert modes.startswith("modes: main: fast -> slow -> fast has no least time")
+    assert faults.startswith("faults:")
     answer = strict_json(call("validate", path, "--json")[1])
     assert answer["notes"] == [] and [f["kind"] for f in answer["modes"]] == ["hysteresis"]
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.analysis.filter_statistics import FilterRuns
-from torquer.estimation.kalman import Filter
+from torquer.estimation.filter import Filter
 from torquer.estimation.starts import NOT_STARTED
 
 #: The filter's log of why it has not started, and the reasons by their numbers there.

@@ -22,7 +22,7 @@ from torquer.estimation.expected import (
     put_earthlight,
     put_stars,
 )
-from torquer.estimation.kalman import Filter
+from torquer.estimation.filter import Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.geometry.attitudes import to_body
 from torquer.scenario.spec import Scenario

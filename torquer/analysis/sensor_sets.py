@@ -9,7 +9,7 @@ import numpy as np
 from torquer.analysis.linear_covariance import error_95_rad, expected_accuracy, kalman_filter
 from torquer.analysis.observability import Observability, observability
 from torquer.analysis.systematic import systematic_error
-from torquer.estimation.kalman import MAGNETOMETER_ERRORS, Filter
+from torquer.estimation.filter import MAGNETOMETER_ERRORS, Filter
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_WORDS
 from torquer.scenario.spec import Scenario

@@ -13,7 +13,7 @@ from torquer.analysis.filter_check import finest_record_s, true_states
 from torquer.analysis.filter_statistics import FilterRuns
 from torquer.analysis.linear_covariance import Motion, kalman_filter
 from torquer.compile.engine import addresses, records
-from torquer.estimation.kalman import Filter
+from torquer.estimation.filter import Filter
 from torquer.estimation.smoother import Forward, empty_forward, fly, smooth, with_copies
 from torquer.estimation.state_names import axes_of
 from torquer.geometry.attitudes import rotation_vector

@@ -29,8 +29,9 @@ from torquer.estimation.covariance import (
     state_of,
     variance_of,
 )
+from torquer.estimation.filter import Filter, keys_of
 from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
-from torquer.estimation.kalman import Filter, keys_of, step
+from torquer.estimation.kalman import step
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.triad import put_quaternion, quaternion_of
 from torquer.geometry.frames import mat_mul, transpose

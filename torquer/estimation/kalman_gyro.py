@@ -27,8 +27,9 @@ from torquer.estimation.covariance import (
     slices_of,
     state_of,
 )
+from torquer.estimation.filter import Filter, keys_of
 from torquer.estimation.hypotheses import memory_of_hypotheses, step_by_field
-from torquer.estimation.kalman import Filter, keys_of, step
+from torquer.estimation.kalman import step
 from torquer.estimation.measurements.measurement import Sensing
 from torquer.estimation.mounting import by_misalignment, by_scale, without_mounting
 from torquer.estimation.triad import put_quaternion, quaternion_of

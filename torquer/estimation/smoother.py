@@ -17,7 +17,7 @@ import numpy as np
 from torquer.compile.engine import inlined, kernel
 from torquer.estimation.covariance import turn_attitude
 from torquer.estimation.estimator import Estimator, call_estimator
-from torquer.estimation.kalman import memory_of
+from torquer.estimation.filter import memory_of
 from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
 from torquer.geometry.quaternion import (
     conjugate,

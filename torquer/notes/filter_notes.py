@@ -2,7 +2,7 @@
 
 import math
 
-from torquer.estimation.kalman import Filter
+from torquer.estimation.filter import Filter
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
 

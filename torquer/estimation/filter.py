@@ -1,0 +1,247 @@
+"""A Kalman filter as users state it: its keys, its memory before the start, what it logs."""
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from torquer.compile.block import Axis
+from torquer.estimation.covariance import CALIBRATION, States
+from torquer.estimation.estimator import Estimator
+from torquer.estimation.kalman import NOTHING
+from torquer.estimation.measurements.measurement import SENSORS, VECTORS, Sensing
+from torquer.estimation.measurements.star_tracker import PAST
+from torquer.estimation.sensor_keys import NOISE_KEYS, SENSOR_LABELS, SensorKeys
+from torquer.estimation.starts import UNINFORMED
+from torquer.estimation.state_names import axes_of
+from torquer.estimation.watch import CELLS as WATCHED
+from torquer.interface import CELLS
+from torquer.spec import Spec
+
+#: Keys of errors of the magnetometer that may be states.
+MAGNETOMETER_ERRORS = (
+    "magnetometer_bias_sigma_nt",
+    "magnetometer_scale_sigma",
+    "magnetometer_misalignment_sigma_deg",
+)
+
+
+def memory_of(n: int) -> dict:
+    """Memory of a filter of n states that has not started; `states`: those beyond the attitude."""
+    row = (0.0,) * n
+    return {
+        "t_s": -math.inf,
+        "read_s": (-math.inf,) * SENSORS,
+        "q": (math.nan, *NOTHING),
+        "states": row[3:],
+        "covariance": (row,) * n,
+        "gain": (row,) * 3,
+        "correction": row,
+        "innovation_magnetometer": NOTHING,
+        "innovation_sun": NOTHING,
+        "innovation_star_tracker": NOTHING,
+        "innovation_horizon": NOTHING,
+        "innovation_sun_cells": (math.nan,) * CELLS,
+        "innovation_cell": NOTHING,
+        "earthlight": (0.0, 0.0, 0.0),
+        "watched": (((-math.inf,) * WATCHED,) * 2,) * VECTORS,
+        "rotation": (0.0, 0.0, 0.0, 1.0),
+        "past": ((-math.inf, 0.0, 0.0, 0.0, 1.0),) * PAST,
+        "past_next": 0.0,
+        "missed": (0.0,) * SENSORS,
+        "rate_error": 0.0,
+        "doubted_s": (-math.inf, -math.inf),
+        "unrest": 0.0,
+        "rate_corrected": 0.0,
+        "rejected_in_a_row": (0.0,) * SENSORS,
+        "isolated": (0.0,) * SENSORS,
+        "refused": 0.0,
+        "starts": 0.0,
+        "not_started": 0.0,
+    }
+
+
+#: What filters log, besides the innovations of their sensors.
+LOG = dict.fromkeys(("refused", "starts", "not_started"), "1") | {
+    "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * SENSORS),)
+}
+
+
+def keys_of(spec: type[Spec]) -> str:
+    """A spec's docstring after its first line, to be appended to those of its kinds."""
+    return "\n\n" + (spec.__doc__ or "").partition("\n\n")[2]
+
+
+class Filter(SensorKeys):
+    """A Kalman filter; noise as the filter believes it.
+
+    The filter starts from a reading of the star tracker or by TRIAD from the latest directions,
+    unless their angle is not that of the models, and again where the standard deviation of the
+    attitude, that of all axes together, exceeds `lost_sigma_deg`. With the magnetometer alone it
+    starts with several hypotheses about the turn around the field, and states their spread until
+    they agree; with another direction alone it must be handed an attitude. Where other estimators
+    have worked before it, in other modes, it takes over an attitude that is not older than
+    `longest_gap_s` and better than its own; after a longer gap it starts again.
+
+    Sensors and motion are watched. A sensor is isolated while its readings stay though the body
+    turns, while its field is not as large as that of the model, or while it sees the Sun in the
+    umbra. Where readings turn otherwise than the propagated motion, the rate becomes uncertain.
+    After `most_refused` readings of a sensor rejected one after another the filter starts again by
+    TRIAD, or isolates the sensor if others agree with the filter, or turns its attitude to fit the
+    readings and states that it does not know it.
+    """
+
+    gives: ClassVar = frozenset({"attitude", "rate"})
+    #: Whether a gyro shows the motion.
+    has_gyro: ClassVar[bool] = False
+    #: The kernel, and what it remembers beyond `memory_of`.
+    kernel: ClassVar[Callable]
+    remembers: ClassVar[dict] = {}
+    #: The kernel for the magnetometer alone, and what makes its further memory for n states.
+    by_field: ClassVar[tuple[Callable, Callable[[int], dict]]]
+    magnetometer_bias_sigma_nt: Annotated[float, Field(gt=0.0)] | None = None
+    """Estimate the magnetometer's bias, too, with this standard deviation about zero at the start;
+    left out: no bias.
+    """
+    magnetometer_scale_sigma: Annotated[float, Field(gt=0.0, lt=1.0)] | None = None
+    """Relative standard deviation of the magnetometer's scale factors, as a further state of the
+    filter; left out: no scale errors.
+    """
+    magnetometer_misalignment_sigma_deg: Annotated[float, Field(gt=0.0, lt=30.0)] | None = None
+    """Standard deviation of the magnetometer's misalignment about each axis, as a further state of
+    the filter; left out: no misalignment.
+    """
+    calibration: Literal["estimated", "considered"] = "estimated"
+    """What the filter does with scale factors and misalignments that have a standard deviation:
+    estimates them, or only considers what they do to the accuracy of all else. Considering suits
+    errors that the readings do not determine.
+    """
+    gate: float = Field(default=1e-5, gt=0.0, lt=1.0)
+    """Probability of rejecting a reading although filter and reading are sound."""
+    lost_sigma_deg: float = Field(default=30.0, gt=0.0, le=180.0)
+    """Standard deviation of the attitude, of all axes together, above which the filter starts
+    again.
+    """
+    most_refused: int = Field(default=30, ge=1)
+    """Number of readings of a sensor rejected one after another, after which the filter starts
+    again or isolates the sensor.
+    """
+    longest_gap_s: float = Field(default=10.0, gt=0.0)
+    """Age up to which the filter takes over another estimator's attitude, or its own after a pause.
+    """
+    record_covariance: bool = False
+    """Record the states beyond the attitude, and the covariance matrix of all errors."""
+
+    @model_validator(mode="after")
+    def _errors_of_the_magnetometer(self):
+        for key in MAGNETOMETER_ERRORS:
+            if "magnetometer" not in self.sensors and getattr(self, key) is not None:
+                raise ValueError(
+                    f"{key}: must be left out without the magnetometer among the sensors; "
+                    f"received {getattr(self, key):g}"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _something_to_consider(self):
+        if self.calibration == "considered" and not self.considered_states:
+            raise ValueError(
+                "calibration: must be left out without a standard deviation of scale factors or "
+                "misalignments, which the filter would consider; received 'considered'"
+            )
+        return self
+
+    def first_considered(self) -> float:
+        """First row of the states that are only considered; 0 for none."""
+        count = self.considered_states
+        return 3.0 * (len(self.initial_variances()) - count) if count else 0.0
+
+    @property
+    def considered_states(self) -> int:
+        """Number of states (three components each) that are considered, not estimated."""
+        if self.calibration == "estimated":
+            return 0
+        return len(set(CALIBRATION) & set(self.initial_variances()))
+
+    def prior(self, **others: float) -> States:
+        """Variances of the states at the start; `others`: of those that filters do not share."""
+        bias_t = 1e-9 * (self.magnetometer_bias_sigma_nt or 0.0)
+        misalignment = math.radians(self.magnetometer_misalignment_sigma_deg or 0.0)
+        return States(
+            UNINFORMED,
+            magnetometer_bias=bias_t**2,
+            magnetometer_scale=(self.magnetometer_scale_sigma or 0.0) ** 2,
+            magnetometer_misalignment=misalignment**2,
+            **others,
+        )
+
+    def variances(self) -> States:
+        """Variances of all states at the start, 0 for those that the filter does not have."""
+        raise NotImplementedError
+
+    def sensing(self) -> Sensing:
+        """Noise of the sensors and limits of the filter for the kernels."""
+        from scipy.special import chdtri  # a third of a second of importing
+
+        across_deg = self.star_tracker_noise_deg or 0.0
+        about_deg = self.star_tracker_boresight_noise_deg or across_deg
+        return Sensing(
+            (1e-9 * (self.magnetometer_noise_nt or 0.0)) ** 2,
+            math.radians(self.sun_noise_deg or 0.0) ** 2,
+            math.radians(across_deg) ** 2,
+            math.radians(about_deg) ** 2,
+            self.star_tracker_boresight or (0.0, 0.0, 1.0),
+            math.radians(self.horizon_noise_deg or 0.0) ** 2,
+            (self.cell_noise or 0.0) ** 2,
+            self.cell_albedo,
+            self.cell_albedo_error,
+            self.cells(),
+            float(self.after_last()),
+            float(chdtri(1, self.gate)),
+            float(chdtri(2, self.gate)),
+            float(chdtri(3, self.gate)),
+            math.radians(self.lost_sigma_deg) ** 2,
+            float(self.most_refused),
+            self.longest_gap_s,
+            float(self.has_gyro),
+            self.first_considered(),
+        )
+
+    def constants(self) -> Any:
+        """Parameters for the kernel: `prior`, `sensing` and those of the filter's motion."""
+        raise NotImplementedError
+
+    def initial_variances(self) -> dict[str, float]:
+        """Variance of each component of the filter's states at the start, by the states' names."""
+        return {name: v for name, v in self.variances()._asdict().items() if v > 0.0}
+
+    def estimator(self) -> Estimator:
+        """The filter, not yet started."""
+        cls, parameters = type(self), self.constants()
+        n, kernel = 3 * len(self.initial_variances()), cls.kernel
+        memory = memory_of(n) | cls.remembers
+        if self.starts_by_field:
+            kernel, more = cls.by_field
+            # first: a record that begins as another does is a kind of it to Numba, which warns
+            memory = more(n) | memory
+        return Estimator(self.kind, kernel, parameters, memory, self.logs(), self.needs, spec=self)
+
+    @property
+    def starts_by_field(self) -> bool:
+        """Whether the filter has the magnetometer alone: it starts with several hypotheses."""
+        return self.sensors == ("magnetometer",)
+
+    @property
+    def needs(self) -> frozenset[str]:
+        """Ephemeris, and those sensors used that are not always read."""
+        return frozenset({"ephemeris", *({"sun", "horizon", "sun_cells"} & set(self.sensors))})
+
+    def logs(self) -> dict:
+        """What is logged: names in the memory, units or axes."""
+        by_field = {"hypotheses": "1"} if self.starts_by_field else {}
+        covariance = axes_of(self.initial_variances()) if self.record_covariance else {}
+        innovations = {
+            f"innovation_{sensor}": "1" for sensor in NOISE_KEYS if sensor in self.sensors
+        }
+        return innovations | LOG | by_field | covariance
