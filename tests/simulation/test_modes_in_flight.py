@@ -1,6 +1,7 @@
 """Modes in the loop: laws, parameters, actuators, estimator of a state; stop and resume."""
 
 import itertools
+import math
 
 import hypothesis.strategies as st
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from integrators import INTEGRATORS, by
 
-from torquer import law, load, resume, save, simulate
+from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
 from torquer.simulation.results.dataset import laws_of
 
@@ -106,6 +107,21 @@ def test_a_state_switches_coils_and_wheels_off(make):
     assert minutes(result, "torque_command_body")[:4] == [torque, torque, off, torque]
     assert minutes(result, "dipole_body")[:4] == [dipole, off, dipole, dipole]
     assert not result.wheel_torque.values[120:180].any()
+
+
+@law
+def wild(inputs, parameters, memory):
+    """No numbers, as from a sensor that reads none."""
+    return (math.nan, math.inf, math.nan)
+
+
+def test_what_a_law_asks_of_coils_that_are_off_stops_no_flight(make):
+    modes = {"states": {"off": {"laws": ["x"], "coils": "off", "final": True}}}
+    result = flown(make, modes, {"x": wild})
+    assert result.attrs["how_it_ended"] == "complete" and not result["command_body"].values.any()
+    modes["states"]["off"]["coils"] = "on"
+    with pytest.raises(RunStopped, match="must return a finite dipole"):
+        flown(make, modes, {"x": wild})
 
 
 def test_a_region_switches_the_coils_off_whatever_the_others_do(make):

@@ -33,7 +33,7 @@ from torquer.control.modes.table import (
     switch_modes,
 )
 from torquer.estimation.estimator import Estimator, call_estimator
-from torquer.geometry.vec3 import add, add_scaled, scale
+from torquer.geometry.vec3 import add, add_scaled
 from torquer.interface import (
     KNOWN,
     NO_COMMAND,
@@ -247,9 +247,14 @@ def switch(computer, board):
 
 @internal
 def allowed(chosen, dipole):
-    """The part of a dipole that the modes let the coils make."""
-    x, y, z = scale(chosen.coils, dipole)
-    return (chosen.coil_x * x, chosen.coil_y * y, chosen.coil_z * z)
+    """The part of a dipole that the modes let the coils make, whatever a law asks of the others."""
+    x, y, z = dipole
+    on = chosen.coils > 0.0
+    return (
+        x if on and chosen.coil_x > 0.0 else 0.0,
+        y if on and chosen.coil_y > 0.0 else 0.0,
+        z if on and chosen.coil_z > 0.0 else 0.0,
+    )
 
 
 @inner
@@ -266,7 +271,8 @@ def command_by_modes(computer, board):
                 command = command_of(computer, board, action.index)
                 dipole = add_scaled(dipole, action.value, command.dipole_a_m2)
                 torque = add_scaled(torque, action.value, command.torque_n_m)
-    return Command(allowed(board.chosen[0], dipole), scale(board.chosen[0].wheels, torque))
+    torque = torque if board.chosen[0].wheels > 0.0 else (0.0, 0.0, 0.0)
+    return Command(allowed(board.chosen[0], dipole), torque)
 
 
 @internal
