@@ -13,6 +13,8 @@ from torquer.compile.engine import inlined, internal
 
 #: Number of single Sun cells that the computer can read.
 CELLS = 6
+#: Signals of these where there are none.
+NO_CELLS = (0.0,) * CELLS
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
