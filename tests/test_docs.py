@@ -182,7 +182,7 @@ def test_the_sensors_tutorial_prints_what_it_shows(monkeypatch):
         with contextlib.redirect_stdout(io.StringIO()) as printed:
             exec(code, names)
         assert printed.getvalue() == shown_there
-    assert len(found) == 4
+    assert len(found) == 5
 
 
 def test_readme_links_exist():

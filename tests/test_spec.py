@@ -91,6 +91,8 @@ def keys_in(value, place=""):
         inner = [(f"{place}[{k}]", each) for k, each in enumerate(value)]
     else:
         return [place]
+    if place.endswith(".set"):  # parameters of laws, whose names have dots
+        return [place]
     return [found for key, each in inner for found in keys_in(each, key)]
 
 

@@ -18,7 +18,8 @@ NO_CELLS = (0.0,) * CELLS
 _ZERO = (0.0, 0.0, 0.0)
 _UNKNOWN = (math.nan, math.nan, math.nan)
 _NO_ATTITUDE = (math.nan, math.nan, math.nan, math.nan)
-_NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+#: No sensor that an estimator judges to be wrong.
+NONE_ISOLATED = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 class ReadingTimes(NamedTuple):
@@ -56,7 +57,7 @@ class Estimate(NamedTuple):
     gyro_bias_rad_s: tuple = _ZERO
     sigma_rad: float = math.nan
     sigma_rad_s: float = math.nan
-    isolated: tuple = _NONE_ISOLATED
+    isolated: tuple = NONE_ISOLATED
 
 
 class Ephemeris(NamedTuple):

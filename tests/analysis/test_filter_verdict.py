@@ -71,7 +71,7 @@ def test_runs_that_never_start_are_told_with_the_reason():
     said = verdict(some).text
     assert said == (
         "never started in 3 of 20 runs: no usable reading of the magnetometer; "
-        "the angle between field and Sun is not that of the models"
+        "the angle between two directions is not that of the models"
     )
 
 

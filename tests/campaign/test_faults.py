@@ -31,9 +31,13 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
 
+#: A safe mode whose law, guards and conditions share one gyro: many of its faults are lost.
+OF_ONE_GYRO = Path(__file__).parents[1] / "data/safe_mode_of_one_gyro.toml"
+
+
 @pytest.fixture(scope="module")
 def safe_mode():
-    return load_scenario(EXAMPLES / "safe_mode.toml")
+    return load_scenario(OF_ONE_GYRO)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,8 @@ import pytest
 from torquer.compile import engine
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
-SAFE_MODE = Path(__file__).parents[2] / "examples/safe_mode.toml"
+#: A safe mode whose law, guards and conditions share one gyro.
+SAFE_MODE = Path(__file__).parents[1] / "data/safe_mode_of_one_gyro.toml"
 FILES = {"faults.md", "faults.png", "faults.nc", "faults.json", "worst.toml"}
 
 

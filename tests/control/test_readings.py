@@ -8,7 +8,7 @@ import pytest
 import torquer
 from torquer.control.law import as_law, readings_of
 
-ALL = {"sun", "search_coil"}
+ALL = {"sun", "search_coil", "horizon"}
 
 
 @numba.njit

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.scenario.spec import Scenario, whole_steps
-from torquer.simulation.results.variables import INPUTS
+from torquer.simulation.results.variables import ESTIMATED, INPUTS
 from torquer.spacecraft.sampling import Sampled
 
 #: Numbers in a row of a result: without wheels, with them, and for each of them; an estimate; what
 #: the computer believes of its surroundings.
-_ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_ESTIMATE, _ROW_BELIEVED = 49, 3, 3, 13, 6
+_ROW, _ROW_WHEELS, _ROW_WHEEL, _ROW_BELIEVED = 49, 3, 3, 6
 #: Copies of its rows that a result in memory needs while it is made.
 _COPIES = 3
 #: Memory [byte] of the package and what it computes with; while tables are made, of those of a
@@ -94,7 +94,9 @@ def row_numbers(scenario: Scenario) -> int:
         numbers += sum(len(each.cells) for each in INPUTS)
     if scenario.believed_environment() != scenario.orbit_environment():
         numbers += _ROW_BELIEVED
-    return numbers + (_ROW_ESTIMATE if estimators else 0)
+    if estimators:
+        numbers += sum(len(each.cells) for each in ESTIMATED)
+    return numbers
 
 
 def _estimators(scenario: Scenario) -> list:

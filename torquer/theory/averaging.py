@@ -21,7 +21,7 @@ from torquer.control.law import Law
 from torquer.geometry.quaternion import multiply, rotate, rotate_inverse
 from torquer.geometry.vec3 import add, cross, norm, scale, sub
 from torquer.integrate.dop853 import rates_of
-from torquer.interface import NO_CELLS, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import NO_CELLS, NONE_ISOLATED, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.theory.evolution.model import Slow
 from torquer.theory.orbit_field import TILTED_DIPOLE, field_at, field_rate
 from torquer.theory.spinner import Spinner
@@ -84,7 +84,7 @@ def exact_inputs(t_s, q, omega, models):
     b, sun = rotate_inverse(q, b_reference), rotate_inverse(q, sun_reference)
     b_rate = sub(rotate_inverse(q, b_rate_reference), cross(omega, b))
     read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
-    estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan)
+    estimate = Estimate(t_s, q, omega, NONE, math.nan, math.nan, NONE_ISOLATED)
     unknown = (math.nan, math.nan, math.nan)
     ephemeris = Ephemeris(unknown, unknown, b_reference, b_rate_reference, sun_reference, 1.0)
     none = (NONE, NONE, NONE, NO_CELLS)

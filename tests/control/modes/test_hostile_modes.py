@@ -9,13 +9,13 @@ from hostile_modes import FACTS, TABLES, table_of
 
 from torquer.control.modes.check import faults
 from torquer.control.modes.signals import RANGES, SIGNALS
-from torquer.control.modes.spec import Modes
+from torquer.control.modes.spec import Modes, SensorNoise
 from torquer.notes.mode_notes import facts_of, mode_findings
 from torquer.scenario.load import load_scenario, presets
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.toml"))
-#: In sunlight only the hour counts: the tutorial says why this is meant so.
-MEANT = {"sun_pointing": ["waits for the unknown"]}
+#: In `sun_pointing` only the hour counts in sunlight; a Sun that is not seen is no wrong capture.
+MEANT = {key: ["waits for the unknown"] for key in ("sun_pointing", "safe_mode")}
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -41,7 +41,8 @@ def test_presets_are_not_accused(name):
     regions = {"it": presets("region")[name]}
     if name == "chibis_m_stabilisation":
         regions = {"determination": presets("region")["chibis_m_determination"], **regions}
-    table = {"inertia_kg_m2": [1, 1.1, 1.5], "attitude": {"reference": "orbital"}}
+    noise = dict.fromkeys(SensorNoise.model_fields, 1.0)
+    table = {"inertia_kg_m2": [1, 1.1, 1.5], "attitude": {"reference": "orbital"}, "noise": noise}
     assert faults(Modes.model_validate({**table, "regions": regions})) == []
 
 

@@ -18,7 +18,7 @@ from torquer.environment.table import DEGREE
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate_inverse
 from torquer.geometry.vec3 import add, add_scaled, cross, put_vector, scale, sub
-from torquer.interface import NO_CELLS, Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.interface import NO_CELLS, NONE_ISOLATED, Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.spacecraft.body import motion_rates
 
 _ZERO = (0.0, 0.0, 0.0)
@@ -77,7 +77,7 @@ def _exact_inputs(at, i, place, q, omega):
     b_rate = rotate_inverse(q, place.ephemeris.b_rate_inertial_t_s)
     b_rate = sub(b_rate, cross(omega, b))
     read_at = ReadingTimes(t_s, t_s, t_s, t_s, t_s, t_s, t_s, t_s)
-    estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0)
+    estimate = Estimate(t_s, q, omega, _ZERO, 0.0, 0.0, NONE_ISOLATED)
     sun = place.ephemeris.sun_inertial
     none = (_ZERO, _ZERO, _ZERO, NO_CELLS)
     return Inputs(t_s, b, b_rate, omega, sun, q, *none, read_at, estimate, place.ephemeris)
