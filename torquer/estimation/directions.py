@@ -14,6 +14,8 @@ from torquer.geometry.quaternion import rotate
 from torquer.geometry.vec3 import cross, dot, norm
 
 _ZERO = (0.0, 0.0, 0.0)
+#: Square [T^2] below which a reading is no field.
+_NO_FIELD = 1e-30
 
 
 class Direction(NamedTuple):
@@ -39,7 +41,7 @@ def direction_of(inputs, parameters, sensor):
     read_s, v, reference, r, per, cells_used = 0.0, _ZERO, _ZERO, 0.0, 1.0, False
     if sensor == MAGNETOMETER:
         read_s, v, r = at.magnetometer_s, inputs.b_body_t, sensing.r_field
-        reference, per = field_at(inputs, read_s), dot(v, v)
+        reference, per = field_at(inputs, read_s), max(dot(v, v), _NO_FIELD)
     elif sensor == SUN_SENSORS:
         read_s, v, r = at.sun_sensors_s, inputs.sun_body, sensing.r_sun
         reference = inputs.ephemeris.sun_inertial

@@ -261,7 +261,7 @@ def kalman_dynamics_by_field(inputs, parameters, memory):
 
 
 class KalmanDynamics(Filter):
-    """Multiplicative Kalman filter without a gyro: magnetometer and Sun sensors, or one of them."""
+    """Multiplicative Kalman filter without a gyro, with any of the sensors of `Filter`."""
 
     __doc__ = f"{__doc__}{keys_of(Filter)}"
 

@@ -284,7 +284,7 @@ def kalman_gyro_by_field(inputs, parameters, memory):
 
 
 class KalmanGyro(Filter):
-    """Multiplicative Kalman filter with a gyro: magnetometer and Sun sensors, or one of them.
+    """Multiplicative Kalman filter with a gyro and any of the sensors of `Filter`.
 
     `torquer.estimation.gyro_noise.filter_noise` makes the two noises from a data sheet.
     """

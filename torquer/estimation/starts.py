@@ -26,7 +26,7 @@ from torquer.estimation.measurements.measurement import (
     as_of_now,
     is_field_alone,
 )
-from torquer.estimation.measurements.star_tracker import STAR_TRACKER, is_attitude
+from torquer.estimation.measurements.star_tracker import PAST, STAR_TRACKER, is_attitude
 from torquer.estimation.measurements.sun_cells import SUN_CELLS
 from torquer.estimation.measurements.sun_sensors import SUN_SENSORS
 from torquer.estimation.triad import (
@@ -330,6 +330,8 @@ def put_attitude(memory, t_s, q, variance):
     if not t_s >= memory.t_s:
         for sensor in range(VECTORS):
             memory.watched[sensor, 0, 0] = -math.inf
+        for k in range(PAST):
+            memory.past[k, 0] = -math.inf
     memory.t_s = t_s
     memory.starts += 1.0
     memory.rejected_in_a_row[:] = 0.0

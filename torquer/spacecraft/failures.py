@@ -170,7 +170,8 @@ class SensorFailure(Interval):
         without = ("bias", "noise") * (not self.error_keys)
         without += ("reversed", "swapped") * (not self.has_axes)
         if self.kind in without:
-            raise ValueError(f"kind: must be another for this sensor; received {self.kind!r}")
+            names = ", ".join(kind for kind in KINDS if kind not in without)
+            raise ValueError(f"kind: must be one of {names}; received {self.kind!r}")
         kinds = zip(self.error_keys, ("bias", "noise"), strict=False)
         self.check_keys({"axes": ("swapped",)} | {key: (kind,) for key, kind in kinds})
         if self.axis is not None and self.kind != "reversed":

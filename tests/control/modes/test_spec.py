@@ -136,7 +136,7 @@ def condition(**keys):
         (condition(below=1.0, back_above=0.5), "back_above: must be greater than 'below', 1;"),
         (condition(below=1.0, back_below=0.5), "back_below: must not be given with 'below';"),
         (condition(below=1.0, state="a"), "state: must not be given for rate_deg_s; received 'a'"),
-        (condition(below=1.0, region="a"), "region: must stand beside a state; received 'a'"),
+        (condition(below=1.0, region="a"), "region: must be given with a state; received 'a'"),
         (condition(signal="time_s", above=1.0, since_entry=True),
          "since_entry: must not be given for time_s, a time, count or yes/no; received true"),
         ({**two_states(when=RATE), "transitions": [

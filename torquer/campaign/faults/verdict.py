@@ -101,7 +101,7 @@ def judged(flight: Flown, nominal: Flown, goals: list[Goal]) -> tuple[str, str]:
     if not flight.rate_deg_s <= limit:
         return LOST, f"rate up to {flight.rate_deg_s:.3g} deg/s"
     for goal, greatest in zip(goals, flight.goals, strict=True):
-        if greatest >= goal.below:
+        if not greatest < goal.below:
             return DEGRADED, f"{goal.signal} up to {greatest:.3g} {goal.unit}"
     if flight.energy_j > ENERGY_TIMES * nominal.energy_j:
         times = flight.energy_j / nominal.energy_j if nominal.energy_j else math.inf

@@ -188,6 +188,7 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_sigma):
     """
     omega = vector_of(now.omega)
     seen = as_of_now(omega, now.gyro_s - read_s, unit(v))
+    seen = as_of_now(scale(-1.0, omega), read_s - now.gyro_s, seen)  # read after the gyro
     none = NO_MEASUREMENT
     m = Measurement(none.z, none.h, none.h_other, none.at, sigma * sigma, 2, seen, _FIXED, 0.0)
     rate = (tolerance + _SCALE * norm(omega)) / _SIGMAS
@@ -291,7 +292,7 @@ def are_sound(now, sensors, t_s):
 
 @internal
 def forget_turns(now):
-    """Begin the comparison with the gyro's rate anew once it is known again."""
+    """Begin the comparison with the gyro's rate again once it is known again."""
     now.turn[0] = now.turn[1] = 0.0
 
 

@@ -111,7 +111,7 @@ class Condition(Spec):
             if key not in needs and given is not None:
                 raise ValueError(f"{key}: must not be given for {self.signal}; received {given!r}")
         if self.region is not None and self.state is None:
-            raise ValueError(f"region: must stand beside a state; received {self.region!r}")
+            raise ValueError(f"region: must be given with a state; received {self.region!r}")
         for key, known in (("sensor", SENSORS), ("coil", AXES)):
             if getattr(self, key) is not None:
                 must_be_one_of(key, known, getattr(self, key))
@@ -152,7 +152,7 @@ class Transition(Spec):
             raise ValueError("for_s: needs a condition that is to hold; received times only")
         if self.back_off > 1.0 and not (self.at_least_s or self.at_most_s):
             raise ValueError(
-                "back_off: must stand beside at_least_s or at_most_s, which it makes longer; "
+                "back_off: must be given with at_least_s or at_most_s, which it makes longer; "
                 f"received {self.back_off:g} alone"
             )
         return self
