@@ -86,8 +86,9 @@ def delays(rng, data) -> None:
     """Sensors with sampling and delays of their own, which the computer knows."""
     for sensor in ("magnetometer", "sun_sensors"):
         if rng.random() < 0.5:
-            data["spacecraft"][sensor]["sample_s"] = float(rng.choice([1.0, 2.0, 5.0]))
-            data["spacecraft"][sensor]["delay_s"] = float(rng.choice([0.0, 0.5, 1.0, 2.0]))
+            sample_s = float(rng.choice([1.0, 2.0, 5.0]))
+            delay_s = min(float(rng.choice([0.0, 1.0, 2.0])), sample_s)
+            data["spacecraft"][sensor] |= {"sample_s": sample_s, "delay_s": delay_s}
 
 
 def spoilt(rng, data) -> list[str]:
