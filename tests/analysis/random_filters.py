@@ -156,6 +156,8 @@ def main(count: int) -> None:
     for number in range(count):
         word, false, wrong, factor, share = judged(number)
         table[word, false, bool(wrong)] += 1
+        row = f"{number} {word}: {factor:.2f} of stated, {share:.1%} over 4 sigma; {wrong}"
+        print(row, file=sys.stderr, flush=True)
         if false and word == "consistent":
             missed.append((number, wrong, factor, share))
     for (word, false, wrong), how_often in sorted(table.items()):

@@ -13,6 +13,7 @@ from torquer.estimation.covariance import (
 from torquer.estimation.directions import contradicts, direction_of
 from torquer.estimation.isolation import (
     CONTRADICTS,
+    USED,
     directions_in_agreement,
     doubt_motion,
     is_broken,
@@ -42,6 +43,9 @@ from torquer.geometry.vec3 import cross, dot, scale, unit
 
 #: Variance [rad^2] of an attitude of which nothing is known, in a linear filter.
 UNINFORMED = math.pi * math.pi / 3.0
+#: Variance above which a filter has no attitude: a start leaves at most UNINFORMED, and linear
+#: propagation and corrections of more are meaningless.
+_NOTHING_KNOWN = 2.0 * UNINFORMED
 #: Variance before the readings of a start, over that of TRIAD: the readings count twice, which
 #: makes the covariance too small by one part in this number.
 _WIDER = 1000.0
@@ -70,12 +74,36 @@ NO_STARS, OTHER_STARS, NO_NADIR, FEW_CELLS = 8.0, 9.0, 10.0, 11.0
 def has_attitude(inputs, parameters, memory, begin, rate_of):
     """Whether the filter has an attitude: its own, or one from a start or restart in this step."""
     sensing = parameters.sensing
+    if not variance_of(memory.covariance, ATTITUDE) <= _NOTHING_KNOWN:
+        forget_all(parameters.prior, memory)
     must = must_begin(inputs, sensing, memory)
     rejected = rejected_sensor(sensing, memory)
     lost = 3.0 * variance_of(memory.covariance, ATTITUDE) > sensing.lost
     if must or rejected >= 0 or lost:
         return find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of)
     return True
+
+
+@inlined
+def forget_all(prior, memory):
+    """Nothing is known any more, of no state and no sensor: the filter must start as at first."""
+    memory.t_s = -math.inf
+    put_uncorrelated(memory.covariance, ATTITUDE, prior.attitude)
+    forget(prior, memory.states, memory.covariance)
+    memory.isolated[:] = USED
+    memory.rejected_in_a_row[:] = 0.0
+    memory.missed[:] = 0.0
+    memory.rate_error = memory.unrest = memory.rate_corrected = 0.0
+    forget_readings(memory)
+
+
+@inlined
+def forget_readings(memory):
+    """Readings and rotations before now are not compared with later ones."""
+    for sensor in range(VECTORS):
+        memory.watched[sensor, 0, 0] = -math.inf
+    for k in range(PAST):
+        memory.past[k, 0] = -math.inf
 
 
 @inlined
@@ -101,7 +129,7 @@ def must_begin(inputs, sensing, memory):
     away = e.t_s != memory.t_s
     gap = inputs.t_s - memory.t_s > sensing.gap
     better = e.t_s > memory.t_s and e.sigma_rad * e.sigma_rad < own
-    return memory.starts == 0.0 or (away and (gap or better))
+    return memory.t_s == -math.inf or (away and (gap or better))
 
 
 @plugged
@@ -114,7 +142,7 @@ def find_attitude(inputs, parameters, memory, must, rejected, begin, rate_of):
     `taken_over`: the attitude is that of another estimator; `idle_s`: time for which states that
     are kept have not been propagated; `afresh`: they are forgotten.
     """
-    idle_since_s, first = memory.t_s, memory.starts == 0.0
+    idle_since_s, first = memory.t_s, memory.t_s == -math.inf
     omega, _, variance, _ = rate_of(inputs, parameters, memory, 0.0)
     taken_over = must and variance < math.inf and takes_over(inputs, parameters.sensing, memory)
     memory.not_started = NO_RATE if not variance < math.inf else STARTED
@@ -285,7 +313,7 @@ def start_by_direction(inputs, parameters, memory, sensor, omega):
     if not d.is_usable:
         return False
     read_s, v = d.read_s, d.v
-    if memory.starts > 0.0:
+    if memory.t_s > -math.inf:
         q = quaternion_of(memory.q)
         read_s, v = inputs.t_s, as_of_now(omega, inputs.t_s - read_s, v)
     memory.read_s[:] = -math.inf
@@ -328,10 +356,7 @@ def takes_over(inputs, sensing, memory):
 def put_attitude(memory, t_s, q, variance):
     """Start from an attitude of this variance about each axis; no reading is rejected so far."""
     if not t_s >= memory.t_s:
-        for sensor in range(VECTORS):
-            memory.watched[sensor, 0, 0] = -math.inf
-        for k in range(PAST):
-            memory.past[k, 0] = -math.inf
+        forget_readings(memory)
     memory.t_s = t_s
     memory.starts += 1.0
     memory.rejected_in_a_row[:] = 0.0
