@@ -339,10 +339,11 @@ def fitted(q, v, reference):
 
 @inlined
 def takes_over(inputs, sensing, memory):
-    """Take over an attitude of another estimator; whether there is one that is not too old."""
+    """Take over an attitude of another estimator; whether one is known and not too old."""
     e = inputs.estimate
     age = inputs.t_s - e.t_s
-    if not (e.t_s > memory.t_s and age <= sensing.gap and e.sigma_rad >= 0.0):
+    known = 0.0 <= e.sigma_rad * e.sigma_rad <= UNINFORMED
+    if not (e.t_s > memory.t_s and age <= sensing.gap and known):
         return False
     if not math.isfinite(e.q_body_to_inertial[0] + e.omega_body_rad_s[0]):
         return False
