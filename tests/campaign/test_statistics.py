@@ -103,6 +103,20 @@ def test_what_never_settled_counts_as_late_in_quantiles_and_has_no_part_in_means
     assert quantile_interval([], 0.5) == (-math.inf, math.inf)
 
 
+def test_an_interval_stays_within_bounds():
+    values = [0.1, 0.2, 9.0]
+    low, high = mean_interval(values)
+    assert low < 0.0 and mean_interval(values, 0.95, (0.0, math.inf)) == (0.0, high)
+
+
+def test_a_mean_without_those_that_have_no_value_is_never_enough():
+    stop = Stop(outcome="settling_s", half_width=1.0, least=10)
+    values = np.full(50, 100.0)
+    assert is_enough(stop, values)
+    values[3] = np.nan
+    assert not is_enough(stop, values)
+
+
 def test_too_few_members_tell_nothing():
     assert mean_interval([1.0]) == (-math.inf, math.inf)
     assert mean_interval([]).half_width == math.inf

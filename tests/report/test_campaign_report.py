@@ -24,8 +24,9 @@ from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.report.campaign import compare_campaigns, write_campaign_report
 from torquer.report.campaign.bands import percentiles
 from torquer.report.campaign.convergence import means
+from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.shared import steps
-from torquer.report.campaign.tables import worst_grid
+from torquer.report.campaign.tables import comparison_grid, worst_grid
 
 FAILED = (3, 20)
 
@@ -70,6 +71,52 @@ def test_numbers_are_those_of_statistics(result, summary):
     json.dumps(summary, allow_nan=False)
 
 
+def test_the_restricted_mean_counts_times_that_have_not_come_as_the_end_of_the_run():
+    """96 of 256 members settle: the mean of these alone says how fast some are, not how fast."""
+    result = artificial(256)
+    settling = np.where(np.arange(256) < 96, np.linspace(2000.0, 4000.0, 256), np.nan)
+    result["settling_s"][:] = settling
+    found = campaign_summary(result)
+    each = found["outcomes"]["settling_s"]
+    counted = np.where(np.isnan(settling), 6000.0, settling)
+    assert each["restricted_mean"]["end_s"] == 6000.0
+    assert each["restricted_mean"]["mean"] == pytest.approx(counted.mean())
+    known = stats.ttest_1samp(counted, 0.0).confidence_interval()
+    assert each["restricted_mean"]["mean_interval"] == pytest.approx([known.low, known.high])
+    rows = dict(summary_rows(found))
+    assert rows["settling_s [s]"].startswith(f"mean of 96 of 256 {np.nanmean(settling):.4g} (")
+    assert f"restricted mean (at most 6000) {counted.mean():.4g} (" in rows["settling_s [s]"]
+    assert "median missing" in rows["settling_s [s]"]
+    assert rows["Stop"].startswith("not while members have no settling_s (160 of 256)")
+    assert found["outcomes"]["coil_energy_j"]["restricted_mean"] is None
+
+
+def test_nothing_is_drawn_of_members_that_all_never_settle(tmp_path):
+    result = artificial(20)
+    result["settling_s"][:] = np.nan
+    rows = dict(summary_rows(campaign_summary(result)))
+    assert rows["settling_s [s]"].startswith("mean of 0 of 20 missing; restricted mean (at most")
+    names = {path.stem for path in write_campaign_report(result, tmp_path)}
+    assert "distribution_settling_s" not in names and "convergence" in names
+
+
+def test_the_distribution_of_a_time_goes_to_the_end_of_the_run(result, summary):
+    axes = draw_distribution(result, summary, "settling_s").axes[1]
+    assert axes.get_xlim()[1] >= 6000.0
+    share = np.isfinite(result["settling_s"].values).mean()
+    assert axes.lines[-1].get_ydata()[-1] == pytest.approx(share)
+
+
+def test_intervals_stay_within_the_bounds_of_their_outcome():
+    result = artificial(6)
+    result["coil_energy_j"][:] = [0.1, 0.2, 0.1, 90.0, 0.3, 0.1]
+    result["sun_part"][:] = [1.0, 1.0, 1.0, 1.0, 0.2, 1.0]
+    found = campaign_summary(result)["outcomes"]
+    assert mean_interval(result["coil_energy_j"].values).low < 0.0
+    assert found["coil_energy_j"]["mean_interval"][0] == 0.0
+    assert found["sun_part"]["mean_interval"][1] == 1.0
+
+
 def test_a_missing_value_is_worst_in_the_sense_of_the_condition(result, summary):
     """Of the part of time in the Sun, which must be above a value, small ones are bad."""
     assert least_is_worst(result, "sun_part") and not least_is_worst(result, "settling_s")
@@ -99,7 +146,8 @@ def test_rows_for_a_terminal(summary):
     rows = dict(summary_rows(summary))
     assert rows["Members"] == "60" and rows["Failed"] == "2"
     assert f"{summary['success']['rate']:.2%} (95 % interval" in rows["Success rate"]
-    assert f"mean {summary['outcomes']['coil_energy_j']['mean']:.4g}" in rows["coil_energy_j [J]"]
+    mean = summary["outcomes"]["coil_energy_j"]["mean"]
+    assert rows["coil_energy_j [J]"].startswith(f"mean of 58 of 60 {mean:.4g} (")
     assert rows["Rank correlation: coil_energy_j"].startswith("|initial.rate_deg_s| +")
 
 
@@ -248,6 +296,9 @@ def test_what_never_settles_is_worse_to_a_test_than_any_value():
     found = comparison(a, b)["outcomes"]["settling_s"]
     assert found["test"] == {"name": "Mann-Whitney", "p": pytest.approx(p, rel=1e-9)} and p < 1e-4
     assert found["difference"] < 0.0  # of those that settle
+    assert found["restricted"]["difference"] == pytest.approx((45.0 + 30 * 6000.0 - 780.0) / 40.0)
+    rows = {row[0]: row[1:] for row in comparison_grid(comparison(a, b))[1]}
+    assert rows["  restricted mean (B - A: at most 6000)"][2].startswith("4482 (")
 
 
 def test_intervals_of_differences_are_the_known_ones():

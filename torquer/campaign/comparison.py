@@ -1,7 +1,9 @@
 """How two campaigns differ: means, quantiles and success rates, with intervals and tests.
 
 Members are paired if those of the same number had the same inputs: the difference of means is then
-taken within pairs, and its interval is narrower. The p of a test is the probability of a difference
+taken within pairs, and its interval is narrower. A mean is that of the members with a value; for
+times that some members never reach there is the difference of restricted means, too, in which these
+count as the end of the shorter run. The p of a test is the probability of a difference
 at least as great if A and B were alike; in its ranks a missing value is worse than any other.
 """
 
@@ -13,12 +15,14 @@ from scipy import stats
 
 from torquer.campaign.contents import (
     definition,
+    end_s,
     independent,
     inputs_of,
     members_of,
     missing_as_worst,
     name_of,
     outcomes_of,
+    restricted,
     succeeded_in,
 )
 from torquer.campaign.statistics import Interval, mean_interval, number, plain, rate_interval
@@ -71,21 +75,35 @@ def _same(one, other) -> bool:
 
 
 def _outcome(a, b, name: str, rows, confidence: float) -> dict:
-    """The difference of the means; within pairs if there are any."""
-    one, other = outcomes_of(a)[name], outcomes_of(b)[name]
-    if rows is not None:
+    """The difference of the means, and of the restricted means of times."""
+    return {
+        "same_definition": definition(a, name) == definition(b, name),
+        **_difference(outcomes_of(a)[name], outcomes_of(b)[name], rows, confidence),
+        "restricted": _restricted(a, b, name, rows, confidence),
+        "test": _rank_test(missing_as_worst(a, name), missing_as_worst(b, name), rows),
+    }
+
+
+def _difference(one: np.ndarray, other: np.ndarray, rows, confidence: float) -> dict:
+    """The difference of the means and its interval; within pairs if there are any."""
+    if rows is None:
+        difference, interval = mean_difference(one, other, confidence)
+    else:
         within = other[rows[1]] - one[rows[0]]
         known = within[np.isfinite(within)]
         difference = float(known.mean()) if len(known) else math.nan
         interval = mean_interval(within, confidence)
-    else:
-        difference, interval = mean_difference(one, other, confidence)
-    return {
-        "same_definition": definition(a, name) == definition(b, name),
-        "difference": number(difference),
-        "interval": plain(interval),
-        "test": _rank_test(missing_as_worst(a, name), missing_as_worst(b, name), rows),
-    }
+    return {"difference": number(difference), "interval": plain(interval)}
+
+
+def _restricted(a, b, name: str, rows, confidence: float) -> dict | None:
+    """The difference of the restricted means; None for an outcome that is not a time in both."""
+    ends = [end for end in (end_s(a), end_s(b)) if end is not None]
+    end = min(ends) if len(ends) == 2 else None
+    one, other = restricted(a, name, end), restricted(b, name, end)
+    if one is None or other is None:
+        return None
+    return {"end_s": end, **_difference(one, other, rows, confidence)}
 
 
 def _rank_test(one: np.ndarray, other: np.ndarray, rows) -> dict | None:

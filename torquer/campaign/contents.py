@@ -1,11 +1,16 @@
 """What the dataset of a campaign has: inputs, outcomes, how members ended, what was asked."""
 
 import json
+import math
 from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
 
+#: What is taken from a signal as a time, which may not have come by the end of the run.
+_TIMES = ("settles_below", "first_below")
+#: Greatest value of an outcome, by its unit where it has one; the least is 0.
+_GREATEST = {"deg": 180.0, "": 1.0}
 #: Unit of a number taken from a signal, where it differs from the signal's unit.
 _UNITS_OF_WHAT = {"settles_below": "s", "first_below": "s", "part_below": ""}
 _UNITS = {
@@ -115,6 +120,39 @@ def unit_of(result: xr.Dataset, name: str) -> str:
 def unit_of_signal(signal) -> str:
     """Unit of a signal; that of an axis is an angle."""
     return _UNITS.get(signal, "") if isinstance(signal, str) else "deg"
+
+
+def is_time(result: xr.Dataset, name: str) -> bool:
+    """Whether an outcome is a time: if missing, it is later than the end of the run."""
+    return any(key in _TIMES for key in definition(result, name)[1])
+
+
+def end_s(result: xr.Dataset) -> float | None:
+    """Time [s] of the last record; None in a dataset without records' times."""
+    if "time" not in result or not result.sizes["time"]:
+        return None
+    return float(result["time"].values[-1])
+
+
+def bounds_of(result: xr.Dataset, name: str) -> tuple[float, float]:
+    """Least and greatest value that an outcome can have."""
+    if name not in result or "signal" not in result[name].attrs:
+        return -math.inf, math.inf
+    if is_time(result, name):
+        return 0.0, math.inf if (end := end_s(result)) is None else end
+    return 0.0, _GREATEST.get(unit_of(result, name), math.inf)
+
+
+def restricted(result: xr.Dataset, name: str, end: float | None) -> np.ndarray | None:
+    """Times [n], those that come later than `end` [s] or never counted as `end`.
+
+    Their mean is the restricted mean. None for an outcome that is not a time; NaN for a member
+    whose run failed.
+    """
+    if end is None or not is_time(result, name):
+        return None
+    times = np.minimum(np.nan_to_num(result[name].values.astype(float), nan=end), end)
+    return np.where(failed_in(result), np.nan, times)
 
 
 def in_words(result: xr.Dataset, name: str) -> str:

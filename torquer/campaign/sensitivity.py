@@ -5,14 +5,22 @@ independent one B, and one for each group of numbers (a key, or keys that are co
 A with that group's numbers of B. All of them but B have the same noise.
 
 The design and the estimators are those of `scipy.stats.sobol_indices`, which requires a power of 2
-of points and draws its bootstrap without a seed. Here points whose members have no value are left
-out, and the same file always has the same intervals.
+of points and draws its bootstrap without a seed. Here a time that has not come by the end of the
+run counts as the end, points of which another outcome is missing are left out, and one file always
+has the same intervals.
 """
 
 import numpy as np
 import xarray as xr
 
-from torquer.campaign.contents import groups_in, is_design, outcomes_of, succeeded_in
+from torquer.campaign.contents import (
+    end_s,
+    groups_in,
+    is_design,
+    outcomes_of,
+    restricted,
+    succeeded_in,
+)
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import Interval, plain
 
@@ -65,7 +73,10 @@ def sensitivity(result: xr.Dataset, confidence: float = 0.95) -> dict | None:
     """Indices of each outcome, and of success, as plain data; None without such a design."""
     if not is_design(result):
         return None
-    names, outcomes = groups_in(result), outcomes_of(result)
+    names, outcomes, end = groups_in(result), outcomes_of(result), end_s(result)
+    for name in outcomes:
+        if (times := restricted(result, name, end)) is not None:
+            outcomes[name] = times
     succeeded = succeeded_in(result)
     if succeeded is not None:
         outcomes[SUCCESS] = succeeded.astype(float)

@@ -25,7 +25,10 @@ _NAME = re.compile(r"[A-Za-z_]\w*")
 
 
 class Stop(Spec):
-    """The campaign ends early once an outcome's confidence interval is narrow enough."""
+    """The campaign ends early once an outcome's confidence interval is narrow enough.
+
+    Not while a member has no value: the mean of the others is not that of the campaign.
+    """
 
     outcome: str
     """The outcome whose mean is watched, or 'success' for the success rate."""

@@ -1,8 +1,9 @@
 """Statistics over members: confidence intervals, rank correlations, when to stop.
 
-A missing value (NaN: never settled) is left out of means. In quantiles and ranks it counts as
-greater than any other. Intervals are those of independent members; for a Latin hypercube or Sobol
-points the estimates are usually better, and the intervals too wide.
+A missing value (NaN: never settled) is left out of means, which are then those of the other members
+only. In quantiles and ranks it counts as greater than any other. Intervals are those of independent
+members; for a Latin hypercube or Sobol points the estimates are usually better, and the intervals
+too wide.
 """
 
 import math
@@ -52,14 +53,16 @@ def rate_interval(successes: int, members: int, confidence: float = 0.95) -> Int
     return Interval(low, 1.0 if successes == members else min(1.0, centre + half))
 
 
-def mean_interval(values, confidence: float = 0.95) -> Interval:
-    """Student's interval of the mean of the values that are not missing."""
+def mean_interval(
+    values, confidence: float = 0.95, bounds: tuple[float, float] = (-math.inf, math.inf)
+) -> Interval:
+    """Student's interval of the mean of the values that are not missing, within their bounds."""
     known = _known(values)
     if len(known) < 2:
         return Interval(-math.inf, math.inf)
     t = float(stats.t.isf(0.5 * (1.0 - confidence), len(known) - 1))
     mean, half = float(known.mean()), t * float(known.std(ddof=1)) / math.sqrt(len(known))
-    return Interval(mean - half, mean + half)
+    return Interval(max(mean - half, bounds[0]), min(mean + half, bounds[1]))
 
 
 def _known(values) -> np.ndarray:
@@ -102,11 +105,12 @@ def quantile_interval(values, part: float, confidence: float = 0.95) -> Interval
 def is_enough(stop: Stop, values) -> bool:
     """Whether the members so far make the confidence interval as narrow as required.
 
-    `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. An
+    `values`: of the outcome that `stop` names; for 'success' whether each member succeeded. A mean
+    without the members that have no value is not that of the campaign: it is never enough. An
     interval that is checked repeatedly errs somewhat more often than its confidence states.
     """
-    values = np.asarray(values)
-    if len(values) < stop.least:
+    values = np.asarray(values, dtype=float)
+    if len(values) < stop.least or np.isnan(values).any():
         return False
     if stop.outcome == SUCCESS:
         interval = rate_interval(int(np.sum(values)), len(values), stop.confidence)

@@ -1,14 +1,17 @@
 """Summary of a campaign, as plain data and as rows of text.
 
 Statistics are those of independent members. A missing value counts as worse than any other in
-quantiles and ranks, and is left out of means. Numbers that do not exist are None: a quantile among
-missing values, the end of an interval that so few members do not bound.
+quantiles and ranks, and is left out of means; of times there is the restricted mean, too, in which
+one that has not come by the end of the run counts as the end. Numbers that do not exist are None: a
+quantile among missing values, the end of an interval that so few members do not bound.
 """
 
 import numpy as np
 import xarray as xr
 
 from torquer.campaign.contents import (
+    bounds_of,
+    end_s,
     failed_in,
     in_words,
     independent,
@@ -19,6 +22,7 @@ from torquer.campaign.contents import (
     name_of,
     outcomes_of,
     reasons_in,
+    restricted,
     succeeded_in,
     table_of,
     unit_of,
@@ -56,6 +60,7 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
         "failures": _failures(result, failed),
         "confidence": confidence,
         "success": _success(own, confidence),
+        "stop": _stop(own),
         "outcomes": {name: _outcome(own, name, confidence) for name in outcomes_of(own)},
         "chance_correlation": chance,
         "correlations_computed": sum(map(len, pairs.values())),
@@ -85,15 +90,25 @@ def _success(result: xr.Dataset, confidence: float) -> dict | None:
     }
 
 
+def _stop(result: xr.Dataset) -> str | None:
+    """Why all runs were flown although the campaign has a stopping rule; None if that is plain."""
+    name = (table_of(result).get("stop") or {}).get("outcome")
+    values = outcomes_of(result).get(name, np.zeros(0))
+    missing = int(np.isnan(values).sum())
+    if not missing:
+        return None
+    return f"not while members have no {name} ({missing} of {len(values)}): their mean is not known"
+
+
 def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
     values, ranked = outcomes_of(result)[name], missing_as_worst(result, name)
-    known = values[np.isfinite(values)]
     return {
         "definition": in_words(result, name),
         "unit": unit_of(result, name),
+        "members": len(values),
         "missing": int(np.isnan(values).sum()),
-        "mean": number(known.mean()) if len(known) else None,
-        "mean_interval": plain(mean_interval(values, confidence)),
+        **_mean(values, confidence, bounds_of(result, name)),
+        "restricted_mean": _restricted_mean(result, name, confidence),
         "quantiles": {
             f"{part:g}": {
                 "value": number(quantile(ranked, part)),
@@ -104,6 +119,24 @@ def _outcome(result: xr.Dataset, name: str, confidence: float) -> dict:
         "worst_is": "least" if least_is_worst(result, name) else "greatest",
         "worst": worst_members(result, name),
     }
+
+
+def _mean(values: np.ndarray, confidence: float, bounds: tuple[float, float]) -> dict:
+    """Mean of the members that have a value, and its interval."""
+    known = values[np.isfinite(values)]
+    return {
+        "mean": number(known.mean()) if len(known) else None,
+        "mean_interval": plain(mean_interval(known, confidence, bounds)),
+    }
+
+
+def _restricted_mean(result: xr.Dataset, name: str, confidence: float) -> dict | None:
+    """Restricted mean of a time, None for other outcomes."""
+    end = end_s(result)
+    values = restricted(result, name, end)
+    if values is None:
+        return None
+    return {"end_s": end, **_mean(values, confidence, bounds_of(result, name))}
 
 
 def worst_members(result: xr.Dataset, name: str, count: int = NAMED) -> list[dict]:
@@ -174,6 +207,8 @@ def headline_rows(summary: dict) -> list[tuple[str, str]]:
     rows = [("Members", f"{members}{of_runs}"), ("Failed", str(summary["failed"]))]
     if summary["independent"] != members:
         rows.append(("Independent members", f"{summary['independent']}, used for the statistics"))
+    if summary["stop"] is not None:
+        rows.append(("Stop", summary["stop"]))
     if summary["success"] is not None:
         rows.append(("Success rate", rate_text(summary["success"], summary["confidence"])))
     return rows
@@ -199,14 +234,25 @@ def with_unit(name: str, unit: str) -> str:
 
 def _line(each: dict) -> str:
     at = {part: value_text(found["value"]) for part, found in each["quantiles"].items()}
-    parts = [f"mean {with_interval(each['mean'], each['mean_interval'])}"]
+    parts = [" ".join(row) for row in mean_rows(each)]
     parts.append(f"5 %: {at['0.05']}, median {at['0.5']}, 95 %: {at['0.95']}")
-    if each["missing"]:
-        parts.append(f"missing {each['missing']}")
     if each["worst"]:
         worst = each["worst"][0]
         parts.append(f"worst {value_text(worst['value'])} (member {worst['member']})")
     return "; ".join(parts)
+
+
+def mean_rows(each: dict) -> list[tuple[str, str]]:
+    """Label and value of an outcome's mean; with missing values of whom, and of all if known."""
+    mean = with_interval(each["mean"], each["mean_interval"])
+    if not each["missing"]:
+        return [("mean", mean)]
+    known = each["members"] - each["missing"]
+    rows = [(f"mean of {known} of {each['members']}", mean if known else "missing")]
+    if (found := each["restricted_mean"]) is not None and found["mean"] is not None:
+        label = f"restricted mean (at most {found['end_s']:g})"
+        rows.append((label, with_interval(found["mean"], found["mean_interval"])))
+    return rows
 
 
 def value_text(value: float | None) -> str:

@@ -65,7 +65,12 @@ def differences_of(found: dict) -> dict[str, tuple]:
         shown["success rate"] = (success["difference"], *success["interval"])
     for name, each in found["outcomes"].items():
         unit = found["summaries"][0]["outcomes"][name]["unit"]
-        shown[f"mean of {with_unit(name, unit)}"] = (each["difference"], *each["interval"])
+        ours = [summary["outcomes"][name] for summary in found["summaries"]]
+        if any(one["missing"] for one in ours) and each["restricted"] is not None:
+            each, kind = each["restricted"], "restricted mean"
+        else:
+            kind = "mean"
+        shown[f"{kind} of {with_unit(name, unit)}"] = (each["difference"], *each["interval"])
     return {label: each for label, each in shown.items() if None not in each}
 
 

@@ -1,11 +1,14 @@
-"""How the mean of each outcome and the success rate converge with more members."""
+"""How the mean of each outcome and the success rate converge with more members.
+
+Of times that some members do not reach, the restricted mean.
+"""
 
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
 
-from torquer.campaign.contents import outcomes_of, succeeded_in, table_of
+from torquer.campaign.contents import end_s, outcomes_of, restricted, succeeded_in, table_of
 from torquer.campaign.spec import SUCCESS
 from torquer.campaign.statistics import mean_interval, rate_interval
 from torquer.campaign.summary import percent, with_unit
@@ -28,6 +31,8 @@ def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
     if succeeded is not None:
         found[SUCCESS] = rates(succeeded, counts, confidence)
     for name, values in outcomes_of(result).items():
+        times = restricted(result, name, end_s(result))
+        values = values if times is None else times
         if np.isfinite(values).sum() > 1:
             found[name] = means(values, counts, confidence)
     return _drawn(found, counts, result, summary) if found else None
@@ -66,13 +71,21 @@ def _drawn(found: dict[str, np.ndarray], counts, result: xr.Dataset, summary: di
             for sign in (-1.0, 1.0):
                 axes.axhline(each[-1, 0] + sign * stop["half_width"], color=GREEN, lw=1.0)
         unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
-        title = "success rate" if name == SUCCESS else with_unit(f"mean of {name}", unit)
+        title = "success rate" if name == SUCCESS else with_unit(mean_of(summary, name), unit)
         axes.set_title(title, fontsize=9.5, loc="left", color=INK, pad=3)
         axes.tick_params(labelbottom=row == len(found) - 1)
     axes.set_xlabel("members", fontsize=SMALL)
     wanted = "; green: requested width" if stop else ""
     foot(figure, f"band: {percent(summary['confidence'])} confidence interval{wanted}")
     return figure
+
+
+def mean_of(summary: dict, name: str) -> str:
+    """Which mean of an outcome is drawn."""
+    each = summary["outcomes"][name]
+    if each["missing"] and each["restricted_mean"] is not None:
+        return f"restricted mean of {name}"
+    return f"mean of {name}" + (", of those with a value" if each["missing"] else "")
 
 
 def _draw_panel(axes, counts, each: np.ndarray) -> None:

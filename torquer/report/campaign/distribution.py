@@ -1,4 +1,7 @@
-"""The distribution of an outcome: histogram and empirical distribution function."""
+"""The distribution of an outcome: histogram and empirical distribution function.
+
+That of a time is drawn to the end of the run: members that had not arrived by then are censored.
+"""
 
 import math
 
@@ -6,9 +9,10 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from scipy import stats
 
-from torquer.campaign.contents import missing_as_worst, table_of
-from torquer.campaign.summary import with_unit
+from torquer.campaign.contents import end_s, is_time, missing_as_worst, table_of
+from torquer.campaign.summary import percent, with_unit
 from torquer.report.campaign.shared import is_wide, steps
 from torquer.report.common.colours import BLUE, GREEN, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, place, quiet, sheet
@@ -25,7 +29,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     lower = place(figure, _LEFT, 2.55, _WIDE, 1.45)
     known = values[np.isfinite(values)]
     condition = (table_of(result).get("success") or {}).get(name)
-    edges = bins(known)
+    edges, end = bins(known), end_s(result) if is_time(result, name) else None
     upper.hist(known, edges, color=BLUE, alpha=0.75, lw=0.5, edgecolor="white")
     upper.yaxis.set_major_locator(MaxNLocator(5, integer=True))
     upper.set_ylabel("members", fontsize=SMALL)
@@ -36,14 +40,29 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     for axes in (upper, lower):
         quiet(axes)
         axes.set_xscale("log" if is_wide(known) else "linear")
-        axes.set_xlim(edges[0], _right_end(axes, edges))
+        axes.set_xlim(edges[0], max(_right_end(axes, edges), end or -math.inf))
         _mark(axes, each, condition)
     beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
+    if end is not None and each["members"] > 1:
+        _draw_band(lower, values, end, summary["confidence"])
     lower.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
-    foot(figure, _words(each, condition, axes.get_xlim()))
+    words = _words(each, condition, axes.get_xlim())
+    if end is not None:
+        words += f"; band: {percent(summary['confidence'])} confidence interval"
+    foot(figure, words)
     return figure
+
+
+def _draw_band(axes, values: np.ndarray, end: float, confidence: float) -> None:
+    """Confidence interval at each time, of all members: those not there by the end are censored."""
+    late = ~np.isfinite(values)
+    times = stats.CensoredData.right_censored(np.where(late, end, values), late)
+    found = stats.ecdf(times).cdf.confidence_interval(confidence, method="log-log")
+    ends = [np.array([*each.probabilities, each.probabilities[-1]]) for each in found]
+    x = [*found.low.quantiles, max(end, found.low.quantiles[-1])]
+    axes.fill_between(x, *ends, step="post", color=BLUE, alpha=0.22, lw=0)
 
 
 def _right_end(axes, edges) -> float:
@@ -70,7 +89,8 @@ def _mark(axes, each: dict, condition: dict | None) -> None:
     for found in each["quantiles"].values():
         if found["value"] is not None:
             axes.axvline(found["value"], color=ORANGE, lw=1.0)
-    axes.axvline(each["mean"], color=INK, lw=1.0, ls=(0, (4, 3)))
+    if not each["missing"]:
+        axes.axvline(each["mean"], color=INK, lw=1.0, ls=(0, (4, 3)))
     low, high = axes.get_xlim()
     for level in (condition or {}).values():
         if level is not None and low < level < high:
@@ -92,7 +112,7 @@ def _name_quantiles(axes, each: dict) -> None:
 
 
 def _words(each: dict, condition: dict | None, shown: tuple[float, float]) -> str:
-    words = ["orange: percentiles", "dashed: mean"]
+    words = ["orange: percentiles"] + ([] if each["missing"] else ["dashed: mean"])
     levels = [level for level in (condition or {}).values() if level is not None]
     if any(shown[0] < level < shown[1] for level in levels):
         words.append("green: condition of success")

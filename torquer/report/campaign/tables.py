@@ -4,7 +4,13 @@ import functools
 import json
 
 from torquer.campaign.spec import SUCCESS
-from torquer.campaign.summary import percent, value_text, with_interval, with_unit
+from torquer.campaign.summary import (
+    mean_rows,
+    percent,
+    value_text,
+    with_interval,
+    with_unit,
+)
 
 #: What to type to fly a member again.
 FLY = "torquer campaign FILE --member"
@@ -18,15 +24,16 @@ def outcome_grid(summary: dict) -> Grid:
     rows = []
     for name, each in summary["outcomes"].items():
         at = [value_text(each["quantiles"][part]["value"]) for part in ("0.05", "0.5", "0.95")]
-        mean = with_interval(each["mean"], each["mean_interval"])
+        means = mean_rows(each)
+        mean = "; ".join(f"{label} {value}" for label, value in means)
+        mean = means[0][1] if not each["missing"] else mean
         rows.append((with_unit(name, each["unit"]), str(each["missing"]), mean, *at))
     return head, rows
 
 
 def outcome_rows(each: dict) -> list[tuple[str, str]]:
     """Label and value of one outcome."""
-    mean = "Mean of members with a value" if each["missing"] else "Mean"
-    rows = [(mean, with_interval(each["mean"], each["mean_interval"]))]
+    rows = [(label[0].upper() + label[1:], value) for label, value in mean_rows(each)]
     rows += [
         (f"{float(part):.0%} of members up to", with_interval(found["value"], found["interval"]))
         for part, found in each["quantiles"].items()
@@ -156,15 +163,24 @@ def _compared_rows(found: dict, name: str) -> list[tuple[str, ...]]:
     each, ours = found["outcomes"][name], [s["outcomes"][name] for s in found["summaries"]]
     label = with_unit(name, ours[0]["unit"])
     label += "" if each["same_definition"] else " (defined differently in B)"
-    means = [with_interval(one["mean"], one["mean_interval"]) for one in ours]
-    difference = with_interval(each["difference"], each["interval"])
-    rows = [(label, "", "", ""), ("  mean", *means, difference)]
+    missing = any(one["missing"] for one in ours)
+    mean = "  mean of those with a value" if missing else "  mean"
+    rows = [(label, "", "", ""), _means_row(mean, ours, each)]
+    if missing and (both := each["restricted"]) is not None:
+        label = f"  restricted mean (B - A: at most {both['end_s']:g})"
+        rows.append(_means_row(label, [one["restricted_mean"] for one in ours], both))
     for part, title in (("0.05", "5 %"), ("0.5", "median"), ("0.95", "95 %")):
         at = [with_interval(**one["quantiles"][part]) for one in ours]
         rows.append((f"  {title}", *at, ""))
-    if any(one["missing"] for one in ours):
+    if missing:
         rows.append(("  missing", *(str(one["missing"]) for one in ours), ""))
     return [*rows, _test_row(each["test"])]
+
+
+def _means_row(label: str, means: list[dict], difference: dict) -> tuple[str, ...]:
+    """Means in A and in B, and their difference."""
+    both = [with_interval(each["mean"], each["mean_interval"]) for each in means]
+    return (label, *both, with_interval(difference["difference"], difference["interval"]))
 
 
 def _test_row(test: dict | None) -> tuple[str, ...]:
@@ -179,6 +195,8 @@ def about_comparison(found: dict) -> str:
         f"In brackets: {percent(found['confidence'])} confidence intervals. p applies to each "
         "test alone, whatever the number of tests. "
     )
+    if any(each["missing"] for one in found["summaries"] for each in one["outcomes"].values()):
+        text += "In restricted means a time that a member did not reach counts as the run's end. "
     if not found["pairs"]:
         return text + "Members of A and B are assumed to be independent."
     text += (
