@@ -60,6 +60,30 @@ def test_a_law_of_the_scenario_is_told_of(call, strict_json, scenario):
     assert own["degree_per_rad"] > 0.0 and own["error"]["by_source_deg"]["air"] > 0.0
 
 
+def test_a_body_that_no_scalar_gains_hold_has_a_map(call, strict_json, tmp_path):
+    """One that gravity turns over: the isolines of nothing ended in StopIteration."""
+    body = ("--inertia", 0.05, 0.10, 0.13, "--altitude-km", 500, "--inclination-deg", 60)
+    more = ("--limit-a-m2", 0.2, "--field", "direct_dipole", "--out", tmp_path, "--json")
+    code, out, err = call("design", "three-axis", *body, *more)
+    assert (code, err) == (0, "") and (tmp_path / "map.png").stat().st_size > 3000
+    found = strict_json(out)
+    assert not found["gains_found"]
+    assert found["candidates"]["refined"]["degree_per_rad"] < 0.0
+    assert found["candidates"]["regulator"]["degree_per_rad"] > 0.0
+
+
+def test_a_law_with_a_large_steady_error_is_called_unusable(call, strict_json):
+    torque = ("--torque-n-m", 2e-7, 0, 0, "--capture-within-deg", 2.0)
+    code, out, _ = call("design", "three-axis", *CUBESAT, *torque, "--json")
+    assert code == 0
+    for each in strict_json(out)["candidates"].values():
+        large = each["error"] is not None and each["error"]["greatest_deg"] > 2.0
+        assert any(note.startswith("unusable: its steady error") for note in each["notes"]) == large
+    assert any(
+        each["error"]["greatest_deg"] > 2.0 for each in strict_json(out)["candidates"].values()
+    )
+
+
 def test_the_regulator_flies_as_predicted(folder, call, strict_json):
     """From its TOML: residual dipole and noise of the attitude, ten revolutions."""
     law = tomllib.loads((folder / "regulator.toml").read_text())["control"]["law"]
@@ -97,6 +121,8 @@ def test_a_scenario_gives_the_satellite(call, scenario):
     code, out, err = call("design", "three-axis", scenario, "--gain-margin", 1.5, *starts)
     assert (code, err) == (0, "")
     assert "refined: captures nothing" in out  # a body that gravity would turn over
+    assert "refined: no gains within the coils' limit are stable with a gain margin of 1.5" in out
+    assert "initial attitudes (" in out and "to within 30 deg in" in out
     captured = re.search(r"regulator: captures (\d+) of 16 random initial attitudes \(", out)
     assert 12 <= int(captured[1]) <= 16
     lines = out.splitlines()

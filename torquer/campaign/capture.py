@@ -30,16 +30,21 @@ class Capture:
 
 
 def capture(
-    scenario: Scenario, task: DesignTask, candidate: Candidate, runs: int, rate_deg_s: float
+    scenario: Scenario,
+    task: DesignTask,
+    candidate: Candidate,
+    runs: int,
+    rate_deg_s: float,
+    within_deg: float,
 ) -> Capture | None:
     """Fly a law from random initial attitudes and rates up to one; None for an unstable loop.
 
-    `rate_deg_s`: greatest initial rate relative to the orbital frame.
+    `rate_deg_s`: greatest initial rate relative to the orbital frame; `within_deg`: error that the
+    mission allows, the same for every law.
     """
     if candidate.error is None:
         return None
     n = task.sampled.hold.rate_rad_s
-    within_deg = task.linear_range_deg + math.degrees(candidate.error.greatest_rad)
     settling = candidate.settling_s * n / (2.0 * math.pi)
     revolutions = math.ceil(min(max(_LEAST, _SETTLINGS * settling), _MOST))
     period_s = 2.0 * math.pi / n

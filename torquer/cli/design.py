@@ -62,6 +62,9 @@ class DesignOptions:
     """Random initial attitudes to fly with each law [none]."""
     capture_rate_deg_s: Annotated[float, within(0.0, 360.0)] = 1.0
     """Greatest initial rate flown."""
+    capture_within_deg: Annotated[float, within(0.0, 180.0)] = 30.0
+    """Attitude error within which a run must stay to count as captured, and above which a steady
+    error makes a law unusable."""
     out: Path | None = None
     """Folder for map.png and the laws as TOML."""
     json: Json = False
@@ -72,8 +75,8 @@ def three_axis(scenario: Path | None = None, /, *, how: DesignOptions = DesignOp
     """Gains for three-axis control by coils alone: by formula, refined, and a periodic regulator.
 
     SCENARIO describes the satellite, if given; otherwise the options do. A law of SCENARIO that
-    holds an attitude is assessed, too. A run counts as captured if its error stays, over the last
-    revolution, within the sum of the linear range and the predicted steady error.
+    holds an attitude is assessed, too. A run counts as captured if its error stays within
+    --capture-within-deg over the last revolution, whatever the law.
     """
     from torquer.cli import design_work as work
 

@@ -29,6 +29,7 @@ from torquer.theory.three_axis.design import (
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.three_axis.response import Noise, Offsets, greatest_angle
 from torquer.theory.three_axis.sampled import Cycle, SampledHold
+from torquer.theory.three_axis.search import Best
 
 #: Options without which there is no satellite.
 _NEEDED = ("inertia", "altitude_km", "inclination_deg", "limit_a_m2")
@@ -173,9 +174,9 @@ def show(path: Path | None, how: DesignOptions) -> int:
         raise ValueError(str(error)) from None
     files = [] if out is None else _write(case, made.design, out)
     if how.json:
-        print(json_text(_data(case, made, files)))
+        print(json_text(_data(case, made, how, files)))
         return 0
-    print(*_lines(case, made), sep="\n")
+    print(*_lines(case, made, how), sep="\n")
     if files:
         print(f"{out}: {', '.join(Path(file).name for file in files)}")
     return 0
@@ -188,12 +189,13 @@ def _made(case: DesignCase, how: DesignOptions) -> _Made:
         candidates["own"] = assessed(case.task, case.own)
     if how.capture_runs is not None:
         for name, each in candidates.items():
-            flown = (case.task, each, how.capture_runs, how.capture_rate_deg_s)
+            starts = how.capture_runs, how.capture_rate_deg_s
+            flown = (case.task, each, *starts, how.capture_within_deg)
             captures[name] = capture(case.scenario, *flown)
     return _Made(design, candidates, captures)
 
 
-def _lines(case: DesignCase, made: _Made) -> list[str]:
+def _lines(case: DesignCase, made: _Made, how: DesignOptions) -> list[str]:
     """The design as text."""
     task, hold = case.task, case.task.sampled.hold
     cycle, field = task.sampled.cycle, hold.orbit_environment.environment.field.kind
@@ -209,13 +211,38 @@ def _lines(case: DesignCase, made: _Made) -> list[str]:
     for name in ("formula", "refined"):
         k, k_a = _pair(made.candidates[name])
         lines.append(f"{name}: rate_gain_n_m_s_per_t2 = {k:.6g}, angle_gain_n_m_per_t2 = {k_a:.6g}")
-    lines.append(
-        f"refined: no gains on the grids around it are better; the last grid has a spacing of "
-        f"{100.0 * made.design.search.spacing.max():.2g} %"
-    )
+    lines.append(_of_search(case.task, made.design.search))
     lines += [_captured(name, found) for name, found in made.captures.items()]
-    notes = [f"{name}: {note}" for name, each in made.candidates.items() for note in each.notes]
+    notes = [
+        f"{name}: {note}"
+        for name, each in made.candidates.items()
+        for note in (*unusable(each, how.capture_within_deg), *each.notes)
+    ]
     return lines + [f"note: {note}" for note in (*case.notes, *notes)]
+
+
+def unusable(candidate: Candidate, within_deg: float) -> tuple[str, ...]:
+    """A note on a law that is stable, but with a greater steady error than is of use."""
+    error = candidate.error
+    if error is None or math.degrees(error.greatest_rad) <= within_deg:
+        return ()
+    return (
+        f"unusable: its steady error of {math.degrees(error.greatest_rad):.3g} deg exceeds "
+        f"{within_deg:g} deg (--capture-within-deg)",
+    )
+
+
+def _of_search(task: DesignTask, found: Best) -> str:
+    """What the search for the second pair of gains says of it."""
+    if not found.value > 0.0:
+        return (
+            "refined: no gains within the coils' limit are stable with a gain margin of "
+            f"{task.gain_margin:g}; these grow most slowly"
+        )
+    return (
+        "refined: no gains on the grids around it are better; the last grid has a spacing of "
+        f"{100.0 * found.spacing.max():.2g} %"
+    )
 
 
 def _captured(name: str, found: Capture | None) -> str:
@@ -247,7 +274,7 @@ def _pair(candidate: Candidate) -> tuple[float, float]:
     return values["rate_gain"], values["angle_gain"]
 
 
-def _data(case: DesignCase, made: _Made, files: list[str]) -> dict:
+def _data(case: DesignCase, made: _Made, how: DesignOptions, files: list[str]) -> dict:
     task, hold = case.task, case.task.sampled.hold
     return {
         "name": case.scenario.name,
@@ -258,9 +285,13 @@ def _data(case: DesignCase, made: _Made, files: list[str]) -> dict:
         "gain_margin": task.gain_margin,
         "settled_part": SETTLED,
         "strengths": dict(zip(("formula", "refined"), made.design.strengths, strict=True)),
+        "gains_found": bool(made.design.search.value > 0.0),
         "grid_spacing": float(made.design.search.spacing.max()),
         "candidates": {
-            name: {**_candidate(each), "capture": _capture(made.captures.get(name))}
+            name: {
+                **_candidate(each, how.capture_within_deg),
+                "capture": _capture(made.captures.get(name)),
+            }
             for name, each in made.candidates.items()
         },
         "notes": list(case.notes),
@@ -268,7 +299,7 @@ def _data(case: DesignCase, made: _Made, files: list[str]) -> dict:
     }
 
 
-def _candidate(candidate: Candidate) -> dict:
+def _candidate(candidate: Candidate, within_deg: float) -> dict:
     error, margins = candidate.error, candidate.margins
     return {
         "law": _keys(candidate.law),
@@ -286,7 +317,7 @@ def _candidate(candidate: Candidate) -> dict:
             },
             "greatest_dipole_a_m2": float(abs(error.dipoles_a_m2).max()),
         },
-        "notes": list(candidate.notes),
+        "notes": [*unusable(candidate, within_deg), *candidate.notes],
     }  # fmt: skip
 
 

@@ -25,15 +25,17 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign, path: Path) -> Path:
     figure, (axes,) = stacked("Three axes by coils: degree of stability [1/rad]", 1, 4.6)
     axes.grid(False)
     axes.contourf(k, k_a, exact, levels=[-np.inf, 0.0], colors=[_UNSTABLE])
-    levels = _levels(exact.max())
-    axes.contour(k, k_a, averaged, levels=levels, colors=BLUE, linestyles="dashed", linewidths=0.7)
-    lines = axes.contour(k, k_a, exact, levels=levels, colors=INK, linewidths=1.1)
-    axes.clabel(lines, fontsize=9, fmt="%g")
+    if exact.max() > 0.0:
+        levels = _levels(exact.max())
+        axes.contour(k, k_a, averaged, levels=levels, colors=BLUE, linestyles="dashed",
+                     linewidths=0.7)  # fmt: skip
+        lines = axes.contour(k, k_a, exact, levels=levels, colors=INK, linewidths=1.1)
+        axes.clabel(lines, fontsize=9, fmt="%g")
     axes.fill_between([], [], color=_UNSTABLE, label="unstable")
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="averaged")
     for name, (x, y, colour) in places.items():
-        axes.plot(x, y, "o", color=colour, ms=7, label=name)
+        axes.plot(x, y, "o", color=colour, ms=7, label=name, clip_on=False)
     axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
     axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
     legend_at_left(axes, 5, 9.5)
