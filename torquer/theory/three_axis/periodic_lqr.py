@@ -24,7 +24,7 @@ from torquer.theory.three_axis.floquet import STAGES, room, stage_points
 from torquer.theory.three_axis.hold import AttitudeHold
 from torquer.theory.validity import Limit, within
 
-_FIRST_STEPS, _MOST_STEPS = 32, 2048
+_FIRST_STEPS = 32
 #: Backward passes over the period, the change of P at which they end, and the most that is allowed.
 _MOST_PASSES, _SETTLED, _CLOSED = 1000, 1e-12, 1e-9
 _POSITIVE = {name: Limit(name, 0.0, open=True) for name in ("angle", "rate", "dipole")}
@@ -146,28 +146,35 @@ class PeriodicLqr:
     least: float
 
 
-def periodic_lqr(hold: AttitudeHold, weights: Weights, tolerance: float = 1e-10) -> PeriodicLqr:
+def periodic_lqr(
+    hold: AttitudeHold, weights: Weights, tolerance: float = 1e-10, most_steps: int = 2048
+) -> PeriodicLqr:
     """The regulator for weights, whatever the law of the hold is.
 
-    `tolerance`: relative, of P; the residual is at most a hundred times that. ArithmeticError if no
-    periodic solution is found.
+    `tolerance`: relative, of P; the residual is at most a hundred times that. `most_steps`: of a
+    revolution; the faster the motion that the weights ask for, the more it takes. ArithmeticError
+    if no periodic solution is found.
     """
     for name, value in weights._asdict().items():
         within(_POSITIVE[name], value)
     steps, before = _FIRST_STEPS * hold.revolutions, None
-    while steps <= _MOST_STEPS * hold.revolutions:
+    reached = "none was found (a motion that can neither decay nor be controlled, or too few steps)"
+    while steps <= most_steps * hold.revolutions:
         made = _with_steps(hold, weights, steps)
         if made is not None and before is not None:
             change = np.abs(made.riccati[::2] - before.riccati).max()
             # halved steps leave a 2^-8th of the change
-            settled = change <= 200.0 * tolerance * np.abs(made.riccati).max()
-            if settled and made.residual <= 100.0 * tolerance:
+            size = np.abs(made.riccati).max()
+            if change <= 200.0 * tolerance * size and made.residual <= 100.0 * tolerance:
                 return made
+            reached = (
+                f"with {steps // hold.revolutions} it changed by {change / size:.2g} still, with a "
+                f"residual of {made.residual:.2g}"
+            )
         before, steps = made, 2 * steps
     raise ArithmeticError(
         f"periodic LQR: the Riccati equation must have a periodic solution that settles to "
-        f"{tolerance:g} within {_MOST_STEPS} steps a revolution; none was found (a motion that can "
-        "neither decay nor be controlled, or weights that ask for too fast a one)"
+        f"{tolerance:g} within most_steps = {most_steps} steps a revolution; {reached}"
     )
 
 
