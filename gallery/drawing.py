@@ -36,9 +36,12 @@ def label(axes, x: str, y: str, *, legend: bool = True, columns: int = 4) -> Non
         )
 
 
-def shaded_map(axes, x, y, values, levels, name: str, form: str = "%g") -> None:
-    """A map with labelled isolines, and what its shades mean: a colour bar with name and unit."""
-    ground = isolines(axes, x, y, values, levels, form)
+def shaded_map(axes, x, y, values, levels, name: str, form: str = "%g", signed=False) -> None:
+    """A map with labelled isolines, and what its shades mean: a colour bar with name and unit.
+
+    `signed`: values of either sign have two hues, pale at zero.
+    """
+    ground = isolines(axes, x, y, values, levels, form, signed=signed)
     bar = axes.figure.colorbar(ground, ax=axes, pad=0.02, aspect=30)
     bar.set_label(name, fontsize=10)
     bar.ax.tick_params(labelsize=9.5)
@@ -72,5 +75,7 @@ def save_small(figure: Figure, path) -> None:
     buffer = io.BytesIO()
     FigureCanvasAgg(figure).print_figure(buffer, dpi=_SMALL_DPI)
     picture = Image.open(buffer).convert("RGB")
-    few = picture.quantize(_COLOURS_OF_A_SMALL_ONE, dither=Image.Dither.NONE)
+    few = picture.quantize(  # one step of k-means: without it thin lines take on other colours
+        _COLOURS_OF_A_SMALL_ONE, kmeans=1, dither=Image.Dither.NONE
+    )
     few.save(path, optimize=True)

@@ -2,8 +2,9 @@
 
 A check compares one number with the source's: it agrees when the number lies in an interval that
 means something, half a unit of the last printed digit or what 'about' allows. A number that came
-out after a choice made in view of the printed one is 'chosen', not 'agrees'; one that is held
-against a second computation of ours, as the source prints none, is 'self-consistent'.
+out after a choice made in view of the printed one, or that depends on a start, a gain or a body
+that the source does not print, is 'chosen', not 'agrees'; one that is held against a second
+computation of ours, as the source prints none, is 'self-consistent'.
 """
 
 import math
@@ -11,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import Decimal
 from enum import StrEnum
+
+import numpy as np
 
 from gallery.catalogue import ROW_OF, Row
 
@@ -36,8 +39,9 @@ class Check:
     `printed` is the source's number or claim in its words, None if it is lost. `basis`: what the
     check is worth when the number lies within the limits, see `chosen` and `consistent`.
     `uncertainty`: how far rounding on another processor may move the number, where that is more
-    than its fourth digit. `fleeting`: the number changes from run to run (a clock), so that pages
-    show the limits only.
+    than its fourth digit. `standard_error`: that of a number over starts, taken as drawn at
+    random, else zero; it widens no limit. `fleeting`: the number changes from run to run (a
+    clock), so that pages show the limits only.
     """
 
     name: str
@@ -49,6 +53,7 @@ class Check:
     fleeting: bool = False
     basis: Verdict = Verdict.AGREES
     uncertainty: float = 0.0
+    standard_error: float = 0.0
 
     @property
     def verdict(self) -> Verdict:
@@ -94,6 +99,37 @@ def consistent(check: Check) -> Check:
 def uncertain(check: Check, uncertainty: float) -> Check:
     """The check of an ill-conditioned number: `uncertainty` is what rounding makes of it."""
     return replace(check, uncertainty=float(uncertainty))
+
+
+def sampled(check: Check, standard_error: float) -> Check:
+    """The check of a number over many starts, with its standard error."""
+    return replace(check, standard_error=float(standard_error))
+
+
+def share(name, printed: str, happened, low=-math.inf, high=math.inf) -> Check:
+    """Check of the share of starts in which something `happened`."""
+    return sampled(within(name, printed, np.mean(happened), low, high), share_error(happened))
+
+
+def share_error(happened) -> float:
+    """Binomial standard error of a share; zero where none or all of the starts count."""
+    part = float(np.mean(happened))
+    return math.sqrt(part * (1.0 - part) / len(happened))
+
+
+def ratio_of_shares(name, printed: str, one, other, low=-math.inf, high=math.inf) -> Check:
+    """Check of the share of starts in which `one` happened, over that of `other`, independent."""
+    ratio = np.mean(one) / np.mean(other)
+    error = math.hypot(*(share_error(each) / np.mean(each) for each in (one, other)))
+    return sampled(within(name, printed, ratio, low, high), ratio * error)
+
+
+def percent(happened) -> str:
+    """A share in words, '68 ± 5 %': with its standard error, where it has one."""
+    error = 100.0 * share_error(happened)
+    digits = 0 if error >= 2.0 else 1
+    text = f"{100.0 * np.mean(happened):.{digits}f}"
+    return f"{text} ± {error:.{digits}f} %" if error else f"{100.0 * np.mean(happened):.0f} %"
 
 
 @dataclass(frozen=True)
@@ -184,6 +220,7 @@ class Outcome:
 
 def _check_data(check: Check) -> dict:
     limits = [x if math.isfinite(x) else None for x in (check.low, check.high)]
+    drawn = {"standard_error": check.standard_error} if check.standard_error else {}
     return {
         "name": check.name,
         "expected": check.printed,
@@ -193,4 +230,4 @@ def _check_data(check: Check) -> dict:
         "verdict": str(check.verdict),
         "uncertainty": check.uncertainty,
         "fleeting": check.fleeting,
-    }
+    } | drawn

@@ -8,7 +8,7 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from gallery.catalogue import ROWS, SOURCES, Row
+from gallery.catalogue import ROW_OF, ROWS, SOURCES, Row
 from gallery.entry import Outcome, Verdict
 
 RECORD, PICTURES = "results.json", "img"
@@ -26,7 +26,8 @@ def record_of(outcomes: Iterable[Outcome]) -> list[dict]:
         data["pictures"] = [path.name for path in outcome.pictures]
         for check in data["checks"]:
             check["measured"] = None if check["fleeting"] else _recorded(check["measured"])
-            check["uncertainty"] = _recorded(check["uncertainty"])
+            for name in {"uncertainty", "standard_error"} & set(check):
+                check[name] = _recorded(check[name])
         record.append(data)
     return record
 
@@ -36,6 +37,18 @@ def _recorded(number: float | None) -> float | None:
     if number is None:
         return None
     return 0.0 if abs(number) < 1e-12 else float(f"{number:.4g}")
+
+
+def updated_record(record: list[dict], outcomes: Iterable[Outcome]) -> list[dict]:
+    """A record with these outcomes in place of what it had, in the order of the catalogue."""
+    by_id = {data["id"]: data for data in [*record, *record_of(outcomes)]}
+    return [by_id[id_] for id_ in ROW_OF if id_ in by_id]
+
+
+def read_record(folder: Path) -> list[dict]:
+    """The record in a folder of pages; none where there is no such file."""
+    path = folder / RECORD
+    return json.loads(path.read_text(encoding="utf-8")) if path.exists() else []
 
 
 def write_pages(record: list[dict], folder: Path) -> None:
@@ -80,8 +93,11 @@ def _front_page(record: list[dict]) -> str:
         "",
         "Each entry recomputes a published figure or table and compares its numbers with those",
         "printed. A number *agrees*; or it is *chosen*: reproduced by a choice made in view of the",
-        "printed one; or *self-consistent*: the source prints none, and two of our computations",
-        "agree; or it *differs*, for a stated reason; or its *value is lost*: illegible there.",
+        "printed one, or with a start, gain or body that the source does not print and on which it",
+        "depends; or *self-consistent*: the source prints none, and two of our computations agree;",
+        "or it *differs*, for a stated reason; or its *value is lost*: illegible there. After ±",
+        "stands the standard error that a number over starts has, taken as drawn at random; it",
+        "widens no limit.",
         "One entry: `torquer gallery run FIELD-5`. All: `torquer gallery all`.",
         "",
         "| source | what it is | rows | " + " | ".join(_COUNTED) + " |",
@@ -144,7 +160,11 @@ def shown_number(check: dict) -> str:
     if check["fleeting"]:
         return "a timing, not kept"
     number = check["measured"]
-    return "none" if number is None else f"{number:.4g} {check['unit']}".rstrip()
+    if number is None:
+        return "none"
+    error = check.get("standard_error")
+    text = f"{number:.4g} ± {error:.2g}" if error else f"{number:.4g}"
+    return f"{text} {check['unit']}".rstrip()
 
 
 def shown_limits(check: dict) -> str:

@@ -145,13 +145,13 @@ def compute() -> Answer:
     checks = (
         chosen(near("60 deg: nutation damping", "1500", high[0], "s", ROUND_S,
                     f"about 1500 s {ROUNDED}")),
-        near("60 deg: spin-up", "1000", high[1], "s", ROUND_S, f"about 1000 s {ROUNDED}"),
+        chosen(near("60 deg: spin-up", "1000", high[1], "s", ROUND_S, f"about 1000 s {ROUNDED}")),
         within("60 deg: axis to the target after 1000 s of reorientation",
                "reoriented in about 1000 s", high[3], high=DONE_DEG, unit="deg"),
         chosen(near("10 deg: nutation damping", "5000", low[0], "s", 2.0 * ROUND_S,
                     "about 5000 s (to the nearest 1000)")),
-        near("10 deg: spin-up", "1000", low[1], "s", ROUND_S,
-             f"almost all of it in 1000 s {ROUNDED}"),
+        chosen(near("10 deg: spin-up", "1000", low[1], "s", ROUND_S,
+                    f"almost all of it in 1000 s {ROUNDED}")),
         within("10 deg: axis to the target after 1000 s of reorientation",
                "reorientation goes very slowly", low[3], low=45.0, unit="deg"),
     )  # fmt: skip

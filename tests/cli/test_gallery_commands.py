@@ -8,7 +8,8 @@ import pytest
 
 from gallery.catalogue import ROW_OF
 from gallery.drawing import new_figure
-from gallery.entry import Answer, Entry, Verdict, near
+from gallery.entry import Answer, Entry, Outcome, Verdict, near
+from gallery.pages import record_of, write_pages
 from torquer.cli import gallery_work
 
 
@@ -129,6 +130,23 @@ def test_docs_are_written_if_asked(call, only, tmp_path):
     assert (code, err) == (0, "")
     assert {path.name for path in docs.glob("*.md")} >= {"FIELD.md", "differences.md"}
     assert (docs / "img" / "FIELD-10.png").is_file()
+
+
+def test_a_single_entry_is_written_into_the_pages_that_are_there(call, only, tmp_path):
+    docs = tmp_path / "docs"
+    other = Entry(ids=("MAG-2.2",), compute=make(2.7).compute)
+    write_pages(record_of([Outcome(other, other.compute())]), docs_made(docs))
+    only(make(2.7))
+    call_it = ("gallery", "run", "FIELD-10", "--out", tmp_path / "out", "--docs", docs)
+    assert call(*call_it)[0] == 0
+    assert "a note" in (docs / "FIELD.md").read_text(encoding="utf-8")
+    assert "## MAG-2.2" in (docs / "MAG.md").read_text(encoding="utf-8")
+    assert (docs / "img" / "FIELD-10.png").is_file()
+
+
+def docs_made(folder):
+    (folder / "img").mkdir(parents=True)
+    return folder
 
 
 def test_every_gallery_command_has_help(call):

@@ -5,13 +5,15 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 import gallery
 from gallery import entries as folder, lookup
 from gallery.catalogue import ROW_OF, ROWS, SOURCES, known_id
-from gallery.drawing import new_figure, save_small
+from gallery.drawing import BLUE, COLOURS, GREEN, ORANGE, new_figure, save_small
 from gallery.entry import (
     Answer,
     Entry,
@@ -22,10 +24,13 @@ from gallery.entry import (
     half_unit,
     lost,
     near,
+    percent,
+    ratio_of_shares,
+    share,
     uncertain,
     within,
 )
-from gallery.pages import pages, record_of, write_pages
+from gallery.pages import pages, read_record, record_of, updated_record, write_pages
 from gallery.runs import compute_all
 
 GOOD, BAD = near("x", "2.7", 2.74, "%"), near("x", "2.7", 2.76, "%")
@@ -67,6 +72,26 @@ def test_a_check_tells_what_its_agreement_is_worth():
     assert uncertain(GOOD, 0.1).verdict is Verdict.AGREES
     assert chosen(BAD).verdict is consistent(BAD).verdict is Verdict.DIFFERS
     assert uncertain(BAD, 0.1).verdict is Verdict.DIFFERS, "uncertainty is no wider limit"
+
+
+def test_a_share_has_its_binomial_standard_error():
+    happened = [True] * 64 + [False] * 36
+    check = share("x", "mostly", happened, low=0.5)
+    assert check.measured == 0.64
+    assert check.standard_error == pytest.approx(math.sqrt(0.64 * 0.36 / 100.0))
+    assert share("x", "mostly", happened, low=0.65).verdict is Verdict.DIFFERS, "no wider limit"
+    assert share("x", "all", [True] * 24).standard_error == 0.0
+    assert percent(happened) == "64 ± 5 %"
+    assert percent([True] * 199 + [False]) == "99.5 ± 0.5 %"
+    assert percent([True] * 24) == "100 %"
+
+
+def test_a_ratio_of_shares_has_the_errors_of_both():
+    one, other = [True] * 60 + [False] * 40, [True] * 80 + [False] * 20
+    check = ratio_of_shares("x", "the same", one, other)
+    assert check.measured == pytest.approx(0.75)
+    relative = math.hypot(math.sqrt(0.24 / 100) / 0.6, math.sqrt(0.16 / 100) / 0.8)
+    assert check.standard_error == pytest.approx(0.75 * relative)
 
 
 @pytest.mark.parametrize(
@@ -290,6 +315,45 @@ def test_the_record_rounds_and_leaves_out_what_a_clock_says(tmp_path):
     text = pages([data])["FIELD.md"]
     assert "| x | p | 1.235 | at most 2 | agrees |" in text
     assert "| t | q | a timing, not kept | at most 4 | agrees |" in text
+
+
+def test_pages_and_record_show_standard_errors(tmp_path):
+    made = entry(share("x", "half", [True] * 64 + [False] * 36, low=0.5), GOOD)
+    (data,) = record_of(outcomes(tmp_path, made))
+    assert [check.get("standard_error") for check in data["checks"]] == [0.048, None]
+    assert "| x | half | 0.64 ± 0.048 | at least 0.5 | agrees |" in pages([data])["FIELD.md"]
+
+
+def test_one_entry_is_replaced_in_a_record_the_others_stay(tmp_path):
+    first = outcomes(tmp_path, entry(GOOD, ids=("FIELD-11",)), entry(GOOD, ids=("MAG-2.2",)))
+    write_pages(record_of(first), tmp_path)
+    record = read_record(tmp_path)
+    assert record == record_of(first)
+    other = entry(BAD, ids=("FIELD-11",), declared=Verdict.DIFFERS, reason="so")
+    added = outcomes(tmp_path, entry(GOOD, ids=("FIELD-3",)), other)
+    found = updated_record(record, added)
+    assert [data["id"] for data in found] == ["FIELD-3", "FIELD-11", "MAG-2.2"]
+    assert [data["verdict"] for data in found] == ["agrees", "differs", "agrees"]
+    assert found[2] == record[1]
+    assert read_record(tmp_path / "nothing") == []
+
+
+def test_a_small_picture_keeps_the_colours_of_lines_and_of_pale_shades(tmp_path):
+    from PIL import Image
+
+    figure, panels = new_figure("A title", 3, 7.0)
+    x = np.linspace(0.0, 1.0, 400)
+    for panel in panels:
+        for k, colour in enumerate((GREEN, BLUE, ORANGE)):
+            panel.axvspan(k / 3.0, (k + 1) / 3.0, color=colour, alpha=0.22, lw=0.0)
+        for k, colour in enumerate(COLOURS):
+            panel.plot(x, np.sin(40.0 * x + k), color=colour, lw=1.2)
+            panel.plot(x, np.sin(70.0 * x + k) - 3.0, color=colour, lw=0.7, ls=(0, (4, 2)))
+    save_small(figure, tmp_path / "a.png")
+    found = np.array(Image.open(tmp_path / "a.png").convert("RGB")).reshape(-1, 3).astype(float)
+    shades = [0.22 * np.array(to_rgb(c)) + 0.78 for c in (GREEN, BLUE, ORANGE)]
+    for wanted in [*shades, *(np.array(to_rgb(c)) for c in COLOURS)]:
+        assert np.abs(found - 255.0 * wanted).max(axis=1).min() < 8.0
 
 
 def test_a_small_picture_of_what_a_clock_says_is_kept(tmp_path):

@@ -44,9 +44,9 @@ def list_(*, json: Json = False) -> int:
 
 
 @app.command
-def run(*ids: str, json: Json = False, out: Out = _OUT) -> int:
+def run(*ids: str, json: Json = False, out: Out = _OUT, docs: Docs = None) -> int:
     """Compute the entries of these IDS; exit 1 if a verdict differs from the declared one."""
-    return _work().run(ids, json, out)
+    return _work().run(ids, json, out, docs)
 
 
 @app.command(name="all")

@@ -7,7 +7,15 @@ from pathlib import Path
 from gallery.catalogue import ROW_OF
 from gallery.entry import Entry, Outcome, Verdict
 from gallery.lookup import all_entries, entry_of, wanted
-from gallery.pages import PICTURES, record_of, shown_limits, shown_number, write_pages
+from gallery.pages import (
+    PICTURES,
+    read_record,
+    record_of,
+    shown_limits,
+    shown_number,
+    updated_record,
+    write_pages,
+)
 from gallery.runs import compute_all
 from torquer.cli.output import json_text, make_writable, print_error, progress_bar, writing_to
 
@@ -31,13 +39,16 @@ def show_list(as_json: bool) -> int:
     return 0
 
 
-def run(ids: tuple[str, ...], as_json: bool, out: Path) -> int:
-    """Compute the entries of these ids."""
+def run(ids: tuple[str, ...], as_json: bool, out: Path, docs: Path | None) -> int:
+    """Compute the entries of these ids; in the pages the others stay as they are."""
     if not ids:
         raise ValueError(
             "gallery run: must name at least one id (see `gallery list`); received none"
         )
-    return _print_all(_computed(wanted(ids), out, None), as_json, out)
+    outcomes = _computed(wanted(ids), out, docs / PICTURES if docs else None)
+    if docs:
+        write_pages(updated_record(read_record(docs), outcomes), docs)
+    return _print_all(outcomes, as_json, out)
 
 
 def run_all(as_json: bool, out: Path, docs: Path | None) -> int:

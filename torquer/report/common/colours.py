@@ -5,4 +5,6 @@ ORANGE, SKY, GREEN = "#E69F00", "#56B4E9", "#009E73"
 BLUE, RED, PINK = "#0072B2", "#D55E00", "#CC79A7"
 #: Magnitudes; readable on light and dark backgrounds.
 GREY = "#767676"
+#: Values of either sign, from below zero to above, pale at zero.
+SIGNED = ("#2f5d8c", "#8fb3cf", "#f7f5ef", "#dba58a", "#9c4a2f")
 AXES = (("x", RED), ("y", GREEN), ("z", BLUE))

@@ -9,6 +9,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from torquer.analysis.field_map import FieldMap
+from torquer.report.common.colours import SIGNED
 from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, sheet
 
 _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
@@ -16,9 +17,7 @@ _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
 _SIZES = LinearSegmentedColormap.from_list(
     "sizes", ["#2b2a5a", "#3d6a96", "#74a9b8", "#bcd5cf", "#f4f1e4"]
 )
-_SIGNED = LinearSegmentedColormap.from_list(
-    "signed", ["#2f5d8c", "#8fb3cf", "#f7f5ef", "#dba58a", "#9c4a2f"]
-)
+_SIGNED = LinearSegmentedColormap.from_list("signed", SIGNED)
 _NAMES = {
     "F": "Total intensity F",
     "X": "North component X",

@@ -6,28 +6,34 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import LinearSegmentedColormap, LogNorm
+from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
+from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
 from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
 from torquer.theory.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
 _PALE = LinearSegmentedColormap.from_list("pale", ["#ffffff", "#cfe3f2", "#7fb3d8", "#2f74a8"])
+_SIGNED = LinearSegmentedColormap.from_list("signed", SIGNED)
 _TURN = 2.0 * math.pi
 
 
-def isolines(axes, x, y, values, levels, form: str = "%g", norm=None):
+def isolines(axes, x, y, values, levels, form: str = "%g", norm=None, signed=False):
     """Labelled isolines of `values` `[x, y]` on a pale colour map.
 
-    Returns the colour map, for a colour bar.
+    `signed`: values of either sign have two hues, pale at zero; `norm` is not used then. Returns
+    the colour map, for a colour bar.
     """
     values = np.asarray(values).T
+    palette = _PALE
+    if signed:
+        greatest = float(np.nanmax(np.abs(values)))
+        norm, palette = Normalize(-greatest, greatest), _SIGNED
     axes.grid(False)
     ground = axes.pcolormesh(
-        x, y, values, cmap=_PALE, norm=norm, shading="gouraud", rasterized=True
+        x, y, values, cmap=palette, norm=norm, shading="gouraud", rasterized=True
     )
     lines = axes.contour(x, y, values, levels=levels, colors="#222222", linewidths=1.0)
     texts = axes.clabel(lines, fmt=form, fontsize=9, inline_spacing=4)
