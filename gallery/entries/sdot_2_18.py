@@ -27,7 +27,8 @@ from torquer.theory.evolution.model import Slow
 
 GAINS, COUNT = (60.0, 20.0, 6.0), 24
 RATES = {"text's rates": 1.0, "ten times the rates": 10.0}
-#: A passage at df/du resolves a frequency to sqrt(2 pi df/du), 0.3 to 0.5 omega0 here.
+#: A passage at df/du resolves a frequency to sqrt(2 pi df/du), 0.3 to 0.5 omega0 here. (A limit of
+#: 0.2, set before that estimate, was missed at twice the rates: 3.79.)
 PASSAGE = 0.3
 #: Initial rates over the text's, and gains at the text's rates, for the trial with k B0/L0 held.
 FASTER, HELD = (1.0, 2.0, 2.5, 3.0, 10.0), (6.0, 2.0)
