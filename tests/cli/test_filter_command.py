@@ -113,7 +113,7 @@ def test_a_filter_that_never_starts_is_told_in_words(call, with_filter, tmp_path
     path = with_filter("magnetometer_noise_nt = 20\n", 'sensors = ["sun"]\n')
     out = tmp_path / "checked"
     code, said, _ = call("filter-check", path, "--runs", "3", "--out", out)
-    why = "without a magnetometer it must be handed an attitude by another estimator"
+    why = "it needs a second sensor, or an attitude from another estimator"
     assert code == 1 and "nan" not in said
     assert said.splitlines()[-2] == f"never started: {why}"
     assert not any(line.startswith(("ok ", "FAIL")) for line in said.splitlines())

@@ -17,9 +17,9 @@ REASONS = dict(enumerate(NOT_STARTED))
 #: What a filter needs to start, by its sensors: said where it gives no reason of its own.
 _NEEDS = {
     ("magnetometer",): "it needs a reading of the field",
-    ("sun",): "without a magnetometer it must be handed an attitude by another estimator",
-    ("magnetometer", "sun"): "it needs a reading of the field and one of the Sun of the same time, "
-    "in different directions",
+    ("sun",): "it needs a second sensor, or an attitude from another estimator",
+    ("magnetometer", "sun"): "it needs a reading of the field and one of the Sun, in different "
+    "directions",
 }
 _NEEDS_ATTITUDE = "it needs a reading of the star tracker, or of two directions"
 #: Names of the statistics of errors, and of the readings rejected; the others are of innovations.

@@ -80,9 +80,10 @@ class Filter(SensorKeys):
     unless their angle is not that of the models, and again where the standard deviation of the
     attitude, that of all axes together, exceeds `lost_sigma_deg`. With the magnetometer alone it
     starts with several hypotheses about the turn around the field, and states their spread until
-    they agree; with another direction alone it must be handed an attitude. Where other estimators
-    have worked before it, in other modes, it takes over an attitude that is not older than
-    `longest_gap_s` and better than its own; after a longer gap it starts again.
+    they agree; with another direction alone it needs an attitude from another estimator. Where
+    other estimators have worked before it, in other modes, it takes over an attitude that is not
+    older than `longest_gap_s` and better than its own; after a longer gap it starts again. An
+    attitude that has become more uncertain than any is unknown, and the filter starts as at first.
 
     Sensors and motion are watched. A sensor is isolated while its readings stay though the body
     turns, while its field is not as large as that of the model, or while it sees the Sun in the

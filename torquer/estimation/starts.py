@@ -58,7 +58,7 @@ NOT_STARTED = (
     "the directions read are parallel",
     "the angle between two directions is not that of the models",
     "TRIAD is less accurate than lost_sigma_deg",
-    "without a magnetometer it must be handed an attitude by another estimator",
+    "it needs a second sensor, or an attitude from another estimator",
     "no usable reading of the star tracker",
     "the star tracker contradicts a direction",
     "no usable reading of the horizon sensor",
