@@ -27,7 +27,12 @@ def verdict(flown, *others, spec=SPEC):
 
 
 def test_errors_as_stated_are_consistent():
-    assert verdict(runs()) == ("consistent", "consistent")
+    word, text = verdict(runs())
+    assert word == "consistent" and text.startswith(
+        "consistent; what goes wrong in less than 14% of"
+    )
+    assert text.endswith("may not show in 20 runs")
+    assert pytest.approx(0.05, abs=2e-3) == (1.0 - 0.14) ** 20
 
 
 @pytest.mark.parametrize("factor", [1.5, 20.0])

@@ -63,7 +63,7 @@ def test_ignored_errors_make_the_filter_optimistic(checked):
 
 @pytest.mark.parametrize("how", ["estimated", "considered"])
 def test_errors_that_the_filter_knows_of_leave_it_consistent(checked, how):
-    assert checked[how].verdict.text == "consistent"
+    assert checked[how].verdict.word == "consistent"
 
 
 def test_estimated_errors_are_found_and_considered_ones_are_not(checked):

@@ -8,6 +8,20 @@ from torquer.scenario.load import scenario_from_data
 
 
 @pytest.mark.parametrize(
+    ("estimator", "sample_s", "noted"),
+    [(DYNAMICS, 5.0, True), (DYNAMICS, 1.0, False), (GYRO, 5.0, False)],
+)
+def test_a_far_turn_between_readings_is_noted_without_a_gyro(estimator, sample_s, noted):
+    craft = SCENARIO["spacecraft"]
+    slow = craft | {"magnetometer": craft["magnetometer"] | {"sample_s": sample_s, "delay_s": 0.0}}
+    data = {**SCENARIO, "spacecraft": slow, "initial": {"rate_deg_s": [0.0, 1.5, 0.0]}}
+    notes = filter_notes(
+        scenario_from_data(data | {"control": {"law": {"kind": "off"}, "estimator": estimator}})
+    )
+    assert len(notes) == noted and all("turns by 7.5 deg at the initial rate" in x for x in notes)
+
+
+@pytest.mark.parametrize(
     ("estimator", "windows", "told"),
     [
         (GYRO, {"measure_s": 2.0, "actuate_s": 6.0}, True),

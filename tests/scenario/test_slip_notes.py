@@ -32,6 +32,20 @@ SLIPS = [
     ({"spacecraft.magnetometer.noise_nt": 0.0}, []),
     ({"spacecraft.magnetometer.range_nt": 1e4}, ["range_nt of 10000 nT is exceeded on this orbit"]),
     ({"spacecraft.magnetometer.range_nt": 7e4}, []),
+    ({"spacecraft.magnetometer.noise_nt": 6e4}, ["noise_nt of 60000 nT is "]),
+    ({"spacecraft.magnetometer.misalignment_deg": [0, 0, 180]},
+     ["spacecraft.magnetometer.misalignment_deg of 180 deg is not an error of mounting"]),
+    ({"spacecraft.gyro.misalignment_deg": [0, 0, 19]}, []),
+    ({"spacecraft.coils.residual_dipole_a_m2": [15, 0, 0]},
+     ["spacecraft.coils.residual_dipole_a_m2 of 15 A m^2 exceeds the 3 A m^2 of a coil"]),
+    ({"spacecraft.coils.limit_a_m2": 3e-3}, ["is too large for coils of 0.003 A m^2"]),
+    ({"spacecraft.coils.limit_a_m2": 3e3}, ["limit_a_m2 of 3000 is very large for a moment"]),
+    ({"mission": {"rate_below_deg_s": 50.0}}, ["above the initial rate of"]),
+    ({"mission": {"rate_below_deg_s": 1e-9}}, ["mission.rate_below_deg_s of 1e-09 deg/s is less"]),
+    ({"orbit.inclination_deg": 0.9}, ["a nearly equatorial orbit: or is it 51.6 deg in radians?"]),
+    ({"orbit.inclination_deg": 0.0}, []),
+    ({"simulation": {"duration_s": 4.0, "record_s": 2.0}, "control.sample_s": 2.0},
+     ["simulation: the run of 4 s ends after 2 control steps of 2 s"]),
 ]  # fmt: skip
 
 

@@ -2,14 +2,25 @@
 
 import math
 
+import numpy as np
+
 from torquer.estimation.filter import Filter
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.scenario.spec import Scenario
 
+#: Turn between readings [deg] from which a quarter of random filters without a gyro were false:
+#: design/0010.
+_FAR_DEG = 6.0
+
 
 def filter_notes(scenario: Scenario) -> list[str]:
     """Notes on filters, one line each."""
-    return [*_step_notes(scenario), *_model_notes(scenario), *_albedo_notes(scenario)]
+    return [
+        *_step_notes(scenario),
+        *_turn_notes(scenario),
+        *_model_notes(scenario),
+        *_albedo_notes(scenario),
+    ]
 
 
 def _filters(scenario: Scenario) -> list[Filter]:
@@ -28,6 +39,23 @@ def _step_notes(scenario: Scenario) -> list[str]:
     return [
         f"a filter with a gyro takes steps of {steps} here: its angle random walk can be right for "
         "only one of these intervals; torquer filter-check shows the effect"
+    ]
+
+
+def _turn_notes(scenario: Scenario) -> list[str]:
+    """On a body that turns far between readings, without a gyro that shows how."""
+    craft, control = scenario.spacecraft, scenario.control
+    sampled = {"magnetometer": craft.magnetometer, "sun": craft.sun_sensors}
+    names = {name for spec in _filters(scenario) if not spec.has_gyro for name in spec.sensors}
+    found = [sensor for name in names if (sensor := sampled.get(name)) is not None]
+    interval_s = max((sensor.sample_s or control.cycle_s for sensor in found), default=0.0)
+    turn_deg = float(np.linalg.norm(scenario.initial.rate_deg_s)) * interval_s
+    if turn_deg <= _FAR_DEG:
+        return []
+    return [
+        f"a filter without a gyro has readings {interval_s:g} s apart, between which the body "
+        f"turns by {turn_deg:.3g} deg at the initial rate: from {_FAR_DEG:g} deg on it may be "
+        "wrong and sure of itself; torquer filter-check shows it"
     ]
 
 
