@@ -23,6 +23,7 @@ from torquer.control.modes.table import (
     COILS,
     ESTIMATOR,
     LAW,
+    LAW_OFF,
     NO_MODES,
     SET,
     WHEELS,
@@ -257,6 +258,18 @@ def allowed(chosen, dipole):
     )
 
 
+@internal
+def is_off(table, modes, law):
+    """Whether a present state keeps a law from working."""
+    off = False
+    for region in range(table.regions.shape[0]):
+        state = table.states[int(modes.regions[region].state)]
+        for place in range(state.first_action, state.after_action):
+            action = table.actions[place]
+            off = off or (action.kind == LAW_OFF and action.index == law)
+    return off
+
+
 @inner
 def command_by_modes(computer, board):
     """Switch the modes; the command of the present states' laws, added by their factors."""
@@ -267,7 +280,7 @@ def command_by_modes(computer, board):
         state = table.states[int(board.modes.regions[region].state)]
         for place in range(state.first_action, state.after_action):
             action = table.actions[place]
-            if action.kind == LAW:
+            if action.kind == LAW and not is_off(table, board.modes, action.index):
                 command = command_of(computer, board, action.index)
                 dipole = add_scaled(dipole, action.value, command.dipole_a_m2)
                 torque = add_scaled(torque, action.value, command.torque_n_m)

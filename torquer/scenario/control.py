@@ -136,6 +136,8 @@ class Control(Spec):
                 must_be_one_of("modes: a state's estimator", sorted(known), state.estimator)
             for name in state.laws:
                 must_be_one_of("modes: a state's law", self.laws, name)
+            for name in state.laws_off:
+                must_be_one_of("modes: a law that a state switches off", self.laws, name)
         return self
 
     def named(self) -> "Program":

@@ -249,6 +249,7 @@ class Scenario(Spec):
         self._check_ephemeris()
         self._check_mission()
         self._check_failures()
+        self._check_modes()
         self._check_disturbance()
         return self
 
@@ -330,6 +331,16 @@ class Scenario(Spec):
                         f"{key}.failures[{k}].from_s: must be before the end of the "
                         f"run, {length_s:g} s; received {failure.from_s:g} s"
                     )
+
+    def _check_modes(self) -> None:
+        """The check of the coils knows of a momentum that is in no reading."""
+        modes, momentum = self.control.modes, self.spacecraft.body.wheel_momentum_n_m_s
+        if modes and modes.noise and modes.wheel_momentum_n_m_s is None and any(momentum):
+            raise ValueError(
+                "control.modes.wheel_momentum_n_m_s: must be given for checks of the coils "
+                "(control.modes.noise) of a body with spacecraft.body.wheel_momentum_n_m_s; "
+                "received none"
+            )
 
     def _check_actuators(self) -> None:
         """Laws need the actuators they drive; wheels need an integrator that supports them."""

@@ -61,6 +61,7 @@ from torquer.simulation.timetable import (
     TACHOMETERS,
     Sampling,
     Timetable,
+    longest_interval,
     timetable_of,
 )
 from torquer.spacecraft.coils import COIL_STATE, NO_COILS, goal_of
@@ -212,6 +213,16 @@ def _sampling(sensor: int, spec, step_s: float) -> Sampling:
     return Sampling(*sampling_steps(f"spacecraft.{SENSORS[sensor]}", spec, step_s))
 
 
+def oldest_readings_s(scenario: Scenario, timetable: Timetable) -> tuple[float, ...]:
+    """How old readings of each sensor become before the next one arrives [s]; 0 if it has none."""
+    delays_s = {name: sensor.delay_s for name, sensor in scenario.spacecraft.sensors().items()}
+    intervals = [longest_interval(timetable, sensor) for sensor in range(len(SENSORS))]
+    return tuple(
+        scenario.grid_s * interval + (delays_s.get(name, 0.0) if interval else 0.0)
+        for name, interval in zip(SENSORS, intervals, strict=True)
+    )
+
+
 def plan_of(
     scenario: Scenario,
     blocks: Blocks,
@@ -224,12 +235,14 @@ def plan_of(
     needs = needs_of(blocks) | signals_need(scenario)
     wheels = scenario.spacecraft.wheels
     allocation, estimator = NO_ALLOCATION, estimator_numbers(scenario, blocks)["estimator"]
+    timetable = timetable_for(scenario, needs)
+    table = table._replace(oldest_s=oldest_readings_s(scenario, timetable))
     if wheels is not None:
         driven = any(law.drives_wheels for law in blocks.laws.values())
         allocation = allocation_of(wheels, step_s, driven)
     plan = Plan(
         plant=plant_of(scenario, needs),
-        timetable=timetable_for(scenario, needs),
+        timetable=timetable,
         computer=computer_of(blocks, estimator, table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,

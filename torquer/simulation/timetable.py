@@ -80,6 +80,14 @@ def next_row(timetable: Timetable, step: int) -> tuple[int, int]:
     return int(cycle + row["step"]), int(row["actions"])
 
 
+def longest_interval(timetable: Timetable, sensor: int) -> int:
+    """The longest interval between two readings of a sensor, in steps; 0 if it is never read."""
+    steps = timetable.rows["step"][timetable.rows["actions"] & (READ << sensor) != 0]
+    if len(steps) == 0:
+        return 0
+    return int(np.diff(steps, append=steps[0] + timetable.cycle_steps).max())
+
+
 def timetable_of(
     cycle_steps: int,
     measure_steps: int,

@@ -1,6 +1,7 @@
 """Which coil does not do what is commanded: the momentum's change against the commanded torque.
 
-In axes that turn with the gyro's rotation alone, the momentum H = J omega + wheels changes by
+In axes that turn with the gyro's rotation alone, the momentum H = J omega + wheels (those with a
+fixed momentum, too) changes by
 
   H(t) - H(0) = sum_i p_i int m_i (e_i x B) dt + sum_j d_j int e_j x B dt,
 
@@ -16,9 +17,10 @@ import math
 import numpy as np
 
 from torquer.compile.engine import inlined, internal
+from torquer.estimation.measurements.measurement import as_of_now
 from torquer.estimation.triad import quaternion_of
-from torquer.geometry.quaternion import rotate
-from torquer.geometry.vec3 import add, cross, norm, put_vector, sub, sym_vec, vector_of
+from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate
+from torquer.geometry.vec3 import add, cross, norm, put_vector, scale, sub, sym_vec, vector_of
 
 #: Time of the momentum's change [s], and the longest between two control steps.
 _WINDOW_S, _LONGEST_S = 30.0, 10.0
@@ -35,9 +37,10 @@ _ALWAYS = 0.25
 _POSSIBLE, _NOISY = 2.0, 5.0
 #: Disturbance torque over mean moment of inertia [1/s^2]: gravity gradient of a low orbit.
 _DISTURBANCE = 2e-6
-#: Number of equations over which the noise is averaged, greatest part of the assumed variance that
-#: one of them counts as, and least one that is believed.
-_EQUATIONS, _OUTLIER, _LEAST_NOISE = 50.0, 3.0, 0.1
+#: Number of equations over which the noise is averaged, greatest square of an innovation over its
+#: variance that counts (for normal noise this changes the mean by 0.5 %), and least noise that is
+#: believed.
+_EQUATIONS, _OUTLIER, _LEAST_NOISE = 50.0, 9.0, 0.1
 _AXES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 #: `effect`: p (3), d (3) [A m^2], and their covariance; `noise`: its variance over the greatest one
@@ -107,7 +110,8 @@ def has_field_reversed(now):
 def momentum_at(table, now, inputs):
     """Momentum of body and wheels in axes that turn with the gyro's rotation alone."""
     own = sym_vec(table.inertia_kg_m2, vector_of(now.omega))
-    return rotate(quaternion_of(now.q), add(own, inputs.wheel_momentum_body_n_m_s))
+    wheels = add(inputs.wheel_momentum_body_n_m_s, table.wheel_momentum_n_m_s)
+    return rotate(quaternion_of(now.q), add(own, wheels))
 
 
 @internal
@@ -120,10 +124,17 @@ def begin_window(table, now, inputs):
 
 @internal
 def add_impulse(now, inputs):
-    """Add what the dipole since the control step before has done, by the trapezoidal rule."""
-    m, q, dt = inputs.coil_dipole_body_a_m2, quaternion_of(now.q), inputs.t_s - now.lever_s
+    """Add what the dipole since the control step before has done, by the trapezoidal rule.
+
+    The field that was read some time ago, and the axes at the gyro's latest reading, are turned to
+    the present with the gyro's rate.
+    """
+    m, dt, omega = inputs.coil_dipole_body_a_m2, inputs.t_s - now.lever_s, vector_of(now.omega)
+    turn = from_rotation_vector(scale(inputs.t_s - now.gyro_s, omega))
+    q = multiply(quaternion_of(now.q), turn)
+    b = as_of_now(omega, inputs.t_s - inputs.read_at.magnetometer_s, inputs.b_body_t)
     for i in range(3):
-        lever = rotate(q, cross(_AXES[i], inputs.b_body_t))
+        lever = rotate(q, cross(_AXES[i], b))
         for k in range(3):
             mean = 0.5 * (lever[k] + now.lever[i, k])
             now.impulse[k, i] += m[i] * mean * dt
@@ -157,7 +168,8 @@ def forget(now, t_s):
 def correct(now, row, y, variance):
     """Kalman update by one equation y = row . effect + noise.
 
-    `variance`: the greatest that the noise may have; how much of it there is, innovations show.
+    `variance`: the greatest that the noise may have; how much of it there is, innovations show, the
+    more of their variance is noise. (While the effects are uncertain, they show nothing.)
     """
     p, x = now.covariance, now.effect
     square, wrong = 0.0, y
@@ -167,9 +179,11 @@ def correct(now, row, y, variance):
             now.seen[i] += p[i, j] * row[j]
         square += row[i] * now.seen[i]
         wrong -= row[i] * x[i]
-    found = min((wrong * wrong - square) / variance, _OUTLIER)
-    square += variance * min(max(now.noise, _LEAST_NOISE), 1.0)
-    now.noise += (found - now.noise) / _EQUATIONS
+    noise = variance * now.noise
+    square += noise
+    excess = min(wrong * wrong / square, _OUTLIER) - 1.0
+    learned = now.noise * (1.0 + excess * noise / (square * _EQUATIONS))
+    now.noise = min(max(learned, _LEAST_NOISE), 1.0)
     for i in range(6):
         x[i] += now.seen[i] / square * wrong
         for j in range(6):

@@ -125,6 +125,9 @@ def _actions(modes, region: str, name: str, laws, estimators, parameters) -> lis
     for parameter, value in state.set.items():
         found += _settings(f"{key}.set", parameter, value, parameters)
     found += [(table.AXIS_OFF, AXES.index(axis), 0.0) for axis in state.coils_off]
+    for law in state.laws_off:
+        must_be_one_of(f"{key}.laws_off", laws, law)
+        found.append((table.LAW_OFF, laws[law], 0.0))
     for kind, switch in ((table.COILS, state.coils), (table.WHEELS, state.wheels)):
         if switch is not None:
             found.append((kind, 0, float(switch == "on")))
@@ -143,7 +146,7 @@ def _settings(key: str, parameter: str, value, parameters: Mapping) -> list[tupl
 
 
 def _directions(modes) -> dict:
-    """Axis, target, inertia, wanted attitude, noise; zeros for what no signal needs."""
+    """Axis, target, inertia, wheel, wanted attitude, noise; zeros for what no signal needs."""
     zeros = (0.0, 0.0, 0.0)
     sun, inertia, attitude = modes.target == "sun", modes.inertia_kg_m2, modes.attitude
     return {
@@ -151,6 +154,7 @@ def _directions(modes) -> dict:
         "target": zeros if sun or modes.target is None else modes.target,
         "target_is_sun": float(sun),
         "inertia_kg_m2": zeros + zeros if inertia is None else as_symmetric(inertia),
+        "wheel_momentum_n_m_s": modes.wheel_momentum_n_m_s or zeros,
         "orbital": float(attitude is not None and attitude.orbital),
         "q_wanted": (*zeros, 1.0) if attitude is None else attitude.q_wanted(),
         "noise": table.Noise() if modes.noise is None else modes.noise.pack(),

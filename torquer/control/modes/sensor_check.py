@@ -1,10 +1,11 @@
 """Which sensor is not to be believed, found without an attitude and without a filter.
 
 Each sensor by itself: silent, not a number, or the same numbers again and again, which a sensor
-with noise does not send. Then sensor against sensor: the gyro's rate must turn the directions to
-the field and to the Sun (`torquer.estimation.watch`), the angle between the two and the field's
-magnitude must be those of the models. Of three sensors, the one is to blame that contradicts both
-others; where the Sun is not in view, it is the gyro, without which laws of differences work.
+with noise does not send (`sensor_alone`). Then sensor against sensor: the gyro's rate must turn the
+directions to the field and to the Sun (`torquer.estimation.watch`), the angle between the two and
+the field's magnitude must be those of the models. Of three sensors, the one is to blame that
+contradicts both others; where the Sun is not in view, it is the gyro, without which laws of
+differences work, unless the field contradicted the Sun when it was last seen.
 """
 
 import math
@@ -13,6 +14,7 @@ import numpy as np
 
 from torquer.compile.engine import inlined, inner, internal
 from torquer.control.modes.coil_check import follow_coils, forget_coils, has_field_reversed
+from torquer.control.modes.sensor_alone import GYRO, MAGNETOMETER, SUN_SENSORS, fails_by_itself
 from torquer.estimation.measurements.magnetometer import has_magnitude
 from torquer.estimation.measurements.measurement import NO_MEASUREMENT, Measurement, as_of_now
 from torquer.estimation.triad import (
@@ -26,13 +28,6 @@ from torquer.estimation.watch import CELLS, watch
 from torquer.geometry.quaternion import from_rotation_vector, multiply, normalised
 from torquer.geometry.vec3 import add, dot, norm, put_vector, scale, unit, vector_of
 
-#: Numbers of the sensors, in the order of `ReadingTimes`.
-MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
-HORIZON_SENSOR, SUN_CELLS = 6, 7
-#: A sensor is silent after this time [s], or after so many of its intervals if that is longer.
-_SILENT_S, _INTERVALS = 30.0, 3.0
-#: Time [s] after which the same numbers again are those of a stuck sensor.
-_SAME_S = 30.0
 #: A suspicion lasts for this time [s] after the last sign of the failure.
 SUSPECTED_S = 120.0
 #: A test has failed once its readings have failed for this time [s] (each that passes takes half
@@ -40,6 +35,8 @@ SUSPECTED_S = 120.0
 _FAILED_S, _PASSED = 20.0, 0.5
 #: Longest interval of readings [s] that counts, and across which the gyro's rate is integrated.
 _LONGEST_S = 10.0
+#: Time [s] over which the gyro's interval is averaged.
+_AVERAGED_S = 60.0
 #: The field's direction turns by up to three orbital rates [rad/s] by itself, in a polar orbit.
 _FIELD_RATE = 3.6e-3
 #: Part of the rate by which the gyro's may be off (scale factor, time of the readings).
@@ -54,35 +51,28 @@ _SIGMAS = 4.0
 _FIXED = (1.0, 0.0, 0.0)
 _NO_TURN = (0.0, 0.0, 0.0, 1.0)
 
-#: A sensor: its last reading, when it was taken and how long after the one before; since when it
-#: has sent these numbers, and whether they are new at this control step; when it last failed by
-#: itself, and when it was last to blame.
-SENSOR_NOW = np.dtype(
-    [
-        (name, np.float64)
-        for name in (
-            *("read_s", "interval_s", "x", "y", "z", "w", "same_since_s", "is_new"),
-            *("failed_s", "blamed_s"),
-        )
-    ]
-)
+#: The tests: the gyro's rate against the turn of the field and of the Sun; angle between field and
+#: Sun and magnitude of the field against the models; a Sun seen in the umbra.
+FIELD_TURN, SUN_TURN, ANGLE, MAGNITUDE, UMBRA = range(5)
+
 #: What is compared: time of the first control step; the gyro's reading that the rotation `q` is
-#: propagated to; how long each test has failed [s]: turn of field and Sun, angle between them, the
-#: field's magnitude, a Sun seen in the umbra; when that angle was last tested; whose direction is
-#: wrong, 1 the field's and -1 the Sun's by its sign, twice as much by its turn, and when they
-#: last contradicted each other; see `watch`.
+#: propagated to, and its mean interval, by the time that each takes; how long each test has failed
+#: [s], and the control step at which it was last made; time of the readings whose angle was tested
+#: last; whose direction is wrong, 1 the field's and -1 the Sun's by its sign, twice as much by its
+#: turn, and when they last contradicted each other; when the field was last wrong, in another way
+#: than by its sign; see `watch`.
 SENSORS_NOW = [
     ("first_s", np.float64),
     ("gyro_s", np.float64),
+    ("gyro_interval_s", np.float64),
     ("omega", np.float64, (3,)),
     ("q", np.float64, (4,)),
-    ("turn", np.float64, (2,)),
-    ("angle", np.float64),
+    ("failed_for_s", np.float64, (5,)),
+    ("tested_s", np.float64, (5,)),
     ("angle_s", np.float64),
-    ("magnitude", np.float64),
-    ("umbra", np.float64),
     ("liar", np.float64),
     ("liar_s", np.float64),
+    ("no_field_s", np.float64),
     ("watched", np.float64, (2, 2, CELLS)),
 ]
 
@@ -90,69 +80,32 @@ SENSORS_NOW = [
 def first_sensors(checks: np.ndarray) -> None:
     """Nothing read and compared yet."""
     checks["first_s"] = checks["gyro_s"] = checks["angle_s"] = -math.inf
-    checks["liar_s"] = -math.inf
+    checks["liar_s"] = checks["no_field_s"] = checks["tested_s"] = -math.inf
     checks["q"][:, 3] = 1.0
     checks["watched"][..., 0] = -math.inf
 
 
-@internal
-def reading_of(inputs, sensor):
-    """(Time of a sensor's latest reading, its numbers)."""
-    at = inputs.read_at
-    x, y, z = inputs.b_body_t
-    t_s, w = at.magnetometer_s, 0.0
-    if sensor == SEARCH_COIL:
-        t_s, (x, y, z) = at.search_coil_s, inputs.b_rate_body_t_s
-    elif sensor == GYRO:
-        t_s, (x, y, z) = at.gyro_s, inputs.omega_body_rad_s
-    elif sensor == SUN_SENSORS:
-        t_s, (x, y, z) = at.sun_sensors_s, inputs.sun_body
-    elif sensor == ATTITUDE_SENSOR:
-        t_s, (x, y, z, w) = at.attitude_sensor_s, inputs.q_body_to_inertial
-    elif sensor == TACHOMETERS:
-        t_s, (x, y, z) = at.tachometers_s, inputs.wheel_momentum_body_n_m_s
-    elif sensor == HORIZON_SENSOR:
-        t_s, (x, y, z) = at.horizon_sensor_s, inputs.nadir_body
-    elif sensor == SUN_CELLS:
-        cells = inputs.sun_cells
-        t_s, (x, y, z, w) = at.sun_cells_s, cells[:4]
-        w += math.pi * (cells[4] + math.pi * cells[5])  # one number that changes with each
-    return t_s, (x, y, z, w)
-
-
-@internal
-def may_stay(sensor, v):
-    """Whether a sound sensor may send the same numbers for long: nothing seen, wheels at rest."""
-    of_sight = sensor in (SUN_SENSORS, HORIZON_SENSOR, SUN_CELLS)
-    nothing = of_sight and v[0] == 0.0 and v[1] == 0.0 and v[2] == 0.0 and v[3] == 0.0
-    return nothing or sensor in (SEARCH_COIL, TACHOMETERS)
-
-
-@internal
-def fails_by_itself(now, sensor, inputs, first_s):
-    """Whether a sensor is silent, stuck, or reads what is not a number."""
-    read_s, v = reading_of(inputs, sensor)
-    now.is_new = 0.0
-    if read_s > now.read_s:
-        same = v[0] == now.x and v[1] == now.y and v[2] == now.z and v[3] == now.w
-        now.is_new = 0.0 if same else 1.0
-        now.same_since_s = now.same_since_s if same and not may_stay(sensor, v) else read_s
-        now.interval_s = read_s - now.read_s if now.read_s > -math.inf else 0.0
-        now.read_s = read_s
-        now.x, now.y, now.z, now.w = v
-    silent_s = inputs.t_s - max(now.read_s, first_s)
-    is_silent = silent_s > max(_SILENT_S, _INTERVALS * now.interval_s)
-    is_stuck = now.read_s - now.same_since_s > _SAME_S
-    return is_silent or is_stuck or not math.isfinite(v[0] + v[1] + v[2] + v[3])
+@inlined
+def put_test(now, test, fails, interval_s, t_s):
+    """Take note of one more reading that a test has been made with."""
+    failed_for_s, interval_s = now.failed_for_s[test], min(interval_s, _LONGEST_S)
+    if fails:
+        failed_for_s = min(failed_for_s + interval_s, 2.0 * _FAILED_S)
+    else:
+        failed_for_s = max(failed_for_s - _PASSED * interval_s, 0.0)
+    now.failed_for_s[test], now.tested_s[test] = failed_for_s, t_s
 
 
 @inlined
-def failed_for(failed_s, fails, interval_s):
-    """How long a test has failed [s], after one more reading."""
-    interval_s = min(interval_s, _LONGEST_S)
-    if fails:
-        return min(failed_s + interval_s, 2.0 * _FAILED_S)
-    return max(failed_s - _PASSED * interval_s, 0.0)
+def has_failed(now, test):
+    """Whether a test has failed for long enough, when it was last made."""
+    return now.failed_for_s[test] >= _FAILED_S
+
+
+@inlined
+def fails_now(now, test, t_s):
+    """Whether a test that has failed was made at this control step, so that it says so again."""
+    return has_failed(now, test) and now.tested_s[test] == t_s
 
 
 @internal
@@ -175,16 +128,19 @@ def follow_gyro(now, gyro, inputs):
         turn = scale(0.5 * interval_s, add(omega, vector_of(now.omega)))
         q = multiply(quaternion_of(now.q), from_rotation_vector(turn))
         put_quaternion(now.q, normalised(q))
+        part = min(interval_s / _AVERAGED_S, 1.0) if now.gyro_interval_s > 0.0 else 1.0
+        now.gyro_interval_s += part * (interval_s - now.gyro_interval_s)
     put_vector(now.omega, omega)
     now.gyro_s = gyro.read_s
     return True
 
 
 @internal
-def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_sigma):
+def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
     """Whether a direction turns in another way than the gyro says, or stays.
 
-    `tolerance`: difference of the rates [rad/s] that is allowed.
+    `tolerance`: difference of the rates [rad/s] that is allowed; `gyro_variance`: of the rotation
+    by the gyro's noise [rad^2/s].
     """
     omega = vector_of(now.omega)
     seen = as_of_now(omega, now.gyro_s - read_s, unit(v))
@@ -192,76 +148,90 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_sigma):
     none = NO_MEASUREMENT
     m = Measurement(none.z, none.h, none.h_other, none.at, sigma * sigma, 2, seen, _FIXED, 0.0)
     rate = (tolerance + _SCALE * norm(omega)) / _SIGMAS
-    variances = (0.0, rate * rate, gyro_sigma * gyro_sigma, 0.0)
+    variances = (0.0, rate * rate, gyro_variance, 0.0)
     turned = watch(cells, now.gyro_s, m, _NO_TURN, quaternion_of(now.q), variances)
     return turned.stuck or turned.rate_error > 0.0
 
 
 @internal
 def compare_turns(now, sensors, noise, inputs):
-    """The gyro's rate against the turn of field and Sun."""
-    b, sun = inputs.b_body_t, inputs.sun_body
+    """The gyro's rate against the turn of field and Sun; a Sun out of view is forgotten."""
+    b, sun, t_s = inputs.b_body_t, inputs.sun_body, inputs.t_s
     field, light = sensors[MAGNETOMETER], sensors[SUN_SENSORS]
+    gyro_variance = noise.rate_rad_s * noise.rate_rad_s * now.gyro_interval_s
     if field.is_new == 1.0 and dot(b, b) > 0.0:
         sigma, tolerance = noise.field_t / norm(b), noise.rate_tolerance + _FIELD_RATE
-        fails = turns_otherwise(
-            now, now.watched[0], b, field.read_s, sigma, tolerance, noise.rate_rad_s
-        )
-        now.turn[0] = failed_for(now.turn[0], fails, field.interval_s)
+        cells, read_s = now.watched[0], field.read_s
+        fails = turns_otherwise(now, cells, b, read_s, sigma, tolerance, gyro_variance)
+        put_test(now, FIELD_TURN, fails, field.interval_s, t_s)
     if dot(sun, sun) == 0.0:
         now.watched[1, :, 0] = -math.inf
+        now.failed_for_s[SUN_TURN] = 0.0
     elif light.is_new == 1.0:
-        fails = turns_otherwise(
-            now, now.watched[1], sun, light.read_s, noise.sun_rad, noise.rate_tolerance,
-            noise.rate_rad_s,
-        )  # fmt: skip
-        now.turn[1] = failed_for(now.turn[1], fails, light.interval_s)
+        sigma, tolerance = noise.sun_rad, noise.rate_tolerance
+        cells, read_s = now.watched[1], light.read_s
+        fails = turns_otherwise(now, cells, sun, read_s, sigma, tolerance, gyro_variance)
+        put_test(now, SUN_TURN, fails, light.interval_s, t_s)
 
 
 @internal
 def compare_with_models(now, sensors, noise, inputs):
     """Field and Sun against the models; what the models do not know does not fail."""
-    b, sun, place = inputs.b_body_t, inputs.sun_body, inputs.ephemeris
+    b, sun, place, t_s = inputs.b_body_t, inputs.sun_body, inputs.ephemeris, inputs.t_s
     field, light = sensors[MAGNETOMETER], sensors[SUN_SENSORS]
     if field.is_new == 1.0 and math.isfinite(place.b_inertial_t[0]):
         odd = not has_magnitude(b, place.b_inertial_t, noise.field_t)
-        now.magnitude = failed_for(now.magnitude, odd, field.interval_s)
-    if light.is_new == 1.0:
+        put_test(now, MAGNITUDE, odd, field.interval_s, t_s)
+    if light.is_read == 1.0:
         seen = place.sunlit_fraction == 0.0 and dot(sun, sun) > 0.0
-        now.umbra = failed_for(now.umbra, seen, light.interval_s)
+        put_test(now, UMBRA, seen, light.interval_s, t_s)
     at_s, new = both_read_s(inputs, now.angle_s), field.is_new * light.is_new == 1.0
     if new and at_s > -math.inf and dot(sun, sun) > 0.0 and dot(b, b) > 0.0:
         variance = noise.sun_rad * noise.sun_rad + noise.field_t * noise.field_t / dot(b, b)
         fails = contradict(b, sun, field_at(inputs, at_s), place.sun_inertial, variance)
-        now.angle = failed_for(now.angle, fails, at_s - now.angle_s)
+        put_test(now, ANGLE, fails, at_s - now.angle_s, t_s)
         now.angle_s = at_s
 
 
 @inlined
-def contradict_models(now):
-    """Whether field or Sun is not where the models have it, by magnitude or angle."""
-    return now.angle >= _FAILED_S or now.magnitude >= _FAILED_S
+def is_field_doubtful(now):
+    """Whether the field is not where the models have it, or not where the Sun sensors say.
+
+    It is not doubtful where it is known that the Sun sensors are wrong: they do not turn as the
+    gyro says, or the coils work by this field as they should.
+    """
+    is_of_sun = now.liar == -2.0 or (now.liar == -1.0 and has_field_reversed(now) < 0.0)
+    return has_failed(now, MAGNITUDE) or (has_failed(now, ANGLE) and not is_of_sun)
 
 
 @internal
 def blamed(now, sensors, t_s):
     """(Magnetometer, gyro, Sun sensors): whether each is to blame for what does not agree.
 
-    A contradiction with a sensor that fails by itself says nothing about the others. A wrong sign
-    does not change how a direction turns: that of the field shows in what the coils do.
+    Only a test of this control step blames: what is not seen says nothing about a sensor. A
+    contradiction with a sensor that fails by itself says nothing about the others. Where field and
+    Sun contradicted each other when the Sun was last seen, the field needs one more sign against it
+    meanwhile: its turn, or what the coils do.
     """
-    no_field = sensors[MAGNETOMETER].failed_s == t_s or now.magnitude >= _FAILED_S
-    no_sun = sensors[SUN_SENSORS].failed_s == t_s or now.umbra >= _FAILED_S
-    by_field = not no_field and now.turn[0] >= _FAILED_S
-    by_sun = not no_sun and now.turn[1] >= _FAILED_S
-    field, gyro, sun = now.magnitude >= _FAILED_S, False, now.umbra >= _FAILED_S
+    no_field = sensors[MAGNETOMETER].failed_s == t_s or has_failed(now, MAGNITUDE)
+    no_sun = sensors[SUN_SENSORS].failed_s == t_s or has_failed(now, UMBRA)
+    by_field = not no_field and has_failed(now, FIELD_TURN)
+    by_sun = not no_sun and has_failed(now, SUN_TURN)
+    field, gyro, sun = fails_now(now, MAGNITUDE, t_s), False, fails_now(now, UMBRA, t_s)
     if t_s - now.liar_s > _TRUSTED_S:
         now.liar = 0.0
-    if not no_field and not no_sun and now.angle >= _FAILED_S:
+    turns = (by_field and now.tested_s[FIELD_TURN] == t_s) or (
+        by_sun and now.tested_s[SUN_TURN] == t_s
+    )
+    if no_field or no_sun or not has_failed(now, ANGLE):
+        gyro = turns
+    elif now.tested_s[ANGLE] == t_s:
         now.liar, now.liar_s = liar_of(now, by_field, by_sun), t_s
         field, sun = field or now.liar > 0.0, sun or now.liar < 0.0
-    elif by_field or by_sun:
-        gyro = True
+    elif now.liar < 0.0:
+        gyro = turns
+    else:
+        field = field or turns or (now.liar == 1.0 and has_field_reversed(now) > 0.0)
     return field, gyro, sun
 
 
@@ -270,50 +240,61 @@ def liar_of(now, by_field, by_sun):
     """Whose direction is wrong where field and Sun contradict each other: see `SENSORS_NOW`.
 
     The one that does not turn as the gyro says, now or earlier; where neither was found to, a sign
-    is wrong: the field's if the coils work against the command, else that of the Sun sensors.
+    is wrong, which does not change how a direction turns: the field's if the coils work against the
+    command, else that of the Sun sensors.
     """
     if by_field != by_sun:
         return 2.0 if by_field else -2.0
     known = has_field_reversed(now)
     is_known = abs(now.liar) == 2.0 or (now.liar != 0.0 and known == 0.0)
-    if is_known or now.angle < 2.0 * _FAILED_S:
+    if is_known or now.failed_for_s[ANGLE] < 2.0 * _FAILED_S:
         return now.liar
     return 1.0 if known > 0.0 else -1.0
 
 
 @internal
+def has_no_field(now, sensors, t_s):
+    """Whether the field that is read is wrong in another way than by its sign."""
+    fails = sensors[MAGNETOMETER].failed_s == t_s or fails_now(now, MAGNITUDE, t_s)
+    by_more = now.liar != 1.0 or fails_now(now, FIELD_TURN, t_s)
+    return fails or (by_more and sensors[MAGNETOMETER].blamed_s == t_s)
+
+
+@internal
 def are_sound(now, sensors, t_s):
     """Whether gyro and magnetometer may be believed, but for the sign of the field."""
-    field, gyro = sensors[MAGNETOMETER], sensors[GYRO]
-    failed_s = max(field.failed_s, gyro.failed_s, gyro.blamed_s)
-    agree = now.turn[0] == 0.0 and now.turn[1] == 0.0 and now.magnitude < _FAILED_S
+    failed_s = max(now.no_field_s, sensors[GYRO].failed_s, sensors[GYRO].blamed_s)
+    agree = now.failed_for_s[FIELD_TURN] == 0.0 and not has_failed(now, MAGNITUDE)
+    agree = agree and (now.failed_for_s[SUN_TURN] == 0.0 or now.liar == -2.0)
     return agree and t_s - failed_s > _UNSURE_S
 
 
 @internal
 def forget_turns(now):
     """Begin the comparison with the gyro's rate again once it is known again."""
-    now.turn[0] = now.turn[1] = 0.0
+    now.failed_for_s[FIELD_TURN] = now.failed_for_s[SUN_TURN] = 0.0
 
 
 @inner
 def check_sensors(table, state, inputs):
     """Bring all suspicions up to date, once per control step, before the modes are switched."""
-    now, sensors, noise = state.checks[0], state.sensors, table.noise
+    now, sensors, noise, t_s = state.checks[0], state.sensors, table.noise, inputs.t_s
     if now.first_s == -math.inf:
-        now.first_s = inputs.t_s
+        now.first_s = t_s
     for i in range(len(sensors)):
-        if fails_by_itself(sensors[i], i, inputs, now.first_s):
-            sensors[i].failed_s = inputs.t_s
+        if fails_by_itself(sensors[i], i, inputs, now.first_s, table.oldest_s[i]):
+            sensors[i].failed_s = t_s
     if follow_gyro(now, sensors[GYRO], inputs):
         compare_turns(now, sensors, noise, inputs)
     else:
         forget_turns(now)
     compare_with_models(now, sensors, noise, inputs)
-    field, gyro, sun = blamed(now, sensors, inputs.t_s)
+    field, gyro, sun = blamed(now, sensors, t_s)
     for i, is_blamed in ((MAGNETOMETER, field), (GYRO, gyro), (SUN_SENSORS, sun)):
         if is_blamed:
-            sensors[i].blamed_s = inputs.t_s
-    if gyro or sensors[MAGNETOMETER].failed_s == inputs.t_s or not now.gyro_s > -math.inf:
+            sensors[i].blamed_s = t_s
+    if has_no_field(now, sensors, t_s):
+        now.no_field_s = t_s
+    if gyro or now.no_field_s == t_s or not now.gyro_s > -math.inf:
         forget_coils(now)
-    follow_coils(table, now, inputs, are_sound(now, sensors, inputs.t_s))
+    follow_coils(table, now, inputs, are_sound(now, sensors, t_s))

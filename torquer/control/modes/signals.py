@@ -13,10 +13,11 @@ import numba
 
 from torquer.compile.engine import inlined
 from torquer.control.modes.coil_check import all_reversed, is_ineffective
-from torquer.control.modes.sensor_check import MAGNETOMETER, SUSPECTED_S, contradict_models
+from torquer.control.modes.sensor_alone import MAGNETOMETER
+from torquer.control.modes.sensor_check import SUSPECTED_S, is_field_doubtful
 from torquer.control.pointing import deviation, reference_motion, short_way
 from torquer.geometry.quaternion import rotate_inverse
-from torquer.geometry.vec3 import cross, dot, norm, sym_vec
+from torquer.geometry.vec3 import add, cross, dot, norm, sym_vec
 
 #: SI units in one unit of a signal, as users write it.
 UNITS = {
@@ -42,8 +43,9 @@ def angle(a, b):
 
 @inlined
 def momentum(table, inputs):
-    """J omega in body axes."""
-    return sym_vec(table.inertia_kg_m2, inputs.estimate.omega_body_rad_s)
+    """J omega and the fixed momentum of a wheel, in body axes."""
+    own = sym_vec(table.inertia_kg_m2, inputs.estimate.omega_body_rad_s)
+    return add(own, table.wheel_momentum_n_m_s)
 
 
 @inlined
@@ -75,7 +77,7 @@ def nutation(table, state, inputs, index):
 
 @inlined
 def momentum_rate(table, state, inputs, index):
-    """Magnitude of J omega over the mean moment of inertia: nutation does not change it."""
+    """Magnitude of the momentum over the mean moment of inertia: nutation does not change it."""
     mean = (table.inertia_kg_m2[0] + table.inertia_kg_m2[1] + table.inertia_kg_m2[2]) / 3.0
     return norm(momentum(table, inputs)) / mean
 
@@ -221,7 +223,7 @@ def coil_suspected(table, state, inputs, index):
     A field of the wrong sign, which makes all coils seem reversed, is not theirs.
     """
     now = state.checks[0]
-    of_field = all_reversed(now) or contradict_models(now)
+    of_field = all_reversed(now) or is_field_doubtful(now)
     return 1.0 if is_ineffective(now, index) and not of_field else 0.0
 
 

@@ -21,7 +21,7 @@ from torquer.control.modes.table import ModeState, ModeTable, Noise
 from torquer.control.pointing import HeldAttitude
 from torquer.control.spin_axis import unit_vector
 from torquer.interface import SENSORS
-from torquer.spec import Inertia, Spec
+from torquer.spec import Inertia, Spec, Vector
 from torquer.validate import storable_name
 
 #: The region of a table that gives its states directly.
@@ -176,6 +176,10 @@ class State(Spec):
     """Whether the coils may work."""
     coils_off: tuple[Literal["x", "y", "z"], ...] = ()
     """Body axes along which no dipole is commanded: those of coils that have failed."""
+    laws_off: tuple[str, ...] = ()
+    """Laws that do not work, whichever state of another region names them: those that use what has
+    failed. They are not called.
+    """
     wheels: Literal["on", "off"] | None = None
     """Whether the wheels may work."""
     set: dict[str, float | tuple[float, ...]] = Field(default_factory=dict)
@@ -254,6 +258,8 @@ class Modes(Spec):
     """Direction in the inertial frame that signals refer to, or 'sun'."""
     inertia_kg_m2: Inertia | None = None
     """Inertia from which signals take the angular momentum: three moments or 3x3."""
+    wheel_momentum_n_m_s: Vector | None = None
+    """Fixed momentum of a wheel in body axes, a part of the angular momentum; left out: none."""
     attitude: HeldAttitude | None = None
     """Wanted attitude, as laws that hold one have it; signals refer to it."""
     noise: SensorNoise | None = None

@@ -17,12 +17,8 @@ import numpy as np
 
 from torquer.compile.engine import inlined, internal, without_reference_counts
 from torquer.control.modes.coil_check import COILS_NOW, first_coils
-from torquer.control.modes.sensor_check import (
-    SENSOR_NOW,
-    SENSORS_NOW,
-    check_sensors,
-    first_sensors,
-)
+from torquer.control.modes.sensor_alone import SENSOR_NOW
+from torquer.control.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
 from torquer.control.modes.signals import signal_value
 from torquer.interface import SENSORS
 
@@ -37,8 +33,8 @@ def _record(integers: str, numbers: str = "") -> np.dtype:
 REGION = _record("first_state after_state first_transition after_transition")
 #: Region of a state, its own transitions, its actions.
 STATE = _record("region first_transition after_transition first_action after_action")
-#: The times grow by the factor `back_off` with each entry of the state but the first; after
-#: `most_entries` the transition is not taken any more.
+#: `at_least_s` and `at_most_s` grow by the factor `back_off` with each entry of the state but the
+#: first; after `most_entries` the transition is not taken any more.
 TRANSITION = _record(
     "to first_condition after_condition", "for_s at_least_s at_most_s back_off most_entries"
 )
@@ -48,8 +44,9 @@ CONDITION = _record("signal index since_entry", "sign threshold back")
 #: What a state does: `kind` is one of those below.
 ACTION = _record("kind index", "value")
 #: Law and its factor; estimator; parameter (place in the flat array) and value, set on entry;
-#: whether coils and wheels may work; axis along which no dipole is commanded.
-LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF = range(6)
+#: whether coils and wheels may work; axis along which no dipole is commanded; law that does not
+#: work, whichever state names it.
+LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF, LAW_OFF = range(7)
 
 #: What changes. `to`: the state to enter next, -1: none.
 REGION_NOW = _record("", "state since_s to")
@@ -79,9 +76,10 @@ class Noise(NamedTuple):
 
 
 class ModeTable(NamedTuple):
-    """The constants; axis, target, inertia (xx, yy, zz, xy, xz, yz) and the wanted attitude to the
-    orbital (`orbital` 1) or the inertial frame are what signals take; `noise` is what checks of
-    sensors and coils take, zeros if there are none.
+    """The constants; axis, target, inertia (xx, yy, zz, xy, xz, yz), fixed momentum of a wheel
+    [body] and the wanted attitude to the orbital (`orbital` 1) or the inertial frame are what
+    signals take; `noise` is what checks of sensors and coils take, zeros if there are none, and
+    `oldest_s`: how old readings of each sensor become by the timetable.
     """
 
     regions: np.ndarray
@@ -93,9 +91,11 @@ class ModeTable(NamedTuple):
     target: tuple = (0.0, 0.0, 0.0)
     target_is_sun: float = 0.0
     inertia_kg_m2: tuple = (0.0,) * 6
+    wheel_momentum_n_m_s: tuple = (0.0, 0.0, 0.0)
     orbital: float = 0.0
     q_wanted: tuple = (0.0, 0.0, 0.0, 1.0)
     noise: Noise = Noise()
+    oldest_s: tuple = (0.0,) * len(SENSORS)
 
     @property
     def is_checked(self) -> bool:

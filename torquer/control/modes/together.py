@@ -139,12 +139,11 @@ def _nothing(sight: Sight, name: str, state: str, law: str, factor: float) -> st
     """Why a law does nothing in a state; "" if it may act, or that is not known."""
     if factor == 0.0:
         return "has the factor 0 and does nothing; leave it out"
-    drives = sight.facts.drives.get(law, frozenset())
-    if not drives or not sight.is_whole:
+    if not sight.is_whole:
         return ""
     (view,) = sight.together
     joints = [view.now(k) for k in range(len(view.joints)) if view.now(k)[name] == state]
-    off = [_off(sight, now, drives) for now in joints]
+    off = [_off(sight, now, law) for now in joints]
     if joints and all(off):
         return f"never acts: {off[0]} whenever this state is active"
     for other, region in sight.modes.regions.items():
@@ -157,13 +156,19 @@ def _nothing(sight: Sight, name: str, state: str, law: str, factor: float) -> st
     return ""
 
 
-def _off(sight: Sight, now: dict[str, str], drives: frozenset[str]) -> str:
-    """Which states keep all that a law drives off; "" if one actuator may work. The last counts."""
-    found = {}
-    for name, state in now.items():
+def _off(sight: Sight, now: dict[str, str], law: str) -> str:
+    """Which states keep a law off, or all that it drives; "" if it may work.
+
+    Of states that switch an actuator, the last one counts.
+    """
+    drives, found = sight.facts.drives.get(law, frozenset()), {}
+    for name, place in now.items():
+        state = sight.modes.regions[name].states[place]
+        if law in state.laws_off:
+            return f"{name}.{place} keeps it off"
         for key in drives:
-            if switch := getattr(sight.modes.regions[name].states[state], key):
-                found[key] = f"{name}.{state} keeps the {key} off" if switch == "off" else ""
+            if switch := getattr(state, key):
+                found[key] = f"{name}.{place} keeps the {key} off" if switch == "off" else ""
     words = [found.get(key, "") for key in sorted(drives)]
     return " and ".join(words) if all(words) else ""
 

@@ -69,6 +69,7 @@ def state_in_words(state: State) -> list[str]:
         lines.append(f"estimator {state.estimator}")
     lines += [f"{key} {getattr(state, key)}" for key in ("coils", "wheels") if getattr(state, key)]
     lines += [f"{axis} coil off" for axis in state.coils_off]
+    lines += [f"{law} off" for law in state.laws_off]
     return lines + [f"{name} = {_numbers(value)}" for name, value in state.set.items()]
 
 
