@@ -30,7 +30,7 @@ class RateFromFieldParameters(NamedTuple):
 def rate_from_field(inputs, parameters, memory):
     """omega = a/dt (B2 x B1)/|B2 x B1|, a the angle from one reading to the next.
 
-    Not known before the second reading, nor where the field is zero.
+    Not known before the second reading, nor where the field is zero or not of finite numbers.
     """
     b, t_s = inputs.b_body_t, inputs.read_at.magnetometer_s
     if memory.has_reading == 0.0:
@@ -43,7 +43,7 @@ def rate_from_field(inputs, parameters, memory):
         sine = norm(normal)
         rate = math.atan2(sine, along) / (t_s - memory.t_s)
         omega = scale(rate / sine, normal) if sine > 0.0 else (0.0, 0.0, 0.0)
-        if dot(b, b) * dot(before, before) == 0.0:
+        if not 0.0 < dot(b, b) * dot(before, before) < math.inf:
             omega = (math.nan, math.nan, math.nan)
         put_vector(memory.omega_body_rad_s, omega)
         put_vector(memory.b_body_t, b)

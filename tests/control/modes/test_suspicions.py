@@ -6,7 +6,8 @@ from hypothesis import given, settings, strategies as st
 
 from torquer import simulate
 from torquer.compile import engine
-from torquer.scenario.load import scenario_from_text
+from torquer.scenario.change import with_values
+from torquer.scenario.load import ScenarioError, scenario_from_text
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -171,6 +172,36 @@ def test_the_effects_of_sound_coils_are_those_commanded():
     assert (np.abs(now["effect"][:3] - 1.0) < 2.0 * sigma[:3]).all()
     assert (sigma[:3] < 0.5).all() and (np.abs(now["effect"][3:]) < 2.0 * sigma[3:]).all()
     assert (np.linalg.eigvalsh(now["covariance"]) > 0.0).all()
+
+
+def test_a_wheel_of_fixed_momentum_is_part_of_the_momentum():
+    """A reversed coil is found if the checks know of the wheel, whose torques hide it else."""
+    scenario = scenario_from_text(CHIBIS_M + WATCHES)
+    wheel = {
+        "spacecraft.coils.polarity": (1, -1, 1),
+        "spacecraft.body.wheel_momentum_n_m_s": (0.0, 0.1, 0.0),
+    }
+    with pytest.raises(ScenarioError, match=r"control\.modes\.wheel_momentum_n_m_s: must be given"):
+        with_values(scenario, wheel)
+    wheel["control.modes.wheel_momentum_n_m_s"] = (0.0, 0.1, 0.0)
+    assert [*suspected_s(simulate(with_values(scenario, wheel)))] == ["y"]
+    wheel["control.modes.wheel_momentum_n_m_s"] = (0.0, 0.0, 0.0)
+    assert suspected_s(simulate(with_values(scenario, wheel))) == {}
+
+
+def test_a_bad_coil_is_found_while_the_sun_sensors_contradict_the_field():
+    """The directions to the Sun do not turn as the gyro says: it is not the field that is wrong."""
+    wrong = [{"kind": "swapped", "axes": "xy"}]
+    found = suspected_s(flown(coils__polarity=(1, -1, 1), sun_sensors__failures=wrong))
+    assert [*found] == ["sun_sensors", "y"] and found["y"][0] < 1200.0
+
+
+def test_a_magnetometer_between_long_actuations_is_not_silent():
+    """Sixty seconds without a reading are its timetable."""
+    cycle = {"measure_s": 10.0, "actuate_s": 60.0, "control_while_actuating": True}
+    changes = {f"control.{key}": value for key, value in cycle.items()}
+    scenario = with_values(scenario_from_text(CHIBIS_M + WATCHES), changes)
+    assert suspected_s(simulate(scenario)) == {}
 
 
 def test_a_coil_that_a_mode_switches_off_stays_off_alone():

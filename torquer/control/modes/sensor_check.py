@@ -208,31 +208,28 @@ def is_field_doubtful(now):
 def blamed(now, sensors, t_s):
     """(Magnetometer, gyro, Sun sensors): whether each is to blame for what does not agree.
 
-    Only a test of this control step blames: what is not seen says nothing about a sensor. A
-    contradiction with a sensor that fails by itself says nothing about the others. Where field and
-    Sun contradicted each other when the Sun was last seen, the field needs one more sign against it
-    meanwhile: its turn, or what the coils do.
+    A contradiction with a sensor that fails by itself says nothing about the others. Only a test of
+    this control step blames, with one exception: whoever was to blame when field and Sun
+    contradicted each other stays so while the Sun is not seen. (A field of the wrong sign would be
+    used again in every umbra.)
     """
     no_field = sensors[MAGNETOMETER].failed_s == t_s or has_failed(now, MAGNITUDE)
     no_sun = sensors[SUN_SENSORS].failed_s == t_s or has_failed(now, UMBRA)
     by_field = not no_field and has_failed(now, FIELD_TURN)
     by_sun = not no_sun and has_failed(now, SUN_TURN)
-    field, gyro, sun = fails_now(now, MAGNITUDE, t_s), False, fails_now(now, UMBRA, t_s)
+    field, sun = fails_now(now, MAGNITUDE, t_s), fails_now(now, UMBRA, t_s)
     if t_s - now.liar_s > _TRUSTED_S:
         now.liar = 0.0
     turns = (by_field and now.tested_s[FIELD_TURN] == t_s) or (
         by_sun and now.tested_s[SUN_TURN] == t_s
     )
     if no_field or no_sun or not has_failed(now, ANGLE):
-        gyro = turns
-    elif now.tested_s[ANGLE] == t_s:
+        return field, turns, sun
+    is_tested = now.tested_s[ANGLE] == t_s
+    if is_tested:
         now.liar, now.liar_s = liar_of(now, by_field, by_sun), t_s
-        field, sun = field or now.liar > 0.0, sun or now.liar < 0.0
-    elif now.liar < 0.0:
-        gyro = turns
-    else:
-        field = field or turns or (now.liar == 1.0 and has_field_reversed(now) > 0.0)
-    return field, gyro, sun
+    gyro = turns and not is_tested and now.liar <= 0.0
+    return field or now.liar > 0.0, gyro, sun or now.liar < 0.0
 
 
 @internal
