@@ -215,6 +215,11 @@ TABLES = {
         "no effect",
         "x.a: damping acts for a while only: y.d keeps the coils off for ever",
     ),
+    "a law that another region switches off": (
+        _MAIN % ('laws = ["damping"]', "") + '[regions.y.states.c]\nlaws_off = ["damping"]',
+        "no effect",
+        "x.a: damping never acts: y.c keeps it off whenever this state is active",
+    ),
     "a law with its own coils off": (
         _ways(_when(f"{RATE}, below = 0.5")) + '\nlaws = ["damping"]\ncoils = "off"',
         "no effect",

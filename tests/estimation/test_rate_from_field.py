@@ -145,9 +145,10 @@ def test_readings_are_apart_by_the_interval_or_more():
     assert times == pytest.approx([-math.inf] * 3 + [0.3] * 3 + [0.6] * 3 + [0.9] * 3 + [1.2])
 
 
-def test_where_the_field_is_zero_the_rate_is_unknown():
+@pytest.mark.parametrize("wrong", [ZERO, (math.nan,) * 3, (math.inf, 0.0, 0.0)])
+def test_where_the_field_is_zero_or_not_of_finite_numbers_the_rate_is_unknown(wrong):
     estimating = Estimating()
-    for t_s, b, known in ((0, B, False), (1, B, True), (2, ZERO, False), (3, B, False), (4, B, 1)):
+    for t_s, b, known in ((0, B, False), (1, B, True), (2, wrong, False), (3, B, False), (4, B, 1)):
         found = estimating(t_s, b).omega_body_rad_s
         assert np.isfinite(found).all() == bool(known) and np.isnan(found).all() != bool(known)
 

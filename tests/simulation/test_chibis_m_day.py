@@ -51,6 +51,19 @@ def test_sound_sensors_and_coils_are_not_suspected_and_the_checks_change_nothing
         assert (checked[name].values == plain[name].values).all()
 
 
+@compiled_only
+def test_a_magnetometer_that_reads_no_number_does_not_reach_the_coils():
+    """It is suspected at once, and the laws that read it are not called; S-dot takes over."""
+    failures = [{"kind": "nan", "from_s": 603.0}]
+    example = load_scenario(EXAMPLE).replace("spacecraft.magnetometer.failures", failures)
+    result = simulate(example.replace("simulation.duration_s", 3000.0))
+    by_field, idle, by_sun = range(3)
+    coils, t = result["mode_coils"].values, result.time.values
+    assert set(coils[t <= 600.0]) == {by_field} and set(coils[t >= 610.0]) == {idle, by_sun}
+    assert np.abs(result.command_body.values[coils == idle][1:]).max() == 0.0
+    assert set(result.mode_determination.values) == {BDOT}  # the rate is unknown, not zero
+
+
 def flown(hours, **changes):
     data = chibis_m.day()
     data["simulation"]["duration_s"] = 3600.0 * hours

@@ -26,7 +26,7 @@ FULL = {
     "states": {
         "a-b": {
             "laws": {"bdot": 0.5, "sdot": 1.0}, "estimator": "triad", "coils": "on",
-            "wheels": "off", "coils_off": ["x", "z"],
+            "wheels": "off", "coils_off": ["x", "z"], "laws_off": ["bdot"],
             "set": {"bdot.gain": 3.0, "sdot.axis": (1.0, 0.0, 0.5)},
             "transitions": [
                 {"to": "c", "when": {"signal": "reading_age_s", "sensor": "sun_sensors",
@@ -133,7 +133,7 @@ def test_words_of_states_and_transitions():
     state = TABLES["full"].regions["main"].states["a-b"]
     assert state_in_words(state) == [
         "0.5 x bdot", "sdot", "estimator triad", "coils on", "wheels off", "x coil off",
-        "z coil off", "bdot.gain = 3",
+        "z coil off", "bdot off", "bdot.gain = 3",
         "sdot.axis = 1, 0, 0.5",
     ]  # fmt: skip
     ways = [

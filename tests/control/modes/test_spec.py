@@ -200,6 +200,7 @@ def test_a_state_of_another_region_is_named_without_doubt(keys, line):
     ("state", "line"),
     [
         ({"laws": ["bdot", "x"]}, "states.a.laws: must be one of bdot, sdot; received 'x'"),
+        ({"laws_off": ["x"]}, "states.a.laws_off: must be one of bdot, sdot; received 'x'"),
         ({"estimator": "x"}, "states.a.estimator: must be one of triad; received 'x'"),
         ({"set": {"sdot.x": 1.0}},
          "states.a.set: must be one of sdot.gain, sdot.axis; received 'sdot.x'"),
