@@ -155,7 +155,11 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
 
 @internal
 def compare_turns(now, sensors, noise, inputs):
-    """The gyro's rate against the turn of field and Sun; a Sun out of view is forgotten."""
+    """The gyro's rate against the turn of field and Sun.
+
+    How the Sun has turned is forgotten where it stays out of view, but not in each turn of a
+    tumbling satellite.
+    """
     b, sun, t_s = inputs.b_body_t, inputs.sun_body, inputs.t_s
     field, light = sensors[MAGNETOMETER], sensors[SUN_SENSORS]
     gyro_variance = noise.rate_rad_s * noise.rate_rad_s * now.gyro_interval_s
@@ -166,7 +170,8 @@ def compare_turns(now, sensors, noise, inputs):
         put_test(now, FIELD_TURN, fails, field.interval_s, t_s)
     if dot(sun, sun) == 0.0:
         now.watched[1, :, 0] = -math.inf
-        now.failed_for_s[SUN_TURN] = 0.0
+        if t_s - now.tested_s[SUN_TURN] > SUSPECTED_S:
+            now.failed_for_s[SUN_TURN] = 0.0
     elif light.is_new == 1.0:
         sigma, tolerance = noise.sun_rad, noise.rate_tolerance
         cells, read_s = now.watched[1], light.read_s
