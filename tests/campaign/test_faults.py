@@ -78,6 +78,7 @@ def test_a_fault_is_added_to_those_of_the_scenario(safe_mode):
 def test_guards_are_the_regions_that_only_watch(safe_mode):
     assert guards_of(safe_mode.control.modes) == ["growth", "magnetometer", "field", "sun"]
     assert guards_of(load_scenario(EXAMPLES / "chibis_m_day.toml").control.modes) == [
+        "gyro",
         "sun",
         "coil_x",
         "coil_y",

@@ -44,7 +44,7 @@ def test_the_example_is_the_day_of_the_gallery():
 def test_sound_sensors_and_coils_are_not_suspected_and_the_checks_change_nothing():
     example = load_scenario(EXAMPLE).replace("simulation.duration_s", 4.0 * 3600.0)
     checked = simulate(example)
-    for region in ("coils", "coil_x", "coil_y", "coil_z", "sun"):
+    for region in ("coils", "gyro", "coil_x", "coil_y", "coil_z", "sun"):
         assert not checked[f"mode_{region}"].values.any()
     plain = simulate(example.model_copy(update={"control": without_checks(example.control)}))
     for name in ("q_body_to_inertial", "omega_body", "command_body"):

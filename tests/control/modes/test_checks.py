@@ -131,6 +131,13 @@ def test_a_magnetometer_found_in_sunlight_is_not_used_in_the_umbra():
     assert flight.suspected_since_s(MAGNETOMETER) > 120.0
 
 
+def test_wrong_sun_sensors_are_not_the_gyros_fault_between_two_readings_of_the_field():
+    flight = Flight()
+    flight.fly(200, every={"magnetometer": 3}, sun_sensors=swapped)
+    assert flight.suspected_since_s(SUN_SENSORS) == 0.0 and flight.now["liar"] == -2.0
+    assert flight.suspected_since_s(GYRO) > 100.0
+
+
 def test_what_was_learned_of_coils_with_a_wrong_field_is_forgotten():
     """And nothing is learned before it has been sound for half an hour."""
     flight = Flight()

@@ -225,16 +225,12 @@ def blamed(now, sensors, t_s):
     field, sun = fails_now(now, MAGNITUDE, t_s), fails_now(now, UMBRA, t_s)
     if t_s - now.liar_s > _TRUSTED_S:
         now.liar = 0.0
-    turns = (by_field and now.tested_s[FIELD_TURN] == t_s) or (
-        by_sun and now.tested_s[SUN_TURN] == t_s
-    )
     if no_field or no_sun or not has_failed(now, ANGLE):
-        return field, turns, sun
-    is_tested = now.tested_s[ANGLE] == t_s
-    if is_tested:
+        gyro = by_field and fails_now(now, FIELD_TURN, t_s)
+        return field, gyro or (by_sun and fails_now(now, SUN_TURN, t_s)), sun
+    if now.tested_s[ANGLE] == t_s:
         now.liar, now.liar_s = liar_of(now, by_field, by_sun), t_s
-    gyro = turns and not is_tested and now.liar <= 0.0
-    return field or now.liar > 0.0, gyro, sun or now.liar < 0.0
+    return field or now.liar > 0.0, False, sun or now.liar < 0.0
 
 
 @internal
