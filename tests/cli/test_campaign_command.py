@@ -115,6 +115,67 @@ def test_a_file_without_a_campaign_is_refused(call, scenario, tmp_path):
     assert err.startswith("error: campaign: must be given, a table [campaign] with runs, vary")
 
 
+# ------------------------------------------------------------------ files of laws that vary
+
+EVIL = '{ kind = "user", file = "../evil.py", function = "law" }'
+#: Ways in which a member may come to a file: by a law, by all laws, by its file alone, however its
+#: key is written, and by one value among more than are tried.
+NAMED = {
+    '"control.law"': ("[EVIL]", "[0].file"),
+    "control": ("[{ law = EVIL, sample_s = 2.0 }]", "[0].law.file"),
+    '"control.law.file"': ('["own.py", "../evil.py"]', "[1]"),
+    '"control[law].file"': ("[" + 300 * '"own.py", ' + '"../evil.py"]', "[300]"),
+}
+
+
+@pytest.fixture
+def planted(scenario):
+    """`planted(key)`: a scenario in a folder, with a file above it that leaves a trace."""
+    folder = scenario.parent / "here"
+    folder.mkdir()
+    trace = scenario.parent / "executed"
+    law = "def law(inputs, parameters, memory):\n    return 0.0, 0.0, 0.0\n"
+    (scenario.parent / "evil.py").write_text(f"open({str(trace)!r}, 'w').close()\n{law}")
+    (folder / "own.py").write_text(law)
+    own = EVIL.replace("../evil.py", "own.py")
+
+    def plant(key):
+        values = NAMED[key][0].replace("EVIL", EVIL)
+        text = scenario.read_text().replace('{ kind = "bdot", gain_a_m2_s_per_t = 1e6 }', own)
+        path = folder / "scenario.toml"
+        vary = f"[campaign]\nruns = 2\n[campaign.vary]\n{key} = {{ values = {values} }}\n"
+        path.write_text(text + vary)
+        return path, scenario.parent / "evil.py", trace
+
+    return plant
+
+
+@pytest.mark.parametrize("command", [("campaign",), ("campaign", "--member", 0), ("validate",)])
+@pytest.mark.parametrize("key", NAMED)
+def test_a_file_that_a_member_names_must_be_allowed(call, planted, key, command):
+    path, file, trace = planted(key)
+    code, _, err = call(*command, path)
+    assert (code, err) == (2, (
+        f"error: campaign.vary.{key}.values{NAMED[key][1]}: must lie in the scenario's folder, or "
+        f"be allowed by --code-from-anywhere; received {file}\n"
+    ))  # fmt: skip
+    path.write_text(path.read_text().replace('file = "own.py"', 'file = "gone.py"'))
+    code, _, err = call(*command, path, "--no-user-code")
+    assert code == 2 and "must not be given with --no-user-code" in err
+    assert not trace.exists()
+
+
+def test_files_that_members_name_are_listed(call, planted, strict_json):
+    path, file, trace = planted('"control.law.file"')
+    code, out, _ = call("validate", path, "--code-from-anywhere")
+    assert code == 0 and not trace.exists()
+    place = 'campaign.vary."control.law.file".values[1]'
+    assert f"executes {file} ({place}); --no-user-code refuses it\n" in out
+    assert out.count("executes ") == 2  # the scenario's own file once
+    code, out, _ = call("validate", path, "--code-from-anywhere", "--json")
+    assert strict_json(out)["executes"] == sorted(map(str, (file, path.parent / "own.py")))
+
+
 # ------------------------------------------------------------------ two campaigns
 
 

@@ -40,6 +40,16 @@ def test_a_design_by_options(call, strict_json, folder):
     assert (folder / "map.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_law_in_a_file_is_executed_only_if_allowed(call, scenario, tmp_path):
+    (tmp_path / "law.py").write_text(f"open({str(tmp_path / 'executed')!r}, 'w').close()\n")
+    law = 'law = { kind = "user", file = "law.py" }'
+    text = scenario.read_text()
+    scenario.write_text("\n".join(law if "law =" in line else line for line in text.splitlines()))
+    code, _, err = call("design", "three-axis", scenario, "--no-user-code")
+    assert code == 2 and "control.law.file: must not be given with --no-user-code" in err
+    assert not (tmp_path / "executed").exists()
+
+
 def test_a_law_of_the_scenario_is_told_of(call, strict_json, scenario):
     """Beside the laws that are designed; the air disturbs it."""
     text = scenario.read_text().replace("[1.0, 1.2, 1.5]", "[1.2, 1.5, 1.0]")

@@ -1,10 +1,12 @@
 """From a TOML file to a scenario and its campaign; every mistake becomes one clear line."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from torquer.analysis.attitude import held_attitudes
+from torquer.campaign.code import with_files
 from torquer.campaign.outcomes import check_outcomes
 from torquer.campaign.sampling import Drawn, changes_of, draw, values_of
 from torquer.campaign.spec import ATTITUDE, Campaign, with_flat_keys
@@ -17,6 +19,7 @@ from torquer.scenario.load import (
     name_after,
     scenario_from_data,
     text_of,
+    whole_path,
 )
 from torquer.scenario.spec import Scenario
 from torquer.spec import Spec
@@ -43,18 +46,32 @@ def load_campaign(path) -> tuple[Scenario, Campaign]:
             "campaign: must be given, a table [campaign] with runs, vary and outcomes; received "
             "nothing (`torquer explain campaign`; example: examples/tip_off_campaign.toml)"
         )
-    return scenario, campaign_from_data(data["campaign"], scenario)
+    return scenario, campaign_from_data(data["campaign"], scenario, path.parent)
 
 
-def campaign_from_data(table: dict, scenario: Scenario) -> Campaign:
-    """The campaign of plain data, checked with the scenario that it varies."""
+def campaign_from_data(table: dict, scenario: Scenario, folder: Path = Path()) -> Campaign:
+    """The campaign of plain data, checked with the scenario that it varies.
+
+    Files of laws among the values are relative to the folder.
+    """
     try:
-        data = {"campaign": with_flat_keys(table)}
+        data = with_flat_keys(table)
     except ValueError as error:
         raise ScenarioError(f"campaign.{error}") from None
-    campaign = validated(_File, data).campaign
+    campaign = validated(_File, {"campaign": _with_whole_paths(data, folder)}).campaign
     check_campaign(campaign, scenario)
     return campaign
+
+
+def _with_whole_paths(data, folder: Path):
+    """A campaign's plain data with absolute paths of the files among its values."""
+    if not isinstance(data, Mapping) or not isinstance(data.get("vary"), Mapping):
+        return data
+
+    def whole(place: str, file) -> str:
+        return whole_path(place, folder / file)
+
+    return {**data, "vary": {key: with_files(key, v, whole) for key, v in data["vary"].items()}}
 
 
 def check_campaign(campaign: Campaign, scenario: Scenario) -> None:

@@ -82,7 +82,7 @@ def fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions)
 def _loaded(path: Path, how: CampaignOptions, code: CodeOptions):
     """Scenario and campaign of a file, checked for flight with these options."""
     scenario, campaign = load_campaign(path)
-    check_code(scenario, path, code)
+    check_code(scenario, path, code, campaign)
     check_orbit_environment(scenario)
     if how.runs is not None:
         table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from cyclopts import App
 
-from torquer.cli.options import Json, Three, options, within
+from torquer.cli.options import CodeOptions, Json, Three, options, within
 
 app = App(name="design", help="Gains of control laws, from the satellite and its orbit.",
           version_flags=[])  # fmt: skip
@@ -71,7 +71,13 @@ class DesignOptions:
 
 
 @app.command(name="three-axis")
-def three_axis(scenario: Path | None = None, /, *, how: DesignOptions = DesignOptions()) -> int:
+def three_axis(
+    scenario: Path | None = None,
+    /,
+    *,
+    how: DesignOptions = DesignOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
     """Gains for three-axis control by coils alone: by formula, refined, and a periodic regulator.
 
     SCENARIO describes the satellite, if given; otherwise the options do. A law of SCENARIO that
@@ -80,4 +86,4 @@ def three_axis(scenario: Path | None = None, /, *, how: DesignOptions = DesignOp
     """
     from torquer.cli import design_work as work
 
-    return work.show(scenario, how)
+    return work.show(scenario, how, code)

@@ -9,14 +9,15 @@ import numpy as np
 
 from torquer.campaign.capture import Capture, capture
 from torquer.cli.design import DesignOptions, Key
-from torquer.cli.options import check_ranges, given, option
+from torquer.cli.loading import load_checked
+from torquer.cli.options import CodeOptions, check_ranges, given, option
 from torquer.cli.output import json_text, make_writable, writing_to
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude
 from torquer.control.three_axis import ThreeAxis
 from torquer.estimation.sensors import SensorReadings
 from torquer.geometry.vec3 import scale
-from torquer.scenario.load import ScenarioError, load_scenario, scenario_from_data
+from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
 from torquer.theory.three_axis.design import (
     SETTLED,
@@ -68,7 +69,7 @@ class _Made:
     captures: dict[str, Capture | None]
 
 
-def case_of(path: Path | None, how: DesignOptions) -> DesignCase:
+def case_of(path: Path | None, how: DesignOptions, code: CodeOptions) -> DesignCase:
     """The case from either source; `ValueError` if both or neither is given."""
     named = given(how, *_PLACES)
     if path is None:
@@ -79,7 +80,7 @@ def case_of(path: Path | None, how: DesignOptions) -> DesignCase:
         raise ValueError(
             f"{option(next(iter(named)))}: must not be given with SCENARIO; received both"
         )
-    scenario = _scenario_of(named) if path is None else load_scenario(path)
+    scenario = _scenario_of(named) if path is None else load_checked(path, code)
     task, notes = _task(scenario, how)
     own = None if path is None else _own_law(scenario.control)
     return DesignCase(scenario, task, notes, own)
@@ -162,10 +163,10 @@ def _left_out(scenario: Scenario) -> tuple[str, ...]:
     return tuple(found)
 
 
-def show(path: Path | None, how: DesignOptions) -> int:
+def show(path: Path | None, how: DesignOptions, code: CodeOptions) -> int:
     """Print the design; write the map and the laws if a folder is given."""
     check_ranges(how)
-    case, out = case_of(path, how), how.out
+    case, out = case_of(path, how, code), how.out
     if out is not None:
         make_writable(out)
     try:

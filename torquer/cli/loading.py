@@ -1,6 +1,9 @@
 """Scenarios that commands load: whose Python files may be executed, whose models can be used."""
 
+from __future__ import annotations
+
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,6 +12,9 @@ from torquer.cli.output import make_writable
 from torquer.control.user import UserLaw
 from torquer.scenario.load import load_scenario
 from torquer.scenario.spec import Scenario
+
+if TYPE_CHECKING:
+    from torquer.campaign.spec import Campaign
 
 
 def load_checked(path: Path, code: CodeOptions) -> Scenario:
@@ -31,24 +37,33 @@ def load_usable(path: Path, code: CodeOptions, out: Path | None) -> Scenario:
     return scenario
 
 
-def code_of(scenario: Scenario) -> dict[str, Path]:
-    """Python files that a run of the scenario executes, by the key of the law in `control`."""
+def code_of(scenario: Scenario, campaign: Campaign | None = None) -> dict[str, Path]:
+    """Python files that a run of the scenario, or any member of a campaign, executes, by key."""
     control = scenario.control
     laws = {control.key_of(name): law for name, law in control.named().laws.items()}
-    return {key: Path(law.file) for key, law in laws.items() if isinstance(law, UserLaw)}
+    named = {
+        f"control.{key}.file": Path(law.file)
+        for key, law in laws.items()
+        if isinstance(law, UserLaw)
+    }
+    if campaign is None:
+        return named
+    from torquer.campaign.code import code_named
+
+    return named | dict(code_named(campaign))
 
 
-def check_code(scenario: Scenario, path: Path, code: CodeOptions) -> None:
+def check_code(
+    scenario: Scenario, path: Path, code: CodeOptions, campaign: Campaign | None = None
+) -> None:
     """ValueError for a law's file if none is allowed, or none in its place."""
     folder = path.resolve().parent
-    for key, file in code_of(scenario).items():
+    for key, file in code_of(scenario, campaign).items():
         if code.no_user_code:
-            raise ValueError(
-                f"control.{key}.file: must not be given with --no-user-code; received {file}"
-            )
+            raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
         if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
             raise ValueError(
-                f"control.{key}.file: must lie in the scenario's folder, or be allowed by "
+                f"{key}: must lie in the scenario's folder, or be allowed by "
                 f"--code-from-anywhere; received {file}"
             )
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import check_orbit_environment, code_of, load_checked
+from torquer.cli.loading import check_code, check_orbit_environment, code_of, load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
@@ -129,6 +129,7 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
     try:
         scenario = load_checked(path, code)
         campaign = _campaign_in(path, scenario)
+        check_code(scenario, path, code, campaign)
         size = _checked_size(scenario)
     except ValueError as error:
         if not as_json:
@@ -136,9 +137,10 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
         print(json_text({"valid": False, "errors": str(error).splitlines()}))
         return 2
     notes, found = notes_of(scenario), mode_findings(scenario)
+    executed = {file: key for key, file in reversed(code_of(scenario, campaign).items())}
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
-        data["executes"] = sorted(str(file) for file in code_of(scenario).values())
+        data["executes"] = sorted(map(str, executed))
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
         data["unnoticed_faults"] = unnoticed_faults(scenario)._asdict()
@@ -152,8 +154,9 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
     )
     if campaign:
         print(f"campaign: {campaign.in_words}")
-    for key, file in code_of(scenario).items():
-        print(f"executes {harmless(str(file))} (control.{key}); --no-user-code refuses it")
+    for file, key in reversed(executed.items()):
+        place = key.removesuffix(".file")
+        print(harmless(f"executes {file} ({place}); --no-user-code refuses it"))
     for finding in found:
         if not finding.is_fault:  # the faults are among the notes
             print(f"modes: {finding.message}")
@@ -171,7 +174,7 @@ def _campaign_in(path: Path, scenario):
         return None
     from torquer.campaign.load import campaign_from_data
 
-    return campaign_from_data(table, scenario)
+    return campaign_from_data(table, scenario, path.parent)
 
 
 def _checked_size(scenario):

@@ -126,10 +126,10 @@ def _find_law_files(data: dict, folder: Path) -> None:
     named = {f"laws.{name}": law for name, law in laws.items()}
     for key, law in {"law": control.get("law"), **named}.items():
         if isinstance(law, dict) and isinstance(law.get("file"), str):
-            law["file"] = _whole_path(f"control.{key}.file", folder / law["file"])
+            law["file"] = whole_path(f"control.{key}.file", folder / law["file"])
 
 
-def _whole_path(key: str, path: Path) -> str:
+def whole_path(key: str, path: Path) -> str:
     """The absolute path, as text that can be stored."""
     try:
         whole = str(path.resolve())
