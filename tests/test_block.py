@@ -219,11 +219,31 @@ def test_names_that_records_have_for_themselves_are_refused(key):
             Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), **keys)
 
 
+def quiet(inputs, parameters, memory):
+    return 0.0, 0.0, 0.0
+
+
 @pytest.mark.parametrize("log", [{"a/b": "T"}, {"x": (Axis("a b", ("u",), "T"),)}])
 def test_names_in_a_log_can_be_stored(log):
     told = r"^f: log: a name must be of letters, digits, '_' and '-' .*; received 'a[/ ]b'$"
     with pytest.raises(ValueError, match=told):
-        Law("f", lambda inputs, parameters, memory: (0.0, 0.0, 0.0), log=log)
+        Law("f", quiet, log=log)
+
+
+@pytest.mark.parametrize("unit", ["a\0", "\ud800", None, 5, ("T",)])
+def test_units_in_a_log_can_be_stored(unit):
+    told = f"f: log x: unit: must be text without NUL, to be stored; received {unit!r}"
+    with pytest.raises(ValueError, match=f"^{re.escape(told)}$"):
+        Law("f", quiet, log={"x": unit})
+
+
+def test_names_of_functions_and_parameters_can_be_stored():
+    with pytest.raises(ValueError, match=r"^name: must be text without NUL, to be stored; "):
+        Law("a\0b", quiet)
+    for key in ("a b", "class", "_a", 5):
+        told = "f: parameters must be named as variables in Python are, and not begin with '_'; "
+        with pytest.raises(ValueError, match=f"^{told}received {key!r}$"):
+            Law("f", quiet, {key: 1.0})
 
 
 def test_a_log_needs_memory_by_names():

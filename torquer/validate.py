@@ -134,6 +134,17 @@ def storable_name(key: str, name: str) -> None:
         )
 
 
+def storable_text(key: str, text) -> None:
+    """ValueError unless a value is a text that NetCDF can hold as it is."""
+    if not isinstance(text, str) or as_storable(text) != text:
+        raise ValueError(f"{key}: must be text without NUL, to be stored; received {text!r}")
+
+
+def as_storable(text: str) -> str:
+    """Text from anywhere as NetCDF can hold it: NUL and lone surrogates become escapes."""
+    return text.encode("utf-8", "backslashreplace").decode().replace("\0", "\\x00")
+
+
 def inertia_tensor(name: str, value) -> np.ndarray:
     """A physical inertia tensor [kg m^2]: symmetric, positive definite, triangle inequality.
 

@@ -138,7 +138,10 @@ VARIED = [
     ({"orbit.raan.x": {"values": [1]}},
      ": members must be scenarios that can be flown; received orbit.raan: must be a table to "
      "change a key in it; received no such key"),
-    ({"": {"values": [1]}}, '."": must be a key of the scenario; received \'\''),
+    *(({key: {"values": [1]}}, f'.{json.dumps(key)}: must be a key of the scenario, written like '
+       f"spacecraft.coils.limit_a_m2[0]; received {key!r}")
+      for key in ("", "orbit..raan_deg", "orbit[raan_deg]", "orbit.raan_deg.", "orbit/raan_deg",
+                  "control.law.parameters.a\0")),
     ({"seed": {"values": [1]}}, ".seed: must not vary: each member has its own; received seed"),
     ({"orbit": {"raan_deg": {"values": [1]}}, "orbit.raan_deg": {"values": [2]}},
      '."orbit.raan_deg": must be given once; received it twice'),

@@ -213,6 +213,19 @@ def test_members_that_fail_are_kept_with_the_reason(scenario):
     assert not result["succeeded"].values[failed].any()
 
 
+def test_texts_that_a_file_cannot_hold_are_stored_as_escapes(scenario, tmp_path):
+    """Among the values of a key, and in the reason why a member failed."""
+    file, path = tmp_path / "laws.py", tmp_path / "campaign.nc"
+    file.write_text("def law(inputs, parameters, memory):\n    return 0.0, 0.0, 0.0\n")
+    own = scenario.replace("control.law", {"kind": "user", "file": str(file), "function": "law"})
+    vary = {"control.law.function": {"values": ["a\0b"]}}
+    with pytest.warns(OneByOne):
+        torquer.fly_campaign(own, campaign(own, runs=1, vary=vary), to=path)
+    result = torquer.load(path)
+    assert result["control.law.function"].values.tolist() == ["a\\x00b"]
+    assert "must define a\\x00b; received no such function" in result["ended"].values[0]
+
+
 def test_hardware_varies_in_lanes_orbits_alone_with_the_same_result(scenario):
     vary = {
         "spacecraft.magnetometer.bias_nt": {"normal": {"mean": [0, 0, 0], "sigma": 500.0}},

@@ -5,7 +5,7 @@ import pytest
 from integrators import INTEGRATORS, by
 
 import torquer
-from torquer import RunStopped, simulate
+from torquer import RunStopped, load, simulate
 from torquer.compile import engine
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.simulation.results.dataset import laws_of
@@ -295,6 +295,41 @@ def test_a_law_that_fails_stops_the_run_and_keeps_its_result(with_law, function,
     assert (result.attrs["how_it_ended"], stopped.value.interrupted) == ("failed", False)
     assert np.isfinite(result.omega_body.values).all()
     assert "\n" not in str(stopped.value)
+
+
+class Odd(Exception):
+    """An error, or an answer, whose text no file can hold."""
+
+    def __init__(self, text):
+        self.text = text
+
+    def __repr__(self):
+        return self.text + "\n"
+
+
+@pytest.mark.parametrize(
+    ("odd", "shown"),
+    [
+        (Odd("a\0b"), r"a\x00b"),
+        (Odd("\ud800"), r"\ud800"),
+        (Odd(5), "Odd"),  # which has no text at all
+        (Odd("x" * 1000), "x" * 300 + "..."),
+    ],
+)
+def test_a_law_that_fails_in_odd_words_keeps_the_result(make, tmp_path, odd, shown):
+    def raises(inputs, parameters, memory):
+        raise odd
+
+    def answers(inputs, parameters, memory):
+        return odd
+
+    for law, told in ((raises, "must not raise"), (answers, "must return three numbers")):
+        with pytest.raises(RunStopped) as stopped:
+            simulate(make(), law, to=tmp_path / "result.nc", overwrite=True)
+        message = str(stopped.value)
+        assert message.startswith(f"law {law.__name__}: {told}; received {shown} ")
+        assert message.endswith(" at t = 0 s")
+        assert load(tmp_path / "result.nc").attrs["ended"] == message
 
 
 def test_an_absurd_but_finite_answer_is_scaled_to_the_limit(with_law):

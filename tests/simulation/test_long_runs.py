@@ -164,6 +164,25 @@ def test_a_checkpoint_that_cannot_be_written_is_told_and_the_run_goes_on(
         assert same(flown, whole)
 
 
+def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch):
+    """Names are checked before a run. Were one missed, hours of computing would be lost."""
+    import xarray
+
+    def refusing(self, *given, **how):
+        raise ValueError("Forward slashes '/' are not allowed")
+
+    scenario = make()
+    whole = simulate(scenario)
+    monkeypatch.setattr(xarray.Dataset, "to_netcdf", refusing)
+    told = "result: must be what NetCDF can store; received: Forward slashes '/' are not allowed"
+    with (
+        pytest.warns(NotSaved, match=rf"^nothing saved at t = \d+ s: {told}$"),
+        pytest.raises(RunStopped, match=f"^{told}$") as stopped,
+    ):
+        simulate(scenario, to=tmp_path / "result.nc", checkpoint_s=1e-9)
+    assert np.array_equal(stopped.value.result.omega_body, whole.omega_body)
+
+
 def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_path):
     whole = simulate(make(FULL), to=tmp_path / "result.nc")
     assert same(load(tmp_path / "result.nc"), whole)

@@ -22,6 +22,8 @@ _MOST_RUNS = 100_000_000
 #: Keys that each member has for itself.
 _OWN = ("name", "description", "seed")
 _NAME = re.compile(r"[A-Za-z_]\w*")
+#: Keys in one way of writing: they are the names of variables in the result.
+_KEY = re.compile(r"[\w-]+(\[\d+\])*(\.[\w-]+(\[\d+\])*)*")
 
 
 class Stop(Spec):
@@ -123,10 +125,12 @@ class Campaign(Spec):
     def _keys_are_apart(self):
         places = [*self._places()]
         for place, key in places:
-            words = re.findall(r"[^.\[\]]+", key)
-            if not words:
-                raise ValueError(f"{place}: must be a key of the scenario; received {key!r}")
-            if words[0] in _OWN:
+            if not _KEY.fullmatch(key):
+                raise ValueError(
+                    f"{place}: must be a key of the scenario, written like "
+                    f"spacecraft.coils.limit_a_m2[0]; received {key!r}"
+                )
+            if re.split(r"[.\[]", key)[0] in _OWN:
                 raise ValueError(f"{place}: must not vary: each member has its own; received {key}")
         for (_, one), (place, other) in combinations(places, 2):
             if _overlap(one, other):

@@ -21,6 +21,7 @@ from torquer.campaign.outcomes import succeeded
 from torquer.simulation.results.dataset import law_attributes, versions
 from torquer.simulation.results.file import load, save
 from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
+from torquer.validate import as_storable
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +54,7 @@ def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
         variables["succeeded"] = ("member", holds.astype(np.int8), {"role": "success"})
     how = [COMPLETE if text == COMPLETE else FAILED for text in chunk.ended]
     variables["how_it_ended"] = ("member", np.array(how))
-    variables["ended"] = ("member", np.array(chunk.ended))
+    variables["ended"] = ("member", np.array([*map(as_storable, chunk.ended)]))
     coordinates = {"member": chunk.members, "time": ("time", fleet.t_s[fleet.kept], {"units": "s"})}
     made = xr.Dataset(variables, coordinates, attributes_of(fleet))
     for name in campaign.outcomes:
@@ -75,7 +76,7 @@ def _as_array(values) -> np.ndarray:
         naive = [value.astimezone(UTC).replace(tzinfo=None) for value in values]
         return np.array(naive, "datetime64[us]").astype("datetime64[ns]")
     if all(isinstance(value, str) for value in values):
-        return np.array(values)
+        return np.array([*map(as_storable, values)])
     with contextlib.suppress(ValueError):  # lists of different lengths
         numbers = np.array(values)
         if numbers.dtype.kind in "biuf":

@@ -12,6 +12,7 @@ import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from keyword import iskeyword
 from numbers import Real
 from typing import Any, NamedTuple, Self
 
@@ -20,7 +21,7 @@ import numpy as np
 from torquer.compile import plugin
 from torquer.compile.adapter import Kind, compiled, filled, flat, floats, layout_of, names_of
 from torquer.interface import Inputs
-from torquer.validate import storable_name
+from torquer.validate import storable_name, storable_text
 
 
 class Axis(NamedTuple):
@@ -72,12 +73,11 @@ class Block:
     spec: object = field(default=None, compare=False, repr=False)
 
     def __post_init__(self):
-        for name, of in self.log.items():
-            storable_name(f"{self.name}: log", name)
-            for axis in () if isinstance(of, str) else of:
-                storable_name(f"{self.name}: log", axis.name)
-        object.__setattr__(self, "parameters", _as_record(self.parameters))
+        storable_text("name", self.name)
+        object.__setattr__(self, "parameters", _as_record(self.name, self.parameters))
         object.__setattr__(self, "memory", _as_memory(self.name, self.memory, self.log))
+        for name, of in self.log.items():
+            _check_log(f"{self.name}: log", name, of)
         object.__setattr__(self, "needs", frozenset(self.needs))
 
     @property
@@ -238,11 +238,27 @@ def _nested(value):
     return tuple(map(_nested, value)) if isinstance(value, list | tuple) else value
 
 
-def _as_record(parameters):
+def _as_record(name: str, parameters):
     if isinstance(parameters, Mapping):
+        for key in parameters:
+            if not (isinstance(key, str) and key.isidentifier()) or iskeyword(key) or key[0] == "_":
+                raise ValueError(
+                    f"{name}: parameters must be named as variables in Python are, and not begin "
+                    f"with '_'; received {key!r}"
+                )
         values = [_nested(value) for value in parameters.values()]
         return namedtuple("Parameters", parameters)(*values) if values else ()
     return parameters
+
+
+def _check_log(key: str, name: str, of) -> None:
+    """ValueError unless a result can store what is logged under a name: its unit, or its axes."""
+    storable_name(key, name)
+    if isinstance(of, tuple) and all(isinstance(axis, Axis) for axis in of):
+        for axis in of:
+            storable_name(key, axis.name)
+    else:
+        storable_text(f"{key} {name}: unit", of)
 
 
 def _as_memory(name: str, memory, log: Mapping):

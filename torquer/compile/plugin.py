@@ -23,9 +23,12 @@ from numba.core.typeinfer import register_dispatcher
 from torquer.compile import engine
 from torquer.compile.code_cache import cache_of, kept, mark_of
 from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
+from torquer.validate import as_storable
 
 #: Names of what plug-ins are handed.
 _FIELDS = {each.__name__: each._fields for each in (Inputs, Estimate, Ephemeris, ReadingTimes)}
+#: Characters of what a user's code raised or returned that a message shows.
+_LONGEST = 300
 
 
 def plain_of(function: Callable) -> Callable:
@@ -150,6 +153,18 @@ def place_of(error: BaseException, file: Path | None) -> str:
     return f" ({file.name}, line {lines[-1]})" if lines else ""
 
 
+def shown(value) -> str:
+    """What a user's code raised or returned, as one line that can be printed and stored.
+
+    Its own text may be long, or raise an error itself.
+    """
+    try:
+        text = as_storable(" ".join(repr(value).split()))
+    except Exception:
+        text = type(value).__name__
+    return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
+
+
 def _place_told(error: NumbaError, text: str, file: Path | None) -> str:
     """The same of Numba's error: the innermost place in the file that it names, or its own."""
     if file is None:
@@ -203,7 +218,7 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple
         raise ValueError(
-            f"{must}; received: {error!r} (in compiled code a named tuple, such as "
+            f"{must}; received: {shown(error)} (in compiled code a named tuple, such as "
             "torquer.Command, must be given all its fields)"
         ) from None
 

@@ -147,8 +147,8 @@ def _module_of(file: Path):
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        place = plugin.place_of(error, Path(spec.origin))
-        raise ValueError(f"law file {file}: must import; received {error!r}{place}") from None
+        received = plugin.shown(error) + plugin.place_of(error, Path(spec.origin))
+        raise ValueError(f"law file {file}: must import; received {received}") from None
     finally:
         sys.path.pop(0)
     return module

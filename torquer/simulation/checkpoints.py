@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from torquer.simulation.host import HostFailed
 from torquer.simulation.members import COARSE_STEP, RUNNING
+from torquer.simulation.results.file import NotStorable
 from torquer.simulation.run import Run, next_event, reason, record_this_instant
 from torquer.simulation.signals import noted_signals
 
@@ -39,9 +40,10 @@ class Checkpoints:
         record_this_instant(run)
         try:
             self.save(run)
-        except OSError as error:  # the run itself can go on
+        except (OSError, NotStorable) as error:  # the run itself can go on
+            reason = getattr(error, "strerror", None) or error
             warnings.warn(
-                f"nothing saved at t = {run.now_s:g} s: {error.strerror or error}",
+                f"nothing saved at t = {run.now_s:g} s: {reason}",
                 NotSaved,
                 stacklevel=4,
             )

@@ -146,7 +146,7 @@ def answer_of(block: Block, row, board: Board):
     except (Exception, SystemExit) as error:
         place = plugin.place_of(error, plugin.file_of(plugin.plain_of(block.function)))
         raise HostFailed(
-            f"{block.kind.name} {block.name}: must not raise; received {error!r}{place}"
+            f"{block.kind.name} {block.name}: must not raise; received {plugin.shown(error)}{place}"
         ) from error
     return _unified(block, answer)
 
@@ -199,7 +199,7 @@ def _unified(block: Block, answer):
     except (TypeError, ValueError, AttributeError, IndexError):
         must = "three numbers" if kind.returns.startswith("(") else kind.returns
         raise HostFailed(
-            f"{kind.name} {block.name}: must return {must}; received {answer!r}"
+            f"{kind.name} {block.name}: must return {must}; received {plugin.shown(answer)}"
         ) from None
     if isinstance(block, Law):
         for what, part in (("dipole", unified.dipole_a_m2), ("torque", unified.torque_n_m)):

@@ -18,8 +18,10 @@ from torquer.simulation.results.dataset import (
     INTERRUPTED,
     STOPPED,
     of_the_whole,
+    part_of,
+    with_state,
 )
-from torquer.simulation.results.file import lazily
+from torquer.simulation.results.file import NotStorable, lazily
 from torquer.simulation.results.restore import (
     OtherBits,
     check_version,
@@ -149,6 +151,14 @@ def finish(
     """Run on to the end (or to `until_s`) and return the result so far, which goes to a store."""
     last = run.steps if until_s is None else _last_step(run, until_s)
     run.keep = store.keep
+    try:
+        return _finished(run, store, last, progress, checkpoint_s)
+    except NotStorable as error:
+        result = with_state(part_of(run), run, FAILED, str(error))
+        raise RunStopped(str(error), result, False) from None
+
+
+def _finished(run: Run, store, last: int, progress, checkpoint_s: float) -> xr.Dataset:
     interrupted = False
     try:
         reason = advance_in_pieces(run, last, progress, Checkpoints(store.checkpoint, checkpoint_s))

@@ -32,12 +32,20 @@ class Damaged(ValueError):
     """A file that is not as it was written."""
 
 
+class NotStorable(ValueError):
+    """A result that NetCDF does not take, for a name or a text in it."""
+
+
 def save(result: xr.Dataset, path, how: dict | None = None) -> None:
     """Write a result as NetCDF; what stood there before is replaced when all is written.
 
     `how`: more arguments of `xarray.Dataset.to_netcdf`.
     """
-    data = memoryview(result.to_netcdf(None, engine="h5netcdf", **(how or {})))
+    try:
+        data = memoryview(result.to_netcdf(None, engine="h5netcdf", **(how or {})))
+    except (TypeError, ValueError, RuntimeError) as error:
+        reason = str(error).partition("\n")[0]
+        raise NotStorable(f"result: must be what NetCDF can store; received: {reason}") from error
     with (
         noted_signals().writing(),
         replacing(Path(path)) as unfinished,
