@@ -1,6 +1,8 @@
 """Two runs into one folder: the second is refused before it computes."""
 
 import os
+import signal
+import sys
 import time
 
 import pytest
@@ -23,6 +25,24 @@ def test_the_second_of_two_is_refused_and_the_first_goes_on(process, scenario_fi
     assert err == f"error: --out: must not be in use by another run; received {out}\n"
     assert done(first)[0] == 0
     assert sorted(each.name for each in out.iterdir()) == ["result.nc", "summary.json"]
+
+
+LATE = """
+import pathlib, signal, sys, types
+from torquer.cli import simulate
+from torquer.cli.app import RunOptions
+simulate.check_orbit_environment = lambda scenario: None
+simulate._flown = lambda *given: (None, "", 0)
+simulate._write = lambda *given: signal.raise_signal(signal.SIGTERM)
+simulate.run_scenario(types.SimpleNamespace(name="x"), RunOptions(out=pathlib.Path(sys.argv[1])))
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+def test_a_signal_when_all_is_written_leaves_no_claim(shell, tmp_path):
+    process = shell(sys.executable, "-c", LATE, str(tmp_path / "out"))
+    assert done(process)[0] == -signal.SIGTERM
+    assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_a_claim_ends_with_its_block_and_with_its_process(tmp_path):

@@ -1,6 +1,7 @@
 """Long runs are computed in pieces: the same bits wherever the result goes and a run stops."""
 
 import errno
+import signal
 
 import numpy as np
 import pytest
@@ -181,6 +182,17 @@ def test_a_run_that_netcdf_refuses_to_store_is_kept(make, tmp_path, monkeypatch)
     ):
         simulate(scenario, to=tmp_path / "result.nc", checkpoint_s=1e-9)
     assert np.array_equal(stopped.value.result.omega_body, whole.omega_body)
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemError("of the glue of compiled code")])
+def test_a_signal_while_a_run_is_prepared_is_heeded_at_once(make, monkeypatch, error):
+    def interrupted(self):
+        signal.raise_signal(signal.SIGINT)
+        raise error  # what becomes of it in compiled code
+
+    monkeypatch.setattr(runner.Run, "make_ready", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(make())
 
 
 def test_a_run_of_one_piece_does_not_depend_on_pieces(make, monkeypatch, tmp_path):

@@ -72,17 +72,19 @@ def fly_campaign(
     fail are kept, with the reason.
     KeyboardInterrupt ends the campaign; what has been written is kept.
     """
-    check_campaign(campaign, checked(scenario))
+    with noted_signals().raising():
+        check_campaign(campaign, checked(scenario))
     path = None if to is None else Path(to)
     if path is not None and not resume:
         _check_free(path)
     workers = cores() if workers is None else workers
     if workers < 1:
         raise ValueError(f"workers: must be 1 or more; received {workers}")
-    with noting_signals():
-        fleet = Fleet(scenario, campaign)
-        if path is not None:
-            check_same(path, fleet)
+    with noting_signals() as signals:
+        with signals.raising():
+            fleet = Fleet(scenario, campaign)
+            if path is not None:
+                check_same(path, fleet)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)

@@ -19,7 +19,7 @@ import numpy as np
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import succeeded
 from torquer.simulation.results.dataset import law_attributes, versions
-from torquer.simulation.results.file import load, save
+from torquer.simulation.results.file import load, own_folder, save
 from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
 from torquer.validate import as_storable
 
@@ -101,9 +101,7 @@ def chunks_folder(path: Path) -> Path:
 
 def put_chunk(path: Path, data: xr.Dataset) -> None:
     """Write a chunk of the campaign of a file."""
-    folder = chunks_folder(path)
-    folder.mkdir(exist_ok=True)
-    save(data, folder / f"{int(data['member'][0]):012d}.nc")
+    save(data, own_folder(chunks_folder(path)) / f"{int(data['member'][0]):012d}.nc")
 
 
 def chunks_there(path: Path) -> dict[int, Path]:

@@ -8,6 +8,7 @@ from pathlib import Path
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.sampling import member_scenario
+from torquer.campaign.store import files_there
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
@@ -16,6 +17,7 @@ from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_orbit_environment
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
+    interrupted,
     json_text,
     make_writable,
     print_error,
@@ -24,7 +26,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.simulate import run_scenario
-from torquer.simulation.results.file import replacing
+from torquer.simulation.results.file import put
 from torquer.simulation.signals import ALL, noting_signals
 
 
@@ -35,24 +37,20 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     scenario, campaign = _loaded(path, how, code)
     out = how.out or Path("runs") / f"{scenario.name}-campaign"
     make_writable(out)
-    with claimed(out), noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out):
+    with noting_signals(ALL, (leave_or_raise,)) as signals, claimed(out), writing_to(out):
         try:
             with _progress(scenario.name) as progress:
                 result = fly_campaign(
                     scenario, campaign, to=out / "campaign.nc", workers=how.workers,
                     where=how.where, resume=how.resume, progress=progress,
                 )  # fmt: skip
+            with signals.raising():
+                summary = _written(result, out, how)
         except KeyboardInterrupt:
-            print_error(f"interrupted; the runs flown so far are in {out}: continue with --resume")
+            flown = bool(files_there(out / "campaign.nc"))
+            print_error(interrupted(out, "the runs flown so far", flown))
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
-        summary = campaign_summary(result)
-        with replacing(out / "summary.json") as file:
-            file.write_text(json_text(summary) + "\n", encoding="utf-8")
-        if not how.no_report:
-            from torquer.report.campaign import write_campaign_report
-
-            write_campaign_report(result, out)
     if how.json:
         print(json_text(summary))
         return 0
@@ -61,6 +59,17 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
     return 0
+
+
+def _written(result, out: Path, how: CampaignOptions) -> dict:
+    """Write summary and report; the summary."""
+    summary = campaign_summary(result)
+    put(out / "summary.json", json_text(summary) + "\n")
+    if not how.no_report:
+        from torquer.report.campaign import write_campaign_report
+
+        write_campaign_report(result, out)
+    return summary
 
 
 def fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions) -> int:

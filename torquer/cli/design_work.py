@@ -19,6 +19,7 @@ from torquer.estimation.sensors import SensorReadings
 from torquer.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
+from torquer.simulation.results.file import put
 from torquer.theory.three_axis.design import (
     SETTLED,
     Candidate,
@@ -333,8 +334,7 @@ def _write(case: DesignCase, made: ThreeAxisDesign, out: Path) -> list[str]:
     with writing_to(out):
         files = [draw_design(case.task, made, out / "map.png")]
         for name, candidate in made.candidates.items():
-            files.append(out / f"{name}.toml")
-            files[-1].write_text(_toml(candidate.law), encoding="utf-8")
+            files.append(put(out / f"{name}.toml", _toml(candidate.law)))
     return [str(file) for file in files]
 
 

@@ -20,7 +20,7 @@ from torquer.cli.simulate import progress_of
 from torquer.scenario.change import with_values
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
-from torquer.simulation.results.file import replacing, save
+from torquer.simulation.results.file import put, save
 
 _WIDTH = 150
 
@@ -69,11 +69,10 @@ def _write(found: FaultCampaign, out: Path) -> list[str]:
     from torquer.report.campaign.faults import write_fault_report
 
     save(dataset_of(found), out / "faults.nc")
-    with replacing(out / "faults.json") as file:
-        file.write_text(json_text(as_plain(found)) + "\n", encoding="utf-8")
+    put(out / "faults.json", json_text(as_plain(found)) + "\n")
     worst = found.scenario_of(found.worst())
     text = toml_of(json.loads(worst.model_dump_json(exclude_unset=True, exclude_none=True)))
-    (out / "worst.toml").write_text(text, encoding="utf-8")
+    put(out / "worst.toml", text)
     return [*write_fault_report(found, out), "faults.nc", "faults.json", "worst.toml"]
 
 

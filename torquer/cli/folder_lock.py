@@ -35,6 +35,8 @@ def claimed(out: Path) -> Iterator[None]:
 def _locked(path: Path):
     """The file, open and locked; None if another process has locked it."""
     while True:
+        if path.is_symlink():
+            path.unlink()
         file = path.open("a")
         try:
             _lock(file.fileno())

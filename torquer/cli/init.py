@@ -5,6 +5,7 @@ import sysconfig
 from pathlib import Path
 
 from torquer.cli.output import json_text, writing_to
+from torquer.simulation.results.file import put
 
 _START = Path(__file__).parents[1] / "scenario" / "start.toml"
 #: Files that an example names, which come with it.
@@ -39,9 +40,9 @@ def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> 
         if each.exists():
             raise ValueError(f"NAME: must not name an existing file; received {each}")
     with writing_to(path.parent, "NAME"):
-        path.write_text(text, encoding="utf-8")
+        put(path, text)
         for to, source in others.items():
-            to.write_text(source.read_text(encoding="utf-8"), encoding="utf-8")
+            put(to, source.read_text(encoding="utf-8"))
     if as_json:
         print(json_text({"written": [str(each) for each in (path, *others)]}))
         return 0

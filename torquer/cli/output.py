@@ -87,6 +87,12 @@ def print_error(text: str) -> None:
                 print(f"error: {line}", file=sys.stderr)
 
 
+def interrupted(out: Path, what: str, there: bool) -> str:
+    """What to say of an interrupt; `there`: whether `what` has been written into the folder."""
+    kept = f"{what} are in {out}: continue with --resume" if there else "nothing was computed yet"
+    return f"interrupted; {kept}"
+
+
 def json_text(data, indent: int | None = 2) -> str:
     """Data as strict JSON: a number that is not finite is null."""
     return json.dumps(_finite(data), indent=indent, allow_nan=False)
@@ -119,7 +125,8 @@ def make_writable(out: Path, option: str = "--out") -> None:
     with writing_to(out, option):
         out.mkdir(parents=True, exist_ok=True)
         probe = out / ".writable"
-        probe.touch()
+        probe.unlink(missing_ok=True)  # a link would be followed
+        probe.touch(exist_ok=False)
         probe.unlink()
 
 

@@ -4,6 +4,7 @@ import contextlib
 import signal
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
@@ -13,6 +14,7 @@ from torquer.cli.loading import check_code, check_orbit_environment, code_of, lo
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
+    interrupted,
     json_text,
     make_writable,
     print_error,
@@ -28,7 +30,7 @@ from torquer.scenario.resolution import notes_on_steps
 from torquer.simulation.checkpoints import NotSaved
 from torquer.simulation.prepare import blocks_of, modes_for
 from torquer.simulation.results.dataset import COMPLETE
-from torquer.simulation.results.file import lazily, replacing
+from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
 from torquer.simulation.signals import ALL, Stop, noting_signals
@@ -52,15 +54,16 @@ def run_scenario(scenario, how: RunOptions) -> int:
     with compiling.compiling_shown():
         check_orbit_environment(scenario)
     make_writable(out)
-    with claimed(out), noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out):
+    # the folder is free again before a late signal ends the process
+    with noting_signals(ALL, (leave_or_raise,)) as signals, claimed(out), writing_to(out):
         try:
             result, stopped, code = _flown(scenario, out / "result.nc", how)
-            if signals.asked and stopped:
-                code = SIGNAL_CODE + signals.number
+            if signals.asked and stopped:  # the report can wait: --resume draws it
+                code, how = SIGNAL_CODE + signals.number, replace(how, no_report=True)
                 signals.forget()
             summary = _write(result, out, signals, how)
         except KeyboardInterrupt:
-            print_error(f"interrupted; partial results are in {out}: continue with --resume")
+            print_error(interrupted(out, "partial results", (out / "result.nc").exists()))
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
     if how.json:
@@ -241,23 +244,21 @@ def _write(result, out: Path, signals: Stop, how: RunOptions) -> dict:
     from torquer.analysis.summary import summary_of
 
     summary = summary_of(result)
-    with replacing(out / "summary.json") as path:
-        path.write_text(json_text(summary) + "\n", encoding="utf-8")
+    put(out / "summary.json", json_text(summary) + "\n")
     if how.no_report:
         return summary
     from torquer.report import write_report
 
-    try:
-        signals.interrupt_at_once(True)
+    with signals.raising():
         _remove_old_plots(out)
         write_report(result, out, plots=how.plots)
-    finally:
-        signals.interrupt_at_once(False)
     return summary
 
 
 def _remove_old_plots(out: Path) -> None:
     """Remove the pictures of an earlier result, which would contradict the report."""
+    if (out / "plots").is_symlink():
+        return
     for picture in (*out.glob("plots/*.png"), *out.glob("plots/*.svg")):
         if picture.stat().st_mtime < (out / "result.nc").stat().st_mtime:
             picture.unlink()

@@ -37,14 +37,15 @@ def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
     from torquer.report.common.side_by_side import done_side_by_side
     from torquer.report.flight.page import write_page
     from torquer.report.flight.png import figures_of
+    from torquer.simulation.results.file import own_folder, put
 
-    folder.mkdir(exist_ok=True)
+    own_folder(folder)
     figures = figures_of(shown)
     paths = {name: folder / f"{name}.png" for name in figures}
     draw = [partial(_draw, figure_of, view, paths[name]) for name, figure_of in figures.items()]
     if modes := view.scenario.control.named().modes:
         paths["modes"] = folder / "modes.svg"
-        paths["modes"].write_text(svg(modes), encoding="utf-8")
+        put(paths["modes"], svg(modes))
     # the page shows the overview, which is therefore drawn first, in this process
     page = partial(write_page, view, shown, folder.parent / "report.html", paths["overview"])
     done_side_by_side(draw, page, progress)
@@ -52,6 +53,6 @@ def _with_plots(view, shown, folder: Path, progress) -> dict[str, Path]:
 
 
 def _draw(figure_of: Callable, view, path: Path) -> None:
-    from torquer.report.common.figure import png_of
+    from torquer.report.common.figure import saved
 
-    path.write_bytes(png_of(figure_of(view)))
+    saved(figure_of(view), path)

@@ -130,11 +130,11 @@ class Host:
 
     def _answer_of(self, block: Block, row):
         """What a function answers, checked and unified."""
+        before = self._signals.interrupt_at_once(True)
         try:
-            self._signals.interrupt_at_once(True)
             return answer_of(block, row, self._board)
         finally:
-            self._signals.interrupt_at_once(False)
+            self._signals.interrupt_at_once(before)
 
 
 def answer_of(block: Block, row, board: Board):

@@ -123,6 +123,14 @@ class Run:
         self.piece = piece_of(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
 
+    def make_ready(self) -> None:
+        """Make tables, and compile what is not in the cache: up to a minute before the first step.
+
+        `advance_to` does so, too, but a signal is not looked at there.
+        """
+        self.enter()
+        self._made_ready()
+
     def advance_to(self, last: int) -> int:
         """Run on to a step; return how it ended."""
         ended = RUNNING

@@ -47,11 +47,29 @@ class Stop:
         """As if no signal had come yet."""
         self.count = 0
 
-    def interrupt_at_once(self, at_once: bool) -> None:
-        """Whether a signal raises KeyboardInterrupt from now on, where nothing is lost by it."""
-        self._at_once = at_once
+    def interrupt_at_once(self, at_once: bool) -> bool:
+        """Whether a signal raises KeyboardInterrupt from now on, where nothing is lost by it.
+
+        Returns whether it did so before.
+        """
+        before, self._at_once = self._at_once, at_once
         if at_once and self.asked:
+            self._at_once = before
             raise KeyboardInterrupt
+        return before
+
+    @contextlib.contextmanager
+    def raising(self) -> Iterator[None]:
+        """Within the block, where nothing is lost by it, a signal raises KeyboardInterrupt."""
+        before = self.interrupt_at_once(True)
+        try:
+            yield
+        except Exception:
+            if self.asked:  # the glue of compiled code turns it into another error
+                raise KeyboardInterrupt from None
+            raise
+        finally:
+            self._at_once = before
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[None]:

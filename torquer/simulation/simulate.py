@@ -32,7 +32,7 @@ from torquer.simulation.results.restore import (
 )
 from torquer.simulation.results.store import InFile, InMemory, check_free, drop_parts, gather
 from torquer.simulation.run import Run, prepare, record_this_instant
-from torquer.simulation.signals import noting_signals
+from torquer.simulation.signals import noted_signals, noting_signals
 from torquer.simulation.size import check_disk, check_memory, size_of
 from torquer.spec import checked
 
@@ -85,8 +85,9 @@ def simulate(
     _check_size(scenario, to)
     if to is not None and not overwrite:
         check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
-    with noting_signals():
-        run = prepare(scenario, law, laws)
+    with noting_signals() as signals:
+        with signals.raising():
+            run = prepare(scenario, law, laws)
         if to is None:
             return finish(run, InMemory(), until_s, progress)
         drop_parts(Path(to))
@@ -111,14 +112,15 @@ def resume(
     ValueError for a result that is damaged, of another version of torquer or of another run; a
     warning where the last bits may differ, as on another kind of processor.
     """
-    with noting_signals():
+    with noting_signals() as signals:
         if not isinstance(result, str | os.PathLike):
-            run = _restored(result, law, laws, scenario, None)
+            with signals.raising():
+                run = _restored(result, law, laws, scenario, None)
             earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
             return finish(run, InMemory(earlier), until_s, progress)
         path = Path(result)
         gather(path)
-        with lazily(path) as earlier:
+        with signals.raising(), lazily(path) as earlier:
             run = _restored(earlier, law, laws, scenario, path)
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
 
@@ -159,6 +161,8 @@ def finish(
 
 
 def _finished(run: Run, store, last: int, progress, checkpoint_s: float) -> xr.Dataset:
+    with noted_signals().raising():
+        run.make_ready()
     interrupted = False
     try:
         reason = advance_in_pieces(run, last, progress, Checkpoints(store.checkpoint, checkpoint_s))

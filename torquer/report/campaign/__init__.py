@@ -14,9 +14,10 @@ def write_campaign_report(result: xr.Dataset, out: Path) -> list[Path]:
     from torquer.campaign.summary import campaign_summary
     from torquer.report.campaign.page import write_page
     from torquer.report.campaign.pictures import draw_all
+    from torquer.simulation.results.file import own_folder
 
     folder = Path(out)
-    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    own_folder(folder / "plots")
     summary, result = campaign_summary(result), independent(result)
     pictures = draw_all(result, summary, folder / "plots")
     page = write_page(result, summary, pictures, folder / "report.html")
@@ -31,10 +32,11 @@ def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
     from torquer.campaign.comparison import comparison
     from torquer.campaign.contents import independent
     from torquer.report.campaign.compared import draw_compared, write_compared
+    from torquer.simulation.results.file import own_folder
 
     folder, found = Path(out), comparison(a, b)
     a, b = independent(a), independent(b)
-    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    own_folder(folder / "plots")
     pictures = draw_compared(a, b, found, folder / "plots")
     page = write_compared(found, pictures, folder / "report.html")
     return [page, *pictures.values()]

@@ -19,6 +19,7 @@ from torquer.report.campaign.tables import (
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
 from torquer.report.common.html import card, cards, picture
+from torquer.simulation.results.file import put
 
 _COLOURS = (BLUE, ORANGE)
 
@@ -116,8 +117,7 @@ def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Pat
     made = [differences, *(_distribution(found, pictures, name) for name in found["outcomes"])]
     labels = "; ".join(labels_of(found))
     text = cards(title, made, interactive=False, description=labels)
-    path.write_text(text, encoding="utf-8")
-    return path
+    return put(path, text)
 
 
 def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> dict:

@@ -11,6 +11,7 @@ from torquer.campaign.faults.verdict import DEGRADED, LOST, SAFE
 from torquer.report.common.colours import GREEN, ORANGE, RED
 from torquer.report.common.figure import INK, SMALL, foot, place, sheet
 from torquer.report.filter.pictures import saved
+from torquer.simulation.results.file import put
 
 _COLOURS = {SAFE: GREEN, DEGRADED: ORANGE, LOST: RED}
 _ROW, _COLUMN = 0.19, 1.25
@@ -18,7 +19,7 @@ _ROW, _COLUMN = 0.19, 1.25
 
 def write_fault_report(found: FaultCampaign, out: Path) -> list[str]:
     """Write `faults.md` and `faults.png` into a folder; return their names."""
-    (out / "faults.md").write_text(markdown(found), encoding="utf-8")
+    put(out / "faults.md", markdown(found))
     saved(draw_faults(found), out / "faults.png")
     return ["faults.md", "faults.png"]
 

@@ -19,6 +19,7 @@ from torquer.report.campaign.tables import (
 )
 from torquer.report.common.html import card, cards, picture
 from torquer.scenario.toml_text import toml_of
+from torquer.simulation.results.file import put
 
 
 def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], path: Path) -> Path:
@@ -40,8 +41,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
     ]
     title = f"{summary['name']}: campaign"
     text = cards(title, made, interactive=False, description=description, columns=columns)
-    path.write_text(text, encoding="utf-8")
-    return path
+    return put(path, text)
 
 
 def _outcomes(summary: dict) -> dict:

@@ -10,6 +10,7 @@ from torquer.report.campaign.convergence import draw_convergence
 from torquer.report.campaign.correlation import draw_correlations, draw_scatter
 from torquer.report.campaign.distribution import draw_distribution
 from torquer.report.campaign.sobol import draw_sobol
+from torquer.report.common.figure import saved
 
 
 def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]:
@@ -31,11 +32,8 @@ def draw_all(result: xr.Dataset, summary: dict, folder: Path) -> dict[str, Path]
 
 def write_all(figures: dict, folder: Path) -> dict[str, Path]:
     """Write the figures that are not None as PNG; their paths by name."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    paths = {}
-    for name, figure in figures.items():
-        if figure is not None:
-            paths[name] = folder / f"{name}.png"
-            FigureCanvasAgg(figure).print_png(paths[name])
-    return paths
+    return {
+        name: saved(figure, folder / f"{name}.png")
+        for name, figure in figures.items()
+        if figure is not None
+    }

@@ -4,12 +4,15 @@ The object interface only: no global state, any thread, no display.
 """
 
 import io
+from pathlib import Path
 from textwrap import shorten
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
+
+from torquer.simulation.results.file import put
 
 DPI, FINE_DPI = 150, 160
 INK, FAINT = "#222222", "#8a8a8a"
@@ -50,6 +53,11 @@ def png_of(figure: Figure) -> bytes:
     dots = (figure.dpi, figure.dpi)
     Image.fromarray(pixels).save(data, "PNG", compress_level=4, dpi=dots)
     return data.getvalue()
+
+
+def saved(figure: Figure, path) -> Path:
+    """Write a figure as a PNG file."""
+    return put(path, png_of(figure))
 
 
 def place(figure: Figure, left: float, top: float, width: float, height: float, **keys):

@@ -3,13 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from torquer.environment.field.along import FieldsAlong
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import SMALL, legend, place, quiet, sheet
+from torquer.report.common.figure import SMALL, legend, place, quiet, saved, sheet
 from torquer.report.common.scales import clock_for
 
 #: Colours of the models in the order given.
@@ -33,9 +32,8 @@ def draw_along(along: FieldsAlong, labels, title: str, folder: Path) -> dict[str
     }
     paths = {}
     for name, (what, axes, b, against) in pictures.items():
-        paths[name] = Path(folder) / f"{name}.png"
         figure = _draw(along, labels, f"{what} · {title}", axes, 1e6 * b, against)
-        FigureCanvasAgg(figure).print_png(paths[name])
+        paths[name] = saved(figure, Path(folder) / f"{name}.png")
     return paths
 
 

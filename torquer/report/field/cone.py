@@ -5,15 +5,15 @@ from pathlib import Path
 
 import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from torquer.analysis.field_cone import ConeShape
 from torquer.environment.field.along import FieldsAlong
-from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
+from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
 from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
 from torquer.report.common.space import line, scene, xyz
 from torquer.report.field.along import COLOURS
+from torquer.simulation.results.file import put
 
 _CONE = "#9aa7b0"
 _UPRIGHT, _NODE = "Earth's axis", "ascending node"
@@ -45,8 +45,7 @@ def draw_cone(along: FieldsAlong, labels, shape: ConeShape, title: str, path: Pa
         handlelength=1.4,
         columnspacing=1.3,
     )
-    FigureCanvasAgg(figure).print_png(path)
-    return path
+    return saved(figure, path)
 
 
 def _draw_space(axes, along: FieldsAlong, labels, shape: ConeShape) -> list:
@@ -119,8 +118,7 @@ def write_cone_page(along: FieldsAlong, labels, shape: ConeShape, title: str, pa
     )
     figure = {"figure": cone_figure(along, labels, shape), "words": "The field along the orbit."}
     made = cards(f"Field cone · {title}", [card("cone", "Field along the orbit", caption, figure)])
-    path.write_text(made, encoding="utf-8")
-    return path
+    return put(path, made)
 
 
 def cone_figure(along: FieldsAlong, labels, shape: ConeShape) -> dict:

@@ -3,14 +3,13 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, Normalize, TwoSlopeNorm
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import FuncFormatter, MaxNLocator, MultipleLocator
 
 from torquer.analysis.field_map import FieldMap
 from torquer.report.common.colours import SIGNED
-from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, sheet
+from torquer.report.common.figure import FAINT, INK, SMALL, foot, place, saved, sheet
 
 _WIDTH, _LEFT, _RIGHT, _HEAD, _FOOT = 9.0, 0.62, 0.95, 0.5, 0.52
 #: Dark where the field is weak, so that the South Atlantic anomaly stands out.
@@ -70,8 +69,7 @@ def draw_map(grid: FieldMap, element: str, title: str, path: Path) -> Path:
     key = "Dashed: dip equator (I = 0).   Triangles: dip poles (H = 0)."
     key += "   Rings: minimum and maximum." if element == "F" else ""
     foot(figure, key)
-    FigureCanvasAgg(figure).print_png(path)
-    return path
+    return saved(figure, path)
 
 
 def _compass(plus: str, minus: str) -> FuncFormatter:

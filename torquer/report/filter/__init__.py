@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from torquer.analysis.filter_check import FilterCheck
+from torquer.simulation.results.file import own_folder
 
 
 def write_filter_report(found: FilterCheck, out_dir) -> dict[str, Path]:
@@ -11,7 +12,7 @@ def write_filter_report(found: FilterCheck, out_dir) -> dict[str, Path]:
     from torquer.report.filter.pictures import draw_all
 
     folder = Path(out_dir)
-    (folder / "plots").mkdir(parents=True, exist_ok=True)
+    own_folder(folder / "plots")
     paths = draw_all(found, folder / "plots")
     paths["report"] = write_page(found, paths, folder / "report.html")
     return paths

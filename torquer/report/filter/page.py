@@ -15,6 +15,7 @@ from torquer.analysis.filter_check import (
 )
 from torquer.report.common.html import card, cards, picture
 from torquer.scenario.toml_text import toml_of
+from torquer.simulation.results.file import put
 
 HEAD = ("Statistic", "Value", "95 % band", "Instants inside", "Result")
 _WORDS = {
@@ -40,8 +41,7 @@ def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> 
         card("scenario", "Scenario", "", {"text": text}),
     ]
     title = f"{found.scenario.name}: filter check"
-    path.write_text(cards(title, made, interactive=False), encoding="utf-8")
-    return path
+    return put(path, cards(title, made, interactive=False))
 
 
 def _capital(text: str) -> str:

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from torquer.analysis.filter_check import FilterCheck
@@ -11,7 +10,7 @@ from torquer.analysis.filter_statistics import autocorrelation, band, mean_over_
 from torquer.analysis.observability import states_of
 from torquer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
+from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.report.common.scales import Clock, clock_for
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
@@ -45,12 +44,6 @@ def draw_all(found: FilterCheck, folder: Path) -> dict[str, Path]:
     }
     drawn = paths | {"consistency": _draw_consistency(found), "whiteness": _draw_whiteness(found)}
     return {name: saved(figure, folder / f"{name}.png") for name, figure in drawn.items()}
-
-
-def saved(figure: Figure, path: Path) -> Path:
-    """Write a figure as a PNG file."""
-    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
-    return path
 
 
 def shade(axes, t_s, seen, clock: Clock) -> None:

@@ -18,7 +18,7 @@ from torquer.analysis.summary import summary_of
 from torquer.analysis.together import differences, names_of
 from torquer.analysis.wheels import wheels_of
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
-from torquer.report.common.figure import place, png_of, sheet
+from torquer.report.common.figure import place, png_of, saved, sheet
 from torquer.report.common.scales import prefixed
 from torquer.report.flight.panels.panel import Line, Panel, mean_line
 from torquer.report.flight.png import draw_panel
@@ -172,6 +172,4 @@ def _line(name: str, view: View, y, colour: str, log: bool) -> Line:
 
 def write_comparison(compared: Comparison, folder: Path) -> Path:
     """Write the picture into a folder; its path."""
-    path = folder / "compared.png"
-    path.write_bytes(png_of(compared.plot()))
-    return path
+    return saved(compared.plot(), folder / "compared.png")

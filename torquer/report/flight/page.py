@@ -18,12 +18,12 @@ from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.verdict import verdict_data
 from torquer.report.flight.view import View
 from torquer.scenario.toml_text import toml_of
+from torquer.simulation.results.file import put
 
 
 def write_page(view: View, pictures, path: Path, overview_png: Path | None = None) -> Path:
     """Write the page; `overview_png` is shown where scripts are not run."""
-    path.write_text(page(view, pictures, overview_png), encoding="utf-8")
-    return path
+    return put(path, page(view, pictures, overview_png))
 
 
 def page(view: View, pictures, overview_png: Path | None = None) -> str:

@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from torquer.analysis.budget import NAMES, Budget, rows_of
-from torquer.report.common.figure import FAINT, FINE_DPI, INK, legend_at_left, stacked
+from torquer.report.common.figure import FAINT, INK, legend_at_left, saved, stacked
 from torquer.report.common.scales import clock_for, log_floor
 from torquer.report.flight.panels.torques import COLOURS
 
@@ -22,8 +21,7 @@ def draw_budget(budget: Budget, title: str, path: Path) -> Path:
     )
     _draw_sizes(over_time, budget)
     _draw_bars(by_size, budget)
-    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
-    return path
+    return saved(figure, path)
 
 
 def _draw_sizes(axes, budget: Budget) -> None:

@@ -5,13 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap, LogNorm, Normalize
-from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SIGNED, SKY
-from torquer.report.common.figure import FINE_DPI, legend_at_left, stacked
+from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.theory.evolution.model import Slow
 
 COLOURS = (BLUE, RED, GREEN, ORANGE, SKY, PINK)
@@ -72,7 +70,7 @@ def draw_evolution(u, paths: Mapping[str, Slow], title: str, path: Path, angle=_
     axes[-1].set_xlabel("revolutions", fontsize=10)
     axes[-1].set_xlim(u[0] / _TURN, u[-1] / _TURN)
     legend_at_left(axes[0], min(6, len(paths)), 9.5)
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _colours(count: int) -> list[str]:
@@ -104,7 +102,7 @@ def draw_map(
     axes.set_ylabel("initial rho [deg]", fontsize=10)
     axes.set_xticks(_degrees_between(*axes.get_xlim()))
     axes.set_yticks(_degrees_between(*axes.get_ylim()))
-    return _saved(figure, path)
+    return saved(figure, path)
 
 
 def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:
@@ -121,8 +119,3 @@ def _levels(low: float, high: float) -> tuple[np.ndarray, LogNorm | None]:
 def _degrees_between(low, high) -> np.ndarray:
     step = 15.0 if high - low <= 90.0 else 30.0
     return np.arange(math.ceil(low / step) * step, high + 1e-9, step)
-
-
-def _saved(figure: Figure, path: Path) -> Path:
-    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
-    return path

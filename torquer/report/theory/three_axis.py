@@ -3,10 +3,9 @@
 from pathlib import Path
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from torquer.report.common.colours import BLUE, GREEN, RED
-from torquer.report.common.figure import FINE_DPI, INK, legend_at_left, stacked
+from torquer.report.common.figure import INK, legend_at_left, saved, stacked
 from torquer.theory.three_axis.design import DesignTask, ThreeAxisDesign, coarser
 from torquer.theory.three_axis.floquet import mean_degrees, tabulated
 from torquer.theory.three_axis.sampled import sampled_family
@@ -39,8 +38,7 @@ def draw_design(task: DesignTask, made: ThreeAxisDesign, path: Path) -> Path:
     axes.set_xlabel("k, rate_gain_n_m_s_per_t2", fontsize=10)
     axes.set_ylabel("k_a, angle_gain_n_m_per_t2", fontsize=10)
     legend_at_left(axes, 5, 9.5)
-    FigureCanvasAgg(figure).print_figure(path, dpi=FINE_DPI)
-    return path
+    return saved(figure, path)
 
 
 def _degrees(task: DesignTask, k, k_a) -> tuple[np.ndarray, np.ndarray]:

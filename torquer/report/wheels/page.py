@@ -9,6 +9,7 @@ from torquer.report.common.html import card, cards
 from torquer.report.common.interactive import layout
 from torquer.report.wheels.pictures import needed
 from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
+from torquer.simulation.results.file import put
 from torquer.wheel_array.demand import Ellipsoid
 from torquer.wheel_array.envelope import Envelope, momentum_envelope
 
@@ -33,8 +34,7 @@ def write_page(design, report: dict, path: Path) -> Path:
     ]
     if len(report["layouts"]) > 1:
         rows.append(_titled("layouts", layout_rows(report)))
-    path.write_text(cards(title, rows), encoding="utf-8")
-    return path
+    return put(path, cards(title, rows))
 
 
 def _titled(id: str, content) -> dict:

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import mpl_toolkits.mplot3d  # noqa: F401  (makes the projection known)
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from torquer.analysis.wheel_design import METHODS, half_spaces
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, RED
-from torquer.report.common.figure import INK, SMALL, place, quiet, sheet
+from torquer.report.common.figure import INK, SMALL, place, quiet, saved, sheet
 from torquer.report.wheels.tables import hours, lost_label
 from torquer.wheel_array.demand import Ellipsoid
 from torquer.wheel_array.envelope import Envelope, momentum_envelope
@@ -66,8 +65,7 @@ def draw_envelope_page(design, report: dict, path: Path) -> Path:
         fontsize=SMALL + 0.5,
         color=INK,
     )
-    FigureCanvasAgg(figure).print_png(path)
-    return path
+    return saved(figure, path)
 
 
 def draw_envelope(axes, envelope: Envelope, ellipsoid: Ellipsoid | None = None, frame=None) -> None:
@@ -171,8 +169,7 @@ def draw_failures(design, report: dict, path: Path) -> Path:
         axes.axvline(design.demand.rate_deg_s, color=INK, lw=1.0, ls=(0, (4, 3)))
         figure.text(0.99, 1.0 - 0.2 / height, "dashed: required", fontsize=SMALL, ha="right",
                     va="center")  # fmt: skip
-    FigureCanvasAgg(figure).print_png(path)
-    return path
+    return saved(figure, path)
 
 
 def draw_accumulation(design, report: dict, path: Path) -> Path:
@@ -206,8 +203,7 @@ def draw_accumulation(design, report: dict, path: Path) -> Path:
                     fontsize=SMALL, borderaxespad=0.1)  # fmt: skip
     lower.set_ylim(0.0, 120.0)
     lower.set_xlabel("time [days]", fontsize=SMALL)
-    FigureCanvasAgg(figure).print_png(path)
-    return path
+    return saved(figure, path)
 
 
 def _oscillation(axes, t, values, colour: str, name: str) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 from torquer.analysis.wheel_file import WheelDesign
 from torquer.analysis.wheel_sweep import Sweep
 from torquer.report.common.colours import BLUE, GREY, ORANGE
-from torquer.report.common.figure import INK, legend_at_left, png_of, stacked
+from torquer.report.common.figure import INK, legend_at_left, saved, stacked
 
 
 def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
@@ -36,5 +36,4 @@ def draw_sweep(design: WheelDesign, sweep: Sweep, path: Path) -> Path:
         axes.set_ylim(0.0, 1.12 * axes.get_ylim()[1])
         axes.set_xlim(angles[0], angles[-1])
     legend_at_left(upper, 3)
-    path.write_bytes(png_of(figure))
-    return path
+    return saved(figure, path)

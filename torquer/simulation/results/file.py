@@ -8,6 +8,7 @@ files are also built in memory, and what grows has its place on the disk before 
 from __future__ import annotations
 
 import contextlib
+import errno
 import hashlib
 import io
 import os
@@ -106,11 +107,33 @@ def join(first, others: Iterable, grow) -> None:
         _seal(unfinished)
 
 
+def put(path, data: str | bytes) -> Path:
+    """Write a file whole; what stood there is replaced, also a symbolic link, never followed."""
+    path = Path(path)
+    with replacing(path) as unfinished:
+        unfinished.write_bytes(data.encode() if isinstance(data, str) else data)
+    return path
+
+
+def own_folder(path) -> Path:
+    """Make a folder for output unless it is there; OSError for a symbolic link to another one."""
+    path = Path(path)
+    if path.is_symlink():
+        raise NotADirectoryError(errno.ENOTDIR, f"{path.name} is a symbolic link", str(path))
+    path.mkdir(parents=True, exist_ok=True)
+    return path
+
+
 @contextlib.contextmanager
 def replacing(path: Path):
-    """A path to write beside the given one, which takes its place at the end of the block."""
+    """A new file to write beside the given path, which takes its place at the end of the block.
+
+    A file or link of its name is removed first: one that others have left would be written through.
+    """
     unfinished = path.with_name(path.name + ".part")
+    unfinished.unlink(missing_ok=True)
     try:
+        unfinished.open("xb").close()
         yield unfinished
         os.replace(unfinished, path)
     except BaseException:

@@ -15,7 +15,7 @@ from torquer.simulation.results.dataset import (
     part_of,
     with_state,
 )
-from torquer.simulation.results.file import attributes_of, join, lazily, save
+from torquer.simulation.results.file import attributes_of, join, lazily, own_folder, save
 from torquer.simulation.run import Run
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class InFile:
         path = self.path
         if run.piece.first > 0:
             path = parts_folder(self.path) / f"{run.first_row:012d}.nc"
-            path.parent.mkdir(exist_ok=True)
+            own_folder(path.parent)
         grows = run.steps > run.piece.last and run.piece.first == 0
         save(part, path, _growing(part) if grows else None)
         return part
