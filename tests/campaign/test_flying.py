@@ -1,5 +1,6 @@
 """Campaigns flown: the same bits wherever and in whatever parts, and nothing lost."""
 
+import re
 from datetime import UTC, datetime
 
 import numpy as np
@@ -118,6 +119,50 @@ def test_an_interrupted_campaign_goes_on_with_what_is_missing(scenario, tmp_path
     assert len(flown) == 5 - len(there)
     assert torquer.load(path).identical(whole)
     assert not chunks_folder(path).exists()
+
+
+@pytest.fixture
+def begun(scenario, tmp_path):
+    """The file of an interrupted campaign, the campaign, the files of its chunks."""
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    interrupted(scenario, made, path)
+    return path, made, list(chunks_there(path).values())
+
+
+def test_a_chunk_that_goes_missing_is_counted_and_flown_again(scenario, begun):
+    path, made, (first, *_) = begun
+    options = {"to": path, "workers": 1, "resume": True}
+    told = r"^to: must have all 40 members when they are joined; received 32, without 0 to 7, whose"
+    with pytest.raises(ValueError, match=told):
+        torquer.fly_campaign(
+            scenario, made, **options, progress=lambda _: first.unlink(missing_ok=True)
+        )
+    assert not path.exists()
+    whole = torquer.fly_campaign(scenario, made)
+    assert torquer.fly_campaign(scenario, made, **options).identical(whole)
+
+
+def test_files_that_are_no_chunks_of_the_campaign_are_named(scenario, begun):
+    path, made, (first, second, *_) = begun
+    content = second.read_bytes()
+
+    def refused(name, told):
+        file = chunks_folder(path) / name
+        with pytest.raises(ValueError, match=told.format(file=re.escape(str(file)))):
+            torquer.fly_campaign(scenario, made, to=path, resume=True)
+        file.unlink()
+
+    second.rename(chunks_folder(path) / "copy.nc")
+    refused("copy.nc", r"^to: must have only its own chunks beside it, .*; received {file}: remove")
+    (chunks_folder(path) / "000000000016.nc").write_bytes(content)
+    refused("000000000016.nc", r"^to: must have chunks .*; received {file} with 8 to 15$")
+    torquer.save(torquer.simulate(scenario), second)
+    refused(second.name, r"^to: must be the file of a campaign; received {file}$")
+    torquer.save(torquer.fly_campaign(scenario, made).drop_vars("ended"), first)
+    refused(first.name, r"^to: must be the file of a campaign; received {file} without ended$")
+    other = scenario.replace("initial.reference", "orbital")
+    torquer.save(torquer.fly_campaign(other, made), first)
+    refused(first.name, r"^scenario: must be the one {file} was started with; received another$")
 
 
 def test_runs_are_added_to_a_campaign(scenario, tmp_path):

@@ -1,5 +1,7 @@
 """Results that were damaged or changed: never believed, never a crash."""
 
+import hashlib
+import io
 import os
 import random
 import re
@@ -14,6 +16,7 @@ from reliability_processes import KINDS, SCENARIO, done
 import torquer
 from torquer.compile import engine
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation.results import file as files
 from torquer.simulation.results.restore import scenario_in
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -60,6 +63,35 @@ def check_refused(path, content, number):
     for read in (torquer.load, torquer.resume):
         text = message_of(read, path)
         assert text.startswith("result: must be as torquer wrote it; received "), (number, text)
+
+
+RESEALED = {
+    "no HDF5": lambda content: b"\x89HDF\r\n\x1a\n" + bytes(500),
+    "no variable": lambda content: edited(content, lambda file: file.pop("checkpoint")),
+    "no scenario": lambda content: edited(content, lambda file: file.attrs.pop("scenario")),
+    "a number for laws": lambda content: edited(content, lambda file: file.attrs.update(laws=5)),
+}
+
+
+def edited(content, change):
+    """The content of a file of HDF5 with something changed in it."""
+    import h5py
+
+    kept = io.BytesIO(content)
+    with h5py.File(kept, "r+") as file:
+        change(file)
+    return kept.getvalue()
+
+
+@pytest.mark.parametrize("how", RESEALED)
+def test_files_changed_on_purpose_are_refused_in_one_line(stored, how):
+    """Whoever edits a file can compute its digest again."""
+    path, content = stored
+    changed = RESEALED[how](content[: -files._SEAL_BYTES])
+    digest = hashlib.sha256(changed).hexdigest().encode()
+    path.write_bytes(changed + files._SEAL + digest)
+    text = message_of(torquer.resume, path)
+    assert text.startswith("result: must ") and "; received " in text and "\n" not in text
 
 
 def test_damaged_files_are_refused(stored):

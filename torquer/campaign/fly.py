@@ -18,17 +18,15 @@ from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
     attributes_of,
-    check_same,
     chunks_folder,
-    files_there,
     finish_file,
     joined,
+    loaded,
     put_chunk,
 )
 from torquer.compile.lanes import LANES
 from torquer.compile.other_process import cores
 from torquer.scenario.spec import Scenario
-from torquer.simulation.results.file import load
 from torquer.simulation.signals import noted_signals, noting_signals
 from torquer.spec import checked
 
@@ -83,14 +81,12 @@ def fly_campaign(
     with noting_signals() as signals:
         with signals.raising():
             fleet = Fleet(scenario, campaign)
-            if path is not None:
-                check_same(path, fleet)
+            known = _Known(campaign)
+            for data in loaded(path, fleet) if path is not None else ():
+                known.add(data)
         if fleet.why_not_in_lanes:
             text = f"members fly one by one, not {LANES} at a time: {fleet.why_not_in_lanes}"
             warnings.warn(text, OneByOne, stacklevel=2)
-        known = _Known(campaign)
-        for file in files_there(path) if path is not None else ():
-            known.add(load(file))
         with pool(fleet, workers, where) as fliers:
             parts = _flown(known, fliers, path, progress)
     if path is not None:

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import contextlib
 import json
+import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -19,12 +20,15 @@ import numpy as np
 from torquer.campaign.fleet import COMPLETE, FAILED, Chunk, Fleet
 from torquer.campaign.outcomes import succeeded
 from torquer.simulation.results.dataset import law_attributes, versions
-from torquer.simulation.results.file import load, own_folder, save
+from torquer.simulation.results.file import load, own_folder, save, understood
 from torquer.simulation.results.restore import check_version, of_one_run, scenario_in
 from torquer.validate import as_storable
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Name of the file of a chunk: its first member.
+_CHUNK = re.compile(r"\d{12}\.nc")
 
 
 def dataset_of(fleet: Fleet, chunk: Chunk) -> xr.Dataset:
@@ -106,7 +110,51 @@ def put_chunk(path: Path, data: xr.Dataset) -> None:
 
 def chunks_there(path: Path) -> dict[int, Path]:
     """Files of the chunks that are complete, by their first member."""
-    return {int(file.stem): file for file in sorted(chunks_folder(path).glob("*.nc"))}
+    found = {}
+    for file in sorted(chunks_folder(path).glob("*.nc")):
+        if not _CHUNK.fullmatch(file.name):
+            raise ValueError(
+                f"to: must have only its own chunks beside it, such as 000000000128.nc; received "
+                f"{file}: remove it, or give it its name back"
+            )
+        found[int(file.stem)] = file
+    return found
+
+
+def loaded(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
+    """Members that have been flown, file by file; ValueError for one that cannot be continued."""
+    alike: list = []
+    for file in files_there(path):
+        data = load(file)
+        if "member" not in data.coords or not data.sizes["member"] or "campaign" not in data.attrs:
+            raise ValueError(f"to: must be the file of a campaign; received {file}")
+        said = [data.attrs.get(key) for key in ("campaign", "scenario", "versions", "laws")]
+        if said != alike:  # else it has been checked with a file before it
+            with understood(file):
+                _check_same(file, data, fleet)
+            alike = said
+        for name in {"seed", "how_it_ended", "ended", *fleet.campaign.outcomes} - data.keys():
+            raise ValueError(f"to: must be the file of a campaign; received {file} without {name}")
+        numbers = data["member"].values
+        if file != path and int(file.stem) != numbers[0]:
+            raise ValueError(
+                "to: must have chunks beside it that are named after their first member; received "
+                f"{file} with {_in_words(numbers)}"
+            )
+        if numbers.max() >= fleet.campaign.runs:
+            raise ValueError(
+                f"campaign.runs: must be {numbers.max() + 1} or more, as {file} has so many "
+                f"members; received {fleet.campaign.runs}"
+            )
+        yield data
+
+
+def _in_words(numbers) -> str:
+    """Members by their numbers, as "0 to 127, 256": at most four spans."""
+    numbers = np.unique(numbers)
+    spans = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1) if len(numbers) else []
+    shown = [f"{s[0]} to {s[-1]}" if len(s) > 1 else f"{s[0]}" for s in spans[:4]]
+    return ", ".join([*shown, *["..."] * (len(spans) > 4)]) or "none"
 
 
 def files_there(path: Path) -> list[Path]:
@@ -136,31 +184,26 @@ def finish_file(path: Path, members: int, attributes: Mapping[str, str]) -> xr.D
     whole = joined(parts, attributes)
     whole = whole.isel(member=np.unique(whole["member"].values, return_index=True)[1])
     whole = whole.isel(member=whole["member"].values < members)
+    missing = np.setdiff1d(np.arange(members), whole["member"].values)
+    if len(missing):
+        raise ValueError(
+            f"to: must have all {members} members when they are joined; received "
+            f"{members - len(missing)}, without {_in_words(missing)}, whose chunks are gone from "
+            f"{chunks_folder(path)}: resume flies them again"
+        )
     save(whole, path)
     shutil.rmtree(chunks_folder(path), ignore_errors=True)
     return whole
 
 
-def check_same(path: Path, fleet: Fleet) -> None:
-    """ValueError unless a campaign can continue with all members flown so far."""
-    files = files_there(path)
-    if not files:
-        return
-    began, last = load(files[0]), load(files[-1])
-    if "campaign" not in began.attrs:
-        raise ValueError(f"to: must be the file of a campaign; received {path}")
+def _check_same(path: Path, began: xr.Dataset, fleet: Fleet) -> None:
+    """ValueError unless a campaign can continue with the members of a file."""
     check_version(began)
     if not of_one_run(scenario_in(began), fleet.scenario):
         raise ValueError(f"scenario: must be the one {path} was started with; received another")
     now = attributes_of(fleet)
     _check_table(path, *(json.loads(each["campaign"]) for each in (began.attrs, now)))
     _check_laws(path, *(json.loads(each.get("laws", "{}")) for each in (began.attrs, now)))
-    there = max(int(each["member"].max()) for each in (began, last)) + 1
-    if fleet.campaign.runs < there:
-        raise ValueError(
-            f"campaign.runs: must be {there} or more, as {path} has so many members; received "
-            f"{fleet.campaign.runs}"
-        )
 
 
 def _check_table(path: Path, began: dict, now: dict) -> None:

@@ -7,7 +7,7 @@ import xarray as xr
 from torquer.campaign.comparison import comparison
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
 from torquer.report.campaign.tables import about_comparison, comparison_grid
-from torquer.simulation.results.file import load
+from torquer.simulation.results.file import load, understood
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120
@@ -16,7 +16,8 @@ _WIDTH = 120
 def compare(a: Path, b: Path, out: Path | None, as_json: bool) -> int:
     """Print how two campaigns differ; with a folder, also write the report."""
     results = _result_in(a, "A"), _result_in(b, "B")
-    found = comparison(*results)
+    with understood(f"{a}, {b}"):
+        found = comparison(*results)
     if out is not None:
         from torquer.report.campaign import compare_campaigns
 

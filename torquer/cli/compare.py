@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
-from torquer.simulation.results.file import load
+from torquer.simulation.results.file import load, understood
 
 _WIDTH = 160
 
@@ -19,7 +19,8 @@ def compare(paths: Sequence[Path], out: Path | None, as_json: bool) -> int:
         make_writable(out)
     results = [loaded(path, "RESULTS") for path in paths]
     names = _names(paths)
-    compared = compared_of(*results, names=names)
+    with understood(", ".join(names)):
+        compared = compared_of(*results, names=names)
     if out is not None:
         with writing_to(out):
             picture = write_comparison(compared, out)

@@ -6,7 +6,7 @@ from torquer.analysis.smoothing import accuracy_of, smoothed
 from torquer.cli.app import SmoothOptions
 from torquer.cli.compare import loaded
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
-from torquer.simulation.results.file import save
+from torquer.simulation.results.file import save, understood
 
 _WIDTH = 100
 
@@ -14,7 +14,8 @@ _WIDTH = 100
 def smooth(path: Path, how: SmoothOptions) -> int:
     """Smooth, write the result, print how accurate it is."""
     result = loaded(path, "RESULT")
-    found = smoothed(result)
+    with understood(path):
+        found = smoothed(result)
     out = how.out or (path if path.is_dir() else path.parent)
     make_writable(out)
     from torquer.report.filter.smoothed import draw_smoothed

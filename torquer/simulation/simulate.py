@@ -21,7 +21,7 @@ from torquer.simulation.results.dataset import (
     part_of,
     with_state,
 )
-from torquer.simulation.results.file import NotStorable, lazily
+from torquer.simulation.results.file import NotStorable, lazily, understood
 from torquer.simulation.results.restore import (
     OtherBits,
     check_version,
@@ -120,7 +120,7 @@ def resume(
             return finish(run, InMemory(earlier), until_s, progress)
         path = Path(result)
         gather(path)
-        with signals.raising(), lazily(path) as earlier:
+        with signals.raising(), lazily(path) as earlier, understood(path):
             run = _restored(earlier, law, laws, scenario, path)
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
 

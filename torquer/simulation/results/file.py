@@ -64,7 +64,8 @@ def load(path) -> xr.Dataset:
     path = Path(path)
     data = path.read_bytes()
     _check(path, io.BytesIO(data), len(data))
-    return xr.load_dataset(io.BytesIO(data), engine="h5netcdf")
+    with _read(path):
+        return xr.load_dataset(io.BytesIO(data), engine="h5netcdf")
 
 
 def lazily(path) -> xr.Dataset:
@@ -72,7 +73,8 @@ def lazily(path) -> xr.Dataset:
     import xarray as xr
 
     check(path)
-    return xr.open_dataset(path, engine="h5netcdf", cache=False)
+    with _read(path):
+        return xr.open_dataset(path, engine="h5netcdf", cache=False)
 
 
 def check(path) -> None:
@@ -87,8 +89,40 @@ def attributes_of(path) -> dict:
     import h5py
 
     check(path)
-    with h5py.File(path) as file:
+    with _read(path), h5py.File(path) as file:
         return dict(file.attrs)
+
+
+@contextlib.contextmanager
+def _read(path: Path):
+    """Within the block, what HDF5 says of a file that it cannot read becomes one line.
+
+    The digest does not exclude such files: whoever edits one on purpose can compute it again.
+    """
+    try:
+        yield
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
+        raise Damaged(
+            f"result: must be readable NetCDF; received {path} ({_reason(error)})"
+        ) from None
+
+
+@contextlib.contextmanager
+def understood(path):
+    """Within the block, an error about what a file lacks or holds becomes one line that names it.
+
+    What torquer wrote lacks nothing; what others have changed may.
+    """
+    try:
+        yield
+    except (KeyError, IndexError, TypeError, AttributeError) as error:
+        raise Damaged(
+            f"result: must hold what torquer writes; received {path} ({_reason(error)})"
+        ) from error
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split())[:200]
 
 
 def join(first, others: Iterable, grow) -> None:
