@@ -238,6 +238,7 @@ LAWS_0 = "control.law.stages[0].laws[0]"
 @pytest.mark.parametrize(
     ("keys", "line"),
     [
+        ({"stages": [{"laws": [{"kind": [1]}]}]}, f"{LAWS_0}.kind: must be one of off, bdot, "),
         ({"stages": []}, "control.law.stages: must hold one stage or more; received none"),
         ({"stages": [{"laws": []}]},
          "control.law.stages[0].laws: must hold one law or more ('off' is one); received none"),

@@ -9,6 +9,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from torquer.scenario.file_limits import has_deep_key, limited_text
+
 
 def without_compiler(scenario: Path) -> None:
     """Use plain-Python kernels in this process if that is enough to check the scenario.
@@ -22,7 +24,10 @@ def without_compiler(scenario: Path) -> None:
 
 def _needs_no_compiler(path: Path) -> bool:
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        text = limited_text(path)
+        if has_deep_key(text):
+            return False
+        data = tomllib.loads(text)
         control, orbit = data.get("control", {}), data.get("orbit", {})
         laws = [control.get("law"), *control.get("laws", {}).values()]
         own = any("file" in law for law in laws if isinstance(law, dict))

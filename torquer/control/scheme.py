@@ -19,7 +19,7 @@ from torquer.spec import Inertia, Spec
 def _known_kind(value):
     """One clear line for a kind that is none, and for the laws of users' files."""
     kind = value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
-    if kind not in BUILT_IN:
+    if not isinstance(kind, str) or kind not in BUILT_IN:
         raise ValueError(
             f"kind: must be one of {', '.join(BUILT_IN)} (a scheme takes the package's own laws "
             f"only); received {'nothing' if kind is None else repr(kind)}"
@@ -146,7 +146,8 @@ def _with_shared_keys(data: dict) -> dict:
     shared = {key: data[key] for key in keys if data.get(key) is not None}
 
     def filled(law):
-        spec = BUILT_IN.get(law.get("kind")) if isinstance(law, dict) else None
+        kind = law.get("kind") if isinstance(law, dict) else None
+        spec = BUILT_IN.get(kind) if isinstance(kind, str) else None
         if spec is None:
             return law
         return {**{k: v for k, v in shared.items() if k in spec.model_fields}, **law}

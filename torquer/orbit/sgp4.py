@@ -66,7 +66,7 @@ def _faults_of_line(number: int, line: str) -> list[str]:
     if len(line) > _LENGTH and line.isascii():
         beyond = (
             f"{where}: must have {_LENGTH} columns; received {len(line)}, with "
-            f"{line[_LENGTH:].strip()!r} beyond them"
+            f"{line[_LENGTH : _LENGTH + 40].strip()!r} beyond them"
         )
         return [beyond, *_faults_of_line(number, line[:_LENGTH])]
     if len(line) != _LENGTH or not line.isascii():

@@ -6,10 +6,9 @@ import tomllib
 from pathlib import Path
 
 from torquer.scenario.explain import ScenarioError, name_of, validated
+from torquer.scenario.file_limits import LEVELS, has_deep_key, limited_text
 from torquer.scenario.spec import Scenario
 
-#: More levels of tables and lists than any scenario needs.
-_LEVELS = 32
 _PRESETS = Path(__file__).with_name("presets")
 
 
@@ -28,9 +27,9 @@ def scenario_from_text(text: str, name: str = "run", folder: Path = Path()) -> S
 def text_of(path: Path, what: str) -> str:
     """The text of a file; `what` it must be, in the message."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return limited_text(path)
     except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "not UTF-8 text"
+        reason = getattr(error, "strerror", None) or error
         raise ScenarioError(
             f"{what}: must be a readable file; received {path} ({reason})"
         ) from None
@@ -44,15 +43,16 @@ def name_after(path: Path) -> str:
 def data_of(text: str, what: str) -> dict:
     """What a TOML text holds; `what` it must be, in the message."""
     try:
-        data = tomllib.loads(text)
-        deep = not _within_levels(data)
+        deep = has_deep_key(text)
+        data = {} if deep else tomllib.loads(text)
+        deep = deep or not _within_levels(data)
     except RecursionError:
         deep = True
     except ValueError as error:  # of TOML, or a number with too many digits
         raise ScenarioError(f"{what}: must be TOML; received: {error}") from None
     if deep:
         raise ScenarioError(
-            f"{what}: must have at most {_LEVELS} levels of tables and lists; received more"
+            f"{what}: must have at most {LEVELS} levels of tables and lists; received more"
         )
     return data
 
@@ -60,7 +60,7 @@ def data_of(text: str, what: str) -> dict:
 def _within_levels(data: dict) -> bool:
     """Whether tables and lists are nested no deeper than that."""
     level: list = [data]
-    for _ in range(_LEVELS):
+    for _ in range(LEVELS):
         inner = (part.values() if isinstance(part, dict) else part for part in level)
         level = [x for part in inner for x in part if isinstance(x, dict | list)]
     return not level
