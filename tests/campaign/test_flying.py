@@ -1,6 +1,8 @@
 """Campaigns flown: the same bits wherever and in whatever parts, and nothing lost."""
 
 import re
+from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime
 
 import numpy as np
@@ -82,6 +84,44 @@ def test_processes_give_the_same_bits(scenario):
     here = torquer.fly_campaign(scenario, made)
     there = torquer.fly_campaign(scenario, made, workers=2, where="processes")
     assert there.identical(here)
+
+
+class Mortal(ThreadPoolExecutor):
+    """A pool that ends as one of processes does when the system kills a worker."""
+
+    deaths = 0
+
+    def __init__(self, workers, *how):
+        super().__init__(workers)
+        self.broken = False
+
+    def submit(self, function, first, last):
+        if self.broken:
+            raise BrokenProcessPool
+        if first == 16 and Mortal.deaths:
+            Mortal.deaths -= 1
+            self.broken = True
+            return super().submit(self.die)
+        return super().submit(function, first, last)
+
+    def die(self):
+        raise BrokenProcessPool
+
+
+@pytest.mark.parametrize("deaths", [2, 3])
+def test_a_campaign_goes_on_without_a_worker_that_died(scenario, tmp_path, monkeypatch, deaths):
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    monkeypatch.setattr("torquer.campaign.executors.ProcessPoolExecutor", Mortal)
+    monkeypatch.setattr(Mortal, "deaths", deaths)
+    options = {"to": path, "where": "processes", "workers": 1}
+    whole = torquer.fly_campaign(scenario, made)
+    if deaths == 3:
+        told = r"^workers: must survive; received 3 that were killed, as by a lack of memory: take "
+        with pytest.raises(ValueError, match=told):
+            torquer.fly_campaign(scenario, made, **options)
+        assert len(chunks_there(path)) >= 2
+        options["resume"] = True
+    assert torquer.fly_campaign(scenario, made, **options).identical(whole)
 
 
 def test_times_from_a_list_stay_times_in_processes(scenario):

@@ -6,7 +6,7 @@ import multiprocessing
 import os
 import pickle
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -16,6 +16,8 @@ from torquer.campaign.store import dataset_of
 
 #: How often Dask tries a chunk again whose worker was lost.
 _RETRIES = 5
+#: Worker processes that may die before a campaign ends.
+_MOST_DEATHS = 3
 
 
 def chunk_elsewhere(pickled: bytes, first: int, last: int):
@@ -35,12 +37,32 @@ def _fleet_of(pickled: bytes) -> Fleet:
 class Pool:
     """Flies chunks, several at once; `workers`: how many."""
 
-    def __init__(self, executor: Executor, workers: int, fly):
-        self._executor, self.workers, self._fly = executor, workers, fly
+    def __init__(self, begin: Callable[[], Executor], workers: int, fly):
+        self._begin, self.workers, self._fly = begin, workers, fly
+        self._executor = begin()
+        self._deaths = 0
 
     def submit(self, first: int, last: int) -> Future:
         """Members first..last-1 as a dataset, when they have been flown."""
         return self._executor.submit(self._fly, first, last)
+
+    def renew(self) -> None:
+        """Begin again with new workers after one has died, with which its pool ends.
+
+        ValueError after the third: whatever kills them will go on to.
+        """
+        self._deaths += 1
+        if self._deaths == _MOST_DEATHS:
+            raise ValueError(
+                f"workers: must survive; received {_MOST_DEATHS} that were killed, as by a lack of "
+                f"memory: take fewer than {self.workers}; what was flown is kept, resume continues"
+            )
+        self.end()
+        self._executor = self._begin()
+
+    def end(self) -> None:
+        """Let the workers end."""
+        self._executor.shutdown(wait=True, cancel_futures=True)
 
 
 @contextlib.contextmanager
@@ -51,19 +73,21 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     if where not in ("threads", "processes"):
         with _cluster(where) as client:
             # a worker that is lost costs its chunks one more try
-            theirs = client.get_executor(retries=_RETRIES, pure=False)
+            theirs = functools.partial(client.get_executor, retries=_RETRIES, pure=False)
             yield Pool(theirs, max(1, len(client.nthreads())), elsewhere)
         return
+    begin: Callable[[], Executor]
     if where == "threads":
-        executor: Executor = ThreadPoolExecutor(workers)
-        fly = functools.partial(_here, fleet)
+        begin, fly = functools.partial(ThreadPoolExecutor, workers), functools.partial(_here, fleet)
     else:
         spawned = multiprocessing.get_context("spawn")
-        executor, fly = ProcessPoolExecutor(workers, spawned, _end_with_parent), elsewhere
+        begin = functools.partial(ProcessPoolExecutor, workers, spawned, _end_with_parent)
+        fly = elsewhere
+    made = Pool(begin, workers, fly)
     try:
-        yield Pool(executor, workers, fly)
+        yield made
     finally:
-        executor.shutdown(wait=True, cancel_futures=True)
+        made.end()
 
 
 def _end_with_parent() -> None:

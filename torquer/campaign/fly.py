@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -156,19 +157,32 @@ def _spans(known: _Known) -> Iterator[tuple[int, int]]:
 
 def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
     """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
-    spans = _spans(known)
-    running: dict[Future, int] = {}
+    spans, lost = _spans(known), []
+    running: dict[Future, tuple[int, int]] = {}
     parts: dict[int, xr.Dataset] = {}
     while True:
-        while len(running) < _AHEAD * fliers.workers and (span := next(spans, None)):
-            running[fliers.submit(*span)] = span[0]
-        if not running:
+        died = False
+        try:
+            while len(running) < _AHEAD * fliers.workers:
+                lost = lost or [*islice(spans, 1)]
+                if not lost:
+                    break
+                future = fliers.submit(*lost[0])
+                running[future] = lost.pop(0)
+        except BrokenExecutor:
+            died = True
+        if not running and not died:
             return [parts[first] for first in sorted(parts)]
         ended, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
         if noted_signals().asked:
             raise KeyboardInterrupt
         for future in ended:
-            first, data = running.pop(future), future.result()
+            try:
+                data = future.result()
+            except BrokenExecutor:
+                died = True
+                continue
+            first, _ = running.pop(future)
             if path is None:
                 parts[first] = data
             else:
@@ -176,3 +190,6 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
             known.add(data)
             if progress:
                 progress(Progress(known.done, known.runs))
+        if died:  # one worker, and with it all chunks in flight
+            fliers.renew()
+            lost, running = [*running.values(), *lost], {}
