@@ -214,3 +214,16 @@ def test_both_ways_say_the_same(call, scenario):
     command = [sys.executable, "-m", "torquer", "validate", str(scenario)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert (0, done.stdout, done.stderr) == call("validate", scenario)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("init", ""), "NAME: must begin with a letter, digit or '_' and hold only these"),
+        (("explain", "gain"), "did you mean gain_a_m2_s_per_t or "),
+        (("schema", "b", "c"), "arguments: must be no more than the command takes; received also"),
+    ],
+)
+def test_mistakes_are_told_with_a_way_out(call, arguments, told):
+    code, _, err = call(*arguments)
+    assert code == 2 and told in err and err.count("\n") == 1

@@ -19,8 +19,8 @@ from torquer.campaign.spec import SUCCESS, Campaign
 from torquer.campaign.statistics import is_enough
 from torquer.campaign.store import (
     attributes_of,
-    chunks_folder,
     finish_file,
+    is_there,
     joined,
     loaded,
     put_chunk,
@@ -96,7 +96,7 @@ def fly_campaign(
 
 
 def _check_free(path: Path) -> None:
-    if path.exists() or chunks_folder(path).exists():
+    if is_there(path):
         raise ValueError(
             f"to: must hold no campaign; received {path}: resume continues it, or remove it"
         )
@@ -157,7 +157,8 @@ def _spans(known: _Known) -> Iterator[tuple[int, int]]:
 
 def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
     """Chunks in order, unless they go to a file, once all are flown, or enough of them."""
-    spans, lost = _spans(known), []
+    spans = _spans(known)
+    lost: list[tuple[int, int]] = []
     running: dict[Future, tuple[int, int]] = {}
     parts: dict[int, xr.Dataset] = {}
     while True:

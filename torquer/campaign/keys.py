@@ -71,7 +71,9 @@ def find(name: str) -> tuple[list[Table], list[tuple[Table, Key]]]:
         or any(place and _ends_with(_words(place), asked) for place in table.places)
     ]
     if not tables and not keys:
-        near = difflib.get_close_matches(asked[-1] if asked else "", _known(), n=3, cutoff=0.7)
+        word = asked[-1] if asked else ""
+        near = difflib.get_close_matches(word, _known(), n=3, cutoff=0.7)
+        near = near or [key for key in _known() if word and word in key.split("_")][:3]
         hint = f"; did you mean {' or '.join(near)}?" if near else ""
         raise ValueError(
             "KEY: must be a key or table of scenario files or wheel designs; received "

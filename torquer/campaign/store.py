@@ -103,6 +103,18 @@ def chunks_folder(path: Path) -> Path:
     return path.with_name(path.name + ".chunks")
 
 
+def is_there(path: Path) -> bool:
+    """Whether a campaign, or a part of one, stands at a path."""
+    return path.exists() or chunks_folder(path).exists()
+
+
+def remove(path: Path) -> None:
+    """Remove a campaign, and what is there of one."""
+    path.unlink(missing_ok=True)
+    if chunks_folder(path).exists():
+        shutil.rmtree(chunks_folder(path))
+
+
 def put_chunk(path: Path, data: xr.Dataset) -> None:
     """Write a chunk of the campaign of a file."""
     save(data, own_folder(chunks_folder(path)) / f"{int(data['member'][0]):012d}.nc")

@@ -14,7 +14,8 @@ from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
-from torquer.cli.options import CodeOptions, Json, at_least, options, positive
+from torquer.cli.mistakes import in_words
+from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, positive
 from torquer.cli.output import drop_output, finish_output, json_text, print_error
 from torquer.cli.theory import theory
 from torquer.cli.wheels import app as wheels_app
@@ -125,7 +126,7 @@ def modes(
 class FilterOptions:
     """Options of `torquer filter-check`."""
 
-    runs: int | None = None
+    runs: Whole = None
     """Number of runs [200]."""
     attitude_sigma_deg: Annotated[float | None, at_least(0.0)] = None
     """Spread of the initial attitude about SCENARIO's, each axis; 180: any attitude [any; 5 if it
@@ -169,9 +170,9 @@ class FaultOptions:
     """Hours after the start at which faults strike [in each mode]; may be repeated."""
     hours: Annotated[float | None, positive()] = None
     """Length of each flight in hours [SCENARIO's]."""
-    seed: Annotated[int | None, at_least(0)] = None
+    seed: Annotated[Whole, at_least(0)] = None
     """Seed of all random numbers [SCENARIO's]."""
-    workers: int | None = None
+    workers: Whole = None
     """Flights at once [one per core]."""
     out: Path | None = None
     """Output folder [runs/NAME-faults]."""
@@ -314,7 +315,7 @@ def answer(arguments: list[str] | None = None) -> int | None:
     except BrokenPipeError:  # the reader, such as `head`, has closed the pipe
         drop_output()
     except (CycloptsError, ValueError, OSError, MemoryError) as error:
-        text = str(error) or repr(error)
+        text = in_words(error)
         print_error(text)
         if "--json" in (sys.argv[1:] if arguments is None else arguments):
             with suppress(OSError):  # for programs that read standard output

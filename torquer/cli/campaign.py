@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from torquer.cli.options import CodeOptions, Json, options
+from torquer.cli.options import CodeOptions, Json, Whole, options
 
 app = App(
     name="campaign",
@@ -21,15 +21,17 @@ class CampaignOptions:
     out: Path | None = None
     """Output folder [runs/NAME-campaign]."""
     json: Json = False
-    runs: int | None = None
+    runs: Whole = None
     """Number of runs, in place of the file's."""
-    workers: int | None = None
+    workers: Whole = None
     """Number of workers [one per core]."""
     where: str = "threads"
     """Where runs are computed: 'threads', 'processes', or a Dask address."""
     resume: bool = False
     """Continue the campaign in the output folder, or add runs."""
-    member: int | None = None
+    overwrite: bool = False
+    """Replace the campaign in the output folder."""
+    member: Whole = None
     """Fly this run alone, with its full record and report."""
     plots: bool = False
     """With --member, draw plots/*.png, too."""

@@ -1,6 +1,7 @@
 """Work of `torquer campaign`: many runs of a scenario, their files, one of them flown again."""
 
 import contextlib
+import re
 import signal
 import sys
 from pathlib import Path
@@ -8,13 +9,14 @@ from pathlib import Path
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data, load_campaign
 from torquer.campaign.sampling import member_scenario
-from torquer.campaign.store import files_there
+from torquer.campaign.store import files_there, is_there, remove
 from torquer.campaign.summary import campaign_summary, summary_rows
 from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.campaign import CampaignOptions
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import check_code, check_orbit_environment
+from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     interrupted,
@@ -29,6 +31,9 @@ from torquer.cli.simulate import run_scenario
 from torquer.simulation.results.file import put
 from torquer.simulation.signals import ALL, noting_signals
 
+#: Options of arguments of `fly_campaign`, and of keys that they replace.
+_OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs"}
+
 
 def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     """Fly a campaign, write its folder, print the summary; return the exit code."""
@@ -39,6 +44,7 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     make_writable(out)
     with noting_signals(ALL, (leave_or_raise,)) as signals, claimed(out), writing_to(out):
         try:
+            _make_free(out / "campaign.nc", how)
             with _progress(scenario.name) as progress:
                 result = fly_campaign(
                     scenario, campaign, to=out / "campaign.nc", workers=how.workers,
@@ -51,6 +57,9 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
             print_error(interrupted(out, "the runs flown so far", flown))
             signals.forget()
             return SIGNAL_CODE + (signals.number or signal.SIGINT)
+        except ValueError as error:
+            text = re.sub(r"(?<!-)\bresume (?=continues|flies)", "--resume ", str(error))
+            raise ValueError(as_options(text, _OPTIONS)) from None
     if how.json:
         print(json_text(summary))
         return 0
@@ -59,6 +68,19 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
         summary["name"], summary_rows(summary), out, "campaign.nc", "summary.json", *report
     )
     return 0
+
+
+def _make_free(path: Path, how: CampaignOptions) -> None:
+    """Remove the campaign that is to be replaced; ValueError for one that is not."""
+    if how.resume:
+        return
+    if how.overwrite:
+        remove(path)
+    elif is_there(path):
+        raise ValueError(
+            f"--out: must hold no campaign; received {path}: --resume continues it, --overwrite "
+            "replaces it; or choose another --out"
+        )
 
 
 def _written(result, out: Path, how: CampaignOptions) -> dict:
@@ -84,7 +106,10 @@ def fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions)
     scenario, campaign = _loaded(path, how, code)
     if not 0 <= member < campaign.runs:
         raise ValueError(f"--member: must lie within 0..{campaign.runs - 1}; received {member}")
-    alone = RunOptions(out=how.out, json=how.json, plots=how.plots, no_report=how.no_report)
+    alone = RunOptions(
+        out=how.out, json=how.json, plots=how.plots, no_report=how.no_report,
+        overwrite=how.overwrite,
+    )  # fmt: skip
     return run_scenario(member_scenario(scenario, campaign, member), alone)
 
 
@@ -95,7 +120,10 @@ def _loaded(path: Path, how: CampaignOptions, code: CodeOptions):
     check_orbit_environment(scenario)
     if how.runs is not None:
         table = campaign.model_dump(exclude_unset=True) | {"runs": how.runs}
-        campaign = campaign_from_data(table, scenario)
+        try:
+            campaign = campaign_from_data(table, scenario)
+        except ValueError as error:
+            raise ValueError(as_options(str(error), _OPTIONS)) from None
     return scenario, campaign
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from cyclopts import App
 
-from torquer.cli.options import CodeOptions, Json, Three, options, within
+from torquer.cli.options import CodeOptions, Json, Three, Whole, options, within
 
 app = App(name="design", help="Gains of control laws, from the satellite and its orbit.",
           version_flags=[])  # fmt: skip
@@ -56,9 +56,9 @@ class DesignOptions:
     """Attitude error up to which the coils must not saturate."""
     gain_margin: float = 2.0
     """Factor on the dipole with which the loop must stay stable."""
-    revolutions: int | None = None
+    revolutions: Whole = None
     """Revolutions after which the field repeats [about a day]."""
-    capture_runs: Annotated[int | None, within(1, 1_000_000)] = None
+    capture_runs: Annotated[Whole, within(1, 1_000_000)] = None
     """Random initial attitudes to fly with each law [none]."""
     capture_rate_deg_s: Annotated[float, within(0.0, 360.0)] = 1.0
     """Greatest initial rate flown."""

@@ -14,7 +14,8 @@ from torquer.campaign.faults.fly import FaultCampaign, fly_faults
 from torquer.campaign.faults.verdict import LOST
 from torquer.cli.app import FaultOptions
 from torquer.cli.loading import code_of, load_usable
-from torquer.cli.options import CodeOptions, check_ranges, option
+from torquer.cli.mistakes import as_options
+from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.scenario.change import with_values
@@ -38,7 +39,8 @@ def fly(path: Path, how: FaultOptions, code: CodeOptions) -> int:
         with progress_of(scenario.name) as progress:
             found = fly_faults(scenario, how.only or (), at_s, how.workers, progress)
     except ValueError as error:
-        raise ValueError(_as_options(str(error))) from None
+        text = as_options(str(error), {"only": "--only", "at_h": "--at-h"})
+        raise ValueError(text) from None
     with writing_to(out):
         files = _write(found, out)
     if how.json:
@@ -55,14 +57,6 @@ def _changed(scenario: Scenario, how: FaultOptions) -> Scenario:
     if how.hours is not None:
         changes |= {"simulation.duration_s": 3600.0 * how.hours, "simulation.revolutions": None}
     return with_values(scenario, changes) if changes else scenario
-
-
-def _as_options(text: str) -> str:
-    """A message about an argument as one about the option of its name."""
-    for key in ("only", "at_h"):
-        if text.startswith(f"{key}:"):
-            return text.replace(key, option(key), 1)
-    return text
 
 
 def _write(found: FaultCampaign, out: Path) -> list[str]:

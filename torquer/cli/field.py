@@ -5,7 +5,7 @@ from typing import Annotated
 
 from cyclopts import App, Parameter
 
-from torquer.cli.options import Json, options, positive, within
+from torquer.cli.options import Json, Whole, options, positive, within
 
 app = App(
     name="field",
@@ -30,7 +30,7 @@ Models = Annotated[
         "igrf14:6 stops at degree 6."
     ),
 ]
-Degree = Annotated[int | None, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
+Degree = Annotated[Whole, Parameter(help="Maximum degree of igrf14 or wmm2025 [all].")]
 
 
 @options

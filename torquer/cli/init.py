@@ -54,7 +54,8 @@ def init(name: str | None, example: str | None, listed: bool, as_json: bool) -> 
 
 def _file_for(name: str) -> Path:
     path = Path(name)
-    path = path if path.suffix == ".toml" else path.with_name(f"{path.name}.toml")
+    if path.name and path.suffix != ".toml":
+        path = path.with_name(f"{path.name}.toml")
     if not re.fullmatch(r"\w[\w.-]*", path.name):
         raise ValueError(
             "NAME: must begin with a letter, digit or '_' and hold only these, '-' and '.'; "

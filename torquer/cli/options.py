@@ -16,6 +16,19 @@ Json = Annotated[bool, Parameter(help="Print machine-readable JSON.")]
 Three = tuple[float, float, float]
 
 
+def _whole(kind, tokens) -> int:
+    """A whole number as it is written; cyclopts would round 1.5 to 2."""
+    text = tokens[0].value
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"must be a whole number; received {text}") from None
+
+
+#: A whole number, or none.
+Whole = Annotated[int | None, Parameter(converter=_whole)]
+
+
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def options(kind: type[T]) -> type[T]:
     """Decorator of a spec."""

@@ -72,7 +72,7 @@ def swept_angle(design: WheelDesign, text: str) -> tuple[str, list[float]]:
         raise ValueError(f"--sweep: must have numbers, {example}; received {text!r}") from None
     points = int(found[4] or _POINTS)
     if not 0.0 < first < last < 90.0:
-        raise ValueError(f"--sweep: must increase within 0 to 90 deg; received {text!r}")
+        raise ValueError(f"--sweep: must increase, from above 0 to below 90 deg; received {text!r}")
     if not 2 <= points <= _MOST_POINTS:
         raise ValueError(f"--sweep: must have 2 to {_MOST_POINTS} points; received {points}")
     return found[1], np.linspace(first, last, points).tolist()
