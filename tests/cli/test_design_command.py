@@ -50,6 +50,17 @@ def test_a_law_in_a_file_is_executed_only_if_allowed(call, scenario, tmp_path):
     assert not (tmp_path / "executed").exists()
 
 
+def test_a_scenario_without_a_law_is_told_what_is_enough(call, scenario):
+    text = scenario.read_text()
+    start = text.index("[control]")
+    scenario.write_text(text[:start] + text[text.index("[simulation]") :])
+    code, _, err = call("design", "three-axis", scenario)
+    assert code == 2 and err.endswith(
+        "error: control: must be given; received nothing (for a design a table [control] with "
+        'sample_s and law = { kind = "off" } is enough)\n'
+    )
+
+
 def test_a_law_of_the_scenario_is_told_of(call, strict_json, scenario):
     """Beside the laws that are designed; the air disturbs it."""
     text = scenario.read_text().replace("[1.0, 1.2, 1.5]", "[1.2, 1.5, 1.0]")

@@ -120,7 +120,9 @@ def kalman_filter(scenario: Scenario) -> Filter:
         kinds = ", ".join(kind for kind, each in ESTIMATORS.items() if issubclass(each, Filter))
         raise ValueError(
             f"control.estimator.kind: must be one of {kinds} for a stated accuracy; "
-            f"received {spec.kind!r}"
+            f'received {spec.kind!r} (a table [control.estimator] with kind = "kalman_dynamics", '
+            "inertia_kg_m2, torque_noise_n_m_sqrt_s and rate_sigma_deg_s is enough: "
+            "`torquer explain kalman_dynamics`)"
         )
     return spec
 

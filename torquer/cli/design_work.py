@@ -81,10 +81,22 @@ def case_of(path: Path | None, how: DesignOptions, code: CodeOptions) -> DesignC
         raise ValueError(
             f"{option(next(iter(named)))}: must not be given with SCENARIO; received both"
         )
-    scenario = _scenario_of(named) if path is None else load_checked(path, code)
+    scenario = _scenario_of(named) if path is None else _loaded(path, code)
     task, notes = _task(scenario, how)
     own = None if path is None else _own_law(scenario.control)
     return DesignCase(scenario, task, notes, own)
+
+
+def _loaded(path: Path, code: CodeOptions) -> Scenario:
+    """The scenario of a file; without a law an error that says which lines are enough."""
+    try:
+        return load_checked(path, code)
+    except ScenarioError as error:
+        nothing = "control: must be given; received nothing"
+        enough = (
+            ' (for a design a table [control] with sample_s and law = { kind = "off" } is enough)'
+        )
+        raise ScenarioError(str(error).replace(nothing, nothing + enough)) from None
 
 
 def _scenario_of(named: dict) -> Scenario:
