@@ -1,97 +1,337 @@
 """My wheels died: which law brings the solar panels to the Sun with coils alone?
 
-python examples/compare_sun_laws.py [STARTS]    (10 000 unless given; writes sun-laws.png)
+python examples/compare_sun_laws.py design          (finds all gains, sun_laws.json)
+python examples/compare_sun_laws.py [STARTS]        (10 000 unless given; writes sun-laws.png)
+python examples/compare_sun_laws.py faults          (single faults of a few of the starts)
+
+All gains by one rule: the same number of flights for every law, from the same starts, which are not
+those of the comparison; of the gains with at most 1.1 times the least mean time to settle, those
+that need least energy are taken. A start that does not settle counts with the whole day.
+
+Sixteen starts share an orbit and a date, so that they can fly side by side.
 """
 
+import json
+import os
 import sys
-import tomllib
 import warnings
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
+from scipy.stats import qmc
 
 import torquer
+from torquer.campaign.faults.fly import fly_faults
+from torquer.campaign.faults.verdict import VERDICTS
+from torquer.campaign.fly import OneByOne
+from torquer.campaign.sampling import member_scenario
+from torquer.campaign.statistics import quantile
 
 HERE = Path(__file__).parent
+SCENARIO, FOUND = HERE / "sun_laws.toml", HERE / "sun_laws.json"
 INERTIA = [[1.0255, 0.0014, -0.0724], [0.0014, 1.5393, 0.0019], [-0.0724, 0.0019, 1.8172]]
-#: The modes of SDOT, Fig. 3.18: damping, rest in the shadow, S-dot reversed where it is caught the
-#: wrong way round.
-WITH_MODES = tomllib.loads((HERE / "sun_pointing.toml").read_text(encoding="utf-8"))["control"]
-#: What stands in [control] for each. Gain of S-dot: the text's; others: the best of those tried on
-#: 128 starts.
-LAWS = {
-    "S-dot": {"laws": {"pointing": {"kind": "sdot_rate", "gain_a_m2_s": 6e3}}},
-    "S-dot with its modes": WITH_MODES,
-    "B-dot and panel currents": {
-        "laws": {
-            "pointing": {
-                "kind": "panel_tracking",
-                "difference_gain_n_m": 2e-5,
-                "brightest_gain_n_m": 1e-4,
-            },
-            "damping": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 2e7},
-        },
-    },
-    "B-dot and cross product": {
-        "laws": {
-            "pointing": {"kind": "sun_cross", "gain_n_m": 3e-5},
-            "damping": {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e7},
-        },
-    },
-    "spin, then to the Sun": {
-        "laws": {
-            "pointing": {
-                "kind": "spin_to_sun",
-                "gain_n_m": 1e-4,
-                "momentum_n_m_s": 0.05,
-                "inertia_kg_m2": INERTIA,
-                "begin_deg": 10,
-            },
-        },
-    },
-}
+#: Starts that share an orbit and a date.
+TOGETHER = 16
+#: Rounds of the search for gains: number of designs, and of starts that each of them flies. The
+#: first round covers the ranges evenly; each following one the best before and their surroundings.
+ROUNDS = ((32, 64), (16, 128), (4, 256))
+#: The best of a round whose surroundings the next one covers, and the part of the range around
+#: each; in the last round the best themselves are flown again.
+PARENTS, AROUND = 4, 1.0 / 6.0
+#: Seeds of the starts of the search and of those of the comparison.
+TRAINING, TESTED = 1001, 1
+#: Starts of the comparison with which `faults` flies every single fault.
+WITH_FAULTS = 8
+#: When faults strike [h].
+AT_H = 6.0
+#: Ranges of the gains of S-dot, of B-dot, of torques: about 1/100 to 100 times the gain at which
+#: coils of 3.2 A m^2 are saturated at 0.5 deg/s or 90 deg off the Sun.
+SDOT, BDOT, TORQUE = (4.0, 4e4), (1e5, 1e9), (1e-6, 1e-2)
+#: Designs whose mean time to settle is at most this many times the least count as equally fast.
+AS_FAST = 1.1
 
 
-def fly(name: str, starts: int):
-    """The campaign with the law of this name. (With modes, they fly one by one.)"""
-    scenario, campaign = torquer.load_campaign(HERE / "sun_laws.toml")
-    scenario = scenario.replace("control", LAWS[name] | {"sample_s": scenario.control.sample_s})
-    with warnings.catch_warnings(category=UserWarning, action="ignore"):
-        return torquer.fly_campaign(scenario, campaign.model_copy(update={"runs": starts}))
+class Contender(NamedTuple):
+    """A law of the comparison.
+
+    `reads`: the sensors that it reads; `control`: what its `[control]` contains; `ranges`: of the
+    numbers of `control.laws` for which the search looks.
+    """
+
+    reads: str
+    control: dict
+    ranges: dict[str, tuple[float, float]]
 
 
-def row(name: str, flown) -> str:
-    """A row of the table."""
-    error, capture_h = flown.error_deg.values, flown.capture_s.values / 3600.0
-    middle, high = np.percentile(error, [50, 90])
+class Flown(NamedTuple):
+    """Outcomes of the campaign in the file, each of [groups, starts in a group]."""
+
+    succeeded: np.ndarray
+    settling_s: np.ndarray
+    first_s: np.ndarray
+    error_deg: np.ndarray
+    worst_deg: np.ndarray
+    rate_deg_s: np.ndarray
+    energy_j: np.ndarray
+
+
+def _laws(**laws: dict) -> dict:
+    return {"laws": laws}
+
+
+def _with_modes() -> dict:
+    """S-dot with damping, rest in the shadow and reversal: SDOT, Fig. 3.18, and its guards."""
+    control = torquer.load_scenario(HERE / "sun_pointing.toml").control
+    return control.model_dump(mode="json", exclude_unset=True)
+
+
+def contenders() -> dict[str, Contender]:
+    """All laws by their names."""
+    by_gyro = {"kind": "bdot_rate", "gain_a_m2_s_per_t": 1e7}
+    by_field = {"kind": "bdot", "gain_a_m2_s_per_t": 1e7}
+    panels = {"kind": "panel_tracking", "difference_gain_n_m": 2e-5, "brightest_gain_n_m": 1e-4}
+    cross = {"kind": "sun_cross", "gain_n_m": 3e-5}
+    spin = {
+        "kind": "spin_to_sun",
+        "gain_n_m": 1e-4,
+        "momentum_n_m_s": 0.05,
+        "inertia_kg_m2": INERTIA,
+    }
+    damping = {"damping.gain_a_m2_s_per_t": BDOT}
+    of_panels = {"pointing.difference_gain_n_m": TORQUE, "pointing.brightest_gain_n_m": TORQUE}
+    of_cross = {"pointing.gain_n_m": TORQUE}
+    of_spin = {
+        "pointing.gain_n_m": TORQUE,
+        "pointing.momentum_n_m_s": (0.01, 0.1),
+        "pointing.begin_deg": (5.0, 40.0),
+    }
+    of_sdot = {"pointing.gain_a_m2_s": SDOT}
+    sdot = {"kind": "sdot_rate", "gain_a_m2_s": 600.0}
+    return {
+        "S-dot": Contender("gyro, Sun sensors", _laws(pointing=sdot), of_sdot),
+        "S-dot by differences": Contender(
+            "Sun sensors", _laws(pointing=sdot | {"kind": "sdot"}), of_sdot
+        ),
+        "S-dot with its modes": Contender(
+            "magnetometer, gyro, Sun sensors",
+            _with_modes(),
+            {"sdot.gain_a_m2_s": SDOT, **damping},
+        ),
+        "panels, B-dot by gyro": Contender(
+            "magnetometer, gyro, Sun sensors",
+            _laws(pointing=panels, damping=by_gyro),
+            of_panels | damping,
+        ),
+        "panels, B-dot by differences": Contender(
+            "magnetometer, Sun sensors",
+            _laws(pointing=panels, damping=by_field),
+            of_panels | damping,
+        ),
+        "cross product, B-dot by gyro": Contender(
+            "magnetometer, gyro, Sun sensors",
+            _laws(pointing=cross, damping=by_gyro),
+            of_cross | damping,
+        ),
+        "cross product, B-dot by differences": Contender(
+            "magnetometer, Sun sensors",
+            _laws(pointing=cross, damping=by_field),
+            of_cross | damping,
+        ),
+        "spin, then to the Sun": Contender(
+            "magnetometer, gyro, Sun sensors", _laws(pointing=spin), of_spin
+        ),
+        "spin, rate by the field": Contender(
+            "magnetometer, Sun sensors",
+            _laws(pointing=spin) | {"estimator": {"kind": "rate_from_field", "interval_s": 4.0}},
+            of_spin,
+        ),
+    }
+
+
+def scenario_of(contender: Contender, gains: Mapping[str, float]):
+    """The scenario with a law of given gains, and the campaign."""
+    scenario, campaign = torquer.load_campaign(SCENARIO)
+    control = json.loads(json.dumps(contender.control)) | {"sample_s": scenario.control.sample_s}
+    for key, value in gains.items():
+        law, gain = key.split(".")
+        control["laws"][law][gain] = value
+    if "sdot_differences" in control["laws"]:  # S-dot where the gyro is suspected: the same gain
+        control["laws"]["sdot_differences"]["gain_a_m2_s"] = gains["sdot.gain_a_m2_s"]
+    return scenario.replace("control", control), campaign
+
+
+def fly(scenario, campaign, starts: int, seed: int, workers: int | None = None) -> Flown:
+    """Starts of a campaign, in groups that share all that varies except for the initial motion."""
+    campaign = campaign.model_copy(update={"seed": seed})
+    motion = {key: value for key, value in campaign.vary.items() if key.startswith("initial.")}
+
+    def group(number: int):
+        own = {"runs": TOGETHER, "seed": 1_000_000 * seed + number, "vary": motion}
+        member = member_scenario(scenario, campaign, number)
+        return torquer.fly_campaign(member, campaign.model_copy(update=own), workers=1)
+
+    with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+        flown = list(pool.map(group, range(-(-starts // TOGETHER))))
+    return Flown(**{name: np.array([each[name] for each in flown]) for name in Flown._fields})
+
+
+def settling_h(flown: Flown) -> np.ndarray:
+    """Hours after which each start has settled; infinite for one that has not."""
+    return np.where(flown.succeeded, flown.settling_s, np.inf) / 3600.0
+
+
+def cost(
+    contender: Contender, gains: dict, starts: int, workers: int | None
+) -> tuple[float, float]:
+    """Mean time to settle [h], a day for starts that do not, and mean energy [J]."""
+    scenario, campaign = scenario_of(contender, gains)
+    flown = fly(scenario, campaign, starts, TRAINING, workers)
+    hours = np.minimum(settling_h(flown), scenario.simulation.duration_s / 3600.0)
+    return float(hours.mean()), float(flown.energy_j.mean())
+
+
+def best_first(costs: np.ndarray) -> np.ndarray:
+    """Order of designs by costs [n, 2]: first those as fast as the fastest, by energy."""
+    hours, energy = costs.T
+    slow = hours > AS_FAST * hours.min()
+    return np.lexsort((np.where(slow, hours, energy), slow))
+
+
+def designs_of(round_: int, before: list[np.ndarray], count: int, dimensions: int) -> np.ndarray:
+    """Designs of a round as points of the unit cube, by those of the round before, best first."""
+    if round_ == 0:
+        return qmc.Sobol(dimensions, seed=1).random(count)
+    if round_ == len(ROUNDS) - 1:
+        return np.array(before[:count])
+    near = qmc.Sobol(dimensions, seed=1 + round_).random(count).reshape(PARENTS, -1, dimensions)
+    near[:, 0] = 0.5  # the best themselves
+    around = np.array(before[:PARENTS])[:, None] + AROUND * (2.0 * near - 1.0)
+    return np.clip(around, 0.0, 1.0).reshape(-1, dimensions)
+
+
+def tuned(contender: Contender, workers: int | None) -> tuple[dict, np.ndarray]:
+    """Gains of a law by the rule, and their costs."""
+    low, high = np.log(np.array([*contender.ranges.values()])).T
+    ranked: list[np.ndarray] = []
+    for number, (count, starts) in enumerate(ROUNDS):
+        points = designs_of(number, ranked, count, len(low))
+        values = [[float(f"{x:.3g}") for x in np.exp(low + p * (high - low))] for p in points]
+        gains = [dict(zip(contender.ranges, each, strict=True)) for each in values]
+        costs = np.array([cost(contender, each, starts, workers) for each in gains])
+        order = best_first(costs)
+        ranked = [points[k] for k in order]
+    return gains[order[0]], costs[order[0]]
+
+
+def design(workers: int | None = None) -> None:
+    """Find the gains of all laws and write them."""
+    found = {}
+    for name, contender in contenders().items():
+        found[name], (hours, energy_j) = tuned(contender, workers)
+        print(f"{name:36s}{hours:6.2f} h{energy_j / 1e3:7.2f} kJ  {found[name]}", flush=True)
+        FOUND.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+
+
+def _hours(value: float) -> str:
+    return f"{value:.2f} h" if np.isfinite(value) else "not reached"
+
+
+def row(name: str, flown: Flown) -> str:
+    """A row of the table; a start that never settles counts in the quantiles as the longest.
+
+    The standard error is that of the mean over groups of starts, which share an orbit.
+    """
+    hours = settling_h(flown)
+    of_groups = np.isfinite(hours).mean(axis=1)
+    standard_error = of_groups.std(ddof=1) / np.sqrt(len(of_groups))
+    came, away = np.isfinite(flown.first_s).mean(), (flown.error_deg > 150.0).mean()
     return (
-        f"{name:25s} {100 * np.mean(error < 30.0):8.1f} % {100 * np.mean(error > 150.0):5.1f} % "
-        f"{middle:9.1f} / {high:5.1f} deg {np.nanmedian(capture_h):8.2f} h "
-        f"{np.median(flown.energy_j.values) / 1e3:8.2f} kJ"
+        f"{name:36s}{100 * of_groups.mean():6.1f} +- {100 * standard_error:3.1f} %"
+        f"{_hours(quantile(hours.ravel(), 0.5)):>13s}{100 * came:8.1f} %{100 * away:7.1f} %"
+        f"{quantile(flown.error_deg.ravel(), 0.5):8.1f} /"
+        f"{quantile(flown.error_deg.ravel(), 0.9):6.1f} deg"
+        f"{quantile(flown.rate_deg_s.ravel(), 0.5):7.2f} deg/s"
+        f"{quantile(flown.energy_j.ravel(), 0.5) / 1e3:7.2f} kJ"
     )
 
 
-def draw(name: str, flown, left, right) -> None:
-    """A law's line in both pictures: where the axis ends, and when it first came near the Sun."""
-    left.hist(flown.error_deg, np.arange(0, 181, 5), histtype="step", label=name, density=True)
-    first = np.sort(np.nan_to_num(flown.capture_s.values / 3600.0, nan=np.inf))
-    right.step(first, np.arange(1, len(first) + 1) / len(first), label=name)
+HEAD = (
+    f"{'law':36s}{'settled':>15s}{'half by':>13s}{'came near':>10s}{'away':>9s}"
+    f"{'error 50 % / 90 %':>19s}{'rate 50 %':>13s}{'energy':>10s}"
+)
 
 
-def main(starts: int) -> None:
+def draw(name: str, flown: Flown, left, right, style: dict) -> None:
+    """A law's line in both pictures: which part of the starts has settled, and how well."""
+    hours, error = np.sort(settling_h(flown), axis=None), np.sort(flown.error_deg, axis=None)
+    part = np.arange(1, len(hours) + 1) / len(hours)
+    left.step(hours, part, where="post", **style)
+    right.step(error, part, where="post", label=name, **style)
+
+
+def main(starts: int, workers: int | None = None) -> None:
     """Fly every law from the same starts; a row of the table each, and a picture."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained")
-    print("law                       at the Sun  away  error 50 % / 90 %  capture 50 %  energy")
-    for name in LAWS:
-        flown = fly(name, starts)
-        print(row(name, flown))
-        draw(name, flown, left, right)
-    left.set(xlabel="mean angle of the axis to the Sun, last 6 h [deg]", ylabel="density [1/deg]")
-    right.set(xlabel="first within 20 deg of the Sun [h]", ylabel="part of the starts", xlim=(0, 6))
-    left.legend()
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 5), layout="constrained")
+    gains = json.loads(FOUND.read_text(encoding="utf-8"))
+    print(f"{starts} starts for each law\n{HEAD}")
+    for number, (name, contender) in enumerate(contenders().items()):
+        flown = fly(*scenario_of(contender, gains[name]), starts, TESTED, workers)
+        print(row(name, flown), flush=True)
+        without_gyro = "gyro" not in contender.reads
+        style = {"color": f"C{number}", "linestyle": "--" if without_gyro else "-"}
+        draw(name, flown, left, right, style)
+    left.set(xlabel="within 30 deg of the Sun for good after [h]", ylabel="part of all starts",
+             xlim=(0, 22), ylim=(0, 1.01))  # fmt: skip
+    right.set(xlabel="mean angle of the axis to the Sun, last 6 h [deg]", xlim=(0, 180),
+              ylim=(0, 1.01))  # fmt: skip
+    figure.legend(
+        *right.get_legend_handles_labels(), loc="outside lower center", ncols=3, fontsize=9,
+        title="dashed: without a gyro",
+    )  # fmt: skip
     figure.savefig("sun-laws.png", dpi=120)
 
 
+def faults(workers: int | None = None) -> None:
+    """Every single fault of the satellite, from a few starts on orbits of their own."""
+    print(f"{WITH_FAULTS} starts, every single fault from {AT_H:g} h on")
+    print(f"{'law':36s}{'flights':>9s}{'without a fault':>18s}" + _of(VERDICTS, "{:>11s}"))
+    for name, contender in contenders().items():
+        scenario, campaign = scenario_of(contender, json.loads(FOUND.read_text())[name])
+        flown = [
+            fly_faults(
+                member_scenario(scenario, campaign, member),
+                at_s=[3600.0 * AT_H],
+                workers=workers,
+            )
+            for member in range(WITH_FAULTS)
+        ]
+        nominal = sum(found.verdict[0] == VERDICTS[0] for found in flown)
+        for guarded in (True, False) if flown[0].guards else (True,):
+            counts = [
+                sum(found.counts(guarded)[verdict] for found in flown) for verdict in VERDICTS
+            ]
+            label = name if guarded else f"{name}, no guards"
+            parts = [f"{100 * count / sum(counts):.1f} %" for count in counts]
+            print(
+                f"{label:36s}{sum(counts):9d}{f'{nominal} {VERDICTS[0]}':>18s}"
+                + _of(parts, "{:>11s}"),
+                flush=True,
+            )
+
+
+def _of(parts, form: str) -> str:
+    return "".join(form.format(part) for part in parts)
+
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)
+    warnings.simplefilter("ignore", OneByOne)  # laws with modes do not fly side by side
+    if sys.argv[1:] == ["design"]:
+        design()
+    elif sys.argv[1:] == ["faults"]:
+        faults()
+    else:
+        main(int(sys.argv[1]) if len(sys.argv) > 1 else 10_000)
