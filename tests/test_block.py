@@ -1,6 +1,8 @@
 """Blocks of the computer: parameters by name, vectors, memory as a record, log; what is refused."""
 
 import re
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 from typing import NamedTuple
 
 import numpy as np
@@ -109,6 +111,23 @@ def test_blocks_of_other_numbers_are_compiled_once_and_of_another_shape_again():
     assert shorter.compile() is not law.compile()
     assert answer(compiled, shorter)[0] == (1.0, 2.0, 2.0)
     assert answer(compiled, other)[0] == (4.0, 5.0, 3.0)
+
+
+def test_threads_that_need_one_block_get_the_same_function():
+    """Runs that threads prepare at once: each finds the function that the first has compiled."""
+
+    @torquer.law
+    def asked_by_many(inputs, parameters, memory):
+        return (inputs.t_s, 0.0, 0.0)
+
+    together = Barrier(4)
+
+    def in_loop(_):
+        together.wait()
+        return asked_by_many.in_loop()
+
+    with ThreadPoolExecutor(4) as threads:
+        assert len({id(each) for each in threads.map(in_loop, range(4))}) == 1
 
 
 @BOTH

@@ -8,6 +8,7 @@ found in the cache by later processes.
 import functools
 import hashlib
 import sys
+import threading
 from collections.abc import Callable, Mapping
 from types import FunctionType
 from typing import NamedTuple
@@ -21,6 +22,9 @@ from torquer.compile import engine, plugin
 from torquer.interface import CELLS, KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
 
 ARRAY = types.float64[::1]
+#: Threads that need the same function wait for the first: a second copy would push the first one,
+#: whose address may be in use, out of the cache.
+_ONE_AT_A_TIME = threading.RLock()
 
 
 def _type_of_inputs():
@@ -172,7 +176,8 @@ def compiled(
     not-a-numbers. `parameters`: an example; `names`: of the memory, as `names_of` tells them.
     `in_loop`: for inputs as the loop holds them.
     """
-    return _compiled(kind, function, Shape(parameters), names, in_loop)
+    with _ONE_AT_A_TIME:
+        return _compiled(kind, function, Shape(parameters), names, in_loop)
 
 
 @functools.cache
