@@ -101,7 +101,8 @@ def equations_page() -> str:
     """Index of published formulas and their one home in the code."""
     order = sorted(sources(), key=lambda s: (s[0], [int(n) for n in s[1].split(".")]))
     rows = [f"| {key} ({number}) | {place} |" for key, number, place in order]
-    head = ["# Index of published formulas", "", "Made from the code by `docs/generate.py`.", ""]
+    head = ["# Index of published formulas", "", "Made from the code by `docs/generate.py`. "
+            "[What the keys stand for](sources.md).", ""]  # fmt: skip
     return "\n".join([*head, "| formula | home |", "|---|---|", *rows, ""])
 
 
