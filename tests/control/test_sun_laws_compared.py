@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest
 
-from torquer import fly_campaign, simulate
+from torquer import fly_campaign
+from torquer.campaign.faults.fly import simulate_or_stop
 from torquer.compile import engine
 
 ROOT = Path(__file__).parents[2]
@@ -39,12 +40,12 @@ def test_a_law_reads_the_sensors_that_the_comparison_says(name):
     scenario = scenario.replace("simulation.duration_s", 14400)
     reverse = [{"kind": "reversed", "from_s": 0.0}]
     flown = {
-        key: simulate(
+        key: simulate_or_stop(
             scenario.replace(f"spacecraft.{key}.failures", reverse) if key else scenario
         ).omega_body.values
         for key in ("", *SENSORS)
     }
-    read = [text for key, text in SENSORS.items() if (flown[key] != flown[""]).any()]
+    read = [text for key, text in SENSORS.items() if not np.array_equal(flown[key], flown[""])]
     assert ", ".join(read) == LAWS[name].reads
 
 
