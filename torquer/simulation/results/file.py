@@ -57,15 +57,32 @@ def save(result: xr.Dataset, path, how: dict | None = None) -> None:
         _to_disk(file)
 
 
+#: Names under which commands write their results into a folder.
+IN_FOLDER = ("result.nc", "campaign.nc")
+
+
 def load(path) -> xr.Dataset:
-    """Read a result back; ValueError for a file that is not as it was written."""
+    """Read a result back, from a file or from a folder in which a command has written one.
+
+    ValueError for a file that is not as it was written, and for a folder without a result.
+    """
     import xarray as xr
 
-    path = Path(path)
+    path = _in_folder(Path(path))
     data = path.read_bytes()
     _check(path, io.BytesIO(data), len(data))
     with _read(path):
         return xr.load_dataset(io.BytesIO(data), engine="h5netcdf")
+
+
+def _in_folder(path: Path) -> Path:
+    """The result in a folder; any other path as it is."""
+    if not path.is_dir():
+        return path
+    found = [path / name for name in IN_FOLDER if (path / name).exists()]
+    if not found:
+        raise ValueError(f"path: must hold {' or '.join(IN_FOLDER)}; received {path}, a folder")
+    return found[0]
 
 
 def lazily(path) -> xr.Dataset:
