@@ -77,6 +77,7 @@ EXPECTED = {
     "reading_age_s": 9.0,
     "sensor_suspected": 0.0,
     "coil_suspected": 0.0,
+    "coils_reversed": 0.0,
     "time_s": 10.0,
     "time_in_state_s": math.inf,
     "entries": 0.0,
@@ -195,13 +196,19 @@ def test_a_coil_is_suspected_where_its_effect_is_surely_too_small():
         now["effect"][:3], now["effect"][3], now["greatest"] = effects, always, 3.2
         now["covariance"][:] = np.eye(6) * sigma**2
         coils = [value("coil_suspected", SEEN, i, flown) for i in range(3)]
-        return *coils, value("sensor_suspected", SEEN, 0, flown)
+        others = (
+            value("sensor_suspected", SEEN, 0, flown),
+            value("coils_reversed", SEEN, 0, flown),
+        )
+        return *coils, *others
 
-    assert suspected((1.0, 0.05, -1.0), 0.2) == (0.0, 1.0, 1.0, 0.0)
-    assert suspected((1.0, 0.15, -1.0), 0.2) == (0.0, 0.0, 1.0, 0.0)
-    assert suspected((-1.0, -1.0, -1.0), 0.4) == (0.0, 0.0, 0.0, 1.0)
-    assert suspected((1.0, 1.0, 1.0), 0.1, always=1.2) == (1.0, 0.0, 0.0, 0.0)
-    assert suspected((1.0, 1.0, 1.0), 0.1, always=0.9) == (0.0, 0.0, 0.0, 0.0)
+    assert suspected((1.0, 0.05, -1.0), 0.2) == (0.0, 1.0, 1.0, 0.0, 0.0)
+    assert suspected((1.0, 0.15, -1.0), 0.2) == (0.0, 0.0, 1.0, 0.0, 0.0)
+    assert suspected((-1.0, -1.0, -1.0), 0.4) == (0.0, 0.0, 0.0, 1.0, 1.0)
+    assert suspected((-1.0, -1.0, -1.0), 0.6) == (1.0, 1.0, 1.0, 0.0, 1.0)
+    assert suspected((-1.0, -1.0, -1.0), 0.9) == (0.0, 0.0, 0.0, 0.0, 0.0)
+    assert suspected((1.0, 1.0, 1.0), 0.1, always=1.2) == (1.0, 0.0, 0.0, 0.0, 0.0)
+    assert suspected((1.0, 1.0, 1.0), 0.1, always=0.9) == (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def test_an_inertial_attitude_needs_no_place():

@@ -208,3 +208,19 @@ def test_a_coil_that_a_mode_switches_off_stays_off_alone():
     text = CHIBIS_M.replace('laws = ["damping"]', 'laws = ["damping"]\ncoils_off = ["y"]')
     dipole = simulate(scenario_from_text(text)).command_body.values
     assert not dipole[:, 1].any() and dipole[:, 0].any() and dipole[:, 2].any()
+
+
+def test_with_its_sign_changed_b_dot_brakes_by_a_magnetometer_of_the_wrong_sign():
+    """And drives the rotation without the state that does so."""
+    reversed_field = {"spacecraft.magnetometer.scale_error": [-2, -2, -2]}
+    state = """
+transitions = [{ to = "reversed", when = { signal = "coils_reversed", above = 0.5 } }]
+[control.modes.regions.main.states.reversed]
+laws = { damping = -1.0 }
+final = true
+"""
+    rates = []
+    for text in (CHIBIS_M, CHIBIS_M.replace("final = true\n", state)):
+        result = simulate(with_values(scenario_from_text(text), reversed_field))
+        rates.append(np.degrees(np.linalg.norm(result.omega_body.values[-1])))
+    assert rates[1] < 4.0 < 5.4 < rates[0]

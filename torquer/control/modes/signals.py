@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numba
 
 from torquer.compile.engine import inlined
-from torquer.control.modes.coil_check import all_reversed, is_ineffective
+from torquer.control.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
 from torquer.control.modes.sensor_alone import MAGNETOMETER
 from torquer.control.modes.sensor_check import SUSPECTED_S, is_field_doubtful
 from torquer.control.pointing import deviation, reference_motion, short_way
@@ -227,6 +227,15 @@ def coil_suspected(table, state, inputs, index):
     return 1.0 if is_ineffective(now, index) and not of_field else 0.0
 
 
+@inlined
+def coils_reversed(table, state, inputs, index):
+    """1 while the coils work against the command, all of them or by a field of the wrong sign.
+
+    A law of differences brakes then with its sign changed.
+    """
+    return 1.0 if has_field_reversed(state.checks[0]) > 0.0 else 0.0
+
+
 class Signal(NamedTuple):
     """A signal: its function, its unit as users write it, what it must be given.
 
@@ -288,6 +297,10 @@ SIGNALS = {
         coil_suspected, "yes/no", ("coil", "noise", "inertia_kg_m2"), reads=_EPHEMERIS,
         observes=("coils", "magnetometer", "gyro"),
     ),
+    "coils_reversed": Signal(
+        coils_reversed, "yes/no", ("noise", "inertia_kg_m2"), reads=_EPHEMERIS,
+        observes=("coils", "magnetometer", "gyro"),
+    ),
     "time_s": Signal(time, "s"),
     "time_in_state_s": Signal(time_in_state, "s"),
     "entries": Signal(entries, "times", ("state",)),
@@ -306,6 +319,7 @@ RANGES = {
     **dict.fromkeys(("attitude_error_deg", "axis_to_sun_deg"), (0.0, 180.0)),
     **dict.fromkeys(("sun_in_view", "sunlit_fraction", "in_state"), (0.0, 1.0)),
     **dict.fromkeys(("estimate_doubts", "sensor_suspected", "coil_suspected"), (0.0, 1.0)),
+    "coils_reversed": (0.0, 1.0),
     "nutation_deg": (0.0, 90.0),
 }
 #: What of the estimate a signal is computed from: it is unknown while that is.

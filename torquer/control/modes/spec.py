@@ -225,7 +225,7 @@ class Region(Spec):
 
 
 class SensorNoise(Spec):
-    """What the signals 'sensor_suspected' and 'coil_suspected' assume of the sensors."""
+    """What 'sensor_suspected', 'coil_suspected' and 'coils_reversed' assume of the sensors."""
 
     magnetometer_noise_nt: float = Field(gt=0.0)
     """Standard deviation of each component of a magnetometer reading."""
@@ -264,7 +264,7 @@ class Modes(Spec):
     """Wanted attitude, as laws that hold one have it; signals refer to it."""
     noise: SensorNoise | None = None
     """Noise of the sensors; if it is given, sensors and coils are checked, as the signals
-    'sensor_suspected' and 'coil_suspected' report.
+    'sensor_suspected', 'coil_suspected' and 'coils_reversed' report.
     """
     regions: dict[str, Region]
     """State machines that run side by side, by names of your choice."""

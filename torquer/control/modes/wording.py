@@ -20,6 +20,8 @@ def condition_in_words(condition: Condition) -> str:
         if condition.signal in ("sensor_suspected", "coil_suspected"):
             suspect = f"{condition.coil} coil" if condition.coil else condition.sensor
             return f"{suspect.replace('_', ' ')} {'suspected' if above else 'not suspected'}"
+        if condition.signal == "coils_reversed":
+            return "coils reversed" if above else "coils not reversed"
         return "Sun in view" if above else "Sun not in view"
     change = "change of " if condition.since_entry else ""
     words = f"{change}{_subject(condition)} {'above' if above else 'below'} {value:g}"
