@@ -65,12 +65,14 @@ def test_derivative_is_that_of_a_turn_about_body_axes(q, omega):
 @example((0.99999, 0.0, 0.0), -4.0)
 @example((math.pi, 0.0, 0.0), 0.0)
 @example((0.0, 2.0 * math.pi, 0.0), 0.0)
+@example((1.0, 10.0, 2.225073858507203e-309), -8.439453125)
 def test_exponential_map_to_rounding_at_every_size(phi, exponent):
     phi = tuple(10.0**exponent * x for x in phi)
     q = quat.from_rotation_vector(phi)
     angle = math.sqrt(sum(x * x for x in phi))
     expected = [0.5 * np.sinc(angle / (2.0 * math.pi)) * x for x in phi] + [math.cos(0.5 * angle)]
-    rounding = {"rel": 4e-15, "abs": 0.0} if angle < 1.0 else {"abs": 1e-15 * angle}
+    # subnormal numbers are 5e-324 apart, however small they are
+    rounding = {"rel": 4e-15, "abs": 1e-323} if angle < 1.0 else {"abs": 1e-15 * angle}
     assert q == pytest.approx(expected, **rounding)
     assert np.linalg.norm(q) == pytest.approx(1.0, abs=4e-16)
 
