@@ -3,6 +3,7 @@
 import json
 import math
 import re
+import warnings
 
 import matplotlib.image
 import numpy as np
@@ -101,8 +102,14 @@ def test_nothing_is_drawn_of_members_that_all_never_settle(tmp_path):
 
 
 def test_the_distribution_of_a_time_goes_to_the_end_of_the_run(result, summary):
-    axes = draw_distribution(result, summary, "settling_s").axes[1]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        axes = draw_distribution(result, summary, "settling_s").axes[1]
     assert axes.get_xlim()[1] >= 6000.0
+    members, there = 60, int(np.isfinite(result["settling_s"].values).sum())
+    low, high = rate_interval(there, members)
+    band = axes.collections[0].get_paths()[0].vertices
+    assert {low, high} <= {*band[band[:, 0] == axes.get_xlim()[1], 1]}
     share = np.isfinite(result["settling_s"].values).mean()
     assert axes.lines[-1].get_ydata()[-1] == pytest.approx(share)
 

@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from scipy import stats
 
 from torquer.campaign.contents import end_s, is_time, missing_as_worst, table_of
+from torquer.campaign.statistics import rate_interval
 from torquer.campaign.summary import percent, with_unit
 from torquer.report.campaign.shared import is_wide, steps
 from torquer.report.common.colours import BLUE, GREEN, ORANGE
@@ -44,7 +44,7 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
         _mark(axes, each, condition)
     beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
     if end is not None and each["members"] > 1:
-        _draw_band(lower, values, end, summary["confidence"])
+        _draw_band(lower, *beyond, len(values), summary["confidence"])
     lower.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
@@ -55,14 +55,15 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     return figure
 
 
-def _draw_band(axes, values: np.ndarray, end: float, confidence: float) -> None:
-    """Confidence interval at each time, of all members: those not there by the end are censored."""
-    late = ~np.isfinite(values)
-    times = stats.CensoredData.right_censored(np.where(late, end, values), late)
-    found = stats.ecdf(times).cdf.confidence_interval(confidence, method="log-log")
-    ends = [np.array([*each.probabilities, each.probabilities[-1]]) for each in found]
-    x = [*found.low.quantiles, max(end, found.low.quantiles[-1])]
-    axes.fill_between(x, *ends, step="post", color=BLUE, alpha=0.22, lw=0)
+def _draw_band(axes, x, share, members: int, confidence: float) -> None:
+    """Confidence interval of the share at each time.
+
+    All members are censored at the end of the run, none before: at each time the number of those
+    that have arrived is binomial.
+    """
+    found = [rate_interval(round(part * members), members, confidence) for part in share]
+    low, high = np.array(found).T
+    axes.fill_between(x, low, high, step="post", color=BLUE, alpha=0.22, lw=0)
 
 
 def _right_end(axes, edges) -> float:
