@@ -113,6 +113,14 @@ def contenders() -> dict[str, Contender]:
     }
     of_sdot = {"pointing.gain_a_m2_s": SDOT}
     sdot = {"kind": "sdot_rate", "gain_a_m2_s": 600.0}
+    without_spin = {
+        f"{name}, B-dot by {how}": Contender(reads, _laws(pointing=law, damping=bdot), of | damping)
+        for name, law, of in (("panels", panels, of_panels), ("cross product", cross, of_cross))
+        for how, reads, bdot in (
+            ("gyro", "magnetometer, gyro, Sun sensors", by_gyro),
+            ("differences", "magnetometer, Sun sensors", by_field),
+        )
+    }
     return {
         "S-dot": Contender("gyro, Sun sensors", _laws(pointing=sdot), of_sdot),
         "S-dot by differences": Contender(
@@ -123,26 +131,7 @@ def contenders() -> dict[str, Contender]:
             _with_modes(),
             {"sdot.gain_a_m2_s": SDOT, **damping},
         ),
-        "panels, B-dot by gyro": Contender(
-            "magnetometer, gyro, Sun sensors",
-            _laws(pointing=panels, damping=by_gyro),
-            of_panels | damping,
-        ),
-        "panels, B-dot by differences": Contender(
-            "magnetometer, Sun sensors",
-            _laws(pointing=panels, damping=by_field),
-            of_panels | damping,
-        ),
-        "cross product, B-dot by gyro": Contender(
-            "magnetometer, gyro, Sun sensors",
-            _laws(pointing=cross, damping=by_gyro),
-            of_cross | damping,
-        ),
-        "cross product, B-dot by differences": Contender(
-            "magnetometer, Sun sensors",
-            _laws(pointing=cross, damping=by_field),
-            of_cross | damping,
-        ),
+        **without_spin,
         "spin, then to the Sun": Contender(
             "magnetometer, gyro, Sun sensors", _laws(pointing=spin), of_spin
         ),

@@ -17,3 +17,10 @@ def test_a_result_is_found_in_the_folder_of_its_command(tmp_path, name):
 def test_a_folder_without_a_result_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"path: must hold result\.nc or campaign\.nc; received"):
         torquer.load(tmp_path)
+
+
+def test_of_two_results_in_a_folder_none_is_chosen(tmp_path):
+    for name in ("result.nc", "campaign.nc"):
+        torquer.save(xr.Dataset({"rate": ("time", [1.0])}), tmp_path / name)
+    with pytest.raises(ValueError, match=r"result\.nc or campaign\.nc; .*, a folder with both$"):
+        torquer.load(tmp_path)

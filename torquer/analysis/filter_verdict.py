@@ -9,7 +9,7 @@ import numpy as np
 
 from torquer.analysis.filter_statistics import FilterRuns
 from torquer.estimation.filter import Filter
-from torquer.estimation.starts import NOT_STARTED
+from torquer.estimation.starts import NOT_STARTED, ONE_SENSOR
 
 #: The filter's log of why it has not started, and the reasons by their numbers there.
 WHY_NOT_STARTED = "not_started"
@@ -17,7 +17,7 @@ REASONS = dict(enumerate(NOT_STARTED))
 #: What a filter needs to start, by its sensors: said where it gives no reason of its own.
 _NEEDS = {
     ("magnetometer",): "it needs a reading of the field",
-    ("sun",): "it needs a second sensor, or an attitude from another estimator",
+    ("sun",): REASONS[int(ONE_SENSOR)],
     ("magnetometer", "sun"): "it needs a reading of the field and one of the Sun, in different "
     "directions",
 }
@@ -81,8 +81,10 @@ def verdict_of(spec: Filter, flown: FilterRuns, checks: list[Check]) -> Verdict:
 
 def unseen(runs: int) -> str:
     """What so many runs cannot show: what happens so seldom that 5 % of checks do not meet it."""
-    share = 1.0 - 0.05 ** (1.0 / runs)
-    return f"; what goes wrong in less than {share:.0%} of the flights may not show in {runs} runs"
+    percent = 100.0 * (1.0 - 0.05 ** (1.0 / runs))
+    return (
+        f"; what goes wrong in less than {percent:.2g}% of the flights may not show in {runs} runs"
+    )
 
 
 def _optimistic(check: Check) -> str:

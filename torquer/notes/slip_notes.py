@@ -141,7 +141,7 @@ def _mounting_notes(scenario: Scenario) -> list[str]:
     found = [(name, getattr(craft, name)) for name in ("magnetometer", "gyro")]
     return [
         f"spacecraft.{name}.misalignment_deg of {angle:.3g} deg is not an error of mounting: "
-        "beyond 90 deg laws that damp by this sensor drive the rotation"
+        "beyond 90 deg laws that damp by this sensor may drive the rotation"
         for name, sensor in found
         if (angle := float(np.linalg.norm(sensor.misalignment_deg))) > _MISALIGNED_DEG
     ]

@@ -58,8 +58,8 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
 def _draw_band(axes, x, share, members: int, confidence: float) -> None:
     """Confidence interval of the share at each time.
 
-    All members are censored at the end of the run, none before: at each time the number of those
-    that have arrived is binomial.
+    A member that has not arrived is censored at the end of the run; one whose run failed counts as
+    one that never arrives. At each time the number of those that have arrived is binomial.
     """
     found = [rate_interval(round(part * members), members, confidence) for part in share]
     low, high = np.array(found).T

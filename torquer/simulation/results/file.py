@@ -64,7 +64,8 @@ IN_FOLDER = ("result.nc", "campaign.nc")
 def load(path) -> xr.Dataset:
     """Read a result back, from a file or from a folder in which a command has written one.
 
-    ValueError for a file that is not as it was written, and for a folder without a result.
+    ValueError for a file that is not as it was written, and for a folder without a result or with
+    two.
     """
     import xarray as xr
 
@@ -76,12 +77,15 @@ def load(path) -> xr.Dataset:
 
 
 def _in_folder(path: Path) -> Path:
-    """The result in a folder; any other path as it is."""
+    """The only result in a folder; any other path as it is."""
     if not path.is_dir():
         return path
     found = [path / name for name in IN_FOLDER if (path / name).exists()]
-    if not found:
-        raise ValueError(f"path: must hold {' or '.join(IN_FOLDER)}; received {path}, a folder")
+    if len(found) != 1:
+        there = "both" if found else "none"
+        raise ValueError(
+            f"path: must hold {' or '.join(IN_FOLDER)}; received {path}, a folder with {there}"
+        )
     return found[0]
 
 
