@@ -13,25 +13,33 @@
     plotlyServerURL: "", displayModeBar: narrow ? false : "hover",
     modeBarButtonsToRemove: ["select2d", "lasso2d", "zoomIn2d", "zoomOut2d", "tableRotation",
       "resetCameraLastSave3d"] };
-  const linked = [];
-  let shared = null, passing = false;
+  const texts = new Map(), near = new Set(), linked = [];
+  let shared = null, passing = 0;
 
   const colours = () => dark.matches
     ? { "font.color": "#c3cad1", "hoverlabel.bgcolor": "#262b30" }
     : { "font.color": "#444b52", "hoverlabel.bgcolor": "#ffffff" };
 
-  // a zoom in one plot of the whole run applies to all others
-  function follow(box, event) {
+  // a zoom in one plot of the whole run applies to all others: at once to those near the window,
+  // to the rest when the browser is idle
+  function follow(stage, event) {
     if (passing) return;
     if (event["xaxis.range[0]"] !== undefined)
       shared = [event["xaxis.range[0]"], event["xaxis.range[1]"]];
     else if (event["xaxis.range"]) shared = event["xaxis.range"];
     else if (event["xaxis.autorange"]) shared = null;
     else return;
-    passing = true;
-    Promise.all(linked.map(other =>
-      Plotly.relayout(other, { "xaxis.range": (shared || other.whole).slice() })))
-      .finally(() => { passing = false; });
+    if (shared) stage.zoom = shared;
+    linked.filter(other => near.has(other.parentNode)).forEach(zoomed);
+    whenIdle();
+  }
+
+  function zoomed(stage) {
+    if (stage.zoom === shared) return;
+    stage.zoom = shared;
+    passing += 1;
+    Plotly.relayout(stage, { "xaxis.range": (shared || stage.whole).slice() })
+      .finally(() => { passing -= 1; });
   }
 
   function narrowed(figure) {
@@ -87,27 +95,56 @@
     return true;
   }
 
-  async function draw(box) {
-    await plotly;
-    const figure = JSON.parse(await unpacked(box.querySelector("script").textContent));
-    const stage = document.createElement("div");
+  // without a pause, so that a plot is on the page when this returns: printing waits for nothing
+  function draw(box) {
+    if (!waiting.delete(box)) return;
+    const figure = JSON.parse(texts.get(box)), stage = document.createElement("div");
+    texts.delete(box);
     box.append(stage);
     if (narrow) Object.assign(figure.layout, narrowed(figure));
+    for (const [key, colour] of Object.entries(colours())) {
+      const [part, name] = key.split(".");
+      figure.layout[part] = { ...figure.layout[part], [name]: colour };
+    }
     // the animation's buttons take the place of plotly's
     figure.config = figure.frames ? { ...config, displayModeBar: false } : config;
     // what the box says of the plot is said once: not again by what plotly draws
     stage.setAttribute("aria-hidden", "true");
-    await Plotly.newPlot(stage, figure);
+    const drawn = Plotly.newPlot(stage, figure);
     box.addEventListener("keydown", event => steer(event, stage, figure));
+    box.setAttribute("data-drawn", "");
     stage.classList.add("drawn");
     box.style.minHeight = "";
-    await Plotly.relayout(stage, colours());
-    if (!box.hasAttribute("data-linked")) return;
+    if (box.hasAttribute("data-linked")) drawn.then(() => link(stage, figure));
+  }
+
+  function link(stage, figure) {
     stage.whole = figure.layout.xaxis.range.slice();
+    stage.zoom = null;
     linked.push(stage);
-    if (shared) Plotly.relayout(stage, { "xaxis.range": shared.slice() });
+    zoomed(stage);
     stage.on("plotly_relayout", event => follow(stage, event));
   }
+
+  // what is not near the window is drawn in idle moments, one plot in each: a browser prints what
+  // is on the page. What a closed <details> hides has no width yet and waits until it is opened.
+  const idle = window.requestIdleCallback
+    ? step => requestIdleCallback(step, { timeout: 1000 }) : step => setTimeout(step, 30);
+  let asked = false;
+
+  function whenIdle() {
+    if (asked) return;
+    asked = true;
+    idle(() => {
+      asked = false;
+      const box = shown()[0], stage = linked.find(other => other.zoom !== shared);
+      if (!box && !stage) return;
+      whenIdle();
+      if (box) draw(box); else zoomed(stage);
+    });
+  }
+
+  const shown = () => [...waiting].filter(box => !box.closest("details:not([open])"));
 
   async function load() {
     const script = document.createElement("script");
@@ -120,14 +157,23 @@
     plots.forEach(box => { box.textContent = "This plot needs a browser of 2023 or later."; });
     return;
   }
-  const plotly = load();
   const waiting = new Set(plots);
-  const show = box => { if (waiting.delete(box)) draw(box); };
-  const watch = new IntersectionObserver(
-    entries => entries.forEach(e => { if (e.isIntersecting) show(e.target); }),
-    { rootMargin: "600px" });
-  waiting.forEach(box => watch.observe(box));
-  addEventListener("beforeprint", () => [...waiting].forEach(show));
-  dark.addEventListener("change", () =>
-    document.querySelectorAll(".drawn").forEach(stage => Plotly.relayout(stage, colours())));
+  const unpack = async box =>
+    texts.set(box, await unpacked(box.querySelector("script").textContent));
+
+  Promise.all([load(), ...[...plots].map(unpack)]).then(() => {
+    const watch = new IntersectionObserver(
+      entries => entries.forEach(({ isIntersecting, target }) => {
+        near[isIntersecting ? "add" : "delete"](target);
+        if (isIntersecting) draw(target);
+        linked.filter(stage => near.has(stage.parentNode)).forEach(zoomed);
+      }),
+      { rootMargin: "600px" });
+    plots.forEach(box => watch.observe(box));
+    addEventListener("beforeprint", () => { shown().forEach(draw); linked.forEach(zoomed); });
+    addEventListener("toggle", whenIdle, true);
+    dark.addEventListener("change", () =>
+      document.querySelectorAll(".drawn").forEach(stage => Plotly.relayout(stage, colours())));
+    whenIdle();
+  });
 })();
