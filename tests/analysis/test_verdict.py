@@ -66,9 +66,9 @@ def test_a_limit_may_have_to_hold_by_a_time():
 def test_limits_met_are_counted_until_the_goal_is_reached():
     share = np.where(T < 1000.0, 1.0, 0.2)
     lines = judge(10.0 * np.exp(-T / 1000.0), coil_share=share)["limits_met"]
-    assert lines == ["a coil was at its limit in 43 % of the records until then"]  # 100 of 232
+    assert lines == ["a coil was at its limit in 43 % of the time until then"]  # 100 of 232
     assert limits_met(T, {"share": share}, None) == [
-        "a wheel was at its momentum limit in 8 % of all records"
+        "a wheel was at its momentum limit in 8 % of the run"
     ]
     assert limits_met(T, {"coil_share": 0.5 * share}, None) == []
 

@@ -50,11 +50,13 @@ const details = { open: false };
 plot(3, details);
 globalThis.document = {
   createElement: () => element(),
-  getElementById: () => ({ textContent: packed("globalThis.Plotly = Fake;") }),
+  getElementById: id => (id === "plotly" ? { textContent: packed("globalThis.Plotly = Fake;") }
+    : { querySelector: () => details }),
   head: { append: made => vm.runInThisContext(made.textContent) },
   querySelectorAll: kind => (kind === ".plot" ? boxes : boxes.map(box => box.stage)),
 };
 globalThis.window = globalThis;
+globalThis.location = { hash: trial === "link" ? "#logs" : "" };
 globalThis.innerWidth = 1200;
 globalThis.matchMedia = () => ({ get matches() { return dark; }, addEventListener() {} });
 globalThis.addEventListener = (name, call) => { handlers[name] = call; };
@@ -120,6 +122,10 @@ const trials = {
     log.length = 0;
     boxes[2].stage.handlers.plotly_relayout({ "xaxis.autorange": true });
     return { seen, atOnce, scrolled, all, back: log.slice() };
+  },
+  async link() {
+    await rest(idle);
+    return drawn();
   },
   async dark() {
     await rest(idle);

@@ -9,13 +9,18 @@ import xml.etree.ElementTree as ElementTree
 import matplotlib.image
 import numpy as np
 import pytest
-from filter_cases import GYRO, SCENARIO
+from filter_cases import DYNAMICS, GYRO, SCENARIO
+from law_examples import EXAMPLES
+from pydantic import TypeAdapter
 
 from torquer import simulate
 from torquer.analysis.modes import RegionRecord, regions_of, state_uses
 from torquer.analysis.summary import summary_of
+from torquer.control import AnyLaw
 from torquer.control.modes.diagram import svg
+from torquer.estimation import AnyEstimator
 from torquer.report import write_report
+from torquer.report.common.keys import in_one_line, keys_of
 from torquer.report.flight import panels as drawn
 from torquer.report.flight.interactive import panel_figure
 from torquer.report.flight.notes import notes
@@ -181,8 +186,32 @@ def test_the_page_of_a_run_without_modes_has_no_such_section(detumble):
 
 def test_setting_names_every_law(view):
     rows = dict(setting(view))
-    assert rows["Law damping"] == "bdot (gain = 2e+06)"
-    assert "axis = [0, 1, 0]" in rows["Law pitch"]
+    assert rows["Law damping"] == "bdot (gain_a_m2_s_per_t = 2e+06)"
+    assert rows["Law pitch"] == (  # as its keys in the scenario, defaults left out
+        "bias_momentum (bias_momentum_n_m_s = 0.1, pitch_inertia_kg_m2 = 1.2, bandwidth_rad_s = "
+        "0.05, nutation_gain_a_m2_s_per_t = 100000, unloading_gain_per_s = 0.0001)"
+    )
+
+
+@pytest.mark.parametrize("kind", [*EXAMPLES, "kalman_gyro", "kalman_dynamics"])
+def test_keys_shown_give_the_same_law_again(kind):
+    """What a reader sees is what to write: neither packed numbers nor radians."""
+    filters = {"kalman_gyro": GYRO, "kalman_dynamics": DYNAMICS}
+    given = filters.get(kind) or {"kind": kind} | EXAMPLES[kind]
+    spec = TypeAdapter(AnyLaw | AnyEstimator).validate_python(given)
+    shown = keys_of(spec)
+    assert TypeAdapter(type(spec)).validate_python({"kind": kind} | shown) == spec
+    line = in_one_line(shown)
+    assert "None" not in line and all(f"{key} = " in line for key in shown)
+    assert not any(key.split("_")[-1] == "rad" for key in shown)
+
+
+def test_long_lists_are_shown_by_their_size():
+    values = {"a": [[0.5, 1.0]] * 3, "b": np.zeros((12, 3, 6)).tolist(), "c": True, "d": {"e": "x"}}
+    line = in_one_line(values)
+    assert line == (
+        'a = [[0.5, 1], [0.5, 1], [0.5, 1]], b = 12 x 3 x 6 numbers, c = true, d = { e = "x" }'
+    )
 
 
 def test_faults_of_the_table_are_notes(switched, view):
@@ -205,7 +234,37 @@ def test_states_and_their_deviations_have_panels_of_one_unit_each():
         "estimator.states, gyro_bias", "estimator.states, magnetometer_bias",
     ]  # fmt: skip
     sigma = shown["estimator.covariance, standard deviation, attitude"]
-    assert [line.label for line in sigma.lines] == ["x", "y", "z"] and "rad]" in sigma.y_label
+    assert [line.label for line in sigma.lines] == ["x", "y", "z"] and sigma.y_label == "[deg]"
     variance = result["estimator.covariance"].values[3, 1, 1]
-    factor = {"[rad]": 1.0, "[mrad]": 1e3}[sigma.y_label]
-    assert sigma.lines[1].series.y[3] == pytest.approx(factor * np.sqrt(variance))
+    assert sigma.lines[1].series.y[3] == pytest.approx(np.degrees(np.sqrt(variance)))
+    bias = shown["estimator.states, gyro_bias"]
+    assert bias.y_label == "[deg/s]"
+
+
+def test_what_never_changes_has_no_panel_but_a_word(view):
+    name = "pitch.momentum_error_n_m_s"
+    values = view.result[name]
+    for still, words in ((values * 0.0 + 2.0, f"{name} = 2 N m s"),
+                         (values * np.nan, f"{name} without a value")):  # fmt: skip
+        changed = view_of(view.result.assign({name: still.assign_attrs(values.attrs)}))
+        (logs,) = [each for each in drawn.pictures(changed) if each.name == "logs"]
+        assert [panel.title for panel in logs.panels if not panel.bars] == ["pitch.pitch_rad"]
+        assert logs.caption.endswith(f"Without change: {words}.")
+
+
+def test_a_long_page_folds_what_comes_last(view):
+    """Plots in the order of their importance; the scenario and the logs are always folded."""
+    text = page(view, drawn.pictures(view))
+    open_px = sum(map(int, re.findall(r"min-height:(\d+)px", without_details(text))))
+    shown = sum(map(int, re.findall(r"min-height:(\d+)px", text)))
+    assert open_px < 7000 + 440 + 600 + 560 < shown  # and the three in space
+    assert 'id="scenario"><details><summary><h2>Scenario</h2></summary>' in text
+    assert "<pre" not in without_details(text)
+    assert "<summary>pitch</summary>" in text
+    assert text.count("<details>") == text.count("</details>")
+
+
+def without_details(text: str) -> str:
+    while "</details>" in text:
+        text = re.sub(r"<details>(?:(?!<details>).)*?</details>", "", text, flags=re.S)
+    return text

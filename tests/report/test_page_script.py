@@ -44,6 +44,10 @@ def test_what_is_folded_is_drawn_when_it_is_opened():
     assert found["opened"] == [0, 1, 2, 3]
 
 
+def test_a_link_to_what_is_folded_opens_it():
+    assert tried("link") == [0, 1, 2, 3]
+
+
 def test_a_zoom_reaches_all_plots_those_out_of_sight_later():
     found = tried("zoom")
     assert found["seen"] == [1]  # at once, as it is near the window

@@ -150,7 +150,7 @@ def test_page_says_what_the_summary_says(detumble, parsed):
     verdict = summary_of(detumble)["verdict"]
     assert verdict["headline"] in parsed.inside("p")
     assert any(f"rate below {verdict['goals'][0]['below']:.3g} deg/s" in cell for cell in cells)
-    assert "2020-03-01 00:00:00 UTC" in cells and "bdot (gain = 2e+06)" in cells
+    assert "2020-03-01 00:00:00 UTC" in cells and "bdot (gain_a_m2_s_per_t = 2e+06)" in cells
     for version in json.loads(detumble.attrs["versions"]).values():
         assert version in cells
 

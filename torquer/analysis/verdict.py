@@ -69,7 +69,7 @@ def stays_from(t, within) -> float | None:
 def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[str]:
     """Actuators at their limits, before the goals were reached or in the whole run."""
     whole = settled is None or settled <= t[0]
-    when, early = ("all records", t <= t[-1]) if whole else ("the records until then", t <= settled)
+    when, early = ("the run", t <= t[-1]) if whole else ("the time until then", t <= settled)
     named = (
         ("coil_share", "a coil was at its limit"),
         ("share", "a wheel was at its momentum limit"),

@@ -1,9 +1,10 @@
 """The section of a report on the modes: state diagram, use of every state."""
 
 from torquer.control.modes.diagram import svg
+from torquer.control.modes.layout import layout
 from torquer.control.modes.spec import MAIN, Modes
 from torquer.report.common.html import encoded
-from torquer.report.flight.summary_rows import time_or_never
+from torquer.report.flight.summary_rows import time_or_never, unchanged_in_words
 from torquer.report.flight.view import View
 
 _CAPTION = (
@@ -11,17 +12,30 @@ _CAPTION = (
     "when its condition holds. The strips above the plots show when each state was active; a "
     "region that never changed has none."
 )
+#: Height of a diagram from which it is folded.
+_TALL_PX = 700
 _HEAD = ("State", "Entered", "Last entered at", "Share of time")
 
 
 def modes_data(view: View, modes: Modes) -> dict:
     """The section as the page's template takes it: diagram, a table for each region."""
-    regions = [
-        {"title": "" if region == MAIN else region, "rows": _rows(uses)}
-        for region, uses in view.summary["modes"].items()
-    ]
-    diagram = encoded(svg(modes).encode())  # as an image it keeps its style to itself
-    return {"caption": _CAPTION, "diagram": diagram, "head": _HEAD, "regions": regions}
+    uses = view.summary["modes"]
+    changed = [name for name, states in uses.items() if name == MAIN or _entered(states) > 1]
+    return {
+        "caption": _CAPTION,
+        "diagram": encoded(svg(modes).encode()),  # as an image it keeps its style to itself
+        "tall": layout(modes).height > _TALL_PX,
+        "head": _HEAD,
+        "regions": [
+            {"title": "" if name == MAIN else name, "rows": _rows(uses[name])} for name in changed
+        ],
+        "unchanged": unchanged_in_words({k: v for k, v in uses.items() if k not in changed}),
+    }
+
+
+def _entered(states: dict) -> int:
+    """Number of states of a region that were entered."""
+    return sum(use["entries"] > 0 for use in states.values())
 
 
 def _rows(uses: dict) -> list[tuple[str, ...]]:

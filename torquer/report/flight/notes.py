@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from torquer.analysis.verdict import clock_text
 from torquer.analysis.wheels import AT_LIMIT
 from torquer.control.user import GivenLaw
 from torquer.notes.notes import notes_of
@@ -51,7 +52,7 @@ def _notes_on_the_record(view: View) -> list[str]:
         1e-9 * view.scenario.spacecraft.magnetometer.range_nt
     )
     if over.any():
-        part = f"{over.mean():.0%} of the record"
+        part = f"{100.0 * over.mean():.2g} % of the run"
         lines.append(f"the field exceeded the magnetometer's range in {part}")
     return [*lines, *notes_on_steps(view.result), *_notes_on_full_wheels(view)]
 
@@ -63,9 +64,11 @@ def _notes_on_full_wheels(view: View) -> list[str]:
     lines, shares = [], (view.wheels.momentum_shares, view.wheels.torque_shares)
     for of_what, full in zip(("momentum", "torque"), np.array(shares) >= AT_LIMIT, strict=True):
         if full.any():
-            numbers = ", ".join(map(str, np.flatnonzero(full.any(axis=0))))
-            rows = np.count_nonzero(full.any(axis=1))
+            numbers = np.flatnonzero(full.any(axis=0))
+            part = full.any(axis=1).mean()
+            wheels = f"wheel{'s' if len(numbers) > 1 else ''} {', '.join(map(str, numbers))}"
+            time = clock_text(float(part * view.end_s))
             lines.append(
-                f"wheels at their {of_what} limit in {rows} of {len(full)} records: {numbers}"
+                f"{wheels} at the {of_what} limit for {100.0 * part:.2g} % of the run ({time})"
             )
     return lines

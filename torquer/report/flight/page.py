@@ -20,6 +20,9 @@ from torquer.report.flight.view import View
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
 
+#: Height of plots on a page beyond which pictures are folded.
+_OPEN_PX = 7000
+
 
 def write_page(view: View, pictures, path: Path, overview_png: Path | None = None) -> Path:
     """Write the page; `overview_png` is shown where scripts are not run."""
@@ -29,7 +32,7 @@ def write_page(view: View, pictures, path: Path, overview_png: Path | None = Non
 def page(view: View, pictures, overview_png: Path | None = None) -> str:
     """The page's text."""
     modes = view.scenario.control.named().modes
-    shown = [_picture(view, picture) for picture in pictures]
+    shown = _folded([_picture(view, picture) for picture in pictures])
     in_space = [_track(view), _motion(view), _orbit(view)]
     budget = _budget(view)
     return page_of(
@@ -75,16 +78,27 @@ def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, 
 
 def _picture(view: View, picture: Picture) -> dict:
     caption = " ".join(text for text in (picture.caption, about_ranges(picture)) if text)
-    panels = [
-        {
-            "title": panel.title,
-            "name": _in_words(panel),
-            "figure": panel_figure(view, panel),
-            "linked": panel.window is None,
-        }
-        for panel in picture.panels
-    ]
-    return {"id": picture.name, "title": picture.title, "caption": caption, "panels": panels}
+    groups: dict[str, list] = {}
+    for panel in picture.panels:
+        groups.setdefault(panel.fold, []).append(
+            {
+                "title": panel.title,
+                "name": _in_words(panel),
+                "figure": panel_figure(view, panel),
+                "linked": panel.window is None,
+            }
+        )
+    return {"id": picture.name, "title": picture.title, "caption": caption, "groups": groups}
+
+
+def _folded(shown: list[dict]) -> list[dict]:
+    """The pictures; those that would make the page longer than can be looked through, folded."""
+    height = 0
+    for each in shown:
+        heights = [panel["figure"]["layout"]["height"] for panel in each["groups"].get("", ())]
+        height += sum(heights)
+        each["folded"] = height > _OPEN_PX
+    return shown
 
 
 def _in_words(panel: Panel) -> str:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from torquer.analysis.budget import models_as_plain
+from torquer.report.common.keys import in_one_line, keys_of
 from torquer.report.flight.view import View
 from torquer.spacecraft.wheels import ReactionWheels
 
@@ -65,16 +66,17 @@ def _laws(view: View) -> list[tuple[str, str]]:
     for key, law in view.laws.items():
         kind = view.kind_of(key).capitalize()
         label = kind if key == kind.lower() else f"{kind} {key}"
-        given = ", ".join(f"{name} = {text(value)}" for name, value in law["parameters"].items())
+        given = in_one_line(_keys(view, key, law))
         rows.append((label, f"{law['name']} ({given})" if given else law["name"]))
         if len(view.laws) == 1 or law["runs_as"] != "compiled":
             rows.append((f"{label} runs as", law["runs_as"]))
     return rows
 
 
-def text(value) -> str:
-    """A parameter's number or vector, however nested."""
-    return f"[{', '.join(map(text, value))}]" if isinstance(value, list) else f"{value:g}"
+def _keys(view: View, key: str, law: dict) -> dict:
+    """Keys of a law or estimator in the scenario; of a user's law, the parameters flown."""
+    spec = view.spec_of(key)
+    return law["parameters"] if hasattr(spec, "parameters") else keys_of(spec)
 
 
 def hardware_lines(spec: ReactionWheels) -> list[tuple[str, str]]:

@@ -69,16 +69,25 @@ def _rows_of_verdict(summary: dict) -> list[tuple[str, str]]:
 
 def _rows_of_modes(modes: dict) -> list[tuple[str, str]]:
     """Share of the time that each region spent in its states, the largest first."""
-    rows, unchanged = [], []
+    rows, unchanged = [], {}
     for region, uses in modes.items():
         entered = ((state, use["share"]) for state, use in uses.items() if use["entries"])
         used = sorted(entered, key=lambda item: -item[1])
         if region != MAIN and len(used) == 1:
-            unchanged.append(f"{region}: {used[0][0]}")
+            unchanged[region] = uses
             continue
         label = "Time by mode" if region == MAIN else f"Time by mode of {region}"
         rows.append((label, ", ".join(f"{state} {share:.1%}" for state, share in used)))
-    return [*rows, *([("Unchanged throughout", ", ".join(unchanged))] if unchanged else [])]
+    line = unchanged_in_words(unchanged)
+    return [*rows, *([("Unchanged throughout", line)] if unchanged else [])]
+
+
+def unchanged_in_words(modes: dict) -> str:
+    """The only state of each region that was in one state throughout."""
+    states = {
+        region: [s for s, use in uses.items() if use["entries"]] for region, uses in modes.items()
+    }
+    return ", ".join(f"{region}: {' '.join(entered)}" for region, entered in states.items())
 
 
 def time_or_never(t_s: float | None) -> str:

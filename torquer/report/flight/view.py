@@ -80,6 +80,12 @@ class View:
         """The kind of entry at a key of `laws`: a law or an estimator."""
         return "law" if key in self.scenario.control.named().laws else "estimator"
 
+    def spec_of(self, key: str):
+        """The part of the scenario that gives an entry of `laws`."""
+        control = self.scenario.control
+        estimators = {"estimator": control.estimator, **control.estimators}
+        return (control.named().laws | estimators)[key]
+
     @cached_property
     def regions(self) -> list[RegionRecord]:
         """Regions of a run with modes or a scheme."""

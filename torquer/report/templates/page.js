@@ -127,7 +127,7 @@
   }
 
   // what is not near the window is drawn in idle moments, one plot in each: a browser prints what
-  // is on the page. What a closed <details> hides has no width yet and waits until it is opened.
+  // is on the page. What a closed element hides has no width yet and waits until it is opened.
   const idle = window.requestIdleCallback
     ? step => requestIdleCallback(step, { timeout: 1000 }) : step => setTimeout(step, 30);
   let asked = false;
@@ -151,6 +151,15 @@
     script.textContent = await unpacked(document.getElementById("plotly").textContent);
     document.head.append(script);
   }
+
+  // a link to what is folded opens it
+  function open() {
+    const target = location.hash && document.getElementById(location.hash.slice(1));
+    const folded = target && target.querySelector(":scope > details");
+    if (folded) folded.open = true;
+  }
+  addEventListener("hashchange", open);
+  open();
 
   const plots = document.querySelectorAll(".plot");
   if (!("DecompressionStream" in window)) {

@@ -1,5 +1,7 @@
 """Quantities logged by laws and estimators, over time."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
@@ -16,29 +18,62 @@ def logged(view: View) -> list[str]:
     return [name for name in names if name.partition(".")[0] in view.laws and "." in name]
 
 
+class Quantity(NamedTuple):
+    """What goes on one panel: its title, its values (k, n) in a unit."""
+
+    title: str
+    values: np.ndarray
+    unit: str
+
+
 def logs(view: View) -> Picture:
-    """A panel for each logged quantity, of several states one for each."""
+    """A panel for each logged quantity that changes, of several states one for each."""
+    found = [each for name in logged(view) for each in _quantities(view, name)]
+    shown = [each for each in found if not _is_constant(each)]
+    still = [_constant_in_words(each) for each in found if _is_constant(each)]
     caption = (
         "Quantities logged by laws and estimators, each under the name of its law or estimator. "
         "Of a covariance, the standard deviations."
     )
-    panels = (panel for name in logged(view) for panel in _panels(view, name))
-    return Picture("logs", "Logs", caption, tuple(panels))
+    if still:
+        caption += f" Without change: {', '.join(still)}."
+    return Picture("logs", "Logs", caption, tuple(_panel(view, each) for each in shown or found))
 
 
-def _panels(view: View, name: str) -> list[Panel]:
+def _is_constant(quantity: Quantity) -> bool:
+    values = quantity.values
+    return np.array_equal(values, np.broadcast_to(values[0], values.shape), equal_nan=True)
+
+
+def _constant_in_words(quantity: Quantity) -> str:
+    first, unit = quantity.values[0], quantity.unit
+    if np.isnan(first).all():
+        return f"{quantity.title} without a value"
+    shown = " / ".join(f"{value:g}" for value in first)
+    return f"{quantity.title} = {shown}{'' if unit == '1' else f' {unit}'}"
+
+
+def _quantities(view: View, name: str) -> list[Quantity]:
+    """What a logged variable gives to show, angles in degrees."""
     variable, values, of = view.result[name], view.values(name), name
     labels = [view.result[dim].values.tolist() for dim in variable.dims[1:] if _named(view, dim)]
     if len(labels) == 2 and labels[0] == labels[1]:
         values, of = np.sqrt(np.einsum("kii->ki", values)), f"{name}, standard deviation"
     elif len(labels) != 1 or values.ndim != 2:
         unit = variable.attrs.get("units", "1")
-        return [_panel(view, name, values.reshape(len(values), -1), unit)]
+        return [_in_degrees(name, values.reshape(len(values), -1), unit)]
     units = view.result[f"{variable.dims[1]}_units"].values
     return [
-        _panel(view, f"{of}, {stem}", values[:, columns], str(units[columns.start]))
+        _in_degrees(f"{of}, {stem}", values[:, columns], str(units[columns.start]))
         for stem, columns in _groups(labels[0])
     ]
+
+
+def _in_degrees(title: str, values: np.ndarray, unit: str) -> Quantity:
+    """A quantity, angles in degrees unless its own name says radians."""
+    if unit.split("/")[0] == "rad" and "rad" not in title.split("_"):
+        return Quantity(title, np.degrees(values), f"deg{unit.removeprefix('rad')}")
+    return Quantity(title, values, unit)
 
 
 def _named(view: View, dim) -> bool:
@@ -57,12 +92,13 @@ def _groups(labels: list[str]) -> list[tuple[str, slice]]:
     return found
 
 
-def _panel(view: View, title: str, values: np.ndarray, unit: str) -> Panel:
-    """A panel of the columns of an array (k, n)."""
-    factor = 1.0
-    if unit.replace(" ", "").isalpha():  # of powers and quotients a prefix would be ambiguous
+def _panel(view: View, quantity: Quantity) -> Panel:
+    """A panel of a quantity."""
+    title, values, unit = quantity
+    # of powers and quotients a prefix would be ambiguous; millidegrees are unusual
+    if unit.replace(" ", "").isalpha() and unit != "deg":
         factor, unit = prefixed(values, unit)
-    values = factor * values
+        values = factor * values
     if (columns := values.shape[1]) == 3:
         lines = xyz(view.t_s, values)
     elif columns == 1:
@@ -72,4 +108,5 @@ def _panel(view: View, title: str, values: np.ndarray, unit: str) -> Panel:
         lines = tuple(
             line_of(str(k), view.t_s, values[:, k], each) for k, each in enumerate(colours)
         )
-    return whole(view, title=title, y_label=f"[{unit}]", lines=lines)
+    owner = title.partition(".")[0]
+    return whole(view, title=title, y_label=f"[{unit}]", lines=lines, fold=owner)

@@ -49,7 +49,8 @@ class Bar:
 class Panel:
     """One set of axes: `window` None shows the whole run; `y_range` None fits the data.
 
-    With `bars` it is a strip of these instead, without a y axis.
+    With `bars` it is a strip of these instead, without a y axis. Panels with the same `fold` are
+    folded on a page, under this name.
     """
 
     title: str
@@ -63,6 +64,7 @@ class Panel:
     bands_label: str = ECLIPSE
     marks: tuple[Mark, ...] = ()
     bars: tuple[Bar, ...] = ()
+    fold: str = ""
 
 
 @dataclass(frozen=True)
