@@ -244,12 +244,12 @@ def test_states_and_their_deviations_have_panels_of_one_unit_each():
 def test_what_never_changes_has_no_panel_but_a_word(view):
     name = "pitch.momentum_error_n_m_s"
     values = view.result[name]
-    for still, words in ((values * 0.0 + 2.0, f"{name} = 2 N m s"),
-                         (values * np.nan, f"{name} without a value")):  # fmt: skip
+    for still, words in ((values * 0.0 + 2.0, f"Always 2 N m s: {name}."),
+                         (values * np.nan, f"Without a value: {name}.")):  # fmt: skip
         changed = view_of(view.result.assign({name: still.assign_attrs(values.attrs)}))
         (logs,) = [each for each in drawn.pictures(changed) if each.name == "logs"]
         assert [panel.title for panel in logs.panels if not panel.bars] == ["pitch.pitch_rad"]
-        assert logs.caption.endswith(f"Without change: {words}.")
+        assert logs.caption.endswith(words)
 
 
 def test_a_long_page_folds_what_comes_last(view):

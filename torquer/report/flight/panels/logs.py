@@ -30,13 +30,16 @@ def logs(view: View) -> Picture:
     """A panel for each logged quantity that changes, of several states one for each."""
     found = [each for name in logged(view) for each in _quantities(view, name)]
     shown = [each for each in found if not _is_constant(each)]
-    still = [_constant_in_words(each) for each in found if _is_constant(each)]
+    still: dict[str, list[str]] = {}
+    for each in found:
+        if _is_constant(each):
+            still.setdefault(_constant_in_words(each), []).append(each.title)
     caption = (
         "Quantities logged by laws and estimators, each under the name of its law or estimator. "
         "Of a covariance, the standard deviations."
     )
-    if still:
-        caption += f" Without change: {', '.join(still)}."
+    for words, titles in still.items():
+        caption += f" {words}: {', '.join(titles)}."
     return Picture("logs", "Logs", caption, tuple(_panel(view, each) for each in shown or found))
 
 
@@ -48,9 +51,9 @@ def _is_constant(quantity: Quantity) -> bool:
 def _constant_in_words(quantity: Quantity) -> str:
     first, unit = quantity.values[0], quantity.unit
     if np.isnan(first).all():
-        return f"{quantity.title} without a value"
-    shown = " / ".join(f"{value:g}" for value in first)
-    return f"{quantity.title} = {shown}{'' if unit == '1' else f' {unit}'}"
+        return "Without a value"
+    shown = " / ".join(f"{value:g}" for value in dict.fromkeys(first))
+    return f"Always {shown}{'' if unit == '1' else f' {unit}'}"
 
 
 def _quantities(view: View, name: str) -> list[Quantity]:
