@@ -2,8 +2,29 @@
 
 import base64
 import gzip
+import json
+import re
+
+import numpy as np
 
 
 def unpacked(text: str) -> str:
     """The text of a packed script."""
     return gzip.decompress(base64.b64decode(text)).decode("utf-8")
+
+
+def figures_on(page: str) -> dict[str, dict]:
+    """Plotly figures of a page by the words that describe them."""
+    found = re.findall(r'aria-label="([^"]+)"[^>]*><script [^>]*>([^<]+)</script>', page)
+    return {words: json.loads(unpacked(text)) for words, text in found}
+
+
+def numbers(values: dict) -> np.ndarray:
+    """Numbers that a trace has packed."""
+    return np.frombuffer(base64.b64decode(values["bdata"]), dtype=f"<{values['dtype']}")
+
+
+def trace(figure: dict, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """(x, y) of the first trace with a name that is in the legend."""
+    each = next(t for t in figure["data"] if t["name"] == name and t.get("showlegend", True))
+    return numbers(each["x"]), numbers(each["y"])

@@ -3,7 +3,9 @@
 import json
 
 import numpy as np
+import plotly.graph_objects as go
 import pytest
+from unpacking import figures_on, trace
 
 import torquer
 from torquer.compile import engine
@@ -78,7 +80,16 @@ def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path)
     page = (out / "report.html").read_text(encoding="utf-8")
     pictures = sorted(path.stem for path in (out / "plots").glob("*.png"))
     assert pictures == ["consistency", "errors_attitude", "errors_gyro_bias", "whiteness"]
-    assert page.count("data:image/png;base64,") == 4
+    figures = figures_on(page)
+    assert [*figures] == [
+        "Attitude error.", "Gyro bias error.", "Consistency.", "Whiteness.",
+    ]  # fmt: skip
+    for figure in figures.values():
+        go.Figure(figure)
+    _, spread = trace(figures["Attitude error."], "±3 sigma of the runs")
+    _, linear = trace(figures["Attitude error."], "±3 sigma, linear covariance")
+    assert 0.2 < np.median(spread) / np.median(linear) < 5.0
+    assert len(page) < 3e6
     assert "NEES of the attitude" in page and "magnetometer_noise_nt = 20" in page
 
 
@@ -119,6 +130,7 @@ def test_a_filter_that_never_starts_is_told_in_words(call, with_filter, tmp_path
     assert not any(line.startswith(("ok ", "FAIL")) for line in said.splitlines())
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Never started" in page and "nan" not in page.replace("nano", "")
+    assert "<script" not in page and "need JavaScript" not in page
     code, said, _ = call("filter-check", path, "--runs", "3", "--json")
     found = json.loads(said)
     assert code == 1 and found["verdict"] == "never started" and found["error_deg"] is None

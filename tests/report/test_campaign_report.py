@@ -11,6 +11,7 @@ import pytest
 import xarray as xr
 from artificial_campaign import artificial
 from scipy import stats
+from unpacking import figures_on, numbers, trace
 
 from torquer.campaign.comparison import comparison, mean_difference, rate_difference
 from torquer.campaign.contents import least_is_worst, missing_as_worst, outcomes_of
@@ -177,9 +178,48 @@ def test_the_page_has_the_numbers_and_loads_nothing(summary, written):
         assert f"{each['mean']:.4g} ({low:.4g} to {high:.4g})" in text
         for worst in each["worst"]:
             assert f"torquer campaign FILE --member {worst['member']}<" in text
-    assert text.count("<img") == len(written) - 1
-    assert "default-src 'none'" in text and "<script" not in text
-    assert not re.search(r'(src|href)="(?!data:image/png;base64,)', text)
+    assert "default-src 'none'" in text and "<img" not in text
+    assert not re.search(r'<[^>]*(src|href)="(?!#)', text)
+    assert "need JavaScript; the PNG files next to this page show the same" in text
+
+
+def test_the_plots_of_the_page_have_the_numbers_of_the_pictures(result, summary, written):
+    import plotly.graph_objects as go
+
+    figures = figures_on(written[0].read_text(encoding="utf-8"))
+    for figure in figures.values():
+        go.Figure(figure)
+    shown = figures["Distribution of settling_s."]
+    x, share = trace(shown, "share of members")
+    known = outcomes_of(result)["settling_s"]
+    for k in (5, 20):
+        assert share[k] == pytest.approx(np.mean(known <= x[k]), rel=1e-6)
+    edges, counts = trace(shown, "members")
+    assert counts[1:-1:2].sum() == np.isfinite(known).sum() and edges[0] == np.nanmin(known)
+    levels = [each["x0"] for each in shown["layout"]["shapes"]]
+    for each in summary["outcomes"]["settling_s"]["quantiles"].values():
+        assert each["value"] is None or each["value"] in levels
+    rate = figures[f"{result['series.settling_s'].attrs['long_name']} over time."]
+    _, median = trace(rate, "median")
+    series = result["series.settling_s"].transpose("member", "time").values
+    flown = series[(result["how_it_ended"] == "complete").values]
+    assert median[-1] == pytest.approx(percentiles(flown)[2, -1])
+    bars = figures["Rank correlations of outcomes with inputs."]["data"]
+    pairs = {(bar["name"], key): r for bar in bars if bar["type"] == "bar"
+             for key, r in zip(bar["y"], bar["x"], strict=True)}  # fmt: skip
+    for each in summary["correlations"][:5]:
+        assert pairs[each["outcome"], each["input"]] == each["correlation"]
+    converged = figures["Convergence of the success rate."]
+    assert trace(converged, "estimate")[1][-1] == pytest.approx(summary["success"]["rate"])
+
+
+def test_the_menu_of_a_scatter_shows_one_input_at_a_time(written):
+    figures = figures_on(written[0].read_text(encoding="utf-8"))
+    figure = figures["settling_s over inputs."]
+    (menu,) = figure["layout"]["updatemenus"]
+    shown = [button["args"][0]["visible"] for button in menu["buttons"]]
+    assert len(shown) > 1 and np.sum(shown, axis=0).tolist() == [1] * len(figure["data"])
+    assert [trace["visible"] for trace in figure["data"]] == shown[0]
 
 
 def test_a_member_of_a_latin_hypercube_flies_again_with_all_its_runs(result, summary):
@@ -332,3 +372,12 @@ def test_the_page_of_two_campaigns(result, tmp_path):
         "differences",
     ]
     check_pictures(paths[1:])
+    figures = figures_on(text)
+    settled = figures["Distribution functions of settling_s."]
+    for campaign, each in zip((result, other), settled["data"], strict=True):
+        x, share = numbers(each["x"]), numbers(each["y"])
+        known = outcomes_of(campaign)["settling_s"]
+        assert share[7] == pytest.approx(np.mean(known <= x[7]), rel=1e-6)
+    shown = [figure for words, figure in figures.items() if words.startswith("Difference of")]
+    assert len(shown) == len(found["outcomes"]) + 1
+    assert numbers(shown[0]["data"][0]["x"]).tolist() == list(found["success"]["interval"])

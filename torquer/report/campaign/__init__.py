@@ -38,5 +38,5 @@ def compare_campaigns(a: xr.Dataset, b: xr.Dataset, out: Path) -> list[Path]:
     a, b = independent(a), independent(b)
     own_folder(folder / "plots")
     pictures = draw_compared(a, b, found, folder / "plots")
-    page = write_compared(found, pictures, folder / "report.html")
+    page = write_compared(a, b, found, folder / "report.html")
     return [page, *pictures.values()]

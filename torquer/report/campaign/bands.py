@@ -71,27 +71,33 @@ def draw_bands(result: xr.Dataset, summary: dict, names: list[str]) -> Figure | 
     axes.set_yscale("log" if is_wide(found) else "linear")
     axes.set_xlim(t[0], t[-1] if t[-1] > t[0] else t[0] + 1.0)
     axes.set_xlabel(f"time [{clock.unit}]", fontsize=SMALL)
-    axes.set_ylabel(literal(with_unit(title, _unit(result, names[0]))), fontsize=SMALL)
+    axes.set_ylabel(literal(with_unit(title, unit_of_series(result, names[0]))), fontsize=SMALL)
     legend(axes, handles)
     return figure
 
 
-def _unit(result: xr.Dataset, name: str) -> str:
+def unit_of_series(result: xr.Dataset, name: str) -> str:
+    """Unit of the signal that an outcome is taken from."""
     known = name in result and "signal" in result[name].attrs
     return unit_of_signal(json.loads(result[name].attrs["signal"])) if known else ""
 
 
-def _draw_worst(axes, t, result, series, summary, names) -> list:
-    """Lines of the worst members, each once; at most three."""
+def worst_members_of(result: xr.Dataset, summary: dict, names: list[str]) -> list[tuple[int, int]]:
+    """Worst member of each outcome, each member once, and its row; at most three."""
     members = members_of(result)
-    worst = {
-        found["worst"][0]["member"]: name
+    worst = dict.fromkeys(
+        found["worst"][0]["member"]
         for name in reversed(names)
         if (found := summary["outcomes"].get(name)) and found["worst"]
-    }
+    )
+    return [(member, int(np.flatnonzero(members == member)[0])) for member in [*worst][:3]]
+
+
+def _draw_worst(axes, t, result, series, summary, names) -> list:
+    """Lines of the worst members."""
     lines = []
-    for (member, _), colour in zip(list(worst.items())[:3], _COLOURS, strict=False):
-        row = int(np.flatnonzero(members == member)[0])
+    found = worst_members_of(result, summary, names)
+    for (member, row), colour in zip(found, _COLOURS, strict=False):
         label = f"worst: member {member}"
         lines += axes.plot(t, series[row], color=colour, lw=1.0, label=label)
     return lines

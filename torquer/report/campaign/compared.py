@@ -1,6 +1,5 @@
 """Two campaigns side by side: distribution functions, differences, one HTML page."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from matplotlib.figure import Figure
 
 from torquer.campaign.contents import missing_as_worst
 from torquer.campaign.summary import percent, with_unit
+from torquer.report.campaign.interactive import cdf_figure, difference_figure
 from torquer.report.campaign.pictures import write_all
 from torquer.report.campaign.shared import is_wide, literal, steps
 from torquer.report.campaign.tables import (
@@ -18,7 +18,7 @@ from torquer.report.campaign.tables import (
 )
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.figure import INK, SMALL, foot, legend, place, quiet, sheet
-from torquer.report.common.html import card, cards, picture
+from torquer.report.common.html import card, cards
 from torquer.simulation.results.file import put
 
 _COLOURS = (BLUE, ORANGE)
@@ -104,23 +104,26 @@ def _draw_differences(found: dict) -> Figure | None:
 # ------------------------------------------------------------------ page
 
 
-def write_compared(found: dict, pictures: Mapping[str, Path], path: Path) -> Path:
-    """Write the page, its pictures within it."""
+def write_compared(a: xr.Dataset, b: xr.Dataset, found: dict, path: Path) -> Path:
+    """Write the page on two campaigns."""
     title = f"{found['names'][0]} and {found['names'][1]}: campaigns compared"
     differences = card(
         "differences",
         "Differences B - A",
-        about_comparison(found),
+        f"{about_comparison(found)} Bars: the same intervals; orange: they exclude zero.",
         {"grid": comparison_grid(found)},
-        picture(pictures.get("differences"), "Differences of the outcomes with their intervals"),
+        *(
+            {"figure": difference_figure(label, *each), "words": f"Difference of the {label}."}
+            for label, each in differences_of(found).items()
+        ),
     )
-    made = [differences, *(_distribution(found, pictures, name) for name in found["outcomes"])]
-    labels = "; ".join(labels_of(found))
-    text = cards(title, made, interactive=False, description=labels)
-    return put(path, text)
+    made = [differences, *(_distribution(a, b, found, name) for name in found["outcomes"])]
+    return put(path, cards(title, made, description="; ".join(labels_of(found))))
 
 
-def _distribution(found: dict, pictures: Mapping[str, Path], name: str) -> dict:
-    caption = found["summaries"][0]["outcomes"][name]["definition"]
-    shown = picture(pictures.get(f"cdf_{name}"), f"Distribution functions of {name}")
-    return card(f"cdf_{name}", name, caption, shown or {"line": "No member has a value."})
+def _distribution(a: xr.Dataset, b: xr.Dataset, found: dict, name: str) -> dict:
+    each = found["summaries"][0]["outcomes"][name]
+    figure = cdf_figure(a, b, labels_of(found), name, each["unit"])
+    words = f"Distribution functions of {name}."
+    shown = {"figure": figure, "words": words} if figure else {"line": "No member has a value."}
+    return card(f"cdf_{name}", name, each["definition"], shown)

@@ -22,9 +22,18 @@ _PANEL, _UNDER = 1.15, 0.5
 
 def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
     """A panel for the success rate and for each mean; None with fewer than two members."""
+    counts, found = estimates(result, summary)
+    return _drawn(found, counts, result, summary) if found else None
+
+
+def estimates(result: xr.Dataset, summary: dict) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Numbers of members, and by name the success rate and means of as many [counts, 3].
+
+    None of these with fewer than two members.
+    """
     confidence = summary["confidence"]
     if summary["independent"] < 2:
-        return None
+        return np.empty(0), {}
     counts = counts_to(summary["independent"])
     found = {}
     succeeded = succeeded_in(result)
@@ -35,7 +44,7 @@ def draw_convergence(result: xr.Dataset, summary: dict) -> Figure | None:
         values = values if times is None else times
         if np.isfinite(values).sum() > 1:
             found[name] = means(values, counts, confidence)
-    return _drawn(found, counts, result, summary) if found else None
+    return counts, found
 
 
 def counts_to(members: int) -> np.ndarray:

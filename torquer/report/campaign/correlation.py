@@ -28,10 +28,10 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     if not names:
         return None
     keys = most_correlated([pairs[name] for name in names])
-    columns, labels = _columns(result, keys)
+    columns, labels = columns_and_labels(result, keys)
     width, height = 1.1 + len(keys) * (_CELL + _GAP), _HEAD + len(names) * (_TALL + _GAP) + 0.75
     figure = sheet(max(width, 6.4), height, f"Members · {summary['name']}")
-    kinds = _kinds(result)
+    kinds = kinds_of(result)
     for i, name in enumerate(names):
         values = outcomes_of(result)[name]
         for j, key in enumerate(keys):
@@ -51,7 +51,7 @@ def draw_scatter(result: xr.Dataset, summary: dict) -> Figure | None:
     return figure
 
 
-def _columns(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
+def columns_and_labels(result: xr.Dataset, keys: list[str]) -> tuple[dict, dict[str, str]]:
     """Numbers [n] and labels of inputs; times count in days."""
     columns = columns_of(inputs_of(result))
     labels = {key: literal(_short(key, 34)) for key in keys}
@@ -83,7 +83,7 @@ def _short(text: str, length: int) -> str:
     return text if len(text) <= length else f"…{text[1 - length :]}"
 
 
-def _kinds(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
+def kinds_of(result: xr.Dataset) -> list[tuple[str, str, np.ndarray]]:
     """Label, colour and rows of members, by how they ended."""
     failed, succeeded = failed_in(result), succeeded_in(result)
     if succeeded is None:

@@ -44,7 +44,8 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
         _mark(axes, each, condition)
     beyond = [*x, lower.get_xlim()[1]], [*share, share[-1]]
     if end is not None and each["members"] > 1:
-        _draw_band(lower, *beyond, len(values), summary["confidence"])
+        low, high = share_band(beyond[1], len(values), summary["confidence"])
+        lower.fill_between(beyond[0], low, high, step="post", color=BLUE, alpha=0.22, lw=0)
     lower.plot(*beyond, color=BLUE, lw=1.4, drawstyle="steps-post")
     upper.tick_params(labelbottom=False)
     _name_quantiles(upper, each)
@@ -55,15 +56,14 @@ def draw_distribution(result: xr.Dataset, summary: dict, name: str) -> Figure:
     return figure
 
 
-def _draw_band(axes, x, share, members: int, confidence: float) -> None:
-    """Confidence interval of the share at each time.
+def share_band(share, members: int, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the confidence interval of the share at each time.
 
     A member that has not arrived is censored at the end of the run; one whose run failed counts as
     one that never arrives. At each time the number of those that have arrived is binomial.
     """
     found = [rate_interval(round(part * members), members, confidence) for part in share]
-    low, high = np.array(found).T
-    axes.fill_between(x, low, high, step="post", color=BLUE, alpha=0.22, lw=0)
+    return tuple(np.array(found).T)
 
 
 def _right_end(axes, edges) -> float:

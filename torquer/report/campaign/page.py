@@ -6,9 +6,19 @@ from pathlib import Path
 
 import xarray as xr
 
-from torquer.campaign.contents import table_of
+from torquer.campaign.contents import outcomes_of, table_of
+from torquer.campaign.spec import SUCCESS
 from torquer.campaign.summary import headline_rows, percent
 from torquer.report.campaign.bands import series_by_signal
+from torquer.report.campaign.convergence import estimates
+from torquer.report.campaign.interactive import (
+    bands_figure,
+    convergence_figure,
+    correlations_figure,
+    distribution_figure,
+    scatter_figure,
+    sobol_figure,
+)
 from torquer.report.campaign.tables import (
     campaign_rows,
     correlation_grid,
@@ -17,20 +27,20 @@ from torquer.report.campaign.tables import (
     sensitivity_grid,
     worst_grid,
 )
-from torquer.report.common.html import card, cards, picture
+from torquer.report.common.html import card, cards
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
 
 
 def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], path: Path) -> Path:
-    """Write the page, its pictures within it."""
+    """Write the page; `pictures` of the same by name, for the signals over time that have one."""
     made = [
         _outcomes(summary),
-        *_each_outcome(summary, pictures),
-        *_over_time(result, pictures),
-        *_dependence(summary, pictures),
-        *_sensitivity(summary, pictures),
-        *_convergence(pictures),
+        *_each_outcome(result, summary),
+        *_over_time(result, summary, pictures),
+        *_dependence(result, summary),
+        *_sensitivity(summary),
+        *_convergence(result, summary),
         *_worst(result, summary),
         _scenario(result),
     ]
@@ -40,7 +50,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
         ("The campaign", campaign_rows(table_of(result))),
     ]
     title = f"{summary['name']}: campaign"
-    text = cards(title, made, interactive=False, description=description, columns=columns)
+    text = cards(title, made, description=description, columns=columns)
     return put(path, text)
 
 
@@ -53,20 +63,27 @@ def _outcomes(summary: dict) -> dict:
     return card("outcomes", "Outcomes", caption, {"grid": outcome_grid(summary)})
 
 
-def _each_outcome(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
+def _each_outcome(result: xr.Dataset, summary: dict) -> list[dict]:
     return [
         card(
             f"outcome_{name}",
             name,
             each["definition"],
-            picture(pictures.get(f"distribution_{name}"), f"Distribution of {name}"),
+            _plot(distribution_figure(result, summary, name), f"Distribution of {name}")
+            if each["mean"] is not None
+            else {},
             {"pairs": outcome_rows(each)},
         )
         for name, each in summary["outcomes"].items()
     ]
 
 
-def _over_time(result: xr.Dataset, pictures: Mapping[str, Path]) -> list[dict]:
+def _plot(figure: dict | None, words: str) -> dict:
+    """A part of a card; empty if there is no figure."""
+    return {} if figure is None else {"figure": figure, "words": f"{words}."}
+
+
+def _over_time(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
     found = []
     for names in series_by_signal(result):
         name = f"series_{names[0]}"
@@ -76,11 +93,12 @@ def _over_time(result: xr.Dataset, pictures: Mapping[str, Path]) -> list[dict]:
                 "Percentiles at each instant over the members that did not fail, and the members "
                 f"with the worst {', '.join(names)}."
             )
-            found.append(card(name, title, caption, picture(pictures[name], title)))
+            figure = bands_figure(result, summary, names)
+            found.append(card(name, title, caption, _plot(figure, title)))
     return found
 
 
-def _dependence(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
+def _dependence(result: xr.Dataset, summary: dict) -> list[dict]:
     if not summary["correlations_computed"]:
         return []
     chance, pairs = summary["chance_correlation"], summary["correlations_computed"]
@@ -88,19 +106,24 @@ def _dependence(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
         f"Spearman's rank correlations. Between independent quantities, one in "
         f"{1.0 / (1.0 - summary['confidence']):.3g} exceeds {chance:.3g} in magnitude by chance: "
         f"about {pairs * (1.0 - summary['confidence']):.2g} of the {pairs} here. "
-        f"{len(summary['correlations'])} do."
+        f"{len(summary['correlations'])} do. Menus select the input over which an outcome is "
+        "drawn, with its correlation."
     )
     if any("][" in each["input"] for each in summary["correlations"]):
         caption += " KEY[i][j] of an attitude: element of the matrix from body to reference axes."
+    bars = correlations_figure(result, summary)
     parts = (
-        picture(pictures.get("correlations"), "Rank correlations of outcomes with inputs"),
-        picture(pictures.get("scatter"), "Outcomes over inputs"),
+        _plot(bars, "Rank correlations of outcomes with inputs"),
         {"grid": correlation_grid(summary)} if summary["correlations"] else {},
+        *(
+            _plot(scatter_figure(result, summary, name), f"{name} over inputs")
+            for name in outcomes_of(result)
+        ),
     )
     return [card("dependence", "Dependence on what varied", caption, *parts)]
 
 
-def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
+def _sensitivity(summary: dict) -> list[dict]:
     if summary["sensitivity"] is None:
         return []
     points = summary["sensitivity"]["points"]
@@ -109,19 +132,28 @@ def _sensitivity(summary: dict, pictures: Mapping[str, Path]) -> list[dict]:
         "outcome's variance due to a key alone (S1) and with all its interactions (ST). The "
         "components of a vector, and keys that vary together, count as one input. Noise is a "
         "further input, without an index here. Points with a missing value are left out. In "
-        f"brackets: {percent(summary['confidence'])} confidence intervals."
+        f"brackets and as thin lines: {percent(summary['confidence'])} confidence intervals."
     )
-    shown = picture(pictures.get("sobol"), "Sobol indices of every outcome")
+    parts: list[dict] = []
+    for name, found in summary["sensitivity"]["outcomes"].items():
+        if found["groups"]:
+            figure = _plot(sobol_figure(found["groups"]), f"Sobol indices of {name}")
+            parts += [{"title": name}, figure]
     grid = {"grid": sensitivity_grid(summary)}
-    return [card("sensitivity", "Sensitivity", caption, shown, grid)]
+    return [card("sensitivity", "Sensitivity", caption, *parts, grid)]
 
 
-def _convergence(pictures: Mapping[str, Path]) -> list[dict]:
-    if "convergence" not in pictures:
-        return []
+def _convergence(result: xr.Dataset, summary: dict) -> list[dict]:
+    counts, found = estimates(result, summary)
+    parts = [
+        _plot(
+            convergence_figure(name, counts, each, result, summary),
+            f"Convergence of {'the success rate' if name == SUCCESS else name}",
+        )
+        for name, each in found.items()
+    ]
     caption = "Estimates from more and more members, in the order of the file."
-    shown = picture(pictures["convergence"], "Estimates over the number of members")
-    return [card("convergence", "Convergence", caption, shown)]
+    return [card("convergence", "Convergence", caption, *parts)] if parts else []
 
 
 def _worst(result: xr.Dataset, summary: dict) -> list[dict]:
@@ -137,4 +169,4 @@ def _scenario(result: xr.Dataset) -> dict:
     versions = json.loads(result.attrs.get("versions", "{}"))
     rows = [(str(name), str(version)) for name, version in versions.items()]
     parts = ({"text": text}, {"title": "Versions"}, {"pairs": rows})
-    return card("scenario", "Scenario", "What all members share.", *parts)
+    return card("scenario", "Scenario", "What all members share.", *parts, folded=True)

@@ -32,18 +32,22 @@ def page(template: str, title: str, interactive: bool = True, **data) -> str:
     return _environment().get_template(template).render(data)
 
 
-def cards(title: str, given: Sequence[Mapping], interactive: bool = True, **data) -> str:
+def cards(title: str, given: Sequence[Mapping], **data) -> str:
     """A page of cards one below the other; see `card`."""
+    interactive = any("figure" in part for each in given for part in each["parts"])
     return page("cards.html", title, interactive, cards=given, **data)
 
 
-def card(id: str, title: str, caption: str, *parts: Mapping[str, Any]) -> dict:
-    """A card and its parts, each a dictionary with one of these keys.
+def card(
+    id: str, title: str, caption: str, *parts: Mapping[str, Any], folded: bool = False
+) -> dict:
+    """A card and its parts, to open if it is folded; each part a dictionary with one of these keys.
 
     "figure" (a plotly figure) or "picture" (base64 of a PNG), with "words" that describe it;
     "pairs" (labels and values), "grid" (head and rows), "text" (as it is), "title", "line".
     """
-    return {"id": id, "title": title, "caption": caption, "parts": [part for part in parts if part]}
+    shown = [part for part in parts if part]
+    return {"id": id, "title": title, "caption": caption, "parts": shown, "folded": folded}
 
 
 def encoded(data: bytes) -> str:

@@ -10,6 +10,8 @@ import numpy as np
 
 #: Visible on light and dark backgrounds.
 GRID = "rgba(128,128,128,0.25)"
+#: Look of a menu over a figure: plotly highlights its entries in pale colours, light or dark.
+MENU = {"showactive": True, "bgcolor": "#f4f6f8", "font": {"color": "#333333"}}
 MARGIN_PX = {"l": 62, "r": 46, "t": 34, "b": 42}
 
 
@@ -56,3 +58,73 @@ def axis(title: str, **keys) -> dict:
         "automargin": True,
         **keys,
     }
+
+
+def line(x, y, name: str, colour: str, width: float = 1.5, **keys) -> dict:
+    """A line; `keys` as plotly has them."""
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "x": packed(x, "f8"),
+        "y": packed(y),
+        "name": name,
+        "legendgroup": name,
+        "line": {"color": colour, "width": width, **keys.pop("line", {})},
+        **keys,
+    }
+
+
+def band(x, low, high, name: str, colour: str, opacity: float = 0.2, shape="linear") -> list[dict]:
+    """The area between two curves: two traces, one entry in the legend."""
+    edge = {"line": {"width": 0, "shape": shape, "color": colour}, "hoverinfo": "skip"}
+    fill = {"fill": "tonexty", "fillcolor": translucent(colour, opacity)}
+    lower, upper = (line(x, y, name, colour) for y in (low, high))
+    return [{**lower, **edge, "showlegend": False}, {**upper, **edge, **fill}]
+
+
+def square(name: str, colour: str) -> dict:
+    """An entry in the legend for what is shaded."""
+    marker = {"symbol": "square", "size": 12, "color": colour}
+    return {"type": "scatter", "mode": "markers", "x": [None], "y": [None], "name": name,
+            "marker": marker, "hoverinfo": "skip"}  # fmt: skip
+
+
+def shaded(x0: float, x1: float, colour: str) -> dict:
+    """A shape: a stretch of the x axis, over the whole height."""
+    return {"type": "rect", "layer": "below", "line": {"width": 0}, "fillcolor": colour,
+            "xref": "x", "x0": x0, "x1": x1, "yref": "paper", "y0": 0, "y1": 1}  # fmt: skip
+
+
+def vertical(x: float, colour: str, dash: str = "solid") -> dict:
+    """A shape: a vertical line over the whole height."""
+    return {**shaded(x, x, colour), "type": "line", "layer": "above",
+            "line": {"color": colour, "width": 1.2, "dash": dash}}  # fmt: skip
+
+
+def stacked(panels: list[tuple[list[dict], dict]], panel_px: int, x_axis: dict, **keys) -> dict:
+    """A figure of panels, one below the other over the same x: (traces, y axis) of each.
+
+    A name is once in the legend, whatever the number of panels that have it.
+    """
+    count, gap, seen, data, axes = len(panels), 0.08, set(), [], {}
+    share = (1.0 - gap * (count - 1)) / count
+    for k, (traces, y_axis) in enumerate(panels):
+        top = 1.0 - k * (share + gap)
+        number = "" if k == 0 else str(k + 1)
+        axes[f"yaxis{number}"] = {**y_axis, "domain": [max(top - share, 0.0), top]}
+        for trace in traces:
+            shown = trace.get("showlegend", True) and trace["name"] not in seen
+            seen |= {trace["name"]} if shown else set()
+            data.append({**trace, "yaxis": f"y{number}", "showlegend": shown})
+    last = f"y{count}" if count > 1 else "y"
+    height = panel_px * count + MARGIN_PX["t"] + MARGIN_PX["b"]
+    return {
+        "data": data,
+        "layout": layout(height, xaxis={**x_axis, "anchor": last}, **axes, **keys),
+    }
+
+
+def translucent(colour: str, part: float = 0.18) -> str:
+    """A colour "#rrggbb" that lets part of the background through."""
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{part})"

@@ -14,5 +14,5 @@ def write_filter_report(found: FilterCheck, out_dir) -> dict[str, Path]:
     folder = Path(out_dir)
     own_folder(folder / "plots")
     paths = draw_all(found, folder / "plots")
-    paths["report"] = write_page(found, paths, folder / "report.html")
+    paths["report"] = write_page(found, folder / "report.html")
     return paths

@@ -2,7 +2,6 @@
 
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 
 from torquer.analysis.filter_check import (
@@ -13,13 +12,15 @@ from torquer.analysis.filter_check import (
     rejected_in_words,
     restarts_in_words,
 )
-from torquer.report.common.html import card, cards, picture
+from torquer.analysis.observability import states_of
+from torquer.report.common.html import card, cards
+from torquer.report.filter.interactive import figures_of
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
 
 HEAD = ("Statistic", "Value", "95 % band", "Instants inside", "Result")
 _WORDS = {
-    "errors": "Thin lines: single runs. Where the solid line (scatter of the runs) follows the "
+    "errors": "Grey: single runs. Where the solid line (scatter of the runs) follows the "
     "dashed one (linear covariance analysis), the filter is as accurate as its sensors allow; with "
     "200 runs, sampling alone makes them differ by about 5 %.",
     "consistency": "Squared errors (NEES) and innovations (NIS), normalised by the covariance that "
@@ -30,18 +31,19 @@ _WORDS = {
 }
 
 
-def write_page(found: FilterCheck, pictures: Mapping[str, Path], path: Path) -> Path:
-    """Write the page, its pictures within it."""
+def write_page(found: FilterCheck, path: Path) -> Path:
+    """Write the page, its plots within it."""
     text = toml_of(json.loads(found.scenario.model_dump_json(exclude_none=True)))
     rows = list(map(check_row, found.checks))
+    states = states_of(found.scenario.control.estimator)
     made = [
         card("verdict", _capital(found.verdict.text), "", {"pairs": rows_of(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
-        *(_pictured(key, pictures[key]) for key in pictures if key != "report"),
-        card("scenario", "Scenario", "", {"text": text}),
+        *(_drawn(key, figure) for key, figure in figures_of(found, states).items()),
+        card("scenario", "Scenario", "", {"text": text}, folded=True),
     ]
     title = f"{found.scenario.name}: filter check"
-    return put(path, cards(title, made, interactive=False))
+    return put(path, cards(title, made))
 
 
 def _capital(text: str) -> str:
@@ -76,7 +78,7 @@ def check_row(check: Check) -> tuple[str, ...]:
     return check.name, f"{check.value:.3f}", band, inside, "ok" if check.passed else "FAIL"
 
 
-def _pictured(key: str, path: Path) -> dict:
+def _drawn(key: str, figure: dict) -> dict:
     kind, _, state = key.partition("_")
     title = f"{state.replace('_', ' ')} error".capitalize() if state else key.capitalize()
-    return card(key, title, _WORDS[kind], picture(path, title))
+    return card(key, title, _WORDS[kind], {"figure": figure, "words": f"{title}."})

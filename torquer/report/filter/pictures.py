@@ -14,9 +14,9 @@ from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.report.common.scales import Clock, clock_for
 
 #: Runs drawn one by one; readings apart up to which correlation is shown.
-_LINES, _LAGS = 40, 20
+_LINES, LAGS = 40, 20
 #: What states are drawn in: name of the unit, its size.
-_UNITS = {
+UNITS = {
     "attitude": ("deg", np.pi / 180.0),
     "rate": ("deg/s", np.pi / 180.0),
     "gyro bias": ("deg/h", np.pi / 180.0 / 3600.0),
@@ -24,7 +24,7 @@ _UNITS = {
     "magnetometer bias": ("nT", 1e-9),
 }
 #: Colours of the sensors.
-_COLOURS = {
+COLOURS = {
     "magnetometer": BLUE,
     "sun": ORANGE,
     "star_tracker": GREEN,
@@ -57,7 +57,7 @@ def shade(axes, t_s, seen, clock: Clock) -> None:
 def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
     """Three states: errors of runs within three sigma of Monte Carlo and linear covariance."""
     flown, expected = found.flown, found.expected
-    unit, size = _UNITS[name]
+    unit, size = UNITS[name]
     clock = clock_for(flown.t_s[-1])
     figure, panels = stacked(f"{name.capitalize()} error of {found.runs} runs", 3, 6.4, sharex=True)
     t = flown.t_s / clock.seconds
@@ -82,12 +82,8 @@ def _draw_errors(found: FilterCheck, name: str, first: int) -> Figure:
 
 def _draw_consistency(found: FilterCheck) -> Figure:
     """NEES and NIS per degree of freedom, mean over the runs, with 95 % bands."""
-    flown, n = found.flown, found.flown.errors.shape[-1]
+    flown, shown = found.flown, measures(found)
     clock = clock_for(flown.t_s[-1])
-    shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
-    for sensor, innovations in flown.innovations.items():
-        if np.isfinite(innovations).any():
-            shown[f"NIS, {sensor.replace('_', ' ')}"] = nis(innovations)
     title = f"NEES and NIS per degree of freedom, mean of {found.runs} runs"
     figure, panels = stacked(title, len(shown), 1.0 + 1.45 * len(shown), sharex=True)
     for axes, (name, (values, freedoms)) in zip(panels, shown.items(), strict=True):
@@ -109,10 +105,20 @@ def _draw_consistency(found: FilterCheck) -> Figure:
     return figure
 
 
+def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, int]]:
+    """NEES and NIS (runs, instants) and their degrees of freedom, by what they are of."""
+    flown, n = found.flown, found.flown.errors.shape[-1]
+    shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
+    for sensor, innovations in flown.innovations.items():
+        if np.isfinite(innovations).any():
+            shown[f"NIS, {sensor.replace('_', ' ')}"] = nis(innovations)
+    return shown
+
+
 def _draw_whiteness(found: FilterCheck) -> Figure:
     """Correlation of innovations over the number of readings between them."""
     figure, (axes,) = stacked("Correlation of innovations", 1, 3.2)
-    lags = np.arange(1, _LAGS + 1)
+    lags = np.arange(1, LAGS + 1)
     innovations_of = found.closely.innovations
     apart = 0.36 / max(len(innovations_of) - 1, 1)
     for k, (sensor, innovations) in enumerate(innovations_of.items()):
@@ -120,7 +126,7 @@ def _draw_whiteness(found: FilterCheck) -> Figure:
         if not np.isfinite(rows).any():
             continue
         place = lags + apart * (k - 0.5 * (len(innovations_of) - 1))
-        colour, name = _COLOURS[sensor], SENSOR_WORDS[sensor]
+        colour, name = COLOURS[sensor], SENSOR_WORDS[sensor]
         axes.vlines(place, 0.0, rows[:, 0], color=colour, lw=2.0, label=name)
         axes.fill_between(lags, -2.0 * rows[:, 1], 2.0 * rows[:, 1], color=colour, alpha=0.15, lw=0)
     axes.axhline(0.0, color=GREY, lw=0.8)

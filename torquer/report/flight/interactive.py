@@ -2,7 +2,15 @@
 
 import numpy as np
 
-from torquer.report.common.interactive import MARGIN_PX, axis, layout, packed, packed_times
+from torquer.report.common.interactive import (
+    MARGIN_PX,
+    axis,
+    layout,
+    packed,
+    packed_times,
+    square,
+    translucent,
+)
 from torquer.report.common.scales import clock_for, label_places, level_places
 from torquer.report.flight.panels.panel import MEASUREMENT, Bar, Line, Panel, shown_times
 from torquer.report.flight.view import View
@@ -66,7 +74,7 @@ def strip_figure(view: View, panel: Panel) -> dict:
 def _bar_trace(bar: Bar, clock_s: float) -> dict:
     """A step function, 1 within the spans and 0 without, filled."""
     edges = np.repeat(np.array(bar.spans) / clock_s, 2)
-    colour = _translucent(bar.colour, bar.opacity)
+    colour = translucent(bar.colour, bar.opacity)
     return {
         "type": "scatter",
         "x": packed(edges, "f8"),
@@ -137,7 +145,7 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
         "line": {"width": 0, "color": line.colour},
         "showlegend": False,
     }
-    fill = {"fill": "tonexty", "fillcolor": _translucent(line.colour)}
+    fill = {"fill": "tonexty", "fillcolor": translucent(line.colour)}
     traces = [
         {**unseen, "y": packed(series.low), "name": f"{line.label} min"},
         {**unseen, **fill, "y": packed(series.high), "name": f"{line.label} max"},
@@ -149,11 +157,6 @@ def _range_traces(line: Line, base: dict) -> list[dict]:
         {**drawn_edge, "y": packed(np.where(series.fast, edge, np.nan))}
         for edge in (series.low, series.high)
     ]
-
-
-def _translucent(colour: str, part: float = 0.18) -> str:
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return f"rgba({red},{green},{blue},{part})"
 
 
 def _band(panel: Panel, began: float, ended: float) -> dict:
@@ -172,16 +175,7 @@ def _band(panel: Panel, began: float, ended: float) -> dict:
 
 
 def _band_in_legend(panel: Panel) -> dict:
-    marker = {"symbol": "square", "size": 12, "color": _BANDS.get(panel.bands_label, _NIGHT)}
-    return {
-        "type": "scatter",
-        "x": [None],
-        "y": [None],
-        "mode": "markers",
-        "marker": marker,
-        "name": panel.bands_label,
-        "hoverinfo": "skip",
-    }
+    return square(panel.bands_label, _BANDS.get(panel.bands_label, _NIGHT))
 
 
 def _levels(panel: Panel) -> tuple[list[dict], list[dict]]:

@@ -47,7 +47,7 @@
     figure.layout.margin.l = 46;
     for (const trace of figure.data) delete trace.colorbar, trace.showscale = false;
     if (figure.layout.xaxis.dtick === 30) figure.layout.xaxis.dtick = 60;
-    return { height: Math.min(figure.layout.height, 300) };
+    return { height: Math.min(figure.layout.height, figure.layout.yaxis2 ? 480 : 300) };
   }
 
   // arrows move, + and - zoom, 0 shows all; in an animation arrows step and the space bar plays

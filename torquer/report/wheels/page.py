@@ -6,7 +6,7 @@ import numpy as np
 
 from torquer.report.common.colours import BLUE, ORANGE
 from torquer.report.common.html import card, cards
-from torquer.report.common.interactive import layout
+from torquer.report.common.interactive import MENU, layout
 from torquer.report.wheels.pictures import needed
 from torquer.report.wheels.tables import failure_rows, layout_rows, lost_label, summary_rows
 from torquer.simulation.results.file import put
@@ -15,7 +15,7 @@ from torquer.wheel_array.envelope import Envelope, momentum_envelope
 
 _FACE = "#7fb2d6"
 #: Place of the menu of failures, over the figure.
-_MENU = {"x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top", "showactive": True}
+_MENU = {**MENU, "x": 0.0, "xanchor": "left", "y": 1.0, "yanchor": "top"}
 
 
 def write_page(design, report: dict, path: Path) -> Path:

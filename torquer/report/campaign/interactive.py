@@ -1,0 +1,250 @@
+"""The pictures of a campaign as plotly figures: the same numbers, light or dark."""
+
+import math
+
+import numpy as np
+import xarray as xr
+
+from torquer.campaign.contents import (
+    end_s,
+    failed_in,
+    is_time,
+    missing_as_worst,
+    outcomes_of,
+    table_of,
+)
+from torquer.campaign.spec import SUCCESS
+from torquer.campaign.summary import correlations, percent, with_unit
+from torquer.report.campaign.bands import percentiles, unit_of_series, worst_members_of
+from torquer.report.campaign.convergence import mean_of
+from torquer.report.campaign.correlation import columns_and_labels, kinds_of, most_correlated
+from torquer.report.campaign.distribution import bins, share_band
+from torquer.report.campaign.shared import is_wide, steps
+from torquer.report.common.colours import BLUE, GREEN, GREY, ORANGE, PINK, RED, SKY
+from torquer.report.common.interactive import (
+    MARGIN_PX,
+    MENU,
+    axis,
+    band,
+    layout,
+    line,
+    packed,
+    shaded,
+    square,
+    stacked,
+    translucent,
+    vertical,
+)
+from torquer.report.common.scales import clock_for
+
+#: Colours of outcomes, worst members; of members that failed, which is dark on paper.
+COLOURS = (BLUE, ORANGE, GREEN, PINK, SKY, RED)
+_FAILED = RED
+#: Most instants of a line, most members of a kind, most inputs of a figure.
+_MOST_INSTANTS, _MOST_POINTS, _MOST_INPUTS = 1000, 1000, 10
+
+
+def distribution_figure(result: xr.Dataset, summary: dict, name: str) -> dict:
+    """An outcome's histogram above its distribution function, quantiles marked in both."""
+    each, values = summary["outcomes"][name], missing_as_worst(result, name)
+    known = values[np.isfinite(values)]
+    edges, (x, share) = bins(known), steps(values)
+    counts = np.histogram(known, edges)[0]
+    bars = line(np.repeat(edges, 2), [0, *np.repeat(counts, 2), 0], "members", BLUE, fill="tozeroy")
+    found = [line(x, share, "share of members", BLUE, line={"shape": "hv"})]
+    if is_time(result, name) and each["members"] > 1:
+        x = np.append(x, max(x[-1], end_s(result) or 0.0))
+        share = np.append(share, share[-1])
+        ends = share_band(share, len(values), summary["confidence"])
+        label = f"{percent(summary['confidence'])} confidence interval"
+        found = [*band(x, *ends, label, BLUE, shape="hv"),
+                 line(x, share, "share of members", BLUE, line={"shape": "hv"})]  # fmt: skip
+    shapes, marks = _marks(each, (table_of(result).get("success") or {}).get(name))
+    panels = [([bars, *marks], axis("members")), (found, axis("share", range=[0, 1.02]))]
+    x_axis = axis(with_unit(name, each["unit"]), type=_scale(known), hoverformat=".4~g")
+    return stacked(panels, 190, x_axis, shapes=shapes, hovermode="x unified")
+
+
+def _scale(values: np.ndarray) -> str:
+    return "log" if is_wide(values) else "linear"
+
+
+def _marks(each: dict, condition: dict | None) -> tuple[list[dict], list[dict]]:
+    """Vertical lines at quantiles, mean and condition of success, and their entries."""
+    quantiles = [found["value"] for found in each["quantiles"].values()]
+    mean = [] if each["missing"] else [each["mean"]]
+    shown = (
+        ("percentiles: 1, 5, 50, 95, 99 %", quantiles, ORANGE, "solid"),
+        ("mean", mean, GREY, "dash"),
+        ("condition of success", (condition or {}).values(), GREEN, "solid"),
+    )
+    shapes, entries = [], []
+    for name, places, colour, dash in shown:
+        known = [place for place in places if place is not None]
+        shapes += [vertical(place, colour, dash) for place in known]
+        entries += [square(name, colour)] if known else []
+    return shapes, entries
+
+
+def bands_figure(result: xr.Dataset, summary: dict, names: list[str]) -> dict:
+    """Percentiles of a signal over time, and the worst member of each outcome taken from it."""
+    variable = result[f"series.{names[0]}"].transpose("member", "time")
+    t_s = result["time"].values.astype(float)
+    rows = np.unique(np.linspace(0, len(t_s) - 1, _MOST_INSTANTS).astype(int))
+    clock = clock_for(float(t_s[-1] - t_s[0]))
+    t, values = t_s[rows] / clock.seconds, variable.values[:, rows]
+    found = percentiles(values[~failed_in(result)])
+    data = [*band(t, found[0], found[4], "5 to 95 %", BLUE, 0.18),
+            *band(t, found[1], found[3], "25 to 75 %", BLUE, 0.3),
+            line(t, found[2], "median", BLUE, 2.0)]  # fmt: skip
+    for (member, row), colour in zip(worst_members_of(result, summary, names), (RED, ORANGE, PINK),
+                                     strict=False):  # fmt: skip
+        data.append(line(t, values[row], f"worst: member {member}", colour, 1.2))
+    title = with_unit(str(variable.attrs.get("long_name", names[0])),
+                      unit_of_series(result, names[0]))  # fmt: skip
+    y_axis = axis(title, type=_scale(found), hoverformat=".4~g")
+    x_axis = axis(f"time [{clock.unit}]", hoverformat=".4~g")
+    return {"data": data,
+            "layout": layout(360, xaxis=x_axis, yaxis=y_axis, hovermode="x unified")}  # fmt: skip
+
+
+def scatter_figure(result: xr.Dataset, summary: dict, name: str) -> dict | None:
+    """An outcome over the inputs most correlated with it, one of them chosen from a menu."""
+    pairs = correlations(result).get(name)
+    if not pairs:
+        return None
+    keys, kinds = most_correlated([pairs]), kinds_of(result)
+    columns, labels = columns_and_labels(result, keys)
+    y = outcomes_of(result)[name]
+    data = [_points(columns[key], y, kind, key == keys[0]) for key in keys for kind in kinds]
+    buttons = [
+        {"label": f"{key} ({pairs[key]:+.2f})", "method": "update", "args": [
+            {"visible": [key == shown for shown in keys for _ in kinds]},
+            {"xaxis.title.text": labels[key], "xaxis.type": _scale(columns[key]),
+             "xaxis.autorange": True}]}
+        for key in keys
+    ]  # fmt: skip
+    menu = {
+        **MENU,
+        "buttons": buttons,
+        "x": 1.0,
+        "xanchor": "right",
+        "y": 1.02,
+        "yanchor": "bottom",
+    }
+    y_axis = axis(with_unit(name, summary["outcomes"][name]["unit"]), type=_scale(y))
+    x_axis = axis(labels[keys[0]], type=_scale(columns[keys[0]]))
+    return {"data": data, "layout": layout(340, xaxis=x_axis, yaxis=y_axis, updatemenus=[menu],
+                                           hovermode="closest")}  # fmt: skip
+
+
+def _points(x: np.ndarray, y: np.ndarray, kind, visible: bool) -> dict:
+    """Members of a kind that have a value, evenly thinned."""
+    label, colour, rows = kind
+    shown = rows[np.isfinite(y[rows])]
+    missing = len(rows) - len(shown)
+    shown = shown[:: math.ceil(max(len(shown), 1) / _MOST_POINTS)]
+    name = f"{label}: {len(rows)}" + (f", {missing} without a value" if missing else "")
+    marker = {"color": _FAILED if label == "failed" else colour, "size": 5, "opacity": 0.6}
+    return {"type": "scatter", "mode": "markers", "x": packed(x[shown], "f8"),
+            "y": packed(y[shown]), "name": name, "marker": marker, "visible": visible,
+            "legendgroup": label}  # fmt: skip
+
+
+def correlations_figure(result: xr.Dataset, summary: dict) -> dict | None:
+    """Rank correlations of all outcomes with the inputs most correlated, as bars."""
+    pairs = {name: found for name, found in correlations(result).items() if found}
+    if not pairs:
+        return None
+    keys = most_correlated(list(pairs.values()), _MOST_INPUTS)
+    chance = summary["chance_correlation"]
+    data = [
+        _bars(name, keys, [found.get(key) for key in keys], COLOURS[k % len(COLOURS)])
+        for k, (name, found) in enumerate(pairs.items())
+    ]
+    data.append(square(f"up to {chance:.2g}: may be chance", translucent(GREY, 0.3)))
+    x_axis = axis("Spearman's rank correlation", range=[-1.0, 1.0])
+    shapes = [shaded(-chance, chance, translucent(GREY, 0.3))]
+    return {"data": data, "layout": _bars_layout(len(keys), len(pairs), x_axis, shapes=shapes)}
+
+
+def sobol_figure(groups: dict[str, dict]) -> dict:
+    """First-order and total indices of an outcome with their intervals, the greatest first."""
+    names = sorted(groups, key=lambda name: -groups[name]["total"])[:_MOST_INPUTS]
+    data = []
+    for kind, colour, label in (("first", BLUE, "first-order, S1"), ("total", SKY, "total, ST")):
+        sizes = [groups[name][kind] for name in names]
+        ends = [[size if end is None else end for end in groups[name][f"{kind}_interval"]]
+                for name, size in zip(names, sizes, strict=True)]  # fmt: skip
+        low, high = np.abs(np.array(ends) - np.array(sizes)[:, None]).T.tolist()
+        beyond = {"array": high, "arrayminus": low}
+        error = {"type": "data", "symmetric": False, "color": GREY, "thickness": 1.2, **beyond}
+        data.append(_bars(label, names, sizes, colour) | {"error_x": error})
+    return {"data": data, "layout": _bars_layout(len(names), 2, axis("share of the variance"))}
+
+
+def _bars(name: str, keys, sizes, colour: str) -> dict:
+    return {"type": "bar", "orientation": "h", "y": list(keys), "x": list(sizes), "name": name,
+            "marker": {"color": colour}}  # fmt: skip
+
+
+def _bars_layout(rows: int, bars: int, x_axis: dict, **keys) -> dict:
+    """Layout of rows of horizontal bars, the first row on top."""
+    height = MARGIN_PX["t"] + MARGIN_PX["b"] + rows * (14 * bars + 12)
+    y_axis = axis("", autorange="reversed", type="category", showgrid=False)
+    return layout(max(height, 180), xaxis=x_axis, yaxis=y_axis, barmode="group",
+                  hovermode="y unified", **keys)  # fmt: skip
+
+
+def convergence_figure(name: str, counts, found: np.ndarray, result, summary: dict) -> dict:
+    """A mean or the success rate of the first members, with its interval."""
+    label = f"{percent(summary['confidence'])} confidence interval"
+    data = [*band(counts, found[:, 1], found[:, 2], label, BLUE),
+            line(counts, found[:, 0], "estimate", BLUE)]  # fmt: skip
+    stop = table_of(result).get("stop") or {}
+    if stop.get("outcome") == name:
+        ends = [found[-1, 0] + sign * stop["half_width"] for sign in (-1.0, 1.0)]
+        data += [line(counts[[0, -1]], [end] * 2, "requested width", GREEN) for end in ends]
+        data[-1]["showlegend"] = False
+    unit = "" if name == SUCCESS else summary["outcomes"][name]["unit"]
+    title = "success rate" if name == SUCCESS else with_unit(mean_of(summary, name), unit)
+    x_axis, y_axis = axis("members", type="log"), axis(title, hoverformat=".4~g")
+    late = found[counts >= min(10, counts[-1])]
+    ends = late[np.isfinite(late)]
+    if len(ends) and np.ptp(ends) > 0.0:  # the first intervals are very wide
+        margin = 0.05 * np.ptp(ends)
+        y_axis["range"] = [float(ends.min() - margin), float(ends.max() + margin)]
+    return {"data": data, "layout": layout(260, xaxis=x_axis, yaxis=y_axis,
+                                           hovermode="x unified")}  # fmt: skip
+
+
+def cdf_figure(
+    a: xr.Dataset, b: xr.Dataset, labels: list[str], name: str, unit: str
+) -> dict | None:
+    """Distribution functions of an outcome in two campaigns; None if no member has a value."""
+    values = [missing_as_worst(each, name) for each in (a, b)]
+    known = np.concatenate([each[np.isfinite(each)] for each in values])
+    if not len(known):
+        return None
+    data = [
+        line(*steps(each), label, colour, 2.0, line={"shape": "hv"})
+        for each, label, colour in zip(values, labels, (BLUE, ORANGE), strict=True)
+        if np.isfinite(each).any()
+    ]
+    x_axis = axis(with_unit(name, unit), type=_scale(known), hoverformat=".4~g")
+    y_axis = axis("share of members", range=[0.0, 1.02])
+    return {"data": data, "layout": layout(320, xaxis=x_axis, yaxis=y_axis,
+                                           hovermode="x unified")}  # fmt: skip
+
+
+def difference_figure(label: str, middle: float, low: float, high: float) -> dict:
+    """A difference B - A with its interval, zero marked: orange if the interval excludes it."""
+    colour = BLUE if low <= 0.0 <= high else ORANGE
+    reach = 1.1 * max(abs(low), abs(high)) or 1.0
+    data = [line([low, high], [0, 0], "interval", colour, 5.0),
+            {**line([middle], [0], "difference", colour), "mode": "markers",
+             "marker": {"color": colour, "size": 12}}]  # fmt: skip
+    y_axis = {"visible": False, "range": [-1, 1], "fixedrange": True}
+    return {"data": data, "layout": layout(110, xaxis=axis(label, range=[-reach, reach]),
+                                           yaxis=y_axis, shapes=[vertical(0.0, GREY)],
+                                           hovermode="closest")}  # fmt: skip
