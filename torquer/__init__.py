@@ -5,6 +5,7 @@
     result = torquer.simulate(scenario)      # an xarray.Dataset with units, frames, scenario
     torquer.summary_of(result)
     result.torquer.plot.rate()               # derived quantities and pictures: `result.torquer`
+    torquer.citations(result)                # BibTeX of the models, laws and data that it uses
 
 Names are imported when first used, so that `import torquer` costs nothing.
 """
@@ -15,6 +16,7 @@ from torquer.version import VERSION
 #: True to type checkers and editors; `typing` itself would cost a hundredth of a second.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from torquer.analysis.citations import citations as citations
     from torquer.analysis.derived import derived_of as derived_of
     from torquer.analysis.smoothing import smoothed as smoothed
     from torquer.analysis.summary import summary_of as summary_of

@@ -90,6 +90,7 @@ def test_a_folder_gets_the_report_with_its_pictures(call, with_filter, tmp_path)
     _, linear = trace(figures["Attitude error."], "±3 sigma, linear covariance")
     assert 0.2 < np.median(spread) / np.median(linear) < 5.0
     assert len(page) < 3e6
+    assert "control.estimator (kalman_gyro)" in page and "@article{Lefferts1982," in page
     assert "NEES of the attitude" in page and "magnetometer_noise_nt = 20" in page
 
 

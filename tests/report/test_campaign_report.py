@@ -180,6 +180,7 @@ def test_the_page_has_the_numbers_and_loads_nothing(summary, written):
             assert f"torquer campaign FILE --member {worst['member']}<" in text
     assert "default-src 'none'" in text and "<img" not in text
     assert not re.search(r'<[^>]*(src|href)="(?!#)', text)
+    assert 'id="sources"' in text and "@software{torquer," in text
     assert "need JavaScript; the PNG files next to this page show the same" in text
 
 

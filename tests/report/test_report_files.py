@@ -147,6 +147,8 @@ def test_page_says_what_the_summary_says(detumble, parsed):
     cells = parsed.inside("td")
     for label, value in rows_of(summary_of(detumble), verdict=False):
         assert value in cells, label
+    assert set(summary_of(detumble)["cite"].values()) <= set(cells)
+    assert "environment.field (igrf14)" in cells and "control.law (bdot)" in cells
     verdict = summary_of(detumble)["verdict"]
     assert verdict["headline"] in parsed.inside("p")
     assert any(f"rate below {verdict['goals'][0]['below']:.3g} deg/s" in cell for cell in cells)
@@ -185,7 +187,8 @@ def test_users_text_is_text(detumble, parsed):
 
 
 def test_scenario_on_the_page_runs_the_same_again(detumble, parsed):
-    (shown,) = parsed.inside("pre")
+    bibtex, shown = parsed.inside("pre")
+    assert bibtex == torquer.citations(detumble)
     flown = Scenario.model_validate_json(detumble.attrs["scenario"])
     assert scenario_from_text(shown).model_dump() == flown.model_dump()
 

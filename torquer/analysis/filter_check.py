@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from torquer.analysis.citations import cited_in_words
 from torquer.analysis.control_cycle import control_times
 from torquer.analysis.filter_members import Drawn, Start, drawn_of, members_of
 from torquer.analysis.filter_statistics import (
@@ -352,6 +353,7 @@ def as_plain(found: FilterCheck) -> dict:
         "rejected_by_chance": rejected_by_chance(found.scenario, found.closely),
         "restarted_runs": int(np.count_nonzero(restarts)),
         "restarts_most": int(restarts.max()),
+        "cite": cited_in_words(found.scenario),
         **_accuracy(flown, found.expected),
     }
 

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from torquer.analysis.attitude import attitude_error_of
+from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_of, drifts_of
 from torquer.analysis.goals import Goal, goals_of, signal_of
 from torquer.analysis.modes import state_uses
@@ -53,6 +54,7 @@ def summary_of(result: xr.Dataset) -> dict:
         **_of_modes(result),
         "seed": int(result.attrs["seed"]),
         "versions": json.loads(result.attrs["versions"]),
+        "cite": cited_in_words(result),
     }
 
 

@@ -9,6 +9,7 @@ quantile among missing values, the end of an interval that so few members do not
 import numpy as np
 import xarray as xr
 
+from torquer.analysis.citations import cited_in_words
 from torquer.campaign.contents import (
     bounds_of,
     end_s,
@@ -66,6 +67,7 @@ def campaign_summary(result: xr.Dataset, confidence: float = 0.95) -> dict:
         "correlations_computed": sum(map(len, pairs.values())),
         "correlations": _above(pairs, chance),
         "sensitivity": sensitivity(result, confidence),
+        "cite": cited_in_words(result),
     }
 
 

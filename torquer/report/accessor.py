@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Concatenate, ParamSpec, TypeVar
 import xarray as xr
 
 from torquer.analysis import derived
+from torquer.analysis.citations import citations
 from torquer.analysis.summary import summary_of
 from torquer.report.flight.summary_rows import rows_of
 from torquer.scenario.spec import Scenario
@@ -74,6 +75,7 @@ class Torquer:
     wheel_speed = _method(derived.wheel_speed_of)
     mode = _method(derived.mode_of)
     derived = _method(derived.derived_of)
+    citations = _method(citations)
 
     @property
     def plot(self) -> Plots:

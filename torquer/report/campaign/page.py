@@ -28,6 +28,7 @@ from torquer.report.campaign.tables import (
     worst_grid,
 )
 from torquer.report.common.html import card, cards
+from torquer.report.common.sources import sources_data
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
 
@@ -42,6 +43,7 @@ def write_page(result: xr.Dataset, summary: dict, pictures: Mapping[str, Path], 
         *_sensitivity(summary),
         *_convergence(result, summary),
         *_worst(result, summary),
+        card("sources", "Sources to cite", "", {"sources": sources_data(result)}),
         _scenario(result),
     ]
     description = str(json.loads(result.attrs["scenario"]).get("description") or "")

@@ -44,7 +44,8 @@ def card(
     """A card and its parts, to open if it is folded; each part a dictionary with one of these keys.
 
     "figure" (a plotly figure) or "picture" (base64 of a PNG), with "words" that describe it;
-    "pairs" (labels and values), "grid" (head and rows), "text" (as it is), "title", "line".
+    "pairs" (labels and values), "grid" (head and rows), "text" (as it is), "sources"
+    (`sources_data`), "title", "line".
     """
     shown = [part for part in parts if part]
     return {"id": id, "title": title, "caption": caption, "parts": shown, "folded": folded}

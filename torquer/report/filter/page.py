@@ -14,6 +14,7 @@ from torquer.analysis.filter_check import (
 )
 from torquer.analysis.observability import states_of
 from torquer.report.common.html import card, cards
+from torquer.report.common.sources import sources_data
 from torquer.report.filter.interactive import figures_of
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
@@ -40,6 +41,7 @@ def write_page(found: FilterCheck, path: Path) -> Path:
         card("verdict", _capital(found.verdict.text), "", {"pairs": rows_of(found)}),
         card("checks", "Checks", "", {"grid": (HEAD, rows)}),
         *(_drawn(key, figure) for key, figure in figures_of(found, states).items()),
+        card("sources", "Sources to cite", "", {"sources": sources_data(found.scenario)}),
         card("scenario", "Scenario", "", {"text": text}, folded=True),
     ]
     title = f"{found.scenario.name}: filter check"

@@ -5,6 +5,7 @@ import json
 from pathlib import Path
 
 from torquer.report.common.html import encoded, page as page_of
+from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
 from torquer.report.flight.ground_track import track_figure
 from torquer.report.flight.interactive import panel_figure
@@ -49,6 +50,7 @@ def page(view: View, pictures, overview_png: Path | None = None) -> str:
         pictures=shown,
         budget=budget,
         in_space=in_space,
+        sources=sources_data(view.result),
         scenario=toml_of(json.loads(view.result.attrs["scenario"])),
         laws=_law_texts(view),
         versions=list(json.loads(view.result.attrs["versions"]).items()),
@@ -72,6 +74,7 @@ def _contents(modes: bool, pictures, budget: bool, in_space) -> list[tuple[str, 
         *((each["id"], each["title"]) for each in pictures),
         *([("torque_budget", "Torque budget")] if budget else []),
         *((each["id"], each["title"]) for each in in_space),
+        ("sources", "Sources to cite"),
         ("scenario", "Scenario"),
     ]
 
