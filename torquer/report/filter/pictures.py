@@ -111,7 +111,7 @@ def measures(found: FilterCheck) -> dict[str, tuple[np.ndarray, int]]:
     shown = {"NEES, attitude": (nees(flown, 3), 3), "NEES, all states": (nees(flown), n)}
     for sensor, innovations in flown.innovations.items():
         if np.isfinite(innovations).any():
-            shown[f"NIS, {sensor.replace('_', ' ')}"] = nis(innovations)
+            shown[f"NIS, {SENSOR_WORDS[sensor]}"] = nis(innovations)
     return shown
 
 
