@@ -27,6 +27,7 @@ from torquer.report.campaign import compare_campaigns, write_campaign_report
 from torquer.report.campaign.bands import percentiles
 from torquer.report.campaign.convergence import means
 from torquer.report.campaign.distribution import draw_distribution
+from torquer.report.campaign.interactive import sobol_figure
 from torquer.report.campaign.shared import steps
 from torquer.report.campaign.tables import comparison_grid, worst_grid
 
@@ -212,6 +213,28 @@ def test_the_plots_of_the_page_have_the_numbers_of_the_pictures(result, summary,
         assert pairs[each["outcome"], each["input"]] == each["correlation"]
     converged = figures["Convergence of the success rate."]
     assert trace(converged, "estimate")[1][-1] == pytest.approx(summary["success"]["rate"])
+
+
+def of_group(first, first_interval, total, total_interval) -> dict:
+    return {"first": first, "first_interval": first_interval,
+            "total": total, "total_interval": total_interval}  # fmt: skip
+
+
+def test_bars_of_sobol_indices_have_their_intervals():
+    import plotly.graph_objects as go
+
+    groups = {
+        "a": of_group(0.2, [0.1, 0.35], 0.3, [0.2, 0.5]),
+        "b": of_group(0.6, [None, None], 0.7, [0.5, 0.8]),
+    }
+    figure = sobol_figure(groups)
+    go.Figure(figure)
+    first, total = figure["data"]
+    assert first["y"] == total["y"] == ["b", "a"]  # the greatest total index on top
+    assert first["x"] == [0.6, 0.2] and total["x"] == [0.7, 0.3]
+    assert first["error_x"]["array"] == pytest.approx([0.0, 0.15])
+    assert first["error_x"]["arrayminus"] == pytest.approx([0.0, 0.1])
+    assert figure["layout"]["yaxis"]["autorange"] == "reversed"
 
 
 def test_the_menu_of_a_scatter_shows_one_input_at_a_time(written):

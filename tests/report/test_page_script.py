@@ -60,3 +60,10 @@ def test_a_zoom_reaches_all_plots_those_out_of_sight_later():
 def test_plots_are_drawn_in_the_colours_of_the_theme():
     colours = [colour for _, _, colour in tried("dark")]
     assert colours == ["#c3cad1"] * 3
+
+
+def test_a_printed_page_is_light_whatever_the_theme():
+    style = SCRIPT.with_name("page.css").read_text(encoding="utf-8")
+    dark = [line for line in style.splitlines() if "prefers-color-scheme: dark" in line]
+    assert dark and all("@media screen and (prefers" in line for line in dark)
+    assert "@media print" in style
