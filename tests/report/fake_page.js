@@ -24,10 +24,11 @@ function element(folded = null) {
 
 function plot(number, folded) {
   const layout = { height: 300, margin: {}, font: { size: 12 }, xaxis: { range: [0, 10] } };
+  if (trial === "keys" && number === 1) delete layout.xaxis.range;
   const figure = { data: [], layout: { ...layout, meta: number } };
   const box = element(folded);
   box.querySelector = () => ({ textContent: packed(JSON.stringify(figure)) });
-  box.setAttribute("data-linked", "");
+  if (trial !== "keys") box.setAttribute("data-linked", "");
   boxes.push(box);
 }
 
@@ -35,11 +36,14 @@ globalThis.Fake = {
   newPlot(stage, figure) {
     stage.number = figure.layout.meta;
     log.push(["draw", stage.number, figure.layout.font.color]);
+    stage.layout = figure.layout;
+    if (!stage.layout.xaxis.range) stage.layout.xaxis.range = [0, 7];
     stage.parentNode.stage = stage;
     return Promise.resolve(stage);
   },
   relayout(stage, change) {
-    log.push(["zoom", stage.number, change["xaxis.range"]]);
+    log.push(["zoom", stage.number, change["xaxis.range"] || "all"]);
+    if (change["xaxis.range"]) stage.layout.xaxis.range = change["xaxis.range"];
     if (stage.handlers.plotly_relayout) stage.handlers.plotly_relayout(change);
     return Promise.resolve(stage);
   },
@@ -126,6 +130,13 @@ const trials = {
   async link() {
     await rest(idle);
     return drawn();
+  },
+  async keys() {
+    await rest(idle);
+    log.length = 0;
+    for (const box of [boxes[0], boxes[1]])
+      for (const key of ["+", "0"]) box.handlers.keydown({ key, preventDefault() {} });
+    return log;
   },
   async dark() {
     await rest(idle);

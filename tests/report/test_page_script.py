@@ -57,6 +57,13 @@ def test_a_zoom_reaches_all_plots_those_out_of_sight_later():
     assert sorted(found["back"]) == [["zoom", k, [0, 10]] for k in (0, 1, 2)]
 
 
+def test_keys_zoom_and_return_to_the_whole():
+    """Of a plot whose range is given, and of one that plotly fits to its numbers."""
+    given, whole, fitted, everything = tried("keys")
+    assert given == ["zoom", 0, [1.0, 9.0]] and whole == ["zoom", 0, [0, 10]]
+    assert fitted == ["zoom", 1, pytest.approx([0.7, 6.3])] and everything == ["zoom", 1, "all"]
+
+
 def test_plots_are_drawn_in_the_colours_of_the_theme():
     colours = [colour for _, _, colour in tried("dark")]
     assert colours == ["#c3cad1"] * 3

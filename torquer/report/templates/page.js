@@ -54,19 +54,20 @@
   function steer(event, stage, figure) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const done = figure.frames && figure.frames.length ? animated(event.key, stage, figure)
-      : figure.layout.xaxis ? moved(event.key, stage, figure) : turned(event.key, stage);
+      : figure.layout.xaxis ? moved(event.key, stage) : turned(event.key, stage);
     if (done) event.preventDefault();
   }
 
-  function moved(key, stage, figure) {
+  function moved(key, stage) {
     const [low, high] = stage.layout.xaxis.range, tenth = 0.1 * (high - low);
     const range = {
       ArrowLeft: [low - tenth, high - tenth], ArrowRight: [low + tenth, high + tenth],
       "+": [low + tenth, high - tenth], "-": [low - tenth, high + tenth],
-      "0": stage.whole || figure.layout.xaxis.range,
+      "0": stage.whole,
     }[key];
     if (range) Plotly.relayout(stage, { "xaxis.range": range.slice() });
-    return Boolean(range);
+    else if (key === "0") Plotly.relayout(stage, { "xaxis.autorange": true });
+    return Boolean(range) || key === "0";
   }
 
   function animated(key, stage, figure) {
@@ -110,16 +111,18 @@
     figure.config = figure.frames ? { ...config, displayModeBar: false } : config;
     // what the box says of the plot is said once: not again by what plotly draws
     stage.setAttribute("aria-hidden", "true");
+    // plotly goes on with this layout as its own
+    const { xaxis } = figure.layout;
+    stage.whole = xaxis && xaxis.range && xaxis.range.slice();
     const drawn = Plotly.newPlot(stage, figure);
     box.addEventListener("keydown", event => steer(event, stage, figure));
     box.setAttribute("data-drawn", "");
     stage.classList.add("drawn");
     box.style.minHeight = "";
-    if (box.hasAttribute("data-linked")) drawn.then(() => link(stage, figure));
+    if (box.hasAttribute("data-linked")) drawn.then(() => link(stage));
   }
 
-  function link(stage, figure) {
-    stage.whole = figure.layout.xaxis.range.slice();
+  function link(stage) {
     stage.zoom = null;
     linked.push(stage);
     zoomed(stage);
