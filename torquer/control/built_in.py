@@ -2,6 +2,7 @@
 
 from torquer.control.bdot import Bdot, BdotDerivative, BdotModel, BdotRate
 from torquer.control.bias_momentum import BiasMomentum
+from torquer.control.magneto_gyro.law import MagnetoGyro
 from torquer.control.nutation_damping import (
     NutationDamping,
     NutationDampingDerivative,
@@ -52,4 +53,5 @@ BUILT_IN = {
     "wheel_lyapunov": WheelLyapunov,
     "wheel_one_axis": WheelOneAxis,
     "bias_momentum": BiasMomentum,
+    "magneto_gyro": MagnetoGyro,
 }

@@ -1,0 +1,241 @@
+"""Kernel of the magneto-gyroscopic system: both stages, the switch between them, their memory.
+
+The switch works on two means over a time constant: of the angle between the field as read and as
+calculated, and of the rate that stage 1 sees. Both stages' filters always run. Without a calculated
+field there is no dipole, and nothing is learned.
+"""
+
+import math
+from typing import NamedTuple
+
+from torquer.compile.engine import inlined, kernel
+from torquer.control.bdot import GAP
+from torquer.control.magneto_gyro.relay import relay_dipole
+from torquer.control.magneto_gyro.stage_1 import (
+    angle_function,
+    capture_dipole,
+    filter_vector,
+    rate_function,
+)
+from torquer.control.magneto_gyro.stage_2 import (
+    Gyrostat,
+    Stage2Gains,
+    advanced,
+    compensation_rate,
+    control_dipole,
+    corrections,
+    guide_of_dipole,
+    guide_of_field,
+    seen_angles,
+    turned,
+)
+from torquer.control.pointing import reference_motion
+from torquer.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
+from torquer.geometry.quaternion import rotate, rotate_inverse
+from torquer.geometry.vec3 import (
+    add,
+    add_scaled,
+    cross,
+    dot,
+    norm,
+    put_vector,
+    scale,
+    sub,
+    vector_of,
+)
+
+_ZERO = (0.0, 0.0, 0.0)
+#: Memory: calls; filters of stage 1 (12 cells); the estimator (6: angles and rates about t, w, s
+#: relative to them); the dipole that the compensator has found, of the satellite itself, in the
+#: body (3); the switch: stage, its first time, means.
+MEMORY = {
+    "has_call": 0.0, "called_s": 0.0, "shortest_call_s": 0.0,
+    "model_low_t": _ZERO, "model_rate_t_s": _ZERO,
+    "reading_low_t": _ZERO, "reading_rate_t_s": _ZERO,
+    "angles_rad": _ZERO, "rates_rad_s": _ZERO,
+    "residual_dipole_a_m2": _ZERO,
+    "stage": 1.0, "since_s": 0.0, "mean_angle_rad": 0.0, "mean_rate_rad_s": 0.0,
+}  # fmt: skip
+
+
+class Stage1(NamedTuple):
+    """K [N m], N [N m s], w [rad/s] and damping of the filters; how coils are driven, threshold and
+    dipole [A m^2] of relay coils."""
+
+    angle_gain: float
+    rate_gain: float
+    filter_rate: float
+    filter_damping: float
+    coils: float
+    threshold: float
+    relay_dipole: float
+
+
+class Switch(NamedTuple):
+    """Mean angle [rad] and rate [rad/s] below which stage 2 begins; angle above which it ends; time
+    constant of the means [s]."""
+
+    angle: float
+    rate: float
+    return_angle: float
+    time: float
+
+
+class Dipole(NamedTuple):
+    """Whether stage 2 follows the Earth's dipole (1) or the field model (0); Gauss's coefficients
+    (g11, h11, g10) [T]; angle of the prime meridian from the first inertial axis at the start."""
+
+    used: float
+    gauss: tuple
+    meridian: float
+
+
+class MagnetoGyroParameters(NamedTuple):
+    """Satellite: J [kg m^2], nu0 [rad/s], stiffness and pitch inertia; wanted attitude to the
+    orbital frame (quaternion); both stages, the switch, the dipole."""
+
+    inertia: float
+    orbital_rate: float
+    craft: Gyrostat
+    q_wanted: tuple
+    stage_1: Stage1
+    gains: Stage2Gains
+    switch: Switch
+    dipole: Dipole
+
+
+class Fields(NamedTuple):
+    """In axes of the wanted attitude: field as read, field as calculated [T], square of that."""
+
+    reading: tuple
+    model: tuple
+    square: float
+
+
+@inlined
+def _interval(t_s, memory):
+    """Time since the last call; 0 at the first one and after a gap, in which no law was at work."""
+    interval_s = t_s - memory.called_s
+    fresh = memory.has_call == 0.0 or interval_s <= 0.0
+    if not fresh and (memory.shortest_call_s == 0.0 or interval_s < memory.shortest_call_s):
+        memory.shortest_call_s = interval_s
+    fresh = fresh or interval_s > GAP * memory.shortest_call_s
+    memory.has_call, memory.called_s = 1.0, t_s
+    return 0.0 if fresh else interval_s
+
+
+@inlined
+def _start(fields, t_s, memory):
+    """Filters at rest at the first values, stage 1, nothing learned."""
+    put_vector(memory.model_low_t, fields.model)
+    put_vector(memory.reading_low_t, fields.reading)
+    put_vector(memory.model_rate_t_s, (0.0, 0.0, 0.0))
+    put_vector(memory.reading_rate_t_s, (0.0, 0.0, 0.0))
+    _forget(memory)
+    memory.stage, memory.since_s = 1.0, t_s
+    memory.mean_angle_rad, memory.mean_rate_rad_s = math.pi, 0.0
+
+
+@inlined
+def _forget(memory):
+    """Estimator and compensator at zero."""
+    put_vector(memory.angles_rad, (0.0, 0.0, 0.0))
+    put_vector(memory.rates_rad_s, (0.0, 0.0, 0.0))
+    put_vector(memory.residual_dipole_a_m2, (0.0, 0.0, 0.0))
+
+
+@inlined
+def _stage_1_dipole(fields, p, memory, interval_s):
+    """(Dipole of stage 1, rate that it sees [rad/s]); the filters are advanced."""
+    s, w, b = p.stage_1, fields.reading, fields.model
+    filter_vector(
+        memory.model_low_t, memory.model_rate_t_s, b, s.filter_rate, s.filter_damping, interval_s
+    )
+    filter_vector(
+        memory.reading_low_t, memory.reading_rate_t_s, w, s.filter_rate, s.filter_damping,
+        interval_s,
+    )  # fmt: skip
+    u = angle_function(w, b, fields.square)
+    w_rate, b_rate = vector_of(memory.reading_rate_t_s), vector_of(memory.model_rate_t_s)
+    v = rate_function(w, w_rate, b, b_rate, fields.square)
+    return capture_dipole(w, u, v, fields.square, s.angle_gain, s.rate_gain), norm(v)
+
+
+@inlined
+def _switch(fields, rate, switch, memory, interval_s, t_s):
+    """Advance the means; change the stage where they ask for it."""
+    across = norm(cross(fields.reading, fields.model))
+    angle = math.atan2(across, dot(fields.reading, fields.model))
+    part = -math.expm1(-interval_s / switch.time)
+    memory.mean_angle_rad += part * (angle - memory.mean_angle_rad)
+    memory.mean_rate_rad_s += part * (rate - memory.mean_rate_rad_s)
+    if memory.stage == 1.0:
+        is_small = memory.mean_angle_rad < switch.angle and memory.mean_rate_rad_s < switch.rate
+        if is_small and t_s - memory.since_s > 2.0 * switch.time:
+            memory.stage, memory.since_s = 2.0, t_s
+            _forget(memory)
+    elif memory.mean_angle_rad > switch.return_angle:
+        memory.stage, memory.since_s = 1.0, t_s
+
+
+@inlined
+def _earth_dipole_field(inputs, q_reference, dipole):
+    """Field of the Earth's dipole in the orbital frame [T]: (a/r)^3 (3 (g.s) s - g), s up."""
+    r = norm(inputs.ephemeris.r_inertial_m)
+    turn = dipole.meridian + EARTH_RATE_RAD_S * inputs.t_s
+    x, y, z = dipole.gauss
+    g = (x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn), z)
+    t, w, s = rotate_inverse(q_reference, g)
+    return scale((FIELD_RADIUS_M / r) ** 3, (-t, -w, 2.0 * s))
+
+
+@inlined
+def _stage_2_dipole(fields, guide, p, applied, memory, interval_s):
+    """Dipole of stage 2: the model is advanced under the dipole that the coils had, corrected by
+    the field, and asked for the torque. `applied`, and the result, in the wanted attitude's axes.
+    """
+    rate, gains, craft = p.orbital_rate, p.gains, p.craft
+    unit = p.inertia * rate * rate
+    tau = rate * interval_s
+    angles, rates = vector_of(memory.angles_rad), scale(1.0 / rate, vector_of(memory.rates_rad_s))
+    compensation = scale(-1.0 / unit, rotate(p.q_wanted, vector_of(memory.residual_dipole_a_m2)))
+    torque = cross(sub(scale(1.0 / unit, applied), compensation), fields.reading)
+    angles, rates = advanced(angles, rates, torque, craft, tau)
+    theta, chi = seen_angles(fields.reading, fields.model, guide)
+    d_theta, d_chi = theta - angles[1], chi - turned(angles, guide)[1]
+    of_angles, of_rates = corrections(d_theta, d_chi, gains, guide, craft)
+    angles, rates = add_scaled(angles, tau, of_angles), add_scaled(rates, tau, of_rates)
+    found = compensation_rate(d_theta, d_chi, gains, guide)
+    compensation = add_scaled(compensation, tau, found)
+    put_vector(memory.angles_rad, angles)
+    put_vector(memory.rates_rad_s, scale(rate, rates))
+    put_vector(memory.residual_dipole_a_m2, rotate_inverse(p.q_wanted, scale(-unit, compensation)))
+    return scale(unit, add(control_dipole(angles, rates, gains, guide), compensation))
+
+
+@kernel
+def magneto_gyro(inputs, parameters, memory):
+    """Dipole of stage 1 or 2, by the switch between them. After MGS.
+
+    The estimator takes the dipole that the coils had since the last call, within their limits.
+    """
+    p, t_s = parameters, inputs.t_s
+    q_reference, _ = reference_motion(inputs, 1.0)
+    model = rotate_inverse(q_reference, inputs.ephemeris.b_inertial_t)
+    fields = Fields(rotate(p.q_wanted, inputs.b_body_t), model, dot(model, model))
+    guide = guide_of_field(model)
+    if p.dipole.used == 1.0:
+        guide = guide_of_dipole(_earth_dipole_field(inputs, q_reference, p.dipole))
+    if fields.square == 0.0 or guide.strength == 0.0:
+        return (0.0, 0.0, 0.0)
+    interval_s = _interval(t_s, memory)
+    if interval_s == 0.0:
+        _start(fields, t_s, memory)
+    dipole, rate = _stage_1_dipole(fields, p, memory, interval_s)
+    _switch(fields, rate, p.switch, memory, interval_s, t_s)
+    if memory.stage == 2.0:
+        applied = rotate(p.q_wanted, inputs.coil_dipole_body_a_m2)
+        dipole = _stage_2_dipole(fields, guide, p, applied, memory, interval_s)
+        return rotate_inverse(p.q_wanted, dipole)
+    wanted, s = rotate_inverse(p.q_wanted, dipole), p.stage_1
+    return relay_dipole(wanted, s.coils, s.threshold, s.relay_dipole)
