@@ -10,6 +10,8 @@
 - *Three axes by coils alone*: averaged, exact and sampled stability of an attitude that a law
   holds, gain design with margins and pointing error, periodic regulator
   (`torquer.theory.three_axis`).
+- *Magnetometer, coils and a pitch wheel*: frozen and exact models of the magneto-gyroscopic
+  system, its error and its gains (`torquer.theory.magneto_gyro`).
 - *Small-parameter method*: forced periodic motion; a satellite with a pitch wheel, or that the
   gravity gradient holds upright, or with a permanent magnet.
 - *Momentum* that wheels take up while a satellite keeps its attitude.
@@ -77,6 +79,29 @@ if TYPE_CHECKING:
         sampling_limit_rad_s as sampling_limit_rad_s,
         saturated_damping_time_s as saturated_damping_time_s,
     )
+    from torquer.theory.magneto_gyro.accuracy import (
+        noise_error as noise_error,
+        revolution_of as revolution_of,
+        steady_motion as steady_motion,
+    )
+    from torquer.theory.magneto_gyro.craft import (
+        GyroCraft as GyroCraft,
+        greatest_tip_off as greatest_tip_off,
+    )
+    from torquer.theory.magneto_gyro.design import (
+        Stage2Design as Stage2Design,
+        Stage2Weights as Stage2Weights,
+        design_stage_2 as design_stage_2,
+        stage_2_gains as stage_2_gains,
+    )
+    from torquer.theory.magneto_gyro.frozen import (
+        frozen_1 as frozen_1,
+        frozen_1_inputs as frozen_1_inputs,
+        frozen_2 as frozen_2,
+        frozen_2_inputs as frozen_2_inputs,
+    )
+    from torquer.theory.magneto_gyro.stage_1 import STAGE_1 as STAGE_1
+    from torquer.theory.magneto_gyro.stage_2 import stage_2_loop as stage_2_loop
     from torquer.theory.mathieu import (
         Edges as Edges,
         edges as edges,
