@@ -66,8 +66,9 @@ class GyroCraft:
     def wheel_at(self, stiffness: float) -> float:
         """Momentum of the wheel [N m s] that gives a stiffness h.
 
-        Stage 1 needs h > 0. At h = 2, for a field without a part along the pitch axis, roll and yaw
-        part in the turning axes: the coils do not control one, and the field does not show it.
+        Stage 1 needs h > 0; in the exact model parts of 0 < h < 1.5 are unstable, too. At h = 2,
+        for a field without a part along the pitch axis, roll and yaw part in the turning axes: the
+        coils do not control one, and the field does not show it.
         """
         return (stiffness + 2.0 - self.pitch_inertia) * self.momentum_unit
 

@@ -1,0 +1,248 @@
+"""Flights of the magneto-gyroscopic law: from tip-off to pointing, what it learns, its limits."""
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from torquer.analysis.attitude import attitude_error_of
+from torquer.control.magneto_gyro.stage_2 import Stage2Gains
+from torquer.earth.rotation import dcm_inertial_to_ecef
+from torquer.scenario.load import load_scenario
+from torquer.simulation.simulate import simulate
+from torquer.theory.floquet import degree_of_stability, monodromy, multipliers
+from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.craft import GyroCraft
+from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
+from torquer.theory.magneto_gyro.stage_1 import STAGE_1
+from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+
+EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
+PERIOD_S, RATE = EXAMPLE.orbit.period_s, EXAMPLE.orbit.rate_rad_s()
+LAW = EXAMPLE.control.law
+GAINS = Stage2Gains(*LAW.angle_gains, *LAW.rate_gains, *LAW.estimator_gains,
+                    *LAW.compensator_gains)  # fmt: skip
+CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, RATE)
+RESIDUAL = np.array([8.0, -6.0, 5.0])
+#: Pointed but for a few degrees, at rest in the orbital frame.
+NEARLY = {
+    "initial.euler_deg": (5.0, -4.0, 5.0), "initial.rate_deg_s": (0.0, 0.0, 0.0),
+    "initial.rate_relative_to": "orbital",
+}  # fmt: skip
+#: The field is read and calculated without an error.
+EXACT = {"control.ephemeris.field": None, "spacecraft.magnetometer.noise_nt": 0.0}
+NO_DIPOLE = {"spacecraft.coils.residual_dipole_a_m2": (0.0, 0.0, 0.0)}
+STAGE_1_ALONE = {"control.law.stage_2_angle_deg": 1e-3}
+
+
+class Flown(NamedTuple):
+    """A result; times in orbits; errors (roll, pitch, yaw) [deg]."""
+
+    result: xr.Dataset
+    orbits: np.ndarray
+    error_deg: np.ndarray
+
+    def stays_below(self, limit_deg):
+        """From when on [orbits]."""
+        above = np.flatnonzero(np.linalg.norm(self.error_deg, axis=1) > limit_deg)
+        return 0.0 if len(above) == 0 else self.orbits[above[-1]]
+
+    def rms_deg(self, after):
+        """Root mean square of each angle."""
+        return np.sqrt(np.mean(self.error_deg[self.orbits > after] ** 2, axis=0))
+
+    def logged(self, name, after=-1.0):
+        """What the law logged."""
+        return self.result[f"law.{name}"].values[self.orbits > after]
+
+
+def fly(changes, orbits=12.0):
+    """The example, changed."""
+    scenario = EXAMPLE.replace("simulation.revolutions", orbits)
+    for key, value in changes.items():
+        scenario = scenario.replace(key, value)
+    result = simulate(scenario)
+    return Flown(result, result.time.values / PERIOD_S, attitude_error_of(result).error_deg)
+
+
+def tip_off(seed, rate_deg_s=3.0):
+    """Any attitude, a rate about any axis."""
+    rng = np.random.default_rng(seed)
+    rate, attitude = rng.normal(size=3), Rotation.random(random_state=rng)
+    return {
+        "initial.euler_deg": tuple(attitude.as_euler("ZYX", degrees=True).tolist()),
+        "initial.rate_deg_s": tuple((rate_deg_s * rate / np.linalg.norm(rate)).tolist()),
+    }
+
+
+def test_from_tip_off_in_any_attitude_it_points():
+    for seed in range(3):
+        flown = fly(tip_off(seed), 13.0)
+        assert flown.stays_below(5.0) < 8.0 and flown.stays_below(1.0) < 9.0
+        assert flown.rms_deg(after=9.0).max() < 0.1
+        stages = flown.logged("stage")
+        assert stages[0] == 1.0 and stages[-1] == 2.0 and np.sum(np.diff(stages) != 0.0) == 1
+
+
+@pytest.mark.slow
+def test_two_hundred_tip_offs_all_end_pointed():
+    for seed in range(200):
+        flown = fly(tip_off(seed), 10.0)
+        assert flown.stays_below(5.0) < 8.0 and flown.stays_below(1.0) < 9.0, seed
+        assert flown.rms_deg(after=9.0).max() < 0.1, seed
+
+
+def test_the_law_knows_the_attitude_and_the_rate():
+    flown = fly(EXACT)
+    late = flown.orbits > 9.0
+    error = np.degrees(flown.logged("angles_rad")[late]) - flown.error_deg[late]
+    assert np.abs(error).max() < 1e-3
+    turning = fly({**EXACT, **NO_DIPOLE, **NEARLY, **STAGE_1_ALONE}, 0.2)
+    assert np.all(turning.logged("angles_rad") == 0.0)
+
+
+def test_the_satellites_own_dipole_is_learned_exactly_in_an_exact_field():
+    flown = fly(EXACT, 14.0)
+    begun = flown.orbits[np.argmax(flown.logged("stage") == 2.0)]
+    off = np.linalg.norm(flown.logged("residual_dipole_a_m2") - RESIDUAL, axis=1)
+    part = off / np.linalg.norm(RESIDUAL)
+    assert part[flown.orbits > begun + 4.0].max() < 0.05
+    assert part[flown.orbits > begun + 6.0].max() < 0.01
+    assert part[flown.orbits > begun + 8.0].max() < 1e-3
+    assert flown.rms_deg(after=13.0).max() < 1e-3
+
+
+def test_with_errors_of_the_field_model_the_orbits_mean_of_the_dipole_is_right():
+    flown = fly({}, 25.0)
+    found, records = flown.logged("residual_dipole_a_m2", after=10.0), round(PERIOD_S / 20.0)
+    means = np.array([np.convolve(c, np.full(records, 1 / records), "valid") for c in found.T])
+    off = np.linalg.norm(means.T - RESIDUAL, axis=1) / np.linalg.norm(RESIDUAL)
+    assert off.max() < 0.05
+
+
+def test_a_bias_of_the_magnetometer_tilts_by_less_than_half_a_degree():
+    flown = fly({"spacecraft.magnetometer.bias_nt": (100.0, -100.0, 100.0)}, 20.0)
+    assert 0.15 < flown.rms_deg(after=10.0).max() < 0.5
+
+
+def strength(flown):
+    """A [T]: root of the mean square of the field in the orbit's plane, as that of a dipole."""
+    normal = np.cross(flown.result.position_inertial, flown.result.velocity_inertial)
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    b = flown.result.b_inertial.values
+    square = np.sum(b**2, axis=1) - np.sum(b * normal, axis=1) ** 2
+    return math.sqrt(square.mean() / (0.5 * ((2 / 3) ** 2 + (4 / 3) ** 2)))
+
+
+def loop(gains=GAINS, form="field"):
+    return revolution_of(
+        stage_2_loop(CRAFT.satellite(), CRAFT.gyrostat, gains, normal=-0.1, form=form)
+    )
+
+
+def test_the_exact_model_predicts_the_error_under_noise():
+    noise = {**EXACT, **NO_DIPOLE, **NEARLY, "spacecraft.magnetometer.noise_nt": 1000.0}
+    flown = fly(noise, 40.0)
+    intensity = (1e-6 / strength(flown)) ** 2 * RATE  # a reading a second
+    want = np.degrees(noise_error(loop(), [0.0] * 3 + [intensity] * 3))
+    assert flown.rms_deg(after=8.0) == pytest.approx(want, rel=0.2)
+
+
+def test_the_exact_model_predicts_what_a_bias_does():
+    """A bias along pitch is taken for a dipole, which tilts roll and yaw."""
+    bias = {**EXACT, **NO_DIPOLE, **NEARLY, "spacecraft.magnetometer.bias_nt": (0.0, 300.0, 0.0)}
+    flown = fly(bias, 30.0)
+    a = strength(flown)
+    motion = steady_motion(loop(), [0.0, 0.0, 0.0, 0.0, 300e-9 / a, 0.0])
+    tilt = np.degrees(np.sqrt(np.mean(motion[:, [0, 2]] ** 2, axis=0)))
+    assert flown.rms_deg(after=15.0)[[0, 2]] == pytest.approx(tilt, rel=0.2)
+    found = flown.logged("residual_dipole_a_m2", after=15.0).mean(axis=0)
+    unit = CRAFT.torque_unit / a
+    assert found[1] == pytest.approx(-unit * motion[:, 13].mean(), rel=0.2)
+
+
+def text_form(gains):
+    """Keys of the form of the text, with the dipole of IGRF-14 in 2025."""
+    x, y, _ = dcm_inertial_to_ecef([0.0], EXAMPLE.start)[0, 0]
+    return {
+        "control.law": LAW.model_copy(update={
+            "form": "text", "dipole_nt": (-29350.0, -1410.3, 4545.5),
+            "meridian_deg": math.degrees(math.atan2(y, x)),
+            "angle_gains": gains[:3], "rate_gains": gains[3:6],
+            "estimator_gains": gains[6:12], "compensator_gains": gains[12:],
+        }),
+    }  # fmt: skip
+
+
+def test_the_form_of_the_text_flies_as_well():
+    gains = stage_2_gains(CRAFT.gyrostat, Stage2Weights(29.2, 126.0, 75.3, 43.6))
+    assert loop(gains, "text").degree > 0.2
+    flown = fly(text_form(gains), 13.0)
+    assert flown.stays_below(1.0) < 9.0 and flown.rms_deg(after=9.0).max() < 0.1
+
+
+def test_gains_by_the_frozen_model_alone_fail_in_flight():
+    """Decay 0.1 in the text's model; a Floquet degree of -0.02, and the satellite swings out."""
+    gains = stage_2_gains(CRAFT.gyrostat, Stage2Weights(1.0, 1.0, 10.0, 10.0))
+    assert loop(gains, "text").degree < 0.0
+    flown = fly({**NEARLY, **text_form(gains)}, 20.0)
+    assert np.abs(flown.error_deg[flown.orbits > 5.0]).max() > 20.0
+
+
+@pytest.mark.parametrize(("stiffness", "holds"), [(-0.6, False), (0.7, False), (3.0, True)])
+def test_stage_1_needs_a_wheel_that_makes_h_positive_and_not_small(stiffness, holds):
+    """Near h = 0.7 the frozen model is stable, but not the exact one with gravity gradient."""
+    wheel = CRAFT.wheel_at(stiffness)
+    satellite = CRAFT.with_wheel(wheel).satellite()
+    exact = STAGE_1.with_parameters(**satellite._asdict(), normal=-0.1, frequency=0.1 / RATE)
+    rho = multipliers(monodromy(exact, tolerance=1e-6))
+    assert (degree_of_stability(rho, 2.0 * math.pi) > 0.1) == holds
+    changes = {"spacecraft.body.wheel_momentum_n_m_s": (0.0, wheel, 0.0),
+               "control.law.bias_momentum_n_m_s": wheel}  # fmt: skip
+    flown = fly({**EXACT, **NO_DIPOLE, **NEARLY, **STAGE_1_ALONE, **changes}, 15.0)
+    late = np.linalg.norm(flown.error_deg[flown.orbits > 12.0], axis=1)
+    assert late.max() < 1.0 if holds else late.max() > 30.0
+
+
+def test_at_h_of_2_pointing_takes_many_orbits_more():
+    """Roll and yaw part in the turning axes: one is neither controlled nor seen."""
+    wheel = CRAFT.wheel_at(2.0)
+    changes = {"spacecraft.body.wheel_momentum_n_m_s": (0.0, wheel, 0.0),
+               "control.law.bias_momentum_n_m_s": wheel}  # fmt: skip
+    assert fly(changes, 15.0).stays_below(1.0) > 14.0
+
+
+@pytest.mark.parametrize(("rate_deg_s", "brakes"), [(4.5, True), (8.0, False)])
+def test_stage_1_brakes_below_the_frequency_of_its_filters_alone(rate_deg_s, brakes):
+    """0.1 rad/s are 5.7 deg/s: beyond it the satellite is spun up."""
+    flown = fly(tip_off(3, rate_deg_s), 6.0)
+    rate = np.degrees(np.linalg.norm(flown.result.omega_body.values[-1]))
+    assert rate < 0.5 * rate_deg_s if brakes else rate > 1.1 * rate_deg_s
+
+
+def test_a_wrong_magnetometer_brings_back_stage_1_and_then_it_points_again():
+    """Readings with the wrong sign for two hours: the mean angle calls stage 1, later stage 2."""
+    failure = {"kind": "reversed", "from_s": 45_000.0, "until_s": 52_000.0}
+    flown = fly({"spacecraft.magnetometer.failures": [failure]}, 15.0)
+    stages = flown.logged("stage")
+    changes = np.flatnonzero(np.diff(stages))
+    assert stages[changes + 1].tolist() == [2.0, 1.0, 2.0]
+    assert 45_000.0 < flown.result.time.values[changes[1]] < 47_000.0
+    assert np.linalg.norm(flown.error_deg, axis=1)[flown.orbits > 8.0].max() > 90.0
+    assert flown.stays_below(1.0) < 13.0 and flown.rms_deg(after=14.0).max() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("coils", "threshold", "cycle_deg"), [("each_coil", 30.0, 1.0), ("nearest_angle", 60.0, 4.0)]
+)
+def test_relay_coils_leave_a_limit_cycle_in_stage_1_which_stage_2_ends(coils, threshold, cycle_deg):
+    keys = {"coils": coils, "relay_threshold_a_m2": threshold, "relay_dipole_a_m2": 250.0}
+    relay = {"control.law": LAW.model_copy(update=keys)}
+    flown = fly({**relay, **STAGE_1_ALONE})
+    assert set(np.unique(np.abs(flown.result.command_body.values))) <= {0.0, 250.0}
+    assert 0.3 < flown.rms_deg(after=9.0).max() < cycle_deg
+    assert fly(relay).rms_deg(after=9.0).max() < 0.1
