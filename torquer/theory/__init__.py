@@ -84,6 +84,15 @@ if TYPE_CHECKING:
         revolution_of as revolution_of,
         steady_motion as steady_motion,
     )
+    from torquer.theory.magneto_gyro.along_orbit import (
+        FieldAlong as FieldAlong,
+        field_along as field_along,
+        model_error as model_error,
+    )
+    from torquer.theory.magneto_gyro.capture import (
+        Stage1Design as Stage1Design,
+        design_stage_1 as design_stage_1,
+    )
     from torquer.theory.magneto_gyro.craft import (
         GyroCraft as GyroCraft,
         greatest_tip_off as greatest_tip_off,
