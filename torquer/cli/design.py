@@ -87,3 +87,40 @@ def three_axis(
     from torquer.cli import design_work as work
 
     return work.show(scenario, how, code)
+
+
+@options
+class GyroOptions:
+    """Options of `torquer design magneto-gyro`."""
+
+    form: Literal["field", "text"] = "field"
+    """What stage 2 turns with: the field model on board, or the Earth's dipole (the text)."""
+    tip_off_deg_s: Annotated[float, within(0.01, 30.0)] = 3.0
+    """Greatest rate after separation."""
+    filter_rate_rad_s: Annotated[float, within(1e-3, 3.0)] | None = None
+    """Frequency of the filters of stage 1 [from the tip-off rate]."""
+    degree: Annotated[float, within(0.01, 1.0)] = 0.25
+    """Wanted Floquet degree of stage 2, per 1/nu0."""
+    evaluations: Annotated[int, within(10, 10_000)] = 120
+    """Most loops tried by each of the two searches for weights."""
+    out: Path | None = None
+    """Folder for the law as TOML."""
+    json: Json = False
+
+
+@app.command(name="magneto-gyro")
+def magneto_gyro(
+    scenario: Path,
+    /,
+    *,
+    how: GyroOptions = GyroOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel.
+
+    SCENARIO describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field, model
+    on board, noise and bias of the magnetometer.
+    """
+    from torquer.cli import design_gyro_work as work
+
+    return work.show(scenario, how, code)
