@@ -47,9 +47,11 @@ def test_the_law_that_it_writes_flies_as_predicted(call, strict_json, tmp_path):
     assert np.sqrt(np.mean(error[orbits > 10.0] ** 2, axis=0)) == pytest.approx(want, rel=0.2)
 
 
-def test_the_form_of_the_text_has_the_dipole(call, strict_json):
-    code, out, _ = call("design", "magneto-gyro", EXAMPLE, "--form", "text", *QUICK, "--json")
+def test_the_form_of_the_text_has_the_dipole_and_windows_the_duty(call, strict_json, changed):
+    path = changed("sample_s = 1.0", "sample_s = 1.0\nmeasure_s = 1.0\nactuate_s = 4.0")
+    code, out, _ = call("design", "magneto-gyro", path, "--form", "text", *QUICK, "--json")
     law = strict_json(out)["law"]
+    assert law["coil_duty"] == 0.8
     assert code == 0 and law["form"] == "text" and len(law["dipole_nt"]) == 3
     assert MagnetoGyro.model_validate(law).law().values()["dipole"].used == 1.0
 

@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import xarray as xr
+from law_cases import compiled, inputs
 from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_of
+from torquer.control.magneto_gyro.kernel import MEMORY
 from torquer.control.magneto_gyro.stage_2 import Stage2Gains
 from torquer.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
@@ -232,6 +234,43 @@ def test_stage_1_brakes_below_the_frequency_of_its_filters_alone(rate_deg_s, bra
     flown = fly(tip_off(3, rate_deg_s), 6.0)
     rate = np.degrees(np.linalg.norm(flown.result.omega_body.values[-1]))
     assert rate < 0.5 * rate_deg_s if brakes else rate > 1.1 * rate_deg_s
+
+
+@pytest.mark.parametrize("actuate_s", [3.0, 9.0])
+def test_it_points_with_the_coils_off_while_the_field_is_read(actuate_s):
+    """Intervals between calls differ; the estimator has the mean dipole of each."""
+    windows = {"measure_s": 1.0, "actuate_s": actuate_s}
+    law = LAW.model_copy(update={"coil_duty": actuate_s / (1.0 + actuate_s)})
+    control = EXAMPLE.control.model_copy(update={**windows, "law": law})
+    flown = fly({"control": control}, 14.0)
+    assert flown.stays_below(1.0) < 9.0 and flown.rms_deg(after=11.0).max() < 0.1
+
+
+def test_an_eccentric_orbit_is_met_as_well():
+    orbit = {"kind": "kepler", "semi_major_axis_km": 7208.0, "eccentricity": 0.03,
+             "inclination_deg": 98.8, "mean_anomaly_deg": 0.0}  # fmt: skip
+    flown = fly({"orbit": orbit}, 13.0)
+    assert flown.stays_below(1.0) < 9.0 and flown.rms_deg(after=9.0).max() < 0.1
+
+
+def remembered(calls_s):
+    """Memory after calls, by name; without times."""
+    law = LAW.law()
+    memory, found, first = law.first_memory(), {}, 0
+    for t_s in calls_s:
+        row = inputs(t_s, (2e-5, -1e-5, 1e-5), r=(7.2e6, 0.0, 0.0), v=(0.0, 1e3, 7.3e3),
+                     model_b=(1e-5, 2e-5, -1e-5))  # fmt: skip
+        compiled(law)(row, law.pack(), memory)
+    for name, part in MEMORY.items():
+        found[name] = memory[first : first + np.size(part)].tolist()
+        first += np.size(part)
+    return {name: part for name, part in found.items() if not name.endswith("_s")}
+
+
+def test_after_a_gap_between_calls_all_is_as_at_the_first_call():
+    """Ten minutes in which another law was at work; half a minute is none."""
+    assert remembered((0.0, 1.0, 601.0)) == remembered((601.0,))
+    assert remembered((0.0, 1.0, 31.0)) != remembered((31.0,))
 
 
 def test_a_wrong_magnetometer_brings_back_stage_1_and_then_it_points_again():

@@ -209,7 +209,10 @@ def _law(scenario, craft, first: Stage1Design, second: Stage2Design, form: str) 
         "estimator_gains": g[6:12],
         "compensator_gains": g[12:],
     }
-    held = [x for x in scenario.control.named().laws.values() if isinstance(x, HeldAttitude)]
+    control = scenario.control
+    if control.actuate_s:
+        keys["coil_duty"] = control.actuate_s / (control.measure_s + control.actuate_s)
+    held = [x for x in control.named().laws.values() if isinstance(x, HeldAttitude)]
     if held:
         keys |= {"euler_deg": list(held[0].euler_deg), "sequence": held[0].sequence}
     if form == "text":

@@ -45,6 +45,8 @@ from torquer.geometry.vec3 import (
 )
 
 _ZERO = (0.0, 0.0, 0.0)
+#: Part of an orbit [rad], about a minute, up to which an interval is never taken for a gap.
+_LONG = 0.05
 #: Memory: calls; filters of stage 1 (12 cells); the estimator (6: angles and rates about t, w, s
 #: relative to them); the dipole that the compensator has found, of the satellite itself, in the
 #: body (3); the switch: stage, its first time, means.
@@ -92,7 +94,7 @@ class Dipole(NamedTuple):
 
 class MagnetoGyroParameters(NamedTuple):
     """Satellite: J [kg m^2], nu0 [rad/s], stiffness and pitch inertia; wanted attitude to the
-    orbital frame (quaternion); both stages, the switch, the dipole."""
+    orbital frame (quaternion); both stages, part of the time with coils on, switch, dipole."""
 
     inertia: float
     orbital_rate: float
@@ -100,6 +102,7 @@ class MagnetoGyroParameters(NamedTuple):
     q_wanted: tuple
     stage_1: Stage1
     gains: Stage2Gains
+    coil_duty: float
     switch: Switch
     dipole: Dipole
 
@@ -113,13 +116,17 @@ class Fields(NamedTuple):
 
 
 @inlined
-def _interval(t_s, memory):
-    """Time since the last call; 0 at the first one and after a gap, in which no law was at work."""
+def _interval(t_s, orbital_rate, memory):
+    """Time since the last call; 0 at the first one and after a gap, in which no law was at work.
+
+    Windows with the coils on, between two pairs of readings, are not taken for one.
+    """
     interval_s = t_s - memory.called_s
     fresh = memory.has_call == 0.0 or interval_s <= 0.0
     if not fresh and (memory.shortest_call_s == 0.0 or interval_s < memory.shortest_call_s):
         memory.shortest_call_s = interval_s
-    fresh = fresh or interval_s > GAP * memory.shortest_call_s
+    is_long = orbital_rate * interval_s > _LONG
+    fresh = fresh or (is_long and interval_s > GAP * memory.shortest_call_s)
     memory.has_call, memory.called_s = 1.0, t_s
     return 0.0 if fresh else interval_s
 
@@ -210,7 +217,8 @@ def _stage_2_dipole(fields, guide, p, applied, memory, interval_s):
     put_vector(memory.angles_rad, angles)
     put_vector(memory.rates_rad_s, scale(rate, rates))
     put_vector(memory.residual_dipole_a_m2, rotate_inverse(p.q_wanted, scale(-unit, compensation)))
-    return scale(unit, add(control_dipole(angles, rates, gains, guide), compensation))
+    wanted = add(control_dipole(angles, rates, gains, guide), compensation)
+    return scale(unit / p.coil_duty, wanted)
 
 
 @kernel
@@ -228,7 +236,7 @@ def magneto_gyro(inputs, parameters, memory):
         guide = guide_of_dipole(_earth_dipole_field(inputs, q_reference, p.dipole))
     if fields.square == 0.0 or guide.strength == 0.0:
         return (0.0, 0.0, 0.0)
-    interval_s = _interval(t_s, memory)
+    interval_s = _interval(t_s, p.orbital_rate, memory)
     if interval_s == 0.0:
         _start(fields, t_s, memory)
     dipole, rate = _stage_1_dipole(fields, p, memory, interval_s)

@@ -82,6 +82,10 @@ class MagnetoGyro(HeldAttitude):
     """Gains k1 to k6 of the estimator: K_i/nu0 of angles (odd), K_i/(J nu0^2) of rates (even)."""
     compensator_gains: Vector
     """Gains e1, e2, e3 with which the satellite's own dipole is learned: E_i/(J nu0^3)."""
+    coil_duty: float = Field(default=1.0, gt=0.0, le=1.0)
+    """Part of the time in which the coils are on, where the field is read with them off: stage 2
+    asks for as much more, so that the mean dipole is the wanted one.
+    """
     stage_2_angle_deg: float = Field(default=15.0, gt=0.0, lt=90.0)
     """Mean angle between the fields, as read and by the model, below which stage 2 may begin."""
     stage_2_rate_deg_s: float = Field(default=0.18, gt=0.0)
@@ -139,6 +143,7 @@ class MagnetoGyro(HeldAttitude):
             gains=Stage2Gains(
                 *self.angle_gains, *self.rate_gains, *self.estimator_gains, *self.compensator_gains
             ),
+            coil_duty=self.coil_duty,
             switch=Switch(
                 *np.radians(
                     [self.stage_2_angle_deg, self.stage_2_rate_deg_s, self.stage_1_angle_deg]
