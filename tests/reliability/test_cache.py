@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -25,13 +26,30 @@ print(sum(volume.stats.cache_hits.values()))
 """
 
 
-def run_script(tmp_path, **environment):
-    """(Volume, hits in the cache, standard error) of a process of its own."""
+#: Two functions of the same steps, of which the first is called with one kind of number or other.
+ALIKE = """
+from sys import argv
+from torquer.compile.engine import kernel
+
+@kernel
+def half(a):
+    return 0.5 * a
+
+@kernel
+def twice(a):
+    return 2.0 * a
+
+print(half(eval(argv[1])), twice(3.5))
+"""
+
+
+def run_script(tmp_path, script=SCRIPT, arguments=(), **environment):
+    """Words of the output (volume, hits in the cache), and standard error, of a process."""
     file = tmp_path / "volume.py"
-    file.write_text(SCRIPT)
+    file.write_text(script)
     there = {**os.environ, "PYTHONPATH": str(Path(torquer.__file__).parents[1]), **environment}
     ended = subprocess.run(
-        [sys.executable, str(file)],
+        [sys.executable, str(file), *arguments],
         capture_output=True,
         text=True,
         env={name: value for name, value in there.items() if value},
@@ -80,6 +98,60 @@ def test_damaged_code_is_compiled_anew(sound, how, ending):
     assert run_script(sound, TORQUER_CACHE_DIR=str(cache)) == ("6.0", "1", "")
 
 
+def run_alike(folder, number="3.5", cache="cache"):
+    return run_script(folder, ALIKE, (number,), TORQUER_CACHE_DIR=str(folder / cache))
+
+
+def entry(folder, function, ending, cache="cache"):
+    """The file of an entry."""
+    (found,) = (folder / cache).rglob(f"volume.{function}-*.{ending}")
+    return found
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_code_of_another_function_is_not_believed(tmp_path, ending):
+    """Both files are sound. Numba's key has no constants: each index fits the other function."""
+    assert run_alike(tmp_path) == ("1.75", "7.0", "")
+    one, other = (entry(tmp_path, name, ending) for name in ("half", "twice"))
+    first, second = one.read_bytes(), other.read_bytes()
+    one.write_bytes(second)
+    other.write_bytes(first)
+    half, twice, told = run_alike(tmp_path)
+    assert (half, twice) == ("1.75", "7.0")
+    assert told.count("CacheNote: compiled code in ") == 1
+    assert run_alike(tmp_path) == ("1.75", "7.0", "")
+
+
+def test_code_for_another_kind_of_number_is_not_believed(tmp_path):
+    """The index of one process, the data of another: what two that begin at once may leave."""
+    assert run_alike(tmp_path, "3.5", "one") == ("1.75", "7.0", "")
+    assert run_alike(tmp_path, "3", "other") == ("1.5", "7.0", "")
+    data = entry(tmp_path, "half", "nbc", "other").read_bytes()
+    entry(tmp_path, "half", "nbc", "one").write_bytes(data)
+    half, twice, told = run_alike(tmp_path, "3.5", "one")
+    assert (half, twice) == ("1.75", "7.0")  # that for whole numbers gives 1.5
+    assert told.count("CacheNote: compiled code in ") == 1
+    assert run_alike(tmp_path, "3.5", "one") == ("1.75", "7.0", "")
+
+
+def test_the_folder_of_compiled_code_may_be_moved(sound, tmp_path):
+    shutil.copytree(sound / "cache", tmp_path / "moved")
+    assert run_script(sound, TORQUER_CACHE_DIR=str(tmp_path / "moved")) == ("6.0", "1", "")
+
+
+@pytest.mark.parametrize("ending", ["nbi", "nbc"])
+def test_a_folder_in_place_of_a_file_is_a_note(tmp_path, ending):
+    assert run_alike(tmp_path) == ("1.75", "7.0", "")
+    path = entry(tmp_path, "half", ending)
+    path.unlink()
+    (path / "inside").mkdir(parents=True)
+    for _ in range(2):
+        half, twice, told = run_alike(tmp_path)
+        assert (half, twice) == ("1.75", "7.0")
+        assert "CacheNote: compiling again: " in told
+        assert "CacheNote: compiled code is not kept, so that it is compiled at every start" in told
+
+
 def test_a_folder_in_which_others_can_write_is_not_used(tmp_path):
     cache, temporary = tmp_path / "cache", tmp_path / "temporary"
     cache.mkdir()
@@ -95,6 +167,18 @@ def test_a_folder_in_which_others_can_write_is_not_used(tmp_path):
     volume, hits, told = run_script(tmp_path, **there)
     assert (volume, hits) == ("6.0", "0")
     assert told.count("CacheNote: compiled code is not kept, so that every start compiles") == 1
+
+
+def test_nor_is_one_within_a_folder_of_our_own(tmp_path):
+    cache, temporary = tmp_path / "cache", tmp_path / "temporary"
+    temporary.mkdir()
+    there = {"TORQUER_CACHE_DIR": str(cache), "TMPDIR": str(temporary)}
+    assert run_script(tmp_path, **there) == ("6.0", "0", "")
+    cache.chmod(0o755)
+    (within,) = cache.iterdir()
+    within.chmod(0o777)
+    assert run_script(tmp_path, **there) == ("6.0", "0", "")
+    assert len([*temporary.glob("torquer-cache-*")]) == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root gives away")

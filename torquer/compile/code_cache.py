@@ -101,8 +101,7 @@ def _folder() -> Path | None:
     reasons = []
     for root_of in (cache_root, _root_for_now):
         try:
-            folder = _made_private(root_of()) / source_key()
-            folder.mkdir(mode=0o700, exist_ok=True)
+            folder = _made_private(_made_private(root_of()) / source_key())
             with tempfile.TemporaryFile(dir=folder):
                 return folder
         except OSError as error:
@@ -120,7 +119,21 @@ if FOLDER:
 
 
 class _SealedFile(IndexDataCacheFile):
-    """Numba's files of an entry, each with a digest behind its content."""
+    """Numba's files of an entry, each with a digest of its place and content behind the content.
+
+    Data states the signature that it was compiled for: of two processes that compile for different
+    signatures at once, one may keep the index and the other the data.
+    """
+
+    def save(self, key, data):
+        super().save(key, (key, data))
+
+    def load(self, key):
+        found = super().load(key)
+        if found is None or found[0] == key:
+            return found and found[1]
+        _tell(f"compiled code in {self._cache_path} is of another signature: compiling again")
+        return None
 
     def _load_index(self):
         return super()._load_index() if _is_sound(self._index_path) else {}
@@ -136,11 +149,19 @@ class _SealedFile(IndexDataCacheFile):
         yield content
         with super()._open_for_write(filepath) as file:
             file.write(content.getvalue())
-            file.write(hashlib.sha256(content.getbuffer()).digest())
+            file.write(_seal_of(filepath, content.getbuffer()))
+
+
+def _seal_of(path: str, content: bytes | memoryview) -> bytes:
+    """Digest of the content of a file and of its place in the cache, which may be moved whole."""
+    place = os.path.relpath(path, FOLDER.parent if FOLDER else None).replace(os.sep, "/")
+    digest = hashlib.sha256(f"{place}\n".encode())
+    digest.update(content)
+    return digest.digest()
 
 
 def _is_sound(path: str) -> bool:
-    """Whether a file is as it was written, or not there."""
+    """Whether a file is as it was written there, or not there."""
     try:
         content = memoryview(Path(path).read_bytes())
     except FileNotFoundError:
@@ -148,7 +169,7 @@ def _is_sound(path: str) -> bool:
     except OSError as error:
         _tell(f"compiling again: {error}")
         return False
-    if hashlib.sha256(content[:-_SEAL_BYTES]).digest() == content[-_SEAL_BYTES:]:
+    if _seal_of(path, content[:-_SEAL_BYTES]) == content[-_SEAL_BYTES:]:
         return True
     _tell(f"compiled code in {os.path.dirname(path)} is damaged: compiling again")
     return False

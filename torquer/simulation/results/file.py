@@ -17,6 +17,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
+from torquer.simulation.results.claims import Unbelievable, check_claims
 from torquer.simulation.signals import noted_signals
 
 if TYPE_CHECKING:
@@ -70,10 +71,11 @@ def load(path) -> xr.Dataset:
     import xarray as xr
 
     path = _in_folder(Path(path))
-    data = path.read_bytes()
-    _check(path, io.BytesIO(data), len(data))
+    check(path)
     with _read(path):
-        return xr.load_dataset(io.BytesIO(data), engine="h5netcdf")
+        data = io.BytesIO(path.read_bytes())
+        _check_claims(data, data)
+        return xr.load_dataset(data, engine="h5netcdf")
 
 
 def _in_folder(path: Path) -> Path:
@@ -93,16 +95,28 @@ def lazily(path) -> xr.Dataset:
     """A stored result whose numbers are read when they are asked for, and not kept in memory."""
     import xarray as xr
 
+    path = Path(path)
     check(path)
     with _read(path):
+        with path.open("rb") as raw:
+            _check_claims(path, raw)
         return xr.open_dataset(path, engine="h5netcdf", cache=False)
 
 
 def check(path) -> None:
     """Raise `Damaged` unless a file is as it was written; reads all of it."""
     path = Path(path)
+    if path.exists() and not path.is_file():  # reading a pipe or a device may have no end
+        raise Damaged(f"result: must be a file; received {path}")
     with path.open("rb") as file:
         _check(path, file, path.stat().st_size)
+
+
+def _check_claims(path, raw: BinaryIO) -> None:
+    import h5py
+
+    with h5py.File(path) as file:
+        check_claims(file, raw)
 
 
 def attributes_of(path) -> dict:
@@ -122,7 +136,14 @@ def _read(path: Path):
     """
     try:
         yield
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
+    except Unbelievable as error:
+        raise Damaged(
+            f"result: must hold numbers and texts as torquer writes them; received {path}, in "
+            f"which {error}"
+        ) from None
+    except (
+        OSError, ValueError, KeyError, TypeError, AttributeError, RuntimeError, MemoryError
+    ) as error:  # fmt: skip
         raise Damaged(
             f"result: must be readable NetCDF; received {path} ({_reason(error)})"
         ) from None
@@ -213,7 +234,7 @@ def _check(path: Path, file: BinaryIO, size: int) -> None:
         file.seek(length)
         seal = file.read()
         file.seek(0)
-        if seal == _SEAL + _digest_of(file, length):
+        if seal.startswith(_SEAL) and seal == _SEAL + _digest_of(file, length):
             return
     raise Damaged(f"result: must be as torquer wrote it; received {path}, damaged or edited since")
 
