@@ -11,6 +11,12 @@ initial.rate_deg_s = [1.0, -0.6, 0.8]
 control = {{ law = {law}, sample_s = 2.0 }}
 simulation = {{ duration_s = {duration_s}, record_s = {record_s} }}
 """
+CAMPAIGN = """
+[campaign]
+runs = {runs}
+[campaign.vary]
+initial.rate_deg_s = {{ direction = "uniform", magnitude = {{ uniform = [0.5, 4.0] }} }}
+"""
 LAWS = """
 import torquer
 

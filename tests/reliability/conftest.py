@@ -5,17 +5,24 @@ import subprocess
 import sys
 
 import pytest
-from reliability_processes import KINDS, LAWS, SCENARIO
+from reliability_processes import CAMPAIGN, KINDS, LAWS, SCENARIO
+
+from torquer.cli import main
 
 
 @pytest.fixture
 def scenario_file(tmp_path):
-    """`scenario_file("plain", duration_s=1e5)`: a file of a scenario with such a law."""
+    """`scenario_file("plain", duration_s=1e5)`: a file of a scenario with such a law.
 
-    def write(law, duration_s=600.0, record_s=10.0):
+    With `runs` it has a campaign, whose members fly side by side.
+    """
+
+    def write(law, duration_s=600.0, record_s=10.0, runs=0):
         (tmp_path / "laws.py").write_text(LAWS)
         path = tmp_path / "scenario.toml"
-        path.write_text(SCENARIO.format(law=KINDS[law], duration_s=duration_s, record_s=record_s))
+        steps = f"{record_s}, step_s = 1.0" if runs else record_s
+        text = SCENARIO.format(law=KINDS[law], duration_s=duration_s, record_s=steps)
+        path.write_text(text + (CAMPAIGN.format(runs=runs) if runs else ""))
         return path
 
     return write
@@ -54,3 +61,16 @@ def process(shell):
         return shell(sys.executable, "-m", "torquer", *map(str, arguments), **how)
 
     return begin
+
+
+@pytest.fixture
+def call(capsys, monkeypatch):
+    """`call("run", path)`: exit code, standard output and error of a command in this process."""
+    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: False)
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as left:
+            main([str(argument) for argument in arguments])
+        return left.value.code, *capsys.readouterr()
+
+    return run

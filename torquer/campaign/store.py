@@ -104,8 +104,8 @@ def chunks_folder(path: Path) -> Path:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a campaign, or a part of one, stands at a path."""
-    return path.exists() or chunks_folder(path).exists()
+    """Whether a campaign, or a part of one, stands at a path; an empty folder is no part."""
+    return path.exists() or any(chunks_folder(path).glob("*"))
 
 
 def remove(path: Path) -> None:

@@ -42,7 +42,7 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     scenario, campaign = _loaded(path, how, code)
     out = how.out or Path("runs") / f"{scenario.name}-campaign"
     make_writable(out)
-    with noting_signals(ALL, (leave_or_raise,)) as signals, claimed(out), writing_to(out):
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
         try:
             _make_free(out / "campaign.nc", how)
             with _progress(scenario.name) as progress:

@@ -55,7 +55,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process
-    with noting_signals(ALL, (leave_or_raise,)) as signals, claimed(out), writing_to(out):
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
         try:
             result, stopped, code = _flown(scenario, out / "result.nc", how)
             if signals.asked and stopped:  # the report can wait: --resume draws it
