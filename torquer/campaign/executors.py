@@ -7,7 +7,15 @@ import os
 import pickle
 import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
+from typing import Any
 
 import numpy as np
 
@@ -34,23 +42,52 @@ def _fleet_of(pickled: bytes) -> Fleet:
     return Fleet(*pickle.loads(pickled))
 
 
-class Pool:
-    """Flies chunks, several at once; `workers`: how many."""
+class _Refused(Exception):
+    """A cluster takes no more chunks."""
 
-    def __init__(self, begin: Callable[[], Executor], workers: int, fly):
+
+class Pool:
+    """Flies chunks, several at once; `workers`: how many.
+
+    `losses`: exceptions by which chunks are lost that were submitted. `cluster`: address of the one
+    that is to fly them, for which every exception on submitting is a loss.
+    """
+
+    def __init__(
+        self,
+        begin: Callable[[], Executor],
+        workers: int,
+        fly,
+        losses: tuple = (BrokenExecutor,),
+        cluster: str = "",
+    ):
         self._begin, self.workers, self._fly = begin, workers, fly
+        self.losses, self._cluster = (*losses, _Refused), cluster
         self._executor = begin()
         self._deaths = 0
 
     def submit(self, first: int, last: int) -> Future:
         """Members first..last-1 as a dataset, when they have been flown."""
-        return self._executor.submit(self._fly, first, last)
+        try:
+            return self._executor.submit(self._fly, first, last)
+        except Exception as error:
+            if self._cluster:
+                raise _Refused(f"{type(error).__name__}: {error}") from error
+            raise
 
-    def renew(self) -> None:
+    def renew(self, loss: Exception) -> None:
         """Begin again with new workers after one has died, with which its pool ends.
 
-        ValueError after the third: whatever kills them will go on to.
+        ValueError after the third: whatever kills them will go on to; and for a cluster, which has
+        tried by itself.
         """
+        if self._cluster:
+            said = str(loss) if isinstance(loss, _Refused) else f"{type(loss).__name__}: {loss}"
+            raise ValueError(
+                "where: must keep its scheduler and its workers; received "
+                f"{self._cluster!r}, which lost them ({' '.join(said.split())[:200].rstrip(':')}); "
+                "what was flown is kept, resume continues"
+            )
         self._deaths += 1
         if self._deaths == _MOST_DEATHS:
             raise ValueError(
@@ -71,10 +108,10 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     pickled = pickle.dumps((fleet.scenario, fleet.campaign))
     elsewhere = functools.partial(chunk_elsewhere, pickled)
     if where not in ("threads", "processes"):
-        with _cluster(where) as client:
+        with _cluster(where) as (client, losses):
             # a worker that is lost costs its chunks one more try
             theirs = functools.partial(client.get_executor, retries=_RETRIES, pure=False)
-            yield Pool(theirs, max(1, len(client.nthreads())), elsewhere)
+            yield Pool(theirs, max(1, len(client.nthreads())), elsewhere, losses, where)
         return
     begin: Callable[[], Executor]
     if where == "threads":
@@ -107,10 +144,14 @@ def _here(fleet: Fleet, first: int, last: int):
     return dataset_of(fleet, fleet.fly(np.arange(first, last)))
 
 
-def _cluster(address: str):
-    """A client of a Dask cluster."""
+@contextlib.contextmanager
+def _cluster(address: str) -> Iterator[tuple[Any, tuple]]:
+    """A client of a Dask cluster, and the exceptions of a future whose chunk it has lost.
+
+    These are the death of more workers than it has patience for, and the end of the scheduler.
+    """
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
     except ImportError:
         raise ValueError(
             "where: must be 'threads' or 'processes' without the package dask[distributed]; "
@@ -118,8 +159,14 @@ def _cluster(address: str):
         ) from None
     try:
         # as the default one it would be asked for locks when files are written here
-        return Client(address, timeout="10s", set_as_default=False)
+        client = Client(address, timeout="10s", set_as_default=False)
+        client.nthreads()
     except (OSError, ValueError) as error:
         raise ValueError(
             f"where: must be the address of a Dask scheduler; received {address!r} ({error})"
         ) from None
+    try:
+        yield client, (KilledWorker, CancelledError, OSError)
+    finally:
+        with contextlib.suppress(OSError, RuntimeError):  # as of a scheduler that has gone
+            client.close()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -162,7 +162,7 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
     running: dict[Future, tuple[int, int]] = {}
     parts: dict[int, xr.Dataset] = {}
     while True:
-        died = False
+        loss = None
         try:
             while len(running) < _AHEAD * fliers.workers:
                 lost = lost or [*islice(spans, 1)]
@@ -170,20 +170,15 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
                     break
                 future = fliers.submit(*lost[0])
                 running[future] = lost.pop(0)
-        except BrokenExecutor:
-            died = True
-        if not running and not died:
+        except fliers.losses as error:
+            loss = error
+        if not running and loss is None:
             return [parts[first] for first in sorted(parts)]
         ended, _ = wait(running, timeout=0.2, return_when=FIRST_COMPLETED)
         if noted_signals().asked:
             raise KeyboardInterrupt
-        for future in ended:
-            try:
-                data = future.result()
-            except BrokenExecutor:
-                died = True
-                continue
-            first, _ = running.pop(future)
+        found, of_running = _came_back(ended, running, fliers.losses)
+        for first, data in found:
             if path is None:
                 parts[first] = data
             else:
@@ -191,6 +186,22 @@ def _flown(known: _Known, fliers: Pool, path, progress) -> list[xr.Dataset]:
             known.add(data)
             if progress:
                 progress(Progress(known.done, known.runs))
-        if died:  # one worker, and with it all chunks in flight
-            fliers.renew()
+        if loss := loss or of_running:
+            fliers.renew(loss)
             lost, running = [*running.values(), *lost], {}
+
+
+def _came_back(ended, running: dict[Future, tuple[int, int]], losses: tuple):
+    """First members and datasets of chunks that have ended, and one of the losses if any did so.
+
+    What has come back is taken out of `running`.
+    """
+    found, loss = [], None
+    for future in ended:
+        try:
+            data = future.result()
+        except losses as error:
+            loss = error
+        else:
+            found.append((running.pop(future)[0], data))
+    return found, loss
