@@ -96,6 +96,12 @@ def mutants_of(path: Path) -> list[Mutant]:
     return found
 
 
+def drawn_of(folder: str, seed: int, count: int) -> list[Mutant]:
+    """Mutants of all files of a folder, such as "torquer/campaign", each as probable as any."""
+    paths = sorted((ROOT / folder).rglob("*.py"))
+    return random.Random(seed).sample([each for path in paths for each in mutants_of(path)], count)
+
+
 def drawn(seed: int, count: int) -> list[Mutant]:
     """Mutants of all rooms and kinds alike, few of a file; more of them begin as fewer do."""
     draw, left, taken = random.Random(seed), {room: {} for room in ROOMS}, []

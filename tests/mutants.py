@@ -19,9 +19,10 @@ import subprocess
 import sys
 import tempfile
 import time
+from itertools import chain
 from pathlib import Path
 
-from mistakes import ROOMS, ROOT, Mutant, drawn, spoiled
+from mistakes import KERNEL, ROOMS, ROOT, Mutant, drawn, drawn_of, spoiled
 
 #: Rooms of tests that may notice a mistake. (Those of text notice every edit.)
 TESTED = [*ROOMS, "theory", "analysis", "naive", "scenario"]
@@ -60,8 +61,33 @@ def tests_for(file: str, function: str = "") -> list[list[str]]:
     return [[str(path.relative_to(ROOT)) for path in part] for part in parts]
 
 
+def tests_of(folder: str, file: str = "") -> list[list[str]]:
+    """Files of tests: of a folder of the package, those that name a file of it first; then others.
+
+    The others are those elsewhere that name the file's module.
+    """
+    whole, module = folder.replace("/", "."), file[:-3].replace("/", ".") or "no file"
+    mirror = ROOT / "tests" / Path(folder).relative_to("torquer")
+    paths = [path for path in (ROOT / "tests").rglob("test_*.py") if path.name not in OF_TEXT]
+    named = {path: re.findall(r"\btorquer[.\w]+", path.read_text()) for path in paths}
+
+    def is_of_folder(path: Path) -> bool:
+        if mirror.is_dir():
+            return path.is_relative_to(mirror)
+        return any(f"{name}.".startswith(f"{whole}.") for name in named[path])
+
+    def rank(path: Path):
+        return Path(file).stem not in path.stem, module not in named[path], str(path)
+
+    of_folder = sorted(filter(is_of_folder, paths), key=rank)
+    others = sorted(path for path in paths if module in named[path] and path not in of_folder)
+    return [[str(path.relative_to(ROOT)) for path in part] for part in (of_folder, others)]
+
+
 def reached_from(tree: Path, file: str) -> set[Path]:
-    """A file of the package and those that import it, directly or not."""
+    """A file of the package; if it has kernels, also those that import it, directly or not."""
+    if not KERNEL.search((ROOT / file).read_text()):
+        return {tree / file}
     imported = {}
     for path in (tree / "torquer").rglob("*.py"):
         nodes = [n for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.ImportFrom)]
@@ -78,8 +104,8 @@ def reached_from(tree: Path, file: str) -> set[Path]:
 class Workshop:
     """The copy of the tree, with compiled code of the unchanged package (`warm`) and a mutant's."""
 
-    def __init__(self, folder: Path):
-        self.tree, self.warm = folder / "tree", folder / "warm"
+    def __init__(self, folder: Path, of: str = ""):
+        self.of, self.tree, self.warm = of, folder / "tree", folder / "warm"
         self.cache, self.log = folder / "cache", folder / "log"
         listed = subprocess.check_output(["git", "ls-files", "-z"], cwd=ROOT, text=True)
         for name in filter(None, listed.split("\0")):
@@ -88,10 +114,9 @@ class Workshop:
                 to.parent.mkdir(parents=True, exist_ok=True)
                 shutil.copy2(ROOT / name, to)
         self.warm /= self.source_key()
-        if not (passed := self.warm / "passed").exists():
+        if not (passed := self.warm / f"passed {of.replace('/', ' ')}".strip()).exists():
             print("the tests of the unchanged package first", flush=True)
-            of_room, others = tests_for("torquer/geometry/vec3.py")
-            if self.test([*of_room, *others], self.warm.parent):
+            if self.test([*chain(*self.tests())], self.warm.parent):
                 sys.exit(f"they do not pass: see {self.log}")
             passed.touch()
 
@@ -104,6 +129,10 @@ class Workshop:
         ]
         environment = os.environ | {"PYTHONPATH": str(self.tree)}
         return subprocess.check_output(command, env=environment, text=True).strip()
+
+    def tests(self, file: str = "torquer/geometry/vec3.py", function: str = "") -> list[list[str]]:
+        """Files of tests that may notice a mistake: those near to it, then the others."""
+        return tests_of(self.of, file) if self.of else tests_for(file, function)
 
     def test(self, files: list[str], cache: Path, budget_s: float | None = None) -> int:
         """The exit status of the tests; TimeoutExpired, with all of them ended, after the time."""
@@ -128,7 +157,10 @@ class Workshop:
             home = f"{path.parent.name}_{hashlib.sha1(str(path.parent).encode()).hexdigest()}"
             (here / home).mkdir(mode=0o700, parents=True, exist_ok=True)
             for each in (self.warm / home).glob(f"{path.stem}.*"):
-                os.link(each, here / home / each.name)
+                # its digest is also of its place in the cache
+                code, place = each.read_bytes()[:-32], f"{here.name}/{home}/{each.name}\n"
+                digest = hashlib.sha256(place.encode() + code).digest()
+                (here / home / each.name).write_bytes(code + digest)
 
     def try_out(self, mutant: Mutant, budget_s: float) -> dict:
         """What the tests say to a mutant: `caught` and by which, `hung` or `survived`."""
@@ -136,9 +168,9 @@ class Workshop:
         path.write_text(spoiled(path.read_text(), mutant.node))
         try:
             self.reuse_code(mutant.file)
-            of_room, others = tests_for(mutant.file, mutant.function)
-            status = self.test(of_room, self.cache, budget_s)
-            status = status or self.test(others, self.cache, began + budget_s - time.time())
+            status = 0
+            for files in filter(None, self.tests(mutant.file, mutant.function)):
+                status = status or self.test(files, self.cache, began + budget_s - time.time())
             answer = "caught" if status else "survived"
         except subprocess.TimeoutExpired:
             silent_s = time.time() - self.log.stat().st_mtime
@@ -153,6 +185,7 @@ def main() -> int:
     """Try mutants, print what became of each; 1 if too few are caught."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--of", default="", help="a folder such as torquer/campaign: of it alone")
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--first", type=int, default=0, help="how many of them to pass over")
     parser.add_argument("--budget-s", type=float, default=240.0, help="time for one mutant")
@@ -165,8 +198,9 @@ def main() -> int:
     results, answers = given.folder / "results.jsonl", []
     told = [json.loads(line) for line in results.open()] if results.exists() else []
     tried = {Mutant(*(each[key] for key in Mutant._fields)): each for each in told}
-    workshop = Workshop(given.folder.resolve())
-    for mutant in drawn(given.seed, given.first + given.count)[given.first :]:
+    workshop, count = Workshop(given.folder.resolve(), given.of), given.first + given.count
+    chosen = drawn_of(given.of, given.seed, count) if given.of else drawn(given.seed, count)
+    for mutant in chosen[given.first :]:
         if reason := equivalent.get((mutant.file, mutant.text, mutant.change)):
             found = {"answer": "equivalent", "by": reason, "seconds": 0}
         elif not (found := tried.get(mutant)) or (given.again and found["answer"] not in CAUGHT):

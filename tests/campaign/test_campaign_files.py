@@ -427,3 +427,13 @@ def test_no_mutation_gives_anything_but_a_campaign_or_its_error(make, data):
         for line in str(error).split("\n"):
             assert re.match(r"campaign.*: .*(must|needs)", line, re.DOTALL), line
             assert "function-" not in line and "pydantic" not in line, line
+
+
+@pytest.mark.parametrize("ends", [(-1e-6, 90.0), (90.0, 180.000001)])
+def test_both_ends_of_a_range_are_tried(make, ends):
+    """No member would have a value that cannot be flown."""
+    table = {"runs": 10, "vary": {"orbit.inclination_deg": {"uniform": [0.0, 180.0]}}}
+    assert campaign_from_data(table, make()).runs == 10
+    table["vary"]["orbit.inclination_deg"]["uniform"] = list(ends)
+    line = message(table, make())
+    assert line.startswith('campaign.vary."orbit.inclination_deg": must ') and "\n" not in line

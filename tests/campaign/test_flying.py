@@ -14,9 +14,10 @@ from torquer.campaign import fleet, fly
 from torquer.campaign.fly import OneByOne
 from torquer.campaign.load import campaign_from_data
 from torquer.campaign.sampling import member_scenario
-from torquer.campaign.store import chunks_folder, chunks_there
+from torquer.campaign.store import chunks_folder, chunks_there, remove
 from torquer.compile import engine
 from torquer.scenario.load import scenario_from_text
+from torquer.simulation import size
 from torquer.simulation.run import prepare
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -462,3 +463,28 @@ def test_an_interrupted_campaign_on_dask_goes_on(scenario, tmp_path):
         interrupted(scenario, made, path, address)
         resumed = torquer.fly_campaign(scenario, made, to=path, where=address, resume=True)
     assert resumed.identical(torquer.fly_campaign(scenario, made))
+
+
+def test_members_of_several_pieces_end_where_they_end_alone(scenario, monkeypatch):
+    """Of 20 records each, the last one of fewer."""
+    monkeypatch.setattr(size, "_PIECE_ROWS", 20)
+    made = campaign(scenario, runs=3)
+    assert prepare(scenario).piece_steps == 400
+    result = torquer.fly_campaign(scenario, made)
+    for member in range(3):
+        alone = torquer.simulate(member_scenario(scenario, made, member))
+        rate = np.degrees(np.linalg.norm(alone["omega_body"].values, axis=1))
+        series = result["series.final_rate_deg_s"].values[member]
+        assert np.array_equal(series, rate.astype(np.float32))
+        assert result["final_rate_deg_s"].values[member] == rate[-1]
+
+
+def test_what_is_there_of_a_campaign_is_removed(scenario, tmp_path):
+    """Its chunks alone, its file alone, and nothing."""
+    made, path = campaign(scenario), tmp_path / "campaign.nc"
+    interrupted(scenario, made, path)
+    remove(path)
+    torquer.fly_campaign(scenario, made, to=path)
+    for _ in range(2):
+        remove(path)
+        assert list(tmp_path.iterdir()) == []

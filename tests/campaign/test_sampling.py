@@ -11,7 +11,7 @@ from scipy.stats import qmc
 
 from torquer.campaign.sampling import draw, member_scenario, member_seed, member_seeds
 from torquer.campaign.spec import Campaign
-from torquer.campaign.unit_numbers import unit_numbers
+from torquer.campaign.unit_numbers import random_words, unit_numbers
 from torquer.scenario.load import ScenarioError
 
 N = 20_000
@@ -338,3 +338,12 @@ def test_members_are_numbers_from_zero_on(scenario, members):
     with pytest.raises(ValueError, match=r"^members: must "):
         draw(Campaign(runs=1, vary=MANY), scenario, members)
     assert draw(Campaign(runs=1, vary=MANY), scenario, [])[BIAS].shape == (0, 3)
+
+
+def test_random_words_are_64_bits_that_have_nothing_to_do_with_each_other():
+    words = random_words(7, "a", np.arange(N))
+    bits = (words[:, None] >> np.arange(64, dtype=np.uint64)) & np.uint64(1)
+    off = 4.5 * 0.5 / np.sqrt(N)  # by chance once in a hundred thousand
+    assert np.abs(bits.mean(axis=0) - 0.5).max() < off
+    both = np.corrcoef(bits.T.astype(float)) - np.eye(64)
+    assert np.abs(both).max() < 2.5 * off

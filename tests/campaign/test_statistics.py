@@ -5,10 +5,12 @@ from datetime import UTC, datetime
 
 import numpy as np
 import pytest
+from artificial_campaign import artificial
 from hypothesis import given, settings, strategies as st
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
+from torquer.campaign.comparison import _rank_test
 from torquer.campaign.spec import Stop
 from torquer.campaign.statistics import (
     chance_correlation,
@@ -20,6 +22,7 @@ from torquer.campaign.statistics import (
     rank_correlations,
     rate_interval,
 )
+from torquer.campaign.summary import correlations
 
 TRIALS = 4000
 
@@ -185,3 +188,19 @@ def test_a_campaign_stops_once_the_interval_is_narrow_enough():
     assert is_enough(of_mean, values) and not is_enough(of_mean, values[:99])
     assert not is_enough(of_mean, 10.0 * values)
     assert not is_enough(of_mean, np.full(1000, np.nan))
+
+
+def test_members_that_both_campaigns_have_are_compared_one_by_one():
+    """Whatever their rows are in each of them. (Otherwise nothing is left of a shift.)"""
+    rng = np.random.default_rng(3)
+    one = rng.normal(scale=100.0, size=30)
+    order = rng.permutation(30)
+    other = (one + rng.normal(1.0, 0.5, 30))[order]
+    rows = order, np.arange(30)
+    expected = stats.wilcoxon(other - one[order]).pvalue
+    assert _rank_test(one, other, rows) == {"name": "Wilcoxon signed-rank", "p": expected}
+    assert expected < 1e-4 < stats.wilcoxon(other - one).pvalue
+
+
+def test_three_members_have_no_correlations():
+    assert correlations(artificial(3)) == {} != correlations(artificial(4))

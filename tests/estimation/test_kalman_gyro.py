@@ -4,6 +4,7 @@ Errors over runs are compared with chi-square bands; seeds are fixed.
 """
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from torquer import resume, simulate
 from torquer.analysis.filter_check import fly_filter, members_of
 from torquer.analysis.filter_statistics import autocorrelation, consistency, nees, nis
 from torquer.compile import engine
+from torquer.compile.plugin import plain_of
+from torquer.estimation.kalman_gyro import keep_reading
 from torquer.geometry.quaternion import angle_between
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.simulation.run import prepare
@@ -255,3 +258,13 @@ def test_mistakes_are_told(keys, message):
     with pytest.raises(ScenarioError) as error:
         scenario(estimator)
     assert message in str(error.value)
+
+
+def test_a_reading_is_kept_once():
+    """However often the computer sees it before the next one."""
+    memory = SimpleNamespace(gyro_s=np.arange(1.0, 4.0), gyro_rad_s=np.arange(9.0).reshape(3, 3))
+    inputs = SimpleNamespace(omega_body_rad_s=(0.1, 0.2, 0.3), read_at=SimpleNamespace(gyro_s=4.0))
+    for _ in range(3):
+        plain_of(keep_reading)(inputs, memory)
+        assert memory.gyro_s.tolist() == [2.0, 3.0, 4.0]
+        assert memory.gyro_rad_s.tolist() == [[3.0, 4.0, 5.0], [6.0, 7.0, 8.0], [0.1, 0.2, 0.3]]

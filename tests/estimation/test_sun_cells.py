@@ -167,3 +167,17 @@ def test_a_scenario_that_ignores_the_light_of_the_earth_is_noted():
     assert filter_notes(scenario()) == []
     (note,) = filter_notes(scenario(WITH_GYRO | {"cell_albedo": 0.0}))
     assert "see an Earth of albedo 0.3" in note
+
+
+@COMPILED
+def test_cells_and_the_horizon_alone_find_the_attitude():
+    """The last two of the sensors by whose directions a filter starts."""
+    own = without(OWN, "sensors") | {"sensors": ["horizon", "sun_cells"], "horizon_noise_deg": 0.3}
+    estimator = without(GYRO, "sun_noise_deg") | own
+    estimator = without(estimator, "magnetometer_noise_nt")
+    flown = scenario(estimator, duration_s=300.0)
+    horizon = {"noise_deg": 0.3}
+    spacecraft = flown.spacecraft.model_dump(exclude_unset=True) | {"horizon_sensor": horizon}
+    result = simulate(flown.replace("spacecraft", spacecraft))
+    assert np.isfinite(stated_deg(result)[:10]).any()
+    assert errors_deg(result)[-30:].max() < 5.0

@@ -1,13 +1,16 @@
 """What the checker finds, and that its bounds hold in flight."""
 
+import functools
+import operator
+
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning, two_states
 from hypothesis import given, settings, strategies as st
 
 from torquer.control.modes.check import findings
-from torquer.control.modes.cycles import endless, greatest_rate
-from torquer.control.modes.explore import Sight
+from torquer.control.modes.cycles import _back, endless, greatest_rate
+from torquer.control.modes.explore import Sight, Step
 from torquer.control.modes.finding import Facts
 from torquer.control.modes.graph import components, edges_of, reachable
 from torquer.control.modes.spec import Modes, Region
@@ -274,3 +277,16 @@ def test_components_hold_each_edge_once():
     assert [len(part) for part in components(edges_of(loop))] == [1]
     chain = Region(states=two_states(when=SLOW)["states"])
     assert components(edges_of(chain)) == []
+
+
+def test_a_cycle_holds_at_one_valuation_from_end_to_end():
+    """The shortest way back changes valuations on the way; of the others each keeps to one."""
+    one, other = 1, 2
+    ways = [((1, 2), one), ((2, 0), other)]
+    ways += [((1, 3), one), ((3, 4), one), ((4, 0), one)]
+    ways += [((1, 5), other), ((5, 6), other), ((6, 0), other)]
+    quick = [(Step(start, end, ()), mask) for (start, end), mask in ways]
+    first, *back = _back(quick, Step(0, 1, ()), one | other)
+    assert (first.start, first.end, back[-1].end) == (0, 1, 0)
+    masks = dict(quick)
+    assert functools.reduce(operator.and_, [masks[step] for step in back]) != 0

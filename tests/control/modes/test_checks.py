@@ -1,12 +1,19 @@
 """The checks of sensors and coils reading by reading, on a body that turns at a constant rate."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from torquer.compile import engine, plugin
 from torquer.control import computer
-from torquer.control.modes.coil_check import correct, first_coils
+from torquer.control.modes.coil_check import (
+    add_impulse,
+    correct,
+    first_coils,
+    has_field_reversed,
+)
 from torquer.control.modes.sensor_alone import ATTITUDE_SENSOR, GYRO, MAGNETOMETER, SUN_SENSORS
 from torquer.control.modes.sensor_check import ANGLE, SUN_TURN
 from torquer.control.modes.spec import Modes
@@ -233,3 +240,30 @@ def test_the_noise_of_the_coil_check_is_learned_without_bias(share, uncertain):
     found = learned(share, 3000, uncertain)
     assert abs(found[500:].mean() - min(share, 1.0)) < 0.1 * share
     assert found[:50].min() > 0.5 * share
+
+
+def test_an_impulse_is_the_torque_times_its_time():
+    """Of a field at rest in the body: m x b for two seconds by the dipole, b across each axis."""
+    checks = np.zeros(1, CHECKS_NOW)
+    first_coils(checks)
+    now, dipole = engine.with_attributes(checks)[0], np.array([0.1, -0.2, 0.3])
+    now.q[3], now.lever_s = 1.0, 8.0
+    for t_s in (10.0, 12.0):
+        now.gyro_s, now.impulse[:] = t_s, 0.0
+        read_at = SimpleNamespace(magnetometer_s=t_s)
+        field, coils = tuple(FIELD_T), tuple(dipole)
+        inputs = SimpleNamespace(
+            t_s=t_s, read_at=read_at, b_body_t=field, coil_dipole_body_a_m2=coils
+        )
+        add_impulse.py_func(now, inputs)
+    levers = np.cross(np.eye(3), FIELD_T).T
+    assert now.impulse[:, :3] == pytest.approx(2.0 * levers * dipole, rel=1e-12)
+    assert now.impulse[:, 3:] == pytest.approx(2.0 * levers, rel=1e-12)
+
+
+@pytest.mark.parametrize(("effect", "known"), [(1.0, -1.0), (-1.0, 1.0), (0.0, 0.0), (0.01, 0.0)])
+def test_a_field_is_reversed_or_not_only_beyond_the_uncertainty(effect, known):
+    checks = np.zeros(1, CHECKS_NOW)
+    now = engine.with_attributes(checks)[0]
+    now.effect[:], now.covariance[:] = effect, 1e-4 * np.eye(6)
+    assert has_field_reversed.py_func(now) == known

@@ -178,3 +178,13 @@ def test_states_that_differ_in_signs_only_have_identifiers_of_their_own():
     )
     ids = [line.split(" as ")[1] for line in text.splitlines() if " as " in line]
     assert len(set(ids)) == 4
+
+
+@tables
+def test_the_dot_of_a_start_lies_beside_its_own_box(modes):
+    root = ElementTree.fromstring(svg(modes))
+    dots = [each for each in root.iter() if each.tag.endswith("circle")]
+    starts = [box_of(box) for box in layout(modes).boxes if box.initial]
+    assert len(dots) == len(starts)
+    for dot, (left, top, _, bottom) in zip(dots, starts, strict=True):
+        assert float(dot.get("cx")) < left and top < float(dot.get("cy")) < bottom

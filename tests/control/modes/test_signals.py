@@ -140,7 +140,7 @@ def test_before_the_first_reading_and_estimate_their_age_is_infinite():
     assert value("estimate_age_s", blind) == value("reading_age_s", blind, 3) == math.inf
 
 
-@pytest.mark.parametrize("sensor", range(6))
+@pytest.mark.parametrize("sensor", range(len(SENSORS)))
 def test_every_sensor_has_its_own_age(sensor):
     assert value("reading_age_s", SEEN, sensor) == 10.0 - READ[sensor]
 
