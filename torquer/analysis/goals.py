@@ -9,11 +9,10 @@ from torquer.analysis.attitude import attitude_error_of, held_attitudes
 from torquer.analysis.series import angle_deg
 from torquer.control.spin_axis import Pointed
 from torquer.geometry.attitudes import to_reference
-from torquer.scenario.mission import Mission
+from torquer.scenario.mission import ORBITAL_RATES, Mission
 from torquer.scenario.spec import Scenario
 
 #: Limits that are usual for laws, where the scenario names none.
-ORBITAL_RATES = 3.0
 HELD_BY_WHEELS_DEG, HELD_BY_COILS_DEG, POINTED_DEG = 1.0, 10.0, 15.0
 _DAMPING = "bdot"
 _TO_THE_SUN = ("sun_cross", "spin_to_sun")

@@ -3,9 +3,9 @@
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
-from cyclopts import App
+from cyclopts import App, Parameter
 
-from torquer.cli.options import CodeOptions, Json, Three, Whole, options, within
+from torquer.cli.options import CodeOptions, Json, Three, Whole, options, positive, whole, within
 
 app = App(name="design", help="Gains of control laws, from the satellite and its orbit.",
           version_flags=[])  # fmt: skip
@@ -97,7 +97,7 @@ class GyroOptions:
     """What stage 2 turns with: the field model on board, or the Earth's dipole (the text)."""
     tip_off_deg_s: Annotated[float, within(0.01, 30.0)] = 3.0
     """Greatest rate after separation."""
-    filter_rate_rad_s: Annotated[float, within(1e-3, 3.0)] | None = None
+    filter_rate_rad_s: Annotated[float | None, within(1e-3, 3.0)] = None
     """Frequency of the filters of stage 1 [from the tip-off rate]."""
     degree: Annotated[float, within(0.01, 1.0)] = 0.25
     """Wanted Floquet degree of stage 2, per 1/nu0."""
@@ -122,5 +122,45 @@ def magneto_gyro(
     on board, noise and bias of the magnetometer.
     """
     from torquer.cli import design_gyro_work as work
+
+    return work.show(scenario, how, code)
+
+
+@options
+class DetumbleOptions:
+    """Options of `torquer design detumble`."""
+
+    tip_off_deg_s: Annotated[float | None, positive()] = None
+    """Rate after release [the scenario's initial rate]."""
+    rate_below_deg_s: Annotated[float | None, positive()] = None
+    """Rate that counts as stopped [that of its mission, else three orbital rates]."""
+    within_s: Annotated[float | None, positive()] = None
+    """Time by which all releases must have stopped [that of its mission, else none]."""
+    gains: Annotated[int, Parameter(converter=whole), within(3, 99)] = 9
+    """Gains flown, from a tenth to ten times that of the theory."""
+    runs: Annotated[int, Parameter(converter=whole), within(1, 100_000)] = 32
+    """Releases with each gain at each of the times."""
+    times: Annotated[int, Parameter(converter=whole), within(1, 1000)] = 8
+    """Times of release, spread over a day."""
+    out: Path | None = None
+    """Folder for gains.png and the scenario with the gain."""
+    json: Json = False
+
+
+@app.command(name="detumble")
+def detumble(
+    scenario: Path,
+    /,
+    *,
+    how: DetumbleOptions = DetumbleOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Which gain for B-dot? From theory with saturation, sampling and lag, then flown.
+
+    SCENARIO describes the satellite and its control cycle. The same releases are flown with each
+    gain. With --within-s the least gain is chosen with which most stop in time; without it the
+    least with which most stop, nine in ten of them at most 10 % later than with any other.
+    """
+    from torquer.cli import design_detumble_work as work
 
     return work.show(scenario, how, code)

@@ -16,7 +16,7 @@ Json = Annotated[bool, Parameter(help="Print machine-readable JSON.")]
 Three = tuple[float, float, float]
 
 
-def _whole(kind, tokens) -> int:
+def whole(kind, tokens) -> int:
     """A whole number as it is written; cyclopts would round 1.5 to 2."""
     text = tokens[0].value
     try:
@@ -26,7 +26,7 @@ def _whole(kind, tokens) -> int:
 
 
 #: A whole number, or none.
-Whole = Annotated[int | None, Parameter(converter=_whole)]
+Whole = Annotated[int | None, Parameter(converter=whole)]
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)

@@ -13,9 +13,11 @@ from torquer.control.nutation_damping import (
 )
 from torquer.notes.uses import Use, named, uses_of
 from torquer.scenario.resolution import momentum_at_start
+from torquer.scenario.mission import ORBITAL_RATES
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.magnetometer import Magnetometer
+from torquer.theory.detumbling import Tumbling, detumbling_time_s
 from torquer.theory.gains import (
     MOST_LAG,
     Sampling,
@@ -34,7 +36,9 @@ _NEAR = 0.85
 #: The part of a dipole that may come back as a command by way of the magnetometer.
 _HEARD = 0.05
 _DAY_S = 86400.0
-_BDOT = (Bdot, BdotRate, BdotDerivative, BdotModel)
+#: Places along the orbit at which the field is taken.
+_FIELDS = 300
+BDOT = (Bdot, BdotRate, BdotDerivative, BdotModel)
 _NUTATION = (NutationDamping, NutationDampingRate, NutationDampingDerivative)
 _DIFFERENCES = (Bdot, NutationDamping)
 
@@ -59,15 +63,16 @@ def bdot_notes(scenario: Scenario) -> list[str]:
 
 def _notes_on(scenario: Scenario, use: Use) -> list[str]:
     law, notes = use.law, []
-    if not isinstance(law, _BDOT + _NUTATION):
+    if not isinstance(law, BDOT + _NUTATION):
         return notes
     if use.at_start:
         notes += _rate_notes(scenario, law)
     if use.at_start or isinstance(law, _DIFFERENCES):
         notes += _own_dipole_notes(scenario, law, use)
-    if isinstance(law, _BDOT):
+    if isinstance(law, BDOT):
         notes += _gain_notes(scenario, law, use)
-        notes += _weak_gain_notes(scenario, use) if use.at_start else []
+        if use.at_start:
+            notes += _weak_gain_notes(scenario, use) or _slow_notes(scenario, use)
     return notes
 
 
@@ -123,7 +128,7 @@ def _reading_times(scenario: Scenario, sensor) -> tuple[float, float, float]:
 def _turn(scenario: Scenario, law) -> _Turn:
     """The initial absolute rate; for nutation damping the rate of precession, L/A."""
     omega = _initial_rate(scenario)
-    if isinstance(law, _BDOT):
+    if isinstance(law, BDOT):
         rate = float(np.linalg.norm(omega))
         return _Turn(rate, "the initial rate", "B-dot", "rotation")
     inertia, axis = np.array(scenario.spacecraft.body.inertia_kg_m2), np.array(law.axis)
@@ -157,7 +162,7 @@ def _rate_notes(scenario: Scenario, law) -> list[str]:
 
 def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
     """What happens to a rotation near the limit or above it."""
-    steady, times = isinstance(law, _BDOT), sampling.times
+    steady, times = isinstance(law, BDOT), sampling.times
     driven = driven_rate_rad_s(*times)
     if turn.rate_rad_s <= sampling_limit_rad_s(*times):
         left = damping_efficiency(turn.rate_rad_s, *times)
@@ -169,17 +174,45 @@ def _outcome(law, turn: _Turn, sampling: Sampling) -> str:
     return f"the law will drive the {turn.what}{to}"
 
 
-def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
-    sampling, gain = sampling_of(scenario, law), use.gain(law.gain_a_m2_s_per_t)
-    if sampling.lag_s > MOST_LAG * sampling.hold_s:
-        return []  # such coils follow no command
-    if not sampling.is_in_step:
-        return []
+def most_gain(scenario: Scenario, sampling: Sampling, field_t: float) -> float:
+    """Gain of B-dot [A m^2 s/T] beyond which a hold overshoots in a field [T].
+
+    Infinite where no bound is known: coils too slow to follow, readings not at control steps.
+    """
+    if sampling.lag_s > MOST_LAG * sampling.hold_s or not sampling.is_in_step:
+        return math.inf
     least = float(scenario.spacecraft.body.principal()[0][0])
-    greatest = bdot_greatest_gain(
-        least, _STRONG_FIELD_T, sampling.hold_s, difference_s=sampling.difference_s,
+    return bdot_greatest_gain(
+        least, field_t, sampling.hold_s, difference_s=sampling.difference_s,
         lag_s=sampling.lag_s, measure_s=sampling.measure_s,
     )  # fmt: skip
+
+
+def tumbling_of(scenario: Scenario, law) -> Tumbling:
+    """The scenario's satellite as theory of B-dot takes it, with the fields of a day of its orbit.
+
+    Of an orbit whose models end earlier, or that decays, the fields of one revolution.
+    """
+    control, craft = scenario.control, scenario.spacecraft
+    revolution_s = 2.0 * math.pi / scenario.orbit.rate_rad_s(scenario.start)
+    try:
+        fields = _fields_t(scenario, _DAY_S)
+    except ValueError:
+        fields = _fields_t(scenario, revolution_s)
+    inertia = float(np.trace(np.array(craft.body.inertia_kg_m2))) / 3.0
+    duty = control.actuate_s / control.cycle_s if control.actuate_s else 1.0
+    return Tumbling(inertia, fields, craft.coils, sampling_of(scenario, law), duty)
+
+
+def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
+    """Strengths of the field [T] along the orbit."""
+    times, surroundings = np.linspace(0.0, span_s, _FIELDS), scenario.orbit_environment()
+    return np.linalg.norm(surroundings.field(times, *surroundings.state(times)), axis=1)
+
+
+def _gain_notes(scenario: Scenario, law, use: Use) -> list[str]:
+    sampling, gain = sampling_of(scenario, law), use.gain(law.gain_a_m2_s_per_t)
+    greatest = most_gain(scenario, sampling, _STRONG_FIELD_T)
     if gain <= greatest:
         return []
     late = f" by coils with a lag of {sampling.lag_s:g} s" if sampling.lag_s else ""
@@ -203,6 +236,38 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
         f"rate e-fold in a field of {_STRONG_FIELD_T * 1e9:.0f} nT, the run lasts "
         f"{duration_s / 3600.0:.3g} h: see `torquer theory bdot --design`"
     ]
+
+
+def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
+    """A gain with which coils that never saturate stop the rotation too late, by theory."""
+    if scenario.control.named().modes is not None or scenario.spacecraft.coils is None:
+        return []
+    law, gain = use.law, use.gain(use.law.gain_a_m2_s_per_t)
+    rate, case = float(np.linalg.norm(_initial_rate(scenario))), tumbling_of(scenario, law)
+    read = abs(np.sinc(0.5 * rate * case.sampling.difference_s / math.pi))
+    limit = float(case.coils.limits_a_m2().min())
+    share = gain * rate * read * float(case.fields_t.max()) / limit
+    below, allowed_s = _stopped_below(scenario)
+    if share >= 1.0 or rate >= sampling_limit_rad_s(*case.sampling.times):
+        return []
+    needed_s = detumbling_time_s(case, gain, rate, below)
+    if needed_s <= allowed_s:
+        return []
+    return [
+        f"the gain of {gain:.3g} A m^2 s/T asks for at most {100.0 * share:.2g} % of the coils' "
+        f"limit at the initial rate, and takes about {needed_s / 3600.0:.3g} h to brake to "
+        f"{math.degrees(below):.3g} deg/s, with {allowed_s / 3600.0:.3g} h allowed: "
+        "see `torquer design detumble`"
+    ]
+
+
+def _stopped_below(scenario: Scenario) -> tuple[float, float]:
+    """Rate [rad/s] that counts as stopped, and the time [s] allowed for it."""
+    mission, duration_s = scenario.mission, scenario.steps() * scenario.grid_s
+    usual = ORBITAL_RATES * scenario.orbit.rate_rad_s(scenario.start)
+    if mission is None or mission.rate_below_deg_s is None:
+        return usual, duration_s
+    return math.radians(mission.rate_below_deg_s), mission.within_s or duration_s
 
 
 def _own_dipole_notes(scenario: Scenario, law, use: Use) -> list[str]:

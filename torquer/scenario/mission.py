@@ -7,6 +7,8 @@ from pydantic import Field, model_validator
 from torquer.control.spin_axis import unit_vector
 from torquer.spec import Spec
 
+#: Orbital rates below which rotation usually counts as stopped by B-dot.
+ORBITAL_RATES = 3.0
 _Limit = Annotated[float, Field(gt=0.0)]
 _Angle = Annotated[float, Field(gt=0.0, lt=180.0)]
 

@@ -43,6 +43,13 @@ if TYPE_CHECKING:
         slow_time as slow_time,
         times_over_directions as times_over_directions,
     )
+    from torquer.theory.detumbling import (
+        Tumbling as Tumbling,
+        braking_torque_n_m as braking_torque_n_m,
+        detumbling_time_s as detumbling_time_s,
+        knee_gain as knee_gain,
+        turning_gain as turning_gain,
+    )
     from torquer.theory.equilibria import (
         Equilibrium as Equilibrium,
         find_equilibria as find_equilibria,

@@ -1,0 +1,142 @@
+"""B-dot flown with several gains from the same releases: how long, how much energy, which gain."""
+
+import math
+from collections.abc import Callable, Sequence
+from datetime import timedelta
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.campaign.capture import flight
+from torquer.campaign.fly import fly_campaign
+from torquer.campaign.spec import Campaign
+from torquer.campaign.statistics import quantile
+from torquer.control.law import Law
+from torquer.scenario.spec import Scenario
+
+_DAY_S = 86400.0
+#: Longest step of RK4 [s], and greatest rotation in one [rad].
+_LONGEST_S, _TURN = 2.0, 0.3
+#: A settling time this much above the least of all gains is no disadvantage.
+KNEE = 1.1
+
+
+class Releases(NamedTuple):
+    """Releases at one rate about random axes and from random attitudes; `runs` of them at each of
+    `times` that divide a day evenly, so that orbit and Earth's rotation differ."""
+
+    rate_deg_s: float
+    runs: int
+    times: int
+
+
+class GainFlights(NamedTuple):
+    """Flights with one gain [A m^2 s/T], one row per release.
+
+    `settled_s`: time from which the rate stays below the limit to the end, infinite if it does not;
+    `energy_j` of the coils; `peak_a_m2`: greatest dipole of a coil.
+    """
+
+    gain: float
+    settled_s: np.ndarray
+    energy_j: np.ndarray
+    peak_a_m2: np.ndarray
+
+    def settled_within(self, within_s: float) -> int:
+        """Number of releases settled by a time."""
+        settled = np.isfinite(self.settled_s) & (self.settled_s <= within_s)
+        return int(np.count_nonzero(settled))
+
+    def settled_by(self, part: float) -> float:
+        """Time [s] by which a fraction of all releases has settled; infinite if fewer do."""
+        return quantile(self.settled_s, part)
+
+
+def fly_gains(
+    scenario: Scenario,
+    laws: Sequence[Law],
+    releases: Releases,
+    below_deg_s: float,
+    revolutions: float,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[GainFlights]:
+    """Fly laws of B-dot's kind from the same releases, with fixed steps and without an estimator.
+
+    `below_deg_s`: rate that counts as stopped; `progress`: called with flights done and in total.
+    """
+    period_s = 2.0 * math.pi / scenario.orbit.rate_rad_s(scenario.start)
+    step_s = _step_s(scenario, math.radians(releases.rate_deg_s))
+    simulation = {"revolutions": revolutions, "step_s": step_s, "record_s": step_s}
+    scenario = scenario.replace("simulation", simulation)
+    campaign, total = _campaign(releases, below_deg_s), len(laws) * releases.times
+    flown: list[GainFlights] = []
+    for law in laws:
+        parts = []
+        for k in range(releases.times):
+            later = timedelta(seconds=k * _DAY_S / releases.times)
+            member = flight(scenario, law, revolutions, period_s).replace(
+                "start", scenario.start + later
+            )
+            seeded = campaign.model_copy(update={"seed": k + 1})
+            parts.append(fly_campaign(member, seeded))
+            if progress:
+                done = len(flown) * releases.times + len(parts)
+                progress(done * releases.runs, total * releases.runs)
+        flown.append(_joined(law.values()["gain"], parts))
+    return flown
+
+
+def _step_s(scenario: Scenario, rate_rad_s: float) -> float:
+    """The scenario's fixed step [s], or a part of its control step that follows the rotation."""
+    sample_s = scenario.control.sample_s
+    longest = min(_LONGEST_S, _TURN / rate_rad_s)
+    return scenario.simulation.step_s or sample_s / math.ceil(sample_s / longest)
+
+
+def _campaign(releases: Releases, below_deg_s: float) -> Campaign:
+    rate = releases.rate_deg_s
+    vary = {
+        "initial.attitude": "uniform",
+        "initial.rate_deg_s": {"direction": "uniform", "magnitude": {"uniform": [rate, rate]}},
+    }
+    outcomes = {
+        "settled_s": {"signal": "rate_deg_s", "what": {"settles_below": below_deg_s}},
+        "energy_j": {"signal": "coil_energy_j"},
+        "peak_a_m2": {"signal": "peak_dipole_a_m2"},
+    }
+    return Campaign.model_validate({"runs": releases.runs, "vary": vary, "outcomes": outcomes})
+
+
+def _joined(gain: float, parts) -> GainFlights:
+    columns = (
+        np.concatenate([part[name].values for part in parts])
+        for name in ("settled_s", "energy_j", "peak_a_m2")
+    )
+    settled, energy, peak = columns
+    return GainFlights(gain, np.where(np.isnan(settled), np.inf, settled), energy, peak)
+
+
+def chosen(flights: Sequence[GainFlights], within_s: float | None, most: float) -> GainFlights:
+    """The least gain that does best, of those up to `most` (the least of all, if none is).
+
+    With `within_s`: as many releases settle by then as with any gain. Without it: as many settle as
+    with any gain, and nine in ten of these by at most `KNEE` times the least time of such gains.
+    """
+    usable = [each for each in flights if each.gain <= most] or [min(flights, key=_gain)]
+    within = math.inf if within_s is None else within_s
+    greatest = max(each.settled_within(within) for each in usable)
+    best = sorted((x for x in usable if x.settled_within(within) == greatest), key=_gain)
+    if within_s is not None:
+        return best[0]
+    times = [_nine_in_ten(each) for each in best]
+    return next(each for each, t in zip(best, times, strict=True) if t <= KNEE * min(times))
+
+
+def _gain(each: GainFlights) -> float:
+    return each.gain
+
+
+def _nine_in_ten(each: GainFlights) -> float:
+    """Time by which nine in ten of the releases that settle have settled; infinite if none does."""
+    arrived = each.settled_s[np.isfinite(each.settled_s)]
+    return quantile(arrived, 0.9) if len(arrived) else math.inf
