@@ -1,4 +1,7 @@
-"""Make docs/scenario.md, equations.md and api.md from the code: `python docs/generate.py`."""
+"""Make docs/scenario.md, equations.md, api.md and others from the code: `python docs/generate.py`.
+
+Also the tables from which `torquer explain` answers.
+"""
 
 import ast
 import importlib
@@ -6,8 +9,9 @@ import itertools
 import re
 from pathlib import Path
 
-from torquer.campaign.keys import design_tables, file_tables
-from torquer.scenario.keys import Key, Table
+from torquer.campaign import stored_keys
+from torquer.campaign.keys import design_tables, file_tables, stored_tables
+from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
 from torquer.simulation.results.variables import ATTRIBUTES, COORDINATES, LOGS, VARIABLES, Variable
@@ -238,3 +242,4 @@ PAGES = {
 if __name__ == "__main__":
     for name, make in PAGES.items():
         (ROOT / "docs" / name).write_text(make(), encoding="utf-8")
+    stored_keys.FILE.write_text(stored_tables(), encoding="utf-8")

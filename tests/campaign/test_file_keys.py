@@ -1,18 +1,23 @@
 """Every key of scenario files is described: for editors, for `torquer explain`, for the docs."""
 
 import json
+import subprocess
+import sys
 import tomllib
 
 import pytest
 
 from torquer import validate
-from torquer.campaign.keys import design_tables, file_schema, file_tables, find
+from torquer.campaign import keys, stored_keys
+from torquer.campaign.keys import design_tables, file_schema, file_tables
 from torquer.campaign.spec import Campaign
+from torquer.campaign.stored_keys import find
 from torquer.cli.app import answer
 from torquer.control import LAWS
 from torquer.environment.field import FIELDS
 from torquer.estimation import ESTIMATORS
-from torquer.scenario.keys import UNITS, Table, specs_below, unit_of
+from torquer.scenario.described import Table
+from torquer.scenario.keys import UNITS, specs_below, unit_of
 from torquer.scenario.spec import Scenario
 
 TABLES = [*file_tables(), *design_tables()]
@@ -115,6 +120,22 @@ def test_tables_are_found_by_place_and_by_kind():
     assert [table.title for table in find("spacecraft.wheels")[0]] == ["spacecraft.wheels"]
     assert [table.title for table in find("igrf14")[0]] == ["environment.field, kind = 'igrf14'"]
     assert isinstance(find("gyro")[0][0], Table) and find("gyro")[1]  # the table and its key
+
+
+def test_stored_tables_are_those_of_the_specs():
+    stored = stored_keys.FILE.read_text(encoding="utf-8")
+    assert stored == keys.stored_tables(), "run docs/generate.py"
+    assert stored_keys.file_tables() == keys.file_tables()
+    assert stored_keys.all_tables() == [*keys.file_tables(), *keys.own_design_tables()]
+
+
+def test_explain_imports_no_spec():
+    code = (
+        "import sys; from torquer.cli.app import answer; answer(['explain', 'limit_a_m2']); "
+        "print([m for m in ('numba', 'numpy', 'pydantic', 'xarray') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
 
 
 def test_explain_prints_all_about_a_key(capsys):

@@ -1,8 +1,8 @@
 """`torquer explain`: what a key or a table of scenario files means."""
 
-from torquer.campaign.keys import file_tables, find
+from torquer.campaign.stored_keys import file_tables, find
 from torquer.cli.output import console, json_text
-from torquer.scenario.keys import Key, Table
+from torquer.scenario.described import Key, Table
 
 #: More tables than this are listed by their first lines.
 _MOST_TABLES = 3

@@ -11,11 +11,12 @@ import types
 from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
-from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from torquer.scenario.described import Key, Table
 from torquer.validate import RANGES, range_of
 
 #: Units by how a key ends; the longest ending counts, as in `torquer.validate.RANGES`.
@@ -34,34 +35,6 @@ _UNITS_OF_KEYS = {"b0": "T", "held_at_year": "year", "viscous_friction_n_m_s": "
 #: What pydantic calls the bounds of a number.
 _BOUNDS = {"gt": "> {}", "ge": "≥ {}", "lt": "< {}", "le": "≤ {}"}
 _NUMBERS = (float, int)
-
-
-class Key(NamedTuple):
-    """A key of a table; `values`: its kind and range in words, `default`: "" if it must be given.
-
-    A key of a table that may be left out has the default "none".
-    """
-
-    name: str
-    description: str
-    unit: str
-    values: str
-    default: str
-
-
-class Table(NamedTuple):
-    """A table of a file: where it may appear, its kind or "", its description, its keys."""
-
-    places: list[str]
-    kind: str
-    about: str
-    keys: list[Key]
-
-    @property
-    def title(self) -> str:
-        """The first place, and the kind."""
-        where = self.places[0] or "(top of the file)"
-        return f"{where}, kind = {self.kind!r}" if self.kind else where
 
 
 def unit_of(key: str) -> str:
