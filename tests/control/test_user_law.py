@@ -195,9 +195,13 @@ def test_a_law_may_call_kernels_of_the_package(tmp_path):
         ),
         ("x = 1\n", "g", "FILE: must define g; received no such function"),
         ("x = 1\n", "x", "FILE: must define x; received no such function"),
-        (HEAD + BODY + "return (0.0, 1.0)\n", None, "LAW as .*UniTuple"),
-        (HEAD + BODY + "return 1.0\n", None, "LAW as .*received one that returns float64"),
-        (HEAD + BODY + "pass\n", None, "LAW as .*received one that returns none"),
+        (
+            HEAD + BODY + "return (0.0, 1.0)\n",
+            None,
+            "LAW as .*received one that returns a tuple of 2 numbers$",
+        ),
+        (HEAD + BODY + "return 1.0\n", None, "LAW as .*received one that returns a number$"),
+        (HEAD + BODY + "pass\n", None, "LAW as .*received one that returns nothing$"),
         (
             HEAD + BODY + "return imputs.t_s\n",
             None,
@@ -219,6 +223,71 @@ def test_a_mistake_is_one_clear_line(tmp_path, text, name, told):
     with pytest.raises(ValueError, match=f"^{told}") as caught:
         load_law(file, name)
     assert "\n" not in str(caught.value)
+
+
+#: What compiled code takes of NumPy.
+NUMPY_THAT_COMPILES = {
+    "np.cross(inputs.b_body_t, (0.0, 0.0, 2.0))": (4.0, -2.0, 0.0),
+    "2.0 * np.array(inputs.b_body_t)": (2.0, 4.0, 6.0),
+    "np.zeros(3)": (0.0, 0.0, 0.0),
+    "np.array(inputs.b_body_t) / np.linalg.norm(np.array((0.0, 3.0, 4.0)))": (0.2, 0.4, 0.6),
+}
+VEC3 = "; vectors are tuples: torquer.geometry.vec3 has add, scale, dot, cross, norm for them"
+PLAINLY = "; or compiled=False runs the law as plain Python"
+CANNOT = ", which cannot be compiled (NAME, line 6)"
+#: What it does not, and what the message says after 'received'.
+NUMPY_THAT_DOES_NOT = {
+    "np.linalg.norm(inputs.b_body_t)": ": norm(tuple of 3 numbers)" + CANNOT + VEC3 + PLAINLY,
+    "np.dot(inputs.b_body_t, inputs.b_body_t)":
+        ": dot(tuple of 3 numbers, tuple of 3 numbers)" + CANNOT + VEC3 + PLAINLY,
+    "np.diag([1.0, 2.0, 3.0])": ": diag(list(number))" + CANNOT + VEC3 + PLAINLY,
+    "np.einsum('i,i', np.zeros(3), np.zeros(3))": ": numpy.einsum" + CANNOT + VEC3 + PLAINLY,
+    "np.no_such(3)": ": AttributeError(\"module 'numpy' has no attribute 'no_such'\")",
+    "np.zeros((3, 3))": " one that returns an array of 2 dimensions" + VEC3,
+    "np.zeros(3) if inputs.t_s else inputs.b_body_t":
+        ": a value that is of several types: array, tuple of 3 numbers (NAME, line 6)"
+        + VEC3 + PLAINLY,
+    "tuple(np.zeros(3))": ": tuple(array)" + CANNOT + VEC3 + PLAINLY,
+    "-2.0 * inputs.b_body_t": ": number * tuple of 3 numbers" + CANNOT + VEC3,
+    "-inputs.b_body_t": ": -(tuple of 3 numbers)" + CANNOT + VEC3,
+    "inputs.b_body_t + inputs.b_body_t": " one that returns a tuple of 6 numbers" + VEC3,
+}  # fmt: skip
+
+
+def with_numpy(folder, expression, decorator="@torquer.law"):
+    text = f"import numpy as np\n{HEAD}{BODY}return {expression}\n"
+    return written(folder, text.replace("@torquer.law", decorator))
+
+
+@pytest.mark.parametrize("expression", NUMPY_THAT_COMPILES)
+def test_a_law_may_return_an_array_of_three(tmp_path, expression):
+    law = load_law(with_numpy(tmp_path, expression))
+    np.testing.assert_allclose(answer(law), NUMPY_THAT_COMPILES[expression], rtol=1e-15)
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")
+@pytest.mark.parametrize("expression", NUMPY_THAT_DOES_NOT)
+def test_a_law_is_told_what_works_instead_of_numpy(tmp_path, expression):
+    file = with_numpy(tmp_path, expression)
+    with pytest.raises(ValueError) as caught:
+        load_law(file)
+    must = "law mine: must compile as (inputs, parameters, memory) -> (x, y, z); received"
+    assert str(caught.value) == must + NUMPY_THAT_DOES_NOT[expression].replace("NAME", file.name)
+
+
+def test_what_the_message_names_works(tmp_path):
+    norm = "np.diag((1.0, 2.0, 3.0)) @ inputs.b_body_t / np.linalg.norm(inputs.b_body_t)"
+    plain = load_law(with_numpy(tmp_path, norm, "@torquer.law(compiled=False)"))
+    expected = np.array([1.0, 4.0, 9.0]) / np.sqrt(14.0)
+    np.testing.assert_allclose(answer(plain), expected, rtol=1e-15)
+    vectors = (
+        "vec3.scale(vec3.dot(inputs.b_body_t, inputs.b_body_t), "
+        "vec3.add(inputs.b_body_t, "
+        "vec3.cross(inputs.b_body_t, (0.0, 0.0, vec3.norm((0.0, 3.0, 4.0))))))"
+    )
+    text = f"from torquer.geometry import vec3\n{HEAD}{BODY}return {vectors}\n"
+    law = load_law(written(tmp_path, text, "vectors.py"))
+    np.testing.assert_allclose(answer(law), (14.0 * 11.0, 14.0 * -3.0, 14.0 * 3.0), rtol=1e-15)
 
 
 @pytest.mark.skipif(not engine.COMPILED, reason="what does not compile is told by the compiler")

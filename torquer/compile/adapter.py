@@ -18,7 +18,7 @@ import numpy as np
 from numba import types
 from numba.extending import intrinsic
 
-from torquer.compile import engine, plugin
+from torquer.compile import engine, plugin, reasons
 from torquer.interface import CELLS, KNOWN, Ephemeris, Estimate, Inputs, ReadingTimes, inputs_of
 
 ARRAY = types.float64[::1]
@@ -41,7 +41,8 @@ class Kind(NamedTuple):
     """A kind of block: what it is called in messages, what it must return, how that is unified.
 
     `answer`: Numba's type of the unified answer; `unify`: kernel that makes it of what a function
-    returns; `failed`: kernel for the answer of a user's function that has raised.
+    returns; `failed`: kernel for the answer of a user's function that has raised; `plainly`: how a
+    user has one run as plain Python, "" if there is no way.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Kind(NamedTuple):
     answer: object
     unify: Callable
     failed: Callable
+    plainly: str = ""
 
     @property
     def signature(self):
@@ -207,7 +209,7 @@ def _compiled(kind: Kind, function: Callable, shape: Shape, names: tuple | None,
         try:
             made = plugin.compiled(place, signature, must, keep=known, error_model="numpy")
         except ValueError:
-            _explain(inner, shape, names, must)
+            _explain(inner, shape, names, must, kind.plainly)
             raise
     return engine.FirstClass(made, signature)
 
@@ -225,14 +227,15 @@ def inner_of(function: Callable, own: bool, shape: Shape):
     return numba.njit(**model)(plain)
 
 
-def _explain(inner, shape: Shape, names, must: str) -> None:
+def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:
     """Compile a function alone, so that the message is of its own mistake."""
     memory = ARRAY if names is None else numba.from_dtype(layout_of(names))
     parameters = numba.typeof(floats(shape.example))
-    alone = plugin.compiled(plugin.plain_of(inner), (INPUTS, parameters, memory), must)
-    raise ValueError(
-        f"{must}; received one that returns {alone.nopython_signatures[0].return_type}"
-    )
+    own = plugin.plain_of(inner)
+    alone = plugin.compiled(own, (INPUTS, parameters, memory), must, plainly=plainly)
+    returned = str(alone.nopython_signatures[0].return_type)
+    received = reasons.returned_in_words(returned)
+    raise ValueError(f"{must}; received one that returns {received}")
 
 
 def filled(example, numbers):

@@ -7,7 +7,6 @@ cannot be compiled is a `ValueError` of one line.
 
 import ast
 import contextlib
-import difflib
 import dis
 import inspect
 import re
@@ -20,13 +19,10 @@ import numba
 from numba.core.errors import NumbaError
 from numba.core.typeinfer import register_dispatcher
 
-from torquer.compile import engine
+from torquer.compile import engine, reasons
 from torquer.compile.code_cache import cache_of, kept, mark_of
-from torquer.interface import Ephemeris, Estimate, Inputs, ReadingTimes
 from torquer.validate import as_storable
 
-#: Names of what plug-ins are handed.
-_FIELDS = {each.__name__: each._fields for each in (Inputs, Estimate, Ephemeris, ReadingTimes)}
 #: Characters of what a user's code raised or returned that a message shows.
 _LONGEST = 300
 
@@ -183,21 +179,13 @@ def check_arguments(plain: Callable, count: int, must: str) -> None:
         raise ValueError(f"{must}; received one that takes {taken} arguments")
 
 
-def _without_numba(reason: str) -> str:
-    """Numba's reason; of a name that the inputs do not have, in their words and with a near one."""
-    found = re.match(r"Unknown attribute '(\w+)' of type (\w+)\(", reason)
-    if not found:
-        return reason
-    name, holder = found.groups()
-    near = difflib.get_close_matches(name, _FIELDS.get(holder, ()), 1)
-    hint = f" (did you mean {near[0]}?)" if near else ""
-    return f"{holder} without a field {name!r}{hint}"
-
-
-def compiled(function: Callable, signature, must: str, keep: bool = False, **options):
+def compiled(
+    function: Callable, signature, must: str, keep: bool = False, plainly: str = "", **options
+):
     """The function by Numba; `must` says what must hold, and begins the message if it does not.
 
-    `keep`: whether the compiled code is kept on the disk.
+    `keep`: whether the compiled code is kept on the disk. `plainly`: how the user can have the
+    function run as plain Python, for the message.
     """
     try:
         found = numba.njit(**options)(function)
@@ -212,10 +200,12 @@ def compiled(function: Callable, signature, must: str, keep: bool = False, **opt
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         message = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
         place = _place_told(error, text, file_of(plain_of(function)))
-        reason = _without_numba((message or lines)[0])
-        raise ValueError(f"{must}; received: {reason[:200]}{place}") from None
+        reason, way_out = reasons.in_words((message or lines)[0], text, plainly)
+        raise ValueError(f"{must}; received: {reason[:200]}{place}{way_out}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have
         raise ValueError(f"{must}; received one whose memory has no {error}") from None
+    except AttributeError as error:  # and to a name that a module does not have
+        raise ValueError(f"{must}; received: {shown(error)}") from None
     except (AssertionError, IndexError, TypeError) as error:  # and to defaults of a named tuple
         raise ValueError(
             f"{must}; received: {shown(error)} (in compiled code a named tuple, such as "

@@ -69,11 +69,12 @@ def no_number_command():
     return Command(nothing, nothing)
 
 
+_PLAINLY = "compiled=False runs the law as plain Python"
 #: How a law's answer is read, by what it answers with.
 KINDS = {
-    "dipole": Kind("law", "(x, y, z)", _COMMAND, dipole_command, no_number_command),
-    "torque": Kind("law", "(x, y, z)", _COMMAND, torque_command, no_number_command),
-    "command": Kind("law", "torquer.Command", _COMMAND, whole_command, no_number_command),
+    "dipole": Kind("law", "(x, y, z)", _COMMAND, dipole_command, no_number_command, _PLAINLY),
+    "torque": Kind("law", "(x, y, z)", _COMMAND, torque_command, no_number_command, _PLAINLY),
+    "command": Kind("law", "torquer.Command", _COMMAND, whole_command, no_number_command, _PLAINLY),
 }
 
 
