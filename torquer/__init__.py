@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from torquer.analysis.derived import derived_of as derived_of
     from torquer.analysis.smoothing import smoothed as smoothed
     from torquer.analysis.summary import summary_of as summary_of
+    from torquer.analysis.summary_rows import rows_of as rows_of
     from torquer.analysis.together import concat as concat, run_of as run_of
     from torquer.campaign.fly import fly_campaign as fly_campaign
     from torquer.campaign.load import load_campaign as load_campaign
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from torquer.orbit import ORBITS as ORBITS
     from torquer.report import write_report as write_report
     from torquer.report.flight.compared import Comparison as Comparison, compare as compare
-    from torquer.report.flight.summary_rows import rows_of as rows_of
     from torquer.scenario.explain import ScenarioError as ScenarioError
     from torquer.scenario.load import (
         load_scenario as load_scenario,

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.summary import summary_of
+from torquer.analysis.summary_rows import rows_of
 from torquer.analysis.wheels import FlownWheels, zero_crossings
 from torquer.control.wheel_pd import WheelPd
 from torquer.report import write_report
@@ -21,7 +22,6 @@ from torquer.report.flight.page import page
 from torquer.report.flight.panels.reaction_wheels import speeds
 from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.setting import hardware_lines, setting
-from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of

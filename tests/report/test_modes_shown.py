@@ -16,6 +16,7 @@ from pydantic import TypeAdapter
 from torquer import simulate
 from torquer.analysis.modes import RegionRecord, regions_of, state_uses
 from torquer.analysis.summary import summary_of
+from torquer.analysis.summary_rows import rows_of
 from torquer.control import AnyLaw
 from torquer.control.modes.diagram import svg
 from torquer.estimation import AnyEstimator
@@ -28,7 +29,6 @@ from torquer.report.flight.page import page
 from torquer.report.flight.panels.modes import strip
 from torquer.report.flight.png import draw_picture
 from torquer.report.flight.setting import setting
-from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_data
 from torquer.simulation.results.dataset import scenario_of

@@ -18,6 +18,7 @@ from unpacking import unpacked
 
 import torquer
 from torquer.analysis.summary import summary_of
+from torquer.analysis.summary_rows import rows_of
 from torquer.report import write_report
 from torquer.report.common.colours import AXES
 from torquer.report.common.interactive import packed
@@ -28,7 +29,6 @@ from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.page import page
 from torquer.report.flight.png import draw_overview, draw_picture
 from torquer.report.flight.scene import scene_figure
-from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import view_of
 from torquer.scenario.load import scenario_from_text
 from torquer.scenario.spec import Scenario

@@ -1,10 +1,13 @@
 """What the report derives from a result: fresh readings, eclipses, notes, chapters, panels."""
 
 import itertools
+import json
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
+import torquer
 from torquer.analysis.coils import coil_reach
 from torquer.analysis.control_cycle import fresh_rows
 from torquer.analysis.summary import summary_of
@@ -231,6 +234,23 @@ def test_the_summary_does_not_depend_on_how_many_records_are_looked_at_together(
     whole = summary_of(result)
     monkeypatch.setattr("torquer.analysis.summary._PART", 97)
     assert summary_of(result) == whole
+
+
+def test_the_printed_summary_is_a_table_and_the_summary_a_plain_mapping(detumble):
+    summary = summary_of(detumble)
+    plain = dict(summary)
+    assert summary == plain and isinstance(summary, dict) and repr(summary) == repr(plain)
+    assert json.loads(json.dumps(summary)) == json.loads(json.dumps(plain))
+    title, *lines = str(summary).splitlines()
+    rows = torquer.rows_of(summary)
+    assert title == summary["scenario"] and len(lines) == len(rows)
+    for line, (label, value) in zip(lines, rows, strict=True):
+        assert line.startswith(label) and line.endswith(f"  {value}")
+    assert len({len(line) - len(value) for line, (_, value) in zip(lines, rows, strict=True)}) == 1
+    page = ElementTree.fromstring(summary._repr_html_())
+    assert [tuple(cell.text or "" for cell in row) for row in page.iter("tr")] == rows
+    del summary["verdict"]
+    assert str(summary) == repr(summary) and "<pre>" in summary._repr_html_()
 
 
 def test_a_long_run_is_shown_by_some_of_its_records(detumble, monkeypatch):

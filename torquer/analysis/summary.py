@@ -1,6 +1,7 @@
 """Summary of a run: the key numbers."""
 
 import json
+from html import escape
 
 import numpy as np
 import xarray as xr
@@ -10,6 +11,7 @@ from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_of, drifts_of
 from torquer.analysis.goals import Goal, goals_of, signal_of
 from torquer.analysis.modes import state_uses
+from torquer.analysis.summary_rows import rows_of
 from torquer.analysis.verdict import stays_from, verdict_of
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
@@ -21,14 +23,33 @@ _PART = 1 << 18
 _CONSERVED = "conserved_"
 
 
-def summary_of(result: xr.Dataset) -> dict:
-    """Summary as plain data: value by key, unit in the key."""
+class Summary(dict):
+    """Key numbers of a run by key, unit in the key; printed as a table of labels and values."""
+
+    def __str__(self) -> str:
+        """The rows in aligned columns; the plain dictionary after keys were taken out."""
+        if not {"scenario", "verdict"} <= self.keys():
+            return repr(self)
+        rows = rows_of(self)
+        wide = max(len(label) for label, _ in rows)
+        return "\n".join([self["scenario"], *(f"{label:{wide}}  {value}" for label, value in rows)])
+
+    def _repr_html_(self) -> str:
+        """The rows as a table of a notebook."""
+        if not {"scenario", "verdict"} <= self.keys():
+            return f"<pre>{escape(repr(self))}</pre>"
+        cells = (f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in rows_of(self))
+        return f"<table><caption>{escape(self['scenario'])}</caption>{''.join(cells)}</table>"
+
+
+def summary_of(result: xr.Dataset) -> Summary:
+    """Summary as plain data: value by key, unit in the key. Printed, it is a table."""
     scenario = scenario_of(result)
     omega0 = scenario.orbit.rate_rad_s(scenario.start)
     goals = goals_of(scenario)
     t, found = result["time"].values, _joined(_series_of(part, goals) for part in _parts(result))
     rate, momentum, angle = found["rate"], found["momentum"], found.get("angle")
-    return {
+    found_numbers = {
         "scenario": scenario.name,
         "ended": result.attrs["ended"],
         "verdict": verdict_of(scenario, goals, t, found, result.attrs["ended"] == COMPLETE),
@@ -56,6 +77,7 @@ def summary_of(result: xr.Dataset) -> dict:
         "versions": json.loads(result.attrs["versions"]),
         "cite": cited_in_words(result),
     }
+    return Summary(found_numbers)
 
 
 def _of_steps(result) -> dict:

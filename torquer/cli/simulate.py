@@ -69,7 +69,7 @@ def run_scenario(scenario, how: RunOptions) -> int:
     if how.json:
         print(json_text(summary))
     else:
-        from torquer.report.flight.summary_rows import rows_of
+        from torquer.analysis.summary_rows import rows_of
 
         report = () if how.no_report else ("report.html", *["plots/"] * how.plots)
         files = ("result.nc", "summary.json", *report)

@@ -19,7 +19,7 @@ import xarray as xr
 from torquer.analysis import derived
 from torquer.analysis.citations import citations
 from torquer.analysis.summary import summary_of
-from torquer.report.flight.summary_rows import rows_of
+from torquer.analysis.summary_rows import rows_of
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import laws_of, scenario_of
 

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.derived import rate_of
 from torquer.analysis.summary import summary_of
+from torquer.analysis.summary_rows import rows_of
 from torquer.analysis.together import differences, names_of
 from torquer.analysis.wheels import wheels_of
 from torquer.report.common.colours import BLUE, GREEN, ORANGE, PINK, RED, SKY
@@ -22,7 +23,6 @@ from torquer.report.common.figure import place, png_of, saved, sheet
 from torquer.report.common.scales import prefixed
 from torquer.report.flight.panels.panel import Line, Panel, mean_line
 from torquer.report.flight.png import draw_panel
-from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.view import View, view_of
 
 #: Greatest number of runs: the number of colours that can be distinguished.

@@ -4,6 +4,7 @@ import io
 import json
 from pathlib import Path
 
+from torquer.analysis.summary_rows import rows_of
 from torquer.report.common.html import encoded, page as page_of
 from torquer.report.common.sources import sources_data
 from torquer.report.flight.budget_rows import HEAD, budget_table, reach_in_words
@@ -15,7 +16,6 @@ from torquer.report.flight.orbit_scene import orbit_figure
 from torquer.report.flight.panels.panel import Panel, Picture, about_ranges
 from torquer.report.flight.scene import chapters, scene_figure
 from torquer.report.flight.setting import setting
-from torquer.report.flight.summary_rows import rows_of
 from torquer.report.flight.verdict import verdict_data
 from torquer.report.flight.view import View
 from torquer.scenario.toml_text import toml_of

@@ -3,8 +3,8 @@
 import numpy as np
 
 from torquer.analysis.budget import NAMES, rows_of
+from torquer.analysis.summary_rows import time_or_never
 from torquer.report.common.scales import prefixed
-from torquer.report.flight.summary_rows import time_or_never
 from torquer.report.flight.view import View
 
 HEAD = ("Limit", "Set by", "First below at", "Stays below from", "At the end", "Last revolution")
