@@ -2,6 +2,7 @@
 
 import json
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import torquer
-from torquer.compile import engine
+from torquer.compile import code_cache, engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 
@@ -108,8 +109,30 @@ def test_validate_says_what_it_found(call, scenario, strict_json):
     answer = strict_json(out)
     size = answer.pop("size")
     assert answer == {"scenario": "short", "valid": True, "notes": [], "executes": [], "modes": [],
-                      "unnoticed_faults": {"at_all": [], "by_motion": []}}  # fmt: skip
+                      "unnoticed_faults": {"at_all": [], "by_motion": []},
+                      "compiles_first": False}  # fmt: skip
     assert (size["steps"], size["rows"], size["disk_bytes"]) == (300, 61, 61 * 49 * 8)
+
+
+def test_validate_says_whether_the_first_run_compiles(scenario, tmp_path):
+    """With an empty cache, though `validate` does without the compiler; with the loop in it not."""
+    told = "before that the first run compiles the simulation, once: half a minute to a minute"
+    root = tmp_path / "cache"
+    given = {"TORQUER_CACHE_DIR": str(root), "NUMBA_DISABLE_JIT": "0"}
+
+    def lines(*options, **changes):
+        command = [sys.executable, "-m", "torquer", "validate", str(scenario), *options]
+        environment = os.environ | given | changes
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True
+        ).stdout
+
+    assert told in lines() and json.loads(lines("--json"))["compiles_first"] is True
+    assert told not in lines(NUMBA_DISABLE_JIT="1")
+    kept = root / code_cache.source_key() / "simulation_0"
+    kept.mkdir()
+    (kept / "step._run_steps-0.nbi").touch()
+    assert told not in lines() and json.loads(lines("--json"))["compiles_first"] is False
 
 
 @needs_jit

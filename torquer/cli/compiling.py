@@ -4,9 +4,15 @@ import contextlib
 import sys
 from collections.abc import Callable, Iterator
 
+from torquer.cli import plain_kernels
 from torquer.cli.output import progress_bar
 
 NOTE = "compiling, once, about half a minute"
+#: What `validate` says of it, apart from the time of computing.
+AHEAD = (
+    "before that the first run compiles the simulation, once: half a minute to a minute (the cache "
+    "does not hold it yet)"
+)
 #: Number of functions that a run compiles with an empty cache: the simulation of Chibis-M, without
 #: the loop, which another process compiles.
 _FUNCTIONS = 140
@@ -21,10 +27,19 @@ def is_cold() -> bool:
     """Whether the simulation's loop has yet to be compiled, according to the cache."""
     from numba import config
 
+    return not config.DISABLE_JIT and not _has_loop()  # type: ignore[attr-defined]
+
+
+def _has_loop() -> bool:
+    """Whether the cache holds the simulation's loop."""
     from torquer.compile.code_cache import FOLDER
 
-    kept = FOLDER is not None and any(FOLDER.glob("simulation_*/step._run_steps-*.nbi"))
-    return not config.DISABLE_JIT and not kept  # type: ignore[attr-defined]
+    return FOLDER is not None and any(FOLDER.glob("simulation_*/step._run_steps-*.nbi"))
+
+
+def ahead() -> bool:
+    """Whether a run would compile the loop, although this process may do without the compiler."""
+    return is_cold() or (plain_kernels.instead_of_compiler and not _has_loop())
 
 
 @contextlib.contextmanager

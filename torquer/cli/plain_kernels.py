@@ -11,6 +11,9 @@ from pathlib import Path
 
 from torquer.scenario.file_limits import has_deep_key, limited_text
 
+#: Whether this process does without the compiler that a run would use.
+instead_of_compiler = False
+
 
 def without_compiler(scenario: Path) -> None:
     """Use plain-Python kernels in this process if that is enough to check the scenario.
@@ -18,7 +21,9 @@ def without_compiler(scenario: Path) -> None:
     Nothing changes if the package is already loaded, a law is in a file, or an orbit is
     integrated. Errors in the file are reported later.
     """
+    global instead_of_compiler
     if "torquer.compile.engine" not in sys.modules and _needs_no_compiler(scenario):
+        instead_of_compiler = os.environ.get("NUMBA_DISABLE_JIT", "0") == "0"
         os.environ["NUMBA_DISABLE_JIT"] = "1"
 
 

@@ -143,6 +143,7 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
     executed = {file: key for key, file in reversed(code_of(scenario, campaign).items())}
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}
+        data["compiles_first"] = compiling.ahead()
         data["executes"] = sorted(map(str, executed))
         if campaign:
             data["campaign"] = campaign.model_dump(mode="json", exclude_none=True)
@@ -155,6 +156,8 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
         f"a run: {size.rows} rows, result of about {bytes_text(size.disk_bytes)}, about "
         f"{bytes_text(size.memory_bytes)} of memory and {time_text(size.computing_s)} of computing"
     )
+    if compiling.ahead():
+        print(compiling.AHEAD)
     if campaign:
         print(f"campaign: {campaign.in_words}")
     for file, key in reversed(executed.items()):
