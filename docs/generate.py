@@ -34,7 +34,7 @@ def scenario_page() -> str:
         "",
         "`torquer explain KEY` prints the same; `torquer schema` prints a JSON schema, with which",
         "an editor completes and describes keys. Names of your choice are NAME below, elements of",
-        "lists `[]`.",
+        "lists `[]`. [What MAG, SDOT and FIELD are](sources.md).",
         "",
     ]
     return "\n".join(head + [line for table in file_tables() for line in _table(table)])
@@ -139,7 +139,8 @@ MODULES = (
 
 def api_page() -> str:
     """Public names of the package and its documented parts, one line each."""
-    head = ["# Public names", "", "Made from the code by `docs/generate.py`.", ""]
+    head = ["# Public names", "", "Made from the code by `docs/generate.py`. "
+            "[What MAG, SDOT, FIELD, WHEEL and MGS are](sources.md).", ""]  # fmt: skip
     tables = [*((p, public_names(p)) for p in PACKAGES), *((m, _functions_of(m)) for m in MODULES)]
     return "\n".join(head + [line for each in tables for line in _names_table(*each)])
 

@@ -12,7 +12,10 @@ from gallery.catalogue import ROW_OF, ROWS, SOURCES, Row
 from gallery.entry import Outcome, Verdict
 
 RECORD, PICTURES = "results.json", "img"
-_MADE = "Made by `make gallery`; do not edit."
+_MADE = (
+    "Made by `make gallery`; do not edit. [What MAG, SDOT, FIELD, WHEEL and MGS are]"
+    "(../sources.md)."
+)
 _NOT_YET = "not yet"
 #: What the front page counts of each source's rows.
 _COUNTED = (*map(str, Verdict), _NOT_YET)

@@ -35,6 +35,17 @@ def test_generated_page_is_up_to_date(name):
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"
 
 
+def test_every_page_that_cites_a_source_links_to_what_its_key_stands_for():
+    cited = re.compile(r"\b(MAG|SDOT|WHEEL|MGS|FIELD(?=[ -]\(?\d))\b")
+    pages = {path: path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md")}
+    citing = [path for path, text in pages.items() if cited.search(text)]
+    assert len(citing) > 12
+    for path in citing:
+        depth = len(path.relative_to(ROOT / "docs").parts) - 1
+        linked = f"({'../' * depth}sources.md" in pages[path]
+        assert linked or path.name == "sources.md", path
+
+
 @pytest.mark.parametrize(
     "package",
     [

@@ -150,6 +150,14 @@ def test_explain_prints_all_about_a_key(capsys):
     assert len(capsys.readouterr().out.splitlines()) == len(file_tables())
 
 
+def test_explain_says_where_cited_texts_are_listed(capsys):
+    assert answer(["explain", "tilt_deg"]) in (0, None)
+    shown = capsys.readouterr().out
+    assert shown.endswith("FIELD, MAG: see docs/sources.md for these texts\n")
+    assert answer(["explain", "limit_a_m2"]) in (0, None)
+    assert "sources.md" not in capsys.readouterr().out
+
+
 def test_keys_of_wheel_designs_are_explained_below_design(capsys):
     assert answer(["explain", "demand"]) in (0, None)
     shown = capsys.readouterr().out

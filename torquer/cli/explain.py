@@ -1,5 +1,7 @@
 """`torquer explain`: what a key or a table of scenario files means."""
 
+import re
+
 from torquer.campaign.stored_keys import file_tables, find
 from torquer.cli.output import console, json_text
 from torquer.scenario.described import Key, Table
@@ -19,8 +21,15 @@ def show(name: str | None, as_json: bool) -> int:
     if not name:
         tables = file_tables()
     blocks = [_listed(tables)] if len(tables) > _MOST_TABLES else [*map(_of_table, tables)]
-    console(soft_wrap=True).print("\n\n".join(blocks + [_of_keys(k, keys) for k in _each(keys)]))
+    text = "\n\n".join(blocks + [_of_keys(k, keys) for k in _each(keys)])
+    console(soft_wrap=True).print(text + _of_sources(text))
     return 0
+
+
+def _of_sources(text: str) -> str:
+    """Where the texts that an explanation cites are listed; "" if it cites none."""
+    cited = dict.fromkeys(re.findall(r"\b(?:MAG|SDOT|FIELD|WHEEL|MGS)\b", text))
+    return f"\n\n{', '.join(cited)}: see docs/sources.md for these texts" if cited else ""
 
 
 def _listed(tables: list[Table]) -> str:
