@@ -1,4 +1,7 @@
-"""Generated pages are up to date; examples of README and tutorials run as they stand there."""
+"""Generated pages are up to date; claims of README and tutorials hold.
+
+`test_tutorials.py` executes the blocks of all pages.
+"""
 
 import contextlib
 import importlib.util
@@ -14,8 +17,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import torquer
-from torquer.analysis.filter_check import drawn_in_words
-from torquer.analysis.smoothing import accuracy_of
 from torquer.compile import engine
 
 needs_jit = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -117,83 +118,6 @@ def test_notebook_tutorial_runs_and_its_claims_hold(tmp_path, monkeypatch):
     assert names["again"].torquer.scenario == names["weak"].torquer.scenario
     for method in re.findall(r"`(\w+)\([a-z]*\)`", text):
         assert hasattr(names["result"].torquer, method), method
-
-
-@needs_jit
-def test_steps_tutorial_prints_what_it_shows(monkeypatch):
-    text = (ROOT / "docs/tutorials/steps.md").read_text(encoding="utf-8")
-    code, shown = re.search(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S).groups()
-    monkeypatch.chdir(ROOT)
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        exec(code, names := {})
-    error = r"[\d.]+e[-+]\d+"
-    assert re.sub(error, "", printed.getvalue()) == re.sub(error, "", shown)
-    numbers = [list(map(float, re.findall(error, each))) for each in (printed.getvalue(), shown)]
-    assert numbers[0] == pytest.approx(numbers[1], rel=0.5)
-    rows = dict(torquer.rows_of(torquer.summary_of(torquer.simulate(names["scenario"]))))
-    for line in re.search(r"```\n(Integration error.*?)```", text, re.S)[1].splitlines():
-        label, value, unit = re.fullmatch(r"(.*?)  +(\S+) (\S+)", line).groups()
-        assert rows[label] == f"{value} {unit}"
-
-
-def printed_as_shown(page, monkeypatch):
-    """A tutorial's text and the names that its blocks leave, which print what is shown."""
-    text = (ROOT / "docs/tutorials" / page).read_text(encoding="utf-8")
-    monkeypatch.chdir(ROOT)
-    blocks, names = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.S), {}
-    assert len(blocks) == text.count("```python\n") > 0
-    for code, shown in blocks:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(code, names)
-        assert printed.getvalue() == shown
-    return text, names
-
-
-@needs_jit
-def test_the_filter_tutorial_prints_what_it_shows(monkeypatch):
-    text, names = printed_as_shown("filter-check.md", monkeypatch)
-    drawn = drawn_in_words(names["found"])
-    assert f"each run draws {drawn}\n" in text
-
-
-@needs_jit
-def test_the_smoother_tutorial_prints_what_it_shows(monkeypatch):
-    text, names = printed_as_shown("smoothing.md", monkeypatch)
-    _, *numbers = accuracy_of(names["result"], names["smoothed"])
-    told = re.findall(r"(\S+) deg", re.search(r"```\n(which_sensors.*?)```", text, re.S)[1])
-    assert told == [f"{number:.3g}" for number in numbers]
-
-
-@needs_jit
-def test_the_faults_tutorial_prints_what_it_shows(monkeypatch):
-    printed_as_shown("sensor-faults.md", monkeypatch)
-
-
-SENSORS_PAGE = (ROOT / "docs/tutorials/which-sensors.md").read_text(encoding="utf-8")
-
-
-@needs_jit
-def test_the_sensors_tutorial_shows_what_is_expected():
-    from torquer.cli.app import FilterOptions
-    from torquer.cli.filter_check import expect
-    from torquer.cli.options import CodeOptions
-
-    with contextlib.redirect_stdout(io.StringIO()) as printed:
-        assert expect(ROOT / "examples/which_sensors.toml", FilterOptions(), CodeOptions()) == 0
-    lines = [line.rstrip() for line in printed.getvalue().splitlines()[:-1] if line.strip()]
-    assert len(lines) == 10 and all(line in SENSORS_PAGE for line in lines)
-
-
-@needs_jit
-def test_the_sensors_tutorial_prints_what_it_shows(monkeypatch):
-    monkeypatch.chdir(ROOT)
-    names = {}
-    found = re.findall(r"```python\n(.*?)```\n\n```\n(.*?)```", SENSORS_PAGE, re.S)
-    for code, shown_there in found:
-        with contextlib.redirect_stdout(io.StringIO()) as printed:
-            exec(code, names)
-        assert printed.getvalue() == shown_there
-    assert len(found) == 5
 
 
 def test_readme_links_exist():

@@ -1,0 +1,222 @@
+"""Every block of README and the tutorials is executed, page by page, and prints what it shows.
+
+The blocks of a page are executed in their order in a fresh folder that holds a copy of `examples/`,
+so each step must follow from those before it. A block with a tag other than `sh`, `python` and
+`toml` is the output of the last command. A block that cannot be executed here stands in `NOT_RUN`.
+"""
+
+import contextlib
+import importlib
+import io
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+import torquer
+from torquer.compile import engine
+from torquer.scenario.toml_text import toml_of
+
+ROOT = Path(__file__).parents[1]
+TUTORIALS = [path.name for path in (ROOT / "docs/tutorials").glob("[!R]*.md")]
+PAGES = ["README.md", *sorted(f"docs/tutorials/{name}" for name in TUTORIALS)]
+COMMANDS, OUTPUTS = ("sh", "python"), ("", "text", "mermaid")
+
+
+class Block(NamedTuple):
+    """A fenced block: the name of its page, its number there from 0 on, its tag and its text."""
+
+    page: str
+    number: int
+    tag: str
+    text: str
+
+
+# Pages that take more than twenty seconds: `make gallery` executes them.
+SLOW = {"campaign", "filter-check", "hold-with-coils", "my-wheels-died", "safe-mode"}
+
+# Blocks that are not executed, and why.
+NOT_RUN = {
+    ("README", 0): "`make run` and `make test` install packages",
+    ("modes", 14): "tests/control/modes/test_hostile_modes.py makes this note and compares it",
+    ("my-wheels-died", 0): "hours: every law flies dozens of designs",
+    ("my-wheels-died", 1): "hours: 90 000 flights of a day",
+    ("my-wheels-died", 2): "the output of the block before",
+}
+
+# Commands of whose output the page shows nothing: what counts is what they write.
+UNSHOWN = {
+    *(("campaign", 1), ("campaign", 2), ("detumble", 2), ("detumble", 3), ("detumble", 4)),
+    *(("field", 2), ("field", 3), ("field", 4), ("modes", 15), ("modes", 19), ("README", 1)),
+    *(("smoothing", 0), ("smoothing", 2), ("wheel-layout", 1), ("wheel-layout", 4)),
+    *(("wheels-in-flight", 0), ("wheels-in-flight", 2)),
+    *(("your-own-law", 2), ("your-own-law", 5)),
+}
+
+# What becomes of a block of TOML: it is a part of a file ("shows"), a whole file ("writes"), the
+# rest of the file that block 0 begins ("ends"), or changes a file, written to another ("changes").
+TOML = {
+    ("campaign", 0): ("shows", "examples/tip_off_campaign.toml"),
+    ("campaign", 5): ("changes", "examples/tip_off_campaign.toml", "indices.toml"),
+    ("campaign", 6): ("changes", "examples/tip_off_campaign.toml", "double_gain.toml"),
+    ("campaign", 9): ("changes", "examples/tip_off_campaign.toml", "stopped.toml"),
+    ("modes", 0): ("writes", "my_satellite.toml"),
+    ("modes", 3): ("ends", "my_satellite.toml"),
+    ("modes", 6): ("ends", "my_satellite.toml"),
+    ("modes", 16): ("changes", "examples/sun_pointing.toml", "guarded.toml"),
+    ("modes", 17): ("changes", "examples/sun_pointing.toml", "checked.toml"),
+    ("modes", 18): ("shows", "examples/chibis_m_day.toml"),
+    ("smoothing", 1): ("changes", "my_satellite.toml", "my_satellite.toml"),
+    ("steps", 0): ("changes", "examples/chibis_m_detumble.toml", "tolerant.toml"),
+    ("steps", 5): ("changes", "examples/chibis_m_detumble.toml", "fixed.toml"),
+    ("wheel-layout", 0): ("shows", "examples/wheels/foton.toml"),
+    ("wheels-in-flight", 1): ("shows", "examples/wheels_in_flight.toml"),
+    ("wheels-in-flight", 3): ("shows", "examples/turn_to_the_sun.toml"),
+    ("wheels-in-flight", 4): ("shows", "examples/turn_to_the_sun.toml"),
+    ("your-own-law", 1): ("shows", "examples/my_law.toml"),
+    ("your-own-law", 4): ("changes", "examples/wheels_in_flight.toml", "my_satellite.toml"),
+}
+
+# Blocks of Python that are a file for the blocks after them, too.
+FILES = {("your-own-law", 3): "brake.py"}
+
+# Outputs of which only some lines are shown.
+PARTS = {
+    *(("campaign", 8), ("hold-with-coils", 1), ("modes", 5), ("modes", 8)),
+    *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
+}
+
+
+def blocks_of(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    found = re.findall(r"^```([^\n`]*)\n(.*?)^```[ ]*$", text, re.S | re.M)
+    assert 2 * len(found) == len(re.findall(r"^\s*(?:```|~~~)", text, re.M)), page
+    name = Path(page).stem
+    return [Block(name, number, *each) for number, each in enumerate(found)]
+
+
+def lines_of(text):
+    """Lines that are not empty, as words: tables are as wide as the terminal.
+
+    A drift near 1e-15 is rounding, of which no digit is the same on all processors.
+    """
+    lines = [
+        " ".join(re.sub(r"(^| )(%%|[│─┌┐└┘├┤┬┴]+)(?= |$)", " ", line).split())
+        for line in re.sub(r"drift (0|\de-1[4-9])\b", "drift of rounding", text).splitlines()
+    ]
+    return [line for line in lines if line]
+
+
+def run_commands(block):
+    """What the commands of a block print; each must succeed."""
+    printed = ""
+    for line in block.text.replace("\\\n", " ").splitlines():
+        program, *arguments = shlex.split(line, comments=True)
+        start = {"torquer": [sys.executable, "-m", "torquer"], "python": [sys.executable]}[program]
+        environment = os.environ | {
+            "PYTHONIOENCODING": "utf-8",
+            "MPLBACKEND": "Agg",
+            "COLUMNS": "120",
+        }
+        environment["PYTHONPATH"] = str(Path(torquer.__file__).parents[1])
+        done = subprocess.run(
+            [*start, *arguments], capture_output=True, env=environment, encoding="utf-8"
+        )
+        assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
+        printed += done.stdout
+    return printed
+
+
+def run_python(block, names):
+    path = Path(FILES.get(block[:2], f"block_{block.number}.py"))
+    path.write_text(block.text, encoding="utf-8")
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        exec(compile(block.text, str(path.absolute()), "exec"), names)
+    return printed.getvalue()
+
+
+def merged(base, change):
+    """A table in which the values of another replace those of the same key."""
+    both = dict(base)
+    for key, value in change.items():
+        old = base.get(key)
+        inner = isinstance(value, dict) and isinstance(old, dict)
+        inner = inner and value.get("kind") in (None, old.get("kind"))
+        both[key] = merged(old, value) if inner else value
+    return both
+
+
+def write_toml(block, text_before):
+    """Do with a block of TOML what `TOML` says; the file that is written must be accepted."""
+    action, *files = TOML[block[:2]]
+    if action == "shows":
+        whole = tomllib.loads(Path(files[0]).read_text(encoding="utf-8"))
+        assert merged(whole, tomllib.loads(block.text)) == whole
+        return
+    if action == "writes":
+        text = block.text
+    elif action == "ends":
+        text = text_before + block.text
+    else:
+        base = tomllib.loads(Path(files.pop(0)).read_text(encoding="utf-8"))
+        text = toml_of(merged(base, tomllib.loads(block.text)))
+    path = Path(files[0])
+    path.write_text(text, encoding="utf-8")
+    load = torquer.load_campaign if "[campaign" in text else torquer.load_scenario
+    load(path)
+
+
+def compare(block, printed):
+    """All words that are printed, or for `PARTS` the lines that are shown, in their order."""
+    lines, shown = lines_of(printed), lines_of(block.text)
+    if block[:2] not in PARTS:
+        assert " ".join(lines) == " ".join(shown)
+        return
+    rest = iter(lines)
+    for line in shown:
+        assert any(each == line for each in rest), f"{line!r} is not printed:\n{printed}"
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=name, marks=[pytest.mark.slow] if name in SLOW else [])
+        for page, name in ((page, Path(page).stem) for page in PAGES)
+    ],
+)
+def test_every_block_of_a_page_runs_and_prints_what_it_shows(page, tmp_path, monkeypatch):
+    importlib.import_module("matplotlib").use("Agg")
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    monkeypatch.chdir(tmp_path)
+    names: dict = {"__name__": "__main__"}
+    blocks, printed = blocks_of(page), ""
+    for block, following in zip(blocks, [*blocks[1:], None], strict=True):
+        if block[:2] in NOT_RUN:
+            continue
+        if block.tag == "toml":
+            write_toml(block, blocks[0].text)
+        elif block.tag in COMMANDS:
+            printed = run_commands(block) if block.tag == "sh" else run_python(block, names)
+            shown = following is not None and following.tag in OUTPUTS
+            assert shown or (block[:2] in UNSHOWN) == bool(printed), f"{block[:2]}: {printed}"
+        else:
+            compare(block, printed)
+
+
+def test_the_lists_of_blocks_name_blocks_that_are_there():
+    """Of the right kind; and every block of TOML is named."""
+    kinds = {each[:2]: each.tag for page in PAGES for each in blocks_of(page)}
+    assert {key for key, tag in kinds.items() if tag == "toml"} == set(TOML)
+    assert all(kinds[key] == "python" for key in FILES)
+    assert all(kinds[key] in OUTPUTS for key in PARTS)
+    assert set(NOT_RUN) | UNSHOWN <= set(kinds)
+    assert {Path(page).stem for page in PAGES} >= SLOW
+    assert set(kinds.values()) <= {"toml", *COMMANDS, *OUTPUTS}
