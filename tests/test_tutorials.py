@@ -54,8 +54,8 @@ NOT_RUN = {
 # Commands of whose output the page shows nothing: what counts is what they write.
 UNSHOWN = {
     *(("campaign", 1), ("campaign", 2), ("detumble", 2), ("detumble", 3), ("detumble", 4)),
-    *(("field", 2), ("field", 3), ("field", 4), ("modes", 15), ("modes", 19), ("README", 1)),
-    *(("smoothing", 0), ("smoothing", 2), ("wheel-layout", 1), ("wheel-layout", 4)),
+    *(("field", 6), ("modes", 15), ("modes", 19), ("README", 1)),
+    *(("smoothing", 0), ("smoothing", 2), ("wheel-layout", 5)),
     *(("wheels-in-flight", 0), ("wheels-in-flight", 2)),
     *(("your-own-law", 2), ("your-own-law", 5)),
 }
@@ -89,7 +89,14 @@ FILES = {("your-own-law", 3): "brake.py"}
 
 # Outputs of which only some lines are shown.
 PARTS = {
-    *(("campaign", 8), ("hold-with-coils", 1), ("modes", 5), ("modes", 8)),
+    *(
+        ("campaign", 8),
+        ("field", 5),
+        ("wheel-layout", 2),
+        ("hold-with-coils", 1),
+        ("modes", 5),
+        ("modes", 8),
+    ),
     *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
 }
 
