@@ -26,7 +26,13 @@ from mistakes import KERNEL, ROOMS, ROOT, Mutant, drawn, drawn_of, spoiled
 
 #: Rooms of tests that may notice a mistake. (Those of text notice every edit.)
 TESTED = [*ROOMS, "theory", "analysis", "naive", "scenario"]
-OF_TEXT = ("test_docs.py", "test_equations.py", "test_layers.py", "test_cuda.py")
+OF_TEXT = (
+    "test_docs.py",
+    "test_tutorials.py",
+    "test_equations.py",
+    "test_layers.py",
+    "test_cuda.py",
+)
 FOLDER = Path(tempfile.gettempdir()) / "torquer-mutants"
 CAUGHT, CAUGHT_AT_LEAST = ("caught", "hung"), 0.95
 #: No test is silent for so long, not even one that compiles.
