@@ -12,8 +12,8 @@ from torquer.control.nutation_damping import (
     NutationDampingRate,
 )
 from torquer.notes.uses import Use, named, uses_of
-from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.mission import ORBITAL_RATES
+from torquer.scenario.resolution import momentum_at_start
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.attitude_sensor import AttitudeSensor
 from torquer.spacecraft.magnetometer import Magnetometer
