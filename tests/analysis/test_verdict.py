@@ -73,6 +73,16 @@ def test_limits_met_are_counted_until_the_goal_is_reached():
     assert limits_met(T, {"coil_share": 0.5 * share}, None) == []
 
 
+def test_a_missed_goal_says_that_the_coils_had_much_in_reserve():
+    late, share = {"rate_below_deg_s": 1.0, "within_s": 1800.0}, np.where(T < 1000.0, 0.24, 0.2)
+    signal = 10.0 * np.exp(-T / 1000.0)
+    line = "no recorded dipole of a coil exceeds 24 % of its limit"
+    assert judge(signal, late, coil_share=share)["limits_met"] == [line]
+    assert judge(signal, coil_share=share)["limits_met"] == []  # achieved
+    assert judge(signal, late, coil_share=3.0 * share)["limits_met"] == []
+    assert judge(signal, late)["limits_met"] == []
+
+
 @pytest.mark.parametrize(
     ("law", "signal", "below"),
     [

@@ -8,6 +8,8 @@ from torquer.scenario.spec import Scenario
 
 #: Shares of the record below this are not reported.
 _WORTH_TELLING = 0.005
+#: Share of a coil's limit below which the coils had much in reserve.
+_MUCH = 0.5
 
 
 def verdict_of(
@@ -37,7 +39,7 @@ def verdict_of(
         "headline": _headline(judged, done, settled, complete),
         "settled_s": settled,
         "goals": judged,
-        "limits_met": limits_met(t, found, settled),
+        "limits_met": [*limits_met(t, found, settled), *_unused(judged, found)],
     }
 
 
@@ -82,6 +84,16 @@ def limits_met(t, found: dict[str, np.ndarray], settled: float | None) -> list[s
             if part >= _WORTH_TELLING:
                 lines.append(f"{words} in {100.0 * part:.0f} % of {when}")
     return lines
+
+
+def _unused(judged: list[dict], found: dict[str, np.ndarray]) -> list[str]:
+    """Coils that had much in reserve all the time, where a goal was missed."""
+    if "coil_share" not in found or all(each["done"] for each in judged):
+        return []
+    most = float(np.max(found["coil_share"]))
+    if most >= _MUCH:
+        return []
+    return [f"no recorded dipole of a coil exceeds {100.0 * most:.2g} % of its limit"]
 
 
 def _headline(judged: list[dict], done, settled, complete: bool) -> str:
