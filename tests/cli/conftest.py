@@ -57,7 +57,7 @@ def call(capsys):
 @pytest.fixture(autouse=True)
 def warm(monkeypatch):
     """Nothing is said of compiling, as with a warm cache: the first test of a suite has none."""
-    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: False)
+    monkeypatch.setattr("torquer.cli.compiling._has_loop", lambda: True)
 
 
 @pytest.fixture

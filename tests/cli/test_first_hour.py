@@ -210,10 +210,11 @@ def test_what_is_checked_without_the_compiler(scenario, monkeypatch, change, pla
 
 
 def test_both_ways_say_the_same(call, scenario):
-    """In a process of its own `validate` needs no compiler; in this one it has it."""
+    """In a process of its own `validate` needs no compiler; in this one it has it. Only the other
+    process says whether the loop is in the cache: `warm` hides that here."""
     command = [sys.executable, "-m", "torquer", "validate", str(scenario)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert (0, done.stdout, done.stderr) == call("validate", scenario)
+    assert (0, done.stdout.partition("before that")[0], done.stderr) == call("validate", scenario)
 
 
 @pytest.mark.parametrize(

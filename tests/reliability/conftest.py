@@ -66,7 +66,7 @@ def process(shell):
 @pytest.fixture
 def call(capsys, monkeypatch):
     """`call("run", path)`: exit code, standard output and error of a command in this process."""
-    monkeypatch.setattr("torquer.cli.compiling.is_cold", lambda: False)
+    monkeypatch.setattr("torquer.cli.compiling._has_loop", lambda: True)
 
     def run(*arguments):
         with pytest.raises(SystemExit) as left:

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from torquer.notes.bdot_notes import tumbling_of
 from torquer.notes.notes import notes_of
+from torquer.theory.detumbling import detumbling_time_s
 from torquer.theory.gains import bdot_greatest_gain, damping_efficiency, sampling_limit_rad_s
 
 WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s": 3.0,
@@ -13,7 +15,7 @@ WINDOW = {"control.sample_s": 3.0, "control.measure_s": 6.0, "control.actuate_s"
 HELD = {"control.sample_s": 2.0, "spacecraft.coils.lag_s": 0.5}
 
 
-def law(kind="bdot", gain=3e4, **more):
+def law(kind="bdot", gain=3e5, **more):
     return {"control.law": {"kind": kind, "gain_a_m2_s_per_t": gain, **more}}
 
 
@@ -157,11 +159,25 @@ def test_a_rate_relative_to_the_orbital_frame_counts_as_an_absolute_one(told):
 def test_too_low_a_gain_is_told_from_an_e_fold_of_a_day_on(make, told):
     least = float(make().spacecraft.body.principal()[0][0])
     weakest = least / (86400.0 * 5e-5**2)
-    assert told(law(gain=1.01 * weakest)) == []
+    (note,) = told(law(gain=1.01 * weakest))
+    assert "at most 0.12 % of the coils' limit" in note and "with 24 h allowed" in note
     (note,) = told(law(gain=0.99 * weakest))
     assert note.startswith(f"the gain of {0.99 * weakest:.3g} A m^2 s/T takes 24.2 h or more")
     (note,) = told(law(gain=1.01 * weakest), WINDOW)  # coils act for a third of the time
     assert "takes 71.3 h or more" in note
+
+
+def test_a_gain_that_leaves_the_coils_idle_and_brakes_too_late_is_noted(make, told):
+    """Ten times the gain is ten times as fast here: the coils stay below their limits."""
+    goal = {"simulation.duration_s": 18000.0, "mission": {"rate_below_deg_s": 0.3}}
+    scenario = make(law(gain=1e5) | goal)
+    omega = np.radians(scenario.initial.rate_deg_s)
+    case = tumbling_of(scenario, scenario.control.law)
+    needed_s = detumbling_time_s(case, 1e5, float(np.linalg.norm(omega)), math.radians(0.3))
+    assert needed_s > 18000.0
+    (note,) = told(law(gain=1e5), goal)
+    assert f"takes about {needed_s / 3600.0:.3g} h to brake to 0.3 deg/s, with 5 h allowed" in note
+    assert told(law(gain=1e6), goal) == []
 
 
 @pytest.mark.parametrize(

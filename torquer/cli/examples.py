@@ -30,6 +30,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer completion --install",
     ),
     "design": ("torquer design three-axis --help",),
+    "design detumble": (
+        "torquer design detumble examples/chibis_m_detumble.toml --tip-off-deg-s 10 "
+        "--out runs/gain",
+        "torquer design detumble examples/chibis_m_detumble.toml --rate-below-deg-s 0.3 --json",
+    ),
     "design magneto-gyro": (
         "torquer design magneto-gyro examples/magneto_gyro.toml --tip-off-deg-s 3 --out runs/gyro",
         "torquer design magneto-gyro examples/magneto_gyro.toml --form text --degree 0.3 --json",

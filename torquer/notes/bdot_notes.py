@@ -262,11 +262,12 @@ def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
 
 
 def _stopped_below(scenario: Scenario) -> tuple[float, float]:
-    """Rate [rad/s] that counts as stopped, and the time [s] allowed for it."""
+    """Rate [rad/s] that counts as stopped, and the time [s] allowed for it: a day or the run, if
+    the mission has no goal for the rate."""
     mission, duration_s = scenario.mission, scenario.steps() * scenario.grid_s
     usual = ORBITAL_RATES * scenario.orbit.rate_rad_s(scenario.start)
     if mission is None or mission.rate_below_deg_s is None:
-        return usual, duration_s
+        return usual, max(duration_s, _DAY_S)
     return math.radians(mission.rate_below_deg_s), mission.within_s or duration_s
 
 

@@ -108,7 +108,7 @@ def turning_gain(
 
     A greater gain stops the rotation across the field sooner, and that about the field later: it
     is braked only as the field turns away from it. `field_t`: root mean square along the orbit.
-    Source: G. Avanzini, F. Giulietti, J. Guidance, Control, and Dynamics 35(4), 2012, with the
+    After G. Avanzini, F. Giulietti, J. Guidance, Control, and Dynamics 35(4), 2012, with the
     geographic inclination.
     """
     turning = 2.0 * orbital_rate_rad_s * (1.0 + math.sin(inclination_rad))
