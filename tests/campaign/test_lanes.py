@@ -1,6 +1,7 @@
 """Members side by side fly as each does alone, to the bit."""
 
 import re
+from pathlib import Path
 
 import numba
 import numpy as np
@@ -20,6 +21,7 @@ from torquer.simulation.members import END, STREAMS, Many, draw, each
 from torquer.simulation.propagate.interval import rk4_phase
 from torquer.simulation.run import prepare
 from torquer.simulation.sensors import attitude_sensor_step, gyro_step, magnetometer_step
+from torquer.simulation.simulate import simulate
 from torquer.simulation.step import drive_coils_step
 from torquer.spacecraft.attitude_sensor import Sky
 
@@ -134,6 +136,22 @@ SCENARIOS = {
     ),
     "modes, an estimator, sensors that fail": with_errors(MODES + DISTURBANCES, FAILURES),
 }
+STATED = """
+start = 2026-03-21T00:00:00Z
+orbit = { kind = "circular", altitude_km = 830, inclination_deg = 98.8 }
+environment.field.kind = "igrf14"
+spacecraft.body = { inertia_kg_m2 = [3800, 2200, 3600], wheel_momentum_n_m_s = [0, 30, 0] }
+spacecraft.coils.limit_a_m2 = 250.0
+initial = { reference = "orbital", euler_deg = [5, -4, 5], rate_deg_s = [0.02, -0.02, 0.02] }
+control.estimator.kind = "law"
+simulation = { duration_s = 6000, record_s = 100, step_s = 1.0 }
+[control.laws.gyro]
+LAW
+[control.laws.holding]
+kind = "three_axis"
+rate_gain_n_m_s_per_t2 = 5.65e7
+angle_gain_n_m_per_t2 = 1.72e4
+"""
 RATES = np.linspace(0.2, 3.0, 21)
 
 
@@ -176,6 +194,16 @@ def test_a_member_beside_others_has_the_bits_of_its_own_flight(name):
             assert cells[total] == own[total], total
         for told in ("damping", "lag"):  # how well the step follows
             assert cells[told] == own[told], told
+
+
+def test_an_estimate_that_a_law_states_is_each_members_own():
+    """Another law uses it, from the second stage of the first on."""
+    text = (Path(__file__).parents[2] / "examples/magneto_gyro.toml").read_text()
+    own = text.partition("[control.law]")[2].partition("[simulation]")[0]
+    scenario = scenario_from_text(STATED.replace("LAW", own))
+    for beside, kept, _, _ in fly_both(scenario, rows=(0, 20)):
+        assert np.array_equal(beside, kept)
+    assert np.isfinite(simulate(scenario).q_estimated.values[-1]).all()
 
 
 @law

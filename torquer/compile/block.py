@@ -138,6 +138,10 @@ class Block:
         """Where each parameter stands in what `pack` gives: first place, number of places."""
         return _places(self.values())
 
+    def memory_places(self) -> dict[str, tuple[int, int]]:
+        """Where each named part of the memory stands: first cell, number of cells."""
+        return _places(self.memory) if isinstance(self.memory, Mapping) else {}
+
     def first_memory(self) -> np.ndarray:
         """Memory at the start, as cells."""
         values = self.memory.values() if isinstance(self.memory, Mapping) else self.memory
@@ -157,7 +161,7 @@ class Block:
         if not self.log:
             return {}
         assert isinstance(self.memory, Mapping)  # cells without names cannot be logged
-        places, found = _places(self.memory), {}
+        places, found = self.memory_places(), {}
         for name, of in self.log.items():
             unit, axes = (of, ()) if isinstance(of, str) else ("", tuple(of))
             found[name] = Logged(places[name][0], np.shape(self.memory[name]), unit, axes)

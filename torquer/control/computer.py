@@ -46,14 +46,16 @@ from torquer.interface import (
     put_estimate,
 )
 
-#: In place of an estimator's number: attitude sensor and gyro as they read; nothing known.
-SENSOR_READINGS, NO_ESTIMATOR = -1, -2
+#: In place of an estimator's number: attitude sensor and gyro as they read; nothing known; what a
+#: law states.
+SENSOR_READINGS, NO_ESTIMATOR, OF_LAW = -1, -2, -3
 #: A block: its function's number, -1 for one in plain Python; first and last place of its
-#: parameters and of its memory; whether it needs the estimated attitude and rate.
+#: parameters and of its memory; whether it needs the estimated attitude and rate; place of the
+#: estimate that it states, -1 for none.
 BLOCK = np.dtype(
     [
         (name, np.int64)
-        for name in ("function", "p0", "p1", "m0", "m1", "needs_attitude", "needs_rate")
+        for name in ("function", "p0", "p1", "m0", "m1", "needs_attitude", "needs_rate", "states")
     ]
 )
 #: What a host is called for, besides laws by their numbers: a control step begins; estimator
@@ -83,9 +85,12 @@ class Computer(NamedTuple):
 
 
 #: What the modes have chosen: estimator, and whether coils and wheels may work, the coils also by
-#: the axes of the dipole.
+#: the axes of the dipole. `stated`: 1 if a law stated the estimate at the last control step.
 CHOSEN = np.dtype(
-    [(name, np.float64) for name in ("estimator", "coils", "wheels", "coil_x", "coil_y", "coil_z")]
+    [
+        (name, np.float64)
+        for name in ("estimator", "coils", "wheels", "coil_x", "coil_y", "coil_z", "stated")
+    ]
 )
 
 
@@ -167,6 +172,19 @@ def take_readings(known):
 
 
 @internal
+def take_stated(computer, board, number):
+    """The estimate is what a law has just stated, where it states one and the modes choose it."""
+    chosen, at = board.chosen[0], computer.law_blocks[number].states
+    if at < 0 or chosen.estimator != OF_LAW or board.memory[at] == 0.0:
+        return
+    m, e, known = board.memory, UNKNOWN_ESTIMATE, board.known[0]
+    q, omega = (m[at + 1], m[at + 2], m[at + 3], m[at + 4]), (m[at + 5], m[at + 6], m[at + 7])
+    bias, sigma, sigma_rate = e.gyro_bias_rad_s, e.sigma_rad, e.sigma_rad_s
+    put_estimate(known, Estimate(known.t_s, q, omega, bias, sigma, sigma_rate, e.isolated))
+    chosen.stated = 1.0
+
+
+@internal
 def put_simple_estimate(known, number):
     """The estimate without an estimator: what attitude sensor and gyro read, or none."""
     if number == SENSOR_READINGS:
@@ -177,8 +195,11 @@ def put_simple_estimate(known, number):
 
 @internal
 def estimate(computer, board):
-    """Bring the estimate up to date."""
-    number = int(board.chosen[0].estimator)
+    """Bring the estimate up to date; one that a law stated lasts until the law's next command."""
+    number, stated = int(board.chosen[0].estimator), board.chosen[0].stated
+    board.chosen[0].stated = 0.0
+    if number == OF_LAW and stated > 0.0:
+        return
     if number < 0:
         put_simple_estimate(board.known[0], number)
     else:
@@ -229,7 +250,9 @@ def command_of(computer, board, number):
         return _answered_command(computer.answer)
     parameters = board.parameters[block.p0 : block.p1]
     memory = board.memory[block.m0 : block.m1]
-    return call_law(computer.laws[block.function], board.known, parameters, memory)
+    command = call_law(computer.laws[block.function], board.known, parameters, memory)
+    take_stated(computer, board, number)
+    return command
 
 
 @internal
@@ -358,10 +381,20 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     for need in ("attitude", "rate"):
         rows[f"needs_{need}"] = [need in block.needs for block in blocks.all()]
     split = len(blocks.laws)
+    stated = np.array([law.states_at for law in blocks.laws.values()], dtype=np.int64)
+    rows["states"] = -1
+    rows["states"][:split] = np.where(stated < 0, -1, rows["m0"][:split] + stated)
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
     switch = _switch(modes.is_checked) if len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
     return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer)
+
+
+def estimates(computer: Computer) -> bool:
+    """Whether there is an estimate beyond what sensors read: of an estimator or of a law."""
+    actions = computer.modes.actions
+    chosen = {computer.estimator, *actions["index"][actions["kind"] == ESTIMATOR].tolist()}
+    return len(computer.estimator_blocks) > 0 or OF_LAW in chosen
 
 
 def _functions(blocks) -> tuple[np.ndarray | tuple, list[int]]:
@@ -397,5 +430,5 @@ def first_board(blocks: Blocks, modes: ModeState, estimator: int) -> Board:
         parameters=np.concatenate([*parameters, []]),
         memory=np.concatenate([*memory, []]),
         modes=modes,
-        chosen=np.array([(estimator, *[1.0] * 5)], CHOSEN),
+        chosen=np.array([(estimator, *[1.0] * 5, 0.0)], CHOSEN),
     )

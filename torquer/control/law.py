@@ -35,6 +35,9 @@ _READINGS = {
     "read_at": ("sun", "search_coil", "horizon"),
 }
 _COMMAND = numba.typeof(NO_COMMAND)
+#: Estimate of a law in its memory: whether there is one (1 or 0), attitude (quaternion of the body
+#: to the inertial frame), absolute rate in body axes [rad/s].
+NOTHING_STATED = (0.0,) * 8
 
 
 @inlined  # a host calls it, too
@@ -86,15 +89,22 @@ class Law(Block):
     """A control law ready to fly; see `Block`.
 
     `answers`: "dipole" or "torque" for a law that returns three numbers, "command" for one that
-    returns a `Command` and drives coils and wheels.
+    returns a `Command` and drives coils and wheels. `states`: the part of the memory in which the
+    law states an estimate of its own, as `NOTHING_STATED`.
     """
 
     answers: Literal["dipole", "torque", "command"] = "dipole"
+    states: str | None = None
 
     @property
     def kind(self) -> Kind:
         """How the answer is read."""
         return KINDS[self.answers]
+
+    @property
+    def states_at(self) -> int:
+        """First cell of the stated estimate in the memory; -1 for a law that states none."""
+        return -1 if self.states is None else self.memory_places()[self.states][0]
 
     @property
     def drives_coils(self) -> bool:

@@ -8,11 +8,12 @@ from torquer.estimation.estimator import Estimator as Estimator
 from torquer.estimation.kalman_dynamics import KalmanDynamics
 from torquer.estimation.kalman_gyro import KalmanGyro
 from torquer.estimation.rate_from_field import RateFromField
-from torquer.estimation.sensors import NoEstimator, SensorReadings
+from torquer.estimation.sensors import LawEstimate, NoEstimator, SensorReadings
 from torquer.estimation.triad import Triad
 
 ESTIMATORS = {
     "attitude_sensor": SensorReadings,
+    "law": LawEstimate,
     "none": NoEstimator,
     "rate_from_field": RateFromField,
     "triad": Triad,

@@ -1,4 +1,4 @@
-"""The trivial estimators: attitude sensor and gyro as they read, and none at all."""
+"""Estimates without an estimator: attitude sensor and gyro as they read, a law's own, none."""
 
 from typing import ClassVar, Literal
 
@@ -9,6 +9,13 @@ class SensorReadings(Spec):
     """The estimate is what attitude sensor and gyro read."""
 
     kind: Literal["attitude_sensor"] = "attitude_sensor"
+    gives: ClassVar = frozenset({"attitude", "rate"})
+
+
+class LawEstimate(Spec):
+    """The estimate is that which a law states with its command; none while no law does."""
+
+    kind: Literal["law"] = "law"
     gives: ClassVar = frozenset({"attitude", "rate"})
 
 

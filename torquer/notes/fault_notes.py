@@ -17,9 +17,10 @@ from torquer.spacecraft.failures import in_words
 
 SILENT, STUCK, ZEROS = "silent", "stuck", "zeros"
 COILS = "coils"
-#: Estimators that only hand readings on: the sensors of rate and attitude.
+#: Estimates without an estimator: the sensors of rate and attitude.
 _TRIVIAL: dict[str, dict[str, set[str]]] = {
     "attitude_sensor": {"rate": {"gyro"}, "attitude": {"attitude_sensor"}, "estimator": set()},
+    "law": {"rate": {"magnetometer"}, "attitude": {"magnetometer"}, "estimator": set()},
     "none": {"rate": set(), "attitude": set(), "estimator": set()},
 }
 #: Units of signals about the motion.

@@ -8,7 +8,7 @@ from torquer.scenario.spec import Scenario
 #: Kinds of laws whose file would have to be loaded to know what they do.
 _UNKNOWN = ("user", "given_in_python")
 #: Kinds of estimators that do not state how good they are.
-_WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "none")
+_WITHOUT_SIGMA = ("attitude_sensor", "rate_from_field", "law", "none")
 
 
 def mode_notes(scenario: Scenario) -> list[str]:

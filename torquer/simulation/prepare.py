@@ -16,9 +16,11 @@ from torquer.control.allocation import (
 )
 from torquer.control.computer import (
     NO_ESTIMATOR,
+    OF_LAW,
     SENSOR_READINGS,
     Blocks,
     computer_of,
+    estimates,
     first_board,
     places_of,
 )
@@ -124,6 +126,14 @@ def blocks_of(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blo
         if law.name != "off":
             check_fits(control.key_of(name), law, scenario)
     estimators = {"estimator": control.estimator, **control.estimators}
+    for name, spec in estimators.items():
+        if spec.kind == "law" and not any(law.states for law in laws.values()):
+            key = name if name == "estimator" else f"estimators.{name}"
+            received = ", ".join(law.name for law in laws.values())
+            raise ValueError(
+                f"control.{key}: must be of another kind than 'law', unless a law states an "
+                f"estimate (magneto_gyro); received laws {received}"
+            )
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
     return Blocks(laws, {name: spec.estimator() for name, spec in own.items()})
 
@@ -139,7 +149,7 @@ def modes_for(scenario: Scenario, blocks: Blocks) -> tuple[ModeTable, ModeState]
 
 def estimator_numbers(scenario: Scenario, blocks: Blocks) -> dict[str, int]:
     """The number by which the computer knows an estimator, by the names of the scenario."""
-    trivial = {"attitude_sensor": SENSOR_READINGS, "none": NO_ESTIMATOR}
+    trivial = {"attitude_sensor": SENSOR_READINGS, "law": OF_LAW, "none": NO_ESTIMATOR}
     own = {name: number for number, name in enumerate(blocks.estimators)}
     specs = {"estimator": scenario.control.estimator, **scenario.control.estimators}
     return trivial | {
@@ -358,7 +368,7 @@ def first_state(
 def empty_record(plan: Plan, rows: int, inputs: bool) -> Record:
     """A record of so many rows; `inputs`: with all that the computer knows."""
     wheels = 2 * len(plan.plant.rotors.rows)
-    known = rows if inputs or len(plan.computer.estimators) else 0
+    known = rows if inputs or estimates(plan.computer) else 0
     record = Record(
         np.zeros(rows, ROW),
         np.full((rows, wheels), np.nan),

@@ -94,7 +94,7 @@ def row_numbers(scenario: Scenario) -> int:
         numbers += sum(len(each.cells) for each in INPUTS)
     if scenario.believed_environment() != scenario.orbit_environment():
         numbers += _ROW_BELIEVED
-    if estimators:
+    if any(spec.kind not in ("attitude_sensor", "none") for spec in _estimators(scenario)):
         numbers += sum(len(each.cells) for each in ESTIMATED)
     return numbers
 

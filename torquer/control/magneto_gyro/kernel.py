@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from torquer.compile.engine import inlined, kernel
 from torquer.control.bdot import GAP
+from torquer.control.law import NOTHING_STATED
 from torquer.control.magneto_gyro.relay import relay_dipole
 from torquer.control.magneto_gyro.stage_1 import (
     angle_function,
@@ -31,7 +32,12 @@ from torquer.control.magneto_gyro.stage_2 import (
 )
 from torquer.control.pointing import reference_motion
 from torquer.conventions import EARTH_RATE_RAD_S, FIELD_RADIUS_M
-from torquer.geometry.quaternion import rotate, rotate_inverse
+from torquer.geometry.quaternion import (
+    from_rotation_vector,
+    multiply,
+    rotate,
+    rotate_inverse,
+)
 from torquer.geometry.vec3 import (
     add,
     add_scaled,
@@ -49,7 +55,7 @@ _ZERO = (0.0, 0.0, 0.0)
 _LONG = 0.05
 #: Memory: calls; filters of stage 1 (12 cells); the estimator (6: angles and rates about t, w, s
 #: relative to them); the dipole that the compensator has found, of the satellite itself, in the
-#: body (3); the switch: stage, its first time, means.
+#: body (3); the switch: stage, its first time, means; the estimate that others may read.
 MEMORY = {
     "has_call": 0.0, "called_s": 0.0, "shortest_call_s": 0.0,
     "model_low_t": _ZERO, "model_rate_t_s": _ZERO,
@@ -57,6 +63,7 @@ MEMORY = {
     "angles_rad": _ZERO, "rates_rad_s": _ZERO,
     "residual_dipole_a_m2": _ZERO,
     "stage": 1.0, "since_s": 0.0, "mean_angle_rad": 0.0, "mean_rate_rad_s": 0.0,
+    "estimate": NOTHING_STATED,
 }  # fmt: skip
 
 
@@ -221,6 +228,23 @@ def _stage_2_dipole(fields, guide, p, applied, memory, interval_s):
     return scale(unit / p.coil_duty, wanted)
 
 
+@inlined
+def _state_estimate(q_reference, turning, q_wanted, memory):
+    """State attitude and absolute rate by the angles from the orbital frame and their rates.
+
+    They have no standard deviation: innovations show neither a bias of the magnetometer nor errors
+    of the field model, which exceed the noise.
+    """
+    held = from_rotation_vector(vector_of(memory.angles_rad))
+    q = multiply(multiply(q_reference, held), q_wanted)
+    relative = rotate_inverse(q_wanted, vector_of(memory.rates_rad_s))
+    omega = add(rotate_inverse(q, turning), relative)
+    cells = memory.estimate
+    cells[0] = 1.0
+    cells[1], cells[2], cells[3], cells[4] = q
+    cells[5], cells[6], cells[7] = omega
+
+
 @kernel
 def magneto_gyro(inputs, parameters, memory):
     """Dipole of stage 1 or 2, by the switch between them. After MGS.
@@ -228,7 +252,8 @@ def magneto_gyro(inputs, parameters, memory):
     The estimator takes the dipole that the coils had since the last call, within their limits.
     """
     p, t_s = parameters, inputs.t_s
-    q_reference, _ = reference_motion(inputs, 1.0)
+    memory.estimate[0] = 0.0
+    q_reference, turning = reference_motion(inputs, 1.0)
     model = rotate_inverse(q_reference, inputs.ephemeris.b_inertial_t)
     fields = Fields(rotate(p.q_wanted, inputs.b_body_t), model, dot(model, model))
     guide = guide_of_field(model)
@@ -244,6 +269,7 @@ def magneto_gyro(inputs, parameters, memory):
     if memory.stage == 2.0:
         applied = rotate(p.q_wanted, inputs.coil_dipole_body_a_m2)
         dipole = _stage_2_dipole(fields, guide, p, applied, memory, interval_s)
+        _state_estimate(q_reference, turning, p.q_wanted, memory)
         return rotate_inverse(p.q_wanted, dipole)
     wanted, s = rotate_inverse(p.q_wanted, dipole), p.stage_1
     return relay_dipole(wanted, s.coils, s.threshold, s.relay_dipole)

@@ -126,7 +126,10 @@ class MagnetoGyro(HeldAttitude):
 
     def law(self) -> Law:
         """The law with these gains."""
-        return Law(self.kind, magneto_gyro, self._parameters(), MEMORY, LOG, self.needs, spec=self)
+        return Law(
+            self.kind, magneto_gyro, self._parameters(), MEMORY, LOG, self.needs, spec=self,
+            states="estimate",
+        )  # fmt: skip
 
     def _parameters(self) -> MagnetoGyroParameters:
         turn = np.array(to_dcm(self.q_wanted()))

@@ -7,7 +7,7 @@ import numpy as np
 
 from torquer.compile.arguments import Arguments
 from torquer.compile.lanes import LANES
-from torquer.control.computer import Computer
+from torquer.control.computer import Computer, estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.computers import Boards, boards_of, same_computers
 from torquer.simulation.lanes.laws import CELLS_AT, law_in_lanes
@@ -72,7 +72,8 @@ class Lanes:
     def __init__(self, run: Run, pieces: Pieces):
         self.run, self.pieces = run, pieces
         self.packed = packed(run.plan.plant, run.dynamics, run.state)
-        self._one_by_one = bool(run.blocks.estimators) or len(run.plan.computer.modes.regions) > 0
+        computer = run.plan.computer
+        self._one_by_one = estimates(computer) or len(computer.modes.regions) > 0
         self.plan = run.plan
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]

@@ -13,6 +13,7 @@ import numpy as np
 from torquer.compile.block import Logged
 from torquer.compile.engine import processor
 from torquer.compile.plugin import source_mark, source_text
+from torquer.control.computer import estimates
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.interface import SENSORS
@@ -51,7 +52,7 @@ def part_of(run: Run) -> xr.Dataset:
     if len(run.plan.plant.rotors.rows):
         variables |= _of_wheels(run, record)
         coordinates["wheel"] = np.arange(len(run.state.rotors))
-    if run.blocks.estimators:
+    if estimates(run.plan.computer):
         variables |= read(record.known, ESTIMATED)
         coordinates["sensor"] = list(SENSORS)
     if run.scenario.simulation.record_inputs:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from torquer.compile.engine import processor
+from torquer.control.computer import estimates
 from torquer.scenario.spec import Scenario
 from torquer.simulation.prepare import log_of
 from torquer.simulation.results.dataset import (
@@ -173,7 +174,7 @@ def _restore_record(run: Run, result: xr.Dataset) -> None:
     if wheels:
         names = ("wheel_momentum", "wheel_torque")
         record.wheels[rows] = np.hstack([part[name].values for name in names])
-    if run.blocks.estimators:
+    if estimates(run.plan.computer):
         write(part, ESTIMATED, record.known, rows)
     if run.scenario.simulation.record_inputs:
         write(part, INPUTS, record.known, rows)

@@ -47,7 +47,7 @@ class Variable(NamedTuple):
 _TIME, _XYZ, _XYZW = ("time",), ("time", "axis"), ("time", "component")
 _WHEEL = ("time", "wheel")
 _WHEELS = "with reaction wheels"
-_ESTIMATE = "with an estimator other than the sensors themselves"
+_ESTIMATE = "with an estimator other than the sensors themselves, or a law that states an estimate"
 _INPUTS = "with `simulation.record_inputs`"
 _AUTO = "with adaptive steps"
 _RK4 = "with RK4"
