@@ -104,6 +104,12 @@ if TYPE_CHECKING:
         GyroCraft as GyroCraft,
         greatest_tip_off as greatest_tip_off,
     )
+    from torquer.theory.magneto_gyro.day import (
+        DayLoop as DayLoop,
+        degree_map as degree_map,
+        degree_over_a_day as degree_over_a_day,
+        stable_range as stable_range,
+    )
     from torquer.theory.magneto_gyro.design import (
         Stage2Design as Stage2Design,
         Stage2Weights as Stage2Weights,
@@ -118,6 +124,16 @@ if TYPE_CHECKING:
     )
     from torquer.theory.magneto_gyro.stage_1 import STAGE_1 as STAGE_1
     from torquer.theory.magneto_gyro.stage_2 import stage_2_loop as stage_2_loop
+    from torquer.theory.magneto_gyro.times import (
+        Hysteresis as Hysteresis,
+        TimeToPoint as TimeToPoint,
+        time_to_point as time_to_point,
+    )
+    from torquer.theory.magneto_gyro.wheels import (
+        BetterWheel as BetterWheel,
+        better_wheel as better_wheel,
+        over_stiffness as over_stiffness,
+    )
     from torquer.theory.mathieu import (
         Edges as Edges,
         edges as edges,

@@ -36,8 +36,9 @@ class Revolution(NamedTuple):
     def monodromy(self) -> np.ndarray:
         """Transition matrix of the revolution `[15, 15]`."""
         whole = np.eye(ORDER)
-        for part in self.transitions:
-            whole = part @ whole
+        with np.errstate(over="ignore", invalid="ignore"):  # of a loop that grows beyond floats
+            for part in self.transitions:
+                whole = part @ whole
         return whole
 
     @property
@@ -61,13 +62,22 @@ def revolution_of(loop: PeriodicSystem, steps: int = STEPS) -> Revolution:
     taus = np.linspace(0.0, 2.0 * math.pi, 2 * steps + 1)
     a, g = np.empty((len(taus), ORDER, ORDER)), np.empty((len(taus), ORDER, INPUTS))
     _tabulate(loop.pack(), taus, a, g)
-    h, one = taus[2], np.eye(ORDER)
-    first, middle, last = a[:-1:2], a[1::2], a[2::2]
+    h = taus[2]
+    inputs = (np.eye(ORDER) + 0.5 * h * a[1::2]) @ g[1::2]
+    return Revolution(h, transitions_of(a, h), inputs)
+
+
+def transitions_of(matrices: np.ndarray, step: float) -> np.ndarray:
+    """Transition matrices `[n, k, k]` over steps, from A at their ends and middles.
+
+    `matrices` `[2n + 1, k, k]`. By the classical Runge-Kutta method.
+    """
+    h, one = step, np.eye(matrices.shape[-1])
+    first, middle, last = matrices[:-1:2], matrices[1::2], matrices[2::2]
     k2 = middle @ (one + 0.5 * h * first)
     k3 = middle @ (one + 0.5 * h * k2)
     k4 = last @ (one + h * k3)
-    transitions = one + h / 6.0 * (first + 2.0 * (k2 + k3) + k4)
-    return Revolution(h, transitions, (one + 0.5 * h * middle) @ g[1::2])
+    return one + h / 6.0 * (first + 2.0 * (k2 + k3) + k4)
 
 
 def covariances(around: Revolution, intensities) -> np.ndarray:

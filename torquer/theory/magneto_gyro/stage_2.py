@@ -17,6 +17,7 @@ from torquer.control.magneto_gyro.stage_2 import (
     compensation_rate,
     control_dipole,
     corrections,
+    guide_of_dipole,
     guide_of_field,
     model_accelerations,
     seen_angles,
@@ -76,16 +77,27 @@ def _rates(x, torque, error, b, guide, satellite, craft, gains):
     )
 
 
-@kernel
-def stage_2_matrix(tau, parameters, out):
-    """A(tau) of the loop."""
-    p, nothing = parameters, (0.0, 0.0, 0.0)
-    satellite, craft, gains = _unpacked(p)
-    b = field_at(tau, p[5], p[6], p[7])
-    guide = _guide(tau, b, p[8])
+@inlined
+def _fill(b, guide, parameters, out):
+    nothing = (0.0, 0.0, 0.0)
+    satellite, craft, gains = _unpacked(parameters)
     for j in range(15):
         x = unit_at(j, 0), unit_at(j, 3), unit_at(j, 6), unit_at(j, 9), unit_at(j, 12)
         put_column(_rates(x, nothing, nothing, b, guide, satellite, craft, gains), out, j)
+
+
+@kernel
+def stage_2_matrix(tau, parameters, out):
+    """A(tau) of the loop."""
+    b = field_at(tau, parameters[5], parameters[6], parameters[7])
+    _fill(b, _guide(tau, b, parameters[8]), parameters, out)
+
+
+@kernel
+def stage_2_matrix_in_dipole(b, parameters, out):
+    """A of the loop in a field b of a dipole, a triple in t, w, s in any unit."""
+    guide = guide_of_field(b) if parameters[8] == 1.0 else guide_of_dipole(b)
+    _fill(b, guide, parameters, out)
 
 
 @kernel
