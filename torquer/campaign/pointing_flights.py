@@ -1,0 +1,42 @@
+"""Releases that are flown until they point: errors over time, and from when on they stay small."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.analysis.attitude import attitude_error_of
+from torquer.campaign.outcomes import stays_from
+from torquer.campaign.sampling import member_scenario
+from torquer.campaign.spec import Campaign
+from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import simulate
+
+
+class PointingFlights(NamedTuple):
+    """Times of the records [s] (t,); attitude errors of the flights [deg] (n, t)."""
+
+    t_s: np.ndarray
+    error_deg: np.ndarray
+
+    def settled_s(self, below_deg: float) -> np.ndarray:
+        """Times [s] (n,) from which the error stays below an angle; infinite where it does not."""
+        error_deg = self.error_deg.T
+        found = stays_from(self.t_s, error_deg < below_deg)
+        return np.where(np.isnan(found), np.inf, found)
+
+
+def fly_releases(
+    scenario: Scenario,
+    campaign: Campaign,
+    count: int,
+    progress: Callable[[int, int], None] | None = None,
+) -> PointingFlights:
+    """Fly the first members of a campaign, each to its end."""
+    errors = []
+    for number in range(count):
+        result = simulate(member_scenario(scenario, campaign, number))
+        errors.append(np.linalg.norm(attitude_error_of(result).error_deg, axis=1))
+        if progress:
+            progress(number + 1, count)
+    return PointingFlights(result.time.values, np.array(errors))
