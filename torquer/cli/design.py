@@ -95,16 +95,18 @@ class GyroOptions:
 
     form: Literal["field", "text"] = "field"
     """What stage 2 turns with: the field model on board, or the Earth's dipole (the text)."""
-    tip_off_deg_s: Annotated[float, within(0.01, 30.0)] = 3.0
-    """Greatest rate after separation."""
+    tip_off_deg_s: Annotated[float | None, within(0.01, 30.0)] = None
+    """Greatest rate after separation [3, or the scenario's initial rate if that is greater]."""
     filter_rate_rad_s: Annotated[float | None, within(1e-3, 3.0)] = None
     """Frequency of the filters of stage 1 [from the tip-off rate]."""
     degree: Annotated[float, within(0.01, 1.0)] = 0.25
     """Wanted Floquet degree of stage 2, per 1/nu0."""
     evaluations: Annotated[int, within(10, 10_000)] = 120
     """Most loops tried by each of the two searches for weights."""
+    fly: Annotated[Whole, within(0, 1000)] = None
+    """Releases to fly until they point; 0: none [12, fewer if they take long]."""
     out: Path | None = None
-    """Folder for the law as TOML."""
+    """Folder for law, scenario and pictures."""
     json: Json = False
 
 
@@ -119,7 +121,8 @@ def magneto_gyro(
     """Gains of the magneto-gyroscopic system: magnetometer, coils and a pitch wheel.
 
     SCENARIO describes the satellite: inertia, wheel_momentum_n_m_s of its body, orbit, field, model
-    on board, noise and bias of the magnetometer.
+    on board, noise and bias of the magnetometer. Its own laws and modes are replaced in
+    scenario.toml, which flies from the tip-off rate until the satellite points.
     """
     from torquer.cli import design_gyro_work as work
 

@@ -1,173 +1,225 @@
-"""Work of `torquer design magneto-gyro`: the satellite of a scenario, gains, errors, the law."""
+"""Work of `torquer design magneto-gyro`: gains of both stages, what they can do, flights, files."""
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from torquer.campaign.pointing_flights import PointingFlights, fly_releases
+from torquer.cli.compiling import compiling_shown
 from torquer.cli.design import GyroOptions
-from torquer.cli.loading import load_checked
+from torquer.cli.design_gyro_case import GyroCase, case_of, held_attitude
+from torquer.cli.design_gyro_scenario import (
+    EXACT_DEG,
+    campaign_of,
+    campaign_table,
+    designed_scenario,
+)
+from torquer.cli.loading import check_orbit_environment, load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import json_text, make_writable, writing_to
-from torquer.control.pointing import HeldAttitude
+from torquer.control.magneto_gyro.law import MagnetoGyro
 from torquer.earth.rotation import dcm_inertial_to_ecef
-from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.notes.bdot_notes import tumbling_of
 from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
-from torquer.theory.magneto_gyro.accuracy import (
-    Revolution,
-    noise_error,
-    revolution_of,
-    steady_motion,
+from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.along_orbit import model_error
+from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
+from torquer.theory.magneto_gyro.day import (
+    ALTITUDES_KM,
+    INCLINATIONS_DEG,
+    DayLoop,
+    Range,
+    degree_over_a_day,
+    stable_range,
 )
-from torquer.theory.magneto_gyro.along_orbit import FieldAlong, field_along, model_error
-from torquer.theory.magneto_gyro.capture import (
-    DAMPING,
-    Stage1Design,
-    design_stage_1,
-    filter_rate_for,
-)
-from torquer.theory.magneto_gyro.craft import BRAKED, GyroCraft, greatest_tip_off
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.frozen import frozen_2
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, time_to_point
+from torquer.theory.magneto_gyro.wheels import BetterWheel, better_wheel
 
-#: Below this h, or that far from 2, a greater wheel is recommended; its h.
-_WEAK, _RECOMMENDED = 3.0, 4.0
+#: Below this h, where roll and yaw are hard to tell apart, a better wheel is looked for.
+WEAK = 3.0
 #: IGRF-14 in 2025: g10, g11, h11 [nT], for the form of the text.
 _DIPOLE_NT = [-29350.0, -1410.3, 4545.5]
-#: Changes of the satellite, unknown to the law, for which the degree is given.
-_MARGINS = ("inertia -20 %", "inertia +20 %", "wheel -10 %", "wheel +10 %")
+#: Flights: as many unless asked for, their orbits (least, times the theory's, more, most), and
+#: control steps of all of them, some seconds of computing.
+_FLIGHTS, _ORBITS, _MOST_STEPS = 12, (10.0, 1.5, 3.0, 200.0), 4e6
+
+#: Other degrees, over the wanted one, for which the error is found; loops of their searches.
+_OTHER_DEGREES, _EVALUATIONS = (0.6, 1.2), 60
+_EQUATOR = (
+    "orbit: must not come so near to the magnetic equator that stage 2 is unstable; received an "
+    "inclination of"
+)
 
 
 @dataclass(frozen=True)
-class _Made:
-    """The case and what was designed for it; errors (roll, pitch, yaw) [deg] by their cause."""
+class Made:
+    """What was designed for a case, and what it can do.
 
-    scenario: Scenario
-    craft: GyroCraft
-    along: FieldAlong
+    `errors`: (roll, pitch, yaw) [deg] by their cause; `costs`: (degree, error [deg] in all) of this
+    design and of others; `margins`: degrees over a day by what differs from what the law knows;
+    `flights`: of `scenario`, the designed one; None for none.
+    """
+
+    case: GyroCase
+    form: str
     first: Stage1Design
     second: Stage2Design
     frozen_degree: float
+    day_degree: float
     errors: dict[str, np.ndarray]
+    costs: tuple[tuple[float, float], ...]
     margins: dict[str, float]
+    inclinations: Range
+    altitudes: Range
+    time: TimeToPoint
+    better: BetterWheel | None
     law: dict
-    notes: tuple[str, ...]
+    scenario: Scenario
+    flights: PointingFlights | None = None
+
+    @property
+    def loop(self) -> DayLoop:
+        """The designed loop for a whole day."""
+        return DayLoop(self.case.craft, self.second.gains, self.form)
 
 
 def show(path: Path, how: GyroOptions, code: CodeOptions) -> int:
-    """Print the design; write the law if a folder is given."""
+    """Print the design; write law, scenario and pictures if a folder is given."""
+    from torquer.cli.design_gyro_text import data_of, lines_of
+
     check_ranges(how)
     scenario = load_checked(path, code)
+    check_orbit_environment(scenario)
     if how.out is not None:
         make_writable(how.out)
     try:
-        made = _made(scenario, how)
+        made = _made(case_of(scenario, how), how)
     except ArithmeticError as error:
         raise ValueError(str(error)) from None
+    count = _flights_that_fit(made.scenario) if how.fly is None else how.fly
+    if count:
+        campaign = campaign_of(made.scenario, made.case.tip_off_deg_s)
+        with compiling_shown():
+            made = replace(made, flights=fly_releases(made.scenario, campaign, count))
     files = [] if how.out is None else _write(made, how.out)
-    print(json_text(_data(made, files)) if how.json else "\n".join(_lines(made)))
+    print(json_text(data_of(made, how, files)) if how.json else "\n".join(lines_of(made, how)))
     if files and not how.json:
         print(f"{how.out}: {', '.join(Path(file).name for file in files)}")
     return 0
 
 
-def craft_of(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
-    """The satellite in the axes of the attitude that is held, and what is left out.
-
-    ValueError for a satellite on which the system cannot work.
-    """
-    craft, notes = scenario.spacecraft, []
-    if craft.coils is None:
-        raise ValueError("spacecraft.coils: must be given for magnetic control; received none")
-    held = [x for x in scenario.control.named().laws.values() if isinstance(x, HeldAttitude)]
-    turn = dcm_body_to_reference(np.array(held[0].q_wanted() if held else (0, 0, 0, 1.0)))
-    inertia = turn @ np.array(craft.body.inertia_kg_m2) @ turn.T
-    wheel = turn @ np.array(craft.body.wheel_momentum_n_m_s)
-    if np.abs(inertia - np.diag(np.diag(inertia))).max() > 1e-9 * inertia.max():
-        notes.append("products of inertia are left out")
-    if np.hypot(wheel[0], wheel[2]) > 1e-3 * abs(wheel[1]):
-        notes.append("the wheel's momentum across the pitch axis is left out")
-    rate = 2.0 * math.pi / scenario.orbit.period_s
-    x, y, z = np.diag(inertia).tolist()
-    made = GyroCraft((x, y, z), float(wheel[1]), rate)
-    if made.stiffness <= 0.0:
-        raise ValueError(
-            "spacecraft.body.wheel_momentum_n_m_s: must be above "
-            f"{made.wheel_at(0.0):.4g} N m s along the orbit normal, (2 - lambda) J nu0; received "
-            f"{made.wheel_n_m_s:g}"
-        )
-    return made, tuple(notes)
-
-
-def _made(scenario: Scenario, how: GyroOptions) -> _Made:
-    craft, notes = craft_of(scenario)
-    frequency = _filter_rate(how)
-    along = field_along(scenario.orbit_environment(), scenario.believed_environment())
-    first = design_stage_1(craft, frequency, along.normals)
+def _made(case: GyroCase, how: GyroOptions) -> Made:
+    craft, along = case.craft, case.along
+    first = design_stage_1(craft, case.filter_rate_rad_s, along.normals)
     if first.degree <= 0.0:
+        better = better_wheel(craft, case.filter_rate_rad_s, how.degree, along.normals, how.form)
+        would = "" if better is None else (
+            f", as {better.wheel_n_m_s:.4g} N m s would (h = {better.stiffness:g})"
+        )  # fmt: skip
         raise ValueError(
-            "spacecraft.body.wheel_momentum_n_m_s: must make stage 1 stable, as "
-            f"{craft.wheel_at(_RECOMMENDED):.4g} N m s would (h = {_RECOMMENDED:g}); received "
+            f"spacecraft.body.wheel_momentum_n_m_s: must make stage 1 stable{would}; received "
             f"{craft.wheel_n_m_s:g} (h = {craft.stiffness:.3g})"
         )
-    second = design_stage_2(
-        craft, normals=along.normals, form=how.form, wanted_degree=how.degree,
-        evaluations=how.evaluations,
-    )  # fmt: skip
-    around = _loop(craft, second, along, how.form)
+    second = _second(case, how)
+    better = None
+    if craft.stiffness < WEAK or second.degree < 0.9 * how.degree:
+        better = better_wheel(craft, case.filter_rate_rad_s, how.degree, along.normals, how.form)
+    loop = DayLoop(craft, second.gains, how.form)
+    day, inclinations, altitudes = _reach(case, loop)
     h, pitch_inertia = craft.gyrostat
     frozen = frozen_2(second.gains, stiffness=h, pitch_inertia=pitch_inertia, b=along.normal)
-    return _Made(
-        scenario, craft, along, first, second, -np.linalg.eigvals(frozen).real.max(),
-        _errors(scenario, craft, around, along), _margins(craft, second, along, how.form),
-        _law(scenario, craft, first, second, how.form),
-        (*notes, *_warnings(craft, second, how)),
+    law, errors = _law(case, first, second, how.form), _errors(case, second, how.form)
+    costs = sorted([(second.degree, total_of(errors)), *_costs(case, how)])
+    time = _time(case, MagnetoGyro.model_validate(law), first, day)
+    return Made(
+        case, how.form, first, second, -np.linalg.eigvals(frozen).real.max(), day,
+        errors, tuple(costs), _margins(case, loop), inclinations, altitudes, time,
+        better, law, designed_scenario(case.scenario, law, case.tip_off_deg_s, _orbits(case, time)),
     )  # fmt: skip
 
 
-def _filter_rate(how: GyroOptions) -> float:
-    tip_off = math.radians(how.tip_off_deg_s)
-    found = how.filter_rate_rad_s or filter_rate_for(tip_off)
-    if tip_off > greatest_tip_off(found):
+def _second(case: GyroCase, how: GyroOptions) -> Stage2Design:
+    """Stage 2; ValueError if no loop found is stable here, while one is on a polar orbit."""
+    craft, normals = case.craft, case.along.normals
+    try:
+        return design_stage_2(
+            craft, normals=normals, form=how.form, wanted_degree=how.degree,
+            evaluations=how.evaluations,
+        )  # fmt: skip
+    except ArithmeticError:
+        design_stage_2(craft, form=how.form, evaluations=min(_EVALUATIONS, how.evaluations))
         raise ValueError(
-            f"--filter-rate-rad-s: must be at least {tip_off / BRAKED:.4g} to brake "
-            f"{how.tip_off_deg_s:g} deg/s (--tip-off-deg-s); received {found:g}"
+            f"{_EQUATOR} {case.inclination_deg:.4g} deg, where no stable loop was found"
+        ) from None
+
+
+def _reach(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
+    """Degree over a day; inclinations and altitudes around the orbit's own with stable loops."""
+    own = degree_over_a_day(loop, case.inclination_deg)
+    if not own > 0.0:
+        raise ValueError(
+            f"{_EQUATOR} {case.inclination_deg:.4g} deg, where its degree over a day is {own:.3g}"
         )
-    return found
+    inclinations = stable_range(
+        lambda x: degree_over_a_day(loop, x), case.inclination_deg, INCLINATIONS_DEG
+    )
+    altitudes = stable_range(
+        lambda x: degree_over_a_day(loop.at(x), case.inclination_deg), case.altitude_km,
+        ALTITUDES_KM,
+    )  # fmt: skip
+    return own, inclinations, altitudes
 
 
-def _warnings(craft: GyroCraft, second: Stage2Design, how: GyroOptions) -> list[str]:
-    found = []
-    if craft.stiffness < _WEAK:
-        found.append(
-            f"h = {craft.stiffness:.3g} is near 2 or below it, where roll and yaw are hard to tell "
-            f"apart: a wheel of {craft.wheel_at(_RECOMMENDED):.3g} N m s has h = {_RECOMMENDED:g}"
+def _time(case: GyroCase, law: MagnetoGyro, first: Stage1Design, degree: float) -> TimeToPoint:
+    tumbling = tumbling_of(case.scenario, law)
+    switch = Hysteresis(math.radians(law.stage_2_angle_deg), law.mean_time_s)
+    tip_off = math.radians(case.tip_off_deg_s)
+    time = time_to_point(case.craft, tumbling, first, degree, tip_off, switch)
+    if not math.isfinite(time.stage_2_s):
+        raise ValueError(
+            f"control.sample_s: must be shorter for stage 1 to brake {case.tip_off_deg_s:g} deg/s "
+            f"(--tip-off-deg-s) with {tumbling.sampling.in_words}; received "
+            f"{case.scenario.control.sample_s:g} s"
         )
-    if second.degree < 0.9 * how.degree:
-        found.append(f"the degree wanted, {how.degree:g}, was not reached")
-    return found
+    return time
 
 
-def _loop(craft, second, along, form, satellite=None) -> Revolution:
-    """The loop in the usual field, of the satellite or of another under the same law."""
-    satellite = craft.satellite() if satellite is None else satellite
-    loop = stage_2_loop(satellite, craft.gyrostat, second.gains, normal=along.normal, form=form)
-    return revolution_of(loop)
+def _orbits(case: GyroCase, time: TimeToPoint) -> float:
+    """Orbits of a flight that should have pointed long before its end."""
+    least, times, more, most = _ORBITS
+    wanted = times * time.below(math.radians(EXACT_DEG)) / case.scenario.orbit.period_s + more
+    return min(max(least, wanted), most)
 
 
-def _errors(scenario, craft, around, along) -> dict[str, np.ndarray]:
-    """Root mean squares [deg] by what causes them."""
-    meter = scenario.spacecraft.magnetometer
-    a, sample_s = along.strength_t, scenario.control.sample_s
-    noise = (1e-9 * meter.noise_nt / a) ** 2 * craft.orbital_rate_rad_s * sample_s
+def _flights_that_fit(scenario: Scenario) -> int:
+    """Flights for which the command stays quick."""
+    step_s = scenario.simulation.step_s or scenario.control.sample_s
+    steps = scenario.steps() * scenario.grid_s / step_s
+    return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps)))
+
+
+def _errors(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.ndarray]:
+    """Root mean squares [deg] by what causes them, in the usual field."""
+    scenario, craft, along = case.scenario, case.craft, case.along
+    loop = stage_2_loop(
+        craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
+    )
+    around, meter = revolution_of(loop), scenario.spacecraft.magnetometer
+    a, control = along.strength_t, scenario.control
+    interval_s = control.cycle_s / control.steps_in_cycle
+    noise = (1e-9 * meter.noise_nt / a) ** 2 * craft.orbital_rate_rad_s * interval_s
     bias = [0.0, 0.0, 0.0, *(1e-9 / a * np.array(meter.bias_nt))]
     disturbance = scenario.disturbance
-    torque = np.zeros(3) if disturbance is None else disturbance.constant_torque_n_m
-    torque = [*(np.array(torque) / craft.torque_unit), 0.0, 0.0, 0.0]
+    constant = np.zeros(3) if disturbance is None else disturbance.constant_torque_n_m
+    torque = [*(np.array(constant) / craft.torque_unit), 0.0, 0.0, 0.0]
     radians = {
         "noise": noise_error(around, [0.0] * 3 + [noise] * 3),
         "field model": model_error(around, along),
@@ -177,23 +229,52 @@ def _errors(scenario, craft, around, along) -> dict[str, np.ndarray]:
     return {name: np.degrees(error) for name, error in radians.items()}
 
 
+def total_of(errors: dict[str, np.ndarray]) -> float:
+    """Root mean square of the whole angle [deg], of errors by their independent causes."""
+    return float(np.linalg.norm(list(errors.values())))
+
+
+def _costs(case: GyroCase, how: GyroOptions) -> list[tuple[float, float]]:
+    """Degrees and errors of designs for other degrees, where a stable loop is found."""
+    found = []
+    for part in _OTHER_DEGREES:
+        try:
+            other = design_stage_2(
+                case.craft, normals=case.along.normals, form=how.form,
+                wanted_degree=part * how.degree, evaluations=min(_EVALUATIONS, how.evaluations),
+            )  # fmt: skip
+        except ArithmeticError:
+            continue
+        found.append((other.degree, total_of(_errors(case, other, how.form))))
+    return found
+
+
 def _rms(motion) -> np.ndarray:
     return np.sqrt(np.mean(motion[:, :3] ** 2, axis=0))
 
 
-def _margins(craft, second, along, form) -> dict[str, float]:
-    """Degrees of the loop of a satellite that is not what the law knows."""
-    s = craft.satellite()
-    others = (
-        *(s._replace(x=f * s.x, y=f * s.y, z=f * s.z) for f in (0.8, 1.2)),
-        *(s._replace(wheel=f * s.wheel) for f in (0.9, 1.1)),
-    )
-    degrees = (_loop(craft, second, along, form, other).degree for other in others)
-    return dict(zip(_MARGINS, degrees, strict=True))
+def _margins(case: GyroCase, loop: DayLoop) -> dict[str, float]:
+    """Degrees over a day of a satellite, or of an orbit, that is not what the law knows."""
+    s, inclination = loop.craft.satellite(), case.inclination_deg
+    others = {
+        "inertia -20 %": s._replace(x=0.8 * s.x, y=0.8 * s.y, z=0.8 * s.z),
+        "inertia +20 %": s._replace(x=1.2 * s.x, y=1.2 * s.y, z=1.2 * s.z),
+        "wheel -10 %": s._replace(wheel=0.9 * s.wheel),
+        "wheel +10 %": s._replace(wheel=1.1 * s.wheel),
+    }
+    found = {
+        name: degree_over_a_day(loop._replace(actual=other), inclination)
+        for name, other in others.items()
+    }
+    for change in (-10.0, 10.0):
+        moved = degree_over_a_day(loop, inclination + change)
+        found[f"inclination {change:+.0f} deg"] = moved
+    return found
 
 
-def _law(scenario, craft, first: Stage1Design, second: Stage2Design, form: str) -> dict:
+def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -> dict:
     """The law's keys, as in a scenario."""
+    scenario, craft = case.scenario, case.craft
     g = [float(f"{x:.5g}") for x in second.gains]
     keys = {
         "kind": "magneto_gyro",
@@ -209,12 +290,11 @@ def _law(scenario, craft, first: Stage1Design, second: Stage2Design, form: str) 
         "estimator_gains": g[6:12],
         "compensator_gains": g[12:],
     }
-    control = scenario.control
+    control, held = scenario.control, held_attitude(scenario)
     if control.actuate_s:
         keys["coil_duty"] = control.actuate_s / (control.measure_s + control.actuate_s)
-    held = [x for x in control.named().laws.values() if isinstance(x, HeldAttitude)]
-    if held:
-        keys |= {"euler_deg": list(held[0].euler_deg), "sequence": held[0].sequence}
+    if held is not None:
+        keys |= {"euler_deg": list(held.euler_deg), "sequence": held.sequence}
     if form == "text":
         mode = scenario.environment.earth_rotation
         x, y, _ = dcm_inertial_to_ecef([0.0], scenario.start, mode)[0, 0]
@@ -223,65 +303,22 @@ def _law(scenario, craft, first: Stage1Design, second: Stage2Design, form: str) 
     return keys
 
 
-def _lines(made: _Made) -> list[str]:
-    """The design as text."""
-    craft, first, second = made.craft, made.first, made.second
-    tip_off = math.degrees(greatest_tip_off(first.filter_rate_rad_s))
-    alias = craft.dipole_of_bias(1e-9, made.along.mean_square_t2)
-    rows = [
-        f"{made.scenario.name}: J = {craft.inertia:.4g} kg m^2, lambda = "
-        f"{craft.pitch_inertia:.3f}, h = {craft.stiffness:.3f} ({craft.stiffness:.3f} above 0, "
-        f"{abs(craft.stiffness - 2.0):.3f} from 2)",
-        f"field: A = {1e9 * made.along.strength_t:.0f} nT, along the normal {made.along.normal:.3f}"
-        f" of it ({made.along.least:.3f} to {made.along.greatest:.3f})",
-        f"stage 1: brakes up to {tip_off:.2f} deg/s; Floquet degree {first.degree:.3f} per 1/nu0",
-        f"stage 2: Floquet degree {second.degree:.3f} per 1/nu0; by the frozen model "
-        f"{made.frozen_degree:.3f}",
-        f"{'error, rms [deg]':<20}{'roll':>10}{'pitch':>10}{'yaw':>10}",
-    ]
-    for name, error in made.errors.items():
-        rows.append(f"{name:<20}" + "".join(f"{x:>10.3g}" for x in error))
-    rows.append("degree with " + ", ".join(f"{k}: {x:.3f}" for k, x in made.margins.items()))
-    rows.append(
-        f"a bias of 1 nT along pitch is taken for a dipole of {alias:.3g} A m^2, which is the "
-        "least that can be told from it"
-    )
-    rows += [f"note: {note}" for note in made.notes]
-    return [*rows, "", *_toml(made.law).splitlines()]
-
-
-def _data(made: _Made, files: list[str]) -> dict:
-    craft = made.craft
-    return {
-        "name": made.scenario.name,
-        "inertia_kg_m2": craft.inertia,
-        "pitch_inertia": craft.pitch_inertia,
-        "stiffness": craft.stiffness,
-        "least_wheel_n_m_s": craft.wheel_at(0.0),
-        "decoupling_wheel_n_m_s": craft.wheel_at(2.0),
-        "strength_t": made.along.strength_t,
-        "normals": list(made.along.normals),
-        "stage_1": made.first._asdict(),
-        "greatest_tip_off_rad_s": greatest_tip_off(made.first.filter_rate_rad_s),
-        "weights": made.second.weights._asdict(),
-        "degree": made.second.degree,
-        "frozen_degree": float(made.frozen_degree),
-        "errors_deg": {name: error.tolist() for name, error in made.errors.items()},
-        "margins": made.margins,
-        "dipole_of_1_nt_a_m2": craft.dipole_of_bias(1e-9, made.along.mean_square_t2),
-        "law": made.law,
-        "notes": list(made.notes),
-        "files": files,
-    }
-
-
-def _write(made: _Made, out: Path) -> list[str]:
-    """law.toml."""
-    with writing_to(out):
-        return [str(put(out / "law.toml", _toml(made.law)))]
-
-
-def _toml(law: dict) -> str:
+def law_toml(law: dict) -> str:
     """The law as the table of a scenario."""
     rows = (f"{key} = {json.dumps(value)}" for key, value in law.items())
     return "\n".join(["[control.law]", *rows, ""])
+
+
+def _write(made: Made, out: Path) -> list[str]:
+    """law.toml, scenario.toml with the law in a mode table and a campaign, and the pictures."""
+    from torquer.report.theory.magneto_gyro import draw_gyro_design
+
+    data = made.scenario.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+    data["campaign"] = campaign_table(made.scenario, made.case.tip_off_deg_s)
+    with writing_to(out):
+        files = [
+            put(out / "law.toml", law_toml(made.law)),
+            put(out / "scenario.toml", toml_of(data)),
+            *draw_gyro_design(made, out),
+        ]
+    return [str(file) for file in files]

@@ -1,0 +1,95 @@
+"""The scenario of a magneto-gyroscopic design: its law in a mode table, released at tip-off."""
+
+import math
+
+import numpy as np
+
+from torquer.campaign.load import campaign_from_data
+from torquer.campaign.spec import Campaign
+from torquer.scenario.mission import Mission
+from torquer.scenario.spec import Scenario
+
+#: Name of the law, error that counts as pointed [deg], that counts as exact [deg].
+LAW, POINTED_DEG, EXACT_DEG = "magneto_gyro", 5.0, 1.0
+#: Age of a reading after which the coils are switched off: least [s], and in intervals of readings.
+_OLD_S, _OLD_READINGS = 60.0, 10.0
+#: Runs of the campaign that the scenario contains.
+_RUNS = 200
+#: What of the control table is replaced by the law and its modes.
+_REPLACED = {"law", "laws", "modes", "estimator", "estimators"}
+
+
+def designed_scenario(scenario: Scenario, law: dict, tip_off_deg_s: float, orbits: float):
+    """The scenario with the law: released at the tip-off rate, flown for some orbits at least."""
+    control = _plain(scenario.control)
+    kept = {key: value for key, value in control.items() if key not in _REPLACED}
+    flown = {
+        **_plain(scenario),
+        "control": {**kept, "laws": {LAW: law}, "modes": _modes(scenario)},
+        "initial": _initial(scenario, tip_off_deg_s),
+        "simulation": _simulation(scenario, orbits),
+    }
+    if scenario.mission is None or scenario.mission.attitude_error_below_deg is None:
+        flown["mission"] = _plain(Mission(attitude_error_below_deg=POINTED_DEG))
+    return Scenario.model_validate(flown)
+
+
+def _plain(spec) -> dict:
+    return spec.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+
+
+def _modes(scenario: Scenario) -> dict:
+    """The law works while the magnetometer does; without fresh readings the coils are off."""
+    control, meter = scenario.control, scenario.spacecraft.magnetometer
+    interval_s = max(control.sample_s, control.actuate_s or 0.0, meter.sample_s or 0.0)
+    age_s = max(_OLD_S, _OLD_READINGS * interval_s)
+    age = {"signal": "reading_age_s", "sensor": "magnetometer"}
+    fresh, old = {**age, "below": 0.5 * age_s}, {**age, "above": age_s}
+    waiting = {"coils": "off", "transitions": [{"to": "working", "when": [fresh]}]}
+    working = {"laws": [LAW], "transitions": [{"to": "waiting", "when": [old]}]}
+    return {"states": {"waiting": waiting, "working": working}}
+
+
+def _initial(scenario: Scenario, tip_off_deg_s: float) -> dict:
+    """The scenario's attitude and direction of the rate; the rate itself is that of tip-off."""
+    rate = np.array(scenario.initial.rate_deg_s)
+    size = float(np.linalg.norm(rate))
+    direction = rate / size if size > 0.0 else np.full(3, math.sqrt(1.0 / 3.0))
+    released = [float(f"{x:.6g}") for x in tip_off_deg_s * direction]
+    return {**_plain(scenario.initial), "rate_deg_s": released, "rate_relative_to": "inertial"}
+
+
+def _simulation(scenario: Scenario, orbits: float) -> dict:
+    own = _plain(scenario.simulation)
+    own_orbits = scenario.steps() * scenario.grid_s / scenario.orbit.period_s
+    own.pop("duration_s", None)
+    return {**own, "revolutions": float(math.ceil(max(orbits, own_orbits)))}
+
+
+def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
+    """A table `[campaign]`: any attitude, the tip-off rate about any axis, any place in orbit."""
+    uniform = {"uniform": [0.0, 360.0]}
+    places = {
+        "circular": {"orbit.raan_deg": uniform, "orbit.argument_of_latitude_deg": uniform},
+        "kepler": {"orbit.raan_deg": uniform, "orbit.mean_anomaly_deg": uniform},
+    }
+    error = {"signal": "attitude_error_deg"}
+    return {
+        "runs": _RUNS,
+        "seed": 1,
+        "vary": {
+            **places.get(scenario.orbit.kind, {}),
+            "initial.attitude": "uniform",
+            "initial.rate_deg_s": {"direction": "uniform", "magnitude": tip_off_deg_s},
+        },
+        "outcomes": {
+            "pointed_s": {**error, "what": {"settles_below": POINTED_DEG}},
+            "exact_s": {**error, "what": {"settles_below": EXACT_DEG}},
+        },
+        "success": {"pointed_s": {"below": scenario.steps() * scenario.grid_s}},
+    }
+
+
+def campaign_of(scenario: Scenario, tip_off_deg_s: float) -> Campaign:
+    """The campaign of that table."""
+    return campaign_from_data(campaign_table(scenario, tip_off_deg_s), scenario)
