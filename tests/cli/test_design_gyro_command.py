@@ -178,6 +178,20 @@ def test_what_is_left_out_is_said(call, strict_json, changed):
     ]
 
 
+def test_a_scenario_with_another_law_becomes_one_with_this(call, strict_json, scenario, tmp_path):
+    """A small satellite, by the same rules; its own law and its goal for the rate are gone."""
+    text = scenario.read_text().replace('{ kind = "averaged" }', '{ kind = "tilted_dipole" }')
+    text = text.replace("[1.0, 1.2, 1.5]", "[1.5, 1.0, 1.4]\nwheel_momentum_n_m_s = [0, 0.012, 0]")
+    scenario.write_text(f"{text}[mission]\nrate_below_deg_s = 0.5\n")
+    found = designed(call, strict_json, scenario, "--out", tmp_path / "out")
+    assert found["tip_off_deg_s"] == pytest.approx(14.0**0.5)
+    assert found["notes"][0].startswith("no law of the scenario holds an attitude in orbit")
+    made = load_scenario(tmp_path / "out/scenario.toml")
+    assert [*made.control.laws] == ["magneto_gyro"] and made.control.law is None
+    assert made.mission.attitude_error_below_deg == 5.0
+    assert flown(made)[1][-1] == pytest.approx(np.zeros(3), abs=1.0)
+
+
 def test_an_eccentric_orbit_is_designed_for_by_its_period(call, strict_json, changed):
     circle = "altitude_km = 830\ninclination_deg = 98.8"
     ellipse = "semi_major_axis_km = 7208.137\neccentricity = 0.05\ninclination_deg = 98.8"

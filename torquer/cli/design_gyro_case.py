@@ -75,6 +75,9 @@ def craft_of(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
         notes.append("products of inertia are left out of the design")
     if np.hypot(wheel[0], wheel[2]) > 1e-3 * abs(wheel[1]):
         notes.append("the wheel's momentum across the pitch axis is left out of the design")
+    if held is None:
+        notes.append("no law of the scenario holds an attitude in orbit: the body's axes are to be "
+                     "those of the orbital frame")  # fmt: skip
     if craft.wheels is not None:
         notes.append("the wheels of spacecraft.wheels are taken to keep their initial momentum")
     x, y, z = np.diag(inertia).tolist()
@@ -91,8 +94,8 @@ def craft_of(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
 def held_attitude(scenario: Scenario) -> HeldAttitude | None:
     """The attitude that a law of the scenario holds, relative to the orbital frame."""
     laws = scenario.control.named().laws.values()
-    held = (x for x in laws if isinstance(x, HeldAttitude) and x.reference == "orbital")
-    return next(held, None)
+    held = [x for x in laws if isinstance(x, HeldAttitude) and x.reference == "orbital"]
+    return held[0] if held else None
 
 
 def _tip_off(scenario: Scenario, how: GyroOptions) -> float:

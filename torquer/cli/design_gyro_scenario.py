@@ -1,6 +1,7 @@
 """The scenario of a magneto-gyroscopic design: its law in a mode table, released at tip-off."""
 
 import math
+from datetime import timedelta
 
 import numpy as np
 
@@ -69,6 +70,9 @@ def _simulation(scenario: Scenario, orbits: float) -> dict:
 def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
     """A table `[campaign]`: any attitude, the tip-off rate about any axis, any place in orbit."""
     uniform = {"uniform": [0.0, 360.0]}
+    day = [time.isoformat() for time in (scenario.start, scenario.start + timedelta(days=1))]
+    # the form of the text knows where the Earth is at the start: that must not vary
+    is_fixed = scenario.control.laws[LAW].form == "text"
     places = {
         "circular": {"orbit.raan_deg": uniform, "orbit.argument_of_latitude_deg": uniform},
         "kepler": {"orbit.raan_deg": uniform, "orbit.mean_anomaly_deg": uniform},
@@ -78,7 +82,7 @@ def campaign_table(scenario: Scenario, tip_off_deg_s: float) -> dict:
         "runs": _RUNS,
         "seed": 1,
         "vary": {
-            **places.get(scenario.orbit.kind, {}),
+            **places.get(scenario.orbit.kind, {} if is_fixed else {"start": {"uniform": day}}),
             "initial.attitude": "uniform",
             "initial.rate_deg_s": {"direction": "uniform", "magnitude": tip_off_deg_s},
         },

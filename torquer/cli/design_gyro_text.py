@@ -31,8 +31,9 @@ def lines_of(made: Made, how: GyroOptions) -> list[str]:
     ]
     for name, error in made.errors.items():
         rows.append(f"{name:<20}" + "".join(f"{x:>10.3g}" for x in error))
-    costs = ", ".join(f"{degree:.3f}: {error:.3g}" for degree, error in made.costs)
-    rows.append(f"error in all [deg] with a degree of {costs}")
+    if any(error > 0.0 for _, error in made.costs):
+        costs = ", ".join(f"{degree:.3f}: {error:.3g}" for degree, error in made.costs)
+        rows.append(f"error in all [deg] with a degree of {costs}")
     rows.append(
         f"a bias of 1 nT along pitch is taken for a dipole of {alias:.3g} A m^2, which is the "
         "least that can be told from it"
