@@ -11,6 +11,15 @@ from torquer.campaign.pointing_flights import PointingFlights, fly_releases
 from torquer.cli.compiling import compiling_shown
 from torquer.cli.design import GyroOptions
 from torquer.cli.design_gyro_case import GyroCase, case_of, held_attitude
+from torquer.cli.design_gyro_numbers import (
+    EQUATOR,
+    EVALUATIONS,
+    costs_of,
+    errors_of,
+    margins_of,
+    reach_of,
+    total_of,
+)
 from torquer.cli.design_gyro_scenario import (
     EXACT_DEG,
     campaign_of,
@@ -26,20 +35,10 @@ from torquer.notes.bdot_notes import tumbling_of
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
-from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
-from torquer.theory.magneto_gyro.along_orbit import model_error
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
-from torquer.theory.magneto_gyro.day import (
-    ALTITUDES_KM,
-    INCLINATIONS_DEG,
-    DayLoop,
-    Range,
-    degree_over_a_day,
-    stable_range,
-)
+from torquer.theory.magneto_gyro.day import DayLoop, Range
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
 from torquer.theory.magneto_gyro.frozen import frozen_2
-from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 from torquer.theory.magneto_gyro.times import Hysteresis, TimeToPoint, time_to_point
 from torquer.theory.magneto_gyro.wheels import BetterWheel, better_wheel
 
@@ -50,13 +49,6 @@ _DIPOLE_NT = [-29350.0, -1410.3, 4545.5]
 #: Flights: as many unless asked for, their orbits (least, times the theory's, more, most), and
 #: control steps of all of them, some seconds of computing.
 _FLIGHTS, _ORBITS, _MOST_STEPS = 12, (10.0, 1.5, 3.0, 200.0), 4e6
-
-#: Other degrees, over the wanted one, for which the error is found; loops of their searches.
-_OTHER_DEGREES, _EVALUATIONS = (0.6, 1.2), 60
-_EQUATOR = (
-    "orbit: must not come so near to the magnetic equator that stage 2 is unstable; received an "
-    "inclination of"
-)
 
 
 @dataclass(frozen=True)
@@ -133,15 +125,15 @@ def _made(case: GyroCase, how: GyroOptions) -> Made:
     if craft.stiffness < WEAK or second.degree < 0.9 * how.degree:
         better = better_wheel(craft, case.filter_rate_rad_s, how.degree, along.normals, how.form)
     loop = DayLoop(craft, second.gains, how.form)
-    day, inclinations, altitudes = _reach(case, loop)
+    day, inclinations, altitudes = reach_of(case, loop)
     h, pitch_inertia = craft.gyrostat
     frozen = frozen_2(second.gains, stiffness=h, pitch_inertia=pitch_inertia, b=along.normal)
-    law, errors = _law(case, first, second, how.form), _errors(case, second, how.form)
-    costs = sorted([(second.degree, total_of(errors)), *_costs(case, how)])
+    law, errors = _law(case, first, second, how.form), errors_of(case, second, how.form)
+    costs = sorted([(second.degree, total_of(errors)), *costs_of(case, how)])
     time = _time(case, MagnetoGyro.model_validate(law), first, day)
     return Made(
         case, how.form, first, second, -np.linalg.eigvals(frozen).real.max(), day,
-        errors, tuple(costs), _margins(case, loop), inclinations, altitudes, time,
+        errors, tuple(costs), margins_of(case, loop), inclinations, altitudes, time,
         better, law, designed_scenario(case.scenario, law, case.tip_off_deg_s, _orbits(case, time)),
     )  # fmt: skip
 
@@ -155,27 +147,10 @@ def _second(case: GyroCase, how: GyroOptions) -> Stage2Design:
             evaluations=how.evaluations,
         )  # fmt: skip
     except ArithmeticError:
-        design_stage_2(craft, form=how.form, evaluations=min(_EVALUATIONS, how.evaluations))
+        design_stage_2(craft, form=how.form, evaluations=min(EVALUATIONS, how.evaluations))
         raise ValueError(
-            f"{_EQUATOR} {case.inclination_deg:.4g} deg, where no stable loop was found"
+            f"{EQUATOR} {case.inclination_deg:.4g} deg, where no stable loop was found"
         ) from None
-
-
-def _reach(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
-    """Degree over a day; inclinations and altitudes around the orbit's own with stable loops."""
-    own = degree_over_a_day(loop, case.inclination_deg)
-    if not own > 0.0:
-        raise ValueError(
-            f"{_EQUATOR} {case.inclination_deg:.4g} deg, where its degree over a day is {own:.3g}"
-        )
-    inclinations = stable_range(
-        lambda x: degree_over_a_day(loop, x), case.inclination_deg, INCLINATIONS_DEG
-    )
-    altitudes = stable_range(
-        lambda x: degree_over_a_day(loop.at(x), case.inclination_deg), case.altitude_km,
-        ALTITUDES_KM,
-    )  # fmt: skip
-    return own, inclinations, altitudes
 
 
 def _time(case: GyroCase, law: MagnetoGyro, first: Stage1Design, degree: float) -> TimeToPoint:
@@ -204,72 +179,6 @@ def _flights_that_fit(scenario: Scenario) -> int:
     step_s = scenario.simulation.step_s or scenario.control.sample_s
     steps = scenario.steps() * scenario.grid_s / step_s
     return int(min(_FLIGHTS, max(1.0, _MOST_STEPS / steps)))
-
-
-def _errors(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.ndarray]:
-    """Root mean squares [deg] by what causes them, in the usual field."""
-    scenario, craft, along = case.scenario, case.craft, case.along
-    loop = stage_2_loop(
-        craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
-    )
-    around, meter = revolution_of(loop), scenario.spacecraft.magnetometer
-    a, control = along.strength_t, scenario.control
-    interval_s = control.cycle_s / control.steps_in_cycle
-    noise = (1e-9 * meter.noise_nt / a) ** 2 * craft.orbital_rate_rad_s * interval_s
-    bias = [0.0, 0.0, 0.0, *(1e-9 / a * np.array(meter.bias_nt))]
-    disturbance = scenario.disturbance
-    constant = np.zeros(3) if disturbance is None else disturbance.constant_torque_n_m
-    torque = [*(np.array(constant) / craft.torque_unit), 0.0, 0.0, 0.0]
-    radians = {
-        "noise": noise_error(around, [0.0] * 3 + [noise] * 3),
-        "field model": model_error(around, along),
-        "bias": _rms(steady_motion(around, bias)),
-        "torque": _rms(steady_motion(around, torque)),
-    }
-    return {name: np.degrees(error) for name, error in radians.items()}
-
-
-def total_of(errors: dict[str, np.ndarray]) -> float:
-    """Root mean square of the whole angle [deg], of errors by their independent causes."""
-    return float(np.linalg.norm(list(errors.values())))
-
-
-def _costs(case: GyroCase, how: GyroOptions) -> list[tuple[float, float]]:
-    """Degrees and errors of designs for other degrees, where a stable loop is found."""
-    found = []
-    for part in _OTHER_DEGREES:
-        try:
-            other = design_stage_2(
-                case.craft, normals=case.along.normals, form=how.form,
-                wanted_degree=part * how.degree, evaluations=min(_EVALUATIONS, how.evaluations),
-            )  # fmt: skip
-        except ArithmeticError:
-            continue
-        found.append((other.degree, total_of(_errors(case, other, how.form))))
-    return found
-
-
-def _rms(motion) -> np.ndarray:
-    return np.sqrt(np.mean(motion[:, :3] ** 2, axis=0))
-
-
-def _margins(case: GyroCase, loop: DayLoop) -> dict[str, float]:
-    """Degrees over a day of a satellite, or of an orbit, that is not what the law knows."""
-    s, inclination = loop.craft.satellite(), case.inclination_deg
-    others = {
-        "inertia -20 %": s._replace(x=0.8 * s.x, y=0.8 * s.y, z=0.8 * s.z),
-        "inertia +20 %": s._replace(x=1.2 * s.x, y=1.2 * s.y, z=1.2 * s.z),
-        "wheel -10 %": s._replace(wheel=0.9 * s.wheel),
-        "wheel +10 %": s._replace(wheel=1.1 * s.wheel),
-    }
-    found = {
-        name: degree_over_a_day(loop._replace(actual=other), inclination)
-        for name, other in others.items()
-    }
-    for change in (-10.0, 10.0):
-        moved = degree_over_a_day(loop, inclination + change)
-        found[f"inclination {change:+.0f} deg"] = moved
-    return found
 
 
 def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -> dict:

@@ -3,7 +3,9 @@ changes from one revolution to the next.
 
 On inclined orbits a loop of one revolution tells as much. Near the equator it does not: the orbit
 comes close to the magnetic equator, where the field shows neither roll nor yaw, for part of the day
-only. The orbit is circular, the Earth's field that of a tilted dipole.
+only. The orbit is circular, the Earth's field that of a tilted dipole: for the satellite of
+`examples/magneto_gyro.toml` the degree is 0.252 (0.238 in IGRF-14), and it is stable from 19 deg of
+inclination on (from between 19 and 21 deg in IGRF-14, in the linear model as in flight).
 """
 
 import math

@@ -1,0 +1,109 @@
+"""What a magneto-gyroscopic design can do, by linear theory: errors, margins, orbits."""
+
+import numpy as np
+
+from torquer.cli.design import GyroOptions
+from torquer.cli.design_gyro_case import GyroCase
+from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
+from torquer.theory.magneto_gyro.along_orbit import model_error
+from torquer.theory.magneto_gyro.day import (
+    ALTITUDES_KM,
+    INCLINATIONS_DEG,
+    DayLoop,
+    Range,
+    degree_over_a_day,
+    stable_range,
+)
+from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2
+from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
+
+#: Other degrees, over the wanted one, for which the error is found; loops of their searches.
+_OTHER_DEGREES, EVALUATIONS = (0.6, 1.2), 60
+#: What is wrong with an orbit, up to its inclination.
+EQUATOR = (
+    "orbit: must not come so near to the magnetic equator that stage 2 is unstable; received an "
+    "inclination of"
+)
+
+
+def reach_of(case: GyroCase, loop: DayLoop) -> tuple[float, Range, Range]:
+    """Degree over a day; inclinations and altitudes around the orbit's own with stable loops."""
+    own = degree_over_a_day(loop, case.inclination_deg)
+    if not own > 0.0:
+        raise ValueError(
+            f"{EQUATOR} {case.inclination_deg:.4g} deg, where its degree over a day is {own:.3g}"
+        )
+    inclinations = stable_range(
+        lambda x: degree_over_a_day(loop, x), case.inclination_deg, INCLINATIONS_DEG
+    )
+    altitudes = stable_range(
+        lambda x: degree_over_a_day(loop.at(x), case.inclination_deg), case.altitude_km,
+        ALTITUDES_KM,
+    )  # fmt: skip
+    return own, inclinations, altitudes
+
+
+def errors_of(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.ndarray]:
+    """Root mean squares [deg] by what causes them, in the usual field."""
+    scenario, craft, along = case.scenario, case.craft, case.along
+    loop = stage_2_loop(
+        craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
+    )
+    around, meter = revolution_of(loop), scenario.spacecraft.magnetometer
+    a, control = along.strength_t, scenario.control
+    interval_s = control.cycle_s / control.steps_in_cycle
+    noise = (1e-9 * meter.noise_nt / a) ** 2 * craft.orbital_rate_rad_s * interval_s
+    bias = [0.0, 0.0, 0.0, *(1e-9 / a * np.array(meter.bias_nt))]
+    disturbance = scenario.disturbance
+    constant = np.zeros(3) if disturbance is None else disturbance.constant_torque_n_m
+    torque = [*(np.array(constant) / craft.torque_unit), 0.0, 0.0, 0.0]
+    radians = {
+        "noise": noise_error(around, [0.0] * 3 + [noise] * 3),
+        "field model": model_error(around, along),
+        "bias": _rms(steady_motion(around, bias)),
+        "torque": _rms(steady_motion(around, torque)),
+    }
+    return {name: np.degrees(error) for name, error in radians.items()}
+
+
+def total_of(errors: dict[str, np.ndarray]) -> float:
+    """Root mean square of the whole angle [deg], of errors by their independent causes."""
+    return float(np.linalg.norm(list(errors.values())))
+
+
+def costs_of(case: GyroCase, how: GyroOptions) -> list[tuple[float, float]]:
+    """Degrees and errors of designs for other degrees, where a stable loop is found."""
+    found = []
+    for part in _OTHER_DEGREES:
+        try:
+            other = design_stage_2(
+                case.craft, normals=case.along.normals, form=how.form,
+                wanted_degree=part * how.degree, evaluations=min(EVALUATIONS, how.evaluations),
+            )  # fmt: skip
+        except ArithmeticError:
+            continue
+        found.append((other.degree, total_of(errors_of(case, other, how.form))))
+    return found
+
+
+def _rms(motion) -> np.ndarray:
+    return np.sqrt(np.mean(motion[:, :3] ** 2, axis=0))
+
+
+def margins_of(case: GyroCase, loop: DayLoop) -> dict[str, float]:
+    """Degrees over a day of a satellite, or of an orbit, that is not what the law knows."""
+    s, inclination = loop.craft.satellite(), case.inclination_deg
+    others = {
+        "inertia -20 %": s._replace(x=0.8 * s.x, y=0.8 * s.y, z=0.8 * s.z),
+        "inertia +20 %": s._replace(x=1.2 * s.x, y=1.2 * s.y, z=1.2 * s.z),
+        "wheel -10 %": s._replace(wheel=0.9 * s.wheel),
+        "wheel +10 %": s._replace(wheel=1.1 * s.wheel),
+    }
+    found = {
+        name: degree_over_a_day(loop._replace(actual=other), inclination)
+        for name, other in others.items()
+    }
+    for change in (-10.0, 10.0):
+        moved = degree_over_a_day(loop, inclination + change)
+        found[f"inclination {change:+.0f} deg"] = moved
+    return found
