@@ -87,6 +87,7 @@ def _errors(made, title: str, path: Path) -> Path:
                         label=name)  # fmt: skip
         axes.bar_label(bars, [f"{x:.2g}" for x in values], fontsize=8, padding=1.5)
     axes.margins(y=0.12)
+    axes.set_ylim(bottom=0.0)
     axes.set_xticks(places, [*shown])
     axes.set_ylabel("RMS error [deg]", fontsize=10)
     axes.grid(False, axis="x")
