@@ -17,7 +17,7 @@ from torquer.cli.gallery import app as gallery_app
 from torquer.cli.mistakes import in_words
 from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, positive
 from torquer.cli.output import drop_output, finish_output, json_text, print_error
-from torquer.cli.theory import theory
+from torquer.cli.theory import app as theory_app
 from torquer.cli.wheels import app as wheels_app
 
 app = App(
@@ -33,7 +33,7 @@ app.command(campaign_app)
 app.command(design_app)
 app.command(field_app)
 app.command(gallery_app)
-app.command(theory)
+app.command(theory_app)
 app.command(wheels_app)
 
 

@@ -95,6 +95,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "--inertia 1.0 1.2 1.5 --gain 1e6",
         f"torquer theory --scenario {_S} --design",
     ),
+    "theory magneto-gyro": (
+        "torquer theory magneto-gyro --order 12",
+        "torquer theory magneto-gyro examples/magneto_gyro.toml --out runs/gyro-theory",
+    ),
     "validate": (f"torquer validate {_S}", f"torquer validate {_S} --json"),
     "version": ("torquer version", "torquer version --json"),
     "wheels": (

@@ -1,9 +1,13 @@
-"""`torquer theory`: averaged motion of a satellite on an orbit under a law."""
+"""`torquer theory`: averaged motion of a satellite under a law; models of the gyroscopic system."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-from torquer.cli.options import Json, Three, options, positive, within
+from cyclopts import App
+
+from torquer.cli.options import CodeOptions, Json, Three, options, positive, within
+
+app = App(name="theory", version_flags=[])
 
 _HALF_TURN = within(0.0, 180.0, "deg")
 
@@ -53,6 +57,7 @@ class TheoryOptions(CaseOptions):
     json: Json = False
 
 
+@app.default
 def theory(law: str | None = None, /, *, how: TheoryOptions = TheoryOptions()) -> int:
     """Averaged motion under LAW: small parameter, times, limit motions, equations, pictures.
 
@@ -61,3 +66,33 @@ def theory(law: str | None = None, /, *, how: TheoryOptions = TheoryOptions()) -
     from torquer.cli import theory_work as work
 
     return (work.design if how.design else work.show)(law, how)
+
+
+@options
+class GyroModelOptions:
+    """Options of `torquer theory magneto-gyro`."""
+
+    order: Literal[12, 15] | None = None
+    """Model of stage 1 (12) or of stage 2 (15) alone."""
+    out: Path | None = None
+    """Folder for pictures of stability, roots, errors and the answer to a dipole, with SCENARIO."""
+    json: Json = False
+
+
+@app.command(name="magneto-gyro")
+def magneto_gyro(
+    scenario: Path | None = None,
+    /,
+    *,
+    how: GyroModelOptions = GyroModelOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Models of the magneto-gyroscopic system with constant coefficients, text against law.
+
+    The rows of the text next to those that sympy derives from the law, with what must be corrected;
+    characteristic polynomials; why a constant dipole leaves no error. With SCENARIO, whose law is
+    magneto_gyro: its numbers, and the exact model in the field of a dipole.
+    """
+    from torquer.cli import theory_gyro_work as work
+
+    return work.show(scenario, how, code)

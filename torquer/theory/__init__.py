@@ -100,6 +100,15 @@ if TYPE_CHECKING:
         Stage1Design as Stage1Design,
         design_stage_1 as design_stage_1,
     )
+    from torquer.theory.magneto_gyro.comparison import (
+        CaptureGains as CaptureGains,
+        dipole_response as dipole_response,
+        frozen_covariance as frozen_covariance,
+        frozen_error as frozen_error,
+        locus as locus,
+        stage_1_degrees as stage_1_degrees,
+        stage_2_degrees as stage_2_degrees,
+    )
     from torquer.theory.magneto_gyro.craft import (
         GyroCraft as GyroCraft,
         greatest_tip_off as greatest_tip_off,

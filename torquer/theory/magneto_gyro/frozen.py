@@ -18,6 +18,8 @@ STATES_2 = (
     "phi", "phi'", "chi", "chi'", "theta", "theta'", "X1", "X2", "Z1", "Z2", "Y1", "Y2", "Y3",
     "Y4", "Z3",
 )  # fmt: skip
+#: States of the compensator.
+COMPENSATOR = ("Y3", "Y4", "Z3")
 
 
 def _filled(rows: dict, states: Sequence[str]) -> np.ndarray:
