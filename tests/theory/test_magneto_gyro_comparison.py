@@ -11,7 +11,7 @@ from torquer.theory.magneto_gyro.accuracy import covariances, revolution_of, ste
 from torquer.theory.magneto_gyro.comparison import CaptureGains
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.design import Stage2Weights, stage_2_gains
-from torquer.theory.magneto_gyro.frozen import frozen_2
+from torquer.theory.magneto_gyro.frozen import STATES_1, frozen_2
 from torquer.theory.magneto_gyro.loop import CONE, Satellite
 from torquer.theory.magneto_gyro.stage_1 import STAGE_1
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
@@ -117,3 +117,24 @@ def test_the_response_is_the_steady_motion_of_the_loop_in_the_computed_field():
     pitch = steady_motion(around, push)[:, 1]
     (want,) = comparison.dipole_response(GAINS, CRAFT.gyrostat, [2.0], (0, 1, 0), 0.2)
     assert np.sqrt(2.0 * np.mean(pitch**2)) == pytest.approx(want[1], rel=1e-3)
+
+
+def test_the_exact_steady_motion_of_stage_1_is_the_frozen_ones_in_the_computed_field(monkeypatch):
+    """A torque about pitch that oscillates with twice the orbital rate; filters of high frequency,
+    whose derivative of the calculated field is nearly the exact one."""
+    h, i = CRAFT.gyrostat
+    moments = dict(zip("xyz", (1.0, i, 1.0), strict=True))
+    cone = STAGE_1.with_parameters(**CONE)
+    monkeypatch.setattr(comparison, "STAGE_1", cone)
+    monkeypatch.setattr(
+        GyroCraft, "satellite", lambda _: Satellite(**moments, wheel=h + 2.0 - i, gravity=0.0)
+    )
+    gains, tau = CaptureGains(4.0, 6.0, 2000.0), (np.arange(720) + 0.5) * 2.0 * math.pi / 720
+    push = np.zeros((720, 6))
+    push[:, 1] = np.cos(2.0 * tau)
+    pitch = comparison.stage_1_steady_motion(CRAFT, gains, push)[:, 1]
+    matrix = comparison.stage_1_frozen(CRAFT, gains)
+    driven = np.zeros(12)
+    driven[STATES_1.index("theta'")] = 1.0 / i
+    answer = np.linalg.solve(2.0j * np.eye(12) - matrix, driven)[STATES_1.index("theta")]
+    assert np.sqrt(2.0 * np.mean(pitch**2)) == pytest.approx(abs(answer), rel=1e-2)

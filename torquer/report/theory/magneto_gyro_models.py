@@ -26,7 +26,8 @@ def region(title: str, angle_gains, rate_gains, degrees: Degrees, here=None):
         lines = axes.contour(
             angle_gains, rate_gains, exact, levels=_LEVELS, colors=INK, linewidths=1.1
         )
-        axes.clabel(lines, fontsize=9, fmt="%g", inline_spacing=1)
+        for text in axes.clabel(lines, _LEVELS[1:], fontsize=9, fmt="%g", inline=False):
+            text.set_bbox({"facecolor": "white", "edgecolor": "none", "pad": 0.6})
     axes.fill_between([], [], color=_UNSTABLE, label="exact: unstable")
     axes.plot([], [], color=INK, label="exact")
     axes.plot([], [], color=BLUE, ls="--", label="frozen")
@@ -115,6 +116,7 @@ def dipole_response(title: str, frequencies, panels):
                           label=f"{name}, no compensator")  # fmt: skip
         each.set(xscale="log", yscale="log")
         each.set_ylabel(f"dipole {words}", fontsize=9.5)
+        each.set_ylim(1e-6, 1.0)
         legend_at_left(each, 4, 9)
     axes[-1].set_xlabel("frequency in the turning axes [ν₀]", fontsize=10)
     axes[-1].set_xlim(frequencies[0], frequencies[-1])

@@ -74,7 +74,7 @@ def frozen_2(gains, *, stiffness, pitch_inertia, b=0.0) -> np.ndarray:
     """Matrix of stage 2 `[15, 15]`; states `STATES_2`, `gains` as `Stage2Gains`.
 
     X1 to Y2: errors of the estimator; Y3, Y4, Z3: the compensator. The text has plus in Y1 = Y1 -
-    theta and Y2 = Y2 - theta', against its own equations.
+    theta, against its own equations.
     """
     h, s = stiffness, gains
     pitch = {"theta'": -s.d2, "theta": -s.n2, "Y1": -s.n2, "Y2": -s.d2, "Y4": 1}
