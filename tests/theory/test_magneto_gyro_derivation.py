@@ -40,6 +40,7 @@ def test_the_derived_model_of_order_12_is_the_one_in_numbers(models):
 
 
 def test_the_derived_model_of_order_15_is_the_one_in_numbers(models):
+    assert tuple(map(str, derived.GAINS)) == Stage2Gains._fields
     found = models[15]
     want = frozen_2(Stage2Gains(*GAINS), **CRAFT)
     assert in_numbers(found.matrix, STAGE_2) == pytest.approx(want, abs=1e-12)

@@ -75,9 +75,9 @@ class MagnetoGyro(HeldAttitude):
     the form 'text' alone.
     """
     angle_gains: Vector
-    """Gains n1, n2, n3 of stage 2: N_i/(J nu0^2)."""
+    """Gains d1, d2, d3 of stage 2: D_i/(J nu0^2)."""
     rate_gains: Vector
-    """Gains d1, d2, d3 of stage 2: D_i/(J nu0)."""
+    """Gains n1, n2, n3 of stage 2: N_i/(J nu0)."""
     estimator_gains: tuple[float, float, float, float, float, float]
     """Gains k1 to k6 of the estimator: K_i/nu0 of angles (odd), K_i/(J nu0^2) of rates (even)."""
     compensator_gains: Vector

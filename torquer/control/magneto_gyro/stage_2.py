@@ -13,19 +13,19 @@ from torquer.geometry.vec3 import add_scaled
 
 
 class Stage2Gains(NamedTuple):
-    """The 15 parameters, of torque (n angles, d rates), estimator (k), compensator (e).
+    """The 15 parameters, of torque (d angles, n rates), estimator (k), compensator (e).
 
-    In units of the satellite: n_i = N_i/(J nu0^2), d_i = D_i/(J nu0); k_i = K_i/nu0 for i = 1, 3,
+    In units of the satellite: d_i = D_i/(J nu0^2), n_i = N_i/(J nu0); k_i = K_i/nu0 for i = 1, 3,
     5 and K_i/(J nu0^2) for i = 2, 4, 6; e_i = E_i/(J nu0^3). (The text has another unit for k_1,
     k_3, k_5, which is not that of a rate.)
     """
 
-    n1: float
-    n2: float
-    n3: float
     d1: float
     d2: float
     d3: float
+    n1: float
+    n2: float
+    n3: float
     k1: float
     k2: float
     k3: float
@@ -93,8 +93,8 @@ def control_dipole(angles, rates, gains, guide):
     x1, z1 = turned(angles, guide)
     x2, z2 = turned(rates, guide)
     x2, z2 = x2 - z1, z2 + x1
-    m1 = gains.n1 * x1 + gains.d1 * x2 + gains.n3 * z1 + gains.d3 * z2
-    m2 = -(gains.n2 * angles[1] + gains.d2 * rates[1])
+    m1 = gains.d1 * x1 + gains.n1 * x2 + gains.d3 * z1 + gains.n3 * z2
+    m2 = -(gains.d2 * angles[1] + gains.n2 * rates[1])
     a = guide.strength
     return m2 * guide.sin / a, m1 / a, m2 * guide.cos / a
 
@@ -113,10 +113,7 @@ def seen_angles(reading, b, guide):
 
 @inlined
 def model_accelerations(angles, rates, torque, craft):
-    """Rates of the rates by the estimator's model: axisymmetric, a wheel, no gravity gradient.
-
-    In the text's equations the gyroscopic terms have no sign: here that of its linear model.
-    """
+    """Rates of the rates by the estimator's model: axisymmetric, a wheel, no gravity gradient."""
     h, pitch_inertia = craft
     roll = torque[0] - (h + 1.0) * angles[0] + h * rates[2]
     yaw = torque[2] - (h + 1.0) * angles[2] - h * rates[0]

@@ -21,8 +21,7 @@ from torquer.theory.symbolic import on_symbols
 h, pitch_inertia, b = sympy.symbols("h lambda b")
 #: Of stage 1: K/[(1 + b^2) J nu0^2], N/[(1 + b^2) J nu0], damping and frequency of the filters.
 k, n, xi, omega = sympy.symbols("k n xi omega")
-#: Of stage 2: gains of angles, of rates, of the estimator, of the compensator. Their order is that
-#: of `Stage2Gains`, their letters are the text's.
+#: Of stage 2: `Stage2Gains`, of angles, of rates, of the estimator, of the compensator.
 GAINS = sympy.symbols("d1:4 n1:4 k1:7 e1:4")
 #: Torque and error of the magnetometer about t', w, s'.
 INPUTS = sympy.symbols("eps_t eps_y eps_s d_t d_y d_s")

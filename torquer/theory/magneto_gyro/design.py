@@ -54,8 +54,8 @@ def stage_2_gains(craft: Gyrostat, weights: Stage2Weights) -> Stage2Gains:
             f"received {craft.stiffness:.6g}"
         )
     try:
-        n1, d1, n3, d3 = _axis_regulator(craft, w)
-        n2, d2 = _pitch_regulator(craft, w)
+        d1, n1, d3, n3 = _axis_regulator(craft, w)
+        d2, n2 = _pitch_regulator(craft, w)
         k5, k6, k3, k4, e3 = _axis_filter(craft, w)
         k1, k2, e2, e1 = _pitch_filter(craft, w)
     except (LinAlgError, ValueError) as error:
@@ -63,7 +63,7 @@ def stage_2_gains(craft: Gyrostat, weights: Stage2Weights) -> Stage2Gains:
             f"weights: the Riccati equations must have solutions; for h = {craft.stiffness:.4g} "
             f"and {w} they have none ({error})"
         ) from error
-    found = n1, n2, n3, d1, d2, d3, k1, k2, k3, k4, k5, k6, e1, e2, e3
+    found = d1, d2, d3, n1, n2, n3, k1, k2, k3, k4, k5, k6, e1, e2, e3
     return Stage2Gains(*(float(x) for x in found))
 
 

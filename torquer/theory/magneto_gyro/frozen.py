@@ -77,13 +77,13 @@ def frozen_2(gains, *, stiffness, pitch_inertia, b=0.0) -> np.ndarray:
     theta, against its own equations.
     """
     h, s = stiffness, gains
-    pitch = {"theta'": -s.d2, "theta": -s.n2, "Y1": -s.n2, "Y2": -s.d2, "Y4": 1}
+    pitch = {"theta'": -s.n2, "theta": -s.d2, "Y1": -s.d2, "Y2": -s.n2, "Y4": 1}
     rows = {
         "phi": {"phi'": 1}, "chi": {"chi'": 1}, "theta": {"theta'": 1},
-        "phi'": {"phi": -2 * h, "chi'": h - 2, "theta": b * s.n2, "theta'": b * s.d2,
-                 "Y1": b * s.n2, "Y2": b * s.d2, "Y4": -b},
-        "chi'": {"phi'": -(h - 2 + s.d1), "phi": -s.n1, "chi'": -s.d3, "chi": -(2 * h + s.n3),
-                 "X1": -s.n1, "X2": -s.d1, "Z1": -s.n3, "Z2": -s.d3, "Z3": 1, "Y3": b},
+        "phi'": {"phi": -2 * h, "chi'": h - 2, "theta": b * s.d2, "theta'": b * s.n2,
+                 "Y1": b * s.d2, "Y2": b * s.n2, "Y4": -b},
+        "chi'": {"phi'": -(h - 2 + s.n1), "phi": -s.d1, "chi'": -s.n3, "chi": -(2 * h + s.d3),
+                 "X1": -s.d1, "X2": -s.n1, "Z1": -s.d3, "Z2": -s.n3, "Z3": 1, "Y3": b},
         "theta'": {name: x / pitch_inertia for name, x in pitch.items()},
         "X1": {"X2": 1, "Z1": -s.k5},
         "X2": {"X1": -2 * h, "Z2": h - 2, "Z1": -s.k6, "Y4": b},
