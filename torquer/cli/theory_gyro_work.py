@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from torquer.cli.design_gyro_work import craft_of
+from torquer.cli.design_gyro_case import craft_of
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import json_text, make_writable, writing_to
