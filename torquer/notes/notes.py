@@ -7,6 +7,7 @@ import numpy as np
 from torquer.notes.bdot_notes import bdot_notes
 from torquer.notes.disturbance_notes import disturbance_notes
 from torquer.notes.filter_notes import filter_notes
+from torquer.notes.gyro_notes import gyro_notes
 from torquer.notes.mode_notes import mode_notes
 from torquer.notes.slip_notes import slip_notes
 from torquer.notes.wheel_notes import wheel_notes
@@ -29,6 +30,7 @@ def notes_of(scenario: Scenario) -> list[str]:
     return [
         *slip_notes(scenario),
         *bdot_notes(scenario),
+        *gyro_notes(scenario),
         *_step_notes(scenario),
         *_orbit_notes(scenario),
         *wheel_notes(scenario),

@@ -1,0 +1,132 @@
+"""What the author of a scenario with the law `magneto_gyro` should know before the run."""
+
+import cmath
+import math
+
+import numpy as np
+
+from torquer.control.magneto_gyro.law import MagnetoGyro
+from torquer.control.magneto_gyro.stage_1 import filtered_component
+from torquer.geometry.quaternion import to_dcm
+from torquer.notes.uses import Use, named, uses_of
+from torquer.scenario.spec import Scenario
+from torquer.theory.magneto_gyro.craft import GyroCraft, greatest_tip_off
+
+#: Part by which the satellite's wheel, the orbital rate and the time with coils on may differ from
+#: what the law knows. Within it errors grow little.
+_KNOWN = 0.2
+#: Inclination [deg] to the equator below which some starts were not captured within 25 revolutions.
+_LEAST_INCLINATION_DEG = 25.0
+#: Part of the damping of stage 1 that holds must leave.
+_LEAST_DAMPING = 0.05
+
+
+def gyro_notes(scenario: Scenario) -> list[str]:
+    """Notes on every law of this kind, one line each."""
+    uses = uses_of(scenario)
+    return [note for use in uses for note in named(uses, use, _notes_on(scenario, use))]
+
+
+def _notes_on(scenario: Scenario, use: Use) -> list[str]:
+    law = use.law
+    if not isinstance(law, MagnetoGyro):
+        return []
+    notes = [
+        *_wheel_notes(scenario, law),
+        *_orbit_notes(scenario, law),
+        *_duty_notes(scenario, law),
+    ]
+    return [*notes, *_rate_notes(scenario, law)] if use.at_start else notes
+
+
+def _wheel_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+    """A wheel too weak for stage 1, or not the one that the law knows; none with driven wheels."""
+    if scenario.spacecraft.wheels is not None:
+        return []
+    turn = np.array(to_dcm(law.q_wanted()))
+    inertia = np.diag(turn @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ turn.T).tolist()
+    wheel = float((turn @ np.array(scenario.spacecraft.body.wheel_momentum_n_m_s))[1])
+    rate = scenario.orbit.rate_rad_s(scenario.start)
+    craft, known = GyroCraft(tuple(inertia), wheel, rate), law.bias_momentum_n_m_s
+    if craft.stiffness <= 0.0:
+        return [
+            f"a wheel of {wheel:g} N m s along the orbit normal cannot hold roll and yaw: stage 1 "
+            f"needs more than {craft.wheel_at(0.0):.4g} N m s (h > 0)"
+        ]
+    if abs(wheel - known) <= _KNOWN * abs(known):
+        return []
+    return [
+        f"the wheel has {wheel:g} N m s along the orbit normal, and bias_momentum_n_m_s of the law "
+        f"is {known:g}"
+    ]
+
+
+def _orbit_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+    notes, orbit = [], scenario.orbit
+    rate, known = orbit.rate_rad_s(scenario.start), law.orbital_rate_rad_s
+    if abs(rate - known) > _KNOWN * rate:
+        notes.append(
+            f"the mean orbital rate is {rate:.4g} rad/s, and orbital_rate_rad_s of the law is "
+            f"{known:.4g}"
+        )
+    tilt_deg = getattr(orbit, "inclination_deg", 90.0)
+    if min(tilt_deg, 180.0 - tilt_deg) < _LEAST_INCLINATION_DEG:
+        notes.append(
+            f"an inclination of {tilt_deg:g} deg is too near to the equator for magneto_gyro: the "
+            f"field hardly turns in the orbit's plane, and below {_LEAST_INCLINATION_DEG:g} deg "
+            "some starts are not captured"
+        )
+    return notes
+
+
+def _duty_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+    control = scenario.control
+    duty = control.actuate_s / control.cycle_s if control.measure_s > 0.0 else 1.0
+    if abs(duty - law.coil_duty) <= _KNOWN * duty:
+        return []
+    return [
+        f"the coils are on for {100.0 * duty:.3g} % of the time, and coil_duty of the law is "
+        f"{law.coil_duty:g}: stage 2 points worse"
+    ]
+
+
+def _rate_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
+    """A tip-off rate beyond the filters of stage 1, or holds that leave no damping."""
+    initial = scenario.initial
+    if initial.rate_relative_to != "inertial":
+        return []
+    rate = math.radians(float(np.linalg.norm(initial.rate_deg_s)))
+    limit = greatest_tip_off(law.filter_rate_rad_s)
+    if rate > limit:
+        return [
+            f"the initial rate of {math.degrees(rate):.3g} deg/s is above the "
+            f"{math.degrees(limit):.3g} deg/s that stage 1 brakes with filters of "
+            f"{law.filter_rate_rad_s:g} rad/s"
+        ]
+    hold_s = scenario.control.longest_hold_s
+    grid = np.geomspace(min(2.0 * law.orbital_rate_rad_s, 0.5 * limit), limit, 60).tolist()
+    left = min((damping_left(law, each, hold_s) for each in grid if each <= rate), default=1.0)
+    if left > _LEAST_DAMPING:
+        return []
+    return [
+        f"dipoles held for {hold_s:g} s leave stage 1 no damping at some rates up to the initial "
+        f"{math.degrees(rate):.3g} deg/s"
+    ]
+
+
+def damping_left(law: MagnetoGyro, rate_rad_s: float, hold_s: float) -> float:
+    """Part of its damping that stage 1 keeps at a rate across the field, by filters and holds.
+
+    Im F(z)/w sin(w T)/(w T), z = exp(i w T), with the filters' response F when each reading is
+    taken for the field since the last: x_{k+1} = A x_k + b u_{k+1}.
+    """
+
+    def after(low, slope, value):
+        link = law.filter_rate_rad_s, law.filter_damping, hold_s
+        return filtered_component(low, slope, value, *link)
+
+    a = np.array([after(1.0, 0.0, 0.0), after(0.0, 1.0, 0.0)]).T
+    angle = rate_rad_s * hold_s
+    z = cmath.exp(1j * angle)
+    response = np.linalg.solve(z * np.eye(2) - a, z * np.array(after(0.0, 0.0, 1.0)))[1]
+    return float(response.imag / rate_rad_s * np.sinc(angle / math.pi))
