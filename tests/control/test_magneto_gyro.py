@@ -54,12 +54,13 @@ def orbital_axes():
     return np.array([np.cross(normal, up), normal, up]).T
 
 
-def of_text(b):
-    """Keys of the text's form for which the dipole's field at R is b [T]."""
+def of_text(b, meridian_deg=40.0):
+    """Keys of the text's form for which the dipole's field at R is b [T], at the second call."""
     size = (FIELD_RADIUS_M / np.linalg.norm(R)) ** 3
     x, y, z = 1e9 * (orbital_axes() @ (np.array([-1.0, -1.0, 0.5]) * b)) / size
-    return {"form": "text", "dipole_nt": [z, x, y],
-            "meridian_deg": -math.degrees(EARTH_RATE_RAD_S * STEP_S)}  # fmt: skip
+    earth_fixed = complex(x, y) * np.exp(-1j * math.radians(meridian_deg))
+    return {"form": "text", "dipole_nt": [z, earth_fixed.real, earth_fixed.imag],
+            "meridian_deg": meridian_deg - math.degrees(EARTH_RATE_RAD_S * STEP_S)}  # fmt: skip
 
 
 def field(tau):
@@ -195,6 +196,7 @@ def test_relay_coils_are_off_below_their_thresholds():
         ({"meridian_deg": 3.0}, "meridian_deg: must be left out with form = 'field'; received 3"),
         ({"stage_1_angle_deg": 10.0}, "stage_1_angle_deg: must be above stage_2_angle_deg, or the "
                                       "stages would chatter; received 10 and 15"),
+        ({"stage_1_angle_deg": 15.0}, "received 15 and 15"),
     ],
 )  # fmt: skip
 def test_mistakes_are_said_in_one_line(keys, message):
