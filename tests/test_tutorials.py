@@ -40,7 +40,10 @@ class Block(NamedTuple):
 
 
 # Pages that take more than twenty seconds: `make gallery` executes them.
-SLOW = {"campaign", "filter-check", "hold-with-coils", "my-wheels-died", "safe-mode"}
+SLOW = {
+    *("campaign", "filter-check", "hold-with-coils", "my-gyros-died", "my-wheels-died"),
+    "safe-mode",
+}
 
 # Blocks that are not executed, and why.
 NOT_RUN = {
@@ -97,6 +100,7 @@ PARTS = {
         ("modes", 5),
         ("modes", 8),
     ),
+    *(("my-gyros-died", number) for number in (3, 5, 7, 9, 11)),
     *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
 }
 

@@ -14,6 +14,8 @@ from torquer.scenario.spec import Scenario
 LAW, POINTED_DEG, EXACT_DEG = "magneto_gyro", 5.0, 1.0
 #: Age of a reading after which the coils are switched off: least [s], and in intervals of readings.
 _OLD_S, _OLD_READINGS = 60.0, 10.0
+#: Time [s] for which the estimated error must be small.
+_SMALL_FOR_S = 600.0
 #: Runs of the campaign that the scenario contains.
 _RUNS = 200
 #: What of the control table is replaced by the law and its modes.
@@ -26,7 +28,12 @@ def designed_scenario(scenario: Scenario, law: dict, tip_off_deg_s: float, orbit
     kept = {key: value for key, value in control.items() if key not in _REPLACED}
     flown = {
         **_plain(scenario),
-        "control": {**kept, "laws": {LAW: law}, "modes": _modes(scenario)},
+        "control": {
+            **kept,
+            "laws": {LAW: law},
+            "estimator": {"kind": "law"},
+            "modes": _modes(scenario, law),
+        },
         "initial": _initial(scenario, tip_off_deg_s),
         "simulation": _simulation(scenario, orbits),
     }
@@ -39,16 +46,32 @@ def _plain(spec) -> dict:
     return spec.model_dump(mode="json", exclude_unset=True, exclude_none=True)
 
 
-def _modes(scenario: Scenario) -> dict:
-    """The law works while the magnetometer does; without fresh readings the coils are off."""
+def _modes(scenario: Scenario, law: dict) -> dict:
+    """The law works while the magnetometer does; without fresh readings the coils are off.
+
+    The satellite counts as pointed by the estimate of the law, which states none in stage 1.
+    """
     control, meter = scenario.control, scenario.spacecraft.magnetometer
     interval_s = max(control.sample_s, control.actuate_s or 0.0, meter.sample_s or 0.0)
     age_s = max(_OLD_S, _OLD_READINGS * interval_s)
     age = {"signal": "reading_age_s", "sensor": "magnetometer"}
     fresh, old = {**age, "below": 0.5 * age_s}, {**age, "above": age_s}
-    waiting = {"coils": "off", "transitions": [{"to": "working", "when": [fresh]}]}
-    working = {"laws": [LAW], "transitions": [{"to": "waiting", "when": [old]}]}
-    return {"states": {"waiting": waiting, "working": working}}
+    error = {"signal": "attitude_error_deg"}
+    small, large = {**error, "below": POINTED_DEG}, {**error, "above": 2.0 * POINTED_DEG}
+    lost = {"signal": "estimate_age_s", "above": age_s}
+    begin = {"to": "capturing", "when": [fresh]}
+    stop = {"to": "waiting", "when": [old]}
+    arrive = {"to": "pointing", "when": [small], "for_s": _SMALL_FOR_S}
+    states = {
+        "waiting": {"coils": "off", "transitions": [begin]},
+        "capturing": {"laws": [LAW], "transitions": [stop, arrive]},
+        "pointing": {
+            "laws": [LAW],
+            "transitions": [stop, *({"to": "capturing", "when": [why]} for why in (lost, large))],
+        },
+    }
+    attitude = {key: law[key] for key in ("euler_deg", "sequence") if key in law}
+    return {"attitude": {"reference": "orbital", **attitude}, "states": states}
 
 
 def _initial(scenario: Scenario, tip_off_deg_s: float) -> dict:
