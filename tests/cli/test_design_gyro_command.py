@@ -97,6 +97,12 @@ def test_a_silent_magnetometer_switches_the_coils_off_until_it_reads_again(call,
     assert off[(t_s > 40_100.0) & (t_s < 44_990.0)].all()
     assert not off[(t_s > 30_000.0) & (t_s < 39_900.0)].any()
     assert np.linalg.norm(error[orbits > 13.0], axis=1).max() < 1.0
+    state, stage = result.mode_main.values, result["magneto_gyro.stage"].values
+    waiting, _, pointing = range(3)
+    assert np.all(state[(t_s > 40_100.0) & (t_s < 44_990.0)] == waiting)
+    assert np.all(state[orbits > 13.0] == pointing)
+    assert np.all(stage[state == pointing] == 2.0)
+    assert np.linalg.norm(error[state == pointing], axis=1).max() < 10.0
     assert "flights.png" not in [file.name for file in tmp_path.iterdir()]
 
 

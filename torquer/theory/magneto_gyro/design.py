@@ -20,7 +20,7 @@ from torquer.theory.magneto_gyro.accuracy import Revolution, noise_error, revolu
 from torquer.theory.magneto_gyro.craft import GyroCraft
 from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
-#: Share of a rate's square in the regulator's cost, beside that of the angle's.
+#: Share of a rate's square in the regulator's cost, to that of the angle's.
 _RATE = 0.1
 #: Distance of h from 2 within which the Riccati equations have no solution, up to rounding.
 _NO_SOLUTION = 1e-3
