@@ -26,6 +26,7 @@ from torquer.simulation.run import prepare
 NOISE = {"magnetometer_noise_nt": 50.0, "sun_noise_deg": 0.5}
 KEYS = {
     "attitude_sensor": {},
+    "law": {},
     "none": {},
     "rate_from_field": {"interval_s": 1.5},
     "triad": NOISE,
@@ -153,6 +154,11 @@ def expected_of(kind, estimator) -> str:
                 f"control.estimator: must give the {need}, which control.law ({kind}) needs; "
                 f"received '{estimator}'"
             )
+    if estimator == "law" and kind != "magneto_gyro":
+        return (
+            "control.estimator: must be of another kind than 'law', unless a law states an "
+            f"estimate (magneto_gyro); received laws {kind}"
+        )
     return ""
 
 

@@ -1,7 +1,7 @@
 """What a run needs, as specs in edge units; `Scenario` is the whole of it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from typing import Annotated, Literal
 
@@ -344,9 +344,17 @@ class Scenario(Spec):
 
     def _check_actuators(self) -> None:
         """Laws need the actuators they drive; wheels need an integrator that supports them."""
-        for name, spec in self.control.named().laws.items():
-            if spec.kind not in ("off", "user", "given_in_python"):
-                check_fits(self.control.key_of(name), spec.law(), self)
+        specs = self.control.named().laws
+        laws = {
+            name: spec.law()
+            for name, spec in specs.items()
+            if spec.kind not in ("user", "given_in_python")
+        }
+        for name, law in laws.items():
+            if specs[name].kind != "off":
+                check_fits(self.control.key_of(name), law, self)
+        if len(laws) == len(specs):
+            check_stated(laws.values(), self.control)
         if self.spacecraft.wheels is not None and self.simulation.integrator == "splitting":
             raise ValueError(
                 "simulation.integrator: must be 'auto' or 'rk4' with spacecraft.wheels; "
@@ -479,6 +487,18 @@ def sampling_steps(key: str, sensor: Sampled, step_s: float) -> tuple[int, int]:
         return 0, 0
     interval = whole_steps(f"{key}.sample_s", sensor.sample_s, step_s)
     return interval, whole_steps(f"{key}.delay_s", sensor.delay_s, step_s) if sensor.delay_s else 0
+
+
+def check_stated(laws: Iterable[Law], control: Control) -> None:
+    """ValueError where the estimate is to be that which a law states, and no law states one."""
+    laws = [*laws]
+    for name, spec in {"estimator": control.estimator, **control.estimators}.items():
+        if spec.kind == "law" and not any(law.states for law in laws):
+            key = name if name == "estimator" else f"estimators.{name}"
+            raise ValueError(
+                f"control.{key}: must be of another kind than 'law', unless a law states an "
+                f"estimate (magneto_gyro); received laws {', '.join(law.name for law in laws)}"
+            )
 
 
 def check_fits(key: str, law: Law, scenario: Scenario) -> None:

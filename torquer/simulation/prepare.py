@@ -37,7 +37,7 @@ from torquer.integrate.dop853 import workspace
 from torquer.integrate.rk4 import MOST_NUTATION, MOST_TURN
 from torquer.interface import KNOWN
 from torquer.scenario.control import whole_steps
-from torquer.scenario.spec import Scenario, check_fits, sampling_steps
+from torquer.scenario.spec import Scenario, check_fits, check_stated, sampling_steps
 from torquer.simulation.propagate.adaptive import Auto
 from torquer.simulation.propagate.fixed_steps import Rk4, Splitting
 from torquer.simulation.state import (
@@ -126,14 +126,7 @@ def blocks_of(scenario: Scenario, given: Mapping[str, Law] | None = None) -> Blo
         if law.name != "off":
             check_fits(control.key_of(name), law, scenario)
     estimators = {"estimator": control.estimator, **control.estimators}
-    for name, spec in estimators.items():
-        if spec.kind == "law" and not any(law.states for law in laws.values()):
-            key = name if name == "estimator" else f"estimators.{name}"
-            received = ", ".join(law.name for law in laws.values())
-            raise ValueError(
-                f"control.{key}: must be of another kind than 'law', unless a law states an "
-                f"estimate (magneto_gyro); received laws {received}"
-            )
+    check_stated(laws.values(), control)
     own = {name: spec for name, spec in estimators.items() if hasattr(spec, "estimator")}
     return Blocks(laws, {name: spec.estimator() for name, spec in own.items()})
 
