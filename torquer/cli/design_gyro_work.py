@@ -201,7 +201,7 @@ def _law(case: GyroCase, first: Stage1Design, second: Stage2Design, form: str) -
     }
     control, held = scenario.control, held_attitude(scenario)
     if control.actuate_s:
-        keys["coil_duty"] = control.actuate_s / (control.measure_s + control.actuate_s)
+        keys["coil_duty"] = control.coil_duty
     if held is not None:
         keys |= {"euler_deg": list(held.euler_deg), "sequence": held.sequence}
     if form == "text":

@@ -200,8 +200,7 @@ def tumbling_of(scenario: Scenario, law) -> Tumbling:
     except ValueError:
         fields = _fields_t(scenario, revolution_s)
     inertia = float(np.trace(np.array(craft.body.inertia_kg_m2))) / 3.0
-    duty = control.actuate_s / control.cycle_s if control.actuate_s else 1.0
-    return Tumbling(inertia, fields, craft.coils, sampling_of(scenario, law), duty)
+    return Tumbling(inertia, fields, craft.coils, sampling_of(scenario, law), control.coil_duty)
 
 
 def _fields_t(scenario: Scenario, span_s: float) -> np.ndarray:
@@ -226,8 +225,7 @@ def _weak_gain_notes(scenario: Scenario, use: Use) -> list[str]:
     """A gain too low to reduce even the rate about the axis of least inertia e-fold in a day."""
     control, gain = scenario.control, use.gain(use.law.gain_a_m2_s_per_t)
     least = float(scenario.spacecraft.body.principal()[0][0])
-    duty = control.actuate_s / control.cycle_s if control.actuate_s else 1.0
-    e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=duty) / gain
+    e_fold_s = bdot_gain(1.0, least, _STRONG_FIELD_T, share=1.0, duty=control.coil_duty) / gain
     duration_s = scenario.steps() * scenario.grid_s
     if e_fold_s <= max(duration_s, _DAY_S):
         return []

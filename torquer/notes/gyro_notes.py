@@ -80,8 +80,7 @@ def _orbit_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
 
 
 def _duty_notes(scenario: Scenario, law: MagnetoGyro) -> list[str]:
-    control = scenario.control
-    duty = control.actuate_s / control.cycle_s if control.measure_s > 0.0 else 1.0
+    duty = scenario.control.coil_duty
     if abs(duty - law.coil_duty) <= _KNOWN * duty:
         return []
     return [

@@ -173,6 +173,11 @@ class Control(Spec):
         """Length of the whole cycle."""
         return self.measure_s + self.actuate_s if self.measure_s > 0.0 else self.sample_s
 
+    @property
+    def coil_duty(self) -> float:
+        """Part of the time in which the coils may act."""
+        return self.actuate_s / self.cycle_s if self.actuate_s else 1.0
+
 
 def common_divisor(times_s: dict[str, float]) -> float:
     """Greatest common divisor of times as decimal numbers [s], by key; at least a nanosecond.

@@ -213,7 +213,7 @@ def _gain(key: str, spec, control) -> tuple[float, tuple]:
         )
     if control.measure_s == 0.0:
         return gain, ()
-    duty = control.actuate_s / control.cycle_s
+    duty = control.coil_duty
     note = f"the coils are on {100 * duty:.0f} % of the time: effective gain {gain * duty:.4g}"
     return gain * duty, (note,)
 
