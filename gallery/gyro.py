@@ -27,8 +27,7 @@ PERIOD_S, RATE = EXAMPLE.orbit.period_s, EXAMPLE.orbit.rate_rad_s()
 LAW = EXAMPLE.control.law
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, RATE)
 RESIDUAL = np.array([8.0, -6.0, 5.0])
-GAINS = Stage2Gains(*LAW.angle_gains, *LAW.rate_gains, *LAW.estimator_gains,
-                    *LAW.compensator_gains)  # fmt: skip
+GAINS = LAW.gains
 CAPTURE = CaptureGains(
     LAW.capture_angle_gain, LAW.capture_rate_gain, LAW.filter_rate_rad_s / RATE, LAW.filter_damping
 )

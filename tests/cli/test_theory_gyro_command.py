@@ -8,6 +8,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from torquer.cli.design_gyro_case import craft_of, noise_intensity
 from torquer.control.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.load import load_scenario
 from torquer.theory.magneto_gyro.frozen import frozen_2
@@ -46,6 +47,19 @@ def test_the_numbers_of_a_scenario_are_those_of_its_law(models):
     assert data["frozen_degree"] == pytest.approx(-np.linalg.eigvals(matrix).real.max())
     assert data["degree"] == pytest.approx(0.25, abs=0.02)
     assert max(real for real, _ in data["roots"]) == pytest.approx(-data["frozen_degree"])
+
+
+@pytest.mark.parametrize(
+    ("name", "noise_nt", "interval_s"),
+    [("magneto_gyro", 50.0, 1.0), ("magneto_gyro_micro", 150.0, 2.5)],
+)
+def test_noise_counts_once_a_control_step(name, noise_nt, interval_s):
+    """Two in five seconds where the coils are off for one: at its beginning and at its end."""
+    scenario = load_scenario(Path(EXAMPLE).with_stem(name))
+    craft, _ = craft_of(scenario)
+    found = noise_intensity(scenario, craft, strength_t=3e-5)
+    wanted = (noise_nt / 30_000.0) ** 2 * craft.orbital_rate_rad_s * interval_s
+    assert found == pytest.approx(wanted)
 
 
 def test_the_pictures_are_drawn(models, tmp_path, monkeypatch):

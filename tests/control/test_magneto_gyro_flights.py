@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from torquer.analysis.attitude import attitude_error_of
 from torquer.control.magneto_gyro.kernel import MEMORY
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
 from torquer.earth.rotation import dcm_inertial_to_ecef
 from torquer.scenario.load import load_scenario
 from torquer.simulation.simulate import simulate
@@ -27,8 +26,7 @@ from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
 PERIOD_S, RATE = EXAMPLE.orbit.period_s, EXAMPLE.orbit.rate_rad_s()
 LAW = EXAMPLE.control.law
-GAINS = Stage2Gains(*LAW.angle_gains, *LAW.rate_gains, *LAW.estimator_gains,
-                    *LAW.compensator_gains)  # fmt: skip
+GAINS = LAW.gains
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, RATE)
 RESIDUAL = np.array([8.0, -6.0, 5.0])
 #: Pointed but for a few degrees, at rest in the orbital frame.

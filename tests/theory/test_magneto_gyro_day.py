@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from torquer.analysis.attitude import attitude_error_of
-from torquer.control.magneto_gyro.stage_2 import Stage2Gains
 from torquer.scenario.load import load_scenario
 from torquer.simulation.simulate import simulate
 from torquer.theory.magneto_gyro import day
@@ -26,8 +25,7 @@ from torquer.theory.magneto_gyro.stage_2 import stage_2_loop
 
 EXAMPLE = load_scenario(Path(__file__).parents[2] / "examples/magneto_gyro.toml")
 LAW = EXAMPLE.control.law
-GAINS = Stage2Gains(*LAW.angle_gains, *LAW.rate_gains, *LAW.estimator_gains,
-                    *LAW.compensator_gains)  # fmt: skip
+GAINS = LAW.gains
 CRAFT = GyroCraft((3800.0, 2200.0, 3600.0), 30.0, EXAMPLE.orbit.rate_rad_s())
 LOOP = DayLoop(CRAFT, GAINS)
 

@@ -59,6 +59,13 @@ def case_of(scenario: Scenario, how: GyroOptions) -> GyroCase:
     )  # fmt: skip
 
 
+def noise_intensity(scenario: Scenario, craft: GyroCraft, strength_t: float) -> float:
+    """Intensity per 1/nu0 of the noise of readings, of the field's strength, a step at a time."""
+    control, noise_nt = scenario.control, scenario.spacecraft.magnetometer.noise_nt
+    interval_s = control.cycle_s / control.steps_in_cycle
+    return (1e-9 * noise_nt / strength_t) ** 2 * craft.orbital_rate_rad_s * interval_s
+
+
 def craft_of(scenario: Scenario) -> tuple[GyroCraft, tuple[str, ...]]:
     """The satellite in the axes of the attitude that is held, and what is left out.
 

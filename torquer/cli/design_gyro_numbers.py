@@ -3,7 +3,7 @@
 import numpy as np
 
 from torquer.cli.design import GyroOptions
-from torquer.cli.design_gyro_case import GyroCase
+from torquer.cli.design_gyro_case import GyroCase, noise_intensity
 from torquer.theory.magneto_gyro.accuracy import noise_error, revolution_of, steady_motion
 from torquer.theory.magneto_gyro.along_orbit import model_error
 from torquer.theory.magneto_gyro.day import (
@@ -50,10 +50,8 @@ def errors_of(case: GyroCase, second: Stage2Design, form: str) -> dict[str, np.n
         craft.satellite(), craft.gyrostat, second.gains, normal=along.normal, form=form
     )
     around, meter = revolution_of(loop), scenario.spacecraft.magnetometer
-    a, control = along.strength_t, scenario.control
-    interval_s = control.cycle_s / control.steps_in_cycle
-    noise = (1e-9 * meter.noise_nt / a) ** 2 * craft.orbital_rate_rad_s * interval_s
-    bias = [0.0, 0.0, 0.0, *(1e-9 / a * np.array(meter.bias_nt))]
+    noise = noise_intensity(scenario, craft, along.strength_t)
+    bias = [0.0, 0.0, 0.0, *(1e-9 / along.strength_t * np.array(meter.bias_nt))]
     disturbance = scenario.disturbance
     constant = np.zeros(3) if disturbance is None else disturbance.constant_torque_n_m
     torque = [*(np.array(constant) / craft.torque_unit), 0.0, 0.0, 0.0]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from torquer.cli.design_gyro_case import craft_of
+from torquer.cli.design_gyro_case import craft_of, noise_intensity
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import json_text, make_writable, writing_to
@@ -96,10 +96,8 @@ def _case(scenario: Scenario) -> _Case:
     first = comparison.CaptureGains(
         law.capture_angle_gain, law.capture_rate_gain, frequency, law.filter_damping
     )
-    gains = *law.angle_gains, *law.rate_gains, *law.estimator_gains, *law.compensator_gains
-    noise = 1e-9 * scenario.spacecraft.magnetometer.noise_nt / along.strength_t
-    intensity = noise**2 * craft.orbital_rate_rad_s * scenario.control.sample_s
-    return _Case(craft, along, first, Stage2Gains(*gains), law.form, intensity)
+    intensity = noise_intensity(scenario, craft, along.strength_t)
+    return _Case(craft, along, first, law.gains, law.form, intensity)
 
 
 def _frozen(case: _Case, order: int, factor: float = 1.0) -> np.ndarray:

@@ -124,6 +124,13 @@ class MagnetoGyro(HeldAttitude):
         """The ephemeris: calculated field and orbital frame; neither attitude nor rate."""
         return frozenset({"ephemeris"})
 
+    @property
+    def gains(self) -> Stage2Gains:
+        """The 15 gains of stage 2."""
+        return Stage2Gains(
+            *self.angle_gains, *self.rate_gains, *self.estimator_gains, *self.compensator_gains
+        )
+
     def law(self) -> Law:
         """The law with these gains."""
         return Law(
@@ -143,9 +150,7 @@ class MagnetoGyro(HeldAttitude):
             craft=Gyrostat(stiffness, pitch_inertia),
             q_wanted=self.q_wanted(),
             stage_1=self._stage_1(j * rate),
-            gains=Stage2Gains(
-                *self.angle_gains, *self.rate_gains, *self.estimator_gains, *self.compensator_gains
-            ),
+            gains=self.gains,
             coil_duty=self.coil_duty,
             switch=Switch(
                 *np.radians(
