@@ -346,6 +346,7 @@ def restart(board, first):
     _copy(board.modes.clock, first.modes.clock)
     _copy(board.modes.sensors, first.modes.sensors)
     _copy(board.modes.checks, first.modes.checks)
+    _copy(board.modes.flags, first.modes.flags)
     put_estimate(board.known[0], UNKNOWN_ESTIMATE)
 
 

@@ -108,6 +108,7 @@ def board_of(boards, lane):
             modes.clock[lane],
             modes.sensors[lane],
             modes.checks[lane],
+            modes.flags[lane],
         ),
         one.chosen[lane],
     )

@@ -4,32 +4,40 @@ flight = torquer.Flight(scenario)
 while (inputs := flight.read()) is not None:
     flight.command(dipole_a_m2=my_software(inputs))
 result = flight.result()
+
+With `keeps_computer=True` the scenario's own estimators, modes and laws work, and software outside
+directs them: flight software around the computer on board.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
 import numpy as np
 
 from torquer.control.law import Law
-from torquer.interface import Inputs
+from torquer.interface import Command, Inputs
 from torquer.scenario.spec import Scenario
+from torquer.simulation import directed
 from torquer.simulation.host import HostFailed, inputs_from
 from torquer.simulation.members import COARSE_STEP, RUNNING, WAITING
-from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED
+from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, of_the_whole
+from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
-from torquer.simulation.run import Piece, prepare, reason, record_this_instant
+from torquer.simulation.run import Piece, Run, prepare, reason, record_this_instant
 from torquer.simulation.simulate import RunStopped
 from torquer.simulation.state import CELLS, arrays_of
+from torquer.simulation.step import WORKED
 from torquer.spec import checked
 
 if TYPE_CHECKING:
     import xarray as xr
 
-_ZERO = (0.0, 0.0, 0.0)
+#: In place of an argument; None is a mistake of the caller's.
+_LEFT_OUT: Any = object()
 #: All that the computer can be given, whatever the estimator.
 _NEEDS = frozenset({"sun", "search_coil", "horizon", "sun_cells", "ephemeris"})
 
@@ -52,9 +60,20 @@ class Flight:
     laws and modes do not work; its estimator does, if it has one, and its control cycle says when
     control steps are. `done`: whether the end is reached; `now_s`: the time. An exchange takes a
     few microseconds.
+
+    With `keeps_computer` the scenario's laws and modes do work: `read` gives what the computer
+    knows after it has worked, `answer` is the command that it found, and `command()` goes on with
+    it. `set_flag`, `set_parameter`, `command_mode` and `hold` direct the computer from its next
+    control step on; `modes` and `parameter` show where it stands. `laws`: laws by the names of the
+    scenario's, which take their place.
     """
 
-    def __init__(self, scenario: Scenario):
+    def __init__(
+        self,
+        scenario: Scenario,
+        keeps_computer: bool = False,
+        laws: Mapping[str, Law | Callable] | None = None,
+    ):
         if not isinstance(scenario, Scenario):
             raise ValueError(
                 f"scenario: must be a torquer Scenario (see torquer.load_scenario); "
@@ -67,7 +86,12 @@ class Flight:
         if not self._wheels:
             answers = "dipole"
         outside = Law("flight", _outside, needs=_NEEDS, compiled=False, answers=answers)
-        self._run = prepare(scenario, outside, driven_from_outside=True)
+        self.keeps_computer = keeps_computer
+        if keeps_computer:
+            self._run = prepare(scenario, laws=laws, stops=True)
+        else:
+            self._run = prepare(scenario, outside, stops=True, driven_from_outside=True)
+        self._names = directed.names_of(self._run)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False
@@ -96,14 +120,66 @@ class Flight:
             return None
         return inputs_from(self._known)
 
-    def command(self, dipole_a_m2=_ZERO, torque_n_m=_ZERO) -> None:
-        """Answer the control step that `read` has shown: dipole, torque on the body by wheels."""
+    def command(self, dipole_a_m2=_LEFT_OUT, torque_n_m=_LEFT_OUT) -> None:
+        """Answer the control step that `read` has shown: dipole, torque on the body by wheels.
+
+        What is left out is zero or, where the computer is kept, what the computer answered.
+        """
         if not self._waits:
             raise ValueError("command: must follow a read of its own; received a second one")
-        self._dipole[:] = _three("dipole_a_m2", dipole_a_m2, self._coils)
-        if torque_n_m is not _ZERO or self._wheels:
+        if dipole_a_m2 is not _LEFT_OUT:
+            self._dipole[:] = _three("dipole_a_m2", dipole_a_m2, self._coils)
+        elif not self.keeps_computer:
+            self._dipole[:] = 0.0
+        if torque_n_m is not _LEFT_OUT:
             self._torque[:] = _three("torque_n_m", torque_n_m, self._wheels)
+        elif not self.keeps_computer:
+            self._torque[:] = 0.0
         self._waits = False
+
+    @property
+    def answer(self) -> Command:
+        """The command of this control step as it stands: dipole [A m^2], torque [N m]."""
+        return Command(tuple(self._dipole.tolist()), tuple(self._torque.tolist()))
+
+    @property
+    def names(self) -> directed.Names:
+        """Regions, flags, parameters and thresholds by their names."""
+        return self._names
+
+    def modes(self) -> dict[str, str]:
+        """The state of each region of the mode tables, by name."""
+        return directed.states_now(self._run, self._names)
+
+    def set_flag(self, flag: str, on: bool) -> None:
+        """Raise or lower a flag of the mode tables, from the next control step on."""
+        directed.set_flag(self._directed("set_flag"), self._names, flag, on)
+
+    def set_parameter(self, name: str, value) -> None:
+        """Set `LAW.PARAMETER` [SI] or a threshold `modes.NAME`, in its signal's unit."""
+        directed.set_parameter(self._directed("set_parameter"), self._names, name, value)
+
+    def parameter(self, name: str) -> tuple[float, ...]:
+        """The numbers of a parameter or threshold, as `set_parameter` takes them."""
+        return directed.parameter(self._run, self._names, name)
+
+    def command_mode(self, region: str, state: str) -> None:
+        """Have a region enter a state at the next control step, as a transition would."""
+        directed.command_mode(self._directed("command_mode"), self._names, region, state)
+
+    def hold(self, region: str, on: bool = True) -> None:
+        """Keep a region in its state but for commands, or release it."""
+        directed.hold(self._directed("hold"), self._names, region, on)
+
+    def restart_computer(self) -> None:
+        """Let the computer begin as at the start of the flight, but for its latest readings."""
+        directed.restart(self._directed("restart_computer"))
+
+    def _directed(self, call: str) -> Run:
+        """The run, whose computer is to be directed."""
+        if not self.keeps_computer:
+            raise ValueError(f"{call}: needs keeps_computer=True; received a flight without")
+        return self._run
 
     def snapshot(self, software: object = None) -> Snapshot:
         """The flight as it stands, to be restored any number of times.
@@ -126,6 +202,18 @@ class Flight:
         self._waits = snapshot.waits
         return copy.deepcopy(snapshot.software)
 
+    def resume(self, result: xr.Dataset) -> None:
+        """Go on where a result of this scenario's flight stopped, which `result` returned.
+
+        ValueError for one that is damaged, of another version of torquer or of another run. The
+        software outside has a state of its own, which is not in it.
+        """
+        run = self._run
+        restore(run, result)
+        earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
+        self._store.parts[:] = InMemory(earlier).parts
+        self._waits = int(run.state.at[1]) == WORKED
+
     def result(self) -> xr.Dataset:
         """What was recorded so far, as `torquer.simulate` returns it."""
         record_this_instant(self._run)
@@ -135,18 +223,20 @@ class Flight:
 
     def _to_next_control_step(self) -> bool:
         """Hand the answer over and run on; whether there is another control step."""
-        ended = self._run.advance_to(self._run.steps)
+        try:
+            ended = self._run.advance_to(self._run.steps)
+        except HostFailed as error:
+            self._stop(f"{error} at t = {self.now_s:g} s")
         if ended == WAITING:
             self._waits = True
             return True
         if ended != RUNNING:
-            self._stop(ended)
+            self._stop(reason(self._run, ended))
         if not self._run.is_followed():
-            self._stop(COARSE_STEP)
+            self._stop(reason(self._run, COARSE_STEP))
         return False
 
-    def _stop(self, ended: int) -> None:
-        why = reason(self._run, ended)
+    def _stop(self, why: str) -> NoReturn:
         record_this_instant(self._run)
         raise RunStopped(why, self._store.result(self._run, FAILED, why), False)
 

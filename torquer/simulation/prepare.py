@@ -231,6 +231,7 @@ def plan_of(
     blocks: Blocks,
     table: ModeTable,
     modes: ModeState,
+    stops: bool,
     driven_from_outside: bool,
 ) -> Plan:
     """Constants of a run for the loop."""
@@ -249,6 +250,7 @@ def plan_of(
         computer=computer_of(blocks, estimator, table),
         allocation=allocation,
         needs_ephemeris="ephemeris" in needs,
+        stops=stops,
         driven_from_outside=driven_from_outside,
         step_s=step_s,
         record_steps=whole_steps("record_s", simulation.record_s, step_s),

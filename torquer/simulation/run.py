@@ -40,7 +40,7 @@ from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import Instant, record_instant
 from torquer.simulation.size import piece_steps
 from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
-from torquer.simulation.step import Loop, drive_wheels, run_steps
+from torquer.simulation.step import SENSED, Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.attitude_sensor import excludes_sun
 from torquer.spacecraft.coils import fail_coils, switch_off_coils
@@ -144,7 +144,11 @@ class Run:
         ready = self._made_ready()
         ended = ready.run_steps(ready.loop.address, last)
         if self.host is not None:
-            self.host.check()
+            try:
+                self.host.check()
+            except BaseException:
+                self.state.at[1] = SENSED  # the computer works again
+                raise
         return ended
 
     def _made_ready(self) -> "_Ready":
@@ -204,18 +208,20 @@ def prepare(
     law: Law | Callable | None = None,
     laws: Mapping[str, Law | Callable] | None = None,
     piece: Piece | None = None,
+    stops: bool = False,
     driven_from_outside: bool = False,
 ) -> Run:
     """Everything that a run needs; `law` and `laws` take the place of the scenario's.
 
     The run's scenario names the laws that are flown. `piece`: the first piece of another run on
     the same orbit, whose tables are shared; ValueError if they are not those of this run.
-    `driven_from_outside`: the run stops at every control step for a command.
+    `stops`: the run stops at every control step; `driven_from_outside`: for a command, and no law
+    of the scenario works.
     """
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
     table, modes = modes_for(scenario, blocks)
-    plan = plan_of(scenario, blocks, table, modes, driven_from_outside)
+    plan = plan_of(scenario, blocks, table, modes, stops, driven_from_outside)
     dynamics = dynamics_of(scenario, plan.plant)
     environment = scenario.orbit_environment()
     for each in surroundings_of(scenario):

@@ -92,7 +92,8 @@ class Dynamics(NamedTuple):
 class Plan(NamedTuple):
     """All that stays the same during a run, but for the motion between events.
 
-    `driven_from_outside`: the loop stops at every control step for a command. `log_cells`: cells
+    `stops`: the loop stops at every control step. `driven_from_outside`: for a command from
+    outside, before modes and laws, which do not work; else after them. `log_cells`: cells
     of the memory that are recorded. `first_board`: what a computer that restarts begins with.
     """
 
@@ -101,6 +102,7 @@ class Plan(NamedTuple):
     computer: Computer
     allocation: Allocation
     needs_ephemeris: bool
+    stops: bool
     driven_from_outside: bool
     step_s: float
     record_steps: int

@@ -47,10 +47,12 @@ from torquer.spacecraft.failures import is_back, is_halted
 
 #: Adaptive steps after which the loop returns at the next event, for a look at signals.
 _STEPS_TO_LOOK = 100_000
+#: How far a control step has come: not begun; sensors read; the computers have worked.
+BETWEEN, SENSED, WORKED = range(3)
 
 
 class Loop(NamedTuple):
-    """What the loop takes. `at`: steps done, and 1 where the sensors have been read already.
+    """What the loop takes. `at`: steps done, and how far the control step has come.
 
     `here`: field and gravity-gradient vector at that step, which `propagate` keeps up to date.
     `record`: of one satellite a `Record`; of several, attitudes and rates (rows, 7, LANES).
@@ -170,26 +172,27 @@ def actuate(address, row, step):
 def control(loop, step):
     """Let the computers work on what they know; how it ended."""
     members, plan, at = loop.members, loop.plan, loop.at
-    if plan.driven_from_outside:
-        if at[1] == 0:
-            at[1] = 1
+    if at[1] != WORKED:
+        at[1] = SENSED
+        if plan.driven_from_outside:
             estimate_for_outside(members, plan.computer)
+        else:
+            compute(members, plan, loop.tables, loop.boards, step)
+        if plan.stops:
+            at[1] = WORKED
             return WAITING
-    else:
-        at[1] = 1
-        compute(members, plan, loop.tables, loop.boards, step)
     if must_stop(members, has_command, BAD_COMMAND, step):
         return BAD_COMMAND
-    at[1] = 0
+    at[1] = BETWEEN
     return RUNNING
 
 
 def _run_steps(address, last):
     """Run on to step `last`; how it ended. `at` says how far it came.
 
-    It may end at an event before, RUNNING, where many adaptive steps were needed. Driven from
-    outside it stops at every control step, WAITING, when the sensors have been read, and goes on
-    from there when the command has been put into the state.
+    It may end at an event before, RUNNING, where many adaptive steps were needed. A run that
+    `stops` ends at every control step, WAITING: when the computer has worked or, driven from
+    outside, when the sensors have been read. It goes on from there with the command in the state.
     """
     loop = record_at(address)
     members, plan, at, timetable = loop.members, loop.plan, loop.at, loop.plan.timetable
@@ -204,7 +207,7 @@ def _run_steps(address, last):
         if step == due:
             row = timetable.rows[number]
             works = not is_halted(plan.plant.failures.computer, step * plan.step_s)
-            if at[1] == 0:
+            if at[1] == BETWEEN:
                 sense(loop, row.actions, step, works)
             if works and row.actions & CONTROL:
                 ended = control(loop, step)

@@ -41,6 +41,39 @@ def test_a_state_that_nothing_leads_to_is_found():
     assert {kind for kind, _ in found(states=states, transitions=ways)} == {"hysteresis"}
 
 
+def test_a_commanded_state_is_reachable_and_needs_no_way_out():
+    """What follows from it is explored too: here, a second region that waits for it."""
+    states = {**there_and_back({"when": SLOW}, {"when": FAST}), "c": {"commanded": True}}
+    follow = {"signal": "in_state", "state": "c", "region": "main", "above": 0.5}
+    other = {"x": {"transitions": [{"to": "y", "when": follow}]}, "y": {"final": True}}
+    modes = {"regions": {"main": {"states": states}, "other": {"states": other}}}
+    assert {kind for kind, _ in found(**modes)} == {"hysteresis"}
+    del states["c"]["commanded"]
+    assert {"unreachable", "deadlock"} <= {kind for kind, _ in found(**modes)}
+
+
+def test_coils_and_flags_are_looked_at_one_by_one():
+    """Conditions on two of them are no contradiction; two on the same one are."""
+    for signal, key, names in (("flag", "flag", "ab"), ("coil_suspected", "coil", "xy")):
+        for first, second, contradicts in ((0, 1, False), (0, 0, True)):
+            when = [
+                {"signal": signal, key: names[first], "above": 0.5},
+                {"signal": signal, key: names[second], "below": 0.5},
+            ]
+            keys = {
+                "flags": ["a", "b"],
+                "inertia_kg_m2": [1, 1, 1],
+                "noise": {
+                    "magnetometer_noise_nt": 1,
+                    "sun_noise_deg": 1,
+                    "gyro_noise_deg_s": 1,
+                    "rate_tolerance_deg_s": 1,
+                },
+            }
+            kinds = {kind for kind, _ in found(**two_states(when=when), **keys)}
+            assert ("never" in kinds) == contradicts, (signal, first, second)  # fmt: skip
+
+
 def test_a_state_without_a_way_out_is_a_trap_unless_it_is_final():
     states = {"a": {"transitions": [{"to": "b", "when": SLOW}]}, "b": {}}
     assert [*found(states=states)] == [("trap", ("b",))]

@@ -29,8 +29,10 @@ STATES = {"a": {"transitions": [{"to": "b", "at_most_s": 5.0}]}, "b": {}}
 def value(name, inputs, index=0, flown=None, **keys):
     """A signal in its own unit."""
     flown = flown or Flown(**{"axis": AXIS, "target": TARGET, "inertia_kg_m2": J,
-                              "attitude": {"euler_deg": EULER}, "noise": NOISE, **keys},
+                              "attitude": {"euler_deg": EULER}, "noise": NOISE,
+                              "flags": ["raised"], **keys},
                            states=STATES)  # fmt: skip
+    flown.state.flags[:1] = 1.0
     found = signal_value(NUMBER_OF[name], flown.table, flown.state, inputs, index)
     return found / UNITS[SIGNALS[name].unit]
 
@@ -78,6 +80,7 @@ EXPECTED = {
     "sensor_suspected": 0.0,
     "coil_suspected": 0.0,
     "coils_reversed": 0.0,
+    "flag": 1.0,
     "time_s": 10.0,
     "time_in_state_s": math.inf,
     "entries": 0.0,
@@ -172,7 +175,9 @@ def test_every_signal_names_what_it_observes_or_looks_at_the_modes_and_the_clock
     for name, signal in SIGNALS.items():
         assert set(signal.observes) <= devices, name
     inner = {name for name, signal in SIGNALS.items() if not signal.observes}
-    assert inner == {"sunlit_fraction", "time_s", "time_in_state_s", "entries", "in_state"}
+    assert inner == {
+        *("sunlit_fraction", "time_s", "time_in_state_s", "entries", "in_state", "flag")
+    }
 
 
 @pytest.mark.parametrize(

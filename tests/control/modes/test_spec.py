@@ -94,7 +94,8 @@ def test_every_field_has_eight_bytes():
     for kind in (table.REGION, table.STATE, table.TRANSITION, table.CONDITION, table.ACTION):
         assert all(kind[name].itemsize == 8 for name in kind.names)
     _, state = packed(tomllib.loads(TEXT))
-    for part in state:
+    assert state.flags.dtype == np.float64
+    for part in state[:-1]:
         assert all(part.dtype[name].base == np.float64 for name in part.dtype.names)
 
 
@@ -149,6 +150,17 @@ def condition(**keys):
         (condition(signal="coil_suspected", above=0.5), "coil: must be given for coil_suspected"),
         (condition(signal="coil_suspected", coil="1", above=0.5),
          "coil: must be one of x, y, z; received '1'"),
+        (condition(signal="flag", above=0.5), "flag: must be given for flag; received none"),
+        (condition(signal="flag", flag="lost", above=0.5),
+         f"{WAY}.when[0].flag: must be one of none; received 'lost'"),
+        ({**condition(signal="flag", flag="lost", above=0.5), "flags": ["found"]},
+         f"{WAY}.when[0].flag: must be one of found; received 'lost'"),
+        ({**condition(below=1.0), "flags": ["a", "b", "a"]},
+         "flags: must hold each name once; received 'a' twice"),
+        (two_states(when=[{"signal": "rate_deg_s", "above": 0.5, "threshold": "slow"},
+                          {"signal": "rate_deg_s", "below": 0.7, "threshold": "slow"}]),
+         f"{WAY}.when[1].threshold: must be of rate_deg_s and 0.5 as at {WAY}.when[0], which "
+         "has the name 'slow' too; received rate_deg_s and 0.7"),
         (condition(signal="sensor_suspected", sensor="gyro", above=0.5),
          "noise: must be given for the signal sensor_suspected; received none"),
         (condition(signal="reading_age_s", above=1.0, sensor="nose"),

@@ -64,7 +64,8 @@ def _dead_ends(sight: Sight) -> Iterator[Finding]:
     for name, region in sight.modes.regions.items():
         for state in reachable(region):
             edges = [edge for edge in sight.leaving(name, state) if edge.to != state]
-            if region.states[state].final or len(region.states) == 1:
+            spec = region.states[state]
+            if spec.final or spec.commanded or len(region.states) == 1:
                 continue
             if not edges:
                 text = (

@@ -12,7 +12,7 @@ from functools import cached_property, partial
 from typing import NamedTuple
 
 from torquer.control.modes.finding import Facts
-from torquer.control.modes.graph import Edge, edges_of, waits
+from torquer.control.modes.graph import Edge, commanded, edges_of, waits
 from torquer.control.modes.signals import ESTIMATED
 from torquer.control.modes.spec import Modes
 from torquer.control.modes.valuations import (
@@ -48,12 +48,14 @@ class Step(NamedTuple):
 class Explored(NamedTuple):
     """Combinations of states of some regions that can come about, the initial one first.
 
-    `came`: by which step each combination was first found.
+    `steps` are those of transitions, `commands` the steps that lead to commanded states, which have
+    no edges. `came`: by which step each combination was first found.
     """
 
     regions: tuple[str, ...]
     joints: list[tuple[str, ...]]
     steps: list[Step]
+    commands: list[Step]
     came: dict[int, Step]
 
     def now(self, number: int) -> dict[str, str]:
@@ -190,7 +192,7 @@ class Sight:
     def _explore(self, names: tuple[str, ...]) -> Explored | None:
         first = tuple(self.modes.regions[name].initial for name in names)
         joints, numbers = [first], {first: 0}
-        steps, came = [], {}
+        steps, commands, came = [], [], {}
         for start, joint in enumerate(joints):
             now = dict(zip(names, joint, strict=True))
             for edges in self._choices(now):
@@ -202,9 +204,23 @@ class Sight:
                 if step.end == len(joints):
                     joints.append(after)
                     came[step.end] = step
+            for after in self._commanded(names, joint):
+                step = Step(start, numbers.setdefault(after, len(joints)), (None,) * len(names))
+                commands.append(step)
+                if step.end == len(joints):
+                    joints.append(after)
+                    came[step.end] = step
             if len(steps) > _MOST_STEPS and len(names) > 1:
                 return None
-        return Explored(names, joints, steps, came)
+        return Explored(names, joints, steps, commands, came)
+
+    def _commanded(self, names: tuple[str, ...], joint: tuple[str, ...]) -> list[tuple[str, ...]]:
+        """The combinations that one command leads to."""
+        found = []
+        for place, name in enumerate(names):
+            for state in commanded(self.modes.regions[name]):
+                found.append((*joint[:place], state, *joint[place + 1 :]))
+        return found
 
     def _choices(self, now: dict[str, str]) -> list[tuple[Edge | None, ...]]:
         """The transitions that regions can take at one control step, one or none in each."""

@@ -69,13 +69,18 @@ def edges_of(region: Region) -> list[Edge]:
     return [Edge(*each, number) for number, each in enumerate(found)]
 
 
+def commanded(region: Region) -> list[str]:
+    """States that a command leads to."""
+    return [name for name, state in region.states.items() if state.commanded]
+
+
 def reachable(region: Region) -> list[str]:
-    """States that the initial one leads to, itself included."""
-    return _led_to(region.initial, edges_of(region))
+    """States that the initial one and the commanded ones lead to, themselves included."""
+    return _led_to(list(dict.fromkeys([region.initial, *commanded(region)])), edges_of(region))
 
 
-def _led_to(first: str, edges: list[Edge]) -> list[str]:
-    found = [first]
+def _led_to(first: list[str], edges: list[Edge]) -> list[str]:
+    found = [*first]
     for name in found:
         found += dict.fromkeys(e.to for e in edges if e.leave == name and e.to not in found)
     return found
@@ -84,7 +89,7 @@ def _led_to(first: str, edges: list[Edge]) -> list[str]:
 def components(edges: Iterable[Edge]) -> list[list[Edge]]:
     """Edges among states that lead to each other, one list for each such set of states."""
     edges = list(edges)
-    leads = {state: set(_led_to(state, edges)) for state in dict.fromkeys(e.leave for e in edges)}
+    leads = {state: set(_led_to([state], edges)) for state in dict.fromkeys(e.leave for e in edges)}
     found: dict = {}
     for edge in edges:
         if edge.leave in leads.get(edge.to, ()):

@@ -47,7 +47,7 @@ def packed(modes, laws: Mapping, estimators: Mapping, parameters: Mapping):
         **_directions(modes),
     )
     initial = [numbers[name, region.initial] for name, region in modes.regions.items()]
-    return packed_table, table.first_state(packed_table, initial)
+    return packed_table, table.first_state(packed_table, initial, len(modes.flags))
 
 
 def _spans(groups: Iterable) -> list[tuple[int, int]]:
@@ -109,6 +109,8 @@ def _index(modes, region: str, condition, numbers: dict) -> int:
         return SENSORS.index(condition.sensor)
     if condition.coil is not None:
         return AXES.index(condition.coil)
+    if condition.flag is not None:
+        return modes.flags.index(condition.flag)
     return [*modes.regions].index(region)
 
 

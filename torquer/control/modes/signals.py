@@ -236,15 +236,21 @@ def coils_reversed(table, state, inputs, index):
     return 1.0 if has_field_reversed(state.checks[0]) > 0.0 else 0.0
 
 
+@inlined
+def flag(table, state, inputs, index):
+    """1 while the flag is raised from outside, by flight software or by command, else 0."""
+    return state.flags[index]
+
+
 class Signal(NamedTuple):
     """A signal: its function, its unit as users write it, what it must be given.
 
     `needs`: keys of the mode table (`axis`, `target`, `inertia_kg_m2`, `attitude`, `noise`) and of
-    the condition (`state`, `sensor`, `coil`). `may_stay_unknown`: it can lack a value for good, so
-    that a state must not wait for it alone. `reads`: what the computer must provide, as for a law's
-    `needs`. `observes`: the devices whose failure changes it: names of `SENSORS` or 'coils'; 'rate'
-    and 'attitude' for what the estimate takes from; 'estimator' for all that an estimator compares;
-    'sensor' for the one that the condition names.
+    the condition (`state`, `sensor`, `coil`, `flag`). `may_stay_unknown`: it can lack a value for
+    good, so that a state must not wait for it alone. `reads`: what the computer must provide, as
+    for a law's `needs`. `observes`: the devices whose failure changes it: names of `SENSORS` or
+    'coils'; 'rate' and 'attitude' for what the estimate takes from; 'estimator' for all that an
+    estimator compares; 'sensor' for the one that the condition names.
     """
 
     function: Callable
@@ -305,6 +311,7 @@ SIGNALS = {
     "time_in_state_s": Signal(time_in_state, "s"),
     "entries": Signal(entries, "times", ("state",)),
     "in_state": Signal(in_state, "yes/no", ("state",)),
+    "flag": Signal(flag, "yes/no", ("flag",)),
 }  # fmt: skip
 NUMBER_OF = {name: number for number, name in enumerate(SIGNALS)}
 
@@ -319,7 +326,7 @@ RANGES = {
     **dict.fromkeys(("attitude_error_deg", "axis_to_sun_deg"), (0.0, 180.0)),
     **dict.fromkeys(("sun_in_view", "sunlit_fraction", "in_state"), (0.0, 1.0)),
     **dict.fromkeys(("estimate_doubts", "sensor_suspected", "coil_suspected"), (0.0, 1.0)),
-    "coils_reversed": (0.0, 1.0),
+    **dict.fromkeys(("coils_reversed", "flag"), (0.0, 1.0)),
     "nutation_deg": (0.0, 90.0),
 }
 #: What of the estimate a signal is computed from: it is unknown while that is.

@@ -75,6 +75,12 @@ class Condition(Spec):
     """Body axis, 'x', 'y' or 'z', along which the dipole is that the signal 'coil_suspected' is
     about.
     """
+    flag: str | None = None
+    """Flag that the signal 'flag' is about, one of `flags` of the mode table."""
+    threshold: str | None = None
+    """Name by which the value can be changed in flight, as the parameter `modes.NAME`; conditions
+    of one name have the same signal and the same value.
+    """
 
     @model_validator(mode="after")
     def _makes_sense(self):
@@ -104,7 +110,7 @@ class Condition(Spec):
 
     def _check_names(self):
         needs = SIGNALS[self.signal].needs
-        for key in ("state", "sensor", "coil"):
+        for key in ("state", "sensor", "coil", "flag"):
             given = getattr(self, key)
             if key in needs and given is None:
                 raise ValueError(f"{key}: must be given for {self.signal}; received none")
@@ -120,6 +126,11 @@ class Condition(Spec):
                 f"since_entry: must not be given for {self.signal}, a time, count or yes/no; "
                 "received true"
             )
+
+
+def _compared(condition: Condition) -> tuple[str, float]:
+    """The signal of a condition and the value with which it is compared."""
+    return condition.signal, condition.above if condition.below is None else condition.below
 
 
 class Transition(Spec):
@@ -190,6 +201,8 @@ class State(Spec):
     """Transitions out of this state; the first whose conditions hold is taken."""
     final: bool = False
     """The state is meant to have no way out."""
+    commanded: bool = False
+    """The state is meant to be entered by a command from outside, not by a transition."""
 
     @model_validator(mode="after")
     def _final_is_final(self):
@@ -266,6 +279,10 @@ class Modes(Spec):
     """Noise of the sensors; if it is given, sensors and coils are checked, as the signals
     'sensor_suspected', 'coil_suspected' and 'coils_reversed' report.
     """
+    flags: tuple[str, ...] = ()
+    """Flags that software outside raises, by names of your choice; the signal 'flag' is 1 while one
+    is raised.
+    """
     regions: dict[str, Region]
     """State machines that run side by side, by names of your choice."""
 
@@ -310,8 +327,35 @@ class Modes(Spec):
         return self
 
     @model_validator(mode="after")
+    def _flags_are_names(self):
+        for name in self.flags:
+            storable_name("flags", name)
+            if self.flags.count(name) > 1:
+                raise ValueError(f"flags: must hold each name once; received {name!r} twice")
+        return self
+
+    @model_validator(mode="after")
+    def _thresholds_agree(self):
+        first: dict[str, tuple[str, Condition]] = {}
+        for place, condition in self.all_conditions():
+            if condition.threshold is None:
+                continue
+            storable_name(f"{place}.threshold", condition.threshold)
+            there, other = first.setdefault(condition.threshold, (place, condition))
+            if _compared(condition) != _compared(other):
+                signal, limit = _compared(other)
+                raise ValueError(
+                    f"{place}.threshold: must be of {signal} and {limit:g} as at {there}, which "
+                    f"has the name {condition.threshold!r} too; received "
+                    f"{condition.signal} and {_compared(condition)[1]:g}"
+                )
+        return self
+
+    @model_validator(mode="after")
     def _conditions_can_be_evaluated(self):
         for place, condition in self.all_conditions():
+            if condition.flag is not None:
+                must_be_one_of(f"{place}.flag", self.flags, condition.flag)
             for key in SIGNALS[condition.signal].needs:
                 if key in Modes.model_fields and getattr(self, key) is None:
                     signal = condition.signal

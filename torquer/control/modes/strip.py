@@ -21,7 +21,8 @@ def strip_of(explored: Explored, path: list[Step]) -> tuple[str, ...]:
 def _reasons(explored: Explored, step: Step) -> str:
     several = len(explored.regions) > 1
     taken = zip(explored.regions, step.edges, strict=True)
-    return "; ".join(_reason(name if several else "", edge) for name, edge in taken if edge)
+    reasons = [_reason(name if several else "", edge) for name, edge in taken if edge]
+    return "; ".join(reasons) or "command"
 
 
 def _reason(name: str, edge: Edge) -> str:

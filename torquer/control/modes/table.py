@@ -38,7 +38,8 @@ STATE = _record("region first_transition after_transition first_action after_act
 TRANSITION = _record(
     "to first_condition after_condition", "for_s at_least_s at_most_s back_off most_entries"
 )
-#: `sign` 1: true above the threshold, -1: below. Once true, it stays so until beyond `back`.
+#: `sign` 1: true above the threshold, -1: below. Once true, it stays so until beyond `back`. Both
+#: are first values: those that hold are in CONDITION_NOW, where a command may change them.
 #: `since_entry` 1: of the signal's change since the state was entered.
 CONDITION = _record("signal index since_entry", "sign threshold back")
 #: What a state does: `kind` is one of those below.
@@ -48,13 +49,14 @@ ACTION = _record("kind index", "value")
 #: work, whichever state names it.
 LAW, ESTIMATOR, SET, COILS, WHEELS, AXIS_OFF, LAW_OFF = range(7)
 
-#: What changes. `to`: the state to enter next, -1: none.
-REGION_NOW = _record("", "state since_s to")
+#: What changes. `to`: the state to enter next, `commanded`: the one that is commanded from outside,
+#: -1: none; `held`: 1 while no transition may fire.
+REGION_NOW = _record("", "state since_s to commanded held")
 STATE_NOW = _record("", "entries entered_s")
 #: Since when the conditions have been true, later by the time for which they were unknown.
 TRANSITION_NOW = _record("", "true_since_s")
 #: `at_entry`: the signal's first known value in the state; minus infinity before.
-CONDITION_NOW = _record("", "latched at_entry")
+CONDITION_NOW = _record("", "latched at_entry threshold back")
 CLOCK = _record("", "evaluated_s")
 #: What the checks of sensors and coils remember.
 CHECKS_NOW = np.dtype([*SENSORS_NOW, *COILS_NOW])
@@ -106,7 +108,8 @@ class ModeTable(NamedTuple):
 class ModeState(NamedTuple):
     """All that changes, in records of numbers.
 
-    `sensors`, `checks`: empty where sensors and coils are not checked.
+    `sensors`, `checks`: empty where sensors and coils are not checked. `flags`: of the table, 1
+    for those that are raised from outside.
     """
 
     regions: np.ndarray
@@ -116,6 +119,7 @@ class ModeState(NamedTuple):
     clock: np.ndarray
     sensors: np.ndarray
     checks: np.ndarray
+    flags: np.ndarray
 
 
 #: Laws that always work.
@@ -124,16 +128,20 @@ NO_MODES = ModeTable(
 )
 
 
-def first_state(table: ModeTable, initial) -> ModeState:
+def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
     """Before the first evaluation, which enters the `initial` states, one number per region."""
     regions = np.zeros(len(table.regions), REGION_NOW)
     regions["state"] = regions["to"] = initial
-    regions["since_s"] = NEVER_S
+    regions["since_s"], regions["commanded"] = NEVER_S, -1.0
     states = np.zeros(len(table.states), STATE_NOW)
     states["entered_s"] = NEVER_S
     sensors = np.zeros(len(SENSORS) if table.is_checked else 0, SENSOR_NOW)
     for name in ("read_s", "failed_s", "blamed_s"):
         sensors[name] = NEVER_S
+    conditions = np.zeros(len(table.conditions), CONDITION_NOW)
+    conditions["at_entry"] = -math.inf
+    for name in ("threshold", "back"):
+        conditions[name] = table.conditions[name]
     checks = np.zeros(int(table.is_checked), CHECKS_NOW)
     first_sensors(checks)
     first_coils(checks)
@@ -141,10 +149,11 @@ def first_state(table: ModeTable, initial) -> ModeState:
         regions,
         states,
         np.full(len(table.transitions), NEVER_S).view(TRANSITION_NOW),
-        np.array([(0.0, -math.inf)] * len(table.conditions), CONDITION_NOW),
+        conditions,
         np.full(1, NEVER_S).view(CLOCK),
         sensors,
         checks,
+        np.zeros(flags),
     )
 
 
@@ -159,8 +168,8 @@ def truth_of_condition(table, state, inputs, place):
         if now["at_entry"] == -math.inf:
             now["at_entry"] = value
         value -= now["at_entry"]
-    beyond = row["sign"] * (value - row["threshold"]) > 0.0
-    stays = now["latched"] > 0.0 and row["sign"] * (value - row["back"]) >= 0.0
+    beyond = row["sign"] * (value - now["threshold"]) > 0.0
+    stays = now["latched"] > 0.0 and row["sign"] * (value - now["back"]) >= 0.0
     now["latched"] = 1.0 if beyond or stays else 0.0
     return TRUE if beyond or stays else FALSE
 
@@ -235,6 +244,19 @@ def enter_next(table, state, t_s, region):
 
 
 @internal
+def obey(now, evaluated_s):
+    """Enter the state that is commanded, whatever the transitions say; none while held.
+
+    The conditions of a held region go on being looked at: one that has held long enough fires as
+    soon as the region is released.
+    """
+    if now["held"] > 0.0 and evaluated_s > NEVER_S:
+        now["to"] = -1.0
+    if now["commanded"] >= 0.0:
+        now["to"], now["commanded"] = now["commanded"], -1.0
+
+
+@internal
 def check(table, state, inputs):
     """Bring suspicions of sensors and coils up to date."""
     check_sensors(without_reference_counts(table), without_reference_counts(state), inputs)
@@ -251,6 +273,8 @@ def switch_modes(table, state, inputs):
     if state.clock[0]["evaluated_s"] > NEVER_S:
         for region in range(len(table.regions)):
             state.regions[region]["to"] = next_state(table, state, inputs, region)
+    for region in range(len(table.regions)):
+        obey(state.regions[region], state.clock[0]["evaluated_s"])
     changed = False
     for region in range(len(table.regions)):
         if state.regions[region]["to"] >= 0.0:

@@ -61,7 +61,7 @@ def _stuck(sight: Sight, view: Explored, name: str) -> set[int]:
         if (edge := step.edges[place]) is not None and edge.to != edge.leave
     }
     before: dict[int, list[int]] = {}
-    for step in view.steps:
+    for step in (*view.steps, *view.commands):
         before.setdefault(step.end, []).append(step.start)
     order = [*free]
     for number in order:

@@ -21,7 +21,7 @@ _ALWAYS_KNOWN = ("s", "yes/no", "times")
 
 
 class Subject(NamedTuple):
-    """What conditions compare: a signal, of a sensor, region or state; or its change."""
+    """What conditions compare: a signal, of a sensor, coil, flag, region, state; or its change."""
 
     signal: str
     of: tuple[str, ...] = ()
@@ -42,7 +42,8 @@ def subject_of(modes: Modes, region: str, state: str, condition: Condition) -> S
         return Subject(condition.signal, (modes.region_of("when", condition), condition.state))
     if condition.signal == "time_in_state_s":
         return Subject(condition.signal, (region,))
-    return Subject(condition.signal, (condition.sensor,) if condition.sensor else ())
+    named = (condition.sensor, condition.coil, condition.flag)
+    return Subject(condition.signal, tuple(name for name in named if name is not None))
 
 
 def limits(condition: Condition) -> tuple[float, float | None]:

@@ -20,6 +20,8 @@ def condition_in_words(condition: Condition) -> str:
         if condition.signal in ("sensor_suspected", "coil_suspected"):
             suspect = f"{condition.coil} coil" if condition.coil else condition.sensor
             return f"{suspect.replace('_', ' ')} {'suspected' if above else 'not suspected'}"
+        if condition.signal == "flag":
+            return f"{condition.flag.replace('_', ' ')} {'raised' if above else 'not raised'}"
         if condition.signal == "coils_reversed":
             return "coils reversed" if above else "coils not reversed"
         return "Sun in view" if above else "Sun not in view"
@@ -66,7 +68,8 @@ def transition_in_words(transition: Transition) -> str:
 
 def state_in_words(state: State) -> list[str]:
     """What a state does, line by line."""
-    lines = [name if k == 1.0 else f"{k:g} x {name}" for name, k in state.laws.items()]
+    lines = ["by command"] if state.commanded else []
+    lines += [name if k == 1.0 else f"{k:g} x {name}" for name, k in state.laws.items()]
     if state.estimator is not None:
         lines.append(f"estimator {state.estimator}")
     lines += [f"{key} {getattr(state, key)}" for key in ("coils", "wheels") if getattr(state, key)]

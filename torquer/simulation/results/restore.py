@@ -23,6 +23,7 @@ from torquer.simulation.results.dataset import (
 )
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, TORQUE, write
 from torquer.simulation.run import Run
+from torquer.simulation.step import BETWEEN, SENSED, WORKED
 from torquer.version import VERSION
 
 if TYPE_CHECKING:
@@ -140,7 +141,7 @@ def _check_state(run: Run, cells: np.ndarray) -> None:
             f"received {cells.size}"
         )
     step, waiting = cells[: len(run.state.at)]
-    if not (step in range(run.steps + 1) and waiting in (0.0, 1.0)):
+    if not (step in range(run.steps + 1) and waiting in (BETWEEN, SENSED, WORKED)):
         raise ValueError(
             f"result: its checkpoint must be at a step from 0 to {run.steps}; received {step:g}"
         )

@@ -1,0 +1,165 @@
+"""What software outside may change of the computer on board, each thing by its name.
+
+Flags and thresholds of its mode tables, parameters of its laws, the states of its regions. What is
+changed takes effect at the next control step; states are entered as by a transition.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.control.computer import Board, places_of
+from torquer.control.modes.packing import must_be_one_of
+from torquer.control.modes.signals import SIGNALS, UNITS
+from torquer.control.modes.spec import Condition, Modes
+from torquer.interface import KNOWN, nothing_known
+from torquer.simulation.run import Run
+from torquer.simulation.state import arrays_of
+
+#: First part of the parameter that a threshold of the mode tables is.
+_MODES = "modes."
+#: What the computer's record has of the estimate.
+_ESTIMATE = KNOWN.names[KNOWN.names.index("estimate_s") : KNOWN.names.index("position_x")]
+
+
+class Names(NamedTuple):
+    """Names of a run's computer and their places: regions with their states, flags, parameters of
+    laws (first place, count), thresholds with the conditions and their places.
+    """
+
+    regions: dict[str, tuple[int, dict[str, int]]]
+    flags: tuple[str, ...]
+    parameters: dict[str, tuple[int, int]]
+    thresholds: dict[str, list[tuple[int, Condition]]]
+
+    def all_parameters(self) -> list[str]:
+        """Names for `set_parameter`: parameters of laws and estimators, then thresholds."""
+        return [*self.parameters, *(_MODES + name for name in self.thresholds)]
+
+
+def names_of(run: Run) -> Names:
+    """The names of a run's computer."""
+    modes, places = run.scenario.control.named().modes, places_of(run.blocks)
+    if modes is None:
+        return Names({}, (), places, {})
+    regions, first = {}, 0
+    for place, (name, region) in enumerate(modes.regions.items()):
+        regions[name] = place, {state: first + i for i, state in enumerate(region.states)}
+        first += len(region.states)
+    return Names(regions, modes.flags, places, _thresholds(modes))
+
+
+def _thresholds(modes: Modes) -> dict[str, list[tuple[int, Condition]]]:
+    found: dict[str, list[tuple[int, Condition]]] = {}
+    for place, (_, condition) in enumerate(modes.all_conditions()):
+        if condition.threshold is not None:
+            found.setdefault(condition.threshold, []).append((place, condition))
+    return found
+
+
+def states_now(run: Run, names: Names) -> dict[str, str]:
+    """The state of each region, by name."""
+    numbers = run.state.board.modes.regions["state"].tolist()
+    found = {}
+    for (region, (_, states)), number in zip(names.regions.items(), numbers, strict=True):
+        found[region] = next(state for state, place in states.items() if place == number)
+    return found
+
+
+def set_flag(run: Run, names: Names, flag: str, on: bool) -> None:
+    """Raise or lower a flag of the mode tables."""
+    must_be_one_of("flag", names.flags, flag)
+    _truth("on", on)
+    run.state.board.modes.flags[names.flags.index(flag)] = float(on)
+
+
+def command_mode(run: Run, names: Names, region: str, state: str) -> None:
+    """Have a region enter one of its states at the next control step."""
+    place, states = _region(names, region)
+    must_be_one_of(region, states, state)
+    run.state.board.modes.regions[place]["commanded"] = float(states[state])
+
+
+def hold(run: Run, names: Names, region: str, on: bool) -> None:
+    """Keep the transitions of a region from firing, or let them again."""
+    place, _ = _region(names, region)
+    _truth("on", on)
+    run.state.board.modes.regions[place]["held"] = float(on)
+
+
+def set_parameter(run: Run, names: Names, name: str, value: float | Iterable[float]) -> None:
+    """Set a parameter of a law or estimator, in SI units, or a threshold in its signal's unit."""
+    must_be_one_of("name", names.all_parameters(), name)
+    if name not in names.parameters:
+        _set_threshold(run, name, names.thresholds[name.removeprefix(_MODES)], value)
+        return
+    first, count = names.parameters[name]
+    run.state.board.parameters[first : first + count] = _numbers(name, value, count)
+
+
+def restart(run: Run) -> None:
+    """Let the computer begin as at the start of the run, but for its latest readings.
+
+    As `torquer.control.computer.restart` does within the loop, where a failure ends.
+    """
+    board, first = run.state.board, run.plan.first_board
+    for now, then in zip(_restarted(board), _restarted(first), strict=True):
+        now[...] = then
+    nothing = nothing_known()
+    for name in _ESTIMATE:
+        board.known[name] = nothing[name]
+
+
+def _restarted(board: Board) -> list[np.ndarray]:
+    return arrays_of((board.parameters, board.memory, board.chosen, board.modes))
+
+
+def parameter(run: Run, names: Names, name: str) -> tuple[float, ...]:
+    """The numbers of a parameter or of a threshold, as `set_parameter` takes them."""
+    must_be_one_of("name", names.all_parameters(), name)
+    if name in names.parameters:
+        first, count = names.parameters[name]
+        return tuple(run.state.board.parameters[first : first + count].tolist())
+    place, condition = names.thresholds[name.removeprefix(_MODES)][0]
+    value = float(run.state.board.modes.conditions[place]["threshold"])
+    return (value / UNITS[SIGNALS[condition.signal].unit],)
+
+
+def _set_threshold(run: Run, name: str, conditions: list, value) -> None:
+    """Set the value with which all conditions of a name compare; hysteresis must stay one."""
+    (limit,) = _numbers(name, value, 1)
+    for _, condition in conditions:
+        back = condition.back_below if condition.above is not None else condition.back_above
+        sign = 1.0 if condition.above is not None else -1.0
+        if back is not None and sign * (limit - back) <= 0.0:
+            than = "greater" if sign > 0.0 else "less"
+            raise ValueError(f"{name}: must be {than} than {back:g}; received {limit:g}")
+    for place, condition in conditions:
+        at = run.state.board.modes.conditions[place]
+        at["threshold"] = limit * UNITS[SIGNALS[condition.signal].unit]
+
+
+def _region(names: Names, region: str) -> tuple[int, dict[str, int]]:
+    must_be_one_of("region", names.regions, region)
+    return names.regions[region]
+
+
+def _truth(name: str, value) -> None:
+    if not isinstance(value, bool):
+        raise ValueError(f"{name}: must be True or False; received {value!r}")
+
+
+def _numbers(name: str, value, count: int) -> tuple[float, ...]:
+    """So many finite numbers."""
+    must = "a finite number" if count == 1 else f"{count} finite numbers"
+    try:
+        found = tuple(map(float, value)) if isinstance(value, Iterable) else (float(value),)
+    except (TypeError, ValueError):
+        found = ()
+    if len(found) != count or not all(map(math.isfinite, found)):
+        raise ValueError(f"{name}: must be {must}; received {value!r}")
+    return found
