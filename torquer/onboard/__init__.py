@@ -1,0 +1,1 @@
+"""Flight software around the compiled computer: modules, queues, clock, memory, error log."""

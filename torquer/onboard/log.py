@@ -1,0 +1,112 @@
+"""Reason codes of commands and events, and the log that keeps the last of them.
+
+Source: SDOT 3.4, `module_add_err_log`: time stamp, module, code.
+"""
+
+import struct
+from collections import deque
+from enum import IntEnum
+from typing import NamedTuple, Self
+
+
+class Reason(IntEnum):
+    """What became of a command, or what happened; below 32 answers to commands. One byte."""
+
+    doc: str
+
+    def __new__(cls, value: int, doc: str) -> Self:
+        member = int.__new__(cls, value)
+        member._value_ = value
+        member.doc = doc
+        return member
+
+    DONE = 0, "executed"
+    UNKNOWN = 1, "no such command"
+    LENGTH = 2, "wrong length of the data"
+    MODULE = 3, "not a command of the module it is addressed to, or no such module"
+    VALUE = 4, "a value out of its range"
+    QUEUE_FULL = 5, "dropped from a full queue"
+    MODE = 6, "not possible in this mode"
+    STATE = 7, "not possible in this state of the module"
+    TIME = 8, "an execution time that cannot be kept"
+    CHECKSUM = 9, "wrong checksum"
+    LATE = 10, "received after its execution time"
+    NOT_AVAILABLE = 11, "the device or the data are not there"
+    REJECTED = 12, "not authentic, or received before"
+    FAILED = 13, "the execution failed"
+
+    BOOTED = 32, "the software has started; argument: reboot counter"
+    READY = 33, "all modules have started"
+    SETTINGS_MISSING = 34, "no settings in the memory: defaults are used"
+    SETTINGS_DAMAGED = 35, "settings that cannot be read: defaults are used"
+    FILE_MISSING = 36, "a file of the memory is missing, main and reserve"
+    FILE_DAMAGED = 37, "a file of the memory is damaged, main and reserve"
+    RESERVE_USED = 38, "a file was read from the reserve file system"
+    FILE_NOT_WRITTEN = 39, "a file system did not take a file"
+    FILE_MENDED = 45, "a copy of a file was missing, damaged or old, and was written again"
+    TIME_LOST = 40, "no saved time: the clock starts at 2010-01-01"
+    TIME_SET = 41, "the clock was set or shifted; argument: by how much [ms]"
+    WATCHDOG = 42, "a module has not fed the watchdog; argument: its id"
+    REBOOT = 43, "the software reboots"
+    MODULE_FAILED = 44, "a module ended its step with an error"
+    STALE_STATE = 48, "the state vector is out of date"
+    STATE_LOST = 49, "no state vector"
+    MODE_CHANGED = 50, "a mode was changed"
+    SENSOR_SILENT = 51, "a sensor has not answered; argument: its number"
+    SENSOR_ODD = 52, "a sensor reads what cannot be; argument: its number"
+    COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number"
+    WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number"
+    ACTUATORS_CHANGED = 55, "another configuration of actuators"
+
+
+class Entry(NamedTuple):
+    """One event: on-board time [ms since 2010-01-01], module id, reason code, argument (i32)."""
+
+    time_ms: int
+    module: int
+    code: int
+    argument: int
+
+
+_ENTRY = struct.Struct("<QBBi")
+_TOTAL = struct.Struct("<I")
+_GREATEST = 2**31 - 1
+
+
+class Log:
+    """The last `size` events; `total` counts all of them. Plain state that can be copied."""
+
+    def __init__(self, size: int = 64):
+        self.entries: deque[Entry] = deque(maxlen=size)
+        self.total = 0
+
+    def add(self, time_ms: int, module: int, code: int, argument: int = 0) -> Entry:
+        """Append an event, the oldest leaves a full log; an argument beyond i32 is saturated."""
+        held = max(-_GREATEST - 1, min(_GREATEST, int(argument)))
+        entry = Entry(time_ms, module, int(code), held)
+        self.entries.append(entry)
+        self.total += 1
+        return entry
+
+    def newest(self, count: int) -> list[Entry]:
+        """The last events, at most `count`, oldest first."""
+        return list(self.entries)[-count:] if count > 0 else []
+
+    def clear(self) -> None:
+        """Remove the entries and start the count from zero."""
+        self.entries.clear()
+        self.total = 0
+
+    def save(self) -> bytes:
+        """Count and entries for the non-volatile memory: u32, then 14 bytes an entry."""
+        total = _TOTAL.pack(min(self.total, 2**32 - 1))
+        return total + b"".join(_ENTRY.pack(*entry) for entry in self.entries)
+
+    def restore(self, data: bytes | None) -> bool:
+        """Take over what `save` gave; False, and an empty log, for anything else."""
+        self.clear()
+        if data is None or len(data) < _TOTAL.size or (len(data) - _TOTAL.size) % _ENTRY.size:
+            return False
+        (self.total,) = _TOTAL.unpack_from(data)
+        self.entries.extend(map(Entry._make, _ENTRY.iter_unpack(data[_TOTAL.size :])))
+        return True

@@ -1,0 +1,216 @@
+"""Non-volatile memory: files in a main and a reserve file system, each with a checksum.
+
+A file is written to both, main first. Of the copies that are whole, the one written last counts:
+a power failure between the two, or a file system that takes no more files, costs nothing that was
+reported as written. What goes wrong is counted and reported, never raised.
+"""
+
+import contextlib
+import os
+import re
+import struct
+import zlib
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping, MutableMapping
+from operator import itemgetter
+from pathlib import Path
+from typing import NamedTuple
+
+from torquer.onboard.log import Reason
+
+#: Before the data of a file: mark, number of the writing, length of the data, CRC-32 of the name,
+#: of these two numbers and of the data: a file under another file's name is damaged, too.
+_SEAL = struct.Struct("<4sIII")
+_MARK = b"TQM1"
+_NAME = re.compile(r"[a-z0-9_][a-z0-9_.-]{0,63}")
+_REPORTS = 64
+#: Numbers of the writing of copies that do not count.
+_DAMAGED, _MISSING = -1, -2
+
+
+class Report(NamedTuple):
+    """Something that went wrong with a file: the reason and the name of the file."""
+
+    code: Reason
+    name: str
+
+
+class Folder(MutableMapping[str, bytes]):
+    """A folder as a mapping of names to contents; a content is replaced as a whole or not at all.
+
+    Raises OSError where the file system does.
+    """
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    def __getitem__(self, name: str) -> bytes:
+        try:
+            return (self.path / name).read_bytes()
+        except FileNotFoundError:
+            raise KeyError(name) from None
+
+    def __setitem__(self, name: str, content: bytes) -> None:
+        unfinished = self.path / f".{name}.part"
+        try:
+            with open(unfinished, "wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(unfinished, self.path / name)
+        except OSError:
+            with contextlib.suppress(OSError):
+                unfinished.unlink(missing_ok=True)
+            raise
+        self._sync()
+
+    def __delitem__(self, name: str) -> None:
+        try:
+            (self.path / name).unlink()
+        except FileNotFoundError:
+            raise KeyError(name) from None
+        self._sync()
+
+    def __iter__(self) -> Iterator[str]:
+        with os.scandir(self.path) as found:
+            return iter(sorted(one.name for one in found if _NAME.fullmatch(one.name)))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def _sync(self) -> None:
+        """A new name is on the disk when its folder is."""
+        with contextlib.suppress(OSError):  # not on every system
+            descriptor = os.open(self.path, os.O_RDONLY)
+            try:
+                os.fsync(descriptor)
+            finally:
+                os.close(descriptor)
+
+
+def sealed(name: str, writing: int, data: bytes) -> bytes:
+    """Content of a file: seal and data."""
+    head = name.encode() + struct.pack("<II", writing, len(data))
+    crc = zlib.crc32(data, zlib.crc32(head))
+    return _SEAL.pack(_MARK, writing, len(data), crc) + data
+
+
+def unsealed(name: str, content: bytes) -> tuple[int, bytes] | None:
+    """Number of the writing and data of a file's content; None unless it is whole."""
+    if len(content) < _SEAL.size:
+        return None
+    _, writing, _, _ = _SEAL.unpack_from(content)
+    data = content[_SEAL.size :]
+    return (writing, data) if sealed(name, writing, data) == content else None
+
+
+class Memory:
+    """Files by name, in folders `main/` and `reserve/` of a folder, or (None) in two dicts.
+
+    Names are of small letters, digits, `_`, `.` and `-`, 64 at most, the first a letter, digit or
+    `_`; `ValueError` for others. `places`: the sealed files by name, `main` and `reserve`; what
+    damages a memory on purpose does so there. `counts`: what went wrong, by reason. With dicts a
+    memory is plain state that can be copied.
+    """
+
+    def __init__(self, folder: Path | str | None = None):
+        self.counts: Counter[Reason] = Counter()
+        self._reports: deque[Report] = deque(maxlen=_REPORTS)
+        self._writings: dict[str, int] = {}
+        self.places: dict[str, MutableMapping[str, bytes]] = {"main": {}, "reserve": {}}
+        for place in self.places if folder is not None else ():
+            self.places[place] = Folder(Path(folder) / place)
+            try:
+                self.places[place].path.mkdir(parents=True, exist_ok=True)
+            except OSError:
+                self._report(Reason.FILE_NOT_WRITTEN, place)
+
+    def read(self, name: str) -> bytes | None:
+        """Content of a file, of its whole copies that written last; None if no copy is whole.
+
+        Reported: RESERVE_USED, FILE_DAMAGED, FILE_MISSING.
+        """
+        main, reserve = self._copies(name)
+        writing, data = last = max(main, reserve, key=itemgetter(0))
+        if data is None:
+            self._report(Reason.FILE_DAMAGED if writing == _DAMAGED else Reason.FILE_MISSING, name)
+        elif last is not main:
+            self._report(Reason.RESERVE_USED, name)
+        return data
+
+    def write(self, name: str, data: bytes) -> bool:
+        """Replace a file; False if neither file system took it: both have the old content.
+
+        Reported: FILE_NOT_WRITTEN, for each file system (`main/NAME`).
+        """
+        if name not in self._writings:
+            self._writings[name] = max(0, *(writing for writing, _ in self._copies(name)))
+        self._writings[name] += 1
+        content = sealed(name, self._writings[name], bytes(data))
+        return sum([self._put(place, name, content) for place in self.places]) > 0
+
+    def mend(self) -> None:
+        """Write again each file of which a copy is missing, damaged or old; at boot.
+
+        Reported: FILE_MENDED, and what `read` and `write` report.
+        """
+        for name in self.names():
+            main, reserve = self._copies(name)
+            data = self.read(name) if main != reserve else None
+            if data is not None and self.write(name, data):
+                self._report(Reason.FILE_MENDED, name)
+
+    def names(self) -> list[str]:
+        """Names of all files, sorted, damaged ones included."""
+        found: set[str] = set()
+        for files in self.places.values():
+            with contextlib.suppress(OSError):
+                found.update(files)
+        return sorted(found)
+
+    def take_reports(self) -> list[Report]:
+        """What went wrong since the last call, oldest first; the last 64 if there is more."""
+        taken = list(self._reports)
+        self._reports.clear()
+        return taken
+
+    def snapshot(self) -> dict:
+        """All files as they are, damaged ones too, counts and reports: plain data for `restore`."""
+        files = {place: dict(files) for place, files in self.places.items()}
+        return {"files": files, "counts": dict(self.counts), "reports": list(self._reports)}
+
+    def restore(self, snapshot: Mapping) -> None:
+        """Take over what `snapshot` gave, of this memory or another."""
+        for place, files in self.places.items():
+            for name in set(files) - set(snapshot["files"][place]):
+                del files[name]
+            files.update(snapshot["files"][place])
+        self.counts = Counter(snapshot["counts"])
+        self._reports = deque(snapshot["reports"], maxlen=_REPORTS)
+        self._writings.clear()
+
+    def _copies(self, name: str) -> list[tuple[int, bytes | None]]:
+        """Number of the writing and data of a file's main and reserve copy."""
+        if not _NAME.fullmatch(name):
+            raise ValueError(f"memory: a name must be of a-z, 0-9, '_.-'; received {name!r}")
+        return [self._copy(files, name) for files in self.places.values()]
+
+    def _copy(self, files: MutableMapping[str, bytes], name: str) -> tuple[int, bytes | None]:
+        try:
+            return unsealed(name, files[name]) or (_DAMAGED, None)
+        except KeyError:
+            return _MISSING, None
+        except OSError:
+            return _DAMAGED, None
+
+    def _put(self, place: str, name: str, content: bytes) -> bool:
+        try:
+            self.places[place][name] = content
+        except OSError:
+            self._report(Reason.FILE_NOT_WRITTEN, f"{place}/{name}")
+            return False
+        return True
+
+    def _report(self, code: Reason, name: str) -> None:
+        self.counts[code] += 1
+        self._reports.append(Report(code, name))

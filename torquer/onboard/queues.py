@@ -1,0 +1,64 @@
+"""Command and data handler: the bounded queues by which modules exchange data.
+
+Source: SDOT 3.4. The source says of a full queue both that its oldest element is removed and that
+the sender gets an error; a full queue here does both.
+"""
+
+from collections import deque
+from collections.abc import Mapping
+from typing import Any
+
+#: Least and greatest number of elements that a queue may hold.
+SIZES = (3, 10)
+
+
+class Cdh:
+    """Queues by name, each of 3 to 10 elements; plain state that can be copied.
+
+    `dropped` counts by queue the elements that were lost to overflow.
+    """
+
+    def __init__(self, sizes: Mapping[str, int]):
+        """`sizes`: greatest number of elements by queue; `ValueError` unless from 3 to 10."""
+        for name, size in sizes.items():
+            if not SIZES[0] <= size <= SIZES[1]:
+                raise ValueError(f"{name}: a queue must hold 3 to 10 elements; received {size}")
+        self.queues: dict[str, deque] = {name: deque(maxlen=n) for name, n in sizes.items()}
+        self.dropped = dict.fromkeys(sizes, 0)
+        self._last_dropped: dict[str, Any] = {}
+
+    def put(self, queue: str, item: Any) -> bool:
+        """Append an element; False if the queue was full and its oldest element was dropped."""
+        elements = self.queues[queue]
+        if len(elements) != elements.maxlen:
+            elements.append(item)
+            return True
+        self._last_dropped[queue] = elements[0]
+        self.dropped[queue] += 1
+        elements.append(item)
+        return False
+
+    def take_dropped(self, queue: str) -> Any:
+        """The element that the last overflow dropped, once; else None."""
+        return self._last_dropped.pop(queue, None)
+
+    def take(self, queue: str) -> Any:
+        """Remove and return the oldest element; None from an empty queue."""
+        elements = self.queues[queue]
+        return elements.popleft() if elements else None
+
+    def newest(self, queue: str) -> Any:
+        """The newest element, which stays in the queue; None from an empty queue."""
+        elements = self.queues[queue]
+        return elements[-1] if elements else None
+
+    def all(self, queue: str) -> list:
+        """All elements, oldest first; they stay in the queue."""
+        return list(self.queues[queue])
+
+    def flush(self, queue: str) -> int:
+        """Remove all elements; their number."""
+        elements = self.queues[queue]
+        count = len(elements)
+        elements.clear()
+        return count
