@@ -53,7 +53,8 @@ class Folder(MutableMapping[str, bytes]):
     def __setitem__(self, name: str, content: bytes) -> None:
         unfinished = self.path / f".{name}.part"
         try:
-            with open(unfinished, "wb") as file:
+            unfinished.unlink(missing_ok=True)  # a link left there would be written through
+            with open(unfinished, "xb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())

@@ -1,0 +1,1 @@
+"""Packets between satellite and ground: one dictionary, and all that follows from it."""

@@ -1,0 +1,39 @@
+"""Key files: 32 random bytes, readable by their owner only."""
+
+import os
+import secrets
+import stat
+from pathlib import Path
+
+from torquer.packets.security import KEY_BYTES
+
+
+def new_key(path: Path | str) -> bytes:
+    """Make a key and write it into a new file; FileExistsError if there is one."""
+    key = secrets.token_bytes(KEY_BYTES)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with open(descriptor, "wb") as file:
+        file.write(key)
+    return key
+
+
+def read_key(path: Path | str) -> bytes:
+    """The key in a file; ValueError unless it has 32 bytes that nobody but the owner may touch."""
+    try:
+        # not to wait for a pipe to be opened at its other end
+        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+    except OSError as error:
+        raise ValueError(f"key: {path} must be a file; {error.strerror}") from None
+    with open(descriptor, "rb") as file:
+        found = os.fstat(descriptor)
+        if not stat.S_ISREG(found.st_mode):
+            raise ValueError(f"key: {path} must be a file; received something else")
+        if os.name == "posix" and found.st_mode & 0o077:
+            mode = stat.S_IMODE(found.st_mode)
+            raise ValueError(
+                f"key: {path} must be accessible to its owner only (chmod 600); "
+                f"received mode {mode:03o}"
+            )
+        if found.st_size != KEY_BYTES:
+            raise ValueError(f"key: {path} must have {KEY_BYTES} bytes; received {found.st_size}")
+        return file.read()

@@ -1,0 +1,247 @@
+"""Protected frames: CCSDS TC and TM transfer frames around data of any kind, with MAC and counter.
+
+Commands go up in TC frames (CCSDS 232.0-B) of type BD, which no retransmission procedure watches
+over: their frame sequence number is 0, and there is one virtual channel. A frame follows its start
+mark directly, without the block code of CCSDS 231.0-B. Telemetry comes down in TM frames (CCSDS
+132.0-B) of one length after a sync mark, without the codes of CCSDS 131.0-B; the data travel in
+encapsulation packets (CCSDS 133.1-B), so that they need no structure of their own to be found.
+`torquer.packets.security` has what the two directions have in common.
+"""
+
+import struct
+from collections.abc import Mapping
+
+from torquer.packets.security import (
+    OVERHEAD,
+    TRAILER,
+    Receiver,
+    check_link,
+    closed,
+    next_number,
+)
+
+#: Start mark, then the header of a TC frame (flags and spacecraft, channel and length, sequence
+#: number) with the security header.
+_TC = struct.Struct(">HHBHI")
+_TC_MARK = b"\xeb\x90"
+_TC_HEADER = 5
+_TC_LONGEST = 1024
+#: Flags of a TC frame: version 0, bypass of the acceptance check, data.
+_TC_BYPASS = 0x2000
+#: Greatest size of the data of a command.
+COMMAND_BYTES = _TC_LONGEST - _TC_HEADER - OVERHEAD
+
+#: Header of a TM frame (version and spacecraft, two counts, status of the data) with the security
+#: header.
+_TM = struct.Struct(">HBBHHI")
+_TM_MARK = b"\x1a\xcf\xfc\x1d"
+_TM_HEADER = 6
+_TM_STATUS = struct.Struct(">H")
+#: Status of the data: packets, in order; with the place of the first packet, or that none begins.
+_TM_PACKETS, _TM_NO_START = 0x1800, 0x7FF
+#: Encapsulation packets: of one byte without content; for private use with a length (header
+#: included) of one byte, and of two.
+_IDLE, _SHORT, _LONG = b"\xe0", 0xFD, 0xFE
+_SHORT_HEADER, _LONG_HEADER = struct.Struct(">BB"), struct.Struct(">BBH")
+#: Greatest size of the data of one telemetry packet.
+TELEMETRY_BYTES = 65535 - _LONG_HEADER.size
+
+
+class CommandSender:
+    """Makes TC frames. `counter`: that of the last frame, to be kept as long as the key."""
+
+    def __init__(self, key: bytes, spi: int, spacecraft: int, counter: int = 0):
+        """Key of 32 bytes; SPI from 1 to 65534; spacecraft id from 0 to 1023."""
+        check_link({spi: key}, spacecraft)
+        self.key, self.spi, self.spacecraft, self.counter = key, spi, spacecraft, counter
+
+    def wrap(self, data: bytes) -> bytes:
+        """Start mark and frame of at most 995 bytes of data; ValueError for more."""
+        if len(data) > COMMAND_BYTES:
+            raise ValueError(f"data: at most {COMMAND_BYTES} bytes; received {len(data)}")
+        self.counter = next_number(self.counter)
+        length = _TC_HEADER + OVERHEAD + len(data) - 1
+        head = _TC.pack(_TC_BYPASS | self.spacecraft, length, 0, self.spi, self.counter)
+        return _TC_MARK + closed(self.key, head + data)
+
+
+class CommandReceiver(Receiver):
+    """Accepts TC frames of this spacecraft, by the keys of its SPIs."""
+
+    mark, header = _TC_MARK, _TC_HEADER
+
+    def __init__(
+        self,
+        keys: Mapping[int, bytes],
+        spacecraft: int,
+        window: int = 64,
+        counters: Mapping[int, int] | None = None,
+    ):
+        """`window`: how far a counter may leap, that is, how many frames in a row may be lost."""
+        check_link(keys, spacecraft)
+        super().__init__(keys, _TC_BYPASS | spacecraft, window, counters)
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Data of the frames that have become complete and are accepted, oldest first."""
+        self._buffer += data
+        return [frame[_TC.size : -TRAILER] for frame in self.frames(ended=False)]
+
+    def flush(self) -> list[bytes]:
+        """As `feed`, when the line has been silent: a frame that is incomplete remains so.
+
+        Otherwise the mark of a frame whose end was lost would hold back what follows it, up to the
+        1024 bytes that a frame may have.
+        """
+        return [frame[_TC.size : -TRAILER] for frame in self.frames(ended=True)]
+
+    def size_at(self, at: int) -> int:
+        if len(self._buffer) < at + _TC_HEADER:
+            return 0
+        size = ((self._buffer[at + 2] & 3) << 8 | self._buffer[at + 3]) + 1
+        return size if size >= _TC_HEADER + OVERHEAD else -1
+
+
+class TelemetrySender:
+    """Makes TM frames. `counter`: that of the last frame, to be kept as long as the key."""
+
+    def __init__(
+        self, key: bytes, spi: int, spacecraft: int, counter: int = 0, frame_bytes: int = 256
+    ):
+        """As `CommandSender`; `frame_bytes`: of each frame without its mark, 64 to 2048."""
+        check_link({spi: key}, spacecraft)
+        self.key, self.spi, self.spacecraft, self.counter = key, spi, spacecraft, counter
+        self.room = room_in(frame_bytes)
+        self._field = bytearray()
+        self._first = _TM_NO_START
+
+    def wrap(self, data: bytes) -> bytes:
+        """Marks and frames that the data fill, b"" if none; ValueError for over 65531 bytes.
+
+        The rest waits for more data, or for `flush`.
+        """
+        size = len(data)
+        if size > TELEMETRY_BYTES:
+            raise ValueError(f"data: at most {TELEMETRY_BYTES} bytes; received {size}")
+        if self._first == _TM_NO_START:
+            self._first = len(self._field)
+        if size <= 255 - _SHORT_HEADER.size:
+            self._field += _SHORT_HEADER.pack(_SHORT, size + _SHORT_HEADER.size)
+        else:
+            self._field += _LONG_HEADER.pack(_LONG, 0, size + _LONG_HEADER.size)
+        self._field += data
+        made = b""
+        while len(self._field) >= self.room:
+            made += self._frame()
+        return made
+
+    def flush(self) -> bytes:
+        """Mark and frame with what waits, filled up with idle packets; b"" if nothing waits."""
+        if not self._field:
+            return b""
+        if self._first == _TM_NO_START:
+            self._first = len(self._field)
+        self._field += _IDLE * (self.room - len(self._field))
+        return self._frame()
+
+    def _frame(self) -> bytes:
+        self.counter = next_number(self.counter)
+        count, status = self.counter & 0xFF, _TM_PACKETS | self._first
+        head = _TM.pack(self.spacecraft << 4, count, count, status, self.spi, self.counter)
+        frame = closed(self.key, head + self._field[: self.room])
+        del self._field[: self.room]
+        self._first = _TM_NO_START
+        return _TM_MARK + frame
+
+
+class TelemetryReceiver(Receiver):
+    """Accepts TM frames of one spacecraft and gives what was wrapped in them.
+
+    `lost_frames`: frames that are missing between accepted ones; `lost_packets`: packets of which
+    a part was in them.
+    """
+
+    mark, header = _TM_MARK, _TM_HEADER
+
+    def __init__(
+        self,
+        keys: Mapping[int, bytes],
+        spacecraft: int,
+        window: int = 2**32,
+        counters: Mapping[int, int] | None = None,
+        frame_bytes: int = 256,
+    ):
+        """`window` is unlimited unless given: any number of frames is sent where no one listens."""
+        check_link(keys, spacecraft)
+        room_in(frame_bytes)
+        super().__init__(keys, spacecraft << 4, window, counters)
+        self.frame_bytes = frame_bytes
+        self.lost_frames = self.lost_packets = 0
+        self._last = (0, 0)
+        self._packets = bytearray()
+        self._follows = False
+
+    def feed(self, data: bytes) -> list[bytes]:
+        """Data of the packets that have become complete in accepted frames, oldest first."""
+        self._buffer += data
+        return self._unpacked(self.frames(ended=False))
+
+    def flush(self) -> list[bytes]:
+        """As `feed`, at the end of the stream: a frame that is incomplete remains so."""
+        return self._unpacked(self.frames(ended=True))
+
+    def size_at(self, at: int) -> int:
+        return self.frame_bytes
+
+    def _unpacked(self, frames: list[bytes]) -> list[bytes]:
+        found: list[bytes] = []
+        for frame in frames:
+            self._join(frame)
+            found += self._complete()
+        return found
+
+    def _join(self, frame: bytes) -> None:
+        """Append a frame's data field, after a gap from its first packet on."""
+        _, _, _, status, spi, number = _TM.unpack_from(frame)
+        last_spi, last = self._last
+        self._last = (spi, number)
+        field, first = frame[_TM.size : -TRAILER], status & 0x7FF
+        if spi != last_spi or number != last + 1:
+            self.lost_frames += number - last - 1 if spi == last_spi else 0
+            self.lost_packets += len(self._packets) > 0
+            self._packets.clear()
+            self._follows = False
+        if not self._follows:
+            field = field[first:]
+            self._follows = first != _TM_NO_START
+        self._packets += field
+
+    def _complete(self) -> list[bytes]:
+        """Take the content of complete packets out of the data joined."""
+        packets, at, found = self._packets, 0, []
+        while at < len(packets):
+            kind = packets[at]
+            if kind == _IDLE[0]:
+                at = len(packets) - len(packets[at:].lstrip(_IDLE))
+                continue
+            head = _SHORT_HEADER.size if kind == _SHORT else _LONG_HEADER.size
+            if len(packets) < at + head:
+                break
+            size = packets[at + 1] if kind == _SHORT else packets[at + 2] << 8 | packets[at + 3]
+            if kind not in (_SHORT, _LONG) or size < head:
+                # authentic, yet not ours: go on with the next frame in which a packet begins
+                self.lost_packets += 1
+                self._follows, at = False, len(packets)
+            elif len(packets) < at + size:
+                break
+            else:
+                found.append(bytes(packets[at + head : at + size]))
+                at += size
+        del packets[:at]
+        return found
+
+
+def room_in(frame_bytes: int) -> int:
+    """Bytes of data in a TM frame; ValueError for a length that no frame has."""
+    if not 64 <= frame_bytes <= 2048:
+        raise ValueError(f"frame_bytes: must be from 64 to 2048; received {frame_bytes}")
+    return frame_bytes - _TM_HEADER - OVERHEAD
