@@ -23,6 +23,7 @@ from torquer.onboard.log import Reason
 _SEAL = struct.Struct("<4sIII")
 _MARK = b"TQM1"
 _NAME = re.compile(r"[a-z0-9_][a-z0-9_.-]{0,63}")
+_IN_WORDS = "of at most 64 of a-z, 0-9 and '_.-', the first no '.' or '-'"
 _REPORTS = 64
 #: Numbers of the writing of copies that do not count.
 _DAMAGED, _MISSING = -1, -2
@@ -119,12 +120,8 @@ class Memory:
         self._reports: deque[Report] = deque(maxlen=_REPORTS)
         self._writings: dict[str, int] = {}
         self.places: dict[str, MutableMapping[str, bytes]] = {"main": {}, "reserve": {}}
-        for place in self.places if folder is not None else ():
-            self.places[place] = Folder(Path(folder) / place)
-            try:
-                self.places[place].path.mkdir(parents=True, exist_ok=True)
-            except OSError:
-                self._report(Reason.FILE_NOT_WRITTEN, place)
+        if folder is not None:
+            self.places = {place: self._mounted(Path(folder), place) for place in self.places}
 
     def read(self, name: str) -> bytes | None:
         """Content of a file, of its whole copies that written last; None if no copy is whole.
@@ -190,10 +187,18 @@ class Memory:
         self._reports = deque(snapshot["reports"], maxlen=_REPORTS)
         self._writings.clear()
 
+    def _mounted(self, folder: Path, place: str) -> Folder:
+        mounted = Folder(folder / place)
+        try:
+            mounted.path.mkdir(parents=True, exist_ok=True)
+        except OSError:
+            self._report(Reason.FILE_NOT_WRITTEN, place)
+        return mounted
+
     def _copies(self, name: str) -> list[tuple[int, bytes | None]]:
         """Number of the writing and data of a file's main and reserve copy."""
         if not _NAME.fullmatch(name):
-            raise ValueError(f"memory: a name must be of a-z, 0-9, '_.-'; received {name!r}")
+            raise ValueError(f"memory: a name must be {_IN_WORDS}; received {name!r}")
         return [self._copy(files, name) for files in self.places.values()]
 
     def _copy(self, files: MutableMapping[str, bytes], name: str) -> tuple[int, bytes | None]:

@@ -18,22 +18,25 @@ def new_key(path: Path | str) -> bytes:
 
 
 def read_key(path: Path | str) -> bytes:
-    """The key in a file; ValueError unless it has 32 bytes that nobody but the owner may touch."""
+    """The key in a file; ValueError unless it has 32 bytes, for nobody but the owner to touch."""
     try:
         # not to wait for a pipe to be opened at its other end
         descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
     except OSError as error:
         raise ValueError(f"key: {path} must be a file; {error.strerror}") from None
-    with open(descriptor, "rb") as file:
-        found = os.fstat(descriptor)
-        if not stat.S_ISREG(found.st_mode):
-            raise ValueError(f"key: {path} must be a file; received something else")
-        if os.name == "posix" and found.st_mode & 0o077:
-            mode = stat.S_IMODE(found.st_mode)
-            raise ValueError(
-                f"key: {path} must be accessible to its owner only (chmod 600); "
-                f"received mode {mode:03o}"
-            )
-        if found.st_size != KEY_BYTES:
-            raise ValueError(f"key: {path} must have {KEY_BYTES} bytes; received {found.st_size}")
-        return file.read()
+    try:
+        mode = os.fstat(descriptor).st_mode
+        key = os.read(descriptor, KEY_BYTES + 1) if stat.S_ISREG(mode) else b""
+    finally:
+        os.close(descriptor)
+    if not stat.S_ISREG(mode):
+        raise ValueError(f"key: {path} must be a file; received something else")
+    if os.name == "posix" and mode & 0o077:
+        raise ValueError(
+            f"key: {path} must be accessible to its owner only (chmod 600); "
+            f"received mode {stat.S_IMODE(mode):03o}"
+        )
+    if len(key) != KEY_BYTES:
+        received = "more" if len(key) > KEY_BYTES else len(key)
+        raise ValueError(f"key: {path} must have {KEY_BYTES} bytes; received {received}")
+    return key

@@ -156,8 +156,8 @@ class TelemetrySender:
 class TelemetryReceiver(Receiver):
     """Accepts TM frames of one spacecraft and gives what was wrapped in them.
 
-    `lost_frames`: frames that are missing between accepted ones; `lost_packets`: packets of which
-    a part was in them.
+    `lost_frames`: frames that are missing between accepted ones; `lost_packets`: packets that
+    had begun to arrive and whose rest was lost.
     """
 
     mark, header = _TM_MARK, _TM_HEADER

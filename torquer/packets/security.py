@@ -72,7 +72,9 @@ def check_link(keys: Mapping[int, bytes], spacecraft: int) -> None:
 def next_number(counter: int) -> int:
     """The counter of the next frame; ValueError when the last has been used."""
     if not 0 <= counter < _LAST:
-        raise ValueError(f"counter: must be from 0 to {_LAST - 1}, else a new key; got {counter}")
+        raise ValueError(
+            f"counter: must be from 0 to {_LAST - 1}, else a new key; received {counter}"
+        )
     return counter + 1
 
 
