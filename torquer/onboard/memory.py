@@ -109,10 +109,10 @@ def unsealed(name: str, content: bytes) -> tuple[int, bytes] | None:
 class Memory:
     """Files by name, in folders `main/` and `reserve/` of a folder, or (None) in two dicts.
 
-    Names are of small letters, digits, `_`, `.` and `-`, 64 at most, the first a letter, digit or
-    `_`; `ValueError` for others. `places`: the sealed files by name, `main` and `reserve`; what
-    damages a memory on purpose does so there. `counts`: what went wrong, by reason. With dicts a
-    memory is plain state that can be copied.
+    A name has 1 to 64 lower-case letters, digits, `_`, `.` and `-`, of which `.` and `-` are not
+    first; `ValueError` for another. `places`: the sealed files of `main` and `reserve` by name,
+    where a fault may damage them. `counts`: what went wrong, by reason. With dicts a memory is
+    plain state that can be copied.
     """
 
     def __init__(self, folder: Path | str | None = None):
@@ -124,7 +124,7 @@ class Memory:
             self.places = {place: self._mounted(Path(folder), place) for place in self.places}
 
     def read(self, name: str) -> bytes | None:
-        """Content of a file, of its whole copies that written last; None if no copy is whole.
+        """Content of a file: of the copies that are whole, the one written last; None without one.
 
         Reported: RESERVE_USED, FILE_DAMAGED, FILE_MISSING.
         """
@@ -143,7 +143,7 @@ class Memory:
         """
         if name not in self._writings:
             self._writings[name] = max(0, *(writing for writing, _ in self._copies(name)))
-        self._writings[name] += 1
+        self._writings[name] = (self._writings[name] + 1) % 2**32
         content = sealed(name, self._writings[name], bytes(data))
         return sum([self._put(place, name, content) for place in self.places]) > 0
 

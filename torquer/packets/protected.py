@@ -102,7 +102,11 @@ class CommandReceiver(Receiver):
 
 
 class TelemetrySender:
-    """Makes TM frames. `counter`: that of the last frame, to be kept as long as the key."""
+    """Makes TM frames. `counter`: that of the last frame, to be kept as long as the key.
+
+    No number may be used twice, but numbers may be left out: it is enough to keep, now and then,
+    one that lies ahead, and to go on from it after a reboot.
+    """
 
     def __init__(
         self, key: bytes, spi: int, spacecraft: int, counter: int = 0, frame_bytes: int = 256
