@@ -213,6 +213,7 @@ def test_a_copied_receiver_goes_on_as_the_first(at):
         (lambda: CommandSender(KEY, 0, 1), "spi: must be from 1 to 65534; received 0"),
         (lambda: CommandReceiver({65535: KEY}, 1), "spi: must be from 1 to 65534; received 65535"),
         (lambda: CommandSender(KEY, 1, 1024), "spacecraft: must be from 0 to 1023; received 1024"),
+        (lambda: CommandReceiver({1: KEY}, 1, window=0), "window: must be at least 1; received 0"),
         (lambda: CommandSender(KEY, 1, 1, -1).wrap(b""), "counter: .* received -1"),
         (lambda: CommandSender(KEY, 1, 1, 2**32 - 1).wrap(b""), "counter: .* received 4294967295"),
         (lambda: CommandSender(KEY, 1, 1).wrap(bytes(996)), "data: at most 995 .* received 996"),

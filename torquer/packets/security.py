@@ -99,6 +99,8 @@ class Receiver:
         counters: Mapping[int, int] | None = None,
     ):
         """`identity`: first two bytes of a frame. Counters that are not given start at 0."""
+        if window < 1:
+            raise ValueError(f"window: must be at least 1; received {window}")
         self.keys = dict(keys)
         self.window = window
         self.counters = {spi: (counters or {}).get(spi, 0) for spi in keys}
