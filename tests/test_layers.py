@@ -17,7 +17,7 @@ FLOORS = (
         "conventions",
         "compile",
         "interface",
-        *("validate", "spec", "noise", "time", "lazy", "version"),
+        *("validate", "spec", "noise", "time", "lazy", "version", "file_limits"),
     },
     {"packets"},
     {"geometry"},

@@ -5,8 +5,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from torquer.file_limits import LEVELS, has_deep_key, limited_text
 from torquer.scenario.explain import ScenarioError, name_of, validated
-from torquer.scenario.file_limits import LEVELS, has_deep_key, limited_text
 from torquer.scenario.spec import Scenario
 
 _PRESETS = Path(__file__).with_name("presets")

@@ -2,8 +2,9 @@
 
 import pytest
 
+from torquer import file_limits
 from torquer.cli.plain_kernels import _needs_no_compiler
-from torquer.scenario import file_limits, load
+from torquer.scenario import load
 from torquer.scenario.load import ScenarioError, data_of, load_scenario
 
 DEEP = [

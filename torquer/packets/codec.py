@@ -1,0 +1,131 @@
+"""Encoder and decoder of a packet: source text generated from its fields, compiled once.
+
+One expression packs all numbers. If it fails, by NaN or a number out of range, a second one with
+limits does; what is no number at all, or too large for a float, is left to a loop.
+"""
+
+import math
+import struct
+from collections.abc import Callable, Sequence
+from functools import cache, partial
+from typing import Any
+
+from torquer.packets.dictionary import TYPES, Field, Packet
+
+_ENCODER = """
+def encode(values):
+    try:
+        {raw} = values
+        return pack({numbers})
+    except FAILED:
+        try:
+            {raw} = values
+            return pack({limited})
+        except FAILED:
+            return pack(*saturated(values))
+"""
+_DECODER = """
+def decode(data, at=0):
+    try:
+        {raw} = unpack(data, at)
+    except FAILED:
+        raise ValueError(short(data, at)) from None
+    return ({numbers})
+"""
+#: What packing or rounding a number that is out of range raises, or what is no number.
+_FAILED = (struct.error, ArithmeticError, TypeError, ValueError)
+
+
+@cache
+def encoder(packet: Packet) -> Callable[[Sequence], bytes]:
+    """The function (values in the order of `packet.names`) -> data.
+
+    Values are rounded and saturated, NaN is the least raw number of a whole type; bytes are filled
+    with zeros, or cut. Never an exception for numbers; ValueError for another count of values, or
+    for what is no number.
+    """
+    return _compiled(packet, _ENCODER, "encode", numbers=_packed, limited=_limited)
+
+
+@cache
+def decoder(packet: Packet) -> Callable[..., tuple]:
+    """The function (data, at=0) -> values in the order of `packet.names`.
+
+    `at`: place of the first byte. ValueError if the data are too short.
+    """
+    return _compiled(packet, _DECODER, "decode", numbers=_value)
+
+
+def _compiled(packet: Packet, template: str, name: str, **expressions: Callable) -> Callable:
+    """The function of a template; `expressions`: text of a number by its name and field."""
+    fields = [field for _, field, _ in packet.numbers()]
+    made = {
+        key: ", ".join(of(f"n{i}", field) for i, field in enumerate(fields)) + ","
+        for key, of in expressions.items()
+    }
+    raw = ", ".join(f"n{i}" for i in range(len(fields))) + ","
+    source = template.format(raw=raw, **made)
+    layout = struct.Struct(packet.format)
+    space: dict[str, Any] = {
+        "FAILED": _FAILED,
+        "pack": layout.pack,
+        "unpack": layout.unpack_from,
+        "saturated": partial(saturated, packet),
+        "short": lambda data, at: (
+            f"{packet.name}: must have {layout.size} bytes; received {len(data) - at}"
+        ),
+    }
+    exec(compile(source, f"<{name} {packet.name}>", "exec"), space)
+    return space[name]
+
+
+def _packed(number: str, field: Field) -> str:
+    if not TYPES[field.type].is_whole:
+        return number
+    return f"round({number})" if field.scale == 1.0 else f"round({number} / {field.scale!r})"
+
+
+def _limited(number: str, field: Field) -> str:
+    kind = TYPES[field.type]
+    if not kind.is_whole:
+        return number
+    raw = f"round(min(max({number} / {field.scale!r}, {kind.low}), {kind.high}))"
+    return f"{raw} if {number} == {number} else {kind.low}"
+
+
+def _value(number: str, field: Field) -> str:
+    return number if field.scale == 1.0 else f"{number} * {field.scale!r}"
+
+
+def saturated(packet: Packet, values: Sequence) -> list:
+    """Raw numbers of any values, in the range of their types."""
+    values, numbers = list(values), list(packet.numbers())
+    if len(values) != len(numbers):
+        raise ValueError(f"{packet.name}: must have {len(numbers)} values; received {len(values)}")
+    named = zip(numbers, values, strict=True)
+    return [_raw(f"{packet.name}.{name}", field, value) for (name, field, _), value in named]
+
+
+def _raw(name: str, field: Field, value):
+    """The raw number of one value."""
+    if field.type == "bytes":
+        if not isinstance(value, bytes | bytearray | memoryview):
+            raise ValueError(f"{name}: must be bytes; received {value!r}")
+        return bytes(value)
+    kind, number = TYPES[field.type], _as_float(name, value) / field.scale
+    if math.isnan(number):
+        return kind.low if kind.is_whole else number
+    if kind.is_whole:
+        return round(min(max(number, kind.low), kind.high))
+    return min(max(number, kind.low), kind.high) if math.isfinite(number) else number
+
+
+def _as_float(name: str, value) -> float:
+    try:
+        if isinstance(value, str | bytes):
+            raise TypeError
+        return float(value)
+    except OverflowError:  # a longer integer
+        return TYPES["f64"].high if value > 0 else TYPES["f64"].low
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: must be a number; received {value!r}") from None

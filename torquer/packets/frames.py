@@ -1,0 +1,301 @@
+"""The historical frames of Chibis-M, bit exact: a header of 16 bytes, then the data of a packet.
+
+Both headers are packed and little-endian, as on the ARM LPC2294 of the satellite. They carry no
+checksum: damage to data within a whole frame cannot be noticed here (see `protected`).
+
+uplink    framesync u32 0xAABBCCDD, time_stamp u32 (execution time), msg_id u8, module_id u8,
+          reserved u32, data_length u16
+downlink  framesync u32, time_stamp u32 (when the frame was made), msg_id u8, msg_status u8,
+          reserved u8[4], data_length u16
+
+Times are seconds since 2010-01-01 00:00:00. Source: SDOT, App. A.
+"""
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Literal, NamedTuple
+
+from torquer.packets.codec import decoder, encoder
+from torquer.packets.dictionary import Dictionary, Field, Packet
+
+FRAMESYNC = 0xAABBCCDD
+#: `msg_status` of a downlink frame.
+STATUS = INFO, ALARM, STOP = (0, 1, 2)
+STATUS_LABELS = ("INFO", "ALARM", "STOP")
+_MARK = struct.pack("<I", FRAMESYNC)
+#: framesync, time_stamp, msg_id, msg_status or module_id, reserved, data_length
+_HEADER = struct.Struct("<IIBBIH")
+HEADER_BYTES = _HEADER.size
+_LATEST = 2**32 - 1
+Direction = Literal["down", "up"]
+
+
+def _header(direction: str, *code_and_reserved: Field) -> Packet:
+    return Packet(
+        name=f"{direction}_header",
+        id=255,
+        description="header of every frame",
+        fields=(
+            Field(name="framesync", type="u32", description="0xAABBCCDD"),
+            Field(name="time_stamp", type="u32", unit="s", description="since 2010-01-01"),
+            Field(name="msg_id", type="u8", description="packet"),
+            *code_and_reserved,
+            Field(name="data_length", type="u16", unit="B", description="bytes of the packet"),
+        ),
+    )
+
+
+#: The headers as packets, for what describes frames.
+HEADERS = {
+    "down": _header(
+        "down",
+        Field(name="msg_status", type="u8", labels=STATUS_LABELS, description="kind of the frame"),
+        Field(name="reserved", type="u8", count=4, description="zeros"),
+    ),
+    "up": _header(
+        "up",
+        Field(name="module_id", type="u8", description="module to which the command goes"),
+        Field(name="reserved", type="u32", description="zero"),
+    ),
+}
+
+
+class Frame(NamedTuple):
+    """A frame that was received.
+
+    `time_s`: its time stamp; `code`: its status (downlink) or module (uplink); `values` in the
+    order of `packet.names`; `raw`: the whole frame.
+    """
+
+    packet: Packet
+    time_s: int
+    code: int
+    values: tuple
+    raw: bytes
+
+    @property
+    def status(self) -> int:
+        """Status of a downlink frame: INFO, ALARM or STOP."""
+        return self.code
+
+    @property
+    def module(self) -> int:
+        """Id of the module to which a command goes."""
+        return self.code
+
+
+class Rejected(NamedTuple):
+    """A header that was rejected: enough for a negative acknowledgement.
+
+    `reason`: 'unknown' (id), 'length', 'module', 'status', or 'cut' (another frame begins before
+    its end); the rest as the header says.
+    """
+
+    reason: str
+    id: int
+    time_s: int
+    code: int
+    length: int
+
+
+class Downlink:
+    """Maker of downlink frames."""
+
+    def __init__(self, dictionary: Dictionary):
+        self._known = {
+            name: (encoder(packet), [_after_time(packet, status) for status in STATUS])
+            for name, packet in dictionary.down.items()
+        }
+
+    def frame(self, name: str, time_s: float, values: Sequence, status: int = INFO) -> bytes:
+        """The frame of a packet's values, made at `time_s` since 2010-01-01."""
+        encode, ends = self._known[name]
+        return _begin(time_s) + ends[status] + encode(values)
+
+
+class Uplink:
+    """Maker of uplink frames."""
+
+    def __init__(self, dictionary: Dictionary):
+        self._known = {
+            name: (encoder(packet), _after_time(packet, dictionary.modules[packet.module]))
+            for name, packet in dictionary.up.items()
+        }
+
+    def frame(self, name: str, time_s: float, values: Sequence) -> bytes:
+        """The frame of a command, to be executed at `time_s` since 2010-01-01.
+
+        `values` begin with `acknowledge`.
+        """
+        encode, end = self._known[name]
+        return _begin(time_s) + end + encode(values)
+
+
+def _begin(time_s: float) -> bytes:
+    """Framesync and time stamp, rounded down; before 2010 and NaN: 0."""
+    try:
+        return struct.pack("<II", FRAMESYNC, int(time_s))
+    except (ValueError, OverflowError, struct.error):
+        return struct.pack("<II", FRAMESYNC, _LATEST if time_s > 0.0 else 0)
+
+
+def _after_time(packet: Packet, code: int) -> bytes:
+    return _HEADER.pack(FRAMESYNC, 0, packet.id, code, 0, packet.size)[8:]
+
+
+class _Known(NamedTuple):
+    """What a stream must know of a packet. `codes`: those that its header may hold, `otherwise`:
+    the reason why another one is rejected; `opaque`: places in the frame that hold bytes.
+    """
+
+    packet: Packet
+    size: int
+    codes: frozenset[int]
+    otherwise: str
+    opaque: frozenset[int]
+    decode: Callable[..., tuple]
+
+
+class _Table(dict):
+    """What is known, by id. It never changes: copies of a stream share it."""
+
+    def __deepcopy__(self, memo: Any) -> "_Table":
+        return self
+
+
+def _table(dictionary: Dictionary, direction: Direction) -> _Table:
+    packets = dictionary.down if direction == "down" else dictionary.up
+    known = _Table()
+    for packet in packets.values():
+        opaque = {
+            HEADER_BYTES + at + k
+            for _, field, at in packet.numbers()
+            for k in range(field.size)
+            if field.type == "bytes"
+        }
+        codes, otherwise = set(STATUS), "status"
+        if direction == "up":
+            codes, otherwise = {dictionary.modules[packet.module]}, "module"
+        known[packet.id] = _Known(
+            packet, packet.size, frozenset(codes), otherwise, frozenset(opaque), decoder(packet)
+        )
+    return known
+
+
+class Stream:
+    """Frames out of a stream of bytes, in whatever parts it comes.
+
+    What is no frame is skipped up to the next framesync. `lost_bytes`: bytes that belong to no
+    frame; `rejected`: headers rejected, by reason. At most one packet's bytes are kept waiting,
+    since a header must state the length of its packet.
+
+    A frame that lost bytes would take the beginning of the next one for its end. So a frame is
+    given up as 'cut' if the header of another one stands within it: its id, code and length are
+    right by chance once in 2^60 places. Packets with fields of bytes may hold whole frames: there
+    a header counts as data if the next frame begins just behind the end; this may wait for that
+    next frame. The last one to three bytes of a frame, if the next framesync may begin with them,
+    are looked at again after it.
+    """
+
+    #: Most headers kept for `take_rejected`: the oldest are dropped.
+    MOST_REJECTED = 10
+
+    def __init__(self, dictionary: Dictionary, direction: Direction):
+        self._known = _table(dictionary, direction)
+        self.lost_bytes = 0
+        self.rejected: dict[str, int] = {}
+        self._latest: list[Rejected] = []
+        self._buffer = bytearray()
+        #: Bytes at its beginning that belong to the frame before.
+        self._shared = 0
+
+    def feed(self, data: bytes) -> Iterator[Frame]:
+        """The frames that are complete with these bytes."""
+        self._buffer += data
+        return self._frames(ended=False)
+
+    def finish(self) -> Iterator[Frame]:
+        """What still waits at the end of a recording, as if nothing could follow."""
+        yield from self._frames(ended=True)
+        self._lose(len(self._buffer))
+
+    def take_rejected(self) -> list[Rejected]:
+        """The headers rejected since the last call, at most `MOST_REJECTED`."""
+        taken, self._latest = self._latest, []
+        return taken
+
+    def _frames(self, ended: bool) -> Iterator[Frame]:
+        known, buffer = self._known, self._buffer
+        while self._synchronised():
+            _, time_s, number, code, _, length = _HEADER.unpack_from(buffer)
+            entry = known.get(number)
+            reason = _reason(entry, code, length)
+            if entry is None or reason:
+                self._reject(reason, len(_MARK))
+                continue
+            size = HEADER_BYTES + length
+            cut = self._cut(entry, size, ended)
+            if cut > 0:
+                self._reject("cut", cut)
+                continue
+            if cut < 0 or len(buffer) < size:
+                return
+            raw = bytes(buffer[:size])
+            self._shared = _begun(raw)
+            del buffer[: size - self._shared]
+            yield Frame(entry.packet, time_s, code, entry.decode(raw, HEADER_BYTES), raw)
+
+    def _synchronised(self) -> bool:
+        """Whether the buffer begins with a whole header, after what is none was skipped."""
+        buffer = self._buffer
+        if not buffer.startswith(_MARK):
+            at = buffer.find(_MARK)
+            self._lose(at if at >= 0 else len(buffer) - _begun(buffer))
+        return len(buffer) >= HEADER_BYTES
+
+    def _cut(self, entry: _Known, size: int, ended: bool) -> int:
+        """Where another frame begins within the first one; 0: nowhere, -1: not known yet."""
+        buffer = self._buffer
+        at = buffer.find(_MARK, len(_MARK), size)
+        while at >= 0:
+            if len(buffer) < at + HEADER_BYTES:
+                return 0 if ended else -1
+            _, _, number, code, _, length = _HEADER.unpack_from(buffer, at)
+            if not _reason(self._known.get(number), code, length):
+                if at not in entry.opaque:
+                    return at
+                if len(buffer) < size + len(_MARK) and not ended:
+                    return -1
+                if not _MARK.startswith(buffer[size : size + len(_MARK)]):
+                    return at
+            at = buffer.find(_MARK, at + 1, size)
+        return 0
+
+    def _reject(self, reason: str, skipped: int) -> None:
+        """Count the header at the beginning of the buffer and skip bytes."""
+        _, time_s, number, code, _, length = _HEADER.unpack_from(self._buffer)
+        self.rejected[reason] = self.rejected.get(reason, 0) + 1
+        self._latest = self._latest[1 - self.MOST_REJECTED :]
+        self._latest.append(Rejected(reason, number, time_s, code, length))
+        self._lose(skipped)
+
+    def _lose(self, count: int) -> None:
+        shared = min(self._shared, count)
+        self._shared -= shared
+        self.lost_bytes += count - shared
+        del self._buffer[:count]
+
+
+def _reason(entry: _Known | None, code: int, length: int) -> str:
+    """Why a header is rejected; "" if it is not."""
+    if entry is None:
+        return "unknown"
+    if length != entry.size:
+        return "length"
+    return "" if code in entry.codes else entry.otherwise
+
+
+def _begun(data: bytes | bytearray) -> int:
+    """Bytes at the end that may begin a framesync."""
+    end = bytes(data)[1 - len(_MARK) :]
+    return next((n for n in range(len(end), 0, -1) if _MARK.startswith(end[-n:])), 0)
