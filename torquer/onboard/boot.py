@@ -1,0 +1,182 @@
+"""Boot: what happens between a reset of the processor and the packet 'ready', and for how long.
+
+Source of the order: SDOT App. A. The durations are chosen. Until the boot has ended nothing is
+controlled and nothing received. The computer starts again with it: parameters, memory and modes.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from typing import TYPE_CHECKING, NamedTuple
+
+from torquer.onboard.clock import Clock
+from torquer.onboard.log import Reason
+from torquer.onboard.memory import unsealed
+from torquer.onboard.modules.clk import TIME
+from torquer.onboard.modules.module import restored, saved, settings_file
+from torquer.onboard.modules.svr import ERRORS
+from torquer.onboard.state import Cause
+
+if TYPE_CHECKING:
+    from torquer.onboard.core import Core
+
+#: Files of the non-volatile memory that the boot reads.
+VARIABLES, FPGA = "variables", "fpga.lib"
+#: Content of the FPGA's file as delivered.
+FPGA_AS_DELIVERED = bytes(range(256))
+#: Global variables: counter of reboots, whether the reserve file system is to be mounted.
+_VARIABLES = struct.Struct("<HB")
+#: Order in which the supervisor starts modules; drivers and others come before.
+STARTED_LAST = ("cdh", "tm", "mod", "aos", "stb", "com", "svr", "wdt")
+
+
+class Step(NamedTuple):
+    """A step of the boot: what it is, how long it takes [s], what it does."""
+
+    name: str
+    duration_s: float
+    work: Callable[[Core], None]
+
+
+def _nothing(core: Core) -> None:
+    """Hardware that has no part in a simulation."""
+
+
+def _read_variables(core: Core) -> None:
+    """Global variables: the counter of reboots goes on; from zero if it cannot be read."""
+    data = core.memory.read(VARIABLES) if VARIABLES in core.memory.names() else None
+    valid = data is not None and len(data) == _VARIABLES.size
+    reboots, reserve = _VARIABLES.unpack(data) if data is not None and valid else (0, 0)
+    state = core.state
+    if state.cause is not Cause.POWER_ON:
+        reboots = min(reboots + 1, 0xFFFF)
+    state.reboots, state.from_reserve = reboots, bool(reserve)
+    core.memory.write(VARIABLES, variables(reboots))
+
+
+def variables(reboots: int, from_reserve: bool = False) -> bytes:
+    """The global variables as the memory keeps them."""
+    return _VARIABLES.pack(reboots, from_reserve)
+
+
+def _mount(core: Core) -> None:
+    """Files whose main or reserve copy is damaged are written again; the log is taken up.
+
+    Mounted from the reserve, the copies there count, and the main ones are written from them.
+    """
+    memory = core.memory
+    if core.state.from_reserve:
+        main, reserve = memory.places["main"], memory.places["reserve"]
+        for name in memory.names():
+            if name in main and name in reserve and unsealed(name, reserve[name]):
+                main.pop(name)
+    memory.mend()
+    core.state.log.restore(memory.read(ERRORS) if ERRORS in memory.names() else None)
+    core.services.report("svr", Reason.BOOTED, core.state.reboots)
+
+
+def _load_fpga(core: Core) -> None:
+    if core.memory.read(FPGA) is None:
+        core.services.report("fs", Reason.FILE_MISSING)
+
+
+def _load_modules(core: Core) -> None:
+    """Make all modules, with the settings of the memory, or their defaults."""
+    for name, one in core.software.modules.items():
+        found = _settings(core, name)
+        settings = one.settings if found is None else found
+        core.state.add(one.make(settings), one.period_s, is_default=found is None)
+
+
+def _settings(core: Core, name: str):
+    """The settings of a module in the memory; None, and an event, without."""
+    defaults = core.software.modules[name].settings
+    if not type(defaults).model_fields:
+        return defaults
+    data = core.memory.read(settings_file(name))
+    found = None if data is None else restored(data, defaults)
+    if found is None:
+        is_there = data is not None or settings_file(name) in core.memory.names()
+        code = Reason.SETTINGS_DAMAGED if is_there else Reason.SETTINGS_MISSING
+        core.services.report(name, code)
+    return found
+
+
+def _restore_time(core: Core) -> None:
+    """The time as it was last saved: it has lost what has passed since."""
+    if core.state.clock.restore(core.memory.read(TIME)) is Reason.TIME_LOST:
+        core.services.report("clk", Reason.TIME_LOST)
+
+
+def _start_modules(core: Core) -> None:
+    """Start the modules, drivers first, in the source's order; one that fails does not start."""
+    if core.state.cause is not Cause.POWER_ON:
+        core.flight.restart_computer()
+    names = list(core.software.modules)
+    ordered = [name for name in names if name not in STARTED_LAST]
+    for name in ordered + [name for name in STARTED_LAST if name in names]:
+        if core.software.modules[name].on:
+            try:
+                core.services.start(name)
+            except Exception:
+                core.services.report(name, Reason.MODULE_FAILED)
+
+
+def _start_watchdog(core: Core) -> None:
+    core.services.feed_hardware()
+
+
+def _ready(core: Core) -> None:
+    """The packet 'ready', and that it can be taken for the first one of a boot."""
+    state, services = core.state, core.services
+    services.report("svr", Reason.READY)
+    events = sum(slot.errors for slot in state.slots.values())
+    reserve, now_ms = int(state.from_reserve), state.clock.now_ms
+    services.send("ready", (state.reboots, state.cause, reserve, now_ms, events))
+
+
+STEPS = (
+    Step("processor", 1.0, _nothing),
+    Step("drivers: SPI, parallel bus, ADC", 1.0, _nothing),
+    Step("global variables", 0.1, _read_variables),
+    Step("current sensors", 0.5, _nothing),
+    Step("file system", 3.0, _mount),
+    Step("FPGA", 2.0, _load_fpga),
+    Step("modules", 1.0, _load_modules),
+    Step("time", 0.1, _restore_time),
+    Step("supervisor: power switches", 1.0, _nothing),
+    Step("supervisor: modules", 1.0, _start_modules),
+    Step("supervisor: watchdog", 0.1, _start_watchdog),
+    Step("ready", 0.1, _ready),
+)
+#: Time of a boot [s].
+BOOT_S = sum(step.duration_s for step in STEPS)
+
+
+def has_ended(core: Core) -> bool:
+    """Whether the boot has ended."""
+    return core.state.boot_step == len(STEPS)
+
+
+def go_on(core: Core, t_s: float) -> bool:
+    """Take the steps of the boot that end until a time of the run [s]; whether it has ended."""
+    state = core.state
+    while state.boot_step < len(STEPS):
+        ends_s = state.boot_s + sum(step.duration_s for step in STEPS[: state.boot_step + 1])
+        if ends_s > t_s + 1e-6:
+            return False
+        core.services.t_s = ends_s
+        state.clock.run_to(ends_s)
+        STEPS[state.boot_step].work(core)
+        state.boot_step += 1
+    return True
+
+
+def deliver(core: Core, now_ms: int) -> None:
+    """Fill an empty memory as it is delivered: settings of all modules, the FPGA's file, time."""
+    for name, one in core.software.modules.items():
+        if type(one.settings).model_fields:
+            core.memory.write(settings_file(name), saved(one.settings))
+    core.memory.write(FPGA, FPGA_AS_DELIVERED)
+    core.memory.write(TIME, Clock(now_ms=now_ms).save())

@@ -1,0 +1,175 @@
+"""Flight software around the compiled computer, a control step at a time.
+
+core = torquer.onboard.core.Core(scenario)
+while (received := core.tick(uplink)) is not None:
+    ...
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from torquer.onboard import boot
+from torquer.onboard.clock import ms_of
+from torquer.onboard.log import Reason
+from torquer.onboard.memory import Memory
+from torquer.onboard.modules.com import Command
+from torquer.onboard.services import Services
+from torquer.onboard.software import Software, load_software
+from torquer.onboard.state import Cause, Slot, State
+from torquer.scenario.spec import Scenario
+from torquer.simulation.flight import Flight
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: A hardware watchdog that is not fed for so long [s] resets the processor.
+WATCHDOG_S = 60.0
+_ZERO = (0.0, 0.0, 0.0)
+
+
+class Snapshot(NamedTuple):
+    """Flight, software and non-volatile memory at one instant."""
+
+    flight: Any
+    memory: dict
+
+
+class Core:
+    """The satellite of a scenario with its flight software, in lock-step.
+
+    `software`: what `load_software` gives or takes; `memory`: the non-volatile memory, else an
+    empty one. An empty one is filled as it is delivered, and the clock is then right. The first
+    boot is over when the flight begins.
+
+    At each control step the compiled computer works first, then the modules that are due, in the
+    order of `software.modules`: drivers of sensors, then each module after those whose output it
+    takes, last telemetry and communications. What they change of the computer takes effect at its
+    next control step; a command received now is executed at its module's next step.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        software: Software | str | Path | Mapping | None = None,
+        memory: Memory | None = None,
+    ):
+        self.software = software if isinstance(software, Software) else load_software(software)
+        self.flight = Flight(scenario, keeps_computer=True)
+        self.memory = Memory() if memory is None else memory
+        craft = scenario.spacecraft
+        actuators = {"dipole_a_m2": craft.coils, "torque_n_m": craft.wheels}
+        there = {name for name, device in actuators.items() if device is not None}
+        self.services = Services(self.flight, self.memory, self.software, there)
+        self._off = {name: _ZERO for name in there}
+        is_new, start_ms = not self.memory.names(), ms_of(scenario.start)
+        if is_new:
+            boot.deliver(self, start_ms)
+        self._switch_on(-boot.BOOT_S, Cause.POWER_ON)
+        boot.go_on(self, 0.0)
+        self.state.clock.run_to(0.0)
+        if is_new:
+            self.state.clock.set(start_ms)
+
+    @property
+    def is_running(self) -> bool:
+        """Whether the software runs, that is, does not boot."""
+        return boot.has_ended(self)
+
+    def tick(self, uplink: bytes = b"") -> bytes | None:
+        """One control step: what is received goes in, what is sent comes out; None at the end.
+
+        Raises `RunStopped`, with the result so far, if the motion is lost.
+        """
+        inputs = self.flight.read()
+        if inputs is None:
+            return None
+        state, services = self.state, self.services
+        services.at(inputs)
+        if boot.has_ended(self) or boot.go_on(self, inputs.t_s):
+            if uplink:
+                state.receive(uplink)
+            self._step(inputs.t_s)
+            self.flight.command(**{k: v for k, v in state.manual.items() if v is not None})
+        else:
+            self.flight.command(**self._off)
+        sent = b"".join(state.downlink)
+        state.downlink.clear()
+        if state.reboot is not None:
+            self._end(state)
+        elif self.is_running and inputs.t_s - state.watchdog_s > WATCHDOG_S:
+            self._switch_on(inputs.t_s, Cause.WATCHDOG)
+        return sent
+
+    def reboot(self, cause: Cause = Cause.FAULT) -> None:
+        """Switch off and on before the next control step; nothing is saved before."""
+        self._switch_on(self.services.t_s, cause)
+
+    def snapshot(self) -> Snapshot:
+        """Everything as it stands, to be restored any number of times."""
+        return Snapshot(
+            self.flight.snapshot((self.services.t_s, self.state)), self.memory.snapshot()
+        )
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this flight: what follows is the same, bit for bit."""
+        t_s, self.state = self.flight.restore(snapshot.flight)
+        self.memory.restore(snapshot.memory)
+        self.services.bind(self.state)
+        self.services.t_s, self.services.now_ms = t_s, self.state.clock.now_ms
+
+    def result(self) -> xr.Dataset:
+        """The flight so far, as `torquer.simulate` gives it."""
+        return self.flight.result()
+
+    def _switch_on(self, t_s: float, cause: Cause) -> None:
+        self.state = State(self.software.modules, t_s, cause)
+        self.services.bind(self.state)
+        self.services.t_s, self.services.now_ms = t_s, self.state.clock.now_ms
+
+    def _end(self, state: State) -> None:
+        """A reboot by command."""
+        if state.from_reserve:
+            self.memory.write(boot.VARIABLES, boot.variables(state.reboots, from_reserve=True))
+        self._switch_on(self.services.t_s, state.reboot or Cause.COMMAND)
+
+    def _step(self, t_s: float) -> None:
+        """Let the modules work that are due."""
+        now_ms = round(t_s * 1e3)
+        for slot in self.state.slots.values():
+            if slot.due_ms <= now_ms and slot.runs:
+                slot.due_ms = max(slot.due_ms + slot.period_ms, now_ms + 1)
+                self._work(slot)
+
+    def _work(self, slot: Slot) -> None:
+        """A step of one module; an error in it costs this step only, but the watchdog counts."""
+        module, core = slot.module, self.services
+        try:
+            if core.cdh.queues[module.name]:
+                self._execute(slot)
+            module.step(core)
+        except Exception:
+            slot.failures += 1
+            if slot.failures & (slot.failures - 1) == 0:  # 1, 2, 4, 8..: not to flood the log
+                core.report(module.name, Reason.MODULE_FAILED, slot.failures)
+        else:
+            slot.steps += 1
+            slot.fed_s = core.t_s
+
+    def _execute(self, slot: Slot) -> None:
+        """The commands that wait for a module, each with its answer."""
+        core, name = self.services, slot.module.name
+        command: Command
+        while (command := core.cdh.take(name)) is not None:
+            try:
+                code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))
+            except Exception:
+                code = Reason.FAILED
+            if code is Reason.DONE:
+                slot.done += 1
+            else:
+                slot.rejected += 1
+                core.report(name, code, command.id)
+            core.acknowledge(command, code)

@@ -1,0 +1,150 @@
+"""AOS, attitude determination: the state vector that the other modules and the ground use.
+
+Source: SDOT 3.3: attitude and rate relative to the orbital and the inertial frame, with a time
+stamp. It may be undefined; after 10 s it is out of date. Which estimator works is decided by the
+mode table's region of attitude determination.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer.compile.engine import kernel
+from torquer.control.pointing import deviation, reference_motion
+from torquer.geometry.vec3 import norm
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.spec import Spec
+
+#: Age [s] from which on a state vector is out of date.
+OLDEST_S = 10.0
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+
+
+class StateVector(NamedTuple):
+    """Estimated attitude and rate; not numbers where they are unknown.
+
+    `t_s`: time of the estimate in the run; quaternions body to orbital frame and body to inertial
+    frame, scalar last; rates [rad/s] relative to the orbital frame and absolute, in body axes;
+    magnitudes of the first rate [rad/s] and of the vector part of the first quaternion.
+    """
+
+    t_s: float
+    q_orbital: tuple
+    q_inertial: tuple
+    omega_orbital_rad_s: tuple
+    omega_rad_s: tuple
+    rate_rad_s: float
+    q_size: float
+    sigma_rad: float
+    sunlit: bool
+
+    def is_valid(self, t_s: float) -> bool:
+        """Whether it is defined and not out of date at a time of the run [s]."""
+        return math.isfinite(self.rate_rad_s + self.q_size) and t_s - self.t_s <= OLDEST_S
+
+
+class _Attitude(NamedTuple):
+    q_body_to_inertial: tuple
+    omega_body_rad_s: tuple
+
+
+class _Place(NamedTuple):
+    r_inertial_m: tuple
+    v_inertial_m_s: tuple
+
+
+class _Known(NamedTuple):
+    estimate: _Attitude
+    ephemeris: _Place
+
+
+@kernel
+def to_orbital(q, omega, r, v):
+    """(q body to orbital frame, rate relative to it [rad/s], size of the rate, of q's vector).
+
+    `q`: body to inertial frame; `omega`: absolute rate, body axes [rad/s]; `r`, `v`: inertial.
+    """
+    known = _Known(_Attitude(q, omega), _Place(r, v))
+    q_orbital, relative = deviation(known, _UPRIGHT, *reference_motion(known, 1.0))
+    return q_orbital, relative, norm(relative), norm((q_orbital[0], q_orbital[1], q_orbital[2]))
+
+
+class AosSettings(Spec):
+    """Settings of attitude determination."""
+
+    region: str = "determination"
+    """Region of the mode table that chooses the estimator."""
+    modes: dict[str, str] = Field(
+        default={
+            "off": "OFF",
+            "sdot": "SDOT",
+            "bdot": "BDOT",
+            "waiting": "BDOT",
+            "triad": "TRIAD",
+            "kalman_mag_dss": "KALMAN_MAG_DSS",
+            "kalman_mag_dss_wrate": "KALMAN_MAG_DSS_WRATE",
+            "kalman_mag_wrate": "KALMAN_MAG_WRATE",
+            "kalman_dss_wrate": "KALMAN_DSS_WRATE",
+        }
+    )
+    """Mode in telemetry by the state of that region."""
+
+
+class Aos(Module):
+    """Makes the state vector at each step."""
+
+    name = "aos"
+    Settings = AosSettings
+    period_s = 0.1
+
+    def __init__(self, settings: AosSettings):
+        super().__init__(settings)
+        self.mode = self.sunlit = self.works = 0
+        self.was_valid = True
+        self._numbers: dict[str, int] = {}
+
+    def start(self, core) -> None:
+        """Number the modes as telemetry does."""
+        self._numbers = numbers_of_modes(core.dictionary, "aos_mode", self.settings.modes)
+
+    def step(self, core) -> None:
+        """Put the state vector into its queue; tell the ground when it is lost."""
+        inputs = core.inputs
+        e, place = inputs.estimate, inputs.ephemeris
+        relative = to_orbital(
+            e.q_body_to_inertial, e.omega_body_rad_s, place.r_inertial_m, place.v_inertial_m_s
+        )
+        q_orbital, omega_orbital, rate, q_size = relative
+        sunlit = place.sunlit_fraction > 0.0 or any(inputs.sun_body)
+        state = StateVector(
+            e.t_s,
+            q_orbital,
+            e.q_body_to_inertial,
+            omega_orbital,
+            e.omega_body_rad_s,
+            rate,
+            q_size,
+            e.sigma_rad,
+            sunlit,
+        )
+        core.cdh.put("state", state)
+        self.sunlit, self.works = int(sunlit), int(state.is_valid(inputs.t_s))
+        self.mode = self._numbers.get(core.modes.get(self.settings.region, ""), 0)
+        if self.was_valid and not self.works:
+            known = math.isfinite(rate + q_size)
+            core.report("aos", Reason.STALE_STATE if known else Reason.STATE_LOST)
+        self.was_valid = bool(self.works)
+
+    def status(self) -> dict[str, float]:
+        """Mode, whether the Sun shines, whether there is a valid state vector."""
+        return {"mode": self.mode, "sunlit": self.sunlit, "works": self.works}
+
+
+def numbers_of_modes(dictionary, label: str, modes: dict[str, str]) -> dict[str, int]:
+    """Number of the telemetry's mode by the state of a region; unknown labels are left out."""
+    labels = list(dictionary.labels.get(label, ()))
+    return {state: labels.index(mode) for state, mode in modes.items() if mode in labels}

@@ -1,0 +1,64 @@
+"""CDH, command and data handling: keeps an eye on the queues.
+
+Source: SDOT App. A. The queues themselves are `torquer.onboard.queues`.
+"""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.spec import Spec
+
+#: Queues that belong to no module, in the order of the packet `queues`.
+SHARED = ("acks", "ground", "state")
+
+
+class CdhSettings(Spec):
+    """Settings of command and data handling."""
+
+    report_s: float = Field(default=600.0, gt=0.0)
+    """Time between two packets on the queues."""
+
+
+class CdhModule(Module):
+    """Tells the ground what the queues hold, and when one has dropped an element."""
+
+    name = "cdh"
+    Settings = CdhSettings
+
+    def __init__(self, settings: CdhSettings):
+        super().__init__(settings)
+        self.dropped: dict[str, int] = {}
+        self.due_s = 0.0
+
+    def start(self, core) -> None:
+        """The first packet comes after the first period."""
+        self.due_s = core.t_s + self.settings.report_s
+
+    def step(self, core) -> None:
+        """Events for queues that dropped elements, state vectors apart, which are meant to be."""
+        dropped = core.cdh.dropped
+        for number, queue in enumerate(dropped):
+            lost = dropped[queue] - self.dropped.get(queue, 0)
+            if lost and queue != "state":
+                self.dropped[queue] = dropped[queue]
+                core.report("cdh", Reason.QUEUE_FULL, number)
+        if core.t_s >= self.due_s:
+            self.due_s += self.settings.report_s
+            core.send("queues", contents(core.cdh))
+
+    def status(self) -> dict[str, float]:
+        """Elements that were dropped, by queue."""
+        return dict(self.dropped)
+
+
+def contents(cdh) -> tuple[int, ...]:
+    """Values of the packet `queues`: what waits, then what was dropped; commands of all modules."""
+    waiting = {queue: len(elements) for queue, elements in cdh.queues.items()}
+    rows = []
+    for count in (waiting, cdh.dropped):
+        commands = sum(n for queue, n in count.items() if queue not in SHARED)
+        rows += [commands, *(count[queue] for queue in SHARED)]
+    return tuple(rows)

@@ -1,0 +1,156 @@
+"""COM, communications: commands in, acknowledgements and packets out.
+
+Source: SDOT 3.4, App. A. A command goes through the link's frames, is judged, waits for its
+execution time if it has one, and is put into the queue of its module. Each rejected one is counted
+and entered into the error log; where the frame shows which command it was, the ground is answered.
+
+A time stamp of 0 means at once. Delayed commands are kept in the processor's memory: a reboot loses
+them, with the clock by which they would be executed.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.packets.frames import Frame, Rejected
+from torquer.spec import Spec
+
+#: Reason codes by why a stream rejects a header.
+_REASONS = {"unknown": Reason.UNKNOWN, "length": Reason.LENGTH, "module": Reason.MODULE}
+
+
+class Command(NamedTuple):
+    """A command as modules get it; `acknowledge`: whether the ground asks for an answer."""
+
+    packet: str
+    id: int
+    module: int
+    time_s: int
+    acknowledge: bool
+    values: tuple
+
+
+class ComSettings(Spec):
+    """Settings of communications."""
+
+    oldest_command_s: float = Field(default=600.0, ge=0.0)
+    """A command whose execution time has passed for longer is rejected."""
+    latest_command_s: float = Field(default=604800.0, gt=0.0)
+    """A command whose execution time is farther ahead is rejected."""
+    delayed: int = Field(default=10, ge=1, le=100)
+    """Delayed commands that can wait; a further one is rejected."""
+
+
+class Com(Module):
+    """Judges what is received, sends what waits for the ground."""
+
+    name = "com"
+    Settings = ComSettings
+    period_s = 0.1
+
+    def __init__(self, settings: ComSettings):
+        super().__init__(settings)
+        self.link = None
+        self.delayed: list[Command] = []
+        self.received = self.rejected = self.sent_bytes = 0
+
+    def start(self, core) -> None:
+        """Begin with an empty stream."""
+        self.link = core.new_link()
+
+    def step(self, core) -> None:
+        """Receive, let delayed commands go, send."""
+        received = core.take_uplink()
+        if received:
+            for frame in self.link.receive(received):
+                self._judge(core, frame)
+            for header in self.link.take_rejected():
+                self._answer_header(core, header)
+            self.link.save(core)
+        if self.delayed:
+            self._release(core)
+        self._send(core)
+
+    def status(self) -> dict[str, float]:
+        """Commands received and rejected since the boot, commands that wait, lost bytes."""
+        return {
+            "received": self.received,
+            "rejected": self.rejected,
+            "delayed": len(self.delayed),
+            "lost_bytes": 0 if self.link is None else self.link.lost_bytes,
+        }
+
+    def _judge(self, core, frame: Frame) -> None:
+        """Hand a command on now or later, or reject it."""
+        self.received += 1
+        packet, now_s = frame.packet, core.clock.now_s
+        asks, *values = frame.values
+        command = Command(
+            packet.name, packet.id, frame.module, frame.time_s, bool(asks), tuple(values)
+        )
+        code = self._fault(core, command, now_s)
+        if code:
+            self._reject(core, command, code)
+        elif frame.time_s > now_s:
+            self.delayed.append(command)
+            self.delayed.sort(key=lambda each: each.time_s)
+        else:
+            self._hand_on(core, command)
+
+    def _fault(self, core, command: Command, now_s: int) -> Reason:
+        """Why a command is rejected; DONE if it is not."""
+        module = core.dictionary.up[command.packet].module
+        if module not in core.modules:
+            return Reason.MODULE
+        if not core.is_running(module):
+            return Reason.STATE
+        if command.time_s == 0:
+            return Reason.DONE
+        ahead = command.time_s - now_s
+        if ahead < -self.settings.oldest_command_s:
+            return Reason.LATE
+        if ahead > self.settings.latest_command_s:
+            return Reason.TIME
+        if ahead > 0 and len(self.delayed) >= self.settings.delayed:
+            return Reason.QUEUE_FULL
+        return Reason.DONE
+
+    def _release(self, core) -> None:
+        """Hand on the delayed commands whose time has come."""
+        while self.delayed and self.delayed[0].time_s <= core.clock.now_s:
+            self._hand_on(core, self.delayed.pop(0))
+
+    def _hand_on(self, core, command: Command) -> None:
+        """Into the module's queue; if that is full its oldest command is dropped, and answered."""
+        module = core.dictionary.up[command.packet].module
+        if not core.cdh.put(module, command):
+            self._reject(core, core.cdh.take_dropped(module), Reason.QUEUE_FULL)
+
+    def _reject(self, core, command: Command, code: Reason) -> None:
+        self.rejected += 1
+        core.report("com", code, command.id)
+        core.acknowledge(command, code)
+
+    def _answer_header(self, core, header: Rejected) -> None:
+        """A frame that is no command: nobody knows whether an answer is asked for."""
+        self.received += 1
+        code = _REASONS.get(header.reason, Reason.REJECTED)
+        asked = Command("", header.id, header.code, header.time_s, True, ())
+        self._reject(core, asked, code)
+
+    def _send(self, core) -> None:
+        """Acknowledgements first, then what waits for the ground."""
+        take, waiting = core.cdh.take, core.cdh.queues
+        frames = []
+        while waiting["acks"]:
+            frames.append(core.frame("acknowledgement", (*take("acks"), self.received)))
+        while waiting["ground"]:
+            frames.append(take("ground"))
+        if frames:
+            for sent in self.link.wrapped(frames):
+                self.sent_bytes += len(sent)
+                core.transmit(sent)

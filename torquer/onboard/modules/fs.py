@@ -1,0 +1,94 @@
+"""FS, the file system: updates of the software, taken as blocks and checked as a whole.
+
+An update is bytes without a meaning here: it is stored, and marked for use at the next boot, only
+if its length and its CRC-32 are those that were announced.
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+from pydantic import Field
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.spec import Spec
+
+#: Number and CRC-32 of the update that the next boot is to use.
+ACTIVE = "active"
+_MARK = struct.Struct("<HI")
+
+
+def update_file(number: int) -> str:
+    """Name of the file of an update."""
+    return f"update.{number}"
+
+
+class FsSettings(Spec):
+    """Settings of the file system."""
+
+    greatest_size: int = Field(default=262144, ge=1, le=2**24)
+    """Bytes of the longest update."""
+
+
+class Fs(Module):
+    """Receives updates; reports what went wrong in the non-volatile memory."""
+
+    name = "fs"
+    Settings = FsSettings
+
+    def __init__(self, settings: FsSettings):
+        super().__init__(settings)
+        self.number = self.crc = 0
+        self.data: bytearray | None = None
+        self.missing: set[int] = set()
+        self.updates = 0
+
+    def step(self, core) -> None:
+        """Events of the memory."""
+        for report in core.memory.take_reports():
+            core.report("fs", report.code, zlib.crc32(report.name.encode()) & 0x7FFFFFFF)
+
+    def on_update_begin(self, core, values) -> Reason:
+        """Announce a file; one that was announced before and is not complete is forgotten."""
+        number, size, crc = values
+        if not 0 < size <= self.settings.greatest_size:
+            return Reason.VALUE
+        self.number, self.crc, self.data = number, crc, bytearray(size)
+        self.missing = set(range(0, size, 64))
+        return Reason.DONE
+
+    def on_update_block(self, core, values) -> Reason:
+        """64 bytes at a multiple of 64, in any order; what is beyond the file's end is ignored."""
+        offset, block = values
+        if self.data is None:
+            return Reason.STATE
+        if offset % 64 or offset >= len(self.data):
+            return Reason.VALUE
+        kept = block[: len(self.data) - offset]
+        self.data[offset : offset + len(kept)] = kept
+        self.missing.discard(offset)
+        return Reason.DONE
+
+    def on_update_end(self, core, values) -> Reason:
+        """Check the file; a wrong one is forgotten and not activated."""
+        (activate,) = values
+        if self.data is None:
+            return Reason.STATE
+        if activate > 1:
+            return Reason.VALUE
+        if self.missing:
+            return Reason.LENGTH
+        data, self.data = bytes(self.data), None
+        if zlib.crc32(data) != self.crc:
+            return Reason.CHECKSUM
+        written = core.memory.write(update_file(self.number), data)
+        if written and activate:
+            written = core.memory.write(ACTIVE, _MARK.pack(self.number, self.crc))
+        self.updates += written
+        return Reason.DONE if written else Reason.FAILED
+
+    def status(self) -> dict[str, float]:
+        """Updates stored since the boot, blocks that are still to come."""
+        return {"updates": self.updates, "missing": len(self.missing) if self.data else 0}

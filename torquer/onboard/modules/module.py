@@ -1,0 +1,77 @@
+"""What a module of the flight software is.
+
+Source: SDOT App. A: own number, start and stop, own loop and rate, settings from a configuration
+file, state, error log, dispatcher of commands. A state is plain attributes that can be copied: no
+reference to the core, no generators, no threads.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import ValidationError
+
+from torquer.onboard.log import Reason
+from torquer.spec import Spec
+
+if TYPE_CHECKING:
+    from torquer.onboard.services import Services
+
+
+class NoSettings(Spec):
+    """Settings of a module that has none."""
+
+
+def settings_file(module: str) -> str:
+    """Name of the file in the non-volatile memory that holds a module's settings."""
+    return f"settings.{module}"
+
+
+class Module:
+    """Base of all modules: settings, commands and status; a module adds its `step`.
+
+    `name`: as in the dictionary's modules; `Settings`: spec of what commands may change and the
+    non-volatile memory keeps; `period_s`: time between two steps. A method `on_NAME(core, values)`
+    for each uplink packet of the module returns a reason code, 0 for done. `step` runs once in
+    each period. `core` is what a module sees of the rest of the software (`Services`).
+    """
+
+    name: ClassVar[str]
+    Settings: ClassVar[type[Spec]] = NoSettings
+    period_s: ClassVar[float] = 1.0
+
+    def __init__(self, settings: Any):
+        self.settings = settings
+
+    def start(self, core: Services) -> None:
+        """Begin, at boot or by command: what the module needs of memory and computer."""
+
+    def step(self, core: Services) -> None:
+        """The module's own work."""
+
+    def status(self) -> dict[str, float]:
+        """What telemetry reports of the module: numbers by name."""
+        return {}
+
+    def change(self, core: Services, **settings: Any) -> Reason:
+        """Change settings and keep them in the non-volatile memory; VALUE if they do not fit."""
+        try:
+            changed = self.settings.model_copy(update=settings)
+        except ValidationError:
+            return Reason.VALUE
+        self.settings = changed
+        written = core.memory.write(settings_file(self.name), saved(changed))
+        return Reason.DONE if written else Reason.FAILED
+
+
+def saved(settings: Spec) -> bytes:
+    """Settings as the memory keeps them: JSON."""
+    return settings.model_dump_json().encode()
+
+
+def restored(data: bytes, defaults: Spec) -> Spec | None:
+    """Settings that `saved` gave, of the same kind as the defaults; None for anything else."""
+    try:
+        return type(defaults).model_validate_json(data)
+    except ValueError:
+        return None

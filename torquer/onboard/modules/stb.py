@@ -1,0 +1,81 @@
+"""STB, stabilisation: which of its modes works, and with which actuators.
+
+Source: SDOT 3.3, Table 3.5. Which laws work is decided by the mode table's regions.
+"""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.aos import numbers_of_modes
+from torquer.onboard.modules.module import Module
+from torquer.spec import Spec
+
+
+class StbSettings(Spec):
+    """Settings of stabilisation."""
+
+    region: str = "stabilisation"
+    """Region of the mode table that chooses the laws."""
+    modes: dict[str, str] = Field(
+        default={
+            "safe": "SAFE",
+            "safe_reversed": "SAFE",
+            "detumbling": "DETUMB",
+            "acquisition": "3X",
+            "science": "SCIENCE",
+            "point2dir": "POINT2DIR",
+            "one_axis": "1X",
+        }
+    )
+    """Mode in telemetry by the state of that region."""
+    actuators: str = "actuators"
+    """Region whose state, stb_00 to stb_tw, says which actuators are in use, if there is one."""
+    idle_after_s: float = Field(default=30.0, gt=0.0)
+    """Without that region: time without a command after which an actuator is not in use."""
+
+
+class Stb(Module):
+    """Follows the mode of stabilisation and the actuators in use."""
+
+    name = "stb"
+    Settings = StbSettings
+
+    def __init__(self, settings: StbSettings):
+        super().__init__(settings)
+        self.mode = self.works = self.actuators = 0
+        self.dipole_s = self.torque_s = -1e9
+        self._numbers: dict[str, int] = {}
+        self._actuators: dict[str, int] = {}
+
+    def start(self, core) -> None:
+        """Number the modes as telemetry does."""
+        self._numbers = numbers_of_modes(core.dictionary, "stb_mode", self.settings.modes)
+        labels = core.dictionary.labels.get("actuators", ())
+        self._actuators = {label.lower(): number for number, label in enumerate(labels)}
+
+    def step(self, core) -> None:
+        """Note mode and actuators; a change of the actuators is an event."""
+        dipole, torque = core.commanded
+        if dipole[0] or dipole[1] or dipole[2]:
+            self.dipole_s = core.t_s
+        if torque[0] or torque[1] or torque[2]:
+            self.torque_s = core.t_s
+        now = core.modes
+        self.mode = self._numbers.get(now.get(self.settings.region, ""), 0)
+        since = core.t_s - self.settings.idle_after_s
+        coils, wheels = self.dipole_s > since, self.torque_s > since
+        self.works = int(coils or wheels)
+        state = now.get(self.settings.actuators)
+        if state is None:
+            self.actuators = coils + 2 * wheels
+            return
+        actuators = self._actuators.get(state, 0)
+        if actuators != self.actuators:
+            core.report("stb", Reason.ACTUATORS_CHANGED, actuators)
+        self.actuators = actuators
+
+    def status(self) -> dict[str, float]:
+        """Mode, whether an actuator works, actuators in use."""
+        return {"mode": self.mode, "works": self.works, "actuators": self.actuators}

@@ -1,0 +1,306 @@
+"""SVR, the supervisor: modes by command, classes of the state vector, failures, watchdog, reboots.
+
+Source: SDOT 3.3, Tables 3.2 to 3.4, App. A. Automatic transitions are the mode table's; the
+supervisor raises its flags, changes its parameters and, operated by hand, commands its states.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Self
+
+from pydantic import Field, model_validator
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.onboard.modules.telemetry import DEG, bits, devices
+from torquer.spec import Spec
+
+#: Classes of an element of the state vector, as telemetry numbers them.
+NONE, MAX, NORM, MIN = range(4)
+#: Modes of the supervisor, as telemetry numbers them.
+MANUAL, AUTOMATIC = range(2)
+#: Kinds of the command `reboot`.
+REGULAR, IMMEDIATE, RESERVE = range(3)
+#: File of the non-volatile memory that holds the error log.
+ERRORS = "errors"
+_ON = {0: False, 1: True}
+
+
+class SvrSettings(Spec):
+    """Settings of the supervisor."""
+
+    rate_max_deg_s: float = Field(default=0.4, gt=0.0)
+    """Rate to the orbital frame above which it is of class MAX."""
+    rate_min_deg_s: float = Field(default=0.08, gt=0.0)
+    """Rate below which it is of class MIN."""
+    q_max: float = Field(default=0.15, gt=0.0, le=1.0)
+    """Vector part of the attitude to the orbital frame above which it is of class MAX."""
+    q_min: float = Field(default=0.02, gt=0.0, le=1.0)
+    """Vector part below which it is of class MIN."""
+    automatic: bool = True
+    """Whether the boot ends in automatic operation."""
+    regions: tuple[str, ...] = ("determination", "stabilisation")
+    """Regions of the mode table that manual operation holds in their states."""
+    flags: dict[str, str] = Field(
+        default={
+            "mag.lost": "magnetometer_lost",
+            "gyro.lost": "gyro_lost",
+            "sun.lost": "sun_lost",
+            "wheels.lost_x": "wheel_x_lost",
+            "wheels.lost_y": "wheel_y_lost",
+            "wheels.lost_z": "wheel_z_lost",
+        }
+    )
+    """Flag of the mode table that a module's status raises, by `module.key`; those without such a
+    flag in the scenario are left out."""
+    silent_s: float = Field(default=10.0, gt=0.0)
+    """Time without a step after which a module is silent: the watchdog is not fed any more."""
+    report_s: float = Field(default=600.0, gt=0.0)
+    """Time between two packets on settings and devices."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.rate_min_deg_s >= self.rate_max_deg_s or self.q_min >= self.q_max:
+            raise ValueError("rate_min_deg_s, q_min: must be less than rate_max_deg_s, q_max")
+        return self
+
+
+def class_of(value: float, low: float, high: float) -> int:
+    """Class of an element of the state vector. Source: SDOT, Table 3.2."""
+    if not math.isfinite(value):
+        return NONE
+    return MAX if value > high else MIN if value < low else NORM
+
+
+class Svr(Module):
+    """The supervisor."""
+
+    name = "svr"
+    Settings = SvrSettings
+
+    def __init__(self, settings: SvrSettings):
+        super().__init__(settings)
+        self.mode = AUTOMATIC if settings.automatic else MANUAL
+        self.rate_class = self.angle_class = NONE
+        self.held: set[str] = set()
+        self.raised: dict[str, bool] = {}
+        self.by_hand: set[str] = set()
+        self.silent: set[str] = set()
+        self.well_s = 0.0
+        self.due_s = 0.0
+        self.errors_saved = -1
+        self.watched: list[tuple[str, str, str]] = []
+
+    def start(self, core) -> None:
+        """Operation as set; the first packets on settings and devices are due now."""
+        self.well_s = self.due_s = core.t_s
+        for key, flag in self.settings.flags.items():
+            if flag in core.flags:
+                module, _, what = key.partition(".")
+                self.watched.append((module, what, flag))
+        if self.mode == MANUAL:
+            self._hold_all(core, True)
+
+    def step(self, core) -> None:
+        """Classify the state vector, look for failures, watch the modules."""
+        self._classify(core)
+        self._raise_flags(core)
+        self._watch(core)
+        if core.t_s >= self.due_s:
+            self.due_s += self.settings.report_s
+            self._report(core)
+            self._save_errors(core)
+
+    def status(self) -> dict[str, float]:
+        """Mode, classes of the state vector, when all modules were last well [s]."""
+        return {
+            "mode": self.mode,
+            "rate_class": self.rate_class,
+            "angle_class": self.angle_class,
+            "well_s": self.well_s,
+        }
+
+    def on_set_mode(self, core, values) -> Reason:
+        """A region enters a state, in manual operation only."""
+        region, state = values
+        regions = core.regions
+        if region >= len(regions) or state >= len(regions[region][1]):
+            return Reason.VALUE
+        if self.mode == AUTOMATIC:
+            return Reason.MODE
+        name, states = regions[region]
+        core.computer.command_mode(name, states[state])
+        core.report("svr", Reason.MODE_CHANGED, region << 8 | state)
+        return Reason.DONE
+
+    def on_hold(self, core, values) -> Reason:
+        """Hold or release a region, in manual operation only."""
+        region, on = values
+        if region >= len(core.regions) or on not in _ON:
+            return Reason.VALUE
+        if self.mode == AUTOMATIC:
+            return Reason.MODE
+        self._hold(core, core.regions[region][0], _ON[on])
+        return Reason.DONE
+
+    def on_automatic(self, core, values) -> Reason:
+        """Manual operation holds the regions of determination and stabilisation."""
+        (on,) = values
+        if on not in _ON:
+            return Reason.VALUE
+        self.mode = AUTOMATIC if _ON[on] else MANUAL
+        self._hold_all(core, not _ON[on])
+        return Reason.DONE
+
+    def on_set_flag(self, core, values) -> Reason:
+        """Raise or lower a flag; what a failure raises is then left to the ground."""
+        flag, on = values
+        if flag >= len(core.flags) or on not in _ON:
+            return Reason.VALUE
+        name = core.flags[flag]
+        self.by_hand.add(name)
+        self.raised[name] = _ON[on]
+        core.computer.set_flag(name, _ON[on])
+        return Reason.DONE
+
+    def on_set_parameter(self, core, values) -> Reason:
+        """Change a parameter of a law, or a threshold; until the next boot."""
+        index, value = values
+        if index >= len(core.parameters) or not math.isfinite(value):
+            return Reason.VALUE
+        try:
+            core.computer.set_parameter(core.parameters[index], value)
+        except ValueError:
+            return Reason.VALUE
+        return Reason.DONE
+
+    def on_get_parameter(self, core, values) -> Reason:
+        """Send a parameter that is one number."""
+        (index,) = values
+        if index >= len(core.parameters):
+            return Reason.VALUE
+        numbers = core.parameter(core.parameters[index])
+        if len(numbers) != 1:
+            return Reason.NOT_AVAILABLE
+        core.send("parameter", (index, numbers[0]))
+        return Reason.DONE
+
+    def on_set_thresholds(self, core, values) -> Reason:
+        """Change the thresholds of the classes."""
+        keys = ("rate_max_deg_s", "rate_min_deg_s", "q_max", "q_min")
+        code = self.change(core, **dict(zip(keys, values, strict=True)))
+        if code is Reason.DONE:
+            self._report(core)
+        return code
+
+    def on_reboot(self, core, values) -> Reason:
+        """Start again at the end of this control step; all but an immediate one save the time."""
+        (kind,) = values
+        if kind > RESERVE:
+            return Reason.VALUE
+        core.report("svr", Reason.REBOOT, kind)
+        if kind != IMMEDIATE:
+            core.memory.write("time", core.clock.save())
+            self._save_errors(core)
+        core.reboot(from_reserve=kind == RESERVE)
+        return Reason.DONE
+
+    def on_restore_defaults(self, core, values) -> Reason:
+        """A module returns to its default settings."""
+        name = core.module_of(values[0])
+        return Reason.VALUE if name is None else core.restore_defaults(name)
+
+    def on_report_status(self, core, values) -> Reason:
+        """Send the status of a module."""
+        name = core.module_of(values[0])
+        if name is None:
+            return Reason.VALUE
+        core.send("module_status", core.account(name))
+        return Reason.DONE
+
+    def on_power(self, core, values) -> Reason:
+        """Switch a device; the sensors of the simulation have no switch."""
+        device, on = values
+        name = core.module_of(device)
+        if name is None or on not in _ON:
+            return Reason.VALUE
+        switch = getattr(core.modules[name], "power", None)
+        return Reason.NOT_AVAILABLE if switch is None else switch(core, _ON[on])
+
+    def _classify(self, core) -> None:
+        state, settings = core.cdh.newest("state"), self.settings
+        if state is None or not state.is_valid(core.t_s):
+            self.rate_class = self.angle_class = NONE
+            return
+        rate = state.rate_rad_s * DEG
+        self.rate_class = class_of(rate, settings.rate_min_deg_s, settings.rate_max_deg_s)
+        self.angle_class = class_of(state.q_size, settings.q_min, settings.q_max)
+
+    def _raise_flags(self, core) -> None:
+        """Raise and lower the flags of devices, but for those that the ground has set."""
+        for module, what, flag in self.watched:
+            on = bool(core.status(module).get(what, 0))
+            if on != self.raised.get(flag, False) and flag not in self.by_hand:
+                self.raised[flag] = on
+                core.computer.set_flag(flag, on)
+
+    def _watch(self, core) -> None:
+        """Note that all modules are well, or which one is silent."""
+        silent = set(core.silent(self.settings.silent_s)) - {"svr"}
+        for module in sorted(silent - self.silent):
+            core.report("svr", Reason.WATCHDOG, core.dictionary.modules[module])
+            self._save_errors(core)
+        self.silent = silent
+        if not silent:
+            self.well_s = core.t_s
+
+    def _hold(self, core, region: str, on: bool) -> None:
+        core.computer.hold(region, on)
+        if on:
+            self.held.add(region)
+        else:
+            self.held.discard(region)
+
+    def _hold_all(self, core, on: bool) -> None:
+        """Hold the regions of manual operation, or release all."""
+        known = [name for name, _ in core.regions]
+        wanted = [name for name in self.settings.regions if name in known]
+        for region in wanted if on else sorted(self.held):
+            self._hold(core, region, on)
+
+    def _report(self, core) -> None:
+        """The packets on settings and devices."""
+        settings, tm = self.settings, core.status("tm")
+        names = [name for name, _ in core.regions]
+        core.send(
+            "settings",
+            (
+                self.mode,
+                len(self.silent),
+                bits(name in self.held for name in names[:32]),
+                bits(self.raised.get(flag, False) for flag in core.flags[:32]),
+                settings.rate_max_deg_s,
+                settings.rate_min_deg_s,
+                settings.q_max,
+                settings.q_min,
+                *(tm.get(key, 0.0) for key in ("beacon_s", "extended_s", "store_s")),
+            ),
+        )
+        core.send("devices", devices(core))
+
+    def _save_errors(self, core) -> None:
+        if core.log.total != self.errors_saved:
+            self.errors_saved = core.log.total
+            core.memory.write(ERRORS, core.log.save())
+
+
+class Wdt(Module):
+    """WDT: feeds the hardware watchdog as long as the supervisor finds all modules well."""
+
+    name = "wdt"
+
+    def step(self, core) -> None:
+        """Feed the watchdog."""
+        if core.t_s - core.status("svr").get("well_s", -math.inf) <= core.period_s("svr") * 2.0:
+            core.feed_hardware()

@@ -1,0 +1,207 @@
+"""TM, telemetry: beacon, extended packets, the stored record and its replay, dumps of files.
+
+Source: SDOT App. A. The record is a ring of files in the non-volatile memory.
+"""
+
+from __future__ import annotations
+
+import struct
+
+from pydantic import Field
+
+from torquer.onboard.log import Reason
+from torquer.onboard.modules.module import Module
+from torquer.onboard.modules.telemetry import beacon, extended
+from torquer.packets.codec import decoder, encoder
+from torquer.spec import Spec
+
+#: On-board time [s] before the data of each stored packet.
+_TIME = struct.Struct("<I")
+#: Frames of a replay or dump that a step sends: fewer than the ground queue holds.
+_AT_ONCE = 4
+_DUMPED = 64
+
+
+def record_file(number: int) -> str:
+    """Name of a file of the record."""
+    return f"record.{number}"
+
+
+class TmSettings(Spec):
+    """Settings of telemetry; a period of 0: none."""
+
+    beacon_s: float = Field(default=10.0, ge=0.0)
+    """Time between beacons."""
+    extended_s: float = Field(default=1.0, ge=0.0)
+    """Time between extended packets."""
+    store_s: float = Field(default=60.0, ge=0.0)
+    """Time between stored packets."""
+    in_file: int = Field(default=30, ge=1, le=1000)
+    """Stored packets in a file of the record; a reboot loses those of the file just begun."""
+    files: int = Field(default=100, ge=1, le=1000)
+    """Files of the record; the oldest is overwritten."""
+
+
+class Tm(Module):
+    """Sends telemetry in its periods, stores some of it and sends it again on demand."""
+
+    name = "tm"
+    Settings = TmSettings
+    period_s = 0.1
+
+    def __init__(self, settings: TmSettings):
+        super().__init__(settings)
+        self.due_ms = {"beacon": 0, "extended": 0, "store": 0}
+        self.begun = bytearray()
+        self.spans: dict[int, tuple[int, int]] = {}
+        self.next_file = self.stored = 0
+        self.replayed: tuple[list[int], int, int, int] | None = None
+        self.waiting: list[bytes] = []
+        self.skipped = 0
+        self.dumped: tuple[int, str, int, int] | None = None
+
+    def start(self, core) -> None:
+        """Find the record that the memory holds; the first packets are due now."""
+        now_ms = round(core.t_s * 1e3)
+        self.due_ms = dict.fromkeys(self.due_ms, now_ms)
+        found = set(core.memory.names())
+        for number in range(self.settings.files):
+            records = self._records(core, number) if record_file(number) in found else []
+            if records:
+                self.spans[number] = _time_of(records[0]), _time_of(records[-1])
+        if self.spans:
+            newest = max(self.spans, key=lambda number: self.spans[number][1])
+            self.next_file = (newest + 1) % self.settings.files
+
+    def step(self, core) -> None:
+        """Send and store what is due, then a part of replay and dump."""
+        now_ms, due, settings = round(core.t_s * 1e3), self.due_ms, self.settings
+        if due["beacon"] <= now_ms and settings.beacon_s:
+            due["beacon"] = _next(due["beacon"], settings.beacon_s, now_ms)
+            core.send("beacon", beacon(core))
+        sends = due["extended"] <= now_ms and settings.extended_s
+        stores = due["store"] <= now_ms and settings.store_s
+        if sends or stores:
+            values = extended(core)
+            if sends:
+                due["extended"] = _next(due["extended"], settings.extended_s, now_ms)
+                core.send("extended", values)
+            if stores:
+                due["store"] = _next(due["store"], settings.store_s, now_ms)
+                self._store(core, values)
+        if self.replayed is not None or self.waiting:
+            self._replay(core)
+        if self.dumped is not None:
+            self._dump(core)
+
+    def on_set_rates(self, core, values) -> Reason:
+        """Change the periods [s]; they begin now."""
+        beacon_s, extended_s, store_s = values
+        code = self.change(core, beacon_s=beacon_s, extended_s=extended_s, store_s=store_s)
+        if code is Reason.DONE:
+            self.due_ms = dict.fromkeys(self.due_ms, round(core.t_s * 1e3))
+        return code
+
+    def on_replay(self, core, values) -> Reason:
+        """Send what was stored between two times [s since 2010-01-01], each or every n-th."""
+        from_s, to_s, every = values
+        if from_s > to_s or every < 1:
+            return Reason.VALUE
+        if self.replayed is not None or self.waiting:
+            return Reason.STATE
+        within = [n for n, (first, last) in self.spans.items() if first <= to_s and last >= from_s]
+        within.sort(key=lambda number: self.spans[number])
+        begun = [r for r in self._split(core, self.begun) if from_s <= _time_of(r) <= to_s]
+        if not within and not begun:
+            return Reason.NOT_AVAILABLE
+        self.replayed, self.skipped = (within, from_s, to_s, every), 0
+        return Reason.DONE
+
+    def on_dump(self, core, values) -> Reason:
+        """Send part of a file of the memory, as far as it goes."""
+        number, offset, length = values
+        if self.dumped is not None:
+            return Reason.STATE
+        names = core.memory.names()
+        if number >= len(names):
+            return Reason.NOT_AVAILABLE
+        data = core.memory.read(names[number])
+        if data is None:
+            return Reason.NOT_AVAILABLE
+        end = min(offset + length, len(data))
+        if offset >= end:
+            return Reason.VALUE
+        self.dumped = number, names[number], offset, end
+        return Reason.DONE
+
+    def status(self) -> dict[str, float]:
+        """Packets stored since the boot, whether a replay or dump goes on, periods."""
+        settings = self.settings
+        return {
+            "stored": self.stored,
+            "busy": float(self.replayed is not None or self.dumped is not None),
+            "beacon_s": settings.beacon_s,
+            "extended_s": settings.extended_s,
+            "store_s": settings.store_s,
+        }
+
+    def _store(self, core, values) -> None:
+        """Append a packet to the file begun; write it once it is full."""
+        data = encoder(core.dictionary.down["stored"])(values)
+        self.begun += _TIME.pack(core.clock.now_s) + data
+        self.stored += 1
+        records = self._split(core, self.begun)
+        if len(records) < self.settings.in_file:
+            return
+        if core.memory.write(record_file(self.next_file), bytes(self.begun)):
+            self.spans[self.next_file] = _time_of(records[0]), _time_of(records[-1])
+            self.next_file = (self.next_file + 1) % self.settings.files
+        self.begun.clear()
+
+    def _split(self, core, data: bytes | bytearray) -> list[bytes]:
+        """The records of a file."""
+        size = _TIME.size + core.dictionary.down["stored"].size
+        return [bytes(data[at : at + size]) for at in range(0, len(data) - size + 1, size)]
+
+    def _records(self, core, number: int) -> list[bytes]:
+        return self._split(core, core.memory.read(record_file(number)) or b"")
+
+    def _replay(self, core) -> None:
+        """The next frames of a replay: files in the order of time, then what is not in one yet."""
+        while len(self.waiting) < _AT_ONCE and self.replayed is not None:
+            files, from_s, to_s, every = self.replayed
+            records = self._records(core, files[0]) if files else self._split(core, self.begun)
+            self.replayed = (files[1:], from_s, to_s, every) if files else None
+            for record in records:
+                if from_s <= _time_of(record) <= to_s:
+                    if self.skipped % every == 0:
+                        self.waiting.append(record)
+                    self.skipped += 1
+        packet = core.dictionary.down["stored"]
+        for record in self.waiting[:_AT_ONCE]:
+            values = decoder(packet)(record, _TIME.size)
+            core.put_frame(core.frame("stored", values, time_s=_time_of(record)))
+        del self.waiting[:_AT_ONCE]
+
+    def _dump(self, core) -> None:
+        """The next frames of a dump; it ends early if the file is gone."""
+        number, name, offset, end = self.dumped
+        data = core.memory.read(name) or b""
+        for _ in range(_AT_ONCE):
+            part = data[offset : min(offset + _DUMPED, end)]
+            if not part:
+                break
+            core.send("dump", (number, offset, len(part), part))
+            offset += len(part)
+        more = offset < min(end, len(data))
+        self.dumped = (number, name, offset, end) if more else None
+
+
+def _time_of(record: bytes) -> int:
+    return _TIME.unpack_from(record)[0]
+
+
+def _next(due_ms: int, period_s: float, now_ms: int) -> int:
+    """When something is due again [ms]: after its period, once for steps that were left out."""
+    period_ms = max(1, round(period_s * 1e3))
+    return max(due_ms + period_ms, now_ms + 1)

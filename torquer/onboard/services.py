@@ -1,0 +1,218 @@
+"""What a module sees of the rest of the software: the `core` of its methods.
+
+A module influences the compiled computer by the four calls of `Computer` only, and actuators by
+`take_over`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from torquer.onboard.link import Historical, new_link
+from torquer.onboard.log import Reason
+from torquer.onboard.memory import Memory
+from torquer.onboard.modules.module import Module, saved, settings_file
+from torquer.onboard.state import Cause, State
+from torquer.packets.frames import ALARM, INFO, Downlink
+
+if TYPE_CHECKING:
+    from torquer.interface import Command, Inputs
+    from torquer.onboard.modules.com import Command as Telecommand
+    from torquer.onboard.software import Software
+    from torquer.simulation.flight import Flight
+
+
+class Computer:
+    """The compiled computer as modules may touch it: each call is checked by name."""
+
+    __slots__ = ("command_mode", "hold", "set_flag", "set_parameter")
+
+    def __init__(self, flight: Flight):
+        self.set_flag = flight.set_flag
+        self.set_parameter = flight.set_parameter
+        self.command_mode = flight.command_mode
+        self.hold = flight.hold
+
+
+class Services:
+    """Inputs, clock, queues, memory, log, telemetry: what modules share.
+
+    `inputs`: what the computer knows at this control step, with the new estimate; `t_s`: time of
+    the run [s]; `now_ms`: on-board time [ms since 2010-01-01]; `regions` (name, states), `flags`,
+    `parameters`: names of the computer, in the order in which commands number them.
+    """
+
+    inputs: Inputs
+
+    def __init__(self, flight: Flight, memory: Memory, software: Software, actuators: set[str]):
+        self.memory, self.dictionary = memory, software.dictionary
+        self.computer = Computer(flight)
+        self.parameter = flight.parameter
+        names = flight.names
+        self.regions = [(name, list(states)) for name, (_, states) in names.regions.items()]
+        self.flags, self.parameters = list(names.flags), names.all_parameters()
+        self._software, self._actuators, self._flight = software, actuators, flight
+        self._frame = Downlink(software.dictionary).frame
+        self._modes: dict[str, str] | None = None
+        self._commanded: tuple[tuple, tuple] | None = None
+        self.t_s, self.now_ms = 0.0, 0
+
+    def bind(self, state: State) -> None:
+        """Serve the modules of this state of the software."""
+        self._state = state
+        self.cdh, self.clock, self.log = state.cdh, state.clock, state.log
+        self.modules: dict[str, Module] = state.modules
+        self._modes = self._commanded = None
+
+    def at(self, inputs: Inputs) -> None:
+        """A new control step, after the computer has worked."""
+        self.inputs, self.t_s = inputs, inputs.t_s
+        self.now_ms = self.clock.run_to(inputs.t_s)
+        self._modes = self._commanded = None
+
+    # the computer
+
+    @property
+    def modes(self) -> dict[str, str]:
+        """State of each region of the mode table, by name."""
+        if self._modes is None:
+            self._modes = self._flight.modes()
+        return self._modes
+
+    @property
+    def commanded(self) -> tuple[tuple, tuple]:
+        """Dipole [A m^2] and torque [N m] of this control step: a manual one goes first."""
+        if self._commanded is None:
+            answer, manual = self._flight.answer, self._state.manual
+            dipole, torque = manual.get("dipole_a_m2"), manual.get("torque_n_m")
+            self._commanded = (
+                answer.dipole_a_m2 if dipole is None else dipole,
+                answer.torque_n_m if torque is None else torque,
+            )
+        return self._commanded
+
+    @property
+    def answer(self) -> Command:
+        """The computer's own command at this control step."""
+        return self._flight.answer
+
+    def take_over(self, command: str, value: tuple | None) -> Reason:
+        """Manual control until it is changed: `dipole_a_m2` or `torque_n_m`; None: the computer's.
+
+        NOT_AVAILABLE on a satellite without such actuators.
+        """
+        if command not in self._actuators:
+            return Reason.NOT_AVAILABLE
+        self._state.manual[command], self._commanded = value, None
+        return Reason.DONE
+
+    # telemetry
+
+    def frame(self, packet: str, values: Sequence, status: int = INFO, time_s: int = -1) -> bytes:
+        """A frame of the downlink, made now or at a time [s since 2010-01-01]."""
+        return self._frame(packet, self.clock.now_s if time_s < 0 else time_s, values, status)
+
+    def put_frame(self, frame: bytes) -> bool:
+        """Put a frame into the ground queue; False if another one was dropped."""
+        return self.cdh.put("ground", frame)
+
+    def send(self, packet: str, values: Sequence, status: int = INFO) -> bool:
+        """Put a packet of the downlink into the ground queue; False if another was dropped."""
+        return self.cdh.put("ground", self._frame(packet, self.clock.now_s, values, status))
+
+    def report(self, module: str, code: Reason, argument: int = 0) -> None:
+        """Enter an event into the error log, and tell the ground."""
+        number = self.dictionary.modules[module]
+        entry = self.log.add(self.clock.now_ms, number, code, argument)
+        if module in self._state.slots:
+            self._state.slots[module].note(code)
+        self.send("event", (entry.module, entry.code, entry.argument, entry.time_ms), ALARM)
+
+    def acknowledge(self, command: Telecommand, code: Reason) -> None:
+        """Answer a command of the ground that asks for it."""
+        if command.acknowledge:
+            accepted = code == Reason.DONE
+            answer = (command.id, command.module, accepted, code, command.time_s)
+            self.cdh.put("acks", answer)
+
+    def new_link(self) -> Historical:
+        """The link to the ground, with an empty stream."""
+        return new_link(self._software.link, self.dictionary)
+
+    def take_uplink(self) -> bytes:
+        """What the receiver has received since the last call."""
+        received = bytes(self._state.uplink)
+        self._state.uplink.clear()
+        return received
+
+    def transmit(self, data: bytes) -> None:
+        """Hand bytes to the transmitter."""
+        self._state.downlink.append(data)
+
+    # the other modules
+
+    def status(self, module: str) -> Mapping[str, float]:
+        """What a module says of itself; nothing of one that does not fly."""
+        found = self.modules.get(module)
+        return {} if found is None else found.status()
+
+    def module_of(self, number: int) -> str | None:
+        """Name of the module with an id; None if none flies."""
+        ids = self.dictionary.modules
+        return next((name for name in self.modules if ids[name] == number), None)
+
+    def is_running(self, module: str) -> bool:
+        """Whether a module is started."""
+        return self._state.slots[module].runs
+
+    def account(self, module: str) -> tuple:
+        """Values of the packet `module_status`."""
+        slot = self._state.slots[module]
+        return (self.dictionary.modules[module], *slot.account())
+
+    def silent(self, after_s: float) -> list[str]:
+        """Started modules that have made no whole step for so long, and three of their periods."""
+        found = []
+        for name, slot in self._state.slots.items():
+            if slot.runs and self.t_s - slot.fed_s > max(after_s, slot.period_ms * 3e-3):
+                found.append(name)
+        return found
+
+    def period_s(self, module: str) -> float:
+        """Time between two steps of a module [s]."""
+        return self._state.slots[module].period_ms * 1e-3
+
+    def restore_defaults(self, module: str) -> Reason:
+        """Give a module its default settings, and keep them."""
+        defaults = self._software.modules[module].settings
+        self.modules[module].settings = defaults
+        written = self.memory.write(settings_file(module), saved(defaults))
+        return Reason.DONE if written else Reason.FAILED
+
+    def start(self, module: str) -> None:
+        """Let a module work."""
+        self._state.start(module, self)
+
+    def stop(self, module: str) -> None:
+        """Let a module rest."""
+        self._state.stop(module)
+
+    # watchdog and reboot
+
+    @property
+    def reboots(self) -> int:
+        """Number of reboots so far."""
+        return self._state.reboots
+
+    def feed_watchdog(self, module: str) -> None:
+        """Note that a module lives; done for each module after a whole step."""
+        self._state.slots[module].fed_s = self.t_s
+
+    def feed_hardware(self) -> None:
+        """Reset the timer of the hardware watchdog."""
+        self._state.watchdog_s = self.t_s
+
+    def reboot(self, from_reserve: bool = False) -> None:
+        """Start the computer again at the end of this control step."""
+        self._state.reboot, self._state.from_reserve = Cause.COMMAND, from_reserve

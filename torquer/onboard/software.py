@@ -1,0 +1,204 @@
+"""The software file: which modules fly, at what rates and with what settings; packets and link.
+
+Keys of a module's table besides those of a built-in one make it the user's own:
+
+    [modules.dosimeter]
+    file = "dosimeter.py"      # relative to the software file
+    class = "Dosimeter"
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+from pydantic import Field, ValidationError
+
+from torquer.onboard.modules import MODULES, REQUIRED
+from torquer.onboard.modules.module import Module
+from torquer.packets.dictionary import Dictionary, load_dictionary
+from torquer.scenario.explain import ScenarioError, explain, validated
+from torquer.scenario.load import data_of, text_of
+from torquer.spec import Spec
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+_SHIPPED = Path(__file__).parent
+
+
+class ModuleTable(Spec):
+    """A module of the software: its rate and settings, and its file if it is the user's own."""
+
+    period_s: float | None = Field(default=None, gt=0.0)
+    """Time between two steps; the module's own period unless given."""
+    on: bool = True
+    """Whether the module starts at boot; else a command can start it."""
+    settings: dict[str, Any] = Field(default_factory=dict)
+    """Settings in place of the module's defaults."""
+    file: Path | None = None
+    """Python file of a module of your own, relative to the software file."""
+    class_name: str | None = Field(default=None, alias="class")
+    """Class of the module in that file."""
+
+
+class SoftwareFile(Spec):
+    """Flight software as a file describes it."""
+
+    name: str = "software"
+    """Name of the software."""
+    dictionary: str = "chibis_m"
+    """Dictionary of packets: a shipped one by name, or a file."""
+    packets: tuple[Path, ...] = ()
+    """Files of further modules and packets, added to the dictionary."""
+    link: Literal["historical", "protected"] = "historical"
+    """Frames of the link: those of Chibis-M, or these within frames with checksum and MAC."""
+    modules: dict[str, ModuleTable] = Field(default_factory=dict)
+    """Modules by name, in addition to those that fly always."""
+
+
+class Installed(NamedTuple):
+    """A module ready to be started: its class, period [s], default settings, whether it starts."""
+
+    make: type[Module]
+    period_s: float
+    settings: Spec
+    on: bool
+
+
+class Software(NamedTuple):
+    """Flight software that has been checked; `modules` in the order of their steps."""
+
+    name: str
+    dictionary: Dictionary
+    link: str
+    modules: dict[str, Installed]
+
+
+def load_software(source: str | Path | Mapping | None = None) -> Software:
+    """The software of a TOML file, or of its tables as data; None: that of Chibis-M as shipped.
+
+    Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
+    """
+    folder = _SHIPPED
+    if source is None:
+        source = _SHIPPED / "chibis_m.toml"
+    if isinstance(source, Mapping):
+        data, folder = dict(source), Path()
+    else:
+        folder = Path(source).parent
+        data = data_of(text_of(Path(source), "software"), "software")
+    return software_of(validated(SoftwareFile, data), folder)
+
+
+def software_of(file: SoftwareFile, folder: Path = Path()) -> Software:
+    """The software that a file describes, its modules found and checked."""
+    dictionary = _dictionary(file, folder)
+    classes = _classes(file, folder)
+    installed = {}
+    for name, make in classes.items():
+        table = file.modules.get(name, ModuleTable())
+        settings = _settings(name, make, table.settings)
+        installed[name] = Installed(make, table.period_s or make.period_s, settings, table.on)
+    faults = list(_faults(dictionary, installed))
+    if faults:
+        raise ScenarioError("\n".join(faults))
+    return Software(file.name, dictionary, file.link, installed)
+
+
+def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:
+    source: str | Path = file.dictionary
+    if source.endswith(".toml"):
+        source = folder / source
+    try:
+        return load_dictionary(source, extra=[folder / path for path in file.packets])
+    except ValueError as error:
+        raise ScenarioError(str(error)) from None
+
+
+def _classes(file: SoftwareFile, folder: Path) -> dict[str, type[Module]]:
+    """Classes of all modules in the order of their steps; the user's own before telemetry."""
+    wanted = {name for name in MODULES if name in REQUIRED or name in file.modules}
+    own = {}
+    for name, table in file.modules.items():
+        if table.file is not None:
+            own[name] = _own_class(name, table, folder)
+        elif name not in MODULES:
+            known = ", ".join(MODULES)
+            raise ScenarioError(
+                f"modules.{name}: must be one of {known}, or have a file; received no file"
+            )
+    ordered: dict[str, type[Module]] = {}
+    for name, make in MODULES.items():
+        if name == "tm":
+            ordered |= {each: made for each, made in own.items() if each not in MODULES}
+        if name in wanted:
+            ordered[name] = own.get(name, make)
+    return ordered
+
+
+def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
+    """The class of a module in the user's file."""
+    path = (folder / table.file).resolve() if table.file is not None else folder
+    key = f"modules.{name}"
+    if table.class_name is None:
+        raise ScenarioError(f"{key}.class: must be given with a file; received nothing")
+    if not path.is_file():
+        raise ScenarioError(f"{key}.file: must be a Python file; received {table.file}")
+    found = getattr(_loaded(key, path), table.class_name, None)
+    if not isinstance(found, type) or not issubclass(found, Module):
+        raise ScenarioError(
+            f"{key}.class: must be a class of {path.name} derived from torquer.onboard.Module; "
+            f"received {table.class_name!r}"
+        )
+    if getattr(found, "name", None) != name:
+        raise ScenarioError(
+            f"{key}.class: must have name = {name!r}; received {getattr(found, 'name', None)!r}"
+        )
+    return found
+
+
+def _loaded(key: str, path: Path):
+    """The Python file as a module."""
+    spec = importlib.util.spec_from_file_location(f"torquer_onboard_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise ScenarioError(f"{key}.file: must be a Python file; received {path}")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        shown = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise ScenarioError(f"{key}.file: must be importable; received {shown}") from None
+    return module
+
+
+def _settings(name: str, make: type[Module], given: dict) -> Spec:
+    """The settings of a module in place of its defaults."""
+    try:
+        return make.Settings.model_validate(given)
+    except ValidationError as error:
+        where = f"modules.{name}.settings"
+        lines = [f"{where}.{line}" for line in explain(error, given)]
+        raise ScenarioError("\n".join(lines)) from None
+
+
+def _faults(dictionary: Dictionary, installed: Mapping[str, Installed]) -> Iterator[str]:
+    """What of modules and packets does not fit together, a line each."""
+    for name, one in installed.items():
+        if name not in dictionary.modules:
+            yield f"modules.{name}: must be a module of the dictionary; received {name!r}"
+        for command in _commands(dictionary, name):
+            if not callable(getattr(one.make, f"on_{command}", None)):
+                yield (
+                    f"modules.{name}: must have a method on_{command} for the packet {command}; "
+                    f"received {one.make.__name__} without it"
+                )
+
+
+def _commands(dictionary: Dictionary, module: str) -> list[str]:
+    """Names of the uplink packets of a module."""
+    return [name for name, packet in dictionary.up.items() if packet.module == module]

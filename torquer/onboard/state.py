@@ -1,0 +1,112 @@
+"""All that the software remembers and loses at a reboot; plain, copied with `copy.deepcopy`."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import TYPE_CHECKING
+
+from torquer.onboard.clock import Clock
+from torquer.onboard.log import Log, Reason
+from torquer.onboard.modules.module import Module
+from torquer.onboard.queues import Cdh
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from torquer.onboard.services import Services
+
+#: Sizes of the queues that no module owns: acknowledgements, frames for the ground, state vectors.
+QUEUES = {"acks": 10, "ground": 10, "state": 3}
+#: Size of a module's command queue.
+COMMANDS = 5
+#: Bytes that the receiver holds until they are read.
+RECEIVED = 8192
+_STOPPED, _RUNNING, _FAILED = range(3)
+
+
+class Cause(IntEnum):
+    """Why the computer started, as telemetry numbers it."""
+
+    POWER_ON = 0
+    COMMAND = 1
+    WATCHDOG = 2
+    FAULT = 3
+
+
+class Slot:
+    """A module in the schedule, and what telemetry counts of it.
+
+    `period_ms`: of its steps; `due_ms`: when it steps next [ms of the run]; `fed_s`: its last
+    whole step; `failures`: steps that an error ended.
+    """
+
+    def __init__(self, module: Module, period_ms: int, is_default: bool):
+        self.module, self.period_ms, self.is_default = module, period_ms, is_default
+        self.runs = False
+        self.due_ms, self.fed_s = 0, 0.0
+        self.steps = self.failures = self.errors = self.last_error = 0
+        self.done = self.rejected = 0
+
+    def note(self, code: Reason) -> None:
+        """Count an entry in the error log."""
+        self.errors, self.last_error = self.errors + 1, int(code)
+
+    def account(self) -> tuple[int, ...]:
+        """Values of the packet `module_status` after the id."""
+        state = _STOPPED if not self.runs else _FAILED if self.failures else _RUNNING
+        return (
+            state,
+            int(self.is_default),
+            self.last_error,
+            self.errors,
+            self.done,
+            self.rejected,
+            self.steps,
+        )
+
+
+class State:
+    """The memory of the processor: modules, queues, clock, log, boot.
+
+    `slots`: the schedule, in the order of the steps; `manual`: commands of actuators by the
+    ground; `watchdog_s`: when the hardware watchdog was last fed; `boot_step`: number of finished
+    steps of the boot that began at `boot_s`; `reboot`: cause of one that is due.
+    """
+
+    def __init__(self, modules: Iterable[str], t_s: float, cause: Cause):
+        self.cdh = Cdh({name: COMMANDS for name in modules} | QUEUES)
+        self.clock, self.log = Clock(t_s), Log()
+        self.modules: dict[str, Module] = {}
+        self.slots: dict[str, Slot] = {}
+        self.manual: dict[str, tuple | None] = {}
+        self.uplink, self.lost_uplink = bytearray(), 0
+        self.downlink: list[bytes] = []
+        self.boot_s, self.cause, self.boot_step = t_s, cause, 0
+        self.watchdog_s = t_s
+        self.reboots, self.from_reserve = 0, False
+        self.reboot: Cause | None = None
+
+    def add(self, module: Module, period_s: float, is_default: bool) -> None:
+        """Take a module into the schedule."""
+        self.modules[module.name] = module
+        self.slots[module.name] = Slot(module, round(period_s * 1e3), is_default)
+
+    def receive(self, data: bytes) -> None:
+        """Keep what the receiver has received; the newest of more than fits."""
+        self.uplink += data
+        beyond = len(self.uplink) - RECEIVED
+        if beyond > 0:
+            del self.uplink[:beyond]
+            self.lost_uplink += beyond
+
+    def start(self, module: str, core: Services) -> None:
+        """Let a module work from the next control step on."""
+        slot = self.slots[module]
+        slot.module.start(core)
+        slot.runs, slot.failures = True, 0
+        slot.due_ms, slot.fed_s = round(core.t_s * 1e3), core.t_s
+
+    def stop(self, module: str) -> None:
+        """Let a module rest; its commands are lost."""
+        self.slots[module].runs = False
+        self.cdh.flush(module)
