@@ -33,6 +33,8 @@ ROOMS_WITHOUT_KERNELS = (
     "scenario",
     "analysis",
     "campaign",
+    "onboard",
+    "packets",
     "report",
     "cli",
     "__init__.py",

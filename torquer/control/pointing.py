@@ -6,12 +6,12 @@ an orbital reference, and `q_wanted`, the wanted attitude to it.
 """
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, Field
 
-from torquer.compile.engine import inlined
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry import euler
 from torquer.geometry.frames import dcm_orbital_to_inertial
 from torquer.geometry.quaternion import conjugate, from_dcm, multiply, rotate_inverse
@@ -54,6 +54,35 @@ def deviation(inputs, q_wanted, q_reference, turning):
     q = inputs.estimate.q_body_to_inertial
     error = multiply(conjugate(multiply(q_reference, q_wanted)), q)
     return error, sub(inputs.estimate.omega_body_rad_s, rotate_inverse(q, turning))
+
+
+class _Attitude(NamedTuple):
+    q_body_to_inertial: tuple
+    omega_body_rad_s: tuple
+
+
+class _Place(NamedTuple):
+    r_inertial_m: tuple
+    v_inertial_m_s: tuple
+
+
+class _Known(NamedTuple):
+    estimate: _Attitude
+    ephemeris: _Place
+
+
+@kernel
+def to_orbital_frame(q, omega, r, v):
+    """Quaternion (body to orbital frame) and rate relative to that frame (body axes) [rad/s].
+
+    Then the magnitudes of the rate and of the quaternion's vector part. `q`: body to inertial
+    frame; `omega`: absolute rate, body axes [rad/s]; `r`, `v`: inertial.
+    """
+    known = _Known(_Attitude(q, omega), _Place(r, v))
+    upright = (0.0, 0.0, 0.0, 1.0)
+    to_orbital, relative = deviation(known, upright, *reference_motion(known, 1.0))
+    size = norm((to_orbital[0], to_orbital[1], to_orbital[2]))
+    return to_orbital, relative, norm(relative), size
 
 
 @inlined

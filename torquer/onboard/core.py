@@ -47,7 +47,7 @@ class Core:
     At each control step the compiled computer works first, then the modules that are due, in the
     order of `software.modules`: drivers of sensors, then each module after those whose output it
     takes, last telemetry and communications. What they change of the computer takes effect at its
-    next control step; a command received now is executed at its module's next step.
+    next control step. A command that is received now is executed at the next control step.
     """
 
     def __init__(
@@ -136,24 +136,25 @@ class Core:
         self._switch_on(self.services.t_s, state.reboot or Cause.COMMAND)
 
     def _step(self, t_s: float) -> None:
-        """Let the modules work that are due."""
+        """Let the modules execute their commands, and work if they are due."""
         now_ms = round(t_s * 1e3)
         for slot in self.state.slots.values():
-            if slot.due_ms <= now_ms and slot.runs:
-                slot.due_ms = max(slot.due_ms + slot.period_ms, now_ms + 1)
-                self._work(slot)
+            if slot.runs:
+                if slot.commands:
+                    self._execute(slot)
+                if slot.due_ms <= now_ms:
+                    slot.due_ms = max(slot.due_ms + slot.period_ms, now_ms + 1)
+                    self._work(slot)
 
     def _work(self, slot: Slot) -> None:
         """A step of one module; an error in it costs this step only, but the watchdog counts."""
-        module, core = slot.module, self.services
+        core = self.services
         try:
-            if core.cdh.queues[module.name]:
-                self._execute(slot)
-            module.step(core)
+            slot.module.step(core)
         except Exception:
             slot.failures += 1
             if slot.failures & (slot.failures - 1) == 0:  # 1, 2, 4, 8..: not to flood the log
-                core.report(module.name, Reason.MODULE_FAILED, slot.failures)
+                core.report(slot.module.name, Reason.MODULE_FAILED, slot.failures)
         else:
             slot.steps += 1
             slot.fed_s = core.t_s

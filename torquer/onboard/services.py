@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from torquer.onboard.link import Historical, new_link
+from torquer.onboard.link import Historical, Protected, new_link
 from torquer.onboard.log import Reason
 from torquer.onboard.memory import Memory
 from torquer.onboard.modules.module import Module, saved, settings_file
@@ -136,9 +136,10 @@ class Services:
             answer = (command.id, command.module, accepted, code, command.time_s)
             self.cdh.put("acks", answer)
 
-    def new_link(self) -> Historical:
+    def new_link(self) -> Historical | Protected:
         """The link to the ground, with an empty stream."""
-        return new_link(self._software.link, self.dictionary)
+        software = self._software
+        return new_link(software.link, self.dictionary, software.keys, self.memory)
 
     def take_uplink(self) -> bytes:
         """What the receiver has received since the last call."""

@@ -17,9 +17,11 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationError
 
+from torquer.onboard.link import Keys
 from torquer.onboard.modules import MODULES, REQUIRED
 from torquer.onboard.modules.module import Module
 from torquer.packets.dictionary import Dictionary, load_dictionary
+from torquer.packets.keys import read_key
 from torquer.scenario.explain import ScenarioError, explain, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.spec import Spec
@@ -54,8 +56,14 @@ class SoftwareFile(Spec):
     """Dictionary of packets: a shipped one by name, or a file."""
     packets: tuple[Path, ...] = ()
     """Files of further modules and packets, added to the dictionary."""
-    link: Literal["historical", "protected"] = "historical"
+    link: Literal["historical", "protected"] = "protected"
     """Frames of the link: those of Chibis-M, or these within frames with checksum and MAC."""
+    up_key: Path | None = None
+    """File of the key of commands (protected link); unless given, a key that everybody knows."""
+    down_key: Path | None = None
+    """File of the key of telemetry; unless given, a key that everybody knows."""
+    spacecraft: int = Field(default=77, ge=0, le=1023)
+    """Number of the spacecraft in protected frames."""
     modules: dict[str, ModuleTable] = Field(default_factory=dict)
     """Modules by name, in addition to those that fly always."""
 
@@ -75,6 +83,7 @@ class Software(NamedTuple):
     name: str
     dictionary: Dictionary
     link: str
+    keys: Keys
     modules: dict[str, Installed]
 
 
@@ -106,7 +115,20 @@ def software_of(file: SoftwareFile, folder: Path = Path()) -> Software:
     faults = list(_faults(dictionary, installed))
     if faults:
         raise ScenarioError("\n".join(faults))
-    return Software(file.name, dictionary, file.link, installed)
+    return Software(file.name, dictionary, file.link, _keys(file, folder), installed)
+
+
+def _keys(file: SoftwareFile, folder: Path) -> Keys:
+    """The keys in the files; those for demonstrations without."""
+    found = {}
+    for name in ("up", "down"):
+        path = getattr(file, f"{name}_key")
+        if path is not None:
+            try:
+                found[name] = read_key(folder / path)
+            except ValueError as error:
+                raise ScenarioError(f"{name}_{error}") from None
+    return Keys(**found, spacecraft=file.spacecraft)
 
 
 def _dictionary(file: SoftwareFile, folder: Path) -> Dictionary:

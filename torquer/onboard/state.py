@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from enum import IntEnum
 from typing import TYPE_CHECKING
 
@@ -36,12 +37,13 @@ class Cause(IntEnum):
 class Slot:
     """A module in the schedule, and what telemetry counts of it.
 
-    `period_ms`: of its steps; `due_ms`: when it steps next [ms of the run]; `fed_s`: its last
-    whole step; `failures`: steps that an error ended.
+    `commands`: its queue; `period_ms`: of its steps; `due_ms`: when it steps next [ms of the run];
+    `fed_s`: its last whole step; `failures`: steps that an error ended.
     """
 
-    def __init__(self, module: Module, period_ms: int, is_default: bool):
-        self.module, self.period_ms, self.is_default = module, period_ms, is_default
+    def __init__(self, module: Module, period_ms: int, commands: deque, is_default: bool):
+        self.module, self.commands = module, commands
+        self.period_ms, self.is_default = period_ms, is_default
         self.runs = False
         self.due_ms, self.fed_s = 0, 0.0
         self.steps = self.failures = self.errors = self.last_error = 0
@@ -89,7 +91,9 @@ class State:
     def add(self, module: Module, period_s: float, is_default: bool) -> None:
         """Take a module into the schedule."""
         self.modules[module.name] = module
-        self.slots[module.name] = Slot(module, round(period_s * 1e3), is_default)
+        self.slots[module.name] = Slot(
+            module, round(period_s * 1e3), self.cdh.queues[module.name], is_default
+        )
 
     def receive(self, data: bytes) -> None:
         """Keep what the receiver has received; the newest of more than fits."""

@@ -12,16 +12,13 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.compile.engine import kernel
-from torquer.control.pointing import deviation, reference_motion
-from torquer.geometry.vec3 import norm
+from torquer.control.pointing import to_orbital_frame
 from torquer.onboard.log import Reason
 from torquer.onboard.modules.module import Module
 from torquer.spec import Spec
 
 #: Age [s] from which on a state vector is out of date.
 OLDEST_S = 10.0
-_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
 
 
 class StateVector(NamedTuple):
@@ -45,32 +42,6 @@ class StateVector(NamedTuple):
     def is_valid(self, t_s: float) -> bool:
         """Whether it is defined and not out of date at a time of the run [s]."""
         return math.isfinite(self.rate_rad_s + self.q_size) and t_s - self.t_s <= OLDEST_S
-
-
-class _Attitude(NamedTuple):
-    q_body_to_inertial: tuple
-    omega_body_rad_s: tuple
-
-
-class _Place(NamedTuple):
-    r_inertial_m: tuple
-    v_inertial_m_s: tuple
-
-
-class _Known(NamedTuple):
-    estimate: _Attitude
-    ephemeris: _Place
-
-
-@kernel
-def to_orbital(q, omega, r, v):
-    """(q body to orbital frame, rate relative to it [rad/s], size of the rate, of q's vector).
-
-    `q`: body to inertial frame; `omega`: absolute rate, body axes [rad/s]; `r`, `v`: inertial.
-    """
-    known = _Known(_Attitude(q, omega), _Place(r, v))
-    q_orbital, relative = deviation(known, _UPRIGHT, *reference_motion(known, 1.0))
-    return q_orbital, relative, norm(relative), norm((q_orbital[0], q_orbital[1], q_orbital[2]))
 
 
 class AosSettings(Spec):
@@ -115,10 +86,9 @@ class Aos(Module):
         """Put the state vector into its queue; tell the ground when it is lost."""
         inputs = core.inputs
         e, place = inputs.estimate, inputs.ephemeris
-        relative = to_orbital(
+        q_orbital, omega_orbital, rate, q_size = to_orbital_frame(
             e.q_body_to_inertial, e.omega_body_rad_s, place.r_inertial_m, place.v_inertial_m_s
         )
-        q_orbital, omega_orbital, rate, q_size = relative
         sunlit = place.sunlit_fraction > 0.0 or any(inputs.sun_body)
         state = StateVector(
             e.t_s,

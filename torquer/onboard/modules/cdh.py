@@ -27,6 +27,7 @@ class CdhModule(Module):
 
     name = "cdh"
     Settings = CdhSettings
+    period_s = 10.0
 
     def __init__(self, settings: CdhSettings):
         super().__init__(settings)

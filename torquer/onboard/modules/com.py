@@ -56,7 +56,7 @@ class Com(Module):
         super().__init__(settings)
         self.link = None
         self.delayed: list[Command] = []
-        self.received = self.rejected = self.sent_bytes = 0
+        self.received = self.rejected = self.refused = self.sent_bytes = 0
 
     def start(self, core) -> None:
         """Begin with an empty stream."""
@@ -66,20 +66,23 @@ class Com(Module):
         """Receive, let delayed commands go, send."""
         received = core.take_uplink()
         if received:
-            for frame in self.link.receive(received):
+            for frame in self.link.receive(received, core.memory):
                 self._judge(core, frame)
             for header in self.link.take_rejected():
                 self._answer_header(core, header)
-            self.link.save(core)
+            if refused := self.link.take_refused():
+                self.refused += refused
+                core.report("com", Reason.REJECTED, refused)
         if self.delayed:
             self._release(core)
         self._send(core)
 
     def status(self) -> dict[str, float]:
-        """Commands received and rejected since the boot, commands that wait, lost bytes."""
+        """Commands received and rejected, frames refused, commands that wait, lost bytes."""
         return {
             "received": self.received,
             "rejected": self.rejected,
+            "refused": self.refused,
             "delayed": len(self.delayed),
             "lost_bytes": 0 if self.link is None else self.link.lost_bytes,
         }
@@ -151,6 +154,6 @@ class Com(Module):
         while waiting["ground"]:
             frames.append(take("ground"))
         if frames:
-            for sent in self.link.wrapped(frames):
+            for sent in self.link.wrapped(frames, core.memory):
                 self.sent_bytes += len(sent)
                 core.transmit(sent)

@@ -12,11 +12,14 @@ import zlib
 from pydantic import Field
 
 from torquer.onboard.log import Reason
+from torquer.onboard.memory import Report
 from torquer.onboard.modules.module import Module
 from torquer.spec import Spec
 
 #: Number and CRC-32 of the update that the next boot is to use.
 ACTIVE = "active"
+#: Events in a step: fewer than the ground queue holds.
+_AT_ONCE = 2
 _MARK = struct.Struct("<HI")
 
 
@@ -44,11 +47,14 @@ class Fs(Module):
         self.data: bytearray | None = None
         self.missing: set[int] = set()
         self.updates = 0
+        self.reports: list[Report] = []
 
     def step(self, core) -> None:
-        """Events of the memory."""
-        for report in core.memory.take_reports():
+        """Events of the memory, a few at a time; argument: CRC-32 of the file's name, 31 bits."""
+        self.reports += core.memory.take_reports()
+        for report in self.reports[:_AT_ONCE]:
             core.report("fs", report.code, zlib.crc32(report.name.encode()) & 0x7FFFFFFF)
+        del self.reports[:_AT_ONCE]
 
     def on_update_begin(self, core, values) -> Reason:
         """Announce a file; one that was announced before and is not complete is forgotten."""

@@ -15,8 +15,9 @@ from torquer.onboard.modules.telemetry import beacon, extended
 from torquer.packets.codec import decoder, encoder
 from torquer.spec import Spec
 
-#: On-board time [s] before the data of each stored packet.
-_TIME = struct.Struct("<I")
+#: At the beginning of a file of the record its number since the first one, in the order of time
+#: whatever the clock does; before the data of each packet in it the on-board time [s].
+_FILE = _TIME = struct.Struct("<I")
 #: Frames of a replay or dump that a step sends: fewer than the ground queue holds.
 _AT_ONCE = 4
 _DUMPED = 64
@@ -54,7 +55,7 @@ class Tm(Module):
         self.due_ms = {"beacon": 0, "extended": 0, "store": 0}
         self.begun = bytearray()
         self.spans: dict[int, tuple[int, int]] = {}
-        self.next_file = self.stored = 0
+        self.next_file = self.stored = 0  # files by their numbers since the first one
         self.replayed: tuple[list[int], int, int, int] | None = None
         self.waiting: list[bytes] = []
         self.skipped = 0
@@ -65,13 +66,15 @@ class Tm(Module):
         now_ms = round(core.t_s * 1e3)
         self.due_ms = dict.fromkeys(self.due_ms, now_ms)
         found = set(core.memory.names())
-        for number in range(self.settings.files):
-            records = self._records(core, number) if record_file(number) in found else []
+        for place in range(self.settings.files):
+            data = (
+                core.memory.read(record_file(place)) if record_file(place) in found else None
+            ) or b""
+            records = self._split(core, data[_FILE.size :])
             if records:
-                self.spans[number] = _time_of(records[0]), _time_of(records[-1])
-        if self.spans:
-            newest = max(self.spans, key=lambda number: self.spans[number][1])
-            self.next_file = (newest + 1) % self.settings.files
+                (number,) = _FILE.unpack_from(data)
+                self.spans[number] = _span(records)
+        self.next_file = max(self.spans, default=-1) + 1
 
     def step(self, core) -> None:
         """Send and store what is due, then a part of replay and dump."""
@@ -110,7 +113,7 @@ class Tm(Module):
         if self.replayed is not None or self.waiting:
             return Reason.STATE
         within = [n for n, (first, last) in self.spans.items() if first <= to_s and last >= from_s]
-        within.sort(key=lambda number: self.spans[number])
+        within.sort()
         begun = [r for r in self._split(core, self.begun) if from_s <= _time_of(r) <= to_s]
         if not within and not begun:
             return Reason.NOT_AVAILABLE
@@ -153,9 +156,11 @@ class Tm(Module):
         records = self._split(core, self.begun)
         if len(records) < self.settings.in_file:
             return
-        if core.memory.write(record_file(self.next_file), bytes(self.begun)):
-            self.spans[self.next_file] = _time_of(records[0]), _time_of(records[-1])
-            self.next_file = (self.next_file + 1) % self.settings.files
+        place = record_file(self.next_file % self.settings.files)
+        if core.memory.write(place, _FILE.pack(self.next_file) + bytes(self.begun)):
+            self.spans[self.next_file] = _span(records)
+            self.spans.pop(self.next_file - self.settings.files, None)
+            self.next_file += 1
         self.begun.clear()
 
     def _split(self, core, data: bytes | bytearray) -> list[bytes]:
@@ -164,7 +169,9 @@ class Tm(Module):
         return [bytes(data[at : at + size]) for at in range(0, len(data) - size + 1, size)]
 
     def _records(self, core, number: int) -> list[bytes]:
-        return self._split(core, core.memory.read(record_file(number)) or b"")
+        data = core.memory.read(record_file(number % self.settings.files)) or b""
+        is_there = data[: _FILE.size] == _FILE.pack(number)  # else overwritten since
+        return self._split(core, data[_FILE.size :]) if is_there else []
 
     def _replay(self, core) -> None:
         """The next frames of a replay: files in the order of time, then what is not in one yet."""
@@ -199,6 +206,12 @@ class Tm(Module):
 
 def _time_of(record: bytes) -> int:
     return _TIME.unpack_from(record)[0]
+
+
+def _span(records: list[bytes]) -> tuple[int, int]:
+    """Least and greatest time of records [s]."""
+    times = [_time_of(record) for record in records]
+    return min(times), max(times)
 
 
 def _next(due_ms: int, period_s: float, now_ms: int) -> int:

@@ -1,0 +1,255 @@
+"""Commands: each has a handler and an answer; what is rejected is counted, logged and answered."""
+
+import struct
+import zlib
+
+import pytest
+from onboard_ground import Ground, flying, scenario
+
+from torquer.compile import engine
+from torquer.onboard.core import Core
+from torquer.onboard.log import Reason
+from torquer.onboard.software import load_software
+from torquer.packets.dictionary import load_dictionary
+from torquer.packets.frames import FRAMESYNC
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+UP = load_dictionary("chibis_m").up
+HISTORICAL = {"link": "historical", "modules": {m: {} for m in load_software().modules}}
+TLE = (
+    b"1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",
+    b"2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537",
+)
+BLOCK = bytes(range(64))
+#: Values of each command that a satellite of the example in automatic operation carries out, or the
+#: reason why it does not.
+VALUES = {
+    "set_mode": ((0, 1), Reason.MODE),
+    "hold": ((0, 1), Reason.MODE),
+    "automatic": ((1,), Reason.DONE),
+    "set_flag": ((0, 1), Reason.VALUE),  # the example has no flags
+    "set_parameter": ((0, 2e6), Reason.DONE),
+    "get_parameter": ((0,), Reason.DONE),
+    "set_thresholds": ((0.5, 0.1, 0.2, 0.03), Reason.DONE),
+    "reboot": ((0,), Reason.DONE),
+    "restore_defaults": ((4,), Reason.DONE),
+    "report_status": ((3,), Reason.DONE),
+    "power": ((20, 0), Reason.DONE),
+    "set_clock": ((5e11,), Reason.DONE),
+    "shift_clock": ((-1500,), Reason.DONE),
+    "set_rates": ((5.0, 2.0, 10.0), Reason.DONE),
+    "replay": ((0, 2**32 - 1, 1), Reason.DONE),
+    "dump": ((0, 0, 10), Reason.DONE),
+    "set_elements": (TLE, Reason.DONE),
+    "set_model": ((0,), Reason.NOT_AVAILABLE),
+    "coils_manual": ((1.0, 2.0, 3.0, 10.0), Reason.DONE),
+    "coils_automatic": ((), Reason.DONE),
+    "wheels_manual": ((1e-4, 0.0, 0.0, 10.0), Reason.DONE),
+    "wheels_automatic": ((), Reason.DONE),
+    "mag_calibration": ((1.0, 2.0, 3.0), Reason.NOT_AVAILABLE),
+    "gyro_calibration": ((1.0, 2.0, 3.0), Reason.NOT_AVAILABLE),
+    "adc_limits": ((-10.0, 50.0, 1.0), Reason.DONE),
+    "update_begin": ((1, 64, zlib.crc32(BLOCK)), Reason.DONE),
+    "update_block": ((0, BLOCK), Reason.STATE),
+    "update_end": ((0,), Reason.STATE),
+}
+
+
+@pytest.fixture(scope="module")
+def begun():
+    """A satellite that has flown for a little while, and how to go back there."""
+    ground = flying(120.0)
+    ground.tick(times=5)
+    return ground, ground.core.snapshot(), ground.receiver, ground.sender
+
+
+@pytest.fixture
+def ground(begun):
+    """The satellite as it was then, with a ground that begins to listen."""
+    _, snapshot, *_ = begun
+    core = begun[0].core
+    core.restore(snapshot)
+    fresh = Ground(core)
+    fresh.sender.counter = begun[3].counter
+    return fresh
+
+
+def test_every_command_has_a_handler_and_an_example():
+    modules = load_software().modules
+    assert set(VALUES) == set(UP)
+    for name, packet in UP.items():
+        assert callable(getattr(modules[packet.module].make, f"on_{name}"))
+
+
+@pytest.mark.parametrize("name", sorted(UP))
+def test_every_command_is_answered(ground, name):
+    values, code = VALUES[name]
+    answer = ground.command(name, *values)
+    assert answer["code"] == code and answer["accepted"] == (code == Reason.DONE)
+    assert answer["module_id"] == ground.dictionary.modules[UP[name].module]
+    events = [v["code"] for v in ground.named("event") if v["argument"] == UP[name].id]
+    assert (code in events) == (code != Reason.DONE)
+
+
+def test_no_answer_unless_it_is_asked_for(ground):
+    assert ground.command("set_rates", 5.0, 2.0, 10.0, acknowledge=0) is None
+    assert ground.core.services.status("tm")["extended_s"] == 2.0
+
+
+@pytest.mark.parametrize("name", sorted(UP))
+@pytest.mark.parametrize("fill", [0x00, 0xFF, 0x7F, 0x80])
+def test_no_values_crash_a_handler(ground, name, fill):
+    """Bytes of all kinds, NaN among them, are carried out or rejected, never FAILED."""
+    packet = UP[name]
+    data = bytes([1]) + bytes([fill]) * (packet.size - 1)
+    module = ground.dictionary.modules[packet.module]
+    head = struct.pack("<IIBBIH", FRAMESYNC, 0, packet.id, module, 0, packet.size)
+    found = ground.tick(ground.wrapped(head + data), times=3)
+    codes = [v["code"] for n, _, v in found if n == "acknowledgement"]
+    assert len(codes) == 1 and codes[0] != Reason.FAILED
+    assert Reason.MODULE_FAILED not in [v["code"] for v in ground.named("event")]
+
+
+def header(number, module, length):
+    return struct.pack("<IIBBIH", FRAMESYNC, 0, number, module, 0, length)
+
+
+@pytest.mark.parametrize(
+    ("data", "code", "number"),
+    [
+        (header(250, 1, 4) + bytes(4), Reason.UNKNOWN, 250),
+        (header(18, 1, 7) + bytes(7), Reason.LENGTH, 18),
+        (header(18, 9, 2) + bytes(2), Reason.MODULE, 18),
+    ],
+)
+def test_what_is_no_command_is_answered_and_the_next_one_executed(ground, data, code, number):
+    good = ground.uplink.frame("shift_clock", 0, (1, 10))
+    found = ground.tick(ground.wrapped(data) + ground.wrapped(good), times=3)
+    answers = [(v["command_id"], v["code"]) for n, _, v in found if n == "acknowledgement"]
+    assert answers == [(number, code), (33, Reason.DONE)]
+    assert (5, code, number) in [
+        (v["module_id"], v["code"], v["argument"]) for v in ground.named("event")
+    ]
+    assert ground.core.services.status("com")["rejected"] == 1
+
+
+def test_historical_streams_resynchronise(begun):
+    ground = Ground(Core(scenario(60.0), HISTORICAL))
+    good = ground.frame("shift_clock", 10)
+    noise = bytes(range(200)) + good[:9] + header(18, 9, 2)
+    found = ground.tick(noise, 2)
+    found += ground.tick(b"\xdd\xcc" + good, 3)
+    codes = [v["code"] for n, _, v in found if n == "acknowledgement"]
+    assert Reason.DONE in codes
+
+
+@pytest.mark.parametrize("wrong", ["bit", "again", "key", "noise"])
+def test_a_protected_link_refuses_what_is_not_authentic_or_not_new(ground, wrong):
+    clock = ground.core.state.clock.now_ms
+    frame = ground.frame("set_clock", 5e11)
+    if wrong == "again":
+        ground.tick(frame, 3)
+        ground.command("set_clock", float(clock))
+    elif wrong == "bit":
+        frame = frame[:30] + bytes([frame[30] ^ 4]) + frame[31:]
+    elif wrong == "key":
+        ground.sender.key = bytes(32)
+        frame = ground.frame("set_clock", 5e11)
+    else:
+        frame = frame[:40] + b"\x00"
+    found = ground.tick(frame, 3)
+    assert not [1 for n, _, v in found if n == "acknowledgement"]
+    assert abs(ground.core.state.clock.now_ms - clock) < 20_000
+    if wrong != "noise":
+        assert Reason.REJECTED in [v["code"] for n, _, v in found if n == "event"]
+
+
+def test_the_counter_of_commands_outlives_a_reboot(ground):
+    frame = ground.frame("shift_clock", 10)
+    ground.tick(frame, 3)
+    ground.core.reboot()
+    ground.tick(times=15)
+    assert ground.core.is_running
+    found = ground.tick(frame, 3)
+    assert not [1 for n, _, v in found if n == "acknowledgement"]
+    assert ground.command("shift_clock", 10)["code"] == Reason.DONE
+
+
+def test_a_delayed_command_waits_for_its_time(ground):
+    now_s = ground.core.state.clock.now_s
+    found = ground.tick(ground.frame("shift_clock", 0, time_s=now_s + 10), 20)
+    (at,) = [t for n, t, v in found if n == "acknowledgement"]
+    assert now_s + 10 <= at <= now_s + 12
+
+
+@pytest.mark.parametrize(
+    ("ahead", "code"), [(-601, Reason.LATE), (-599, Reason.DONE), (10**6, Reason.TIME)]
+)
+def test_execution_times_that_cannot_be_kept(ground, ahead, code):
+    now_s = ground.core.state.clock.now_s
+    assert ground.command("shift_clock", 0, time_s=now_s + ahead)["code"] == code
+
+
+def test_delayed_commands_are_executed_in_the_order_of_their_times(ground):
+    now_s = ground.core.state.clock.now_s
+    late = ground.frame("shift_clock", 1, time_s=now_s + 12)
+    early = ground.frame("set_rates", 1.0, 1.0, 1.0, time_s=now_s + 8)
+    found = ground.tick(late + early, 20)
+    assert [v["command_id"] for n, _, v in found if n == "acknowledgement"] == [40, 33]
+
+
+def test_only_so_many_delayed_commands_wait(ground):
+    now_s = ground.core.state.clock.now_s
+    held = ground.core.state.modules["com"].settings.delayed
+    frames = b"".join(
+        ground.frame("shift_clock", 0, time_s=now_s + 500 + k) for k in range(held + 2)
+    )
+    found = ground.tick(frames, 2)
+    codes = [v["code"] for n, _, v in found if n == "acknowledgement"]
+    assert codes == [Reason.QUEUE_FULL] * 2
+    assert ground.core.services.status("com")["delayed"] == held
+
+
+def test_a_reboot_loses_delayed_commands(ground):
+    now_s = ground.core.state.clock.now_s
+    ground.tick(ground.frame("shift_clock", 0, time_s=now_s + 30), 2)
+    ground.core.reboot()
+    found = ground.tick(times=60)
+    assert not [1 for n, _, v in found if n == "acknowledgement"]
+
+
+def test_a_full_command_queue_drops_its_oldest_command_and_says_so(ground):
+    """Nine commands within a control step for a queue of five: the first four are dropped."""
+    frames = b"".join(ground.frame("shift_clock", k) for k in range(9))
+    found = ground.tick(frames, 4)
+    answers = [v["code"] for n, _, v in found if n == "acknowledgement"]
+    assert answers == [Reason.QUEUE_FULL] * 4 + [Reason.DONE] * 5
+    shifted = [v["argument"] for v in ground.named("event") if v["code"] == Reason.TIME_SET]
+    assert shifted == [4, 5, 6, 7, 8]
+    dropped = [v for v in ground.named("event") if v["code"] == Reason.QUEUE_FULL]
+    assert dropped and ground.core.state.cdh.dropped["clk"] == 4
+
+
+def test_a_stopped_module_takes_no_commands(ground):
+    ground.core.services.stop("mod")
+    assert ground.command("set_model", 3)["code"] == Reason.STATE
+    ground.core.services.start("mod")
+    assert ground.command("set_model", 3)["code"] == Reason.DONE
+
+
+def test_modules_that_do_not_fly_take_no_commands():
+    software = {"modules": {"tm": {}}}
+    ground = Ground(Core(scenario(30.0), software))
+    assert ground.command("set_model", 3)["code"] == Reason.MODULE
+    assert ground.command("set_rates", 1.0, 1.0, 1.0)["code"] == Reason.DONE
+
+
+def test_too_much_uplink_at_once_loses_the_oldest(ground):
+    """The receiver holds 8 kB: the last command of 20 kB arrives."""
+    noise = bytes(20_000)
+    answer = [
+        v
+        for n, _, v in ground.tick(noise + ground.frame("shift_clock", 10), 3)
+        if n == "acknowledgement"
+    ]
+    assert answer[0]["code"] == Reason.DONE and ground.core.state.lost_uplink > 0

@@ -1,0 +1,382 @@
+"""Modules: state vector, classes, telemetry, record, dumps, updates, devices, supervisor."""
+
+import math
+import tomllib
+import zlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+from onboard_ground import DAY, Ground, flying
+
+from torquer.compile import engine
+from torquer.geometry.attitudes import to_body
+from torquer.geometry.frames import dcm_orbital_to_inertial
+from torquer.onboard.core import Core
+from torquer.onboard.log import Reason
+from torquer.onboard.memory import Memory
+from torquer.onboard.modules.fs import update_file
+from torquer.onboard.modules.svr import MAX, MIN, NONE, NORM, class_of
+from torquer.onboard.modules.telemetry import DEG
+from torquer.scenario.load import scenario_from_data
+
+pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+#: When the day's Kalman filter works in sunlight.
+SETTLED_S = 12000
+
+
+@pytest.fixture(scope="module")
+def settled():
+    """The day of Chibis-M in its science mode, and the packets up to there."""
+    ground = flying(SETTLED_S + 600.0)
+    ground.tick(times=SETTLED_S)
+    return ground, ground.core.snapshot(), ground.sender.counter
+
+
+@pytest.fixture
+def ground(settled):
+    """The satellite in its science mode, with a ground that begins to listen."""
+    first, snapshot, counter = settled
+    first.core.restore(snapshot)
+    ground = Ground(first.core)
+    ground.sender.counter = counter
+    first.sender.counter = counter + 1000
+    return ground
+
+
+def last_sent(found, name):
+    return [v for n, _, v in found if n == name][-1]
+
+
+def test_the_state_vector_is_the_estimate_in_both_frames(ground):
+    """Against plain matrices: A = C_orbital^T C, and the rate of a two-body orbit."""
+    found = last_sent(ground.tick(times=3), "extended")
+    core = ground.core.services
+    state, e = core.cdh.newest("state"), core.inputs.estimate
+    r, v = map(np.array, core.inputs.ephemeris[:2])
+    axes = np.array(dcm_orbital_to_inertial(tuple(r), tuple(v)))
+    body = np.array([to_body(np.array(e.q_body_to_inertial), column) for column in axes.T])
+    # rows of `body`: the orbital axes in body components, that is, body to orbital frame
+    again = to_body(np.array(state.q_orbital), np.eye(3))
+    assert np.allclose(again, body, atol=1e-12)
+    orbit = np.cross(r, v) / (r @ r)
+    relative = np.array(e.omega_body_rad_s) - to_body(np.array(e.q_body_to_inertial), orbit)
+    assert np.allclose(state.omega_orbital_rad_s, relative, atol=1e-12)
+    assert state.rate_rad_s == pytest.approx(np.linalg.norm(relative), rel=1e-9)
+    q = [found[f"q_orbital_{k}"] for k in range(4)]
+    assert np.allclose(q, state.q_orbital, atol=3.1e-5)
+    omega = [found[f"omega_{k}"] for k in "xyz"]
+    assert np.allclose(omega, np.degrees(e.omega_body_rad_s), atol=1e-5)
+
+
+def test_the_state_vector_is_lost_and_found(settled):
+    """B-dot has no attitude: unknown numbers; later there is one."""
+    first, *_ = settled
+    extended = first.named("extended")
+    assert extended[50]["q_orbital_0"] == pytest.approx(-1.00003, abs=1e-5)
+    assert extended[50]["rate_class"] == NONE and not extended[50]["flags"] & 2
+    assert extended[-1]["rate_class"] == MIN and extended[-1]["flags"] & 2
+    assert {v["aos_mode"] for v in extended} >= {2, 3, 4}
+    assert {v["stb_mode"] for v in extended} == {1, 2, 3}
+    codes = [v["code"] for v in first.named("event") if v["module_id"] == 3]
+    assert codes and set(codes) <= {Reason.STATE_LOST, Reason.STALE_STATE}
+
+
+def test_telemetry_shows_the_truth(settled):
+    """Times, dipole and wheels' momentum of packets against the run's own record."""
+    first, snapshot, _ = settled
+    first.core.restore(snapshot)
+    result = first.core.result()
+    start_ms = first.named("extended")[0]["on_board_ms"]
+    times = result.time.values.astype(float)
+    by_time = {round((v["on_board_ms"] - start_ms) / 1e3): v for v in first.named("extended")}
+    sent = [by_time.get(round(t)) for t in times[:-1]]
+    found = [k for k, v in enumerate(sent) if v is not None]
+    assert len(found) > 0.9 * len(times)
+    dipole = np.array([[sent[k][f"dipole_{c}"] for c in "xyz"] for k in found])
+    assert np.isfinite(dipole).all() and np.abs(dipole).max() > 0.1
+    momentum = np.array([[sent[k][f"wheel_momentum_{c}"] for c in "xyz"] for k in found])
+    assert np.abs(momentum[-200:]).max() > 1e-3
+
+
+@pytest.mark.parametrize(
+    ("value", "is_a"), [(math.nan, NONE), (0.5, MAX), (0.4, NORM), (0.08, NORM), (0.0799, MIN)]
+)
+def test_classes_of_table_3_2(value, is_a):
+    assert class_of(value, 0.08, 0.4) == is_a
+
+
+def test_thresholds_are_settings(ground):
+    rate = ground.core.services.cdh.newest("state").rate_rad_s * DEG
+    ground.command("set_thresholds", rate / 2, rate / 4, 0.15, 0.02)
+    assert last_sent(ground.tick(times=2), "extended")["rate_class"] == MAX
+    assert ground.command("set_thresholds", 0.1, 0.2, 0.15, 0.02)["code"] == Reason.VALUE
+    settings = ground.named("settings")[-1]
+    assert settings["rate_max"] == pytest.approx(rate / 2) and settings["q_max"] == pytest.approx(
+        0.15
+    )
+
+
+def test_manual_operation(ground):
+    """The ground commands states; transitions rest; automatic operation takes over again."""
+    core = ground.core.services
+    place = [name for name, _ in core.regions].index("stabilisation")
+    states = core.regions[place][1]
+    assert ground.command("set_mode", place, 0)["code"] == Reason.MODE
+    assert ground.command("automatic", 0)["code"] == Reason.DONE
+    assert last_sent(ground.tick(times=2), "extended")["svr_mode"] == 0
+    assert ground.command("set_mode", place, states.index("detumbling"))["code"] == Reason.DONE
+    ground.tick(times=100)
+    assert core.modes["stabilisation"] == "detumbling"  # the table itself would leave it at once
+    assert ground.command("set_mode", place, len(states))["code"] == Reason.VALUE
+    assert ground.command("set_mode", 200, 0)["code"] == Reason.VALUE
+    assert ground.command("automatic", 1)["code"] == Reason.DONE
+    ground.tick(times=5)
+    assert core.modes["stabilisation"] == "acquisition"
+
+
+def test_hold_and_release(ground):
+    core = ground.core.services
+    place = [name for name, _ in core.regions].index("determination")
+    ground.command("automatic", 0)
+    assert ground.command("hold", place, 0)["code"] == Reason.DONE
+    assert ground.command("hold", place, 2)["code"] == Reason.VALUE
+    assert ground.core.state.modules["svr"].held == {"stabilisation"}
+
+
+def test_parameters(ground):
+    core = ground.core.services
+    index = next(k for k, name in enumerate(core.parameters) if name.startswith("damping.gain"))
+    ground.command("set_parameter", index, 1234.5)
+    ground.command("get_parameter", index)
+    assert ground.named("parameter")[-1] == {"index": index, "value": 1234.5}
+    assert ground.command("set_parameter", index, math.nan)["code"] == Reason.VALUE
+    assert ground.command("get_parameter", 60000)["code"] == Reason.VALUE
+
+
+def test_the_dipole_is_commanded_by_hand_for_its_time(ground):
+    ground.command("coils_manual", 1.5, -0.5, 0.25, 20.0, times=2)
+    assert ground.core.services.commanded[0] == (1.5, -0.5, 0.25)
+    found = [v for n, _, v in ground.tick(times=15) if n == "extended"]
+    assert all(v["dipole_x"] == pytest.approx(1.5, abs=1e-3) for v in found)
+    ground.tick(times=8)
+    assert ground.core.services.commanded[0] == ground.core.flight.answer.dipole_a_m2
+    assert ground.command("coils_manual", 1.0, 0.0, 0.0, 1e6)["code"] == Reason.VALUE
+
+
+def test_without_power_nothing_is_commanded(ground):
+    assert ground.command("power", 21, 0)["code"] == Reason.DONE
+    assert ground.core.services.commanded[1] == (0.0, 0.0, 0.0)
+    beacon = last_sent(ground.tick(times=12), "beacon")
+    assert beacon["power_status"] == 0b11101
+    assert ground.command("wheels_manual", 1e-4, 0, 0, 5.0)["code"] == Reason.STATE
+    assert ground.command("power", 23, 0)["code"] == Reason.NOT_AVAILABLE
+    ground.command("power", 21, 1)
+    assert ground.core.services.commanded[1] == ground.core.flight.answer.torque_n_m
+
+
+def test_rates_of_telemetry(ground):
+    ground.command("set_rates", 7.0, 3.0, 0.0)
+    found = ground.tick(times=42)
+    assert [n for n, _, _ in found].count("beacon") == 6
+    assert [n for n, _, _ in found].count("extended") == 14
+    ground.command("set_rates", 0.0, 0.0, 0.0)
+    assert {n for n, _, _ in ground.tick(times=42)} <= {"event", "settings", "devices", "queues"}
+
+
+def test_what_was_stored_is_what_was_sent(settled):
+    """Replay of half an hour, every one and every third, against the packets sent then."""
+    first, snapshot, counter = settled
+    first.core.restore(snapshot)
+    ground = Ground(first.core)
+    ground.sender.counter = counter
+    now_s = ground.core.state.clock.now_s
+    sent = {v["on_board_ms"]: v for v in first.named("extended")}
+    for every in (1, 3):
+        answer = ground.command("replay", now_s - 1800, now_s, every, times=40)
+        assert answer["code"] == Reason.DONE
+        stored = [(t, v) for n, t, v in ground.packets if n == "stored"]
+        assert len(stored) == math.ceil(30 / every)
+        assert all(v == sent[v["on_board_ms"]] for _, v in stored)
+        times = [t for t, _ in stored]
+        assert times == sorted(times) and times[0] >= now_s - 1800
+        assert np.all(np.diff(times) == 60 * every)
+        ground.packets.clear()
+        ground.core.restore(snapshot)
+        ground = Ground(first.core)
+        ground.sender.counter = counter
+
+
+def test_replay_without_records(ground):
+    assert ground.command("replay", 0, 100, 1)["code"] == Reason.NOT_AVAILABLE
+    assert ground.command("replay", 100, 0, 1)["code"] == Reason.VALUE
+    assert ground.command("replay", 0, 2**32 - 1, 0)["code"] == Reason.VALUE
+
+
+def test_the_record_is_a_ring_and_outlives_a_reboot():
+    software = {
+        "modules": {"tm": {"settings": {"store_s": 1.0, "in_file": 5, "files": 4}}},
+    }
+    memory = Memory()
+    ground = flying(400.0, software=software, memory=memory)
+    ground.tick(times=102)
+    names = [name for name in memory.names() if name.startswith("record.")]
+    assert names == [f"record.{k}" for k in range(4)]
+    ground.core.reboot()
+    ground.tick(times=20)
+    ground.packets.clear()
+    assert ground.command("replay", 0, 2**32 - 1, 1, times=60)["code"] == Reason.DONE
+    times = [t for n, t, _ in ground.packets if n == "stored"]
+    old = times[: times.index(min(times[10:]))]  # the clock has gone back
+    assert len(times) > 20 and len(old) == 15
+    assert old == list(range(old[0], old[0] + 15))
+    assert np.all(np.diff(times[15:]) == 1)
+
+
+def test_a_file_comes_down_whole(ground):
+    """The file of the time's settings; and an end beyond the file's."""
+    memory = ground.core.memory
+    number = memory.names().index("fpga.lib")
+    data = memory.read("fpga.lib")
+    ground.command("dump", number, 10, 200, times=8)
+    parts = ground.named("dump")
+    assert b"".join(v["data"][: v["length"]] for v in parts) == data[10:210]
+    assert [v["offset"] for v in parts] == [10, 74, 138, 202]
+    assert ground.command("dump", number, len(data), 1)["code"] == Reason.VALUE
+    assert ground.command("dump", 9999, 0, 1)["code"] == Reason.NOT_AVAILABLE
+
+
+def update(ground, data, crc=None, activate=1, order=1):
+    """Send an update; the answer to its end."""
+    crc = zlib.crc32(data) if crc is None else crc
+    assert ground.command("update_begin", 7, len(data), crc)["code"] == Reason.DONE
+    for at in list(range(0, len(data), 64))[::order]:
+        part = data[at : at + 64].ljust(64, b"\0")
+        assert ground.command("update_block", at, part)["code"] == Reason.DONE
+    return ground.command("update_end", activate)["code"]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_an_update_is_stored_and_marked(ground, order):
+    data = bytes(range(256)) * 2 + b"end"
+    assert update(ground, data, order=order) == Reason.DONE
+    assert ground.core.memory.read(update_file(7)) == data
+    assert ground.core.memory.read("active") is not None
+
+
+def test_a_wrong_update_is_never_activated(ground):
+    data = bytes(range(200))
+    assert update(ground, data, crc=1) == Reason.CHECKSUM
+    assert ground.command("update_begin", 7, 200, zlib.crc32(data))["code"] == Reason.DONE
+    assert ground.command("update_block", 0, data[:64])["code"] == Reason.DONE
+    assert ground.command("update_block", 5, data[:64])["code"] == Reason.VALUE
+    assert ground.command("update_block", 256, data[:64])["code"] == Reason.VALUE
+    assert ground.command("update_end", 1)["code"] == Reason.LENGTH
+    assert not {update_file(7), "active"} & set(ground.core.memory.names())
+    assert ground.command("update_begin", 7, 2**31, 0)["code"] == Reason.VALUE
+
+
+TLE = (
+    b"1 25544U 98067A   08264.51782528 -.00002182  00000-0 -11606-4 0  2927",
+    b"2 25544  51.6416 247.4627 0006703 130.5360 325.0288 15.72125391563537",
+)
+
+
+def test_elements_are_checked_and_kept(ground):
+    wrong = TLE[0][:-1] + b"8"
+    assert ground.command("set_elements", wrong, TLE[1])["code"] == Reason.CHECKSUM
+    assert ground.command("set_elements", TLE[1], TLE[0])["code"] == Reason.VALUE
+    assert ground.command("set_elements", b"\xff" * 69, TLE[1])["code"] == Reason.VALUE
+    assert ground.core.services.status("mod")["elements"] == 0.0
+    assert ground.command("set_elements", *TLE)["code"] == Reason.DONE
+    ground.core.reboot()
+    ground.tick(times=15)
+    assert ground.core.state.modules["mod"].elements == tuple(line.decode() for line in TLE)
+
+
+def test_the_status_of_each_module(ground):
+    for name, number in ground.dictionary.modules.items():
+        if name in ground.core.state.modules:
+            ground.command("report_status", number)
+            status = ground.named("module_status")[-1]
+            assert status["module_id"] == number and status["state"] == 1
+    assert ground.command("report_status", 99)["code"] == Reason.VALUE
+
+
+def test_settings_return_to_their_defaults(ground):
+    ground.command("set_rates", 7.0, 3.0, 0.0)
+    assert ground.command("restore_defaults", 4)["code"] == Reason.DONE
+    assert ground.core.state.modules["tm"].settings == ground.core.software.modules["tm"].settings
+
+
+def data_with(changes):
+    """The day as data, changed in place by a function."""
+    data = tomllib.loads(Path(DAY).read_text(encoding="utf-8")) | {"name": "day"}
+    changes(data)
+    return scenario_from_data(data)
+
+
+@pytest.mark.parametrize(
+    ("kind", "code"), [("silent", Reason.SENSOR_SILENT), ("nan", Reason.SENSOR_ODD)]
+)
+def test_a_lost_sensor_raises_a_flag_that_moves_the_table(kind, code):
+    """And comes back: the flag falls, unless the ground has raised it by hand."""
+
+    def change(data):
+        data["simulation"]["duration_s"] = 700.0
+        data["spacecraft"]["gyro"]["failures"] = [{"kind": kind, "from_s": 100.0, "until_s": 300.0}]
+        modes = data["control"]["modes"]
+        modes["flags"] = ["gyro_lost", "spare"]
+        states = modes["regions"]["gyro"]["states"]
+        up, down = (
+            {"signal": "flag", "flag": "gyro_lost", side: 0.5} for side in ("above", "below")
+        )
+        states["gyro_known"]["transitions"] = [{"to": "gyro_lost", "when": up}]
+        states["gyro_lost"]["transitions"] = [{"to": "gyro_known", "when": down}]
+
+    ground = Ground(Core(data_with(change)))
+    ground.tick(times=160)
+    assert code in [v["code"] for v in ground.named("event") if v["module_id"] == 22]
+    assert ground.core.services.modes["gyro"] == "gyro_lost"
+    ground.tick(times=200)
+    assert ground.core.services.modes["gyro"] == "gyro_known"
+    assert ground.command("set_flag", 0, 1)["code"] == Reason.DONE
+    ground.tick(times=10)
+    assert ground.core.services.modes["gyro"] == "gyro_lost"
+    assert ground.command("set_flag", 0, 0)["code"] == Reason.DONE
+    assert ground.command("set_flag", 2, 0)["code"] == Reason.VALUE
+    ground.tick(times=10)
+    assert ground.core.services.modes["gyro"] == "gyro_known"
+
+
+def test_wheels_that_do_not_follow_are_found():
+    """Both wheels about x die in the acquisition; those of the other axes follow."""
+
+    def change(data):
+        data["simulation"]["duration_s"] = 9000.0
+        data["spacecraft"]["wheels"]["failures"] = [
+            {"wheel": wheel, "time_s": 3000.0, "noticed_after_s": 1e6} for wheel in (0, 1)
+        ]
+
+    ground = Ground(Core(data_with(change)))
+    ground.tick(times=9000)
+    lost = [v["argument"] for v in ground.named("event") if v["code"] == Reason.WHEEL_FAILED]
+    assert lost == [0]
+
+
+def test_healthy_wheels_are_never_lost(settled):
+    first, *_ = settled
+    assert Reason.WHEEL_FAILED not in [v["code"] for v in first.named("event")]
+    assert {v["code"] for v in first.named("event")} <= {
+        *(Reason.BOOTED, Reason.READY, Reason.STATE_LOST, Reason.STALE_STATE),
+    }
+
+
+def test_the_ground_queue_overflows_without_harm(ground):
+    """Sixty commands at once that are all rejected: what is lost is counted and reported."""
+    frames = b"".join(ground.frame("set_model", 0) for _ in range(60))
+    ground.tick(frames, 30)
+    assert ground.core.is_running
+    dropped = ground.core.state.cdh.dropped
+    assert dropped["mod"] > 0 and dropped["acks"] > 0 and dropped["ground"] > 0
+    assert Reason.QUEUE_FULL in [v["code"] for v in ground.named("event") if v["module_id"] == 6]

@@ -1,0 +1,77 @@
+"""A ground segment for tests: commands up, packets down, both links."""
+
+from torquer.onboard.core import Core
+from torquer.packets.frames import Stream, Uplink
+from torquer.packets.protected import CommandSender, TelemetryReceiver
+from torquer.scenario.load import load_scenario
+
+DAY = "examples/chibis_m_day.toml"
+
+
+def scenario(duration_s=600.0, **keys):
+    """The day of Chibis-M, shorter."""
+    found = load_scenario(DAY).replace("simulation.duration_s", duration_s)
+    for key, value in keys.items():
+        found = found.replace(key.replace("__", "."), value)
+    return found
+
+
+class Ground:
+    """Commands a `Core` and keeps all packets that it sends, as (name, time_s, {name: value})."""
+
+    def __init__(self, core: Core):
+        software = core.software
+        self.core, self.uplink = core, Uplink(software.dictionary)
+        self.dictionary, self.link = software.dictionary, software.link
+        self.stream = Stream(software.dictionary, "down")
+        keys = software.keys
+        self.sender = CommandSender(keys.up, keys.spi, keys.spacecraft)
+        self.receiver = TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft)
+        self.packets, self.sent = [], []
+
+    def frame(self, name, *values, time_s=0, acknowledge=1):
+        """The bytes of a command."""
+        frame = self.uplink.frame(name, time_s, (acknowledge, *values))
+        return self.wrapped(frame)
+
+    def wrapped(self, data):
+        """Bytes as the link takes them."""
+        return data if self.link == "historical" else self.sender.wrap(data)
+
+    def tick(self, uplink=b"", times=1):
+        """Control steps, the first with an uplink; the packets that came down."""
+        found = []
+        for _ in range(times):
+            sent = self.core.tick(uplink)
+            uplink = b""
+            if sent is None:
+                break
+            self.sent.append(sent)
+            found += self.decoded(sent)
+        self.packets += found
+        return found
+
+    def decoded(self, sent):
+        """Packets of the bytes of a control step."""
+        parts = [sent] if self.link == "historical" else self.receiver.feed(sent)
+        return [
+            (f.packet.name, f.time_s, dict(zip(f.packet.names, f.values, strict=True)))
+            for part in parts
+            for f in self.stream.feed(part)
+        ]
+
+    def command(self, name, *values, times=4, **keys):
+        """Send a command and fly on; its acknowledgement, None if there is none."""
+        number = self.dictionary.up[name].id
+        found = self.tick(self.frame(name, *values, **keys), times)
+        answers = [v for n, _, v in found if n == "acknowledgement" and v["command_id"] == number]
+        return answers[-1] if answers else None
+
+    def named(self, name):
+        """Values of all packets of a name."""
+        return [values for n, _, values in self.packets if n == name]
+
+
+def flying(duration_s=600.0, software=None, memory=None, **keys):
+    """A ground and its satellite."""
+    return Ground(Core(scenario(duration_s, **keys), software, memory))
