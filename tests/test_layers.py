@@ -31,10 +31,11 @@ FLOORS = (
     {"control"},
     {"scenario"},
     {"simulation"},
-    {"theory", "onboard"},
+    {"theory"},
     {"notes"},
     {"analysis"},
     {"campaign"},
+    {"onboard"},
     {"report"},
     {"cli", "__main__"},
 )

@@ -81,7 +81,7 @@ def test_schema_is_json(call, strict_json):
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["fly"], 'Unknown command "fly"'),
+        (["swim"], 'Unknown command "swim"'),
         (["run"], "scenario"),
         (["run", "a.toml", "b.toml"], "b.toml"),
         (["run", "a.toml", "--fast"], "--fast"),

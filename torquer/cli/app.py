@@ -199,6 +199,66 @@ def faults(
 
 
 @options
+class FlyOptions:
+    """Options of `torquer fly`."""
+
+    software: Path | None = None
+    """File of the flight software [that of Chibis-M]."""
+    commands: Path | None = None
+    """File of commands with the times at which they are sent."""
+    faults: Path | None = None
+    """File of faults and reboots."""
+    memory: Path | None = None
+    """Folder of the non-volatile memory, kept after the flight [in memory, as delivered]."""
+    speed: Annotated[float | None, positive()] = None
+    """How many times real time at most [as fast as it goes]."""
+    realtime: bool = False
+    """Fly in real time."""
+    ticks: Annotated[Whole, at_least(1)] = None
+    """Number of control steps [to the end of SCENARIO]."""
+    out: Path | None = None
+    """Output folder [runs/NAME-flight]."""
+    json: Json = False
+
+
+@app.command
+def fly(
+    scenario: Path, *, how: FlyOptions = FlyOptions(), code: CodeOptions = CodeOptions()
+) -> int:
+    """Fly SCENARIO with flight software around its on-board computer: modules, queues, packets.
+
+    In lock-step, as fast as it goes. Writes the session (session.json), which can be flown again to
+    the same bytes, what came down (downlink.bin), a table for each packet and a picture of them.
+    """
+    from torquer.cli import fly as work
+
+    return work.fly(scenario, how, code)
+
+
+session_app = App(name="session", help="Recorded flights of the flight software.")
+app.command(session_app)
+
+
+@session_app.command
+def replay(session: Path, *, json: Json = False) -> int:
+    """Fly SESSION again; exit code 1 unless the same bytes come down."""
+    from torquer.cli import fly as work
+
+    return work.replay(session, json)
+
+
+@session_app.command
+def bisect(first: Path, second: Path, *, json: Json = False) -> int:
+    """Find the first control step at which the downlinks of two sessions differ.
+
+    Exit code 1 if there is one.
+    """
+    from torquer.cli import fly as work
+
+    return work.bisect(first, second, json)
+
+
+@options
 class SmoothOptions:
     """Options of `torquer smooth`."""
 

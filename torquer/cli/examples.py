@@ -49,6 +49,12 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer faults examples/safe_mode.toml --out runs/faults",
         "torquer faults examples/safe_mode.toml --only gyro --at-h 10",
     ),
+    "fly": (
+        "torquer fly examples/chibis_m_day.toml --ticks 20000",
+        "torquer fly examples/chibis_m_day.toml --commands examples/software/commands.toml "
+        "--faults examples/software/faults.toml --out runs/faulty",
+        "torquer fly examples/chibis_m_day.toml --realtime --ticks 60 --memory runs/memory",
+    ),
     "field": (
         "torquer field point --lat 55.75 --lon 37.62 --date 2025-07-01",
         "torquer field orbit --scenario examples/chibis_m_detumble.toml",
@@ -90,6 +96,9 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
     "schema": ("torquer schema > scenario.schema.json",),
+    "session": ("torquer session replay runs/chibis_m_day-flight/session.json",),
+    "session bisect": ("torquer session bisect runs/a/session.json runs/b/session.json",),
+    "session replay": ("torquer session replay runs/chibis_m_day-flight/session.json",),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
         "--inertia 1.0 1.2 1.5 --gain 1e6",

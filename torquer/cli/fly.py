@@ -1,0 +1,230 @@
+"""Work of `fly` and `session`: the flight software flown, recorded, flown again, compared."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from torquer.cli import FAILED_CODE
+from torquer.cli.app import FlyOptions
+from torquer.cli.loading import load_checked
+from torquer.cli.options import CodeOptions, check_ranges
+from torquer.cli.output import (
+    harmless,
+    json_text,
+    make_writable,
+    print_error,
+    print_note,
+    writing_to,
+)
+from torquer.cli.simulate import progress_of
+from torquer.onboard.core import Core
+from torquer.onboard.faults import FaultsFile, load_faults, of_software, with_device_faults
+from torquer.onboard.link import Keys
+from torquer.onboard.log import Reason
+from torquer.onboard.memory import Memory
+from torquer.onboard.script import frames_of, load_script
+from torquer.onboard.session import (
+    Recorder,
+    Sender,
+    Session,
+    Tick,
+    first_difference,
+    flown,
+    load_session,
+    replayed,
+    saved,
+    station_of,
+)
+from torquer.onboard.software import Software, load_software
+from torquer.packets.frames import Frame
+from torquer.packets.received import tables_of
+from torquer.packets.station import Station
+from torquer.simulation.simulate import RunStopped
+
+#: Kinds of events that are printed.
+_SHOWN = 12
+_REASONS = {int(reason): reason.doc for reason in Reason}
+
+
+@dataclass
+class _Ground:
+    """What the ground makes of the downlink."""
+
+    station: Station
+    received: list[tuple[float, Frame]] = field(default_factory=list)
+
+    def take(self, tick: Tick) -> None:
+        self.received += [(tick.t_s, frame) for frame in self.station.receive(tick.downlink)]
+
+
+class _Flight(NamedTuple):
+    """A flight ready to begin."""
+
+    core: Core
+    ground: _Ground
+    sender: Sender
+    faults: FaultsFile
+    software: Software
+
+
+def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
+    """Fly a scenario with its flight software; write the session and what came down."""
+    check_ranges(how)
+    if how.realtime and how.speed is not None:
+        raise ValueError("--speed: must not be given with --realtime; received both")
+    scenario = load_checked(path, code)
+    faults = load_faults(how.faults) if how.faults else FaultsFile()
+    scenario = with_device_faults(scenario, faults)
+    out = how.out or Path("runs") / f"{scenario.name}-flight"
+    make_writable(out)
+    flight = _prepared(scenario, faults, how)
+    recorder, ground = Recorder(), flight.ground
+    begun_s = time.process_time()
+    with writing_to(out):
+        stopped = _flown(flight, scenario, how, recorder, out)
+        took_s = time.process_time() - begun_s
+        session = recorder.session(scenario, faults, how.software)
+        saved(session, out / "session.json")
+        tables = tables_of(ground.received, flight.software.dictionary)
+        for name, table in tables.items():
+            table.to_netcdf(out / f"{name}.nc", engine="h5netcdf")
+        if "extended" in tables:
+            from torquer.report.downlink import draw_downlink
+
+            draw_downlink(tables, scenario.name, out / "downlink.png")
+    _show(flight, recorder, out, took_s, how.json)
+    if stopped:
+        print_error(f"{stopped}; what came down until then is in {out}")
+    return FAILED_CODE if stopped else 0
+
+
+def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
+    software = load_software(how.software)
+    core = Core(scenario, software, Memory(how.memory))
+    frames = []
+    if how.commands:
+        script = load_script(how.commands)
+        frames = frames_of(script, software.dictionary, core.flight.names, scenario)
+    if software.link == "protected" and software.keys == Keys(spacecraft=software.keys.spacecraft):
+        print_note(
+            "the link is protected by keys that everybody knows; up_key and down_key of the "
+            "software file name your own"
+        )
+    station = station_of(software)
+    return _Flight(core, _Ground(station), Sender(frames, station), faults, software)
+
+
+def _flown(flight: _Flight, scenario, how: FlyOptions, recorder, out: Path) -> str:
+    """Fly to the end; what stopped the flight before, or ""."""
+    core, whole = flight.core, scenario.simulation.duration_s
+    ticks = flown(
+        core,
+        lambda tick, t_s: flight.sender.at(t_s),
+        of_software(flight.faults),
+        how.ticks,
+        1.0 if how.realtime else how.speed,
+    )
+    with open(out / "downlink.bin", "wb") as file, progress_of(scenario.name) as progress:
+        try:
+            for tick in ticks:
+                recorder.note(tick.uplink, tick.downlink)
+                flight.ground.take(tick)
+                file.write(tick.downlink)
+                if progress and tick.number % 64 == 0:
+                    progress(tick.t_s / whole)
+        except RunStopped as error:
+            return str(error)
+    return ""
+
+
+def _show(flight: _Flight, recorder: Recorder, out: Path, took_s: float, as_json: bool) -> None:
+    core = flight.core
+    count = Counter(frame.packet.name for _, frame in flight.ground.received)
+    data: dict[str, Any] = {
+        "ticks": recorder.ticks,
+        "flown_s": core.services.t_s,
+        "modes": core.flight.modes(),
+        "reboots": core.services.reboots,
+        "downlink_bytes": recorder.downlink_bytes,
+        "digest": recorder.digest(),
+        "packets": dict(count),
+        "events": _events(flight),
+        "times_real_time": round(core.services.t_s / max(took_s, 1e-9)),
+        "out": str(out),
+    }
+    if as_json:
+        print(json_text(data))
+        return
+    print(f"{recorder.ticks} control steps, {core.services.t_s:g} s of flight")
+    print("modes: " + ", ".join(f"{region} {state}" for region, state in data["modes"].items()))
+    print("packets: " + ", ".join(f"{name} {n}" for name, n in count.most_common()))
+    for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
+        print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
+    print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes, digest {data['digest']}")
+    print(f"written to {out}: session.json, downlink.bin, downlink.png, a table for each packet")
+
+
+def _events(flight: _Flight) -> list[dict]:
+    """Entries of the error log that came down."""
+    modules = {number: name for name, number in flight.software.dictionary.modules.items()}
+    found = []
+    for at_s, frame in flight.ground.received:
+        if frame.packet.name == "event":
+            module, code, argument, _ = frame.values
+            reason = _REASONS.get(code, f"code {code}")
+            found.append({
+                "received_s": at_s,
+                "event": f"{modules.get(module, module)}: {reason}",
+                "argument": argument,
+            })  # fmt: skip
+    return found
+
+
+def replay(path: Path, as_json: bool) -> int:
+    """Fly a session again; exit code 1 unless the same bytes come down."""
+    session, recorder = load_session(path), Recorder()
+    with progress_of(path.stem) as progress:
+        for tick in replayed(session):
+            recorder.note(tick.uplink, tick.downlink)
+            if progress and tick.number % 64 == 0:
+                progress(tick.number / max(session.ticks, 1))
+    same = recorder.digests_of_all() == session.digests
+    if as_json:
+        print(json_text({"same": same, "ticks": recorder.ticks, "digest": recorder.digest()}))
+    elif same:
+        print(f"the same bytes: {recorder.downlink_bytes} in {recorder.ticks} control steps")
+    else:
+        print_error(f"other bytes than recorded, from control step {recorder.parted(session)} on")
+    return 0 if same else FAILED_CODE
+
+
+def bisect(first: Path, second: Path, as_json: bool) -> int:
+    """The first control step at which two sessions differ; exit code 1 if there is one."""
+    a, b = load_session(first), load_session(second)
+    found = first_difference(a, b)
+    if found is None:
+        print(json_text({"same": True}) if as_json else "the same bytes came down")
+        return 0
+    tick = next(each for each in found if each is not None)
+    sides = {str(first): _packets(found.first, a), str(second): _packets(found.second, b)}
+    if as_json:
+        print(json_text({"same": False, "tick": tick.number, "t_s": tick.t_s, "packets": sides}))
+        return FAILED_CODE
+    print(f"the first difference is at control step {tick.number}, t = {tick.t_s:g} s")
+    for name, packets in sides.items():
+        print(harmless(f"  {name}: " + ("; ".join(packets) or "nothing")))
+    return FAILED_CODE
+
+
+def _packets(tick: Tick | None, session: Session) -> list[str]:
+    """The packets of a control step in words."""
+    if tick is None:
+        return ["has ended"]
+    software = load_software(Path(session.software) if session.software else None)
+    station = station_of(software)
+    frames = [*station.receive(tick.downlink), *station.finish()]
+    return [f"{frame.packet.name} {frame.values}" for frame in frames]

@@ -1,0 +1,115 @@
+"""What a ground station sends, by time: commands from a file, with names in place of numbers.
+
+[[commands]]
+at_s = 600                 # time of the run at which it is sent
+command = "set_mode"
+values = { region = "stabilisation", state = "science" }
+delay_s = 60               # executed so long after it is sent
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import Field
+
+from torquer.onboard.clock import EPOCH
+from torquer.packets.dictionary import Dictionary, Packet
+from torquer.packets.frames import Uplink
+from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.load import data_of, text_of
+from torquer.scenario.spec import Scenario
+from torquer.simulation.directed import Names
+from torquer.spec import Spec
+
+
+class Sent(Spec):
+    """A command and when it is sent."""
+
+    at_s: float = Field(ge=0.0)
+    """Time of the run at which it is sent; the next control step receives it."""
+    command: str
+    """Name of a packet of the uplink."""
+    values: dict[str, Any] = Field(default_factory=dict)
+    """Its values by the names of its fields, several numbers as a list. Regions, states, flags,
+    parameters and labels may be named.
+    """
+    delay_s: float | None = Field(default=None, gt=0.0)
+    """Time after which it is executed; left out: at once."""
+    acknowledge: bool = True
+    """Whether an acknowledgement is asked for."""
+
+
+class ScriptFile(Spec):
+    """A file of commands."""
+
+    commands: tuple[Sent, ...] = ()
+    """Commands, in any order."""
+
+
+def load_script(path: Path) -> ScriptFile:
+    """The commands of a TOML file; `ScenarioError` with one line for each mistake."""
+    return validated(ScriptFile, data_of(text_of(path, "commands"), "commands"))
+
+
+def frames_of(
+    script: ScriptFile, dictionary: Dictionary, names: Names, scenario: Scenario
+) -> list[tuple[float, bytes]]:
+    """(time of the run, frame) of each command, by time; `ScenarioError` for one that cannot be."""
+    maker, start_s = Uplink(dictionary), (scenario.start - EPOCH).total_seconds()
+    found = []
+    for i, sent in enumerate(script.commands):
+        place = f"commands[{i}]"
+        if sent.command not in dictionary.up:
+            known = ", ".join(dictionary.up)
+            raise ScenarioError(
+                f"{place}.command: must be one of {known}; received {sent.command!r}"
+            )
+        numbers = _numbers(f"{place}.values", sent, dictionary.up[sent.command], names)
+        due_s = 0.0 if sent.delay_s is None else math.ceil(start_s + sent.at_s + sent.delay_s)
+        found.append((sent.at_s, maker.frame(sent.command, due_s, numbers)))
+    return sorted(found, key=lambda pair: pair[0])
+
+
+def _numbers(place: str, sent: Sent, packet: Packet, names: Names) -> list:
+    """The numbers of a packet, in order."""
+    fields = {field.name: field for field in packet.fields if field.name != "acknowledge"}
+    for name in sent.values:
+        if name not in fields:
+            raise ScenarioError(
+                f"{place}.{name}: must be a field of {packet.name}: {', '.join(fields) or 'none'}"
+            )
+    numbers: list = [int(sent.acknowledge)]
+    for name, field in fields.items():
+        if name not in sent.values:
+            raise ScenarioError(f"{place}.{name}: must be given; received nothing")
+        value = _number(f"{place}.{name}", name, sent.values, field.labels, names)
+        many = field.count > 1 and field.type != "bytes"
+        if many and not (isinstance(value, Sequence) and len(value) == field.count):
+            raise ScenarioError(f"{place}.{name}: must be {field.count} numbers; received {value}")
+        numbers += value if many else [value]
+    return numbers
+
+
+def _number(place: str, name: str, values: Mapping, labels: Sequence[str], names: Names):
+    """A value with its name resolved."""
+    value = values[name]
+    if not isinstance(value, str):
+        return value
+    known: Sequence[str] = labels
+    if name == "region":
+        known = list(names.regions)
+    elif name == "state" and values.get("region") in names.regions:
+        known = list(names.regions[values["region"]][1])
+    elif name == "flag":
+        known = names.flags
+    elif name == "index":
+        known = names.all_parameters()
+    elif not labels:
+        return value.encode("ascii", "replace")
+    if value not in known:
+        raise ScenarioError(f"{place}: must be one of {', '.join(known)}; received {value!r}")
+    return list(known).index(value)

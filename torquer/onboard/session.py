@@ -1,0 +1,262 @@
+"""Recorded sessions: what went up, the faults, and digests of what came down; replay and bisect.
+
+A session replays to the same bytes: scenario, software, uplink by control step and faults determine
+the downlink. Digests of all of it up to every `STRIDE`-th control step are recorded, so that the
+first difference of two sessions, or of a session and its replay, is found without keeping the
+downlink.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import Field
+
+from torquer.onboard.core import Core
+from torquer.onboard.faults import FaultsFile, SoftwareFault, of_software, strike
+from torquer.onboard.memory import Memory
+from torquer.onboard.software import Software, SoftwareFile, load_software
+from torquer.packets.station import Station
+from torquer.scenario.explain import ScenarioError, validated
+from torquer.scenario.load import data_of, text_of
+from torquer.scenario.spec import Scenario
+from torquer.spec import Spec
+from torquer.version import VERSION
+
+#: Control steps from one recorded digest to the next.
+STRIDE = 64
+_DIGITS = 16
+#: The software file that flies unless another is given.
+AS_SHIPPED = Path(__file__).parent / "chibis_m.toml"
+
+
+class Session(Spec):
+    """A flight of the software that can be flown again."""
+
+    torquer: str
+    """Version of torquer."""
+    scenario: str
+    """The scenario with the faults of devices, as JSON."""
+    software: str = ""
+    """The software file; empty for the software as shipped."""
+    software_sha256: str
+    """Digest of the software file and of the files that it names."""
+    faults: tuple[SoftwareFault, ...] = ()
+    """Faults of the software."""
+    uplink: tuple[tuple[int, str], ...] = ()
+    """Bytes received at control steps, as hexadecimal digits."""
+    ticks: int = Field(ge=0)
+    """Control steps flown."""
+    downlink_bytes: int = Field(ge=0)
+    """Bytes of the whole downlink."""
+    digests: tuple[str, ...] = ()
+    """Digest of the downlink up to every 64th control step, and to the end."""
+
+
+class Sender:
+    """Commands by time, as a station sends them: `at(t_s)` gives what is sent until then."""
+
+    def __init__(self, frames: Sequence[tuple[float, bytes]], station: Station):
+        self._frames, self._station = list(frames), station
+
+    def at(self, t_s: float) -> bytes:
+        """Bytes that are sent up to a time of the run and were not yet."""
+        due = 0
+        while due < len(self._frames) and self._frames[due][0] <= t_s:
+            due += 1
+        sent = b"".join(self._station.command(frame) for _, frame in self._frames[:due])
+        del self._frames[:due]
+        return sent
+
+
+def station_of(software: Software) -> Station:
+    """A ground station for a satellite with this software."""
+    keys = None if software.link == "historical" else software.keys
+    return Station(software.dictionary, keys)
+
+
+class Recorder:
+    """Digests and counts of what comes down, and what goes up."""
+
+    def __init__(self) -> None:
+        self._digest = hashlib.sha256()
+        self.uplink: list[tuple[int, str]] = []
+        self.digests: list[str] = []
+        self.ticks = self.downlink_bytes = 0
+
+    def note(self, uplink: bytes, downlink: bytes) -> None:
+        """One more control step."""
+        if uplink:
+            self.uplink.append((self.ticks, uplink.hex()))
+        self._digest.update(downlink)
+        self.downlink_bytes += len(downlink)
+        self.ticks += 1
+        if self.ticks % STRIDE == 0:
+            self.digests.append(self._shown())
+
+    def digests_of_all(self) -> tuple[str, ...]:
+        """Digests as a session has them, that of the end included."""
+        return (*self.digests, *([self._shown()] if self.ticks % STRIDE else []))
+
+    def parted(self, session: Session) -> int:
+        """First control step of the stretch in which other bytes came down than recorded."""
+        pairs = zip(self.digests_of_all(), session.digests, strict=False)
+        alike = [a == b for a, b in pairs]
+        return STRIDE * (alike.index(False) if False in alike else len(alike))
+
+    def digest(self) -> str:
+        """Of the whole downlink so far."""
+        return self._shown()
+
+    def session(self, scenario: Scenario, faults: FaultsFile, software: Path | None) -> Session:
+        """The session as it is stored; the scenario with the faults of devices."""
+        return Session(
+            torquer=VERSION,
+            scenario=scenario.model_dump_json(),
+            software="" if software is None else str(software),
+            software_sha256=digest_of_files(software),
+            faults=tuple(of_software(faults)),
+            uplink=tuple(self.uplink),
+            ticks=self.ticks,
+            downlink_bytes=self.downlink_bytes,
+            digests=self.digests_of_all(),
+        )
+
+    def _shown(self) -> str:
+        return self._digest.copy().hexdigest()[:_DIGITS]
+
+
+class Tick(NamedTuple):
+    """What went up and came down at a control step; the number of the step and its time."""
+
+    number: int
+    t_s: float
+    uplink: bytes
+    downlink: bytes
+
+
+def flown(
+    core: Core,
+    uplink: Callable[[int, float], bytes],
+    faults: Sequence[SoftwareFault] = (),
+    ticks: int | None = None,
+    speed: float | None = None,
+) -> Iterator[Tick]:
+    """Fly control step by control step, to the end or so many; yields each.
+
+    `uplink`: what is received at a control step, by its number and the time of the one before;
+    `speed`: how many times real time at most, None: as fast as it goes.
+    """
+    waiting = sorted(faults, key=lambda fault: (fault.tick is None, fault.tick or fault.at_s or 0))
+    begun, t_s, number = time.monotonic(), 0.0, 0
+    while number != ticks:
+        for fault in [f for f in waiting if _is_due(f, number, t_s)]:
+            waiting.remove(fault)
+            strike(core, fault)
+        received = uplink(number, t_s)
+        sent = core.tick(received)
+        if sent is None:
+            return
+        t_s = core.services.t_s
+        yield Tick(number, t_s, received, sent)
+        number += 1
+        if speed is not None:
+            time.sleep(max(0.0, begun + t_s / speed - time.monotonic()))
+
+
+def _is_due(fault: SoftwareFault, number: int, t_s: float) -> bool:
+    """Whether a fault strikes before this control step; `t_s`: time of the one before."""
+    return number >= fault.tick if fault.tick is not None else t_s >= (fault.at_s or 0.0)
+
+
+def load_session(path: Path) -> Session:
+    """A session's file; `ScenarioError` for another one, or of another version."""
+    try:
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or "no JSON"
+        raise ScenarioError(
+            f"session: must be a readable session; received {path}: {why}"
+        ) from None
+    session = validated(Session, data)
+    if session.torquer != VERSION:
+        raise ScenarioError(
+            f"session: must be of torquer {VERSION} to be flown again; received one of "
+            f"{session.torquer}"
+        )
+    return session
+
+
+def digest_of_files(software: Path | None) -> str:
+    """SHA-256 of a software file and of all files that it names."""
+    found = hashlib.sha256()
+    for path in files_of(software):
+        found.update(hashlib.sha256(path.read_bytes()).digest())
+    return found.hexdigest()
+
+
+def files_of(software: Path | None) -> list[Path]:
+    """The software file, as shipped for None, and all files that it names."""
+    if software is None:
+        return [AS_SHIPPED]
+    file = validated(SoftwareFile, data_of(text_of(software, "software"), "software"))
+    named = [*file.packets, *(table.file for table in file.modules.values() if table.file)]
+    if file.dictionary.endswith(".toml"):
+        named.append(Path(file.dictionary))
+    return [software, *(software.parent / path for path in named)]
+
+
+def replayed(session: Session, ticks: int | None = None) -> Iterator[Tick]:
+    """Fly a session again, to its end or so many control steps."""
+    software = Path(session.software) if session.software else None
+    if digest_of_files(software) != session.software_sha256:
+        raise ScenarioError(
+            f"session: its software must be as it was recorded; received other files of "
+            f"{session.software or 'the software as shipped'}"
+        )
+    scenario = Scenario.model_validate_json(session.scenario)
+    core = Core(scenario, load_software(software), Memory())
+    uplink = {tick: bytes.fromhex(data) for tick, data in session.uplink}
+    last = session.ticks if ticks is None else min(ticks, session.ticks)
+    yield from flown(core, lambda tick, _: uplink.get(tick, b""), session.faults, last)
+
+
+class Difference(NamedTuple):
+    """The first control step at which two sessions differ; None for one that has ended."""
+
+    first: Tick | None
+    second: Tick | None
+
+
+def first_difference(first: Session, second: Session) -> Difference | None:
+    """Where the downlinks of two sessions part; None if they are the same.
+
+    The digests say which stretch of `STRIDE` control steps it is in; both are flown to its end.
+    """
+    pairs = zip(first.digests, second.digests, strict=False)
+    stretch = next((k for k, (a, b) in enumerate(pairs) if a != b), None)
+    if stretch is None and first.ticks == second.ticks:
+        return None
+    shorter = min(first.ticks, second.ticks)
+    last = shorter + 1 if stretch is None else (stretch + 1) * STRIDE
+    one, two = replayed(first, last), replayed(second, last)
+    while True:
+        a, b = next(one, None), next(two, None)
+        if a is None and b is None:
+            raise ScenarioError(
+                "sessions: must fly here as they were recorded; received digests that differ, and "
+                "the same bytes from both"
+            )
+        if a is None or b is None or a.downlink != b.downlink:
+            return Difference(a, b)
+
+
+def saved(session: Session, path: Path) -> None:
+    """Write a session's file."""
+    data: dict[str, Any] = session.model_dump(mode="json", exclude_none=True)
+    Path(path).write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
