@@ -90,6 +90,24 @@ def test_genuine_frames_after_garbage_are_accepted(before, between, last):
     assert receiver.lost_bytes == sum(map(len, (before, last, between, begun))) + 6
 
 
+def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
+    sender, receiver = link()
+    assert receiver.feed(b"garbage" + MARK[:1]) == [] and receiver.lost_bytes == 7
+    assert receiver.feed(b"more") == [] and receiver.lost_bytes == 12
+    stream = b"garbage" + sender.wrap(b"data") + b"\xeb" + sender.wrap(b"next")
+    arrived = [data for byte in stream for data in receiver.feed(bytes([byte]))]
+    assert arrived == [b"data", b"next"] and receiver.lost_bytes == 20
+    assert receiver.feed(MARK + b"\x21\x5a\x00\x1b\x00") == []  # of 28 bytes: one too short
+    assert receiver.rejected == {"length": 1}
+
+
+def test_a_window_of_one_takes_the_next_frame_only():
+    sender, receiver = link(window=1)
+    assert receiver.feed(sender.wrap(b"one") + sender.wrap(b"two")) == [b"one", b"two"]
+    sender.wrap(b"lost")
+    assert rejected(receiver, sender.wrap(b"four")) == "leap"
+
+
 def test_an_incomplete_frame_holds_back_at_most_a_longest_frame():
     sender, receiver = link()
     receiver.feed(MARK + b"\x21\x5a\x03\xff")  # of 1024 bytes, it says

@@ -86,6 +86,17 @@ def test_what_is_wrapped_arrives_however_it_is_cut(datas, frame_bytes, size):
     assert (receiver.lost_frames, receiver.lost_packets) == (0, 0)
 
 
+def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
+    sender, receiver = link(64)
+    for number in range(4):
+        assert receiver.feed(b"garbage" + MARK[:number]) == []
+        assert receiver.lost_bytes == 7
+        frame = sender.wrap(b"data") + sender.flush()
+        arrived = [data for byte in frame[number:] for data in receiver.feed(bytes([byte]))]
+        assert arrived == [b"data"] and receiver.lost_bytes == 7
+        receiver.lost_bytes = 0
+
+
 @given(st.lists(st.binary(max_size=400), min_size=1))
 def test_nothing_is_held_back_beyond_a_flush(datas):
     sender, receiver = link()
@@ -194,7 +205,11 @@ def test_authentic_data_that_are_no_packets_do_not_stop_the_stream():
     sender._field += b"\xfd\x01 a length that is none"
     sender._first = 0
     assert receiver.feed(sender.flush() + sender.wrap(b"next") + sender.flush()) == [b"next"]
-    assert receiver.lost_packets == 2
+    sender._field += b"\x42" + bytes(sender.room)
+    sender._first = 0
+    frame = sender._frame()
+    assert receiver.feed(frame + sender.wrap(b"next") + sender.flush()) == [b"next"]
+    assert receiver.lost_packets == 3
 
 
 @given(st.integers(0, 1500))
