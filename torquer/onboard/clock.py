@@ -1,7 +1,7 @@
 """On-board time: milliseconds since 2010-01-01 UTC in steps of 10 ms.
 
-Source: SDOT 3.4. The timer always runs; it is right once it has been set by command. It is saved
-each minute and at a regular reboot, and restored at boot: it has then lost the time in between.
+As SDOT 3.4 describes it, the timer always runs; it is right once it has been set by command. It is
+saved each minute and at a regular reboot, and restored at boot: it has then lost the time between.
 
 Like civil time on most computers it has no leap seconds; the command that corrects the clock also
 takes out the second that a leap second leaves.

@@ -1,6 +1,6 @@
 """Reason codes of commands and events, and the log that keeps the last of them.
 
-Source: SDOT 3.4, `module_add_err_log`: time stamp, module, code.
+After `module_add_err_log` of SDOT 3.4: time stamp, module, code.
 """
 
 import struct

@@ -1,7 +1,7 @@
 """Command and data handler: the bounded queues by which modules exchange data.
 
-Source: SDOT 3.4. The source says of a full queue both that its oldest element is removed and that
-the sender gets an error; a full queue here does both.
+SDOT 3.4 says of a full queue both that its oldest element is removed and that the sender gets an
+error; a full queue here does both.
 """
 
 from collections import deque
