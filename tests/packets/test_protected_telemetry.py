@@ -97,6 +97,15 @@ def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
         receiver.lost_bytes = 0
 
 
+def test_an_incomplete_frame_is_given_up_at_the_end_of_the_stream():
+    sender, receiver = link()
+    begun = (sender.wrap(b"lost") + sender.flush())[:100]
+    assert receiver.feed(begun) == [] and receiver.lost_bytes == 0
+    assert receiver.flush() == []
+    assert (receiver.rejected, receiver.lost_bytes) == ({"length": 1}, 100)
+    assert receiver.feed(sender.wrap(b"next") + sender.flush()) == [b"next"]
+
+
 @given(st.lists(st.binary(max_size=400), min_size=1))
 def test_nothing_is_held_back_beyond_a_flush(datas):
     sender, receiver = link()
