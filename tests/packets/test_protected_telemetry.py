@@ -97,6 +97,13 @@ def test_garbage_is_counted_at_once_and_marks_cut_by_pieces_are_found():
         receiver.lost_bytes = 0
 
 
+def test_a_frame_that_is_just_full_is_sent_at_once():
+    sender, receiver = link(64)
+    assert receiver.feed(sender.wrap(bytes(32))) == [bytes(32)]  # and 2 of the packet's header
+    assert sender.flush() == b""
+    assert receiver.feed(sender.wrap(b"next") + sender.flush()) == [b"next"]
+
+
 def test_an_incomplete_frame_is_given_up_at_the_end_of_the_stream():
     sender, receiver = link()
     begun = (sender.wrap(b"lost") + sender.flush())[:100]
