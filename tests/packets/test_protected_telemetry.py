@@ -44,6 +44,7 @@ def packets_in(field):
         header = {"00": 1, "01": 2, "10": 4}[bits[6:]]
         size = int.from_bytes(field[header // 2 : header], "big") if header > 1 else 1
         assert bits[3:6] == ("000" if header == 1 else "111"), "idle, or of private use"
+        assert header < 4 or field[1] == 0, "user-defined field, extension of the protocol"
         found += [field[header:size]] if header > 1 else []
         field = field[size:]
     return found
@@ -102,6 +103,13 @@ def test_a_frame_that_is_just_full_is_sent_at_once():
     assert receiver.feed(sender.wrap(bytes(32))) == [bytes(32)]  # and 2 of the packet's header
     assert sender.flush() == b""
     assert receiver.feed(sender.wrap(b"next") + sender.flush()) == [b"next"]
+
+
+def test_idle_packets_between_packets_are_passed_over():
+    sender, receiver = link()
+    sender._field += 3 * b"\xe0"
+    sender._first = 0
+    assert receiver.feed(sender.wrap(b"data") + sender.flush()) == [b"data"]
 
 
 def test_an_incomplete_frame_is_given_up_at_the_end_of_the_stream():
