@@ -11,6 +11,8 @@ from pathlib import Path
 
 from torquer.campaign import stored_keys
 from torquer.campaign.keys import design_tables, file_tables, stored_tables
+from torquer.packets.dictionary import load_dictionary
+from torquer.packets.document import document
 from torquer.scenario.described import Key, Table
 from torquer.scenario.load import presets
 from torquer.scenario.spec import Spacecraft
@@ -232,12 +234,26 @@ def _variable_row(v: Variable) -> str:
     return f"| `{v.name}` | {', '.join(v.dims) or 'none'} | {v.units} | {v.frame} | {meaning} |"
 
 
+def packets_page() -> str:
+    """Frames and packets of Chibis-M."""
+    head = [
+        "# Packets of Chibis-M",
+        "",
+        "Made by `docs/generate.py` from `torquer/packets/chibis_m.toml`. Headers and beacon are",
+        "those of [SDOT](sources.md), App. A; what the other packets hold it only lists: their",
+        "fields, scales and all ids are chosen here.",
+        "",
+    ]
+    return "\n".join(head) + "\n" + document(load_dictionary("chibis_m"))
+
+
 PAGES = {
     "scenario.md": scenario_page,
     "wheel-design.md": wheels_page,
     "equations.md": equations_page,
     "api.md": api_page,
     "variables.md": variables_page,
+    "packets.md": packets_page,
 }
 
 if __name__ == "__main__":

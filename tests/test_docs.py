@@ -30,7 +30,9 @@ def _generator():
     return module
 
 
-@pytest.mark.parametrize("name", ["scenario.md", "equations.md", "api.md", "variables.md"])
+@pytest.mark.parametrize(
+    "name", ["scenario.md", "equations.md", "api.md", "variables.md", "packets.md"]
+)
 def test_generated_page_is_up_to_date(name):
     made = _generator().PAGES[name]()
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "run docs/generate.py"

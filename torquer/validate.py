@@ -64,6 +64,7 @@ RANGES = {
     "target": _ANY,
     "first_coil": _ANY,
     "parameters": _ANY,  # of a user's law: who knows
+    "limits": _ANY,  # of telemetry, in any unit
 }
 
 

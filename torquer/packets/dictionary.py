@@ -22,8 +22,8 @@ from torquer.spec import Spec
 #: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
 #: bytes of a CCSDS telecommand frame.
 MOST_BYTES = 960
-#: Characters of the longest name: DBC files have no more.
-_LONGEST_NAME = 32
+#: Characters of the longest name: the names that DBC files make of it have at most 32.
+_LONGEST_NAME = 23
 _SHIPPED = Path(__file__).parent
 _LARGEST_F32 = float(struct.unpack("<f", b"\xff\xff\x7f\x7f")[0])
 _LARGEST_F64 = float(struct.unpack("<d", b"\xff\xff\xff\xff\xff\xff\xef\x7f")[0])
@@ -61,10 +61,10 @@ class DictionaryError(ValueError):
 
 
 def _name(text: str) -> str:
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", text) or len(text) > _LONGEST_NAME:
+    if not re.fullmatch(r"[a-z][a-z0-9]*(_[a-z0-9]+)*", text) or len(text) > _LONGEST_NAME:
         raise ValueError(
-            "must begin with a lower-case letter and hold only these, digits and '_', at most "
-            f"{_LONGEST_NAME}"
+            "must be words of lower-case letters and digits, with '_' between them, at most "
+            f"{_LONGEST_NAME} characters"
         )
     return text
 
@@ -183,10 +183,6 @@ class Packet(_Fixed):
         for name in self.names:
             if name in seen:
                 raise ValueError(f"fields: names must differ; received {name} twice")
-            if len(name) > _LONGEST_NAME:
-                raise ValueError(
-                    f"fields: names must have at most {_LONGEST_NAME} characters; received {name}"
-                )
             seen.add(name)
         if not 0 < self.size <= MOST_BYTES:
             raise ValueError(f"fields: must have 1 to {MOST_BYTES} bytes; received {self.size}")
@@ -295,7 +291,10 @@ def _data_of(path: Path) -> dict:
             raise ValueError(f"must have at most {LEVELS} levels of tables")
         return tomllib.loads(text)
     except OSError as error:
-        raise ValueError(f"must be a readable file; received {path} ({error.strerror})") from None
+        shipped = ", ".join(sorted(file.stem for file in _SHIPPED.glob("*.toml")))
+        raise ValueError(
+            f"must be a readable file or one of {shipped}; received {path} ({error.strerror})"
+        ) from None
     except RecursionError:
         raise ValueError(f"must have at most {LEVELS} levels of tables and lists") from None
     except tomllib.TOMLDecodeError as error:

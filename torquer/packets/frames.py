@@ -87,8 +87,8 @@ class Frame(NamedTuple):
 class Rejected(NamedTuple):
     """A header that was rejected: enough for a negative acknowledgement.
 
-    `reason`: 'unknown' (id), 'length', 'module', 'status', or 'cut' (another frame begins before
-    its end); the rest as the header says.
+    `reason`: 'unknown' (id), 'length', 'module', 'status', or 'cut' (another frame, or the end of
+    a recording, comes before its end); the rest as the header says.
     """
 
     reason: str
@@ -238,6 +238,9 @@ class Stream:
             if cut > 0:
                 self._reject("cut", cut)
                 continue
+            if ended and len(buffer) < size:
+                self._reject("cut", len(_MARK))
+                continue
             if cut < 0 or len(buffer) < size:
                 return
             raw = bytes(buffer[:size])
@@ -297,5 +300,5 @@ def _reason(entry: _Known | None, code: int, length: int) -> str:
 
 def _begun(data: bytes | bytearray) -> int:
     """Bytes at the end that may begin a framesync."""
-    end = bytes(data)[1 - len(_MARK) :]
+    end = bytes(data[1 - len(_MARK) :])
     return next((n for n in range(len(end), 0, -1) if _MARK.startswith(end[-n:])), 0)

@@ -1,0 +1,193 @@
+"""The dictionary's file: what it gives, and one line for each mistake."""
+
+import copy
+
+import pytest
+from packet_cases import CHIBIS
+
+from torquer.packets.dictionary import MOST_BYTES, DictionaryError, load_dictionary
+from torquer.packets.frames import HEADER_BYTES
+
+#: Bytes of a CCSDS telecommand frame.
+TC_FRAME = 1024
+HEAD = 'name = "Cube"\nmodules = { obc = 1 }\n'
+FIELD = '{ name = "a", type = "u8", description = "x" }'
+OTHER = FIELD.replace('"a"', '"a_x"')
+LONG = '{ name = "b", type = "f64", count = 120, description = "x" }'
+
+
+def packet(fields, name="down.house", number=1, more=""):
+    return f'[{name}]\nid = {number}\ndescription = "d"\nfields = [{fields}]\n{more}\n'
+
+
+def changed(old, new):
+    assert old in FIELD
+    return HEAD + packet(FIELD.replace(old, new))
+
+
+def load(tmp_path, text, *extra):
+    files = []
+    for number, each in enumerate((text, *extra)):
+        files.append(tmp_path / f"file{number}.toml")
+        files[-1].write_text(each, encoding="utf-8")
+    return load_dictionary(files[0], files[1:])
+
+
+def test_chibis_has_the_packets_of_the_source():
+    assert CHIBIS.down["beacon"].size == 8
+    assert CHIBIS.down["beacon"].names[5] == "reboot_counter"
+    assert [at for name, _, at in CHIBIS.down["beacon"].numbers() if name == "reboot_counter"] == [
+        5
+    ]
+    assert {name: packet.id for name, packet in CHIBIS.down.items()} == {
+        "beacon": 1, "extended": 2, "acknowledgement": 3, "event": 4, "parameter": 5,
+        "module_status": 6, "queues": 7, "ready": 8, "stored": 9, "dump": 10, "devices": 11,
+        "settings": 12,
+    }  # fmt: skip
+    assert CHIBIS.down["stored"].fields == CHIBIS.down["extended"].fields
+    assert all(packet.names[0] == "acknowledge" for packet in CHIBIS.up.values())
+    assert {packet.module for packet in CHIBIS.up.values()} <= CHIBIS.modules.keys()
+    assert copy.deepcopy(CHIBIS) is CHIBIS
+
+
+def test_the_longest_packet_fits_a_protected_telecommand_frame():
+    assert MOST_BYTES + HEADER_BYTES + 48 <= TC_FRAME  # header, security header, MAC, CRC
+
+
+def test_names_of_several_numbers(tmp_path):
+    fields = '{ name = "v", type = "f32", count = 3, description = "x" },' + (
+        '{ name = "q", type = "i8", count = 4, description = "x" },'
+        '{ name = "t", type = "bytes", count = 3, description = "x" }'
+    )
+    house = load(tmp_path, HEAD + packet(fields)).down["house"]
+    assert house.names == ("v_x", "v_y", "v_z", "q_0", "q_1", "q_2", "q_3", "t")
+    assert (house.size, house.format) == (19, "<fffbbbb3s")
+
+
+def test_further_files_add_modules_labels_and_packets(tmp_path):
+    more = (
+        '[modules]\nlamp = 9\n[labels]\ncolour = ["RED", "BLUE"]\n'
+        + packet(FIELD.replace('"u8"', '"u8", labels = "colour"'), "down.lamp", 2)
+        + packet(FIELD, "up.blink", 16, 'module = "lamp"')
+        + packet(FIELD, "up.wake", 17, 'module = "obc"')
+    )
+    found = load(tmp_path, HEAD + packet(FIELD), more)
+    assert list(found.down) == ["house", "lamp"]
+    assert found.down["lamp"].fields[0].labels == ("RED", "BLUE")
+    assert found.up["blink"].names == ("acknowledge", "a")
+    assert found.modules == {"obc": 1, "lamp": 9}
+    same = load(tmp_path, HEAD + packet(FIELD), '[down.twin]\nid = 3\ndescription = "d"\n'
+                'fields = "house"')  # fmt: skip
+    assert same.down["twin"].fields == same.down["house"].fields
+
+
+MISTAKES = {
+    "type": (changed('"u8"', '"u9"'), r"down\.house\.fields\[0\]\.type: must be 'u8', .*'u9'"),
+    "no type": (changed(', type = "u8"', ""), r"fields\[0\]\.type: must be given; .* nothing"),
+    "key": (changed("type", "typ = 1, type"), r"fields\[0\]\.typ: must be a known key; received 1"),
+    "name": (changed('"a"', '"A b"'), r"fields\[0\]\.name: must be words of .*; received 'A b'"),
+    "long name": (changed('"a"', f'"{"a" * 24}"'), r"\.name: must be words.* 23 characters"),
+    "text": (changed('"x"', '""'), r"\[0\]\.description: must not be empty; received ''"),
+    "lines": (changed('"x"', r'"x\ny"'), r"description: must be one line without"),
+    "quotes": (changed('"x"', "'a \"b\"'"), r"description: must be one line without"),
+    "no text": (changed('"x"', "1"), r"description: must be text; received 1"),
+    "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must be greater than 0; received 0"),
+    "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32; .* 2\.0"),
+    "count": (changed('"u8"', '"u8", count = 0'), r"count: must be greater than or equal to 1"),
+    "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a valid integer.* True"),
+    "limits": (
+        changed('"u8"', '"u8", limits = [3, 1]'),
+        r"\[0\]\.limits: must be \[least, greatest\]; received \[3\.0, 1\.0\]",
+    ),
+    "label": (
+        changed('"u8"', '"u8", labels = "mode"') + '[labels]\nmodes = ["A"]',
+        r"fields\[0\]\.labels: must be a list or a name in \[labels\]; received 'mode' .*modes\?",
+    ),
+    "labels": (
+        changed('"u8"', '"i8", labels = ["A"]'),
+        r"labels: must belong to an unsigned type without a scale; received type i8, scale 1",
+    ),
+    "same": (changed('"u8"', '"u8", labels = ["A", "A"]'), r"labels: must differ from each other"),
+    "many": (
+        changed('"u8"', f'"u8", labels = {[str(k) for k in range(257)]}'),
+        r"labels: must be at most 256 for the type u8; received 257",
+    ),
+    "twice": (
+        HEAD + packet(f"{FIELD}, {FIELD}"),
+        r"down\.house\.fields: names must differ; received a twice",
+    ),
+    "hidden": (
+        HEAD + packet(f"{OTHER}, {FIELD.replace(',', ', count = 3,', 1)}"),
+        r"fields: names must differ; received a_x twice",
+    ),
+    "long": (
+        HEAD + packet(f"{FIELD}, {LONG}"),
+        r"fields: must have 1 to 960 bytes; received 961",
+    ),
+    "empty": (HEAD + packet(""), r"fields: must have 1 to 960 bytes; received 0"),
+    "id": (HEAD + packet(FIELD, number=256), r"down\.house\.id: must be less than or equal to 255"),
+    "taken": (
+        HEAD + packet(FIELD) + packet(FIELD, "down.other"),
+        r"down\.other\.id: must be free; received 1, the id of house",
+    ),
+    "modules": (
+        HEAD.replace("obc = 1", "obc = 1, tm = 1") + packet(FIELD),
+        r"modules\.tm: must be free; received 1, the id of obc",
+    ),
+    "module": (
+        HEAD + packet(FIELD, "up.go", 16, 'module = "adcs"'),
+        r"up\.go\.module: must be one of obc; received 'adcs'",
+    ),
+    "no module": (
+        HEAD + packet(FIELD, "up.go", 16),
+        r"up\.go\.module: must be one of obc; received nothing",
+    ),
+    "of telemetry": (
+        HEAD + packet(FIELD, more='module = "obc"'),
+        r"down\.house\.module: must not be given for telemetry",
+    ),
+    "own name": (HEAD + packet(FIELD, more='name = "b"'), r"down\.house\.name: must not be given"),
+    "command": (
+        HEAD + packet(FIELD.replace("u8", "u7"), "up.go", 16, 'module = "obc"'),
+        r"up\.go\.fields\[0\]\.type: must be 'u8'",
+    ),
+    "other": (
+        HEAD + '[down.a]\nid = 1\ndescription = "d"\nfields = "b"',
+        r"down\.a\.fields: must be a list, or the name of a packet above it; received 'b'",
+    ),
+    "row": (HEAD + packet("1"), r"down\.house\.fields\[0\]: must be a table of keys; received 1"),
+    "table": (HEAD + "down = 3", r"down: must be a table of keys; received 3"),
+    "packet": (HEAD + "[down]\nhouse = 3", r"down\.house: must be a table of keys; received 3"),
+    "top": (HEAD + "downs = 3", r"downs: must be a known key; received 3"),
+    "toml": ("name = ", r"must be TOML; received: Invalid value"),
+    "deep": ("a." * 40 + "a = 1", r"must have at most 32 levels of tables"),
+    "no name": ("modules = {}", r"name: must be given; received nothing"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "message"), MISTAKES.values(), ids=MISTAKES)
+def test_mistake_is_one_line_with_file_and_key(tmp_path, text, message):
+    with pytest.raises(DictionaryError, match=rf"\Afile0\.toml: .*{message}") as error:
+        load(tmp_path, text)
+    assert len(str(error.value).splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("extra", "message"),
+    [
+        (packet(FIELD, number=2), r"down\.house: must be a free name; received one in use"),
+        (packet(FIELD, "down.b"), r"down\.b\.id: must be free; received 1, the id of house"),
+        ("modules = { tm = 1 }", r"modules\.tm: must be free; received 1, the id of obc"),
+        ('name = "b"', r"name: must not be in a file that adds packets"),
+    ],
+)
+def test_mistake_in_a_further_file_names_that_file(tmp_path, extra, message):
+    with pytest.raises(DictionaryError, match=rf"\Afile1\.toml: {message}"):
+        load(tmp_path, HEAD + packet(FIELD), extra)
+
+
+def test_file_that_is_not_there(tmp_path):
+    with pytest.raises(DictionaryError, match=r"\Aa\.toml: must be a readable file or one of .*No"):
+        load_dictionary(tmp_path / "a.toml")
+    with pytest.raises(DictionaryError, match=r"\Achibis: must be .* or one of chibis_m; received"):
+        load_dictionary("chibis")

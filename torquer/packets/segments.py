@@ -1,0 +1,164 @@
+"""Frames in segments for a CAN bus with 29-bit identifiers, and back.
+
+A segment is what one CAN frame carries, at most eight bytes. Its identifier says what it is: bit 16
+the direction (0: uplink, which therefore wins the arbitration), bits 8 to 15 the id of the packet,
+bits 0 to 7 the number of the segment. Segment 0 holds time stamp u32, status or module u8, a
+counter of the packet's frames u8 and a CRC-16 u16 of all this and the data; the others hold the
+data in order. No number crosses from one segment into the next, so that each has a layout of its
+own, which a DBC file states (`dbc`).
+
+Anything else, protected frames above all, goes as a stream of bytes under the id 0, which no packet
+has; there the number of the segment counts on.
+"""
+
+import struct
+from binascii import crc_hqx
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from torquer.packets.dictionary import Dictionary, Packet
+from torquer.packets.frames import FRAMESYNC, HEADER_BYTES, Direction
+
+#: Bytes of a CAN frame's data.
+SEGMENT_BYTES = 8
+_DIRECTIONS = {"up": 0, "down": 1}
+#: framesync, time_stamp, msg_id, status or module, reserved, data_length
+_HEADER = struct.Struct("<IIBBIH")
+#: time_stamp, status or module, counter, checksum
+_FIRST = struct.Struct("<IBBH")
+_CHECKED = struct.Struct("<IBB")
+
+
+class Segment(NamedTuple):
+    """Identifier (29 bits) and data of a CAN frame."""
+
+    can_id: int
+    data: bytes
+
+
+def can_id(direction: Direction, packet_id: int, number: int) -> int:
+    """Identifier of a segment."""
+    return _DIRECTIONS[direction] << 16 | packet_id << 8 | number
+
+
+def places(packet: Packet) -> tuple[slice, ...]:
+    """Which bytes of the data the segments 1, 2, ... hold."""
+    found: list[slice] = []
+    start = end = 0
+    for _, field, at in packet.numbers():
+        after = at + field.size // len(field.names)
+        while field.type == "bytes" and after - start > SEGMENT_BYTES:
+            found.append(slice(start, start + SEGMENT_BYTES))
+            start += SEGMENT_BYTES
+        if after - start > SEGMENT_BYTES:
+            found.append(slice(start, end))
+            start = end
+        end = after
+    return (*found, slice(start, end))
+
+
+def _checksum(time_s: int, code: int, counter: int, data: bytes) -> int:
+    return crc_hqx(data, crc_hqx(_CHECKED.pack(time_s, code, counter), 0xFFFF))
+
+
+class Splitter:
+    """Segments of frames, or of any bytes."""
+
+    def __init__(self, dictionary: Dictionary, direction: Direction):
+        self._places = _by_id(dictionary, direction)
+        self._direction: Direction = direction
+        self._counters: dict[int, int] = {}
+
+    def frame(self, frame: bytes) -> Iterator[Segment]:
+        """The segments of a historical frame."""
+        _, time_s, number, code, _, _ = _HEADER.unpack_from(frame)
+        data, counter = frame[HEADER_BYTES:], self._counters.get(number, 0)
+        self._counters[number] = counter + 1 & 0xFF
+        check = _checksum(time_s, code, counter, data)
+        first = _FIRST.pack(time_s, code, counter, check)
+        parts = (data[place] for place in self._places[number])
+        return (
+            Segment(can_id(self._direction, number, i), part)
+            for i, part in enumerate((first, *parts))
+        )
+
+    def stream(self, data: bytes) -> Iterator[Segment]:
+        """The segments of any bytes."""
+        counter = self._counters.get(0, 0)
+        starts = range(0, len(data), SEGMENT_BYTES)
+        self._counters[0] = counter + len(starts) & 0xFF
+        return (
+            Segment(can_id(self._direction, 0, counter + i & 0xFF), data[at : at + SEGMENT_BYTES])
+            for i, at in enumerate(starts)
+        )
+
+
+class Joiner:
+    """Frames, or a stream of bytes, out of segments; packets may be interleaved.
+
+    `lost_frames`: frames that never became complete, by their counters; `lost_segments`: those
+    missing in a stream of bytes; both up to 255 in a row. `rejected`: segments by reason: 'unknown'
+    (id), 'length', 'order' (the one before it is missing), 'checksum', 'repeated'.
+    """
+
+    def __init__(self, dictionary: Dictionary, direction: Direction):
+        self._places = _by_id(dictionary, direction)
+        self._direction: Direction = direction
+        self.lost_frames = self.lost_segments = 0
+        self.rejected: dict[str, int] = {}
+        #: By packet: segments so far of a frame that is not complete; counter of the latest one.
+        self._parts: dict[int, list[bytes]] = {}
+        self._latest: dict[int, int] = {}
+
+    def feed(self, identifier: int, data: bytes) -> bytes:
+        """The frame that is complete with this segment; b"" if none is.
+
+        Of a stream of bytes: these bytes.
+        """
+        number, packet_id = identifier & 0xFF, identifier >> 8 & 0xFF
+        if packet_id == 0 and identifier == can_id(self._direction, 0, number):
+            return self._of_stream(number, data)
+        layout = self._places.get(packet_id, ())
+        is_known = identifier == can_id(self._direction, packet_id, number) and layout
+        if not is_known or number > len(layout):
+            return self._rejected("unknown")
+        place = layout[number - 1] if number else slice(0, SEGMENT_BYTES)
+        if len(data) != place.stop - place.start:
+            return self._rejected("length")
+        parts = self._parts.setdefault(packet_id, [])
+        if number and number == len(parts) - 1 and parts[-1] == data:
+            return self._rejected("repeated")
+        if number == 0 or number != len(parts):
+            parts.clear()
+        if number and not parts:
+            return self._rejected("order")
+        parts.append(bytes(data))
+        return self._joined(packet_id) if len(parts) == 1 + len(layout) else b""
+
+    def _joined(self, packet_id: int) -> bytes:
+        """The frame of all segments, if they belong together."""
+        first, *rest = self._parts.pop(packet_id)
+        time_s, code, counter, check = _FIRST.unpack(first)
+        data = b"".join(rest)
+        if check != _checksum(time_s, code, counter, data):
+            return self._rejected("checksum")
+        if self._latest.get(packet_id) == counter:
+            return self._rejected("repeated")
+        self.lost_frames += counter - self._latest.get(packet_id, counter - 1) - 1 & 0xFF
+        self._latest[packet_id] = counter
+        return _HEADER.pack(FRAMESYNC, time_s, packet_id, code, 0, len(data)) + data
+
+    def _of_stream(self, number: int, data: bytes) -> bytes:
+        self.lost_segments += number - self._latest.get(0, number - 1) - 1 & 0xFF
+        self._latest[0] = number
+        return bytes(data)
+
+    def _rejected(self, reason: str) -> bytes:
+        self.rejected[reason] = self.rejected.get(reason, 0) + 1
+        return b""
+
+
+def _by_id(dictionary: Dictionary, direction: Direction) -> dict[int, tuple[slice, ...]]:
+    """Places of the segments of every packet."""
+    packets = dictionary.down if direction == "down" else dictionary.up
+    return {packet.id: places(packet) for packet in packets.values()}
