@@ -94,10 +94,18 @@ MISTAKES = {
     "scale": (changed('"u8"', '"u8", scale = 0'), r"scale: must be greater than 0; received 0"),
     "scale f": (changed('"u8"', '"f32", scale = 2'), r"scale: must be 1 for the type f32; .* 2\.0"),
     "count": (changed('"u8"', '"u8", count = 0'), r"count: must be greater than or equal to 1"),
-    "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a valid integer.* True"),
+    "truth": (changed('"u8"', '"u8", count = true'), r"count: must be a whole number; .* True"),
     "limits": (
         changed('"u8"', '"u8", limits = [3, 1]'),
         r"\[0\]\.limits: must be \[least, greatest\]; received \[3\.0, 1\.0\]",
+    ),
+    "three limits": (
+        changed('"u8"', '"u8", limits = [1, 2, 3]'),
+        r"fields\[0\]\.limits: must be two numbers; received \[1, 2, 3\]",
+    ),
+    "one limit": (
+        changed('"u8"', '"u8", limits = [1]'),
+        r"fields\[0\]\.limits: must be two numbers; received \[1\]",
     ),
     "label": (
         changed('"u8"', '"u8", labels = "mode"') + '[labels]\nmodes = ["A"]',
@@ -161,7 +169,8 @@ MISTAKES = {
     "top": (HEAD + "downs = 3", r"downs: must be a known key; received 3"),
     "toml": ("name = ", r"must be TOML; received: Invalid value"),
     "deep": ("a." * 40 + "a = 1", r"must have at most 32 levels of tables"),
-    "no name": ("modules = {}", r"name: must be given; received nothing"),
+    "no modules": ('name = "A"\n[modules]', r"modules: must not be empty; received {}"),
+    "no name": ("modules = { a = 1 }", r"name: must be given; received nothing"),
 }  # fmt: skip
 
 

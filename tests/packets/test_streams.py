@@ -219,6 +219,25 @@ def test_dump_that_lost_its_end_gives_back_the_frames_after_it():
         assert stream.rejected == {"cut": 1}
 
 
+def test_cut_packet_of_bytes_gives_back_all_frames_in_it():
+    """Behind its end a frame begins by chance, but one that lies across a number gives it away."""
+    extended = Downlink(SATELLITE).frame("extended", 5, [0.0] * 43)
+    odd = Downlink(SATELLITE).frame("odd", 5, [0.0] * 2 + [b""] + [0.0] * 14)
+    rest = len(odd) - 19 - len(BEACON)
+    found, stream = found_in(odd[:19] + BEACON + extended[:rest] + BEACON, "down")
+    assert [frame.raw for frame in found] == [BEACON, BEACON]
+    assert stream.rejected == {"cut": 2}
+
+
+def test_cut_packet_of_bytes_is_taken_for_whole_if_a_frame_begins_just_behind_its_end():
+    """What cannot be noticed without a checksum: the data could be these bytes."""
+    dump = dump_of(bytes(64))
+    event = Downlink(SATELLITE).frame("event", 5, (1, 2, 3, 4.0))
+    data = (dump[:60] + BEACON + event)[: len(dump)]
+    found, _ = found_in(data + BEACON, "down")
+    assert [frame.raw for frame in found] == [data, BEACON]
+
+
 def test_numbers_that_look_like_a_framesync_are_numbers():
     make = Downlink(SATELLITE).frame
     whole = [make("queues", 1, (1, 2, 3, 4, *[0xAABBCCDD] * 4)), BEACON]

@@ -217,7 +217,7 @@ class Dictionary(_Fixed):
 
     name: Described
     """Name of the satellite."""
-    modules: dict[Name, Id]
+    modules: dict[Name, Id] = pydantic.Field(min_length=1)
     """Ids of the modules of its software."""
     labels: dict[Name, Labels] = pydantic.Field(default_factory=dict)
     """Enumerations, by name."""
@@ -371,9 +371,16 @@ def _labelled(field, labels: dict, place: str):
 _MUST = {
     "dict_type": "must be a table of keys",
     "extra_forbidden": "must be a known key",
+    "float_parsing": "must be a number",
+    "int_from_float": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_parsing_size": "must be a whole number",
+    "int_type": "must be a whole number",
     "missing": "must be given",
     "model_type": "must be a table of keys",
     "string_type": "must be text",
+    "too_short": "must not be empty",
+    "too_long": "must be two numbers",  # limits are the only list of fixed length
     "tuple_type": "must be a list",
 }
 
@@ -388,6 +395,8 @@ def _line(mistake) -> str:
         if not text.startswith("must"):
             return f"{key}.{text}" if key else text
         return f"{key}: {text}; received {received}"
+    if kind == "missing" and isinstance(mistake["input"], list | tuple):
+        key, kind, received = _key(place[:-1]), "too_long", _shown(mistake["input"])
     must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
     return f"{key}: {must}; received {received}"
 

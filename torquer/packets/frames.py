@@ -257,20 +257,24 @@ class Stream:
         return len(buffer) >= HEADER_BYTES
 
     def _cut(self, entry: _Known, size: int, ended: bool) -> int:
-        """Where another frame begins within the first one; 0: nowhere, -1: not known yet."""
-        buffer = self._buffer
+        """Where another frame begins within the first one; 0: nowhere, -1: not known yet.
+
+        Once the first one is given up, so are its fields of bytes: the first header counts.
+        """
+        buffer, begin = self._buffer, 0
         at = buffer.find(_MARK, len(_MARK), size)
         while at >= 0:
             if len(buffer) < at + HEADER_BYTES:
                 return 0 if ended else -1
             _, _, number, code, _, length = _HEADER.unpack_from(buffer, at)
             if not _reason(self._known.get(number), code, length):
+                begin = begin or at
                 if at not in entry.opaque:
-                    return at
+                    return begin
                 if len(buffer) < size + len(_MARK) and not ended:
                     return -1
                 if not _MARK.startswith(buffer[size : size + len(_MARK)]):
-                    return at
+                    return begin
             at = buffer.find(_MARK, at + 1, size)
         return 0
 
