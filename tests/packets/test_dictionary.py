@@ -169,6 +169,8 @@ MISTAKES = {
     "top": (HEAD + "downs = 3", r"downs: must be a known key; received 3"),
     "toml": ("name = ", r"must be TOML; received: Invalid value"),
     "deep": ("a." * 40 + "a = 1", r"must have at most 32 levels of tables"),
+    "nested": ("a = " + "[" * 9000, r"must have at most 32 levels of tables"),
+    "digits": ("a = " + "9" * 5000, r"must be TOML; received: Exceeds the limit"),
     "no modules": ('name = "A"\n[modules]', r"modules: must not be empty; received {}"),
     "no name": ("modules = { a = 1 }", r"name: must be given; received nothing"),
 }  # fmt: skip

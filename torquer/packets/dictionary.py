@@ -17,6 +17,7 @@ import pydantic
 from pydantic import AfterValidator, ValidationError, model_validator
 
 from torquer.file_limits import LEVELS, has_deep_key, limited_text
+from torquer.packets.mistakes import line_of, shown
 from torquer.spec import Spec
 
 #: Bytes of the longest packet: with its header and the protected frame around it, it fits the 1024
@@ -275,7 +276,7 @@ def load_dictionary(source: str | Path, extra: tuple = ()) -> Dictionary:
             found |= {key: _with_fields(found, key) for key in ("down", "up")}
             dictionary = Dictionary.model_validate(found)
         except ValidationError as error:
-            lines = dict.fromkeys(map(_line, error.errors()))
+            lines = dict.fromkeys(map(line_of, error.errors()))
             raise DictionaryError("\n".join(f"{path.name}: {line}" for line in lines)) from None
         except ValueError as error:
             raise DictionaryError(f"{path.name}: {error}") from None
@@ -287,18 +288,20 @@ def _data_of(path: Path) -> dict:
     """What a TOML file holds; ValueError if it is none."""
     try:
         text = limited_text(path)
-        if has_deep_key(text):
-            raise ValueError(f"must have at most {LEVELS} levels of tables")
-        return tomllib.loads(text)
+        deep = has_deep_key(text)
+        data = {} if deep else tomllib.loads(text)
     except OSError as error:
         shipped = ", ".join(sorted(file.stem for file in _SHIPPED.glob("*.toml")))
         raise ValueError(
             f"must be a readable file or one of {shipped}; received {path} ({error.strerror})"
         ) from None
     except RecursionError:
-        raise ValueError(f"must have at most {LEVELS} levels of tables and lists") from None
-    except tomllib.TOMLDecodeError as error:
+        deep = True
+    except ValueError as error:  # of TOML, of UTF-8, or a number with too many digits
         raise ValueError(f"must be TOML; received: {error}") from None
+    if deep:
+        raise ValueError(f"must have at most {LEVELS} levels of tables and lists; received more")
+    return data
 
 
 def _joined(known: dict, data: dict) -> dict:
@@ -307,7 +310,7 @@ def _joined(known: dict, data: dict) -> dict:
     for key, value in data.items():
         if key in ("modules", "labels", "down", "up"):
             if not isinstance(value, dict):
-                raise ValueError(f"{key}: must be a table of keys; received {_shown(value)}")
+                raise ValueError(f"{key}: must be a table of keys; received {shown(value)}")
             before = joined.get(key, {})
             for name in value:
                 if name in before:
@@ -350,7 +353,7 @@ def _fields_of(packets: dict, name: str, place: str):
     fields = other.get("fields") if isinstance(other, dict) and "name" in other else None
     if not isinstance(fields, list | tuple):
         raise ValueError(f"{place}.fields: must be a list, or the name of a packet above it; "
-                         f"received {_shown(name)}")  # fmt: skip
+                         f"received {shown(name)}")  # fmt: skip
     return fields
 
 
@@ -366,49 +369,3 @@ def _labelled(field, labels: dict, place: str):
             f"{place}.labels: must be a list or a name in [labels]; received {name!r}{hint}"
         )
     return {**field, "labels": labels[name]}
-
-
-_MUST = {
-    "dict_type": "must be a table of keys",
-    "extra_forbidden": "must be a known key",
-    "float_parsing": "must be a number",
-    "int_from_float": "must be a whole number",
-    "int_parsing": "must be a whole number",
-    "int_parsing_size": "must be a whole number",
-    "int_type": "must be a whole number",
-    "missing": "must be given",
-    "model_type": "must be a table of keys",
-    "string_type": "must be text",
-    "too_short": "must not be empty",
-    "too_long": "must be two numbers",  # limits are the only list of fixed length
-    "tuple_type": "must be a list",
-}
-
-
-def _line(mistake) -> str:
-    """What pydantic found, in one line: key, what must hold, what was received."""
-    place, kind = mistake["loc"], mistake["type"]
-    key = _key(place)
-    received = "nothing" if kind == "missing" else _shown(mistake["input"])
-    if kind == "value_error":
-        text = str(mistake["ctx"]["error"])
-        if not text.startswith("must"):
-            return f"{key}.{text}" if key else text
-        return f"{key}: {text}; received {received}"
-    if kind == "missing" and isinstance(mistake["input"], list | tuple):
-        key, kind, received = _key(place[:-1]), "too_long", _shown(mistake["input"])
-    must = _MUST.get(kind) or f"must be {mistake['msg'].removeprefix('Input should be ')}"
-    return f"{key}: {must}; received {received}"
-
-
-def _key(place: tuple) -> str:
-    """A key as the user writes it; `acknowledge` does not count among the fields of a command."""
-    shift = 1 if place[:1] == ("up",) else 0
-    parts = [f"[{p - shift if i == 3 else p}]" if isinstance(p, int) else f".{p}"
-             for i, p in enumerate(p for p in place if p != "[key]")]  # fmt: skip
-    return "".join(parts).removeprefix(".")
-
-
-def _shown(value) -> str:
-    text = repr(value)
-    return text if len(text) <= 100 else f"{text[:100]}..."
