@@ -10,6 +10,7 @@ import re
 import struct
 import tomllib
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal, NamedTuple, Self
 
@@ -178,6 +179,9 @@ class Packet(_Fixed):
     module: str = ""
     """Module to which a command goes; empty for telemetry."""
 
+    def __hash__(self) -> int:
+        return hash((self.name, self.id))  # of all fields it takes longer than to encode them
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         seen: set[str] = set()
@@ -192,7 +196,7 @@ class Packet(_Fixed):
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the values, one per number."""
-        return tuple(name for field in self.fields for name in field.names)
+        return _names(self)
 
     @property
     def format(self) -> str:
@@ -202,7 +206,7 @@ class Packet(_Fixed):
     @property
     def size(self) -> int:
         """Bytes of the data."""
-        return struct.calcsize(self.format)
+        return _size(self)
 
     def numbers(self) -> Iterator[tuple[str, Field, int]]:
         """(name, field, first byte) of each value."""
@@ -211,6 +215,16 @@ class Packet(_Fixed):
             for name in field.names:
                 yield name, field, at
                 at += field.size // len(field.names)
+
+
+@cache
+def _names(packet: Packet) -> tuple[str, ...]:
+    return tuple(name for field in packet.fields for name in field.names)
+
+
+@cache
+def _size(packet: Packet) -> int:
+    return struct.calcsize(packet.format)
 
 
 class Dictionary(_Fixed):
