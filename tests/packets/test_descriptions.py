@@ -12,7 +12,7 @@ from torquer.packets.dbc import dbc
 from torquer.packets.frames import HEADER_BYTES, Downlink, Stream, Uplink
 from torquer.packets.openmct import openmct
 from torquer.packets.segments import Splitter
-from torquer.packets.xtce import FRAME, xtce
+from torquer.packets.xtce import FRAME, TIME_STAMP, xtce
 
 cantools = pytest.importorskip("cantools")
 space_packet_parser = pytest.importorskip("space_packet_parser")
@@ -124,7 +124,7 @@ def test_commands_made_by_the_xtce_alone_are_the_frames(dictionary):
         b"".join(uplink(dictionary, np.random.default_rng(2)))
     ):
         arguments = dict(zip(frame.packet.names, frame.values, strict=True))
-        made = encoded(root, frame.packet.name, {**arguments, "time_stamp": frame.time_s})
+        made = encoded(root, frame.packet.name, {**arguments, TIME_STAMP: frame.time_s})
         assert made == frame.raw, frame.packet.name
 
 
@@ -210,3 +210,17 @@ def test_open_mct_has_a_point_for_every_number():
     assert points["extended.omega_x"]["limits"] == {"WARNING": {"low": -30, "high": 30}}
     assert points["dump.data"]["values"][0]["format"] == "string"
     assert points["event.argument"]["values"][0]["format"] == "integer"
+
+
+def test_names_of_the_header_are_free_for_packets_and_fields():
+    """A packet `frame` and fields called as those of the header."""
+    fields = {name: CHIBIS.down["event"].fields[0].model_copy(update={"name": name})
+              for name in ("time_stamp", "counter", "framesync")}  # fmt: skip
+    packet = CHIBIS.up["hold"].model_copy(update={"name": "frame", "fields": (*fields.values(),)})
+    both = {"down": {"frame": packet}, "up": {"frame": packet}}
+    dictionary = CHIBIS.model_copy(update=both)
+    root = etree.fromstring(xtce(dictionary).encode())
+    for names in ("Parameter", "ParameterType", "Argument", "SequenceContainer"):
+        found = [each.get("name") for each in root.iter(f"{XTCE}{names}")]
+        assert len(set(found)) == len(found), names
+    assert len(cantools.database.load_string(dbc(dictionary), "dbc").messages) == 4

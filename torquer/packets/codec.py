@@ -86,11 +86,12 @@ def _packed(number: str, field: Field) -> str:
 
 
 def _limited(number: str, field: Field) -> str:
+    """A number in its range; NaN is in none and above none, and so becomes the least."""
     kind = TYPES[field.type]
     if not kind.is_whole:
         return number
-    raw = f"round(min(max({number} / {field.scale!r}, {kind.low}), {kind.high}))"
-    return f"{raw} if {number} == {number} else {kind.low}"
+    inside = f"{kind.low} <= (x := {number} / {field.scale!r}) <= {kind.high}"
+    return f"(round(x) if {inside} else {kind.high} if x > {kind.high} else {kind.low})"
 
 
 def _value(number: str, field: Field) -> str:

@@ -120,10 +120,10 @@ def _signal(message: Message, signal: Signal) -> str:
     is_signed = field.type[0] in "if"
     least, greatest = kind.low * field.scale, kind.high * field.scale
     if field.type == "bytes" or not kind.is_whole:
-        least = greatest = 0
+        least = greatest = 0.0
     return (
         f"SG_ {signal.name} : {8 * signal.at}|{8 * signal.size}@1{'-' if is_signed else '+'} "
-        f"({field.scale!r},0) [{least!r}|{greatest!r}] "
+        f"({field.scale:.17g},0) [{least:.15g}|{greatest:.15g}] "
         f'"{field.unit}" {message.nodes[1]}'
     )
 

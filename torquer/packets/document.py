@@ -68,7 +68,7 @@ def _rows(packet: Packet) -> Iterator[list[str]]:
 def _labels(field: Field) -> str:
     if not field.labels:
         return ""
-    return ": " + ", ".join(f"{number} {label}" for number, label in enumerate(field.labels))
+    return f" ({', '.join(f'{number} {label}' for number, label in enumerate(field.labels))})"
 
 
 def _can(dictionary: Dictionary) -> list[str]:

@@ -215,7 +215,7 @@ class Stream:
         return self._frames(ended=False)
 
     def finish(self) -> Iterator[Frame]:
-        """What still waits at the end of a recording, as if nothing could follow."""
+        """What still waits at the end of a recording or of a contact: nothing can follow."""
         yield from self._frames(ended=True)
         self._lose(len(self._buffer))
 

@@ -1,9 +1,11 @@
 """The dictionary as XTCE 1.2 (CCSDS 660.0-B): telemetry and commands in their historical frames.
 
-Telemetry: an abstract container `frame` with the header; each packet inherits it by `msg_id`.
-Parameters are called `packet__name`, their raw numbers are little-endian, scales are calibrators,
-limits are warning ranges. Commands: a fixed header around the argument `time_stamp`, then the
-fields. Any reader of XTCE thus decodes the downlink and encodes commands without this package.
+Telemetry: an abstract container `downlink__frame` with the header; each packet inherits it by
+`msg_id`. Parameters are called `packet__name`; their raw numbers are little-endian, scales are
+calibrators, limits are warning ranges. Commands: a fixed header around the argument
+`frame__time_stamp`, then the fields; a scale is the calibrator from raw number to value, as the
+schema defines it. A reader of XTCE thus decodes the downlink and encodes commands without this
+package.
 """
 
 import re
@@ -20,8 +22,10 @@ _ROOT = {
     "xsi:schemaLocation": f"{_NAMESPACE} https://www.omg.org/spec/XTCE/20180204/SpaceSystem.xsd",
 }
 _ORDER = {"byteOrder": "leastSignificantByteFirst"}
-#: Container that every packet of telemetry inherits.
-FRAME = "frame"
+#: Container that every packet of telemetry inherits, and argument of every command: no packet and
+#: no field has a name with two '_'.
+FRAME = "downlink__frame"
+TIME_STAMP = "frame__time_stamp"
 
 
 def xtce(dictionary: Dictionary) -> str:
@@ -84,7 +88,7 @@ def _add_commands(root: ElementTree.Element, dictionary: Dictionary) -> None:
     commands = _add(root, "CommandMetaData")
     types, metas = _add(commands, "ArgumentTypeSet"), _add(commands, "MetaCommandSet")
     time_stamp = next(f for f in HEADERS["up"].fields if f.name == "time_stamp")
-    _add_type(types, "time_stamp", time_stamp, "Argument")
+    time_type = _add_type(types, TIME_STAMP, time_stamp, "Argument")
     frames = Uplink(dictionary)
     for packet in dictionary.up.values():
         meta = _add(metas, "MetaCommand", name=packet.name, shortDescription=packet.description)
@@ -93,7 +97,7 @@ def _add_commands(root: ElementTree.Element, dictionary: Dictionary) -> None:
         entries = _add(container, "EntryList")
         empty = [b"" if field.type == "bytes" else 0 for _, field, _ in packet.numbers()]
         _add_header(entries, frames.frame(packet.name, 0, empty)[:HEADER_BYTES])
-        _add_argument(arguments, "time_stamp", "time_stamp_type", time_stamp)
+        _add_argument(arguments, TIME_STAMP, time_type, time_stamp)
         for field in packet.fields:
             type_name = _add_type(types, f"{packet.name}__{field.name}", field, "Argument")
             for each in field.names:
@@ -113,7 +117,7 @@ def _add_header(entries: ElementTree.Element, header: bytes) -> None:
         value = header[at : at + field.size].hex().upper()
         at += field.size
         if field.name == "time_stamp":
-            _add(entries, "ArgumentRefEntry", argumentRef="time_stamp")
+            _add(entries, "ArgumentRefEntry", argumentRef=TIME_STAMP)
         else:
             bits = {"binaryValue": value, "sizeInBits": 8 * field.size}
             _add(entries, "FixedValueEntry", name=field.name, **bits)
