@@ -129,13 +129,15 @@ def test_commands_made_by_the_xtce_alone_are_the_frames(dictionary):
 
 
 @DICTIONARIES
-def test_limits_and_units_are_in_the_xtce(dictionary):
+def test_limits_units_and_signs_are_in_the_xtce(dictionary):
     root = etree.fromstring(xtce(dictionary).encode())
     kinds = {each.get("name"): each for each in root.iter() if each.get("name")}
     omega = kinds["extended__omega_type"]
     assert omega.findtext(f"{XTCE}UnitSet/{XTCE}Unit") == "deg/s"
     (warning,) = omega.iter(f"{XTCE}WarningRange")
     assert (warning.get("minInclusive"), warning.get("maxInclusive")) == ("-30.0", "30.0")
+    signs = [kinds[f"event__{name}_type"].get("signed") for name in ("code", "argument")]
+    assert signs == ["false", "true"]
 
 
 @pytest.mark.parametrize("direction", ["down", "up"])

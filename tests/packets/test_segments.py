@@ -99,6 +99,14 @@ def test_packets_may_be_interleaved_and_segments_repeated():
     assert joiner.lost_frames == 0
 
 
+def test_frame_that_comes_twice_is_given_once():
+    splitter, joiner = Splitter(SATELLITE, "down"), Joiner(SATELLITE, "down")
+    frame = Downlink(SATELLITE).frame("extended", 5, [0.0] * 43)
+    segments = list(splitter.frame(frame))
+    assert joined(joiner, segments + segments) == [frame]
+    assert (joiner.lost_frames, joiner.rejected) == (0, {"repeated": 1})
+
+
 @pytest.mark.parametrize(
     ("identifier", "data", "reason"),
     [
