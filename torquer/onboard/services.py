@@ -174,11 +174,13 @@ class Services:
 
     def silent(self, after_s: float) -> list[str]:
         """Started modules that have made no whole step for so long, and three of their periods."""
-        found = []
-        for name, slot in self._state.slots.items():
-            if slot.runs and self.t_s - slot.fed_s > max(after_s, slot.period_ms * 3e-3):
-                found.append(name)
-        return found
+        since_s = self.t_s - after_s
+        late = [(name, slot) for name, slot in self._state.slots.items() if slot.fed_s < since_s]
+        return [
+            name
+            for name, slot in late
+            if slot.runs and self.t_s - slot.fed_s > slot.period_ms * 3e-3
+        ]
 
     def period_s(self, module: str) -> float:
         """Time between two steps of a module [s]."""

@@ -67,9 +67,8 @@ class Tm(Module):
         self.due_ms = dict.fromkeys(self.due_ms, now_ms)
         found = set(core.memory.names())
         for place in range(self.settings.files):
-            data = (
-                core.memory.read(record_file(place)) if record_file(place) in found else None
-            ) or b""
+            is_there = record_file(place) in found
+            data = (core.memory.read(record_file(place)) if is_there else None) or b""
             records = self._split(core, data[_FILE.size :])
             if records:
                 (number,) = _FILE.unpack_from(data)
