@@ -11,6 +11,7 @@ from pathlib import Path
 
 from torquer.campaign import stored_keys
 from torquer.campaign.keys import design_tables, file_tables, stored_tables
+from torquer.onboard.requirements import requirements, verifications
 from torquer.packets.dictionary import load_dictionary
 from torquer.packets.document import document
 from torquer.scenario.described import Key, Table
@@ -247,6 +248,33 @@ def packets_page() -> str:
     return "\n".join(head) + "\n" + document(load_dictionary("chibis_m"))
 
 
+def requirements_page() -> str:
+    """Requirements of the flight software with the tests that verify them."""
+    lines = [
+        "# Requirements of the flight software",
+        "",
+        "Made by `docs/generate.py` from `torquer/onboard/requirements.toml` and the tests, which",
+        'name what they verify: `@pytest.mark.verifies("REQ-SVR-003")`.',
+    ]
+    tests: dict[str, list[str]] = {}
+    for number, file, test in verifications(ROOT / "tests"):
+        tests.setdefault(number, []).append(f"[`{test}`](../{file})")
+    group = ""
+    for each in requirements():
+        if each.group != group:
+            group = each.group
+            lines += [
+                "",
+                f"## {group}",
+                "",
+                "| number | requirement | verified by |",
+                "|---|---|---|",
+            ]
+        shown = "<br>".join(tests.get(each.number, ["nothing"]))
+        lines.append(f"| {each.number} | {each.text} | {shown} |")
+    return "\n".join([*lines, ""])
+
+
 PAGES = {
     "scenario.md": scenario_page,
     "wheel-design.md": wheels_page,
@@ -254,6 +282,7 @@ PAGES = {
     "api.md": api_page,
     "variables.md": variables_page,
     "packets.md": packets_page,
+    "requirements.md": requirements_page,
 }
 
 if __name__ == "__main__":

@@ -35,6 +35,7 @@ def test_the_first_boot_is_over_when_the_flight_begins():
     assert Reason.SETTINGS_MISSING not in codes(ground)
 
 
+@pytest.mark.verifies("REQ-BOO-001")
 def test_steps_are_in_the_order_of_the_source():
     names = [step.name.partition(":")[0] for step in boot.STEPS]
     assert names == [
@@ -44,6 +45,7 @@ def test_steps_are_in_the_order_of_the_source():
     assert all(step.duration_s > 0.0 for step in boot.STEPS)
 
 
+@pytest.mark.verifies("REQ-BOO-001")
 def test_modules_start_in_the_order_of_the_source(monkeypatch):
     started = []
     core = flying(60.0).core
@@ -57,6 +59,7 @@ def test_modules_start_in_the_order_of_the_source(monkeypatch):
     assert started[-len(order) :] == order
 
 
+@pytest.mark.verifies("REQ-BOO-002")
 def test_nothing_is_controlled_or_heard_during_a_boot():
     """B-dot commands the coils before and after; commands sent meanwhile are lost."""
     ground = flying(200.0)
@@ -97,6 +100,7 @@ def start_ms(ground):
     return ms_of(scenario().start)
 
 
+@pytest.mark.verifies("REQ-BOO-004", "REQ-CLK-002")
 def test_reboots_at_many_control_steps():
     """Whatever the step: the stream goes on, the clock has lost a minute and the boot at most."""
     ground = flying(400.0)
@@ -126,6 +130,7 @@ def test_a_boot_within_a_boot():
     assert ground.core.is_running and ground.core.state.reboots >= 1
 
 
+@pytest.mark.verifies("REQ-BOO-003")
 @pytest.mark.parametrize("module", SET)
 @pytest.mark.parametrize("damage", ["bits", "nonsense", "missing", "other"])
 def test_settings_that_cannot_be_read(module, damage):
@@ -151,6 +156,7 @@ def test_settings_that_cannot_be_read(module, damage):
     assert core.services.account(module)[2] == 1
 
 
+@pytest.mark.verifies("REQ-MEM-002")
 def test_one_damaged_copy_is_mended():
     memory = Memory()
     ground = flying(100.0, memory=memory)

@@ -13,6 +13,7 @@ from torquer.onboard.log import Reason
 MONTH_S = 30 * 86400
 
 
+@pytest.mark.verifies("REQ-CLK-001")
 @pytest.mark.parametrize("step", ["1", "0.1", "0.01", "0.05", "0.125", "0.007"])
 def test_the_timer_is_on_the_grid_for_thirty_days_of_any_step(step):
     exact, at_random = Fraction(step), random.Random(step)
@@ -46,6 +47,7 @@ def test_the_clock_never_goes_back_by_itself(times, start):
         before = now
 
 
+@pytest.mark.verifies("REQ-CLK-003")
 @given(st.floats(0.0, 1e7), st.integers(0, LAST_MS + 9), st.floats(0.0, 1e5))
 def test_a_clock_that_is_set_goes_on_from_there(t_s, to_ms, further_s):
     clock = Clock()
@@ -78,6 +80,7 @@ def test_the_seconds_end_with_u32_and_do_not_wrap():
     assert utc_of(LAST_MS).year == 2146
 
 
+@pytest.mark.verifies("REQ-CLK-002")
 @given(st.integers(0, LAST_MS), st.floats(0.0, 1e8))
 def test_the_time_survives_a_reboot_less_the_time_in_between(now_ms, t_s):
     clock = Clock(now_ms=now_ms)

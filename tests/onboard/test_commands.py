@@ -74,6 +74,7 @@ def ground(begun):
     return fresh
 
 
+@pytest.mark.verifies("REQ-COM-001")
 def test_every_command_has_a_handler_and_an_example():
     modules = load_software().modules
     assert set(VALUES) == set(UP)
@@ -81,6 +82,7 @@ def test_every_command_has_a_handler_and_an_example():
         assert callable(getattr(modules[packet.module].make, f"on_{name}"))
 
 
+@pytest.mark.verifies("REQ-COM-001")
 @pytest.mark.parametrize("name", sorted(UP))
 def test_every_command_is_answered(ground, name):
     values, code = VALUES[name]
@@ -91,11 +93,13 @@ def test_every_command_is_answered(ground, name):
     assert (code in events) == (code != Reason.DONE)
 
 
+@pytest.mark.verifies("REQ-COM-001")
 def test_no_answer_unless_it_is_asked_for(ground):
     assert ground.command("set_rates", 5.0, 2.0, 10.0, acknowledge=0) is None
     assert ground.core.services.status("tm")["extended_s"] == 2.0
 
 
+@pytest.mark.verifies("REQ-COM-002")
 @pytest.mark.parametrize("name", sorted(UP))
 @pytest.mark.parametrize("fill", [0x00, 0xFF, 0x7F, 0x80])
 def test_no_values_crash_a_handler(ground, name, fill):
@@ -114,6 +118,7 @@ def header(number, module, length):
     return struct.pack("<IIBBIH", FRAMESYNC, 0, number, module, 0, length)
 
 
+@pytest.mark.verifies("REQ-COM-003")
 @pytest.mark.parametrize(
     ("data", "code", "number"),
     [
@@ -133,6 +138,7 @@ def test_what_is_no_command_is_answered_and_the_next_one_executed(ground, data, 
     assert ground.core.services.status("com")["rejected"] == 1
 
 
+@pytest.mark.verifies("REQ-COM-004")
 def test_historical_streams_resynchronise(begun):
     ground = Ground(Core(scenario(60.0), HISTORICAL))
     good = ground.frame("shift_clock", 10)
@@ -143,6 +149,7 @@ def test_historical_streams_resynchronise(begun):
     assert Reason.DONE in codes
 
 
+@pytest.mark.verifies("REQ-LNK-001")
 @pytest.mark.parametrize("wrong", ["bit", "again", "key", "noise"])
 def test_a_protected_link_refuses_what_is_not_authentic_or_not_new(ground, wrong):
     clock = ground.core.state.clock.now_ms
@@ -164,6 +171,7 @@ def test_a_protected_link_refuses_what_is_not_authentic_or_not_new(ground, wrong
         assert Reason.REJECTED in [v["code"] for n, _, v in found if n == "event"]
 
 
+@pytest.mark.verifies("REQ-LNK-002")
 def test_the_counter_of_commands_outlives_a_reboot(ground):
     frame = ground.frame("shift_clock", 10)
     ground.tick(frame, 3)
@@ -175,6 +183,7 @@ def test_the_counter_of_commands_outlives_a_reboot(ground):
     assert ground.command("shift_clock", 10)["code"] == Reason.DONE
 
 
+@pytest.mark.verifies("REQ-COM-005")
 def test_a_delayed_command_waits_for_its_time(ground):
     now_s = ground.core.state.clock.now_s
     found = ground.tick(ground.frame("shift_clock", 0, time_s=now_s + 10), 20)
@@ -182,6 +191,7 @@ def test_a_delayed_command_waits_for_its_time(ground):
     assert now_s + 10 <= at <= now_s + 12
 
 
+@pytest.mark.verifies("REQ-COM-005")
 @pytest.mark.parametrize(
     ("ahead", "code"), [(-601, Reason.LATE), (-599, Reason.DONE), (10**6, Reason.TIME)]
 )
@@ -190,6 +200,7 @@ def test_execution_times_that_cannot_be_kept(ground, ahead, code):
     assert ground.command("shift_clock", 0, time_s=now_s + ahead)["code"] == code
 
 
+@pytest.mark.verifies("REQ-COM-005")
 def test_delayed_commands_are_executed_in_the_order_of_their_times(ground):
     now_s = ground.core.state.clock.now_s
     late = ground.frame("shift_clock", 1, time_s=now_s + 12)
@@ -218,6 +229,7 @@ def test_a_reboot_loses_delayed_commands(ground):
     assert not [1 for n, _, v in found if n == "acknowledgement"]
 
 
+@pytest.mark.verifies("REQ-CDH-002")
 def test_a_full_command_queue_drops_its_oldest_command_and_says_so(ground):
     """Nine commands within a control step for a queue of five: the first four are dropped."""
     frames = b"".join(ground.frame("shift_clock", k) for k in range(9))
@@ -244,6 +256,7 @@ def test_modules_that_do_not_fly_take_no_commands():
     assert ground.command("set_rates", 1.0, 1.0, 1.0)["code"] == Reason.DONE
 
 
+@pytest.mark.verifies("REQ-COM-006")
 def test_too_much_uplink_at_once_loses_the_oldest(ground):
     """The receiver holds 8 kB: the last command of 20 kB arrives."""
     noise = bytes(20_000)

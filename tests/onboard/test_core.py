@@ -33,6 +33,7 @@ def flown(duration_s, **keys):
     return core.result()
 
 
+@pytest.mark.verifies("REQ-COR-001")
 @pytest.mark.parametrize("sample_s", [1.0, 0.1])
 def test_software_that_is_left_alone_changes_nothing(sample_s):
     keys = {"control__sample_s": sample_s}
@@ -40,11 +41,13 @@ def test_software_that_is_left_alone_changes_nothing(sample_s):
     assert same(flown(duration_s, **keys), simulate(scenario(duration_s, **keys)))
 
 
+@pytest.mark.verifies("REQ-COR-001")
 @pytest.mark.slow
 def test_the_day_with_all_modules_is_the_day():
     assert same(flown(86400.0), simulate(scenario(86400.0)))
 
 
+@pytest.mark.verifies("REQ-COR-003")
 def test_snapshots_give_the_same_stream(tmp_path):
     """100 of them, at random control steps, with commands and a reboot on the way."""
     ground = flying(400.0)
@@ -109,6 +112,7 @@ def software_with(make, period_s=1.0):
     )
 
 
+@pytest.mark.verifies("REQ-COR-005", "REQ-BOO-005")
 @pytest.mark.parametrize(("duration_s", "reboots"), [(5.0, 0), (45.0, 0), (1e9, 1)])
 def test_an_error_in_a_module_costs_no_flight(duration_s, reboots):
     """One that passes is noted; one that lasts leaves the watchdog hungry: a reboot after 60 s."""
@@ -139,6 +143,7 @@ class Nosy(Module):
         core.computer.modes = 1
 
 
+@pytest.mark.verifies("REQ-COR-002")
 def test_modules_have_four_calls_of_the_computer_and_no_more():
     ground = Ground(Core(scenario(20.0), software_with(Nosy)))
     ground.tick(times=3)
@@ -158,6 +163,7 @@ class Slow(Module):
         Slow.times = [*Slow.times, core.t_s]
 
 
+@pytest.mark.verifies("REQ-COR-006")
 @pytest.mark.parametrize(("period_s", "count"), [(0.01, 60), (1.0, 60), (7.0, 9), (25.0, 3)])
 def test_modules_step_at_their_own_rates(period_s, count):
     Slow.times = ()

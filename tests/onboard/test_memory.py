@@ -77,6 +77,7 @@ def test_a_snapshot_of_dicts_fits_into_folders(tmp_path):
     assert Memory(tmp_path).read("a") == DATA
 
 
+@pytest.mark.verifies("REQ-MEM-002")
 def test_every_flipped_bit_and_every_cut_is_noticed():
     memory = Memory()
     memory.write("settings", DATA)
@@ -113,6 +114,7 @@ def test_files_of_noise_are_never_taken_for_data(main, reserve):
     assert reports(memory) == [(Reason.FILE_DAMAGED, "x")]
 
 
+@pytest.mark.verifies("REQ-MEM-002")
 @pytest.mark.parametrize("lost", ["main", "reserve"])
 def test_a_lost_copy_is_made_again(memory, lost):
     memory.write("a", DATA)
@@ -172,6 +174,7 @@ class Refusing:
         return refusing
 
 
+@pytest.mark.verifies("REQ-MEM-003")
 @pytest.mark.skipif(not os.path.exists("/proc/self/fd"), reason="needs the names of open files")
 @pytest.mark.parametrize("why", [errno.ENOSPC, errno.EROFS, errno.EACCES, errno.EIO])
 @pytest.mark.parametrize("call", ["open", "fsync", "replace"])

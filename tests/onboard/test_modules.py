@@ -48,6 +48,7 @@ def last_sent(found, name):
     return [v for n, _, v in found if n == name][-1]
 
 
+@pytest.mark.verifies("REQ-AOS-001")
 def test_the_state_vector_is_the_estimate_in_both_frames(ground):
     """Against plain matrices: A = C_orbital^T C, and the rate of a two-body orbit."""
     found = last_sent(ground.tick(times=3), "extended")
@@ -69,6 +70,7 @@ def test_the_state_vector_is_the_estimate_in_both_frames(ground):
     assert np.allclose(omega, np.degrees(e.omega_body_rad_s), atol=1e-5)
 
 
+@pytest.mark.verifies("REQ-AOS-002")
 def test_the_state_vector_is_lost_and_found(settled):
     """B-dot has no attitude: unknown numbers; later there is one."""
     first, *_ = settled
@@ -112,6 +114,7 @@ def test_telemetry_shows_the_flight(settled):
     assert differ([f"wheel_momentum_{k}" for k in xyz], momentum) <= 5e-4
 
 
+@pytest.mark.verifies("REQ-SVR-002")
 @pytest.mark.parametrize(
     ("value", "is_a"), [(math.nan, NONE), (0.5, MAX), (0.4, NORM), (0.08, NORM), (0.0799, MIN)]
 )
@@ -119,6 +122,7 @@ def test_classes_of_table_3_2(value, is_a):
     assert class_of(value, 0.08, 0.4) == is_a
 
 
+@pytest.mark.verifies("REQ-SVR-002")
 def test_thresholds_are_settings(ground):
     rate = ground.core.services.cdh.newest("state").rate_rad_s * DEG
     ground.command("set_thresholds", rate / 2, rate / 4, 0.15, 0.02)
@@ -130,6 +134,7 @@ def test_thresholds_are_settings(ground):
     )
 
 
+@pytest.mark.verifies("REQ-SVR-001")
 def test_manual_operation(ground):
     """The ground commands states; transitions rest; automatic operation takes over again."""
     core = ground.core.services
@@ -148,6 +153,7 @@ def test_manual_operation(ground):
     assert core.modes["stabilisation"] == "acquisition"
 
 
+@pytest.mark.verifies("REQ-SVR-005")
 def test_hold_and_release(ground):
     core = ground.core.services
     place = [name for name, _ in core.regions].index("determination")
@@ -157,6 +163,7 @@ def test_hold_and_release(ground):
     assert ground.core.state.modules["svr"].held == {"stabilisation"}
 
 
+@pytest.mark.verifies("REQ-SVR-006")
 def test_parameters(ground):
     core = ground.core.services
     index = next(k for k, name in enumerate(core.parameters) if name.startswith("damping.gain"))
@@ -167,6 +174,7 @@ def test_parameters(ground):
     assert ground.command("get_parameter", 60000)["code"] == Reason.VALUE
 
 
+@pytest.mark.verifies("REQ-DEV-001")
 def test_the_dipole_is_commanded_by_hand_for_its_time(ground):
     ground.command("coils_manual", 1.5, -0.5, 0.25, 20.0, times=2)
     assert ground.core.services.commanded[0] == (1.5, -0.5, 0.25)
@@ -177,6 +185,7 @@ def test_the_dipole_is_commanded_by_hand_for_its_time(ground):
     assert ground.command("coils_manual", 1.0, 0.0, 0.0, 1e6)["code"] == Reason.VALUE
 
 
+@pytest.mark.verifies("REQ-SVR-007")
 def test_without_power_nothing_is_commanded(ground):
     assert ground.command("power", 21, 0)["code"] == Reason.DONE
     assert ground.core.services.commanded[1] == (0.0, 0.0, 0.0)
@@ -188,6 +197,7 @@ def test_without_power_nothing_is_commanded(ground):
     assert ground.core.services.commanded[1] == ground.core.flight.answer.torque_n_m
 
 
+@pytest.mark.verifies("REQ-TM-001")
 def test_rates_of_telemetry(ground):
     ground.command("set_rates", 7.0, 3.0, 0.0)
     found = ground.tick(times=42)
@@ -197,6 +207,7 @@ def test_rates_of_telemetry(ground):
     assert {n for n, _, _ in ground.tick(times=42)} <= {"event", "settings", "devices", "queues"}
 
 
+@pytest.mark.verifies("REQ-TM-002")
 def test_what_was_stored_is_what_was_sent(settled):
     """Replay of half an hour, every one and every third, against the packets sent then."""
     first, snapshot, counter = settled
@@ -226,6 +237,7 @@ def test_replay_without_records(ground):
     assert ground.command("replay", 0, 2**32 - 1, 0)["code"] == Reason.VALUE
 
 
+@pytest.mark.verifies("REQ-TM-002")
 def test_the_record_is_a_ring_and_outlives_a_reboot():
     software = {
         "modules": {"tm": {"settings": {"store_s": 1.0, "in_file": 5, "files": 4}}},
@@ -245,6 +257,7 @@ def test_the_record_is_a_ring_and_outlives_a_reboot():
     assert np.all(np.diff(times[:back]) == 1) and np.all(np.diff(times[back:]) == 1)
 
 
+@pytest.mark.verifies("REQ-TM-003")
 def test_a_file_comes_down_whole(ground):
     """The file of the time's settings; and an end beyond the file's."""
     memory = ground.core.memory
@@ -268,6 +281,7 @@ def update(ground, data, crc=None, activate=1, order=1):
     return ground.command("update_end", activate)["code"]
 
 
+@pytest.mark.verifies("REQ-FS-001")
 @pytest.mark.parametrize("order", [1, -1])
 def test_an_update_is_stored_and_marked(ground, order):
     data = bytes(range(256)) * 2 + b"end"
@@ -276,6 +290,7 @@ def test_an_update_is_stored_and_marked(ground, order):
     assert ground.core.memory.read("active") is not None
 
 
+@pytest.mark.verifies("REQ-FS-001")
 def test_a_wrong_update_is_never_activated(ground):
     data = bytes(range(200))
     assert update(ground, data, crc=1) == Reason.CHECKSUM
@@ -294,6 +309,7 @@ TLE = (
 )
 
 
+@pytest.mark.verifies("REQ-MOD-001")
 def test_elements_are_checked_and_kept(ground):
     wrong = TLE[0][:-1] + b"8"
     assert ground.command("set_elements", wrong, TLE[1])["code"] == Reason.CHECKSUM
@@ -315,6 +331,7 @@ def test_the_status_of_each_module(ground):
     assert ground.command("report_status", 99)["code"] == Reason.VALUE
 
 
+@pytest.mark.verifies("REQ-SVR-008")
 def test_settings_return_to_their_defaults(ground):
     ground.command("set_rates", 7.0, 3.0, 0.0)
     assert ground.command("restore_defaults", 4)["code"] == Reason.DONE
@@ -328,6 +345,7 @@ def data_with(changes):
     return scenario_from_data(data)
 
 
+@pytest.mark.verifies("REQ-SVR-003")
 @pytest.mark.parametrize(
     ("kind", "code"), [("silent", Reason.SENSOR_SILENT), ("nan", Reason.SENSOR_ODD)]
 )
@@ -361,6 +379,7 @@ def test_a_lost_sensor_raises_a_flag_that_moves_the_table(kind, code):
     assert ground.core.services.modes["gyro"] == "gyro_known"
 
 
+@pytest.mark.verifies("REQ-SVR-004")
 def test_wheels_that_do_not_follow_are_found():
     """Both wheels about x die in the acquisition; those of the other axes follow."""
 
@@ -376,6 +395,7 @@ def test_wheels_that_do_not_follow_are_found():
     assert lost == [0]
 
 
+@pytest.mark.verifies("REQ-SVR-004")
 def test_healthy_wheels_are_never_lost(settled):
     first, *_ = settled
     assert Reason.WHEEL_FAILED not in [v["code"] for v in first.named("event")]

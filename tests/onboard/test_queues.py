@@ -35,6 +35,7 @@ def test_a_queue_keeps_the_newest_elements_in_order(size, actions):
     assert cdh.all("acks") == []
 
 
+@pytest.mark.verifies("REQ-CDH-002")
 def test_the_sender_to_a_full_queue_learns_of_it_and_which_element_was_dropped():
     cdh = Cdh({"svr": 3})
     assert [cdh.put("svr", name) for name in "abcde"] == [True, True, True, False, False]
@@ -54,6 +55,7 @@ def test_a_copy_has_a_life_of_its_own():
     assert (other.all("svr"), other.dropped["svr"]) == ([0, 1, 2], 1)
 
 
+@pytest.mark.verifies("REQ-CDH-001")
 @pytest.mark.parametrize("size", [0, 2, 11])
 def test_a_queue_holds_three_to_ten_elements(size):
     with pytest.raises(ValueError, match=f"^acks: .* 3 to 10 elements; received {size}$"):

@@ -61,6 +61,7 @@ def of_kind(received, name):
     return [(at_s, frame.values) for at_s, frame in received if frame.packet.name == name]
 
 
+@pytest.mark.verifies("REQ-SES-001")
 def test_a_session_is_stored_and_flies_again_to_the_same_bytes(scenario, tmp_path):
     faults = [
         {"tick": 100, "fault": "reboot"},
@@ -93,6 +94,7 @@ def test_commands_take_effect_when_they_are_due(scenario):
     assert (index, gain) == (0, 3e6)
 
 
+@pytest.mark.verifies("REQ-SES-002")
 def test_the_first_difference_of_two_sessions_is_found(scenario):
     """Another command at 150 s; a session that ends early differs where it ends."""
     first, _ = record(scenario)

@@ -72,6 +72,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.verifies("REQ-COR-007")
 @pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 def test_a_module_and_a_packet_of_ones_own(folder):
     ground = Ground(Core(scenario(100.0), folder / "software.toml"))
@@ -107,6 +108,7 @@ def changed(folder, name, before, after):
     path.write_text(text.replace(before, after), encoding="utf-8")
 
 
+@pytest.mark.verifies("REQ-COR-008")
 @pytest.mark.parametrize(
     ("name", "before", "after", "line"),
     [

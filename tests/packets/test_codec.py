@@ -26,6 +26,7 @@ def values_of(packet, of_numbers):
     return st.tuples(*(st.binary(max_size=80) if k == "bytes" else of_numbers for k in kinds))
 
 
+@pytest.mark.verifies("REQ-PKT-002")
 @every_packet
 @few
 @given(data=st.data())
@@ -39,6 +40,7 @@ def test_all_raw_numbers_make_the_round_trip(packet, data):
         assert again == raw  # a NaN may come back with other bits
 
 
+@pytest.mark.verifies("REQ-PKT-002")
 @every_packet
 @few
 @given(data=st.data())

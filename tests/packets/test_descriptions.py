@@ -62,6 +62,7 @@ def validated(file):
     )
 
 
+@pytest.mark.verifies("REQ-PKT-004")
 @DICTIONARIES
 def test_a_reader_of_xtce_finds_the_same_values_in_a_whole_stream(dictionary, tmp_path):
     file = tmp_path / "satellite.xml"
@@ -140,6 +141,7 @@ def test_limits_units_and_signs_are_in_the_xtce(dictionary):
     assert signs == ["false", "true"]
 
 
+@pytest.mark.verifies("REQ-PKT-004")
 @pytest.mark.parametrize("direction", ["down", "up"])
 @DICTIONARIES
 def test_every_segment_is_read_by_its_dbc(dictionary, direction):

@@ -20,6 +20,7 @@ def frames_of(data, direction="down"):
     return list(stream.feed(data)), stream
 
 
+@pytest.mark.verifies("REQ-PKT-001")
 def test_beacon_is_the_historical_one_bit_by_bit():
     values = (3, 1, 1, 7, 0x1F, 0x1234, 255)
     assert Downlink(CHIBIS).frame("beacon", 123456789.9, values, ALARM) == BEACON
@@ -29,6 +30,7 @@ def test_beacon_is_the_historical_one_bit_by_bit():
     assert BEACON[HEADER_BYTES + 5 : HEADER_BYTES + 7] == bytes([0x34, 0x12])
 
 
+@pytest.mark.verifies("REQ-PKT-001")
 def test_command_is_the_historical_one_bit_by_bit():
     assert Uplink(CHIBIS).frame("set_mode", 0, (1, 2, 5)) == SET_MODE
     (frame,), _ = frames_of(SET_MODE, "up")

@@ -27,6 +27,7 @@ def test_a_new_key_is_private_whatever_the_mask(tmp_path):
     assert (tmp_path / "up.key").stat().st_mode & 0o777 == 0o600
 
 
+@pytest.mark.verifies("REQ-LNK-004")
 @POSIX
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o602, 0o610, 0o601, 0o777])
 def test_a_key_that_others_may_touch_is_refused(tmp_path, mode):

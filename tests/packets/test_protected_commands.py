@@ -48,6 +48,7 @@ def test_the_crc_has_its_check_value():
     assert crc16(b"123456789") == 0x29B1
 
 
+@pytest.mark.verifies("REQ-LNK-003")
 @given(
     st.integers(0, 1023), st.integers(1, 65534), st.integers(0, 2**32 - 2), st.binary(max_size=995)
 )
@@ -126,6 +127,7 @@ def rejected(receiver, frame):
     return next(iter(receiver.rejected))
 
 
+@pytest.mark.verifies("REQ-LNK-003")
 def test_the_checks_have_an_order():
     """A frame with all mistakes, of which one after the other is put right."""
     sender, receiver = link(window=64, counters={SPI: 100})
@@ -250,6 +252,7 @@ def test_the_longest_command_fits():
     assert sender.counter == 1, "what cannot be sent uses no number"
 
 
+@pytest.mark.verifies("REQ-LNK-001")
 def test_no_wrong_command_in_a_hundred_thousand_mutated_frames():
     watched = frame_attacks.attack(100_000, seed=1)
     assert watched.receiver.rejected.keys() == {

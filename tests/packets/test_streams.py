@@ -142,6 +142,7 @@ def test_all_frames_of_a_sound_stream_are_found(direction):
         assert make.frame(frame.packet.name, frame.time_s, frame.values, *code) == frame.raw
 
 
+@pytest.mark.verifies("REQ-PKT-003")
 @settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32), data=st.data())
 def test_parts_of_any_size_give_the_same_frames(seed, data):
@@ -164,6 +165,7 @@ def shown(frame):
     return frame._replace(values=tuple(map(repr, frame.values)))
 
 
+@pytest.mark.verifies("REQ-PKT-003")
 @pytest.mark.parametrize("direction", ["down", "up"])
 def test_damage_costs_the_frames_that_it_touches_only(direction):
     rng, hidden = random.Random(5), 0

@@ -55,6 +55,7 @@ def kill_a_writer(folder, number):
         assert sorted(number_in(alone.read(name)) for name in "ab") == found
 
 
+@pytest.mark.verifies("REQ-MEM-001")
 @pytest.mark.parametrize("number", range(5))
 def test_a_memory_whose_writer_is_killed_is_old_or_new(tmp_path, number):
     kill_a_writer(tmp_path, number)

@@ -8,7 +8,7 @@ uplink    framesync u32 0xAABBCCDD, time_stamp u32 (execution time), msg_id u8, 
 downlink  framesync u32, time_stamp u32 (when the frame was made), msg_id u8, msg_status u8,
           reserved u8[4], data_length u16
 
-Times are seconds since 2010-01-01 00:00:00. Source: SDOT, App. A.
+Times are seconds since 2010-01-01 00:00:00. After SDOT, App. A.
 """
 
 import struct

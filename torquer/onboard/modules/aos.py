@@ -1,6 +1,6 @@
 """AOS, attitude determination: the state vector that the other modules and the ground use.
 
-Source: SDOT 3.3: attitude and rate relative to the orbital and the inertial frame, with a time
+After SDOT 3.3: attitude and rate relative to the orbital and the inertial frame, with a time
 stamp. It may be undefined; after 10 s it is out of date. Which estimator works is decided by the
 mode table's region of attitude determination.
 """

@@ -1,6 +1,6 @@
 """CDH, command and data handling: keeps an eye on the queues.
 
-Source: SDOT App. A. The queues themselves are `torquer.onboard.queues`.
+After SDOT App. A. The queues themselves are `torquer.onboard.queues`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """CLK, on-board time: set and shifted by command, saved each minute.
 
-Source: SDOT App. A.
+After SDOT App. A.
 """
 
 from __future__ import annotations

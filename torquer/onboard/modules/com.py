@@ -1,6 +1,6 @@
 """COM, communications: commands in, acknowledgements and packets out.
 
-Source: SDOT 3.4, App. A. A command goes through the link's frames, is judged, waits for its
+After SDOT 3.4, App. A. A command goes through the link's frames, is judged, waits for its
 execution time if it has one, and is put into the queue of its module. Each rejected one is counted
 and entered into the error log; where the frame shows which command it was, the ground is answered.
 

@@ -1,6 +1,6 @@
 """What a module of the flight software is.
 
-Source: SDOT App. A: own number, start and stop, own loop and rate, settings from a configuration
+After SDOT App. A: own number, start and stop, own loop and rate, settings from a configuration
 file, state, error log, dispatcher of commands. A state is plain attributes that can be copied: no
 reference to the core, no generators, no threads.
 """

@@ -1,6 +1,6 @@
 """STB, stabilisation: which of its modes works, and with which actuators.
 
-Source: SDOT 3.3, Table 3.5. Which laws work is decided by the mode table's regions.
+After SDOT 3.3, Table 3.5. Which laws work is decided by the mode table's regions.
 """
 
 from __future__ import annotations

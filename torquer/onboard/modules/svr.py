@@ -1,6 +1,6 @@
 """SVR, the supervisor: modes by command, classes of the state vector, failures, watchdog, reboots.
 
-Source: SDOT 3.3, Tables 3.2 to 3.4, App. A. Automatic transitions are the mode table's; the
+After SDOT 3.3, Tables 3.2 to 3.4, App. A. Automatic transitions are the mode table's; the
 supervisor raises its flags, changes its parameters and, operated by hand, commands its states.
 """
 
@@ -67,7 +67,7 @@ class SvrSettings(Spec):
 
 
 def class_of(value: float, low: float, high: float) -> int:
-    """Class of an element of the state vector. Source: SDOT, Table 3.2."""
+    """Class of an element of the state vector. After SDOT, Table 3.2."""
     if not math.isfinite(value):
         return NONE
     return MAX if value > high else MIN if value < low else NORM

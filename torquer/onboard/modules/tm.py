@@ -1,6 +1,6 @@
 """TM, telemetry: beacon, extended packets, the stored record and its replay, dumps of files.
 
-Source: SDOT App. A. The record is a ring of files in the non-volatile memory.
+After SDOT App. A. The record is a ring of files in the non-volatile memory.
 """
 
 from __future__ import annotations
