@@ -46,6 +46,23 @@ def test_presets_are_not_accused(name):
     assert faults(Modes.model_validate({**table, "regions": regions})) == []
 
 
+def test_regions_with_too_many_choices_at_one_step_are_explored_in_pairs():
+    """Of ten regions with four ways each; what is found then is the same as of a few."""
+    limits = {"rate_deg_s": 1.0, "field_nt": 2e4, "sun_in_view": 0.5, "sunlit_fraction": 0.5}
+    ways = [
+        {"to": to, "when": {"signal": signal, "above": limit}, "for_s": 1}
+        for to, (signal, limit) in zip("bcde", limits.items(), strict=True)
+    ]
+    states = {"a": {"transitions": ways}, **{name: {"final": True} for name in "bcde"}}
+    states["e"] = {"transitions": [{"to": "a", "at_most_s": 5}]}
+
+    def accused(count):
+        table = {"regions": {f"r{k}": {"states": states} for k in range(count)}}
+        return {(f.kind, f.region) for f in faults(Modes.model_validate(table)) if f.region == "r0"}
+
+    assert accused(10) == accused(2)
+
+
 @pytest.mark.parametrize("count", [8, 10])
 def test_any_to_any_takes_no_time(count):
     """All cycles of ten states are a million, their witness is one."""

@@ -233,8 +233,8 @@ class Sight:
                 for edge, own in options
                 if (both := mask & own)
             ]
-            if len(found) > _MOST_STEPS:
-                return [edges for edges, _ in found]  # too many already
+            if len(found) > _MOST_STEPS:  # too many already: the others stay
+                return [(*edges, *(None,) * (len(now) - len(edges))) for edges, _ in found]
         return [edges for edges, _ in found if any(edges)]
 
     def _options(self, name: str, state: str, now: dict) -> list[tuple[Edge | None, int]]:
