@@ -85,3 +85,15 @@ def test_no_session_is_refused(call, tmp_path):
     for arguments in (("replay", DAY), ("bisect", DAY, DAY), ("replay", tmp_path / "no.json")):
         code, _, err = call("session", *arguments)
         assert code == 2 and "session: must be a readable session" in err
+
+
+def test_packets_are_listed_and_described(call, tmp_path):
+    code, text, _ = call("packets", f"{SOFTWARE}/my_software.toml", "--out", tmp_path / "made")
+    assert code == 0 and "down 100  coil_energy" in text and "to coil_energy" in text
+    made = {path.name for path in (tmp_path / "made").iterdir()}
+    assert made == {"packets.xml", "packets.dbc", "packets.json", "packets.md"}
+    code, text, _ = call("packets", "--json")
+    beacon = next(row for row in json.loads(text) if row["name"] == "beacon")
+    assert beacon == {"direction": "down", "name": "beacon", "id": 1, "module": "", "bytes": 8}
+    code, _, err = call("packets", tmp_path / "no.toml")
+    assert code == 2 and "no.toml" in err

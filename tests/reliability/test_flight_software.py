@@ -29,7 +29,7 @@ def day(duration_s=DAY_S, **keys):
 
 @pytest.mark.verifies("REQ-COR-004", "REQ-CDH-001", "REQ-CLK-001")
 def test_thirty_days_in_lock_step_need_no_more_memory():
-    """Resident memory grows by less than 5 MB after the second day; queues and clock keep in bounds.
+    """Memory grows by less than 5 MB after the second day; queues and clock keep in bounds.
 
     The record of the motion grows with the run in any case; it has a row in ten minutes here.
     """

@@ -235,6 +235,24 @@ def fly(
     return work.fly(scenario, how, code)
 
 
+@app.command
+def packets(
+    software: Path | None = None,
+    /,
+    *,
+    out: Annotated[Path | None, Parameter(help="Folder for the descriptions [not made].")] = None,
+    json: Json = False,
+) -> int:
+    """List the packets of SOFTWARE [that of Chibis-M] with their ids and sizes.
+
+    With --out, descriptions for other programs, all made from the one dictionary: XTCE
+    (packets.xml), CAN buses (packets.dbc), Open MCT (packets.json), readers (packets.md).
+    """
+    from torquer.cli import packets as work
+
+    return work.describe(software, out, json)
+
+
 session_app = App(name="session", help="Recorded flights of the flight software.")
 app.command(session_app)
 

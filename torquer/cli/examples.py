@@ -96,6 +96,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     ),
     "smooth": ("torquer smooth runs/which_sensors", "torquer smooth runs/a/result.nc --json"),
     "schema": ("torquer schema > scenario.schema.json",),
+    "packets": (
+        "torquer packets",
+        "torquer packets examples/software/my_software.toml --out runs/packets",
+    ),
     "session": ("torquer session replay runs/chibis_m_day-flight/session.json",),
     "session bisect": ("torquer session bisect runs/a/session.json runs/b/session.json",),
     "session replay": ("torquer session replay runs/chibis_m_day-flight/session.json",),

@@ -164,7 +164,7 @@ def _show(flight: _Flight, recorder: Recorder, out: Path, took_s: float, as_json
     print("packets: " + ", ".join(f"{name} {n}" for name, n in count.most_common()))
     for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
         print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
-    print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes, digest {data['digest']}")
+    print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
     print(f"written to {out}: session.json, downlink.bin, downlink.png, a table for each packet")
 
 

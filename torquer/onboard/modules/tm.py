@@ -56,7 +56,7 @@ class Tm(Module):
         self.begun = bytearray()
         self.spans: dict[int, tuple[int, int]] = {}
         self.next_file = self.stored = 0  # files by their numbers since the first one
-        self.replayed: tuple[list[int], int, int, int] | None = None
+        self.replayed: tuple[int, int, int, int] | None = None
         self.waiting: list[bytes] = []
         self.skipped = 0
         self.dumped: tuple[int, str, int, int] | None = None
@@ -111,12 +111,11 @@ class Tm(Module):
             return Reason.VALUE
         if self.replayed is not None or self.waiting:
             return Reason.STATE
-        within = [n for n, (first, last) in self.spans.items() if first <= to_s and last >= from_s]
-        within.sort()
+        within = any(first <= to_s and last >= from_s for first, last in self.spans.values())
         begun = [r for r in self._split(core, self.begun) if from_s <= _time_of(r) <= to_s]
         if not within and not begun:
             return Reason.NOT_AVAILABLE
-        self.replayed, self.skipped = (within, from_s, to_s, every), 0
+        self.replayed, self.skipped = (min(self.spans, default=0), from_s, to_s, every), 0
         return Reason.DONE
 
     def on_dump(self, core, values) -> Reason:
@@ -173,11 +172,15 @@ class Tm(Module):
         return self._split(core, data[_FILE.size :]) if is_there else []
 
     def _replay(self, core) -> None:
-        """The next frames of a replay: files in the order of time, then what is not in one yet."""
+        """The next frames of a replay: files in their order, then what is not in one yet.
+
+        A file that is completed meanwhile is sent, too.
+        """
         while len(self.waiting) < _AT_ONCE and self.replayed is not None:
-            files, from_s, to_s, every = self.replayed
-            records = self._records(core, files[0]) if files else self._split(core, self.begun)
-            self.replayed = (files[1:], from_s, to_s, every) if files else None
+            number, from_s, to_s, every = self.replayed
+            ends = number >= self.next_file
+            records = self._split(core, self.begun) if ends else self._records(core, number)
+            self.replayed = None if ends else (number + 1, from_s, to_s, every)
             for record in records:
                 if from_s <= _time_of(record) <= to_s:
                     if self.skipped % every == 0:

@@ -1,0 +1,40 @@
+"""Work of `packets`: the dictionary of a software listed, and described for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.onboard.software import load_software
+from torquer.packets.dbc import dbc
+from torquer.packets.document import document
+from torquer.packets.openmct import openmct
+from torquer.packets.xtce import xtce
+from torquer.simulation.results.file import put
+
+
+def describe(software: Path | None, out: Path | None, as_json: bool) -> int:
+    """List the packets; write descriptions into a folder if there is one."""
+    dictionary = load_software(software).dictionary
+    if out is not None:
+        make_writable(out)
+        with writing_to(out):
+            put(out / "packets.xml", xtce(dictionary))
+            put(out / "packets.dbc", dbc(dictionary))
+            put(out / "packets.json", json_text(openmct(dictionary)) + "\n")
+            put(out / "packets.md", f"# Packets of {dictionary.name}\n\n{document(dictionary)}")
+    rows = [
+        (way, each.name, each.id, each.module, each.size)
+        for way, packets in (("down", dictionary.down), ("up", dictionary.up))
+        for each in packets.values()
+    ]
+    keys = ("direction", "name", "id", "module", "bytes")
+    if as_json:
+        print(json_text([dict(zip(keys, row, strict=True)) for row in rows]))
+        return 0
+    for way, name, number, module, size in rows:
+        to = f" to {module}" if module else ""
+        print(f"{way:4} {number:3}  {name:20} {size:3} bytes{to}")
+    if out is not None:
+        print(f"written to {out}: packets.xml (XTCE), packets.dbc, packets.json (Open MCT), .md")
+    return 0
