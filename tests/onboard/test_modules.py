@@ -18,7 +18,7 @@ from torquer.onboard.memory import Memory
 from torquer.onboard.modules.fs import update_file
 from torquer.onboard.modules.svr import MAX, MIN, NONE, NORM, class_of
 from torquer.onboard.modules.telemetry import DEG
-from torquer.scenario.load import scenario_from_data
+from torquer.scenario.load import load_scenario, scenario_from_data
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
 #: When the day's Kalman filter works in sunlight.
@@ -412,3 +412,66 @@ def test_the_ground_queue_overflows_without_harm(ground):
     dropped = ground.core.state.cdh.dropped
     assert dropped["mod"] > 0 and dropped["acks"] > 0 and dropped["ground"] > 0
     assert Reason.QUEUE_FULL in [v["code"] for v in ground.named("event") if v["module_id"] == 6]
+
+
+FLIGHT = "examples/chibis_m_flight.toml"
+
+
+def flown_to_science(duration_s=9000.0):
+    """A ground and the satellite with all modes, flown until it points."""
+    scenario = load_scenario(FLIGHT).replace("simulation.duration_s", duration_s)
+    ground = Ground(Core(scenario))
+    while ground.core.services.t_s < duration_s - 1500.0:
+        ground.tick(times=100)
+        if ground.core.services.modes["stabilisation"] == "science":
+            break
+    assert ground.core.services.modes["stabilisation"] == "science"
+    return ground
+
+
+@pytest.mark.verifies("REQ-SVR-009")
+def test_an_anomaly_ends_manual_operation_in_safe_mode():
+    """Held in science by hand; then the flag: safe mode, and telemetry shows it."""
+    ground = flown_to_science()
+    core = ground.core.services
+    assert ground.command("automatic", 0)["code"] == Reason.DONE
+    shown = last_sent(ground.tick(times=5), "extended")
+    assert (shown["svr_mode"], shown["stb_mode"]) == (0, 3) and core.modes["supervisor"] == "manual"
+    flag = core.flags.index("anomaly")
+    assert ground.command("set_flag", flag, 1)["code"] == Reason.DONE
+    shown = last_sent(ground.tick(times=10), "extended")
+    assert core.modes["supervisor"] == "automatic"
+    assert (shown["svr_mode"], shown["stb_mode"], shown["aos_mode"]) == (1, 0, 1)
+
+
+@pytest.mark.verifies("REQ-SVR-001")
+def test_modes_of_the_ground_only_are_commanded():
+    """From science, by hand, to the fast turn to a direction and to one axis held; and back."""
+    ground = flown_to_science()
+    core = ground.core.services
+    ground.command("automatic", 0)
+    regions = dict(core.regions)
+    place = [*regions].index("stabilisation")
+    for state, number in (("point2dir", 4), ("one_axis", 5)):
+        index = regions["stabilisation"].index(state)
+        assert ground.command("set_mode", place, index)["code"] == Reason.DONE
+        assert last_sent(ground.tick(times=3), "extended")["stb_mode"] == number
+    assert ground.command("automatic", 1)["code"] == Reason.DONE
+    ground.tick(times=3)
+    assert core.modes["supervisor"] == "automatic"
+
+
+@pytest.mark.verifies("REQ-SVR-002")
+def test_thresholds_of_the_mode_table_follow_the_supervisor_and_outlive_a_reboot():
+    """|q| of 0.1 is a turn of 11.48 deg."""
+    scenario = load_scenario(FLIGHT).replace("simulation.duration_s", 100.0)
+    ground = Ground(Core(scenario))
+    flight = ground.core.flight
+    assert flight.parameter("modes.angle_max") == pytest.approx((17.2,))
+    assert ground.command("set_thresholds", 0.3, 0.06, 0.1, 0.02)["code"] == Reason.DONE
+    expected = {"rate_max": 0.3, "rate_min": 0.06, "angle_max": 11.478, "angle_min": 2.292}
+    for _ in range(2):
+        for name, value in expected.items():
+            assert flight.parameter(f"modes.{name}") == pytest.approx((value,), rel=1e-4), name
+        ground.core.reboot()
+        ground.tick(times=20)

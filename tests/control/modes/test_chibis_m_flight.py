@@ -261,6 +261,7 @@ class Table(Flown):
         return math.inf, state
 
 
+@pytest.mark.verifies("REQ-SVR-010")
 @pytest.mark.parametrize("number", range(len(EDGES)))
 def test_each_transition_is_taken_when_it_is_to_be(number):
     """And one that needs a time not before."""
@@ -270,6 +271,7 @@ def test_each_transition_is_taken_when_it_is_to_be(number):
     assert time_s <= after_s <= time_s + 2.0
 
 
+@pytest.mark.verifies("REQ-SVR-010")
 def test_no_transition_is_left_out():
     """The tables have no transitions but those that are taken above."""
     of_times = Counter()  # a condition and at_most_s are two ways to take one transition

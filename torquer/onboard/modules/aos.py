@@ -51,7 +51,7 @@ class AosSettings(Spec):
     """Region of the mode table that chooses the estimator."""
     modes: dict[str, str] = Field(
         default={
-            "off": "OFF",
+            "aos_off": "OFF",
             "sdot": "SDOT",
             "bdot": "BDOT",
             "waiting": "BDOT",

@@ -21,6 +21,7 @@ class StbSettings(Spec):
     modes: dict[str, str] = Field(
         default={
             "safe": "SAFE",
+            "safe_spin_up": "SAFE",
             "safe_reversed": "SAFE",
             "detumbling": "DETUMB",
             "acquisition": "3X",

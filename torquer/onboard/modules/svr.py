@@ -27,6 +27,20 @@ ERRORS = "errors"
 _ON = {0: False, 1: True}
 
 
+def _whole_angle_deg(q: float) -> float:
+    """Angle of the turn whose quaternion has a vector part of this magnitude [deg]."""
+    return 2.0 * DEG * math.asin(q)
+
+
+#: Thresholds of the mode table that are settings of the supervisor, and what they are made of.
+_IN_TABLES = {
+    "rate_max_deg_s": ("modes.rate_max", float),
+    "rate_min_deg_s": ("modes.rate_min", float),
+    "q_max": ("modes.angle_max", _whole_angle_deg),
+    "q_min": ("modes.angle_min", _whole_angle_deg),
+}
+
+
 class SvrSettings(Spec):
     """Settings of the supervisor."""
 
@@ -42,8 +56,12 @@ class SvrSettings(Spec):
     """Whether the boot ends in automatic operation."""
     regions: tuple[str, ...] = ("determination", "stabilisation")
     """Regions of the mode table that manual operation holds in their states."""
+    supervisor: str = "supervisor"
+    """Region of the mode table with the states 'automatic' and 'manual', if there is one: it
+    follows the command `automatic`, and ends manual operation by itself."""
     flags: dict[str, str] = Field(
         default={
+            "svr.anomaly": "anomaly",
             "mag.lost": "magnetometer_lost",
             "gyro.lost": "gyro_lost",
             "sun.lost": "sun_lost",
@@ -82,6 +100,7 @@ class Svr(Module):
     def __init__(self, settings: SvrSettings):
         super().__init__(settings)
         self.mode = AUTOMATIC if settings.automatic else MANUAL
+        self.seen_manual = False
         self.rate_class = self.angle_class = NONE
         self.held: set[str] = set()
         self.raised: dict[str, bool] = {}
@@ -99,12 +118,16 @@ class Svr(Module):
             if flag in core.flags:
                 module, _, what = key.partition(".")
                 self.watched.append((module, what, flag))
+        kept = {key: SvrSettings.model_fields[key].default for key in _IN_TABLES}
+        changed = [key for key, value in kept.items() if getattr(self.settings, key) != value]
+        self._change_tables(core, changed)
         if self.mode == MANUAL:
-            self._hold_all(core, True)
+            self._operate(core, MANUAL)
 
     def step(self, core) -> None:
         """Classify the state vector, look for failures, watch the modules."""
         self._classify(core)
+        self._follow(core)
         self._raise_flags(core)
         self._watch(core)
         if core.t_s >= self.due_s:
@@ -113,12 +136,15 @@ class Svr(Module):
             self._save_errors(core)
 
     def status(self) -> dict[str, float]:
-        """Mode, classes of the state vector, when all modules were last well [s]."""
+        """Mode, classes of the state vector, when all modules were last well [s]; `anomaly`:
+        whether a module is silent.
+        """
         return {
             "mode": self.mode,
             "rate_class": self.rate_class,
             "angle_class": self.angle_class,
             "well_s": self.well_s,
+            "anomaly": float(bool(self.silent)),
         }
 
     def on_set_mode(self, core, values) -> Reason:
@@ -149,8 +175,7 @@ class Svr(Module):
         (on,) = values
         if on not in _ON:
             return Reason.VALUE
-        self.mode = AUTOMATIC if _ON[on] else MANUAL
-        self._hold_all(core, not _ON[on])
+        self._operate(core, AUTOMATIC if _ON[on] else MANUAL)
         return Reason.DONE
 
     def on_set_flag(self, core, values) -> Reason:
@@ -187,10 +212,11 @@ class Svr(Module):
         return Reason.DONE
 
     def on_set_thresholds(self, core, values) -> Reason:
-        """Change the thresholds of the classes."""
+        """Change the thresholds of the classes, and those of the mode table of these names."""
         keys = ("rate_max_deg_s", "rate_min_deg_s", "q_max", "q_min")
         code = self.change(core, **dict(zip(keys, values, strict=True)))
         if code is Reason.DONE:
+            self._change_tables(core, keys)
             self._report(core)
         return code
 
@@ -261,6 +287,30 @@ class Svr(Module):
             self.held.add(region)
         else:
             self.held.discard(region)
+
+    def _change_tables(self, core, keys) -> None:
+        """Give the mode table the thresholds of some settings, where it has them."""
+        for key in keys:
+            name, of = _IN_TABLES[key]
+            if name in core.parameters:
+                core.computer.set_parameter(name, of(getattr(self.settings, key)))
+
+    def _operate(self, core, mode: int) -> None:
+        """Automatic or manual operation, also of the mode table's own region of it."""
+        self.mode, self.seen_manual = mode, False
+        self._hold_all(core, mode == MANUAL)
+        if self.settings.supervisor in core.modes:
+            state = "manual" if mode == MANUAL else "automatic"
+            core.computer.command_mode(self.settings.supervisor, state)
+
+    def _follow(self, core) -> None:
+        """Manual operation ends where the mode table ends it: on an anomaly, to safe mode."""
+        state = core.modes.get(self.settings.supervisor)
+        if self.mode == MANUAL and self.seen_manual and state == "automatic":
+            self.mode = AUTOMATIC
+            self._hold_all(core, False)
+            core.report("svr", Reason.MODE_CHANGED, AUTOMATIC)
+        self.seen_manual = state == "manual"
 
     def _hold_all(self, core, on: bool) -> None:
         """Hold the regions of manual operation, or release all."""
