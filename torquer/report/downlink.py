@@ -30,15 +30,15 @@ def draw_downlink(tables: dict[str, xr.Dataset], name: str, path: Path) -> Path:
     t_s = extended["received_s"].values
     clock = clock_for(float(np.ptp(t_s)))
     t = t_s / clock.seconds
-    figure, (modes, rate, angle, field, command) = stacked(
-        f"{name}: what came down", 5, 9.6, sharex=True
-    )
+    figure, panels = stacked(f"{name}: what came down", 6, 11.0, sharex=True)
+    modes, rate, angle, sun, field, command = panels
     _draw_modes(modes, extended, t)
     _draw_rates(rate, extended, t)
     _draw_angles(angle, extended, t)
+    _draw_sun(sun, extended, t)
     _draw_vector(field, extended, "b", t, 1e-3, "field [µT]")
     _draw_vector(command, extended, "dipole", t, 1.0, "dipole [A m²]")
-    for axes in (modes, rate, angle, field, command):
+    for axes in panels:
         axes.margins(x=0)
         _mark(axes, tables, clock)
     command.set_xlabel(f"time of reception [{clock.unit}]", fontsize=10)
@@ -81,6 +81,17 @@ def _draw_angles(axes, extended, t) -> None:
     axes.semilogy(t, _known(extended["sigma"]), color=GREY, lw=0.9, label="stated error")
     axes.set_ylabel("attitude [deg]", fontsize=9)
     legend_at_left(axes, 2, 8)
+
+
+def _draw_sun(axes, extended, t) -> None:
+    """Angle between the third axis and the Sun, while a Sun sensor sees it."""
+    seen = np.stack([extended[f"sun_{axis}"].values for axis in "xyz"])
+    length = np.linalg.norm(seen, axis=0)
+    cosine = np.divide(seen[2], length, out=np.full(len(t), np.nan), where=length > 0.0)
+    axes.plot(t, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))), color=ORANGE, lw=0.7)
+    axes.set_ylim(0.0, 180.0)
+    axes.set_yticks((0, 60, 120, 180))
+    axes.set_ylabel("third axis\nto the Sun [deg]", fontsize=9)
 
 
 def _draw_vector(axes, extended, name: str, t, factor: float, words: str) -> None:
