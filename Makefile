@@ -29,6 +29,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 	$(BIN)/python benchmarks/lanes.py
 	$(BIN)/python benchmarks/campaign_peers.py
+	$(BIN)/python benchmarks/flight_software.py
 
 # cost and error of all integrators; heyoka and Basilisk (bsk) only where they are installed
 bench-precision: $(STAMP)
