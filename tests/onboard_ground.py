@@ -5,12 +5,12 @@ from torquer.packets.frames import Stream, Uplink
 from torquer.packets.protected import CommandSender, TelemetryReceiver
 from torquer.scenario.load import load_scenario
 
-DAY = "examples/chibis_m_day.toml"
+DAY, ALL_MODES = "examples/chibis_m_day.toml", "examples/chibis_m_flight.toml"
 
 
-def scenario(duration_s=600.0, **keys):
-    """The day of Chibis-M, shorter."""
-    found = load_scenario(DAY).replace("simulation.duration_s", duration_s)
+def scenario(duration_s=600.0, file=DAY, **keys):
+    """The day of Chibis-M, shorter, or another example."""
+    found = load_scenario(file).replace("simulation.duration_s", duration_s)
     for key, value in keys.items():
         found = found.replace(key.replace("__", "."), value)
     return found

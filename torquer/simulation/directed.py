@@ -28,13 +28,14 @@ _ESTIMATE = KNOWN.names[KNOWN.names.index("estimate_s") : KNOWN.names.index("pos
 
 class Names(NamedTuple):
     """Names of a run's computer and their places: regions with their states, flags, parameters of
-    laws (first place, count), thresholds with the conditions and their places.
+    laws (first place, count), thresholds with the conditions and their places; states by number.
     """
 
     regions: dict[str, tuple[int, dict[str, int]]]
     flags: tuple[str, ...]
     parameters: dict[str, tuple[int, int]]
     thresholds: dict[str, list[tuple[int, Condition]]]
+    states: tuple[str, ...]
 
     def all_parameters(self) -> list[str]:
         """Names for `set_parameter`: parameters of laws and estimators, then thresholds."""
@@ -45,12 +46,13 @@ def names_of(run: Run) -> Names:
     """The names of a run's computer."""
     modes, places = run.scenario.control.named().modes, places_of(run.blocks)
     if modes is None:
-        return Names({}, (), places, {})
+        return Names({}, (), places, {}, ())
     regions, first = {}, 0
     for place, (name, region) in enumerate(modes.regions.items()):
         regions[name] = place, {state: first + i for i, state in enumerate(region.states)}
         first += len(region.states)
-    return Names(regions, modes.flags, places, _thresholds(modes))
+    states = tuple(state for _, own in regions.values() for state in own)
+    return Names(regions, modes.flags, places, _thresholds(modes), states)
 
 
 def _thresholds(modes: Modes) -> dict[str, list[tuple[int, Condition]]]:
@@ -64,10 +66,8 @@ def _thresholds(modes: Modes) -> dict[str, list[tuple[int, Condition]]]:
 def states_now(run: Run, names: Names) -> dict[str, str]:
     """The state of each region, by name."""
     numbers = run.state.board.modes.regions["state"].tolist()
-    found = {}
-    for (region, (_, states)), number in zip(names.regions.items(), numbers, strict=True):
-        found[region] = next(state for state, place in states.items() if place == number)
-    return found
+    now = map(names.states.__getitem__, map(int, numbers))
+    return dict(zip(names.regions, now, strict=True))
 
 
 def set_flag(run: Run, names: Names, flag: str, on: bool) -> None:

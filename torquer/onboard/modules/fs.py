@@ -40,6 +40,7 @@ class Fs(Module):
 
     name = "fs"
     Settings = FsSettings
+    period_s = 5.0
 
     def __init__(self, settings: FsSettings):
         super().__init__(settings)

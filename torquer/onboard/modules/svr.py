@@ -120,7 +120,8 @@ class Svr(Module):
                 self.watched.append((module, what, flag))
         kept = {key: SvrSettings.model_fields[key].default for key in _IN_TABLES}
         changed = [key for key, value in kept.items() if getattr(self.settings, key) != value]
-        self._change_tables(core, changed)
+        if not self._change_tables(core, changed):
+            core.report("svr", Reason.VALUE)
         if self.mode == MANUAL:
             self._operate(core, MANUAL)
 
@@ -212,12 +213,17 @@ class Svr(Module):
         return Reason.DONE
 
     def on_set_thresholds(self, core, values) -> Reason:
-        """Change the thresholds of the classes, and those of the mode table of these names."""
-        keys = ("rate_max_deg_s", "rate_min_deg_s", "q_max", "q_min")
-        code = self.change(core, **dict(zip(keys, values, strict=True)))
-        if code is Reason.DONE:
-            self._change_tables(core, keys)
-            self._report(core)
+        """Change the thresholds of the classes, and those of the mode table of these names.
+
+        VALUE, and no change, for what neither of them can take.
+        """
+        before = self.settings
+        code = self.change(core, **dict(zip(_IN_TABLES, values, strict=True)))
+        if code is Reason.DONE and not self._change_tables(core, _IN_TABLES):
+            self.change(core, **before.model_dump())
+            self._change_tables(core, _IN_TABLES)
+            return Reason.VALUE
+        self._report(core)
         return code
 
     def on_reboot(self, core, values) -> Reason:
@@ -235,7 +241,12 @@ class Svr(Module):
     def on_restore_defaults(self, core, values) -> Reason:
         """A module returns to its default settings."""
         name = core.module_of(values[0])
-        return Reason.VALUE if name is None else core.restore_defaults(name)
+        if name is None:
+            return Reason.VALUE
+        code = core.restore_defaults(name)
+        if name == self.name:
+            self._change_tables(core, _IN_TABLES)
+        return code
 
     def on_report_status(self, core, values) -> Reason:
         """Send the status of a module."""
@@ -288,12 +299,19 @@ class Svr(Module):
         else:
             self.held.discard(region)
 
-    def _change_tables(self, core, keys) -> None:
-        """Give the mode table the thresholds of some settings, where it has them."""
-        for key in keys:
-            name, of = _IN_TABLES[key]
-            if name in core.parameters:
-                core.computer.set_parameter(name, of(getattr(self.settings, key)))
+    def _change_tables(self, core, keys) -> bool:
+        """Give the mode table the thresholds of some settings, where it has them.
+
+        False if the hysteresis of one of them does not allow it; the others may be changed.
+        """
+        try:
+            for key in keys:
+                name, of = _IN_TABLES[key]
+                if name in core.parameters:
+                    core.computer.set_parameter(name, of(getattr(self.settings, key)))
+        except ValueError:
+            return False
+        return True
 
     def _operate(self, core, mode: int) -> None:
         """Automatic or manual operation, also of the mode table's own region of it."""
