@@ -34,8 +34,10 @@ STRIKES = {
 }
 COMMANDED = ("POINT2DIR", "1X")
 TURN_S = 9900.0
+#: States of safe mode and detumbling.
+SAFE = ("safe", "safe_spin_up", "safe_reversed", "detumbling")
 #: The best outcome first.
-OUTCOMES = ("science", "1X", "coarse", "Sun", "slow", "spins")
+OUTCOMES = ("science", "1X", "coarse", "again", "Sun", "slow", "spins")
 
 
 class Ending(NamedTuple):
@@ -81,11 +83,13 @@ def ending_of(result) -> Ending:
     cosine = np.sum(third * sun, axis=1) / np.linalg.norm(sun, axis=1)
     sun_deg = float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).max())
     meanings = tail.mode_stabilisation.attrs["flag_meanings"].split()
-    there = {meanings[int(number)] for number in tail.mode_stabilisation.values}
+    there = [meanings[int(number)] for number in tail.mode_stabilisation.values]
     if error_deg < 30.0:
         return Ending("science" if error_deg < 5.0 else "coarse", error_deg, "deg")
     if sun_deg < 60.0:
-        return Ending("1X" if there == {"one_axis"} else "Sun", sun_deg, "deg")
+        return Ending("1X" if {*there} == {"one_axis"} else "Sun", sun_deg, "deg")
+    if there[-1] not in SAFE:
+        return Ending("again", rate_deg_s, "deg/s")
     return Ending("slow" if rate_deg_s < 1.0 else "spins", rate_deg_s, "deg/s")
 
 
@@ -115,9 +119,33 @@ last revolution, with its greatest angle or rate:
 
 - *science*: orbital attitude within 5 deg; *coarse*: within 30 deg;
 - *1X*: the third axis held to the Sun by wheels, as commanded;
-- *Sun*: in safe mode, the third axis within 60 deg of the Sun;
-- *slow*: in safe mode or B-dot, turning at less than 1 deg/s, the Sun not (yet) captured;
-- *spins*: the same, up to the rate shown. The release is at 2.2 deg/s.""".splitlines()
+- *again*: attitude control by wheels goes on after it was lost for a while, as it is when a device
+  is given another chance; the rate is the greatest of that while;
+- *Sun*: the third axis within 60 deg of the Sun, in safe mode;
+- *slow*: in safe mode or B-dot, below 1 deg/s, the Sun not captured (yet);
+- *spins*: the same, up to the rate shown. The release is at 2.2 deg/s.
+
+Whatever is lost ends in safe mode or better. What the source promises comes out: without Sun
+sensors science goes on with magnetometer and gyro; without a gyro as before in the light, with the
+field alone in the shadow; with one coil less as before; without a magnetometer by Sun sensors and
+gyro, lost in science for eight to nine hours (up to 43 deg at the end of a shadow), then by S-dot.
+
+S-dot needs a spin. A satellite that has none when it loses its magnetometer takes a day or more
+until it is captured (of all starts S-dot captures [three quarters in a
+day](../theory/sdot.md)); with a magnetometer the coils give it one. A coil that is stuck on is a
+magnet, against which the others can only brake.
+
+What each guard reads, and what it does not see:
+
+- *Sensors*: each other, the models and, for a wrong sign, what the coils do. Not seen: a fault
+  within the tolerance.
+- *Coils*: how the momentum changes, by gyro and tachometers. Not seen: a coil that is not used.
+- *Wheels*: how long the acquisition takes, and the momentum by the tachometers. Not seen: a wheel
+  without which science is reached.
+- *End of B-dot*: the rate by the field, while the magnetometer is not suspected. Not seen: a spin
+  about the field, for minutes.
+- *Wrong side of the Sun*: the Sun sensors alone; S-dot reversed for ten minutes does no harm.
+""".splitlines()
 
 
 def main():

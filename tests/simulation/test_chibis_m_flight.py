@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from flight_losses import OUTCOMES, PAGE, STRIKES, ending
 from scipy.spatial.transform import Rotation
 
 from torquer import Flight, load_scenario, simulate
+from torquer.campaign.faults.kinds import faults_of
 from torquer.compile import engine
 from torquer.scenario.change import with_values
 
@@ -236,3 +238,44 @@ def test_wheels_lost_one_by_one_end_in_s_dot_which_keeps_the_sun():
     momentum, axis = sun_angles_deg(result)
     assert axis[last].max() < 40.0 and momentum[last].max() < 30.0
     assert rate_deg_s(result)[last].max() < 2.0
+
+
+def page_cells():
+    """Outcomes of the page, by fault and mode: the word, the number and its unit."""
+    rows = [line.strip("| ").split(" | ") for line in PAGE.read_text("utf-8").splitlines()]
+    return {
+        (row[0], mode): cell.split()
+        for row in rows
+        if len(row) == 1 + len(STRIKES) and row[0] not in ("fault", "---")
+        for mode, cell in zip(STRIKES, row[1:], strict=True)
+    }
+
+
+def test_every_loss_in_every_mode_ends_in_safe_mode_or_better():
+    """None in a rate above that of the release by more than the last moments of a fault made."""
+    faults, cells = faults_of(load_scenario(EXAMPLE)), page_cells()
+    assert {fault for fault, _ in cells} == {"none", *(fault.name for fault in faults)}
+    assert {word for word, *_ in cells.values()} <= {*OUTCOMES}
+    rates = [float(value) for _, value, unit in cells.values() if unit == "deg/s"]
+    assert max(rates) < 2.5
+    for (fault, mode), (word, *_) in cells.items():
+        if fault.startswith(("gyro", "none", "computer")) or ("dead" in fault and "coil" in fault):
+            assert word in ("science", "coarse", "1X"), (fault, mode)
+
+
+@pytest.mark.parametrize(
+    ("fault", "mode"),
+    [
+        ("none", "1X"),
+        ("gyro silent", "science"),
+        ("Sun sensors silent", "B-dot"),
+        ("magnetometer stuck", "safe"),
+        ("coil 1 dead", "science, shadow"),
+    ],
+)
+def test_the_page_shows_what_is_flown(fault, mode):
+    """Of faults whose outcome is far from any limit."""
+    faults = {each.name: each for each in faults_of(load_scenario(EXAMPLE))}
+    found, shown = ending(faults.get(fault), mode), page_cells()[fault, mode]
+    assert (found.outcome, found.unit) == (shown[0], shown[2])
+    assert found.value == pytest.approx(float(shown[1]), rel=0.5)

@@ -166,10 +166,12 @@ EDGES = [
     ],
     ("wheels", "wheels_usable", "wheels_failed", {}, {"momentum": 0.031}, 300),
     ("wheels", "wheels_usable", "wheels_tried", {"stabilisation": "acquisition"}, {}, 0),
-    ("wheels", "wheels_tried", "wheels_failed", {}, {"momentum": 0.031}, 300),
-    ("wheels", "wheels_tried", "wheels_usable", {"stabilisation": "science"}, {}, 300),
-    ("wheels", "wheels_tried", "wheels_failed", {"stabilisation": "acquisition"}, {}, 1500),
-    ("wheels", "wheels_tried", "wheels_failed", {}, {}, 7200),
+    ("wheels", "wheels_tried", "wheels_failed", aos(dss), {"momentum": 0.031}, 300),
+    ("wheels", "wheels_tried", "wheels_usable", aos(dss) | {"stabilisation": "science"}, {}, 300),
+    ("wheels", "wheels_tried", "wheels_usable", {}, {}, 10),  # S-dot: the attempt proves nothing
+    ("wheels", "wheels_tried", "wheels_failed", aos(dss) | {"stabilisation": "acquisition"}, {},
+     1500),
+    ("wheels", "wheels_tried", "wheels_failed", aos(bdot), {}, 7200),
     ("wheels", "wheels_failed", "wheels_usable", {}, {}, 3600),
     ("wheels", "wheels_lost", "wheels_usable", {}, {}, 60),
     ("coils", "coils_usable", "coils_lost", {}, {"flags": ["coils_lost"]}, 0),
@@ -327,20 +329,21 @@ def test_what_is_on_the_other_side_of_a_limit_leaves_a_state_alone(region, state
 def test_wheels_that_fail_again_and_again_are_given_up():
     """A pause of an hour, one of four, and then none ends any more."""
     table, paused_s = Table(), []
-    table.left_after_s("wheels", "wheels_tried", {}, {}, 8000.0)
+    table.left_after_s("wheels", "wheels_tried", aos(bdot), {}, 8000.0)
     for _ in range(3):
         began_s, longest_s = table.t_s, 40000.0
         while table.now_in("wheels") == "wheels_failed" and table.t_s < began_s + longest_s:
             table.t_s += 10.0
             table(table.seen({}))
-            for name in ("determination", "stabilisation"):
-                table.put(name, CALM[name])
+            for name, state in (CALM | aos(bdot)).items():
+                if name != "wheels":
+                    table.put(name, state)
         paused_s.append(table.t_s - began_s)
         if table.now_in("wheels") == "wheels_usable":
             table.put("wheels", "wheels_tried")
             entries = table.state.states[table.places.index(("wheels", "wheels_failed"))]["entries"]
             assert entries == len(paused_s)
-            table.left_after_s("wheels", "wheels_tried", {}, {}, 8000.0)
+            table.left_after_s("wheels", "wheels_tried", aos(bdot), {}, 8000.0)
     assert paused_s == pytest.approx([3600.0, 14400.0, 40000.0], abs=20.0)
 
 
