@@ -8,7 +8,7 @@ from onboard_ground import ALL_MODES, Ground, flying, scenario
 from torquer.compile import engine
 from torquer.onboard.core import Core
 from torquer.onboard.log import Reason
-from torquer.onboard.modules.module import Module
+from torquer.onboard.modules.module import Module, restored, settings_file
 from torquer.onboard.software import load_software
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
@@ -74,6 +74,23 @@ def test_thresholds_of_the_table_follow_the_settings(ground):
     assert [core.parameter(name)[0] for name in names] == pytest.approx(now)
     ground.command("restore_defaults", 1)
     assert [core.parameter(name)[0] for name in names] == pytest.approx(before, rel=5e-3)
+
+
+@pytest.mark.verifies("REQ-SVR-002")
+def test_thresholds_that_the_table_rejects_are_not_kept(ground):
+    """As a hysteresis would: the settings of before are in force, here and in the memory."""
+    core, svr = ground.core.services, ground.core.state.modules["svr"]
+    before, set_parameter = svr.settings, core.computer.set_parameter
+
+    def reject(name, value):
+        if (name, value) == ("modes.rate_min", pytest.approx(0.1)):
+            raise ValueError
+        set_parameter(name, value)
+
+    core.computer.set_parameter = reject
+    assert ground.command("set_thresholds", 0.5, 0.1, 0.2, 0.03)["code"] == Reason.VALUE
+    assert svr.settings == before and core.parameter("modes.rate_max")[0] == pytest.approx(0.4)
+    assert restored(core.memory.read(settings_file("svr")), before) == before
 
 
 class Silent(Module):

@@ -223,7 +223,8 @@ class Svr(Module):
             self.change(core, **before.model_dump())
             self._change_tables(core, _IN_TABLES)
             return Reason.VALUE
-        self._report(core)
+        if code is Reason.DONE:
+            self._report(core)
         return code
 
     def on_reboot(self, core, values) -> Reason:
