@@ -70,14 +70,19 @@ def test_the_key_knows_the_compiler(package, monkeypatch):
     assert source_key() != before
 
 
-def test_every_room_without_kernels_exists_or_is_to_come_and_holds_none():
+#: How a file makes compiled code: the decorators of the project.
+KERNEL = re.compile(r"^\s*@(kernel|inlined|internal|inner)\b", re.M)
+
+
+def test_rooms_without_kernels_hold_none():
     for room in code_cache.ROOMS_WITHOUT_KERNELS:
         place = engine.PACKAGE / room
-        files = [place] if place.suffix else place.rglob("*.py")
-        for file in files:
-            if file.exists():
-                text = file.read_text(encoding="utf-8")
-                assert re.search(r"(from|import) torquer\.engine", text) is None, file
+        assert place.exists(), room
+        for file in [place] if place.suffix else place.rglob("*.py"):
+            assert KERNEL.search(file.read_text(encoding="utf-8")) is None, file
+    for room in ("geometry", "control", "simulation", "theory"):
+        texts = [file.read_text(encoding="utf-8") for file in (engine.PACKAGE / room).rglob("*.py")]
+        assert any(map(KERNEL.search, texts)), room
 
 
 def test_the_cache_folder_can_be_chosen(monkeypatch, tmp_path):
