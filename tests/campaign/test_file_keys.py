@@ -56,7 +56,7 @@ def test_every_table_says_what_it_is():
 
 def test_units_are_those_of_the_ranges():
     known = {*UNITS, "", "b0", "table_tolerance", "axis", "axes", "direction", "target"}
-    known |= {"first_coil", "parameters", "height_km", "a_m2_s_t"}
+    known |= {"first_coil", "parameters", "height_km", "a_m2_s_t", "limits"}
     named = {ending.removeprefix("gain_") for ending in validate.RANGES}
     assert named <= known
     told = {key: unit_of(key) for key in ("rate_deg_s", "gain_a_m2_s_per_t", "limit_a_m2", "f107")}

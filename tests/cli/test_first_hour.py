@@ -141,7 +141,7 @@ def test_examples_are_found_where_they_are_installed(tmp_path, monkeypatch):
     ("arguments", "first"),
     [
         (["run", "no.toml", "--json"], "scenario: must be a readable file; received no.toml"),
-        (["fly", "--json"], 'Unknown command "fly"'),
+        (["swim", "--json"], 'Unknown command "swim"'),
         (["field", "point", "--lat", "95", "--lon", "0", "--date", "2025", "--json"],
          "--lat: must lie within -90..90 deg; received 95"),
         (["field", "point", "--lat", "5", "--lon", "0", "--date", "2031", "--json"],
