@@ -1,5 +1,6 @@
 """Specs are checked however they come about: created, copied with changes, or changed by force."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,16 @@ def keys_in(value, place=""):
     return [found for key, each in inner for found in keys_in(each, key)]
 
 
+def one_of_each_kind(keys):
+    """Of the keys that differ only by places in lists and by names of regions and states, the first
+    and the last: a table of modes has a thousand of a dozen kinds."""
+    kinds = {}
+    for key in keys:
+        kind = re.sub(r"\[\d+\]", "[]", re.sub(r"(regions|states)\.\w+", r"\1", key))
+        kinds.setdefault(kind, []).append(key)
+    return list(dict.fromkeys(key for alike in kinds.values() for key in (alike[0], alike[-1])))
+
+
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path):
     """What stands beside the key is not checked anew, and is the same."""
@@ -103,7 +114,7 @@ def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path)
     before = scenario.model_dump_json()
     keys = keys_in(as_data(scenario))
     assert len(keys) > 50
-    for key in keys:
+    for key in one_of_each_kind(keys):
         again = with_values(scenario, {key: value_at(scenario, key)})
         assert again == scenario
         stored = again.model_dump_json(exclude_unset=True)
