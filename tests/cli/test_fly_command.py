@@ -1,6 +1,8 @@
 """`torquer fly` and `torquer session`: what they write, say, and refuse."""
 
 import json
+import signal
+from pathlib import Path
 
 import pytest
 
@@ -65,9 +67,171 @@ def test_a_flight_in_real_time_takes_its_time(call, tmp_path, monkeypatch):
     assert clock.now == pytest.approx(103.0)
 
 
+@flies
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM"])
+def test_a_flight_that_a_signal_ends_is_written_and_can_be_flown_again(
+    call, tmp_path, monkeypatch, name
+):
+    from torquer.onboard.core import Core
+
+    tick, number = Core.tick, getattr(signal, name)
+
+    def interrupted(core, uplink=b""):
+        if core.services.t_s == 99.0:
+            signal.raise_signal(number)
+        return tick(core, uplink)
+
+    monkeypatch.setattr(Core, "tick", interrupted)
+    # as without pytest, whose handlers are left alone
+    before = {each: signal.signal(each, signal.SIG_DFL) for each in (signal.SIGINT, number)}
+    try:
+        code, text, err = call("fly", DAY, "--speed", 1e9, "--out", tmp_path)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    assert code == 128 + number and "101 control steps" in text
+    assert f"error: interrupted; what came down until then is in {tmp_path}" in err
+    monkeypatch.undo()
+    code, text, _ = call("session", "replay", tmp_path / "session.json")
+    assert code == 0 and "in 101 control steps" in text
+    assert not (tmp_path / ".claimed").exists()
+
+
+@flies
+def test_a_signal_ends_a_flight_that_waits_for_the_clock(call, tmp_path, monkeypatch):
+    """A wait of years for the second control step is left as soon as a signal comes."""
+    from torquer.onboard import session
+
+    monkeypatch.setattr(session.time, "sleep", lambda seconds: signal.raise_signal(signal.SIGTERM))
+    before = signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
+        code, text, _ = call("fly", DAY, "--speed", 1e-300, "--out", tmp_path)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert code == 128 + signal.SIGTERM and text.startswith("3 control steps")
+
+
+@flies
+def test_a_flight_with_a_memory_that_was_used_before_is_flown_again(call, tmp_path):
+    """The files of the memory before the flight are part of the session."""
+    for out in ("first", "second"):
+        call("fly", DAY, "--ticks", 90, "--memory", tmp_path / "memory", "--out", tmp_path / out)
+    code, text, err = call("session", "replay", tmp_path / "second" / "session.json")
+    assert code == 0 and text.startswith("the same bytes"), err
+    code, text, _ = call(
+        "session", "bisect", *(tmp_path / out / "session.json" for out in ("first", "second"))
+    )
+    assert code == 1 and "control step 0," in text
+
+
+@flies
+def test_what_comes_after_the_end_of_a_flight_is_noted(call, tmp_path):
+    faults = tmp_path / "faults.toml"
+    faults.write_text('faults = [{ tick = 60, fault = "reboot" }]\n', encoding="utf-8")
+    code, _, err = call(
+        *("fly", DAY, "--ticks", 60, "--out", tmp_path, "--faults", faults),
+        *("--commands", f"{SOFTWARE}/commands.toml"),
+    )
+    assert code == 0
+    assert "--commands: 4 of the file come after the end of the flight" in err
+    assert "--faults: 1 of the file come after the end of the flight" in err
+
+
+@flies
+def test_a_folder_in_use_by_a_flight_is_refused(call, tmp_path):
+    from torquer.cli.folder_lock import claimed
+
+    with claimed(tmp_path):
+        code, _, err = call("fly", DAY, "--ticks", 5, "--out", tmp_path)
+    assert code == 2 and "--out: must not be in use by another run" in err
+
+
+@flies
+def test_the_files_of_an_earlier_flight_are_not_left(call, tmp_path):
+    """Without telemetry there is neither the table nor the picture of the flight before."""
+    call("fly", DAY, "--ticks", 5, "--out", tmp_path)
+    (tmp_path / "quiet.toml").write_text("[modules.tm]\non = false\n", encoding="utf-8")
+    quiet = ("--software", tmp_path / "quiet.toml")
+    code, text, _ = call("fly", DAY, "--ticks", 5, "--out", tmp_path, *quiet)
+    assert code == 0 and "downlink.png" not in text
+    assert not {"downlink.png", "extended.nc"} & {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ("{ index = 0, value = nan }", "values.value: must be a number from"),
+        ("{ index = 0, value = 'x' }", "values.value: must be a number from"),
+        ("{ index = 70000, value = 1 }", "values.index: must be a whole number from 0 to 65535"),
+        ("{ index = 0.5, value = 1 }", "values.index: must be a whole number from 0 to 65535"),
+        ("{ index = [1], value = 1 }", "values.index: must be a whole number from 0 to 65535"),
+    ],
+)
+def test_a_value_that_does_not_fit_its_field_is_refused(call, tmp_path, values, message):
+    """The codec would round or saturate it, and send what the file does not have."""
+    commands = tmp_path / "commands.toml"
+    commands.write_text(
+        f'commands = [{{ at_s = 1, command = "set_parameter", values = {values} }}]\n',
+        encoding="utf-8",
+    )
+    code, _, err = call("fly", DAY, "--commands", commands, "--out", tmp_path)
+    assert code == 2 and f"error: commands[0].{message}" in err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("from torquer.spec", "raise SystemExit\nfrom torquer.spec", "file: must be importable"),
+        ("self.energy_j = 0.0", "1 / 0", "must be made from its settings without an error"),
+        ("Settings(Spec)", "Settings", "class: must have Settings derived from"),
+        ("period_s = 1.0", "period_s = float('nan')", "class: must have a period_s above 0"),
+    ],
+)
+def test_a_module_that_cannot_fly_gets_one_line(call, tmp_path, old, new, message):
+    for name in ("coil_energy.py", "coil_energy.toml", "my_software.toml"):
+        text = Path(SOFTWARE, name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace(old, new), encoding="utf-8")
+    code, _, err = call("packets", tmp_path / "my_software.toml")
+    assert code == 2 and err.count("\n") == 1
+    assert err.startswith("error: modules.coil_energy") and message in err
+
+
+@flies
+def test_the_author_of_a_module_sees_the_exception_that_it_raised(call, tmp_path):
+    for name in ("coil_energy.py", "coil_energy.toml", "my_software.toml"):
+        text = Path(SOFTWARE, name).read_text(encoding="utf-8")
+        text = text.replace("dipole, _ = core.commanded", "raise SystemExit(3)")
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    line = (tmp_path / "coil_energy.py").read_text(encoding="utf-8").split("\n")
+    number = 1 + next(k for k, text in enumerate(line) if "raise SystemExit" in text)
+    software = ("--software", tmp_path / "my_software.toml")
+    code, _, err = call("fly", DAY, "--ticks", 5, "--out", tmp_path, *software)
+    place = f"coil_energy.py, line {number}, t = 0 s"
+    assert code == 0 and f"note: module coil_energy raised SystemExit: 3 ({place})" in err
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("uplink", [[1, "zz"]], "uplink[0][1]: must be hexadecimal digits"),
+        ("memory", {"main": {"time": "0"}}, "memory.main.time: must be hexadecimal digits"),
+        ("scenario", "{}", "session.scenario: must be a scenario"),
+    ],
+)
+@flies
+def test_a_session_that_was_edited_gets_one_line(call, tmp_path, key, value, message):
+    call("fly", DAY, "--ticks", 5, "--out", tmp_path)
+    session = tmp_path / "session.json"
+    data = json.loads(session.read_text(encoding="utf-8"))
+    session.write_text(json.dumps(data | {key: value}), encoding="utf-8")
+    code, _, err = call("session", "replay", session)
+    assert code == 2 and message in err and err.count("\n") == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
+        (("--memory", "pyproject.toml"), "--memory: must be a folder that can be written"),
         (("--speed", 2, "--realtime"), "--speed: must not be given with --realtime"),
         (("--speed", 0), "--speed: must be a positive number; received 0"),
         (("--ticks", 0), "--ticks: must be 1 or more; received 0"),

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import time
 from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from torquer.cli import FAILED_CODE
+from torquer.cli import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import FlyOptions
+from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import (
@@ -22,7 +25,13 @@ from torquer.cli.output import (
 )
 from torquer.cli.simulate import progress_of
 from torquer.onboard.core import Core
-from torquer.onboard.faults import FaultsFile, load_faults, of_software, with_device_faults
+from torquer.onboard.faults import (
+    FaultsFile,
+    check_faults,
+    load_faults,
+    of_software,
+    with_device_faults,
+)
 from torquer.onboard.link import Keys
 from torquer.onboard.log import Reason
 from torquer.onboard.memory import Memory
@@ -43,6 +52,7 @@ from torquer.onboard.software import Software, load_software
 from torquer.packets.frames import Frame
 from torquer.packets.received import tables_of
 from torquer.packets.station import Station
+from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped
 
 #: Kinds of events that are printed.
@@ -62,13 +72,14 @@ class _Ground:
 
 
 class _Flight(NamedTuple):
-    """A flight ready to begin."""
+    """A flight ready to begin; `memory`: the files of its non-volatile memory before it."""
 
     core: Core
     ground: _Ground
     sender: Sender
     faults: FaultsFile
     software: Software
+    memory: dict
 
 
 def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
@@ -81,30 +92,67 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
     scenario = with_device_faults(scenario, faults)
     out = how.out or Path("runs") / f"{scenario.name}-flight"
     make_writable(out)
-    flight = _prepared(scenario, faults, how)
-    recorder, ground = Recorder(), flight.ground
-    begun_s = time.process_time()
-    with writing_to(out):
-        stopped = _flown(flight, scenario, how, recorder, out)
+    # the folder is free again before a late signal ends the process
+    with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
+        flight, recorder = _prepared(scenario, faults, how), Recorder()
+        begun_s = time.process_time()
+        stopped = _flown(flight, scenario, how, recorder, out, signals)
         took_s = time.process_time() - begun_s
-        session = recorder.session(scenario, faults, how.software)
-        saved(session, out / "session.json")
-        tables = tables_of(ground.received, flight.software.dictionary)
-        for name, table in tables.items():
-            table.to_netcdf(out / f"{name}.nc", engine="h5netcdf")
-        if "extended" in tables:
-            from torquer.report.downlink import draw_downlink
-
-            draw_downlink(tables, scenario.name, out / "downlink.png")
-    _show(flight, recorder, out, took_s, how.json)
+        number = signals.number if signals.asked else 0
+        signals.forget()  # what came down until then is written
+        files = _write(flight, recorder.session(scenario, faults, how.software, flight.memory), out)
+    _show(flight, recorder, out, files, took_s, how.json)
     if stopped:
         print_error(f"{stopped}; what came down until then is in {out}")
-    return FAILED_CODE if stopped else 0
+    for note in _notes(flight, recorder, how, bool(stopped)):
+        print_note(note)
+    return SIGNAL_CODE + number if number else FAILED_CODE if stopped else 0
+
+
+def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: bool) -> Iterator[str]:
+    """Exceptions of modules; what did not happen because the flight ended before it."""
+    for module, exception in flight.core.exceptions.items():
+        yield f"module {module} raised {exception}"
+    if is_stopped:
+        return
+    if how.ticks is not None and recorder.ticks < how.ticks:
+        yield f"--ticks: the scenario ends after {recorder.ticks} control steps"
+    last, end_s = recorder.ticks - 1, flight.core.services.t_s
+    late = [
+        fault
+        for fault in of_software(flight.faults)
+        if (fault.at_s or 0.0) > end_s or (fault.tick or 0) > last
+    ]
+    for number, what in ((flight.sender.waiting, "commands"), (len(late), "faults")):
+        if number:
+            yield f"--{what}: {number} of the file come after the end of the flight"
+
+
+def _write(flight: _Flight, session: Session, out: Path) -> str:
+    """Write session, tables and picture; the names of the files, for the user."""
+    for name in flight.software.dictionary.down:  # of an earlier flight
+        (out / f"{name}.nc").unlink(missing_ok=True)
+    (out / "downlink.png").unlink(missing_ok=True)
+    saved(session, out / "session.json")
+    tables = tables_of(flight.ground.received, flight.software.dictionary)
+    for name, table in tables.items():
+        table.to_netcdf(out / f"{name}.nc", engine="h5netcdf")
+    if "extended" not in tables:
+        return "session.json, downlink.bin" + ", a table for each packet" * bool(tables)
+    from torquer.report.downlink import draw_downlink
+
+    draw_downlink(tables, str(json.loads(session.scenario)["name"]), out / "downlink.png")
+    return "session.json, downlink.bin, downlink.png, a table for each packet"
 
 
 def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     software = load_software(how.software)
-    core = Core(scenario, software, Memory(how.memory))
+    if how.memory is not None:
+        make_writable(how.memory, "--memory")
+    memory = Memory(how.memory)
+    before = memory.snapshot()["files"]
+    check_faults(faults, software.modules)
+    core = Core(scenario, software, memory)
     frames = []
     if how.commands:
         script = load_script(how.commands)
@@ -115,10 +163,10 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
             "software file name your own"
         )
     station = station_of(software)
-    return _Flight(core, _Ground(station), Sender(frames, station), faults, software)
+    return _Flight(core, _Ground(station), Sender(frames, station), faults, software, before)
 
 
-def _flown(flight: _Flight, scenario, how: FlyOptions, recorder, out: Path) -> str:
+def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals: Stop) -> str:
     """Fly to the end; what stopped the flight before, or ""."""
     core, whole = flight.core, scenario.simulation.duration_s
     ticks = flown(
@@ -134,6 +182,8 @@ def _flown(flight: _Flight, scenario, how: FlyOptions, recorder, out: Path) -> s
                 recorder.note(tick.uplink, tick.downlink)
                 flight.ground.take(tick)
                 file.write(tick.downlink)
+                if signals.asked:
+                    return "interrupted"
                 if progress and tick.number % 64 == 0:
                     progress(tick.t_s / whole)
         except RunStopped as error:
@@ -141,7 +191,9 @@ def _flown(flight: _Flight, scenario, how: FlyOptions, recorder, out: Path) -> s
     return ""
 
 
-def _show(flight: _Flight, recorder: Recorder, out: Path, took_s: float, as_json: bool) -> None:
+def _show(
+    flight: _Flight, recorder: Recorder, out: Path, files: str, took_s: float, as_json: bool
+) -> None:
     core = flight.core
     count = Counter(frame.packet.name for _, frame in flight.ground.received)
     data: dict[str, Any] = {
@@ -165,7 +217,7 @@ def _show(flight: _Flight, recorder: Recorder, out: Path, took_s: float, as_json
     for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
         print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
     print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
-    print(f"written to {out}: session.json, downlink.bin, downlink.png, a table for each packet")
+    print(f"written to {out}: {files}")
 
 
 def _events(flight: _Flight) -> list[dict]:

@@ -7,6 +7,7 @@ while (received := core.tick(uplink)) is not None:
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -48,6 +49,9 @@ class Core:
     order of `software.modules`: drivers of sensors, then each module after those whose output it
     takes, last telemetry and communications. What they change of the computer takes effect at its
     next control step. A command that is received now is executed at the next control step.
+
+    `exceptions`: by module, the first exception that its code raised, for the author of the module:
+    telemetry reports only a reason code.
     """
 
     def __init__(
@@ -63,6 +67,7 @@ class Core:
         actuators = {"dipole_a_m2": craft.coils, "torque_n_m": craft.wheels}
         there = {name for name, device in actuators.items() if device is not None}
         self.services = Services(self.flight, self.memory, self.software, there)
+        self.exceptions: dict[str, str] = {}
         self._off = {name: _ZERO for name in there}
         is_new, start_ms = not self.memory.names(), ms_of(scenario.start)
         if is_new:
@@ -151,7 +156,8 @@ class Core:
         core = self.services
         try:
             slot.module.step(core)
-        except Exception:
+        except (Exception, SystemExit) as error:
+            self._keep(slot, error)
             slot.failures += 1
             if slot.failures & (slot.failures - 1) == 0:  # 1, 2, 4, 8..: not to flood the log
                 core.report(slot.module.name, Reason.MODULE_FAILED, slot.failures)
@@ -166,7 +172,8 @@ class Core:
         while (command := core.cdh.take(name)) is not None:
             try:
                 code = Reason(getattr(slot.module, f"on_{command.packet}")(core, command.values))
-            except Exception:
+            except (Exception, SystemExit) as error:
+                self._keep(slot, error)
                 code = Reason.FAILED
             if code is Reason.DONE:
                 slot.done += 1
@@ -174,3 +181,11 @@ class Core:
                 slot.rejected += 1
                 core.report(name, code, command.id)
             core.acknowledge(command, code)
+
+    def _keep(self, slot: Slot, error: BaseException) -> None:
+        """Keep the first exception of a module, with its place."""
+        if slot.module.name not in self.exceptions:
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            text = f"{type(error).__name__}: {error}".splitlines()[0]
+            where = f"{Path(place.filename).name}, line {place.lineno}"
+            self.exceptions[slot.module.name] = f"{text} ({where}, t = {self.services.t_s:g} s)"

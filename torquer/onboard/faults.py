@@ -11,6 +11,7 @@ fault = "reboot"
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -94,6 +95,15 @@ def with_device_faults(scenario: Scenario, file: FaultsFile) -> Scenario:
             raise ScenarioError(f"faults[{i}].at_s: must be given for a device; received a tick")
         scenario = known[one.fault].strikes(scenario, one.at_s)
     return scenario
+
+
+def check_faults(file: FaultsFile, modules: Collection[str]) -> None:
+    """`ScenarioError` for a fault of a module that does not fly; `modules`: those that do."""
+    for i, one in enumerate(file.faults):
+        if one.module is not None and one.module not in modules:
+            raise ScenarioError(
+                f"faults[{i}].module: must be one of {', '.join(modules)}; received {one.module!r}"
+            )
 
 
 def of_software(file: FaultsFile) -> list[SoftwareFault]:

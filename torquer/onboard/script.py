@@ -17,8 +17,9 @@ from typing import Any
 from pydantic import Field
 
 from torquer.onboard.clock import EPOCH
-from torquer.packets.dictionary import Dictionary, Packet
+from torquer.packets.dictionary import TYPES, Dictionary, Field as PacketField, Packet
 from torquer.packets.frames import Uplink
+from torquer.packets.mistakes import shown
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
@@ -86,20 +87,43 @@ def _numbers(place: str, sent: Sent, packet: Packet, names: Names) -> list:
     for name, field in fields.items():
         if name not in sent.values:
             raise ScenarioError(f"{place}.{name}: must be given; received nothing")
-        value = _number(f"{place}.{name}", name, sent.values, field.labels, names)
+        value = _number(f"{place}.{name}", name, sent.values, field, names)
         many = field.count > 1 and field.type != "bytes"
-        if many and not (isinstance(value, Sequence) and len(value) == field.count):
-            raise ScenarioError(f"{place}.{name}: must be {field.count} numbers; received {value}")
+        if many and not (isinstance(value, list) and len(value) == field.count):
+            raise ScenarioError(
+                f"{place}.{name}: must be {field.count} numbers; received {shown(value)}"
+            )
+        for each in value if many else [value]:
+            _check_fits(f"{place}.{name}", field, each)
         numbers += value if many else [value]
     return numbers
 
 
-def _number(place: str, name: str, values: Mapping, labels: Sequence[str], names: Names):
+def _check_fits(place: str, field: PacketField, value) -> None:
+    """`ScenarioError` for a value that the codec would change: it saturates and rounds."""
+    if field.type == "bytes":
+        if not isinstance(value, bytes) or len(value) > field.count:
+            raise ScenarioError(
+                f"{place}: must be ASCII text of at most {field.count} characters; received "
+                f"{shown(value)}"
+            )
+        return
+    kind = TYPES[field.type]
+    low, high = kind.low * field.scale, kind.high * field.scale
+    must = "a whole number" if kind.is_whole and field.scale == 1.0 else "a number"
+    is_number = isinstance(value, int | float)
+    if not is_number or not low <= value <= high or (must != "a number" and value % 1):
+        raise ScenarioError(
+            f"{place}: must be {must} from {low:g} to {high:g}; received {shown(value)}"
+        )
+
+
+def _number(place: str, name: str, values: Mapping, field: PacketField, names: Names):
     """A value with its name resolved."""
     value = values[name]
     if not isinstance(value, str):
         return value
-    known: Sequence[str] = labels
+    known: Sequence[str] = field.labels
     if name == "region":
         known = list(names.regions)
     elif name == "state" and values.get("region") in names.regions:
@@ -108,8 +132,8 @@ def _number(place: str, name: str, values: Mapping, labels: Sequence[str], names
         known = names.flags
     elif name == "index":
         known = names.all_parameters()
-    elif not labels:
-        return value.encode("ascii", "replace")
+    elif not field.labels:
+        return value.encode() if field.type == "bytes" and value.isascii() else value
     if value not in known:
         raise ScenarioError(f"{place}: must be one of {', '.join(known)}; received {value!r}")
     return list(known).index(value)

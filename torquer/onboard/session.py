@@ -11,11 +11,12 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Annotated, Any, Literal, NamedTuple
 
-from pydantic import Field
+from pydantic import AfterValidator, Field, ValidationError
 
 from torquer.onboard.core import Core
 from torquer.onboard.faults import FaultsFile, SoftwareFault, of_software, strike
@@ -25,14 +26,28 @@ from torquer.packets.station import Station
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.scenario.load import data_of, text_of
 from torquer.scenario.spec import Scenario
+from torquer.simulation.signals import noted_signals
 from torquer.spec import Spec
 from torquer.version import VERSION
 
 #: Control steps from one recorded digest to the next.
 STRIDE = 64
 _DIGITS = 16
+#: The longest sleep [s] without a look at the signals.
+_MOMENT_S = 0.1
 #: The software file that flies unless another is given.
 AS_SHIPPED = Path(__file__).parent / "chibis_m.toml"
+
+
+def _hexadecimal(text: str) -> str:
+    try:
+        bytes.fromhex(text)
+    except ValueError:
+        raise ValueError("must be hexadecimal digits, two for each byte") from None
+    return text
+
+
+Hexadecimal = Annotated[str, AfterValidator(_hexadecimal)]
 
 
 class Session(Spec):
@@ -48,7 +63,9 @@ class Session(Spec):
     """Digest of the software file and of the files that it names."""
     faults: tuple[SoftwareFault, ...] = ()
     """Faults of the software."""
-    uplink: tuple[tuple[int, str], ...] = ()
+    memory: dict[Literal["main", "reserve"], dict[str, Hexadecimal]] = Field(default_factory=dict)
+    """Files of the non-volatile memory before the flight, by file system; empty: as delivered."""
+    uplink: tuple[tuple[int, Hexadecimal], ...] = ()
     """Bytes received at control steps, as hexadecimal digits."""
     ticks: int = Field(ge=0)
     """Control steps flown."""
@@ -63,6 +80,11 @@ class Sender:
 
     def __init__(self, frames: Sequence[tuple[float, bytes]], station: Station):
         self._frames, self._station = list(frames), station
+
+    @property
+    def waiting(self) -> int:
+        """Number of commands that have not been sent yet."""
+        return len(self._frames)
 
     def at(self, t_s: float) -> bytes:
         """Bytes that are sent up to a time of the run and were not yet."""
@@ -113,14 +135,30 @@ class Recorder:
         """Of the whole downlink so far."""
         return self._shown()
 
-    def session(self, scenario: Scenario, faults: FaultsFile, software: Path | None) -> Session:
-        """The session as it is stored; the scenario with the faults of devices."""
+    def session(
+        self,
+        scenario: Scenario,
+        faults: FaultsFile,
+        software: Path | None,
+        memory: Mapping[str, Mapping[str, bytes]] = MappingProxyType({}),
+    ) -> Session:
+        """The session as it is stored.
+
+        `scenario`: with the faults of devices; `memory`: the files of `Memory.snapshot` before the
+        flight, none of a new one.
+        """
+        kept = {
+            place: {name: data.hex() for name, data in files.items()}
+            for place, files in memory.items()
+            if files
+        }
         return Session(
             torquer=VERSION,
             scenario=scenario.model_dump_json(),
             software="" if software is None else str(software),
             software_sha256=digest_of_files(software),
             faults=tuple(of_software(faults)),
+            memory=kept,
             uplink=tuple(self.uplink),
             ticks=self.ticks,
             downlink_bytes=self.downlink_bytes,
@@ -166,7 +204,14 @@ def flown(
         yield Tick(number, t_s, received, sent)
         number += 1
         if speed is not None:
-            time.sleep(max(0.0, begun + t_s / speed - time.monotonic()))
+            _wait_until(begun + t_s / speed)
+
+
+def _wait_until(end_s: float) -> None:
+    """Sleep until an instant of the monotonic clock [s] or, at most a moment longer, a signal."""
+    signals = noted_signals()
+    while (left_s := end_s - time.monotonic()) > 0.0 and not signals.asked:
+        time.sleep(min(left_s, _MOMENT_S))
 
 
 def _is_due(fault: SoftwareFault, number: int, t_s: float) -> bool:
@@ -206,6 +251,7 @@ def files_of(software: Path | None) -> list[Path]:
         return [AS_SHIPPED]
     file = validated(SoftwareFile, data_of(text_of(software, "software"), "software"))
     named = [*file.packets, *(table.file for table in file.modules.values() if table.file)]
+    named += [key for key in (file.up_key, file.down_key) if key]
     if file.dictionary.endswith(".toml"):
         named.append(Path(file.dictionary))
     return [software, *(software.parent / path for path in named)]
@@ -219,11 +265,27 @@ def replayed(session: Session, ticks: int | None = None) -> Iterator[Tick]:
             f"session: its software must be as it was recorded; received other files of "
             f"{session.software or 'the software as shipped'}"
         )
-    scenario = Scenario.model_validate_json(session.scenario)
-    core = Core(scenario, load_software(software), Memory())
+    core = Core(_scenario_of(session), load_software(software), _memory_of(session))
     uplink = {tick: bytes.fromhex(data) for tick, data in session.uplink}
     last = session.ticks if ticks is None else min(ticks, session.ticks)
     yield from flown(core, lambda tick, _: uplink.get(tick, b""), session.faults, last)
+
+
+def _scenario_of(session: Session) -> Scenario:
+    try:
+        return Scenario.model_validate_json(session.scenario)
+    except ValidationError:
+        raise ScenarioError(
+            "session.scenario: must be a scenario as a flight records it; received another text"
+        ) from None
+
+
+def _memory_of(session: Session) -> Memory:
+    """The non-volatile memory as it was before the flight."""
+    memory = Memory()
+    for place, files in session.memory.items():
+        memory.places[place].update({name: bytes.fromhex(data) for name, data in files.items()})
+    return memory
 
 
 class Difference(NamedTuple):

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 _SHIPPED = Path(__file__).parent
+#: The longest period of a module [s].
+_LONGEST_S = 1e10
 
 
 class ModuleTable(Spec):
@@ -146,6 +148,8 @@ def _classes(file: SoftwareFile, folder: Path) -> dict[str, type[Module]]:
     wanted = {name for name in MODULES if name in REQUIRED or name in file.modules}
     own = {}
     for name, table in file.modules.items():
+        if table.class_name is not None and table.file is None:
+            raise ScenarioError(f"modules.{name}.file: must be given with a class; received none")
         if table.file is not None:
             own[name] = _own_class(name, table, folder)
         elif name not in MODULES:
@@ -180,6 +184,17 @@ def _own_class(name: str, table: ModuleTable, folder: Path) -> type[Module]:
         raise ScenarioError(
             f"{key}.class: must have name = {name!r}; received {getattr(found, 'name', None)!r}"
         )
+    if not isinstance(found.Settings, type) or not issubclass(found.Settings, Spec):
+        raise ScenarioError(
+            f"{key}.class: must have Settings derived from torquer.spec.Spec; received "
+            f"{found.Settings!r}"
+        )
+    period_s: Any = found.period_s
+    if not isinstance(period_s, int | float) or not 0.0 < period_s <= _LONGEST_S:
+        raise ScenarioError(
+            f"{key}.class: must have a period_s above 0 and of at most {_LONGEST_S:g} s; received "
+            f"{period_s!r}"
+        )
     return found
 
 
@@ -192,10 +207,14 @@ def _loaded(key: str, path: Path):
     sys.modules[spec.name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
-        shown = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise ScenarioError(f"{key}.file: must be importable; received {shown}") from None
+    except (Exception, SystemExit) as error:
+        raise ScenarioError(f"{key}.file: must be importable; received {_brief(error)}") from None
     return module
+
+
+def _brief(error: BaseException) -> str:
+    """An error of the user's code: kind and first line."""
+    return f"{type(error).__name__}: {error}".splitlines()[0]
 
 
 def _settings(name: str, make: type[Module], given: dict) -> Spec:
@@ -211,6 +230,13 @@ def _settings(name: str, make: type[Module], given: dict) -> Spec:
 def _faults(dictionary: Dictionary, installed: Mapping[str, Installed]) -> Iterator[str]:
     """What of modules and packets does not fit together, a line each."""
     for name, one in installed.items():
+        try:
+            one.make(one.settings)
+        except (Exception, SystemExit) as error:
+            yield (
+                f"modules.{name}: must be made from its settings without an error; received "
+                f"{_brief(error)}"
+            )
         if name not in dictionary.modules:
             yield f"modules.{name}: must be a module of the dictionary; received {name!r}"
         for command in _commands(dictionary, name):
