@@ -36,6 +36,7 @@ FLOORS = (
     {"analysis"},
     {"campaign"},
     {"onboard"},
+    {"link"},
     {"report"},
     {"cli", "__main__"},
 )

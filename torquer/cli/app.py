@@ -214,6 +214,9 @@ class FlyOptions:
     """How many times real time at most [as fast as it goes]."""
     realtime: bool = False
     """Fly in real time."""
+    listen: str | None = None
+    """Link to the ground: tcp:HOST:PORT, udp:HOST:PORT, can:virtual:CHANNEL,
+    can:udp_multicast:GROUP or can:socketcan:INTERFACE [none]; with --realtime or --speed."""
     ticks: Annotated[Whole, at_least(1)] = None
     """Number of control steps [to the end of SCENARIO]."""
     out: Path | None = None

@@ -54,6 +54,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer fly examples/chibis_m_day.toml --commands examples/software/commands.toml "
         "--faults examples/software/faults.toml --out runs/faulty",
         "torquer fly examples/chibis_m_day.toml --realtime --ticks 60 --memory runs/memory",
+        "torquer fly examples/chibis_m_day.toml --realtime --ticks 60 --listen tcp:127.0.0.1:7070",
     ),
     "field": (
         "torquer field point --lat 55.75 --lon 37.62 --date 2025-07-01",

@@ -6,6 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterator
+from contextlib import closing, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -24,6 +25,7 @@ from torquer.cli.output import (
     writing_to,
 )
 from torquer.cli.simulate import progress_of
+from torquer.link import Link, open_link
 from torquer.onboard.core import Core
 from torquer.onboard.faults import (
     FaultsFile,
@@ -72,7 +74,9 @@ class _Ground:
 
 
 class _Flight(NamedTuple):
-    """A flight ready to begin; `memory`: the files of its non-volatile memory before it."""
+    """A flight ready to begin; `memory`: the files of its non-volatile memory before it; `link`:
+    to a ground outside, if there is one.
+    """
 
     core: Core
     ground: _Ground
@@ -80,6 +84,7 @@ class _Flight(NamedTuple):
     faults: FaultsFile
     software: Software
     memory: dict
+    link: Link | None
 
 
 def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
@@ -87,6 +92,8 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
     check_ranges(how)
     if how.realtime and how.speed is not None:
         raise ValueError("--speed: must not be given with --realtime; received both")
+    if how.listen and not how.realtime and how.speed is None:
+        raise ValueError("--listen: must be given with --realtime or --speed; received neither")
     scenario = load_checked(path, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
     scenario = with_device_faults(scenario, faults)
@@ -96,7 +103,8 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
     with noting_signals(ALL, (leave_or_raise,)) as signals, writing_to(out), claimed(out):
         flight, recorder = _prepared(scenario, faults, how), Recorder()
         begun_s = time.process_time()
-        stopped = _flown(flight, scenario, how, recorder, out, signals)
+        with closing(flight.link) if flight.link else nullcontext():
+            stopped = _flown(flight, scenario, how, recorder, out, signals)
         took_s = time.process_time() - begun_s
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
@@ -163,15 +171,28 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
             "software file name your own"
         )
     station = station_of(software)
-    return _Flight(core, _Ground(station), Sender(frames, station), faults, software, before)
+    sender, link = Sender(frames, station), _opened(how.listen, software)
+    return _Flight(core, _Ground(station), sender, faults, software, before, link)
+
+
+def _opened(address: str | None, software: Software) -> Link | None:
+    """The link to the ground, if there is to be one."""
+    if address is None:
+        return None
+    try:
+        link = open_link(address, software.dictionary)
+    except ValueError as error:
+        raise ValueError(f"--listen: {error}") from None
+    print_note(f"listening on {link.address}")
+    return link
 
 
 def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signals: Stop) -> str:
     """Fly to the end; what stopped the flight before, or ""."""
-    core, whole = flight.core, scenario.simulation.duration_s
+    link, whole = flight.link, scenario.simulation.duration_s
     ticks = flown(
-        core,
-        lambda tick, t_s: flight.sender.at(t_s),
+        flight.core,
+        lambda tick, t_s: flight.sender.at(t_s) + (link.receive() if link else b""),
         of_software(flight.faults),
         how.ticks,
         1.0 if how.realtime else how.speed,
@@ -182,6 +203,8 @@ def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signal
                 recorder.note(tick.uplink, tick.downlink)
                 flight.ground.take(tick)
                 file.write(tick.downlink)
+                if link:
+                    link.send(tick.downlink)
                 if signals.asked:
                     return "interrupted"
                 if progress and tick.number % 64 == 0:
@@ -208,6 +231,8 @@ def _show(
         "times_real_time": round(core.services.t_s / max(took_s, 1e-9)),
         "out": str(out),
     }
+    if flight.link:
+        data["link"] = {"address": flight.link.address, **flight.link.counts()}
     if as_json:
         print(json_text(data))
         return
@@ -217,6 +242,8 @@ def _show(
     for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
         print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
     print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
+    if flight.link:
+        print("link: " + ", ".join(f"{name} {n}" for name, n in data["link"].items()))
     print(f"written to {out}: {files}")
 
 

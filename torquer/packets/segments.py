@@ -61,6 +61,11 @@ def _checksum(time_s: int, code: int, counter: int, data: bytes) -> int:
     return crc_hqx(data, crc_hqx(_CHECKED.pack(time_s, code, counter), 0xFFFF))
 
 
+def direction_of(identifier: int) -> Direction:
+    """Direction of a segment by its identifier."""
+    return "down" if identifier >> 16 & 1 else "up"
+
+
 class Splitter:
     """Segments of frames, or of any bytes."""
 
@@ -81,6 +86,23 @@ class Splitter:
             Segment(can_id(self._direction, number, i), part)
             for i, part in enumerate((first, *parts))
         )
+
+    def split(self, data: bytes) -> Iterator[Segment]:
+        """The segments of what is sent at once: of frames, and of a stream where none begins."""
+        while size := self._frame_size(data):
+            yield from self.frame(data[:size])
+            data = data[size:]
+        yield from self.stream(data)
+
+    def _frame_size(self, data: bytes) -> int:
+        """Bytes of the historical frame at the beginning, 0 if there is no whole one."""
+        if len(data) < HEADER_BYTES:
+            return 0
+        mark, _, number, _, reserved, length = _HEADER.unpack_from(data)
+        layout = self._places.get(number)
+        if mark != FRAMESYNC or reserved or not layout or layout[-1].stop != length:
+            return 0
+        return HEADER_BYTES + length if len(data) >= HEADER_BYTES + length else 0
 
     def stream(self, data: bytes) -> Iterator[Segment]:
         """The segments of any bytes."""
@@ -109,6 +131,8 @@ class Joiner:
         #: By packet: segments so far of a frame that is not complete; counter of the latest one.
         self._parts: dict[int, list[bytes]] = {}
         self._latest: dict[int, int] = {}
+        #: Data of the latest segment of a stream.
+        self._latest_data = b""
 
     def feed(self, identifier: int, data: bytes) -> bytes:
         """The frame that is complete with this segment; b"" if none is.
@@ -149,6 +173,9 @@ class Joiner:
         return _HEADER.pack(FRAMESYNC, time_s, packet_id, code, 0, len(data)) + data
 
     def _of_stream(self, number: int, data: bytes) -> bytes:
+        if self._latest.get(0) == number and self._latest_data == data:
+            return self._rejected("repeated")
+        self._latest_data = bytes(data)
         self.lost_segments += number - self._latest.get(0, number - 1) - 1 & 0xFF
         self._latest[0] = number
         return bytes(data)

@@ -120,6 +120,7 @@ class Run:
             # the rows kept are views of the other
             inputs = self.scenario.simulation.record_inputs
             self.record = empty_record(self.plan, len(self.record.rows), inputs)
+        self.piece = self._ready = None  # two pieces' tables need not be in memory at once
         self.piece = piece_of(self.scenario, self.plan, first, min(first + size, self.steps))
         self.relative_error = max(self.relative_error, self.piece.relative_error)
 

@@ -1,0 +1,54 @@
+"""What all links have in common. None of their functions waits, so that the flight never does."""
+
+from __future__ import annotations
+
+#: Most bytes taken from a peer by one call of `receive`; what is left waits for the next one.
+PEER_BYTES = 4096
+#: Most peers at a time.
+MOST_PEERS = 16
+#: Most bytes that wait for a peer: 1 MiB.
+MOST_WAITING = 2**20
+#: How long `close` may take to send what still waits [s].
+GRACE_S = 1.0
+
+
+class Link:
+    """The satellite's end of a link.
+
+    `address`: where peers find it, with the port that was given; `sent_bytes`, `received_bytes`:
+    of all peers together; `lost_bytes`: what a peer did not get, because it does not read or has
+    gone, or because it could not be sent.
+    """
+
+    def __init__(self, address: str):
+        self.address = address
+        self.sent_bytes = self.received_bytes = self.lost_bytes = 0
+
+    @property
+    def peers(self) -> int:
+        """How many peers there are; 0 on a bus, where this is not known."""
+        return 0
+
+    def receive(self) -> bytes:
+        """What has come since the last call; b"" if nothing has.
+
+        All peers feed one stream, as they would by radio: each should send its frames whole.
+        """
+        raise NotImplementedError
+
+    def send(self, data: bytes) -> None:
+        """Send to all peers. A peer for which too much waits already loses all of `data`."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Send what still waits, for at most `GRACE_S`, and end."""
+        raise NotImplementedError
+
+    def counts(self) -> dict[str, int]:
+        """The counters by name."""
+        return {
+            "peers": self.peers,
+            "sent_bytes": self.sent_bytes,
+            "received_bytes": self.received_bytes,
+            "lost_bytes": self.lost_bytes,
+        }
