@@ -1,4 +1,4 @@
-"""A module of one's own: counts what the coils use, and says so once a minute."""
+"""A user's module: counts the energy that the coils use, and reports it once a minute."""
 
 from torquer.onboard import Module, Reason
 from torquer.spec import Spec

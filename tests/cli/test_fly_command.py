@@ -246,7 +246,12 @@ def test_wrong_input_gets_one_line(call, tmp_path, arguments, message):
 
 
 def test_no_session_is_refused(call, tmp_path):
-    for arguments in (("replay", DAY), ("bisect", DAY, DAY), ("replay", tmp_path / "no.json")):
+    deep = tmp_path / "deep.json"
+    deep.write_text("[" * 100_000, encoding="utf-8")
+    for arguments in (
+        *(("replay", DAY), ("bisect", DAY, DAY)),
+        *(("replay", tmp_path / "no.json"), ("replay", deep)),
+    ):
         code, _, err = call("session", *arguments)
         assert code == 2 and "session: must be a readable session" in err
 

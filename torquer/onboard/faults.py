@@ -81,7 +81,7 @@ def load_faults(path: Path) -> FaultsFile:
 
 
 def with_device_faults(scenario: Scenario, file: FaultsFile) -> Scenario:
-    """The scenario with the faults of its devices; `ScenarioError` for one that is none."""
+    """The scenario with the faults of its devices; `ScenarioError` for an unknown one."""
     known = {fault.name: fault for fault in faults_of(scenario)}
     for i, one in enumerate(file.faults):
         if one.fault in OF_SOFTWARE:

@@ -1,7 +1,7 @@
 """Command and data handler: the bounded queues by which modules exchange data.
 
-SDOT 3.4 says of a full queue both that its oldest element is removed and that the sender gets an
-error; a full queue here does both.
+According to SDOT 3.4, a full queue drops its oldest element, and the sender of an element to a full
+queue gets an error; the queues here do both.
 """
 
 from collections import deque

@@ -122,7 +122,7 @@ class Services:
         return self.cdh.put("ground", self._frame(packet, self.clock.now_s, values, status))
 
     def report(self, module: str, code: Reason, argument: int = 0) -> None:
-        """Enter an event into the error log, and tell the ground."""
+        """Enter an event into the error log, and send it to the ground."""
         number = self.dictionary.modules[module]
         entry = self.log.add(self.clock.now_ms, number, code, argument)
         if module in self._state.slots:
@@ -154,7 +154,7 @@ class Services:
     # the other modules
 
     def status(self, module: str) -> Mapping[str, float]:
-        """What a module says of itself; nothing of one that does not fly."""
+        """What a module reports in telemetry; empty for one that does not fly."""
         found = self.modules.get(module)
         return {} if found is None else found.status()
 
@@ -173,7 +173,7 @@ class Services:
         return (self.dictionary.modules[module], *slot.account())
 
     def silent(self, after_s: float) -> list[str]:
-        """Started modules that have made no whole step for so long, and three of their periods."""
+        """Started modules without a whole step for `after_s` [s] and for three of their periods."""
         since_s = self.t_s - after_s
         late = [(name, slot) for name, slot in self._state.slots.items() if slot.fed_s < since_s]
         return [
@@ -194,11 +194,11 @@ class Services:
         return Reason.DONE if written else Reason.FAILED
 
     def start(self, module: str) -> None:
-        """Let a module work."""
+        """Start a module."""
         self._state.start(module, self)
 
     def stop(self, module: str) -> None:
-        """Let a module rest."""
+        """Stop a module."""
         self._state.stop(module)
 
     # watchdog and reboot

@@ -185,7 +185,7 @@ def flown(
     ticks: int | None = None,
     speed: float | None = None,
 ) -> Iterator[Tick]:
-    """Fly control step by control step, to the end or so many; yields each.
+    """Fly control step by control step, to the end or for `ticks` control steps; yields each.
 
     `uplink`: what is received at a control step, by its number and the time of the one before;
     `speed`: how many times real time at most, None: as fast as it goes.
@@ -223,7 +223,7 @@ def load_session(path: Path) -> Session:
     """A session's file; `ScenarioError` for another one, or of another version."""
     try:
         data = json.loads(Path(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         why = getattr(error, "strerror", None) or "no JSON"
         raise ScenarioError(
             f"session: must be a readable session; received {path}: {why}"
@@ -258,7 +258,7 @@ def files_of(software: Path | None) -> list[Path]:
 
 
 def replayed(session: Session, ticks: int | None = None) -> Iterator[Tick]:
-    """Fly a session again, to its end or so many control steps."""
+    """Fly a session again, to its end or for `ticks` control steps."""
     software = Path(session.software) if session.software else None
     if digest_of_files(software) != session.software_sha256:
         raise ScenarioError(
@@ -298,7 +298,7 @@ class Difference(NamedTuple):
 def first_difference(first: Session, second: Session) -> Difference | None:
     """Where the downlinks of two sessions part; None if they are the same.
 
-    The digests say which stretch of `STRIDE` control steps it is in; both are flown to its end.
+    The digests show which stretch of `STRIDE` control steps it is in; both are flown to its end.
     """
     pairs = zip(first.digests, second.digests, strict=False)
     stretch = next((k for k, (a, b) in enumerate(pairs) if a != b), None)

@@ -1,6 +1,6 @@
 """The software file: which modules fly, at what rates and with what settings; packets and link.
 
-Keys of a module's table besides those of a built-in one make it the user's own:
+Two further keys in a module's table make it a module of the user:
 
     [modules.dosimeter]
     file = "dosimeter.py"      # relative to the software file

@@ -1,4 +1,4 @@
-"""All that the software remembers and loses at a reboot; plain, copied with `copy.deepcopy`."""
+"""All that the software loses at a reboot; plain, copied with `copy.deepcopy`."""
 
 from __future__ import annotations
 
@@ -104,13 +104,13 @@ class State:
             self.lost_uplink += beyond
 
     def start(self, module: str, core: Services) -> None:
-        """Let a module work from the next control step on."""
+        """Start a module: it works from the next control step on."""
         slot = self.slots[module]
         slot.module.start(core)
         slot.runs, slot.failures = True, 0
         slot.due_ms, slot.fed_s = round(core.t_s * 1e3), core.t_s
 
     def stop(self, module: str) -> None:
-        """Let a module rest; its commands are lost."""
+        """Stop a module; its commands are lost."""
         self.slots[module].runs = False
         self.cdh.flush(module)

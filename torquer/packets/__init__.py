@@ -1,1 +1,1 @@
-"""Packets between satellite and ground: one dictionary, and all that follows from it."""
+"""Packets between satellite and ground: one dictionary, and everything that is derived from it."""

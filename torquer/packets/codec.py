@@ -1,7 +1,7 @@
 """Encoder and decoder of a packet: source text generated from its fields, compiled once.
 
 One expression packs all numbers. If it fails, by NaN or a number out of range, a second one with
-limits does; what is no number at all, or too large for a float, is left to a loop.
+limits does; values that are not numbers, or too large for a float, are left to a loop.
 """
 
 import math
@@ -32,7 +32,7 @@ def decode(data, at=0):
         raise ValueError(short(data, at)) from None
     return ({numbers})
 """
-#: What packing or rounding a number that is out of range raises, or what is no number.
+#: What packing or rounding a number out of range, or a value that is not a number, raises.
 _FAILED = (struct.error, ArithmeticError, TypeError, ValueError)
 
 
@@ -42,7 +42,7 @@ def encoder(packet: Packet) -> Callable[[Sequence], bytes]:
 
     Values are rounded and saturated, NaN is the least raw number of a whole type; bytes are filled
     with zeros, or cut. Never an exception for numbers; ValueError for another count of values, or
-    for what is no number.
+    for a value that is not a number.
     """
     return _compiled(packet, _ENCODER, "encode", numbers=_packed, limited=_limited)
 

@@ -183,16 +183,16 @@ def _table(dictionary: Dictionary, direction: Direction) -> _Table:
 
 
 class Stream:
-    """Frames out of a stream of bytes, in whatever parts it comes.
+    """Frames from a stream of bytes, which may arrive in parts of any size.
 
-    What is no frame is skipped up to the next framesync. `lost_bytes`: bytes that belong to no
-    frame; `rejected`: headers rejected, by reason. At most one packet's bytes are kept waiting,
-    since a header must state the length of its packet.
+    Bytes that belong to no frame are skipped up to the next framesync; `lost_bytes`: how many
+    were skipped; `rejected`: headers rejected, by reason. At most one packet's bytes are kept
+    waiting, since a header must state the length of its packet.
 
     A frame that lost bytes would take the beginning of the next one for its end. So a frame is
-    given up as 'cut' if the header of another one stands within it: its id, code and length are
+    discarded as 'cut' if the header of another one stands within it: its id, code and length are
     right by chance once in 2^60 places. Packets with fields of bytes may hold whole frames: there
-    a header counts as data if the next frame begins just behind the end; this may wait for that
+    a header counts as data if the next frame begins directly after it; this may wait for that
     next frame. The last one to three bytes of a frame, if the next framesync may begin with them,
     are looked at again after it.
     """
@@ -215,7 +215,7 @@ class Stream:
         return self._frames(ended=False)
 
     def finish(self) -> Iterator[Frame]:
-        """What still waits at the end of a recording or of a contact: nothing can follow."""
+        """Frames still waiting at the end of a recording or contact: no bytes can follow."""
         yield from self._frames(ended=True)
         self._lose(len(self._buffer))
 
@@ -249,7 +249,7 @@ class Stream:
             yield Frame(entry.packet, time_s, code, entry.decode(raw, HEADER_BYTES), raw)
 
     def _synchronised(self) -> bool:
-        """Whether the buffer begins with a whole header, after what is none was skipped."""
+        """Whether the buffer begins with a whole header, after the bytes before it were skipped."""
         buffer = self._buffer
         if not buffer.startswith(_MARK):
             at = buffer.find(_MARK)
@@ -259,7 +259,7 @@ class Stream:
     def _cut(self, entry: _Known, size: int, ended: bool) -> int:
         """Where another frame begins within the first one; 0: nowhere, -1: not known yet.
 
-        Once the first one is given up, so are its fields of bytes: the first header counts.
+        Once the first one is discarded, so are its fields of bytes: the first header counts.
         """
         buffer, begin = self._buffer, 0
         at = buffer.find(_MARK, len(_MARK), size)

@@ -87,7 +87,7 @@ class CommandReceiver(Receiver):
         return [frame[_TC.size : -TRAILER] for frame in self.frames(ended=False)]
 
     def flush(self) -> list[bytes]:
-        """As `feed`, when the line has been silent: a frame that is incomplete remains so.
+        """As `feed`, after a silence of the link: a frame that is incomplete now stays incomplete.
 
         Otherwise the mark of a frame whose end was lost would hold back what follows it, up to the
         1024 bytes that a frame may have.
@@ -139,7 +139,7 @@ class TelemetrySender:
         return made
 
     def flush(self) -> bytes:
-        """Mark and frame with what waits, filled up with idle packets; b"" if nothing waits."""
+        """Mark and frame with the waiting data, padded with idle packets; b"" if none waits."""
         if not self._field:
             return b""
         if self._first == _TM_NO_START:
@@ -190,7 +190,7 @@ class TelemetryReceiver(Receiver):
         return self._unpacked(self.frames(ended=False))
 
     def flush(self) -> list[bytes]:
-        """As `feed`, at the end of the stream: a frame that is incomplete remains so."""
+        """As `feed`, at the end of the stream: a frame that is incomplete now stays incomplete."""
         return self._unpacked(self.frames(ended=True))
 
     def size_at(self, at: int) -> int:

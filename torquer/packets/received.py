@@ -1,4 +1,4 @@
-"""What a ground station has received, as tables: one a packet, over the frames' time stamps."""
+"""Packets that a ground station has received, as one table each over the frames' time stamps."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ def crc16(data: bytes) -> int:
 
 @lru_cache(maxsize=64)
 def _begun(key: bytes):
-    """Hashes into which the inner and the outer key of HMAC have gone: half of its time."""
+    """Hashes after the inner and the outer key of HMAC, kept because they take half of its time."""
     padded = key.ljust(64, b"\0")
     return tuple(hashlib.sha256(bytes(byte ^ pad for byte in padded)) for pad in (0x36, 0x5C))
 
@@ -79,7 +79,7 @@ def next_number(counter: int) -> int:
 
 
 class Receiver:
-    """Cuts frames out of bytes and judges them; plain state that can be copied.
+    """Extracts frames from bytes and accepts or rejects them; plain state that can be copied.
 
     Checked in this order: length, CRC, spacecraft, SPI, MAC, counter; the counter moves only when
     all hold. `counters`: last accepted counter by SPI. `rejected`: number of marks after which
@@ -136,7 +136,7 @@ class Receiver:
         raise NotImplementedError
 
     def frames(self, ended: bool) -> list[bytes]:
-        """Accepted frames in the bytes received; `ended`: what is incomplete remains so."""
+        """Accepted frames in the bytes received; `ended`: no bytes follow."""
         buffer, mark, at, accepted = self._buffer, self.mark, 0, []
         while (found := buffer.find(mark, at)) >= 0:
             self.lost_bytes += found - at

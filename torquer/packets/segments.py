@@ -1,6 +1,6 @@
 """Frames in segments for a CAN bus with 29-bit identifiers, and back.
 
-A segment is what one CAN frame carries, at most eight bytes. Its identifier says what it is: bit 16
+A segment is what one CAN frame carries, at most eight bytes. Its identifier has the meaning: bit 16
 the direction (0: uplink, which therefore wins the arbitration), bits 8 to 15 the id of the packet,
 bits 0 to 7 the number of the segment. Segment 0 holds time stamp u32, status or module u8, a
 counter of the packet's frames u8 and a CRC-16 u16 of all this and the data; the others hold the
@@ -116,7 +116,7 @@ class Splitter:
 
 
 class Joiner:
-    """Frames, or a stream of bytes, out of segments; packets may be interleaved.
+    """Frames, or a stream of bytes, from segments; packets may be interleaved.
 
     `lost_frames`: frames that never became complete, by their counters; `lost_segments`: those
     missing in a stream of bytes; both up to 255 in a row. `rejected`: segments by reason: 'unknown'

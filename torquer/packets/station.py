@@ -1,4 +1,4 @@
-"""The ground's end of a link: bytes for commands, frames out of what comes down."""
+"""The ground's end of a link: bytes for commands, frames from the bytes that come down."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ class Station:
             yield from self.stream.feed(part)
 
     def finish(self) -> Iterator[Frame]:
-        """What still waits at the end of a recording."""
+        """Frames still waiting at the end of a recording."""
         if self.protection is not None:
             for part in self.protection.telemetry.flush():
                 yield from self.stream.feed(part)

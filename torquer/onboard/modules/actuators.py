@@ -63,7 +63,7 @@ class Actuator(Module):
         return self.automatic(core)
 
     def status(self) -> dict[str, float]:
-        """Polls and failed ones since the boot, power, whether it is commanded by hand."""
+        """Polls and failed ones since the boot, power, whether it is under manual control."""
         return {
             "polls": self.polls,
             "errors": self.errors,

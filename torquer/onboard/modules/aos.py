@@ -83,7 +83,7 @@ class Aos(Module):
         self._numbers = numbers_of_modes(core.dictionary, "aos_mode", self.settings.modes)
 
     def step(self, core) -> None:
-        """Put the state vector into its queue; tell the ground when it is lost."""
+        """Put the state vector into its queue; report to the ground when it is lost."""
         inputs = core.inputs
         e, place = inputs.estimate, inputs.ephemeris
         q_orbital, omega_orbital, rate, q_size = to_orbital_frame(

@@ -1,7 +1,7 @@
 """MOD, models: orbital elements and choice of models, checked and kept for the ground's next pass.
 
 The compiled computer has its own model of the orbit, which these do not change: what is stored is
-there to be read back, and for modules of one's own.
+there to be read back, and for modules of the user.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class StbSettings(Spec):
     )
     """Mode in telemetry by the state of that region."""
     actuators: str = "actuators"
-    """Region whose state, stb_00 to stb_tw, says which actuators are in use, if there is one."""
+    """Region whose state, stb_00 to stb_tw, shows which actuators are in use, if there is one."""
     idle_after_s: float = Field(default=30.0, gt=0.0)
     """Without that region: time without a command after which an actuator is not in use."""
 

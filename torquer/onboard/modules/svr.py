@@ -1,7 +1,7 @@
 """SVR, the supervisor: modes by command, classes of the state vector, failures, watchdog, reboots.
 
 After SDOT 3.3, Tables 3.2 to 3.4, App. A. Automatic transitions are the mode table's; the
-supervisor raises its flags, changes its parameters and, operated by hand, commands its states.
+supervisor raises its flags, changes its parameters and, in manual operation, commands its states.
 """
 
 from __future__ import annotations
