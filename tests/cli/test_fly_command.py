@@ -266,3 +266,18 @@ def test_packets_are_listed_and_described(call, tmp_path):
     assert beacon == {"direction": "down", "name": "beacon", "id": 1, "module": "", "bytes": 8}
     code, _, err = call("packets", tmp_path / "no.toml")
     assert code == 2 and "no.toml" in err
+
+
+def test_modules_in_python_files_are_executed_only_where_they_may_be(call, tmp_path):
+    """Refused before anything of them runs."""
+    (tmp_path / "outside.py").write_text("raise SystemExit('executed')\n", encoding="utf-8")
+    own = tmp_path / "own"
+    own.mkdir()
+    text = 'modules.com = {}\nmodules.x = { file = "../outside.py", class = "X" }\n'
+    (own / "software.toml").write_text(text, encoding="utf-8")
+    mine = ("fly", DAY, "--out", tmp_path / "out", "--software", own / "software.toml")
+    code, _, err = call(*mine, "--no-user-code")
+    assert code == 2 and "modules.x.file: must not be given with --no-user-code" in err
+    code, _, err = call(*mine)
+    assert code == 2 and "modules.x.file: must lie in the software file's folder" in err
+    assert "executed" not in err

@@ -50,7 +50,7 @@ from torquer.onboard.session import (
     saved,
     station_of,
 )
-from torquer.onboard.software import Software, load_software
+from torquer.onboard.software import Software, code_in, load_software
 from torquer.packets.frames import Frame
 from torquer.packets.received import tables_of
 from torquer.packets.station import Station
@@ -95,6 +95,7 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
     if how.listen and not how.realtime and how.speed is None:
         raise ValueError("--listen: must be given with --realtime or --speed; received neither")
     scenario = load_checked(path, code)
+    _check_modules(how.software, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
     scenario = with_device_faults(scenario, faults)
     out = how.out or Path("runs") / f"{scenario.name}-flight"
@@ -115,6 +116,19 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
     for note in _notes(flight, recorder, how, bool(stopped)):
         print_note(note)
     return SIGNAL_CODE + number if number else FAILED_CODE if stopped else 0
+
+
+def _check_modules(software: Path | None, code: CodeOptions) -> None:
+    """ValueError for a module's Python file if none is allowed, or none in its place."""
+    for key, file in code_in(software).items() if software else ():
+        if code.no_user_code:
+            raise ValueError(f"{key}: must not be given with --no-user-code; received {file}")
+        folder = software.resolve().parent if software else Path()
+        if not (code.code_from_anywhere or file.resolve().is_relative_to(folder)):
+            raise ValueError(
+                f"{key}: must lie in the software file's folder, or be allowed by "
+                f"--code-from-anywhere; received {file}"
+            )
 
 
 def _notes(flight: _Flight, recorder: Recorder, how: FlyOptions, is_stopped: bool) -> Iterator[str]:

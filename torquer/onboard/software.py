@@ -89,6 +89,13 @@ class Software(NamedTuple):
     modules: dict[str, Installed]
 
 
+def code_in(path: Path) -> dict[str, Path]:
+    """Python files that a software file names, by their keys; nothing is executed."""
+    file = validated(SoftwareFile, data_of(text_of(path, "software"), "software"))
+    tables = file.modules.items()
+    return {f"modules.{name}.file": path.parent / t.file for name, t in tables if t.file}
+
+
 def load_software(source: str | Path | Mapping | None = None) -> Software:
     """The software of a TOML file, or of its tables as data; None: that of Chibis-M as shipped.
 
