@@ -149,6 +149,23 @@ def test_historical_streams_resynchronise(begun):
     assert Reason.DONE in codes
 
 
+@pytest.mark.verifies("REQ-COM-003", "REQ-COM-004")
+@pytest.mark.parametrize("software", [None, HISTORICAL])
+def test_a_frame_that_lost_its_end_holds_the_next_command_back_for_a_moment(begun, software):
+    """A protected frame's header may announce 1024 bytes, a historical one 160: whatever comes next
+    could belong to it, until the line has been silent.
+    """
+    ground = Ground(Core(scenario(60.0), software))
+    cut = ground.uplink.frame("set_elements", 0, (1, bytes(69), bytes(69)))[:20]
+    if software is None:
+        cut = bytes.fromhex("eb90 204d 03ff 00")
+    found = ground.tick(cut + ground.frame("shift_clock", 10), 2)
+    found += ground.tick(times=4)
+    codes = [v["code"] for n, _, v in found if n == "acknowledgement" and v["command_id"] == 33]
+    assert codes == [Reason.DONE]
+    assert ground.command("shift_clock", 10)["code"] == Reason.DONE
+
+
 @pytest.mark.verifies("REQ-LNK-001")
 @pytest.mark.parametrize("wrong", ["bit", "again", "key", "noise"])
 def test_a_protected_link_refuses_what_is_not_authentic_or_not_new(ground, wrong):
@@ -207,6 +224,30 @@ def test_delayed_commands_are_executed_in_the_order_of_their_times(ground):
     early = ground.frame("set_rates", 1.0, 1.0, 1.0, time_s=now_s + 8)
     found = ground.tick(late + early, 20)
     assert [v["command_id"] for n, _, v in found if n == "acknowledgement"] == [40, 33]
+
+
+@pytest.mark.verifies("REQ-COM-005")
+@pytest.mark.parametrize(("by_s", "code"), [(86400, Reason.LATE), (-604801, Reason.TIME)])
+def test_a_clock_that_is_set_leaves_no_delayed_command_to_the_wrong_time(ground, by_s, code):
+    """An hour's manual dipole of tomorrow is not executed now; one of next week does not wait."""
+    now_s = ground.core.state.clock.now_s
+    ground.tick(ground.frame("coils_manual", 1.0, 0.0, 0.0, 60.0, time_s=now_s + 100), 2)
+    found = ground.tick(ground.frame("set_clock", (now_s + by_s) * 1e3), 4)
+    answers = {v["command_id"]: v["code"] for n, _, v in found if n == "acknowledgement"}
+    assert answers == {32: Reason.DONE, 64: code}
+    assert ground.core.services.status("com")["delayed"] == 0
+    assert ground.core.services.status("coils")["manual"] == 0
+
+
+@pytest.mark.verifies("REQ-COM-005")
+def test_more_delayed_commands_of_one_time_than_a_queue_takes(ground):
+    now_s = ground.core.state.clock.now_s
+    for k in range(8):
+        ground.tick(ground.frame("shift_clock", k - 4, time_s=now_s + 30))
+    found = ground.tick(times=40)
+    assert [v["code"] for n, _, v in found if n == "acknowledgement"] == [Reason.DONE] * 8
+    shifted = [v["argument"] for v in ground.named("event") if v["code"] == Reason.TIME_SET]
+    assert shifted == [k - 4 for k in range(8)]
 
 
 def test_only_so_many_delayed_commands_wait(ground):

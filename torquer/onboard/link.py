@@ -46,6 +46,10 @@ class Historical:
         """Commands that are complete with these bytes."""
         return self._stream.feed(data)
 
+    def silence(self, memory: Memory) -> Iterator[Frame]:
+        """Commands behind the beginning of a frame that is not completed any more."""
+        return self._stream.finish()
+
     def take_rejected(self) -> list[Rejected]:
         """Headers of commands that were rejected since the last call."""
         return self._stream.take_rejected()
@@ -87,7 +91,15 @@ class Protected:
 
     def receive(self, data: bytes, memory: Memory) -> Iterator[Frame]:
         """Commands in frames that are authentic and have not been received before."""
-        accepted = self._receiver.feed(data)
+        yield from self._commands(self._receiver.feed(data), memory)
+
+    def silence(self, memory: Memory) -> Iterator[Frame]:
+        """Commands behind the beginning of a frame that is not completed any more."""
+        yield from self._commands(self._receiver.flush(), memory)
+        yield from self._stream.finish()
+
+    def _commands(self, accepted: list[bytes], memory: Memory) -> Iterator[Frame]:
+        """Commands in what was accepted, once the counter is stored."""
         if accepted:
             memory.write(COMMANDS, self._receiver.save())
         for each in accepted:

@@ -30,13 +30,18 @@ class Cdh:
     def put(self, queue: str, item: Any) -> bool:
         """Append an element; False if the queue was full and its oldest element was dropped."""
         elements = self.queues[queue]
-        if len(elements) != elements.maxlen:
+        if not self.is_full(queue):
             elements.append(item)
             return True
         self._last_dropped[queue] = elements[0]
         self.dropped[queue] += 1
         elements.append(item)
         return False
+
+    def is_full(self, queue: str) -> bool:
+        """Whether a further element would drop the oldest."""
+        elements = self.queues[queue]
+        return len(elements) == elements.maxlen
 
     def take_dropped(self, queue: str) -> Any:
         """The element that the last overflow dropped, once; else None."""

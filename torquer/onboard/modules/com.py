@@ -10,6 +10,7 @@ them, with the clock by which they would be executed.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 from pydantic import Field
@@ -43,6 +44,8 @@ class ComSettings(Spec):
     """A command whose execution time is farther ahead is rejected."""
     delayed: int = Field(default=10, ge=1, le=100)
     """Delayed commands that can wait; a further one is rejected."""
+    silence_s: float = Field(default=2.0, gt=0.0)
+    """Time without a byte after which the rest of a frame is no longer waited for."""
 
 
 class Com(Module):
@@ -57,6 +60,7 @@ class Com(Module):
         self.link = None
         self.delayed: list[Command] = []
         self.received = self.rejected = self.refused = self.sent_bytes = 0
+        self.heard_s: float | None = None
 
     def start(self, core) -> None:
         """Begin with an empty stream."""
@@ -66,13 +70,11 @@ class Com(Module):
         """Receive, let delayed commands go, send."""
         received = core.take_uplink()
         if received:
-            for frame in self.link.receive(received, core.memory):
-                self._judge(core, frame)
-            for header in self.link.take_rejected():
-                self._answer_header(core, header)
-            if refused := self.link.take_refused():
-                self.refused += refused
-                core.report("com", Reason.REJECTED, refused)
+            self.heard_s = core.t_s
+            self._receive(core, self.link.receive(received, core.memory))
+        elif self.heard_s is not None and core.t_s - self.heard_s >= self.settings.silence_s:
+            self.heard_s = None
+            self._receive(core, self.link.silence(core.memory))
         if self.delayed:
             self._release(core)
         self._send(core)
@@ -86,6 +88,16 @@ class Com(Module):
             "delayed": len(self.delayed),
             "lost_bytes": 0 if self.link is None else self.link.lost_bytes,
         }
+
+    def _receive(self, core, frames: Iterator[Frame]) -> None:
+        """Judge commands; answer, count and report what was none."""
+        for frame in frames:
+            self._judge(core, frame)
+        for header in self.link.take_rejected():
+            self._answer_header(core, header)
+        if refused := self.link.take_refused():
+            self.refused += refused
+            core.report("com", Reason.REJECTED, refused)
 
     def _judge(self, core, frame: Frame) -> None:
         """Hand a command on now or later, or reject it."""
@@ -106,30 +118,42 @@ class Com(Module):
 
     def _fault(self, core, command: Command, now_s: int) -> Reason:
         """Why a command is rejected; DONE if it is not."""
-        module = core.dictionary.up[command.packet].module
+        module = _module(core, command)
         if module not in core.modules:
             return Reason.MODULE
         if not core.is_running(module):
             return Reason.STATE
         if command.time_s == 0:
             return Reason.DONE
+        code = self._fault_of_time(command, now_s)
+        if not code and command.time_s > now_s and len(self.delayed) >= self.settings.delayed:
+            return Reason.QUEUE_FULL
+        return code
+
+    def _fault_of_time(self, command: Command, now_s: int) -> Reason:
+        """Why an execution time cannot be kept; DONE if it can."""
         ahead = command.time_s - now_s
         if ahead < -self.settings.oldest_command_s:
             return Reason.LATE
-        if ahead > self.settings.latest_command_s:
-            return Reason.TIME
-        if ahead > 0 and len(self.delayed) >= self.settings.delayed:
-            return Reason.QUEUE_FULL
-        return Reason.DONE
+        return Reason.TIME if ahead > self.settings.latest_command_s else Reason.DONE
 
     def _release(self, core) -> None:
-        """Hand on the delayed commands whose time has come."""
-        while self.delayed and self.delayed[0].time_s <= core.clock.now_s:
-            self._hand_on(core, self.delayed.pop(0))
+        """Hand on the delayed commands whose time has come, as many as their queues take.
+
+        A clock that has been set in between may have left their times behind, or out of reach.
+        """
+        waiting, self.delayed, now_s = self.delayed, [], core.clock.now_s
+        for command in waiting:
+            if code := self._fault_of_time(command, now_s):
+                self._reject(core, command, code)
+            elif command.time_s > now_s or core.cdh.is_full(_module(core, command)):
+                self.delayed.append(command)
+            else:
+                self._hand_on(core, command)
 
     def _hand_on(self, core, command: Command) -> None:
         """Into the module's queue; if that is full its oldest command is dropped, and answered."""
-        module = core.dictionary.up[command.packet].module
+        module = _module(core, command)
         if not core.cdh.put(module, command):
             self._reject(core, core.cdh.take_dropped(module), Reason.QUEUE_FULL)
 
@@ -157,3 +181,8 @@ class Com(Module):
             for sent in self.link.wrapped(frames, core.memory):
                 self.sent_bytes += len(sent)
                 core.transmit(sent)
+
+
+def _module(core, command: Command) -> str:
+    """Name of the module to which a command goes."""
+    return core.dictionary.up[command.packet].module
