@@ -148,11 +148,12 @@ def test_an_interrupted_flight_is_written_and_replays(call, tmp_path, monkeypatc
     client = Client(monkeypatch, act)
     code, text, err = flown(call, tmp_path)
     client.end.setblocking(True)
-    assert code == 130 and "interrupted after 101 control steps; what came down" in err
-    assert json.loads(text)["ticks"] == 101
     while client.end.recv(65536):
         pass
     client.end.close()
+    ticks = json.loads(text)["ticks"]
+    assert code == 130 and f"interrupted after {ticks} control steps; what came down" in err
+    assert 101 <= ticks <= 102  # the signal may come while the flight waits for the next step
     assert call("session", "replay", tmp_path / "session.json")[0] == 0
 
 

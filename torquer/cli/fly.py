@@ -220,7 +220,7 @@ def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signal
                 if link:
                     link.send(tick.downlink)
                 if signals.asked:
-                    return "interrupted"
+                    return f"interrupted after {recorder.ticks} control steps"
                 if progress and tick.number % 64 == 0:
                     progress(tick.t_s / whole)
         except RunStopped as error:
