@@ -90,7 +90,10 @@ def test_a_flight_that_a_signal_ends_is_written_and_can_be_flown_again(
         for each, handler in before.items():
             signal.signal(each, handler)
     assert code == 128 + number and "101 control steps" in text
-    assert f"error: interrupted after 101 control steps; what came down until then is in {tmp_path}" in err
+    assert (
+        f"error: interrupted after 101 control steps; what came down until then is in {tmp_path}"
+        in err
+    )
     monkeypatch.undo()
     code, text, _ = call("session", "replay", tmp_path / "session.json")
     assert code == 0 and "in 101 control steps" in text
