@@ -29,10 +29,10 @@ def day(duration_s=DAY_S, **keys):
 
 @pytest.mark.verifies("REQ-COR-004", "REQ-CDH-001", "REQ-CLK-001")
 def test_thirty_days_in_lock_step_need_no_more_memory():
-    """Memory grows by less than 5 MB after the second day; queues and clock keep in bounds.
+    """Memory grows by less than 5 MB after the first week; queues and clock keep in bounds.
 
-    The record of the motion grows with the run in any case; it has a row a day here. What keeps the
-    record is loaded before.
+    Within the tables of the environment, which last for 5 days, it is constant to the byte. The
+    first change of these tables takes 3 to 8 MB once, with modules and without.
     """
     scenario = day(30.0 * DAY_S).replace("simulation.record_s", 86400.0)
     core, sizes = Core(scenario), []
@@ -49,7 +49,7 @@ def test_thirty_days_in_lock_step_need_no_more_memory():
     flown_s = core.services.t_s
     assert flown_s > 30 * DAY_S - 10.0
     assert core.services.now_ms - begun_ms == round(flown_s * 100.0) * 10
-    assert max(sizes[2:]) - sizes[1] < 5.0, sizes
+    assert max(sizes[7:]) - sizes[6] < 5.0, sizes
 
 
 def _resident_mb() -> float:
