@@ -39,6 +39,13 @@ def test_a_damaged_log_is_an_empty_one(data):
     assert (list(log.entries), log.total) == ([], 0)
 
 
+def test_a_count_beyond_u32_is_saved_as_the_greatest():
+    log = Log()
+    log.total = 2**32 + 5
+    assert Log().restore(saved := log.save())
+    assert log.restore(saved) and log.total == 2**32 - 1
+
+
 def test_a_log_from_a_longer_one_has_its_last_entries():
     long, short = Log(8), Log(3)
     for number in range(8):

@@ -147,6 +147,14 @@ def test_of_two_whole_copies_the_one_written_last_counts(memory):
     assert memory.read("counter") == b"2"
 
 
+def test_the_number_of_a_writing_begins_again_after_u32(memory):
+    memory.write("a", b"1")
+    memory._writings["a"] = 2**32 - 2
+    for data in (b"2", b"3", b"4"):
+        assert memory.write("a", data) and memory.read("a") == data
+    assert reports(memory) == []
+
+
 @pytest.mark.parametrize("name", ["", ".a", "../a", "a/b", "A", "a b", "a\n", "ü", "a" * 65])
 def test_a_name_that_is_no_file_name_is_a_mistake(memory, name):
     with pytest.raises(ValueError, match=r"^memory: a name must be of at most 64 of a-z"):
