@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import ipaddress
+from collections.abc import Mapping
+from typing import Any
 
+from torquer.link.ground_end import TcpClient, UdpClient
 from torquer.link.link import Link
 from torquer.link.tcp import TcpLink
 from torquer.link.udp import UdpLink
 from torquer.packets.dictionary import Dictionary, load_dictionary
+from torquer.packets.frames import Direction
 
 _FORMS = (
     "tcp:HOST:PORT, udp:HOST:PORT, can:virtual:CHANNEL, can:udp_multicast:GROUP or "
@@ -30,13 +34,30 @@ def open_link(address: str, dictionary: Dictionary | None = None) -> Link:
     localhost is for this machine alone. `dictionary`: the packets that have identifiers of their
     own on a CAN bus [those of Chibis-M]. ValueError with one line if there is no such link.
     """
+    return _opened(address, dictionary, {"tcp": TcpLink, "udp": UdpLink}, "down")
+
+
+def connect(address: str, dictionary: Dictionary | None = None) -> Link:
+    """The ground's end of the link to a satellite with this address, as `open_link` has them.
+
+    TCP: connected as soon as the satellite listens, and again after it was lost. ValueError with
+    one line if there cannot be such a link.
+    """
+    return _opened(address, dictionary, {"tcp": TcpClient, "udp": UdpClient}, "up")
+
+
+def _opened(
+    address: str, dictionary: Dictionary | None, ends: Mapping[str, Any], sends: Direction
+) -> Link:
+    """The end of a link; `ends`: its class by kind; `sends`: the direction of what it sends."""
     kind, _, rest = address.partition(":")
     try:
-        if kind in ("tcp", "udp"):
-            return (TcpLink if kind == "tcp" else UdpLink)(*_host_and_port(rest))
+        if kind in ends:
+            return ends[kind](*_host_and_port(rest))
         interface, _, channel = rest.partition(":")
         if kind == "can" and interface in _CAN and channel:
-            return _by_can(interface, channel, dictionary or load_dictionary("chibis_m"))
+            known = dictionary or load_dictionary("chibis_m")
+            return _by_can(interface, channel, known, sends)
     except _Wrong as error:
         raise ValueError(f"{error}; received {address!r}") from None
     except OSError as error:
@@ -61,7 +82,7 @@ def _host_and_port(text: str) -> tuple[str, int]:
     return host, int(port)
 
 
-def _by_can(interface: str, channel: str, dictionary: Dictionary) -> Link:
+def _by_can(interface: str, channel: str, dictionary: Dictionary, sends: Direction) -> Link:
     if interface == "udp_multicast":
         _check_group(channel)
     try:
@@ -72,7 +93,7 @@ def _by_can(interface: str, channel: str, dictionary: Dictionary) -> Link:
         bus = open_bus(interface, channel)
     except ValueError as error:
         raise _Wrong(str(error)) from None
-    return CanLink(bus, f"can:{interface}:{channel}", dictionary)
+    return CanLink(bus, f"can:{interface}:{channel}", dictionary, sends)
 
 
 def _check_group(channel: str) -> None:

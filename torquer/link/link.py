@@ -13,11 +13,11 @@ GRACE_S = 1.0
 
 
 class Link:
-    """The satellite's end of a link.
+    """One end of a link: the satellite's, or the ground's.
 
-    `address`: where peers find it, with the port that was given; `sent_bytes`, `received_bytes`:
-    of all peers together; `lost_bytes`: what a peer did not get, because it does not read or has
-    gone, or because it could not be sent.
+    `address`: of the satellite's end, with the port that it was given; `sent_bytes`,
+    `received_bytes`: of all peers together; `lost_bytes`: what a peer did not get, because it does
+    not read or has gone, or because it could not be sent.
     """
 
     def __init__(self, address: str):
