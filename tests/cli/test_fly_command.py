@@ -44,7 +44,8 @@ def test_the_examples_of_commands_and_faults_are_flown(call, tmp_path):
         *("--commands", f"{SOFTWARE}/commands.toml", "--faults", f"{SOFTWARE}/faults.toml"),
     )
     packets = json.loads(text)["packets"]
-    assert code == 0 and packets["acknowledgement"] == 3 and packets["parameter"] == 1
+    # of four commands, the delayed one only that it waits
+    assert code == 0 and packets["acknowledgement"] == 4 and packets["parameter"] == 1
 
 
 @flies

@@ -200,12 +200,24 @@ def test_the_counter_of_commands_outlives_a_reboot(ground):
     assert ground.command("shift_clock", 10)["code"] == Reason.DONE
 
 
-@pytest.mark.verifies("REQ-COM-005")
+@pytest.mark.verifies("REQ-COM-005", "REQ-COM-007")
 def test_a_delayed_command_waits_for_its_time(ground):
     now_s = ground.core.state.clock.now_s
     found = ground.tick(ground.frame("shift_clock", 0, time_s=now_s + 10), 20)
-    (at,) = [t for n, t, v in found if n == "acknowledgement"]
-    assert now_s + 10 <= at <= now_s + 12
+    received, done = [(t, v) for n, t, v in found if n == "acknowledgement"]
+    assert now_s + 10 <= done[0] <= now_s + 12 and done[1]["code"] == Reason.DONE
+    assert received[0] <= now_s + 2
+    both = ("command_id", "module_id", "command_time")
+    assert [received[1][key] for key in both] == [done[1][key] for key in both]
+    assert received[1]["code"] == Reason.WAITING and not received[1]["accepted"]
+
+
+@pytest.mark.verifies("REQ-COM-007")
+def test_a_delayed_command_that_asks_for_no_answer_gets_none(ground):
+    now_s = ground.core.state.clock.now_s
+    frame = ground.frame("shift_clock", 0, time_s=now_s + 10, acknowledge=0)
+    assert not [1 for n, *_ in ground.tick(frame, 20) if n == "acknowledgement"]
+    assert Reason.TIME_SET in [v["code"] for v in ground.named("event")]
 
 
 @pytest.mark.verifies("REQ-COM-005")
@@ -223,7 +235,8 @@ def test_delayed_commands_are_executed_in_the_order_of_their_times(ground):
     late = ground.frame("shift_clock", 1, time_s=now_s + 12)
     early = ground.frame("set_rates", 1.0, 1.0, 1.0, time_s=now_s + 8)
     found = ground.tick(late + early, 20)
-    assert [v["command_id"] for n, _, v in found if n == "acknowledgement"] == [40, 33]
+    answers = [(v["command_id"], v["code"]) for n, _, v in found if n == "acknowledgement"]
+    assert answers == [(33, Reason.WAITING), (40, Reason.WAITING), (40, 0), (33, 0)]
 
 
 @pytest.mark.verifies("REQ-COM-005")
@@ -258,7 +271,8 @@ def test_only_so_many_delayed_commands_wait(ground):
     )
     found = ground.tick(frames, 2)
     codes = [v["code"] for n, _, v in found if n == "acknowledgement"]
-    assert codes == [Reason.QUEUE_FULL] * 2
+    # twelve answers at once for a queue of ten: the first two are dropped
+    assert codes == [Reason.WAITING] * (held - 2) + [Reason.QUEUE_FULL] * 2
     assert ground.core.services.status("com")["delayed"] == held
 
 

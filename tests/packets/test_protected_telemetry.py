@@ -8,7 +8,7 @@ import struct
 
 import pytest
 from frame_attacks import KEY, SPACECRAFT, refit
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 from spacepackets.ccsds.tm_frame import TmTransferFrame
 
 from torquer.packets.protected import TELEMETRY_BYTES, TelemetryReceiver, TelemetrySender
@@ -50,6 +50,7 @@ def packets_in(field):
     return found
 
 
+@settings(deadline=None)  # the first call imports the other package
 @given(DATAS, st.sampled_from([64, 100, 256, 1115]), st.integers(0, 300))
 def test_another_package_reads_the_frames(datas, frame_bytes, counter):
     sender, _ = link(frame_bytes, counter)

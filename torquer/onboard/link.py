@@ -5,12 +5,17 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from torquer.onboard.log import REJECTIONS, Reason
 from torquer.onboard.memory import Memory
 from torquer.packets.dictionary import Dictionary
 from torquer.packets.frames import Frame, Rejected, Stream
 from torquer.packets.protected import CommandReceiver, TelemetrySender
+from torquer.packets.pus import ApplicationProcess
+
+if TYPE_CHECKING:
+    from torquer.onboard.modules.com import Command
 
 #: Files of the non-volatile memory: last accepted counters of commands; a counter of telemetry
 #: that lies ahead.
@@ -30,9 +35,17 @@ class Keys(NamedTuple):
     spi: int = 1
     spacecraft: int = 77
 
+    @property
+    def are_known(self) -> bool:
+        """Whether everybody knows one of them."""
+        return self.up == DEMONSTRATION_UP or self.down == DEMONSTRATION_DOWN
+
 
 class Historical:
     """Frames as Chibis-M had them, without checksum and authentication. Plain state."""
+
+    #: Whether there is something to transmit that is no frame.
+    waiting = False
 
     def __init__(self, dictionary: Dictionary):
         self._stream = Stream(dictionary, "up")
@@ -58,8 +71,12 @@ class Historical:
         """Number of frames around commands that were refused since the last call."""
         return 0
 
-    def wrapped(self, frames: list[bytes], memory: Memory) -> list[bytes]:
-        """What is transmitted for these frames."""
+    def judged(self, command: Command, code: Reason) -> bool:
+        """What COM has decided on a command; whether the link tells the ground itself."""
+        return False
+
+    def wrapped(self, frames: list[bytes], memory: Memory, time_s: int) -> list[bytes]:
+        """What is transmitted at a time [s since 2010-01-01] for these frames."""
         return frames
 
 
@@ -70,8 +87,10 @@ class Protected:
     of telemetry now and then, ahead of the frames that are sent.
     """
 
+    waiting = False
+
     def __init__(self, dictionary: Dictionary, keys: Keys, memory: Memory):
-        self._stream = Stream(dictionary, "up")
+        self._stream = self._new_stream(dictionary, keys)
         self._receiver = CommandReceiver({keys.spi: keys.up}, keys.spacecraft, window=10000)
         names = memory.names()
         if COMMANDS in names:
@@ -83,6 +102,10 @@ class Protected:
         (self._kept,) = _COUNTER.unpack(kept) if kept is not None and valid else (0,)
         self._sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft, self._kept)
         self._refused: Counter[str] = Counter()
+
+    def _new_stream(self, dictionary: Dictionary, keys: Keys):
+        """What finds commands in the data of an accepted frame."""
+        return Stream(dictionary, "up")
 
     @property
     def lost_bytes(self) -> int:
@@ -115,15 +138,56 @@ class Protected:
         self._refused = Counter(self._receiver.rejected)
         return refused
 
-    def wrapped(self, frames: list[bytes], memory: Memory) -> list[bytes]:
-        """What is transmitted for these frames: whole ones, nothing waits."""
-        if self._sender.counter + len(frames) * 8 >= self._kept:
+    def judged(self, command: Command, code: Reason) -> bool:
+        """What COM has decided on a command; whether the link tells the ground itself."""
+        return False
+
+    def wrapped(self, frames: list[bytes], memory: Memory, time_s: int) -> list[bytes]:
+        """What is transmitted at a time for these frames: whole ones, nothing waits."""
+        self._keep_counter(len(frames), memory)
+        sent = [self._sender.wrap(frame) for frame in frames]
+        return [*sent, self._sender.flush()]
+
+    def _keep_counter(self, count: int, memory: Memory) -> None:
+        """Have a counter of telemetry in the memory that lies ahead of this many packets."""
+        if self._sender.counter + count * 8 >= self._kept:
             self._kept = self._sender.counter + _AHEAD
             memory.write(TELEMETRY, _COUNTER.pack(self._kept))
-        sent = [self._sender.wrap(frame) for frame in frames]
+
+
+class Pus(Protected):
+    """Space packets of PUS-C within the same frames. Plain state; a reboot sets its counts to 0.
+
+    The application process has the number of the spacecraft.
+    """
+
+    def _new_stream(self, dictionary: Dictionary, keys: Keys):
+        severities = {int(reason): int(reason.severity) for reason in Reason}
+        codes = {why: int(reason) for why, reason in REJECTIONS.items()}
+        return ApplicationProcess(dictionary, keys.spacecraft, codes, severities)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there are reports on requests to transmit."""
+        return self._stream.waiting
+
+    def judged(self, command: Command, code: Reason) -> bool:
+        """Keep for the reports on requests what COM has decided; those on malformed ones exist."""
+        if command.received:
+            key = (command.id, command.module, command.time_s)
+            self._stream.judged(command.received, key, code)
+        return True
+
+    def wrapped(self, frames: list[bytes], memory: Memory, time_s: int) -> list[bytes]:
+        """What is transmitted at a time for these frames, and the reports that wait."""
+        packets = self._stream.reports(frames, time_s)
+        self._keep_counter(len(packets), memory)
+        sent = [self._sender.wrap_packet(packet) for packet in packets]
         return [*sent, self._sender.flush()]
 
 
 def new_link(kind: str, dictionary: Dictionary, keys: Keys, memory: Memory):
     """The link of a software file."""
-    return Historical(dictionary) if kind == "historical" else Protected(dictionary, keys, memory)
+    if kind == "historical":
+        return Historical(dictionary)
+    return {"protected": Protected, "pus": Pus}[kind](dictionary, keys, memory)

@@ -9,18 +9,31 @@ from enum import IntEnum
 from typing import NamedTuple, Self
 
 
+class Severity(IntEnum):
+    """How grave an event is; numbered as the event reports of ECSS-E-ST-70-41C, 8.5.2."""
+
+    INFORMATIVE = 1
+    LOW = 2
+    MEDIUM = 3
+    HIGH = 4
+
+
+_INFO, _, _MEDIUM, _HIGH = Severity
+
+
 class Reason(IntEnum):
     """What became of a command, or what happened; below 32 answers to commands. One byte."""
 
     doc: str
+    severity: Severity
 
-    def __new__(cls, value: int, doc: str) -> Self:
+    def __new__(cls, value: int, doc: str, severity: Severity = Severity.LOW) -> Self:
         member = int.__new__(cls, value)
         member._value_ = value
-        member.doc = doc
+        member.doc, member.severity = doc, severity
         return member
 
-    DONE = 0, "executed"
+    DONE = 0, "executed", _INFO
     UNKNOWN = 1, "no such command"
     LENGTH = 2, "wrong length of the data"
     MODULE = 3, "not a command of the module it is addressed to, or no such module"
@@ -34,29 +47,44 @@ class Reason(IntEnum):
     NOT_AVAILABLE = 11, "the device or the data are not there"
     REJECTED = 12, "not authentic, or received before"
     FAILED = 13, "the execution failed"
+    WAITING = 14, "received: waits for its execution time", _INFO
 
-    BOOTED = 32, "the software has started; argument: reboot counter"
-    READY = 33, "all modules have started"
+    BOOTED = 32, "the software has started; argument: reboot counter", _INFO
+    READY = 33, "all modules have started", _INFO
     SETTINGS_MISSING = 34, "no settings in the memory: defaults are used"
-    SETTINGS_DAMAGED = 35, "settings that cannot be read: defaults are used"
-    FILE_MISSING = 36, "a file of the memory is missing, main and reserve"
-    FILE_DAMAGED = 37, "a file of the memory is damaged, main and reserve"
+    SETTINGS_DAMAGED = 35, "settings that cannot be read: defaults are used", _MEDIUM
+    FILE_MISSING = 36, "a file of the memory is missing, main and reserve", _MEDIUM
+    FILE_DAMAGED = 37, "a file of the memory is damaged, main and reserve", _MEDIUM
     RESERVE_USED = 38, "a file was read from the reserve file system"
-    FILE_NOT_WRITTEN = 39, "a file system did not take a file"
-    FILE_MENDED = 45, "a copy of a file was missing, damaged or old, and was written again"
-    TIME_LOST = 40, "no saved time: the clock starts at 2010-01-01"
-    TIME_SET = 41, "the clock was set or shifted; argument: by how much [ms]"
-    WATCHDOG = 42, "a module has not fed the watchdog; argument: its id"
-    REBOOT = 43, "the software reboots"
-    MODULE_FAILED = 44, "a module ended its step with an error"
+    FILE_NOT_WRITTEN = 39, "a file system did not take a file", _MEDIUM
+    FILE_MENDED = 45, "a copy of a file was missing, damaged or old, and was written again", _INFO
+    TIME_LOST = 40, "no saved time: the clock starts at 2010-01-01", _MEDIUM
+    TIME_SET = 41, "the clock was set or shifted; argument: by how much [ms]", _INFO
+    WATCHDOG = 42, "a module has not fed the watchdog; argument: its id", _HIGH
+    REBOOT = 43, "the software reboots", _INFO
+    MODULE_FAILED = 44, "a module ended its step with an error", _MEDIUM
     STALE_STATE = 48, "the state vector is out of date"
-    STATE_LOST = 49, "no state vector"
-    MODE_CHANGED = 50, "a mode was changed"
-    SENSOR_SILENT = 51, "a sensor has not answered; argument: its number"
-    SENSOR_ODD = 52, "a sensor reads what cannot be; argument: its number"
-    COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number"
-    WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number"
-    ACTUATORS_CHANGED = 55, "another configuration of actuators"
+    STATE_LOST = 49, "no state vector", _MEDIUM
+    MODE_CHANGED = 50, "a mode was changed", _INFO
+    SENSOR_SILENT = 51, "a sensor has not answered; argument: its number", _MEDIUM
+    SENSOR_ODD = 52, "a sensor reads what cannot be; argument: its number", _MEDIUM
+    COIL_FAILED = 53, "a coil does not do what it is commanded; argument: its number", _HIGH
+    WHEEL_FAILED = 54, "a wheel does not do what it is commanded; argument: its number", _HIGH
+    ACTUATORS_CHANGED = 55, "another configuration of actuators", _INFO
+
+
+#: Reason codes by why a link rejects a packet.
+REJECTIONS = {
+    "unknown": Reason.UNKNOWN,
+    "length": Reason.LENGTH,
+    "module": Reason.MODULE,
+    "cut": Reason.REJECTED,
+    "checksum": Reason.CHECKSUM,
+    "version": Reason.UNKNOWN,
+    "apid": Reason.MODULE,
+    "value": Reason.VALUE,
+    "time": Reason.TIME,
+}
 
 
 class Entry(NamedTuple):

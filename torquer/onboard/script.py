@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -63,16 +64,25 @@ def frames_of(
     maker, start_s = Uplink(dictionary), (scenario.start - EPOCH).total_seconds()
     found = []
     for i, sent in enumerate(script.commands):
-        place = f"commands[{i}]"
-        if sent.command not in dictionary.up:
-            known = ", ".join(dictionary.up)
-            raise ScenarioError(
-                f"{place}.command: must be one of {known}; received {sent.command!r}"
-            )
-        numbers = _numbers(f"{place}.values", sent, dictionary.up[sent.command], names)
+        numbers = numbers_of(sent, dictionary, names, f"commands[{i}].")
         due_s = 0.0 if sent.delay_s is None else math.ceil(start_s + sent.at_s + sent.delay_s)
         found.append((sent.at_s, maker.frame(sent.command, due_s, numbers)))
     return sorted(found, key=lambda pair: pair[0])
+
+
+def numbers_of(sent: Sent, dictionary: Dictionary, names: Names, place: str = "") -> list:
+    """The numbers of a command's packet, in order; `ScenarioError` for what it cannot hold.
+
+    `place`: what stands before its keys in messages.
+    """
+    if sent.command not in dictionary.up:
+        near = get_close_matches(sent.command, dictionary.up, 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise ScenarioError(
+            f"{place}command: must be one of {', '.join(dictionary.up)}; received "
+            f"{sent.command!r}{hint}"
+        )
+    return _numbers(f"{place}values", sent, dictionary.up[sent.command], names)
 
 
 def _numbers(place: str, sent: Sent, packet: Packet, names: Names) -> list:
@@ -135,5 +145,6 @@ def _number(place: str, name: str, values: Mapping, field: PacketField, names: N
     elif not field.labels:
         return value.encode() if field.type == "bytes" and value.isascii() else value
     if value not in known:
-        raise ScenarioError(f"{place}: must be one of {', '.join(known)}; received {value!r}")
+        one_of = f"one of {', '.join(known)}" if known else "a number: no name is known here"
+        raise ScenarioError(f"{place}: must be {one_of}; received {value!r}")
     return list(known).index(value)

@@ -99,7 +99,7 @@ class Sender:
 def station_of(software: Software) -> Station:
     """A ground station for a satellite with this software."""
     keys = None if software.link == "historical" else software.keys
-    return Station(software.dictionary, keys)
+    return Station(software.dictionary, keys, pus=software.link == "pus")
 
 
 class Recorder:
@@ -170,12 +170,16 @@ class Recorder:
 
 
 class Tick(NamedTuple):
-    """What went up and came down at a control step; the number of the step and its time."""
+    """What went up and came down at a control step; the number of the step and its time.
+
+    `late_s`: how long after it was due the step began, of a flight that waits for the clock.
+    """
 
     number: int
     t_s: float
     uplink: bytes
     downlink: bytes
+    late_s: float = 0.0
 
 
 def flown(
@@ -191,7 +195,8 @@ def flown(
     `speed`: how many times real time at most, None: as fast as it goes.
     """
     waiting = sorted(faults, key=lambda fault: (fault.tick is None, fault.tick or fault.at_s or 0))
-    begun, t_s, number = time.monotonic(), 0.0, 0
+    begun = t_s = late_s = 0.0
+    number = 0
     while number != ticks:
         for fault in [f for f in waiting if _is_due(f, number, t_s)]:
             waiting.remove(fault)
@@ -201,10 +206,13 @@ def flown(
         if sent is None:
             return
         t_s = core.services.t_s
-        yield Tick(number, t_s, received, sent)
-        number += 1
+        yield Tick(number, t_s, received, sent, late_s)
         if speed is not None:
+            if number == 0:  # which may compile
+                begun = time.monotonic() - t_s / speed
             _wait_until(begun + t_s / speed)
+            late_s = time.monotonic() - begun - t_s / speed
+        number += 1
 
 
 def _wait_until(end_s: float) -> None:

@@ -13,9 +13,9 @@ import importlib.util
 import sys
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, model_validator
 
 from torquer.onboard.link import Keys
 from torquer.onboard.modules import MODULES, REQUIRED
@@ -58,16 +58,23 @@ class SoftwareFile(Spec):
     """Dictionary of packets: a shipped one by name, or a file."""
     packets: tuple[Path, ...] = ()
     """Files of further modules and packets, added to the dictionary."""
-    link: Literal["historical", "protected"] = "protected"
-    """Frames of the link: those of Chibis-M, or these within frames with checksum and MAC."""
+    link: Literal["historical", "protected", "pus"] = "protected"
+    """Frames of the link: those of Chibis-M; these within frames with checksum and MAC; space
+    packets of PUS-C (ECSS-E-ST-70-41C) within such frames."""
     up_key: Path | None = None
-    """File of the key of commands (protected link); unless given, a key that everybody knows."""
+    """File of the key of commands (all but historical); unless given, one that everybody knows."""
     down_key: Path | None = None
     """File of the key of telemetry; unless given, a key that everybody knows."""
     spacecraft: int = Field(default=77, ge=0, le=1023)
-    """Number of the spacecraft in protected frames."""
+    """Number of the spacecraft in protected frames; of its application process in PUS-C."""
     modules: dict[str, ModuleTable] = Field(default_factory=dict)
     """Modules by name, in addition to those that fly always."""
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.link == "pus" and self.spacecraft == 0:
+            raise ValueError("spacecraft: must be at least 1 with link = 'pus'; received 0")
+        return self
 
 
 class Installed(NamedTuple):
@@ -101,15 +108,24 @@ def load_software(source: str | Path | Mapping | None = None) -> Software:
 
     Paths in it are relative to the file. `ScenarioError` with one line for each mistake.
     """
-    folder = _SHIPPED
-    if source is None:
-        source = _SHIPPED / "chibis_m.toml"
+    return software_of(*_file_of(source))
+
+
+def load_link(source: str | Path | None = None) -> Software:
+    """The software of a TOML file as the ground needs it: packets, frames, keys, no modules.
+
+    Nothing is executed. `ScenarioError` with one line for each mistake.
+    """
+    file, folder = _file_of(source)
+    return Software(file.name, _dictionary(file, folder), file.link, _keys(file, folder), {})
+
+
+def _file_of(source: str | Path | Mapping | None) -> tuple[SoftwareFile, Path]:
+    """A software file, and the folder to which its paths are relative."""
     if isinstance(source, Mapping):
-        data, folder = dict(source), Path()
-    else:
-        folder = Path(source).parent
-        data = data_of(text_of(Path(source), "software"), "software")
-    return software_of(validated(SoftwareFile, data), folder)
+        return validated(SoftwareFile, dict(source)), Path()
+    path = _SHIPPED / "chibis_m.toml" if source is None else Path(source)
+    return validated(SoftwareFile, data_of(text_of(path, "software"), "software")), path.parent
 
 
 def software_of(file: SoftwareFile, folder: Path = Path()) -> Software:

@@ -178,6 +178,10 @@ class Packet(_Fixed):
     """Its fields, in order. Every command begins with `acknowledge`, which the dictionary adds."""
     module: str = ""
     """Module to which a command goes; empty for telemetry."""
+    time_ms: str = ""
+    """Field with the on-board time of the values [ms since 2010-01-01]; left out: the time stamp of
+    the frame.
+    """
 
     def __hash__(self) -> int:
         return hash((self.name, self.id))  # of all fields it takes longer than to encode them
@@ -191,6 +195,9 @@ class Packet(_Fixed):
             seen.add(name)
         if not 0 < self.size <= MOST_BYTES:
             raise ValueError(f"fields: must have 1 to {MOST_BYTES} bytes; received {self.size}")
+        times = {f.names[0] for f in self.fields if len(f.names) == 1 and f.type != "bytes"}
+        if self.time_ms and self.time_ms not in times:
+            raise ValueError(f"time_ms: must be a field of one number; received {self.time_ms!r}")
         return self
 
     @property

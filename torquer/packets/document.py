@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 
 from torquer.packets.dictionary import Dictionary, Field, Packet
-from torquer.packets.frames import HEADERS
+from torquer.packets.frames import ALARM, HEADERS, INFO
+from torquer.packets.pus_profile import EVENT, HOUSEKEEPING, PERFORM_FUNCTION, Made, Profile
 from torquer.packets.segments import can_id, places
 
 
 def document(dictionary: Dictionary) -> str:
-    """Markdown: frames, modules, every packet with its bytes, enumerations."""
+    """Markdown: frames, modules, every packet with its bytes, segments on a CAN bus, PUS-C."""
     lines = [
         "Numbers are little-endian and follow each other without gaps. Value = raw number x scale.",
         "A value out of range is sent as the nearest one that can be; an unknown one (NaN) as the",
@@ -30,7 +31,7 @@ def document(dictionary: Dictionary) -> str:
     for packet in dictionary.up.values():
         title = f"`{packet.name}`, id {packet.id}, module `{packet.module}`, {packet.size} bytes"
         lines += _section(packet, title)
-    lines += [*_can(dictionary), ""]
+    lines += [*_can(dictionary), "", *_pus(dictionary), ""]
     return "\n".join(lines)
 
 
@@ -88,3 +89,45 @@ def _can(dictionary: Dictionary) -> list[str]:
             ends = [can_id(direction, packet.id, n) for n in (0, len(places(packet)))]
             lines.append(f"| {direction} `{packet.name}` | 0x{ends[0]:05X} to 0x{ends[1]:05X} |")
     return lines
+
+
+def _pus(dictionary: Dictionary) -> list[str]:
+    """Messages of the link with PUS-C."""
+    lines = [
+        "## PUS-C",
+        "",
+        'With `link = "pus"` packets are messages of ECSS-E-ST-70-41C. A command with a time stamp',
+        "is an activity of TC[11,4]. What is chosen where the standard leaves it open:",
+        "`design/0015-pus.md`.",
+        "",
+        "| packet | message |",
+        "|---|---|",
+    ]
+    profile = Profile(dictionary)
+    for packet in dictionary.down.values():
+        lines.append(f"| down `{packet.name}` | {_report(profile, packet)} |")
+    for packet in dictionary.up.values():
+        lines.append(f"| up `{packet.name}` | {_request(profile, packet)} |")
+    return lines
+
+
+def _report(profile: Profile, packet: Packet) -> str:
+    """The telemetry message of a packet."""
+    if packet.id == profile.acknowledgement:
+        return "TM[1,1], TM[1,2], TM[1,7], TM[1,8]"
+    kinds = {
+        profile.report(Made(packet.id, 0, status, bytes(packet.size)), {}).kind
+        for status in (INFO, ALARM)
+    }
+    if any(service == EVENT for service, _ in kinds):
+        return "TM[5,1] to TM[5,4], event definition ID: its code"
+    if kinds == {HOUSEKEEPING}:
+        return f"TM[3,25], structure ID {packet.id}"
+    return ", ".join(f"TM[{service},{subtype}]" for service, subtype in kinds - {HOUSEKEEPING})
+
+
+def _request(profile: Profile, packet: Packet) -> str:
+    """The telecommand message of a packet."""
+    kind = profile.request(Made(packet.id, 0, 0, bytes(packet.size))).kind
+    function = f", function ID {packet.id}" if kind == PERFORM_FUNCTION else ""
+    return f"TC[{kind[0]},{kind[1]}]{function}"

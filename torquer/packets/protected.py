@@ -5,6 +5,7 @@ over: their frame sequence number is 0, and there is one virtual channel. A fram
 mark directly, without the block code of CCSDS 231.0-B. Telemetry comes down in TM frames (CCSDS
 132.0-B) of one length after a sync mark, without the codes of CCSDS 131.0-B; the data travel in
 encapsulation packets (CCSDS 133.1-B), so that they need no structure of their own to be found.
+Space packets (CCSDS 133.0-B) have one, and travel as they are.
 `torquer.packets.security` has what the two directions have in common.
 """
 
@@ -19,6 +20,7 @@ from torquer.packets.security import (
     closed,
     next_number,
 )
+from torquer.packets.space_packets import PRIMARY_BYTES, size_of
 
 #: Start mark, then the header of a TC frame (flags and spacecraft, channel and length, sequence
 #: number) with the security header.
@@ -43,6 +45,8 @@ _TM_PACKETS, _TM_NO_START = 0x1800, 0x7FF
 #: included) of one byte, and of two.
 _IDLE, _SHORT, _LONG = b"\xe0", 0xFD, 0xFE
 _SHORT_HEADER, _LONG_HEADER = struct.Struct(">BB"), struct.Struct(">BBH")
+#: Bits of the first byte of a packet that state its version: 0 is that of space packets.
+_VERSION = 0xE0
 #: Greatest size of the data of one telemetry packet.
 TELEMETRY_BYTES = 65535 - _LONG_HEADER.size
 
@@ -126,13 +130,22 @@ class TelemetrySender:
         size = len(data)
         if size > TELEMETRY_BYTES:
             raise ValueError(f"data: at most {TELEMETRY_BYTES} bytes; received {size}")
+        if size <= 255 - _SHORT_HEADER.size:
+            return self._put(_SHORT_HEADER.pack(_SHORT, size + _SHORT_HEADER.size) + data)
+        return self._put(_LONG_HEADER.pack(_LONG, 0, size + _LONG_HEADER.size) + data)
+
+    def wrap_packet(self, packet: bytes) -> bytes:
+        """As `wrap`, of a space packet; ValueError for what does not have the length it states."""
+        is_whole = len(packet) >= PRIMARY_BYTES and len(packet) == size_of(packet)
+        if not is_whole or packet[0] & _VERSION:
+            raise ValueError(f"packet: must be a space packet; received {packet[:8].hex()}...")
+        return self._put(packet)
+
+    def _put(self, packet: bytes) -> bytes:
+        """Marks and frames that are full with a packet."""
         if self._first == _TM_NO_START:
             self._first = len(self._field)
-        if size <= 255 - _SHORT_HEADER.size:
-            self._field += _SHORT_HEADER.pack(_SHORT, size + _SHORT_HEADER.size)
-        else:
-            self._field += _LONG_HEADER.pack(_LONG, 0, size + _LONG_HEADER.size)
-        self._field += data
+        self._field += packet
         made = b""
         while len(self._field) >= self.room:
             made += self._frame()
@@ -158,7 +171,7 @@ class TelemetrySender:
 
 
 class TelemetryReceiver(Receiver):
-    """Accepts TM frames of one spacecraft and gives what was wrapped in them.
+    """Accepts TM frames of one spacecraft and gives what was wrapped in them, space packets whole.
 
     `lost_frames`: frames that are missing between accepted ones; `lost_packets`: packets that
     had begun to arrive and whose rest was lost.
@@ -220,28 +233,46 @@ class TelemetryReceiver(Receiver):
         self._packets += field
 
     def _complete(self) -> list[bytes]:
-        """Take the content of complete packets out of the data joined."""
+        """Take space packets, and the content of encapsulation packets, out of the data joined."""
         packets, at, found = self._packets, 0, []
         while at < len(packets):
             kind = packets[at]
             if kind == _IDLE[0]:
                 at = len(packets) - len(packets[at:].lstrip(_IDLE))
                 continue
-            head = _SHORT_HEADER.size if kind == _SHORT else _LONG_HEADER.size
+            head = _header_bytes(kind)
             if len(packets) < at + head:
                 break
-            size = packets[at + 1] if kind == _SHORT else packets[at + 2] << 8 | packets[at + 3]
-            if kind not in (_SHORT, _LONG) or size < head:
+            size = _packet_bytes(packets[at : at + head])
+            if size < head:
                 # authentic, yet not ours: go on with the next frame in which a packet begins
                 self.lost_packets += 1
                 self._follows, at = False, len(packets)
             elif len(packets) < at + size:
                 break
             else:
-                found.append(bytes(packets[at + head : at + size]))
+                begin = at + head if kind & _VERSION else at
+                found.append(bytes(packets[begin : at + size]))
                 at += size
         del packets[:at]
         return found
+
+
+def _header_bytes(kind: int) -> int:
+    """Bytes of the header of a packet, by its first byte."""
+    if not kind & _VERSION:
+        return PRIMARY_BYTES
+    return _SHORT_HEADER.size if kind == _SHORT else _LONG_HEADER.size
+
+
+def _packet_bytes(header: bytes | bytearray) -> int:
+    """Bytes of the packet with this header; 0 for a kind of packets that is not ours."""
+    kind = header[0]
+    if not kind & _VERSION:
+        return size_of(header)
+    if kind == _SHORT:
+        return header[1]
+    return header[2] << 8 | header[3] if kind == _LONG else 0
 
 
 def room_in(frame_bytes: int) -> int:

@@ -44,11 +44,12 @@ def _table(packet: Packet, received: list[tuple[float, Frame]]) -> xr.Dataset:
     }
     columns = zip(*(frame.values for frame in frames), strict=True)
     for (name, field, _), column in zip(packet.numbers(), columns, strict=True):
-        variables[name] = ("frame", np.array(column), _attributes(field))
+        variables[name] = ("frame", np.array(column), attributes_of(field))
     return xr.Dataset(variables, attrs={"packet": packet.name, "description": packet.description})
 
 
-def _attributes(field: Field) -> dict:
+def attributes_of(field: Field) -> dict:
+    """Attributes of a variable with the numbers of a field: unit, description, labels."""
     found: dict = {"units": field.unit or "1", "long_name": field.description}
     kind = TYPES[field.type]
     if kind.is_whole and kind.low < 0:

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol
 from torquer.packets.dictionary import Dictionary
 from torquer.packets.frames import Frame, Stream
 from torquer.packets.protected import CommandSender, TelemetryReceiver
+from torquer.packets.pus_user import User
 
 
 class KeysOfLink(Protocol):
@@ -33,27 +34,58 @@ class Protection(NamedTuple):
 class Station:
     """A ground station; historical frames where `keys` is None, else protected ones.
 
+    `pus`: the packets are those of PUS-C; frames of commands and telemetry are the same.
     `stream`: counts what was lost or rejected of the frames; `protection`: of what is around them.
     """
 
-    def __init__(self, dictionary: Dictionary, keys: KeysOfLink | None):
-        self.stream = Stream(dictionary, "down")
+    def __init__(self, dictionary: Dictionary, keys: KeysOfLink | None, pus: bool = False):
+        self.stream: Stream | User = Stream(dictionary, "down")
         self.protection: Protection | None = None
         if keys is not None:
             self.protection = Protection(
                 CommandSender(keys.up, keys.spi, keys.spacecraft),
                 TelemetryReceiver({keys.spi: keys.down}, keys.spacecraft),
             )
+        if pus:
+            if keys is None:
+                raise ValueError("keys: must be given for PUS, whose packets are protected")
+            self.stream = User(dictionary, apid=keys.spacecraft)
 
     def command(self, frame: bytes) -> bytes:
         """Bytes to send for the frame of a command."""
-        return frame if self.protection is None else self.protection.commands.wrap(frame)
+        data = self.stream.request(frame) if isinstance(self.stream, User) else frame
+        return self._protected(data)
+
+    def ping(self) -> bytes:
+        """Bytes of a connection test, of PUS only; `pings_answered` counts the answers."""
+        if not isinstance(self.stream, User):
+            raise ValueError("ping: must be of a link with PUS; received another link")
+        return self._protected(self.stream.ping())
+
+    @property
+    def pings_answered(self) -> int:
+        """Number of answers to connection tests."""
+        return self.stream.pings_answered if isinstance(self.stream, User) else 0
+
+    def _protected(self, data: bytes) -> bytes:
+        return data if self.protection is None else self.protection.commands.wrap(data)
 
     def receive(self, data: bytes) -> Iterator[Frame]:
         """The frames that are complete with these bytes."""
         parts = [data] if self.protection is None else self.protection.telemetry.feed(data)
         for part in parts:
             yield from self.stream.feed(part)
+
+    def counts(self) -> dict[str, int]:
+        """What was lost or rejected on the way down, by name."""
+        around = self.protection.telemetry if self.protection else None
+        return {
+            "lost_bytes": self.stream.lost_bytes + (around.lost_bytes if around else 0),
+            "lost_frames": around.lost_frames if around else 0,
+            "lost_packets": around.lost_packets if around else 0,
+            "rejected": sum(self.stream.rejected.values())
+            + (around.rejected.total() if around else 0),
+        }
 
     def finish(self) -> Iterator[Frame]:
         """Frames still waiting at the end of a recording."""

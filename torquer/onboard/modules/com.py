@@ -5,7 +5,8 @@ execution time if it has one, and is put into the queue of its module. Each reje
 and entered into the error log; where the frame shows which command it was, the ground is answered.
 
 A time stamp of 0 means at once. Delayed commands are kept in the processor's memory: a reboot loses
-them, with the clock by which they would be executed.
+them, with the clock by which they would be executed. One that asks for an acknowledgement has two:
+that it waits (WAITING, not accepted), and when it has been executed.
 """
 
 from __future__ import annotations
@@ -15,17 +16,17 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from torquer.onboard.log import Reason
+from torquer.onboard.log import REJECTIONS, Reason
 from torquer.onboard.modules.module import Module
 from torquer.packets.frames import Frame, Rejected
 from torquer.spec import Spec
 
-#: Reason codes by why a stream rejects a header.
-_REASONS = {"unknown": Reason.UNKNOWN, "length": Reason.LENGTH, "module": Reason.MODULE}
-
 
 class Command(NamedTuple):
-    """A command as modules get it; `acknowledge`: whether the ground asks for an answer."""
+    """A command as modules get it; `acknowledge`: whether the ground asks for an answer.
+
+    `received`: the frame or packet that it came in; none for one that could not be read.
+    """
 
     packet: str
     id: int
@@ -33,6 +34,7 @@ class Command(NamedTuple):
     time_s: int
     acknowledge: bool
     values: tuple
+    received: bytes = b""
 
 
 class ComSettings(Spec):
@@ -105,7 +107,8 @@ class Com(Module):
         packet, now_s = frame.packet, core.clock.now_s
         asks, *values = frame.values
         command = Command(
-            packet.name, packet.id, frame.module, frame.time_s, bool(asks), tuple(values)
+            *(packet.name, packet.id, frame.module, frame.time_s, bool(asks)),
+            *(tuple(values), frame.raw),
         )
         code = self._fault(core, command, now_s)
         if code:
@@ -113,6 +116,7 @@ class Com(Module):
         elif frame.time_s > now_s:
             self.delayed.append(command)
             self.delayed.sort(key=lambda each: each.time_s)
+            self._answer(core, command, Reason.WAITING)
         else:
             self._hand_on(core, command)
 
@@ -154,18 +158,24 @@ class Com(Module):
     def _hand_on(self, core, command: Command) -> None:
         """Into the module's queue; if that is full its oldest command is dropped, and answered."""
         module = _module(core, command)
+        self.link.judged(command, Reason.DONE)
         if not core.cdh.put(module, command):
             self._reject(core, core.cdh.take_dropped(module), Reason.QUEUE_FULL)
 
     def _reject(self, core, command: Command, code: Reason) -> None:
         self.rejected += 1
         core.report("com", code, command.id)
-        core.acknowledge(command, code)
+        self._answer(core, command, code)
+
+    def _answer(self, core, command: Command, code: Reason) -> None:
+        """Tell the ground, by the link or by an acknowledgement, what COM has decided."""
+        if not self.link.judged(command, code):
+            core.acknowledge(command, code)
 
     def _answer_header(self, core, header: Rejected) -> None:
         """A frame that is no command: nobody knows whether an answer is asked for."""
         self.received += 1
-        code = _REASONS.get(header.reason, Reason.REJECTED)
+        code = REJECTIONS.get(header.reason, Reason.REJECTED)
         asked = Command("", header.id, header.code, header.time_s, True, ())
         self._reject(core, asked, code)
 
@@ -177,8 +187,8 @@ class Com(Module):
             frames.append(core.frame("acknowledgement", (*take("acks"), self.received)))
         while waiting["ground"]:
             frames.append(take("ground"))
-        if frames:
-            for sent in self.link.wrapped(frames, core.memory):
+        if frames or self.link.waiting:
+            for sent in self.link.wrapped(frames, core.memory, core.clock.now_s):
                 self.sent_bytes += len(sent)
                 core.transmit(sent)
 

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 
 from torquer.onboard.log import Reason
 from torquer.onboard.modules.module import Module
-from torquer.onboard.modules.telemetry import DEG, bits, devices
+from torquer.onboard.modules.telemetry import DEG, bits, devices, states
 from torquer.spec import Spec
 
 #: Classes of an element of the state vector, as telemetry numbers them.
@@ -109,6 +109,7 @@ class Svr(Module):
         self.well_s = 0.0
         self.due_s = 0.0
         self.errors_saved = -1
+        self.sent_states: tuple[int, ...] = ()
         self.watched: list[tuple[str, str, str]] = []
 
     def start(self, core) -> None:
@@ -135,6 +136,9 @@ class Svr(Module):
             self.due_s += self.settings.report_s
             self._report(core)
             self._save_errors(core)
+            self.sent_states = ()  # by the next step: the ground queue is short
+        else:
+            self._send_states(core)
 
     def status(self) -> dict[str, float]:
         """Mode, classes of the state vector, when all modules were last well [s]; `anomaly`:
@@ -357,6 +361,14 @@ class Svr(Module):
             ),
         )
         core.send("devices", devices(core))
+
+    def _send_states(self, core) -> None:
+        """The packet on the mode table if it has changed, where it is known and there is one."""
+        if "modes" in core.dictionary.down and core.regions:
+            now = states(core)
+            if now != self.sent_states:
+                self.sent_states = now
+                core.send("modes", now)
 
     def _save_errors(self, core) -> None:
         if core.log.total != self.errors_saved:

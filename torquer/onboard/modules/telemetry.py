@@ -11,6 +11,8 @@ _UNIT = -32768 * 3.051850947599719e-5
 _NO_Q = (_UNIT,) * 4
 _NO_RATE = (-(2.0**31) * 1e-5,) * 3
 _UNKNOWN, _MOST = -327.68, 327.67
+#: State of a region that the mode table does not have.
+_NO_REGION = 255
 #: Devices with a power switch, in the order of their bits.
 DEVICES = ("coils", "wheels", "gyro", "mag", "sun")
 
@@ -92,6 +94,13 @@ def bits(truths) -> int:
 def power_bits(core) -> int:
     """Power switches of the devices."""
     return bits(core.status(device).get("power", device in core.modules) for device in DEVICES)
+
+
+def states(core) -> tuple[int, ...]:
+    """Values of the packet `modes`: as many regions as it has room for."""
+    now, room = core.modes, core.dictionary.down["modes"].fields[0].count
+    numbers = [known.index(now[name]) for name, known in core.regions[:room]]
+    return (*numbers, *[_NO_REGION] * (room - len(numbers)))
 
 
 def devices(core) -> tuple:

@@ -1,0 +1,228 @@
+"""Which packet of a dictionary is which message of PUS-C (ECSS-E-ST-70-41C), in both directions.
+
+up.set_parameter      TC[20,3] set parameter values
+up.get_parameter      TC[20,1] report parameter values
+other commands        TC[8,1] perform a function: function ID u8 = id of the packet
+with a time stamp     TC[11,4] insert activities, around the telecommand above
+down.event            TM[5,1] to TM[5,4], by its code; event definition ID u8 = code
+down.parameter        TM[20,2] parameter value report
+other telemetry       TM[3,25] housekeeping report: structure ID u16 = id + 256 * status
+down.acknowledgement  TM[1,x]: `torquer.packets.pus_verification`
+
+Behind these IDs come the fields of the packet, as the dictionary packs them (little-endian); of a
+command those after `acknowledge`, which the ack flags replace. Numbers N of repetitions are u8. A
+packet of one of these names with other fields than the profile knows is an ordinary one.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Mapping
+from typing import Any, NamedTuple, Self
+
+from torquer.packets.codec import decoder
+from torquer.packets.dictionary import Dictionary, Packet
+from torquer.packets.frames import ALARM, FRAMESYNC, HEADER_BYTES, INFO, STATUS, Frame
+from torquer.packets.space_packets import (
+    ACCEPTANCE,
+    COMPLETION,
+    PRIMARY_BYTES,
+    TIME_BYTES,
+    Malformed,
+    Telecommand,
+    cds,
+    read_cds,
+    read_telecommand,
+    size_of,
+)
+
+#: Service and subtype of requests and reports.
+REPORT_PARAMETERS, SET_PARAMETERS, PARAMETER_VALUES = (20, 1), (20, 3), (20, 2)
+PERFORM_FUNCTION, INSERT_ACTIVITIES, HOUSEKEEPING = (8, 1), (11, 4), (3, 25)
+ARE_YOU_ALIVE, I_AM_ALIVE = (17, 1), (17, 2)
+EVENT, SEVERITIES = 5, (1, 2, 3, 4)
+#: Reason codes of a command that service 1 has messages of its own for: executed; received, and
+#: waits for its execution time.
+DONE, WAITING = 0, 14
+#: Subtype of an event whose code has no severity of its own: low.
+_LOW = 2
+_HEADER = struct.Struct("<IIBBIH")
+_STRUCTURE = struct.Struct(">H")
+_EXPECTED = {
+    "acknowledgement": "command_id u8, module_id u8, accepted u8, code u8, command_time u32, "
+    "counter u32",
+    "event": "module_id u8, code u8, argument i32, on_board_ms f64",
+    "parameter": "index u16, value f64",
+    "set_parameter": "acknowledge u8, index u16, value f64",
+    "get_parameter": "acknowledge u8, index u16",
+}
+
+
+class Message(NamedTuple):
+    """Service, subtype and data of a request or report."""
+
+    kind: tuple[int, int]
+    data: bytes
+
+
+class Made(NamedTuple):
+    """A historical frame taken apart. `code`: module or status."""
+
+    id: int
+    time_s: int
+    code: int
+    data: bytes
+
+    @classmethod
+    def of(cls, frame: bytes) -> Made:
+        """ValueError if it is shorter than a header."""
+        if len(frame) < HEADER_BYTES:
+            raise ValueError(f"frame: must have {HEADER_BYTES} bytes; received {len(frame)}")
+        _, time_s, number, code, *_ = _HEADER.unpack_from(frame)
+        return cls(number, time_s, code, frame[HEADER_BYTES:])
+
+
+class Profile:
+    """The messages of a dictionary. It never changes: copies are the same object."""
+
+    def __init__(self, dictionary: Dictionary):
+        self.up = {packet.id: packet for packet in dictionary.up.values()}
+        self.down = {packet.id: packet for packet in dictionary.down.values()}
+        self.modules = {p.id: dictionary.modules[p.module] for p in dictionary.up.values()}
+        self.acknowledgement = _known(dictionary.down, "acknowledgement")
+        self._event = _known(dictionary.down, "event")
+        self._parameter = _known(dictionary.down, "parameter")
+        self._parameters = {
+            kind: number
+            for kind, name in (
+                (REPORT_PARAMETERS, "get_parameter"),
+                (SET_PARAMETERS, "set_parameter"),
+            )
+            if (number := _known(dictionary.up, name))
+        }
+
+    def __deepcopy__(self, memo: Any) -> Self:
+        return self
+
+    def request(self, command: Made) -> Message:
+        """The message of a command, whatever its time stamp."""
+        arguments = command.data[1:]
+        for kind, number in self._parameters.items():
+            if number == command.id:
+                return Message(kind, bytes([1]) + arguments)
+        return Message(PERFORM_FUNCTION, bytes([command.id]) + arguments)
+
+    def command(self, request: Telecommand, packet: bytes, time_s: int) -> Frame:
+        """The command of a request, for execution at a time; `Malformed` if it is none.
+
+        It always asks for an acknowledgement, since failures are always reported; `raw` is the
+        telecommand packet.
+        """
+        number = self._number(request)
+        known = self.up.get(number)
+        if known is None:
+            raise Malformed("unknown")
+        arguments = request.data[1:]
+        if len(arguments) != known.size - 1:
+            raise Malformed("length")
+        values = decoder(known)(bytes([1]) + arguments)
+        return Frame(known, time_s, self.modules[number], values, packet)
+
+    def _number(self, request: Telecommand) -> int:
+        """Id of the packet that a request means."""
+        kind, data = (request.service, request.subtype), request.data
+        if kind != PERFORM_FUNCTION and kind not in self._parameters:
+            raise Malformed("unknown")
+        if not data:
+            raise Malformed("length")
+        if kind == PERFORM_FUNCTION:
+            return 0 if data[0] in self._parameters.values() else data[0]
+        if data[0] != 1:  # a command of the dictionary has one parameter
+            raise Malformed("value")
+        return self._parameters[kind]
+
+    def activities(self, data: bytes, apid: int) -> list[Frame]:
+        """The commands that TC[11,4] inserts, each with its release time; `Malformed` if one is
+        malformed.
+        """
+        if not data or not data[0]:
+            raise Malformed("value" if data else "length")
+        found, at = [], 1
+        for _ in range(data[0]):
+            begin = at + TIME_BYTES
+            if len(data) < begin + PRIMARY_BYTES:
+                raise Malformed("length")
+            time_s, end = _release(data[at:begin]), begin + size_of(data[begin:])
+            packet = data[begin:end]
+            found.append(self.command(read_telecommand(packet, apid), packet, time_s))
+            at = end
+        if at != len(data):
+            raise Malformed("length")
+        return found
+
+    def report(self, made: Made, severities: Mapping[int, int]) -> Message:
+        """The message of a frame; `severities`: subtypes of events by code."""
+        if made.id == self._event and made.code == ALARM and len(made.data) > 1:
+            code = made.data[1]
+            return Message((EVENT, severities.get(code, _LOW)), bytes([code]) + made.data)
+        if made.id == self._parameter and made.code == INFO:
+            return Message(PARAMETER_VALUES, bytes([1]) + made.data)
+        return Message(HOUSEKEEPING, _STRUCTURE.pack(made.code << 8 | made.id) + made.data)
+
+    def frame(self, kind: tuple[int, int], time_s: int, data: bytes) -> Frame:
+        """The frame of a message; `Malformed` if it is none."""
+        number, code, packed = self._frame(kind, data)
+        packet = self.down.get(number)
+        if packet is None or not number:
+            raise Malformed("unknown")
+        if code not in STATUS:
+            raise Malformed("status")
+        if len(packed) != packet.size:
+            raise Malformed("length")
+        return framed(packet, time_s, packed, code)
+
+    def _frame(self, kind: tuple[int, int], data: bytes) -> tuple[int, int, bytes]:
+        """Id, status and packed fields of a message."""
+        if kind == HOUSEKEEPING and len(data) >= _STRUCTURE.size:
+            (structure,) = _STRUCTURE.unpack_from(data)
+            return structure & 0xFF, structure >> 8, data[_STRUCTURE.size :]
+        if kind[0] == EVENT and kind[1] in SEVERITIES and len(data) > 2:
+            if data[0] != data[2]:
+                raise Malformed("value")
+            return self._event, ALARM, data[1:]
+        if kind == PARAMETER_VALUES and data:
+            if data[0] != 1:
+                raise Malformed("value")
+            return self._parameter, INFO, data[1:]
+        raise Malformed("unknown")
+
+
+def ack_flags(command: Made) -> int:
+    """The ack flags of a command: both reports if it asks for an acknowledgement, else none."""
+    return ACCEPTANCE | COMPLETION if command.data[:1] > b"\0" else 0
+
+
+def insertion(time_s: int, packet: bytes) -> Message:
+    """The message by which a telecommand packet waits for its release time on board."""
+    return Message(INSERT_ACTIVITIES, bytes([1]) + cds(time_s) + packet)
+
+
+def framed(packet: Packet, time_s: int, data: bytes, status: int = INFO) -> Frame:
+    """The historical frame of packed fields, as a stream of frames gives it."""
+    head = _HEADER.pack(FRAMESYNC, time_s, packet.id, status, 0, len(data))
+    return Frame(packet, time_s, status, decoder(packet)(data), head + data)
+
+
+def _release(code: bytes) -> int:
+    """A release time [s since 2010-01-01], rounded up: never early; 0 would mean at once."""
+    time_s, ms = read_cds(code)
+    return max(1, min(time_s + (ms > 0), 2**32 - 1))
+
+
+def _known(packets: Mapping[str, Packet], name: str) -> int:
+    """Id of the packet of a name, if its fields are those that the profile knows; 0 if not."""
+    packet = packets.get(name)
+    fields = () if packet is None else packet.fields
+    plain = all(field.count == 1 and field.scale == 1.0 for field in fields)
+    listed = ", ".join(f"{field.name} {field.type}" for field in fields)
+    return packet.id if packet is not None and plain and listed == _EXPECTED[name] else 0

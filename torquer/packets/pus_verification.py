@@ -1,0 +1,143 @@
+"""Request verification of PUS-C on board: service 1 (ECSS-E-ST-70-41C, 6.1 and 8.1).
+
+TM[1,1] accepted, TM[1,2] refused, TM[1,7] completed, TM[1,8] failed; each with the ID of the
+request, the two failures with a reason code u8. Successes are reported if the ack flags ask for it,
+failures always. A report goes to where the request came from.
+
+Whoever judges commands states what became of each (`judged`); a module's answer states the command
+only by packet, module and time stamp. Answers come in the order in which commands of these three
+were handed on, and before the next ones are. So those that are on their way are kept in order,
+and an answer belongs to the first of its key; if answers were lost on the way, the oldest were.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from torquer.packets.pus_profile import DONE, WAITING, Message
+from torquer.packets.space_packets import ACCEPTANCE, COMPLETION, request_id
+
+ACCEPTED, REFUSED, COMPLETED, FAILED = ((1, subtype) for subtype in (1, 2, 7, 8))
+#: Place of the source id in a telecommand packet, and of the byte that ends with its ack flags.
+_SOURCE, _ACK = slice(9, 11), slice(6, 7)
+#: What the answer to a command states of it: id of its packet, module, time stamp [s].
+Key = tuple[int, int, int]
+
+
+class Request(NamedTuple):
+    """What a report needs of a telecommand: its ID, its source, its ack flags."""
+
+    id: bytes
+    source: int
+    ack: int
+
+    @classmethod
+    def of(cls, packet: bytes) -> Request:
+        """Of a telecommand packet; source and ack flags are 0 if it ends before them."""
+        source, ack = packet[_SOURCE], packet[_ACK]
+        return cls(request_id(packet), int.from_bytes(source, "big"), sum(ack) & 0xF)
+
+
+class Report(NamedTuple):
+    """A report that waits to be sent."""
+
+    message: Message
+    destination: int
+
+
+def success(request: Request, kind: tuple[int, int]) -> list[Report]:
+    """The report, if it is asked for, that a request was accepted or completed."""
+    asked = ACCEPTANCE if kind == ACCEPTED else COMPLETION
+    return [Report(Message(kind, request.id), request.source)] if request.ack & asked else []
+
+
+def failure(request: Request, kind: tuple[int, int], code: int) -> list[Report]:
+    """The report that a request was refused or failed."""
+    return [Report(Message(kind, request.id + bytes([code & 0xFF])), request.source)]
+
+
+class _OnItsWay(NamedTuple):
+    """A command that was handed on to its module. `told`: whether acceptance has been reported."""
+
+    key: Key
+    request: Request
+    told: bool
+
+
+class Verification:
+    """What became of requests, as reports. Plain state."""
+
+    def __init__(self) -> None:
+        self.reports: list[Report] = []
+        self._on_their_way: list[_OnItsWay] = []
+        #: While activities are inserted into the schedule: reason code by the activity's ID.
+        self._inserting: dict[bytes, int] = {}
+
+    @property
+    def waiting(self) -> bool:
+        """Whether there is something to report."""
+        return bool(self.reports) or not all(each.told for each in self._on_their_way)
+
+    def judged(self, packet: bytes, key: Key, code: int) -> None:
+        """What became of the command of a packet: handed on, in the list, or refused.
+
+        One that was handed on just now can still be refused: dropped from a full queue.
+        """
+        request = Request.of(packet)
+        alone = request.id in self._inserting and len(self._inserting) == 1
+        if request.id in self._inserting:
+            self._inserting[request.id] = code
+        if code == DONE:
+            self._on_their_way.append(_OnItsWay(key, request, False))
+        elif code != WAITING:
+            dropped = _OnItsWay(key, request, False)
+            if dropped in self._on_their_way:
+                self._on_their_way.remove(dropped)
+            if not alone:  # else the report on the insertion says it
+                self.reports += failure(request, REFUSED, code)
+
+    def insertion_begins(self, activities: Iterable[bytes]) -> None:
+        """Activities (telecommand packets) are judged from now on."""
+        self._inserting = {request_id(packet): DONE for packet in activities}
+
+    def insertion_ends(self, request: Request) -> None:
+        """Report on the request that inserts: refused if no activity was inserted, failed if some
+        were not.
+        """
+        codes, self._inserting = list(self._inserting.values()), {}
+        faults = [code for code in codes if code not in (DONE, WAITING)]
+        if len(faults) == len(codes):
+            self.reports += failure(request, REFUSED, faults[0])
+            return
+        self.reports += success(request, ACCEPTED)
+        self.reports += (
+            failure(request, FAILED, faults[0]) if faults else success(request, COMPLETED)
+        )
+
+    def answered(self, keys: Sequence[Key]) -> list[Request | None]:
+        """The requests to which answers of modules belong; None where there is none.
+
+        `keys`: of all answers since the last call, in order. What was handed on before that call
+        and has no answer among them, will have none.
+        """
+        found = [self._newest(key) for key in reversed(keys)]
+        self._on_their_way = [each for each in self._on_their_way if not each.told]
+        return found[::-1]
+
+    def _newest(self, key: Key) -> Request | None:
+        """Take the newest of a key that was on its way before."""
+        for place in reversed(range(len(self._on_their_way))):
+            each = self._on_their_way[place]
+            if each.told and each.key == key:
+                return self._on_their_way.pop(place).request
+        return None
+
+    def take(self) -> list[Report]:
+        """The reports that wait, those on commands handed on just now included."""
+        for each in self._on_their_way:
+            if not each.told:
+                self.reports += success(each.request, ACCEPTED)
+        self._on_their_way = [each._replace(told=True) for each in self._on_their_way]
+        taken, self.reports = self.reports, []
+        return taken
