@@ -30,6 +30,7 @@ bench: $(STAMP)
 	$(BIN)/python benchmarks/lanes.py
 	$(BIN)/python benchmarks/campaign_peers.py
 	$(BIN)/python benchmarks/flight_software.py
+	$(BIN)/python benchmarks/ground.py
 
 # cost and error of all integrators; heyoka and Basilisk (bsk) only where they are installed
 bench-precision: $(STAMP)

@@ -37,6 +37,7 @@ FLOORS = (
     {"campaign"},
     {"onboard"},
     {"link"},
+    {"ground"},
     {"report"},
     {"cli", "__main__"},
 )

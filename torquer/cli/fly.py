@@ -34,7 +34,6 @@ from torquer.onboard.faults import (
     of_software,
     with_device_faults,
 )
-from torquer.onboard.link import Keys
 from torquer.onboard.log import Reason
 from torquer.onboard.memory import Memory
 from torquer.onboard.script import frames_of, load_script
@@ -59,6 +58,8 @@ from torquer.simulation.simulate import RunStopped
 
 #: Kinds of events that are printed.
 _SHOWN = 12
+#: Classes of lateness in a second.
+_PER_S = 10_000
 _REASONS = {int(reason): reason.doc for reason in Reason}
 
 
@@ -73,6 +74,34 @@ class _Ground:
         self.received += [(tick.t_s, frame) for frame in self.station.receive(tick.downlink)]
 
 
+class _Lateness:
+    """How late control steps begin that should keep pace with a clock, in classes of 0.1 ms."""
+
+    def __init__(self) -> None:
+        self._count: Counter[int] = Counter()
+        self._most_s = 0.0
+
+    def take(self, late_s: float) -> None:
+        """Count a control step."""
+        self._count[int(late_s * _PER_S)] += 1
+        self._most_s = max(self._most_s, late_s)
+
+    def within_ms(self, part: float) -> float:
+        """Lateness that a part of the control steps do not exceed [ms], rounded up."""
+        wanted, seen = part * self._count.total(), 0
+        for number in sorted(self._count):
+            seen += self._count[number]
+            if seen >= wanted:
+                return min((number + 1) / _PER_S, self._most_s) * 1e3
+        return 0.0
+
+    def summary(self) -> dict[str, float]:
+        """Median, that of 99 % and the greatest lateness [ms]."""
+        most_ms = self._most_s * 1e3
+        found = {"median": self.within_ms(0.5), "99 %": self.within_ms(0.99), "most": most_ms}
+        return {name: round(value, 3) for name, value in found.items()}
+
+
 class _Flight(NamedTuple):
     """A flight ready to begin; `memory`: the files of its non-volatile memory before it; `link`:
     to a ground outside, if there is one.
@@ -85,6 +114,7 @@ class _Flight(NamedTuple):
     software: Software
     memory: dict
     link: Link | None
+    lateness: _Lateness
 
 
 def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
@@ -94,6 +124,11 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
         raise ValueError("--speed: must not be given with --realtime; received both")
     if how.listen and not how.realtime and how.speed is None:
         raise ValueError("--listen: must be given with --realtime or --speed; received neither")
+    if how.listen and how.commands:
+        raise ValueError(
+            "--commands: must not be given with --listen, whose ground counts the commands; "
+            "received both (`torquer ground send --file` sends a file)"
+        )
     scenario = load_checked(path, code)
     _check_modules(how.software, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
@@ -110,7 +145,7 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
         number = signals.number if signals.asked else 0
         signals.forget()  # what came down until then is written
         files = _write(flight, recorder.session(scenario, faults, how.software, flight.memory), out)
-    _show(flight, recorder, out, files, took_s, how.json)
+    _show(flight, recorder, out, files, took_s, how)
     if stopped:
         print_error(f"{stopped}; what came down until then is in {out}")
     for note in _notes(flight, recorder, how, bool(stopped)):
@@ -179,14 +214,14 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     if how.commands:
         script = load_script(how.commands)
         frames = frames_of(script, software.dictionary, core.flight.names, scenario)
-    if software.link == "protected" and software.keys == Keys(spacecraft=software.keys.spacecraft):
+    if software.link != "historical" and software.keys.are_known:
         print_note(
             "the link is protected by keys that everybody knows; up_key and down_key of the "
             "software file name your own"
         )
     station = station_of(software)
     sender, link = Sender(frames, station), _opened(how.listen, software)
-    return _Flight(core, _Ground(station), sender, faults, software, before, link)
+    return _Flight(core, _Ground(station), sender, faults, software, before, link, _Lateness())
 
 
 def _opened(address: str | None, software: Software) -> Link | None:
@@ -216,6 +251,7 @@ def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signal
             for tick in ticks:
                 recorder.note(tick.uplink, tick.downlink)
                 flight.ground.take(tick)
+                flight.lateness.take(tick.late_s)
                 file.write(tick.downlink)
                 if link:
                     link.send(tick.downlink)
@@ -229,7 +265,7 @@ def _flown(flight: _Flight, scenario, how, recorder: Recorder, out: Path, signal
 
 
 def _show(
-    flight: _Flight, recorder: Recorder, out: Path, files: str, took_s: float, as_json: bool
+    flight: _Flight, recorder: Recorder, out: Path, files: str, took_s: float, how: FlyOptions
 ) -> None:
     core = flight.core
     count = Counter(frame.packet.name for _, frame in flight.ground.received)
@@ -245,9 +281,11 @@ def _show(
         "times_real_time": round(core.services.t_s / max(took_s, 1e-9)),
         "out": str(out),
     }
+    if how.realtime or how.speed is not None:
+        data["late_ms"] = flight.lateness.summary()
     if flight.link:
         data["link"] = {"address": flight.link.address, **flight.link.counts()}
-    if as_json:
+    if how.json:
         print(json_text(data))
         return
     print(f"{recorder.ticks} control steps, {core.services.t_s:g} s of flight")
@@ -256,6 +294,9 @@ def _show(
     for event, number in Counter(each["event"] for each in data["events"]).most_common(_SHOWN):
         print(f"event: {event}" + (f" ({number} times)" if number > 1 else ""))
     print(f"reboots: {data['reboots']}; {recorder.downlink_bytes} bytes came down")
+    if "late_ms" in data:
+        late = ", ".join(f"{name} {value:g} ms" for name, value in data["late_ms"].items())
+        print(f"lateness of control steps: {late}")
     if flight.link:
         print("link: " + ", ".join(f"{name} {n}" for name, n in data["link"].items()))
     print(f"written to {out}: {files}")

@@ -15,7 +15,7 @@ _NAME = ".claimed"
 
 
 @contextlib.contextmanager
-def claimed(out: Path) -> Iterator[None]:
+def claimed(out: Path, option: str = "--out") -> Iterator[None]:
     """Hold the folder for this process within the block; the system releases it with the process.
 
     ValueError if another process has it.
@@ -23,7 +23,7 @@ def claimed(out: Path) -> Iterator[None]:
     path = out / _NAME
     file = _locked(path)
     if file is None:
-        raise ValueError(f"--out: must not be in use by another run; received {out}")
+        raise ValueError(f"{option}: must not be in use by another run; received {out}")
     try:
         yield
     finally:

@@ -21,7 +21,8 @@ class TcpClient(Link):
 
     def __init__(self, host: str, port: int):
         super().__init__(f"tcp:{host}:{port}")
-        self._family, *_, self._place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        family, *_, place = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        self._family, self._place = family, place
         self._end: socket.socket | None = None
         self._waiting = bytearray()
         self._is_connected, self._due_s = False, 0.0
@@ -29,6 +30,10 @@ class TcpClient(Link):
     @property
     def peers(self) -> int:
         return int(self._is_connected)
+
+    @property
+    def is_ready(self) -> bool:
+        return self._is_connected
 
     def receive(self) -> bytes:
         found = bytearray()
@@ -112,7 +117,7 @@ class TcpClient(Link):
 class UdpClient(Link):
     """Greets the satellite with an empty datagram each second, so that it sends its downlink.
 
-    `peers` is 1 if something has come within the last three greetings.
+    Nobody knows whether the satellite is there unless something comes: `peers` is 0.
     """
 
     def __init__(self, host: str, port: int):
@@ -121,11 +126,7 @@ class UdpClient(Link):
         self._end = socket.socket(family, socket.SOCK_DGRAM)
         self._end.setblocking(False)
         self._end.connect(place)  # what others send does not come through
-        self._due_s, self._heard_s = 0.0, -1e9
-
-    @property
-    def peers(self) -> int:
-        return int(time.monotonic() - self._heard_s < 3.0 * RETRY_S)
+        self._due_s = 0.0
 
     def receive(self) -> bytes:
         if time.monotonic() >= self._due_s:
@@ -138,8 +139,6 @@ class UdpClient(Link):
                 found += self._end.recv(_LARGEST)
             except OSError:  # nothing there, or nobody
                 break
-        if found:
-            self._heard_s = time.monotonic()
         self.received_bytes += len(found)
         return bytes(found)
 

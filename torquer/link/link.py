@@ -29,6 +29,11 @@ class Link:
         """How many peers there are; 0 on a bus, where this is not known."""
         return 0
 
+    @property
+    def is_ready(self) -> bool:
+        """Whether what is sent now has a way to go."""
+        return True
+
     def receive(self) -> bytes:
         """What has come since the last call; b"" if nothing has.
 

@@ -12,11 +12,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.control.computer import Board, places_of
+from torquer.control.computer import Blocks, Board, places_of
 from torquer.control.modes.packing import must_be_one_of
 from torquer.control.modes.signals import SIGNALS, UNITS
 from torquer.control.modes.spec import Condition, Modes
 from torquer.interface import KNOWN, nothing_known
+from torquer.scenario.spec import Scenario
 from torquer.simulation.run import Run
 from torquer.simulation.state import arrays_of
 
@@ -42,9 +43,9 @@ class Names(NamedTuple):
         return [*self.parameters, *(_MODES + name for name in self.thresholds)]
 
 
-def names_of(run: Run) -> Names:
-    """The names of a run's computer."""
-    modes, places = run.scenario.control.named().modes, places_of(run.blocks)
+def names_of(scenario: Scenario, blocks: Blocks) -> Names:
+    """The names of the computer of a scenario with these laws and estimators."""
+    modes, places = scenario.control.named().modes, places_of(blocks)
     if modes is None:
         return Names({}, (), places, {}, ())
     regions, first = {}, 0

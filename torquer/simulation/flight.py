@@ -91,7 +91,7 @@ class Flight:
             self._run = prepare(scenario, laws=laws, stops=True)
         else:
             self._run = prepare(scenario, outside, stops=True, driven_from_outside=True)
-        self._names = directed.names_of(self._run)
+        self._names = directed.names_of(self._run.scenario, self._run.blocks)
         self._store = InMemory()
         self._run.keep = self._store.keep
         self._waits = False

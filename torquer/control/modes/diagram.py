@@ -1,7 +1,7 @@
 """Mode tables as diagrams: a picture, or the text that Mermaid draws."""
 
 import re
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import escape, quoteattr
 
 from torquer.control.modes.layout import ANY, INSET, MARGIN, ROW, Box, Path, layout
 from torquer.control.modes.spec import Modes, Region
@@ -49,7 +49,7 @@ def _text(x: float, y: float, text: str, kind: str = "") -> str:
 
 
 def _drawn_box(box: Box) -> str:
-    kind = "any" if box.lines == (ANY,) else "state"
+    kind = "state" if box.state else "any"
     parts = [_rectangle(box, 0.0, kind)]
     if box.final:
         parts.append(_rectangle(box, 3.0, "inner"))
@@ -65,8 +65,11 @@ def _drawn_box(box: Box) -> str:
 
 
 def _rectangle(box: Box, inside: float, kind: str) -> str:
+    names = ""
+    if kind == "state":  # by which a page finds it
+        names = f" data-region={quoteattr(box.region)} data-state={quoteattr(box.state)}"
     return (
-        f'<rect class="{kind}" x="{box.x + inside:g}" y="{box.y + inside:g}" rx="6" '
+        f'<rect class="{kind}"{names} x="{box.x + inside:g}" y="{box.y + inside:g}" rx="6" '
         f'width="{box.width - 2 * inside:g}" height="{box.height - 2 * inside:g}"/>'
     )
 

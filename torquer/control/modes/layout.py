@@ -17,13 +17,17 @@ ANY = "any state"
 
 
 class Box(NamedTuple):
-    """A state, or the source of transitions from any state; `lines`: its name, what it does."""
+    """A state, or the source of transitions from any state (`state` is ""); `lines`: its name, what
+    it does.
+    """
 
     x: float
     y: float
     width: float
     height: float
     lines: tuple[str, ...]
+    region: str
+    state: str
     final: bool
     initial: bool
 
@@ -75,7 +79,7 @@ def layout(modes: Modes) -> Layout:
         if name != MAIN:
             titles.append((y + 0.75 * ROW, name))
             y += 1.5 * ROW
-        boxes += _boxes(column, modes.regions[name], y, width)
+        boxes += _boxes(column, name, modes.regions[name], y, width)
         paths += _paths(column, y, MARGIN + width, lanes_x)
         y += column.rows * ROW + GAP / 2
         rules.append(y)
@@ -108,14 +112,15 @@ def _column(region: Region) -> _Column:
     return _Column(tuple(boxes), tuple(found), row - 1)
 
 
-def _boxes(column: _Column, region: Region, y: float, width: float) -> list[Box]:
+def _boxes(column: _Column, name: str, region: Region, y: float, width: float) -> list[Box]:
     return [
         Box(
-            MARGIN, y + row * ROW, width, rows * ROW, lines,
-            name is not None and region.states[name].final, name == region.initial,
+            *(MARGIN, y + row * ROW, width, rows * ROW, lines, name, state or ""),
+            final=state is not None and region.states[state].final,
+            initial=state == region.initial,
         )
-        for row, rows, lines, name in column.boxes
-    ]  # fmt: skip
+        for row, rows, lines, state in column.boxes
+    ]
 
 
 def _paths(column: _Column, y: float, left: float, lanes_x: float) -> list[Path]:

@@ -1,0 +1,225 @@
+"""`torquer ground`: the server, commands through it, recordings, exports, and wrong inputs."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+from ground_flight import flying, serving, table
+
+from torquer.cli import main
+from torquer.compile import engine
+from torquer.onboard.software import load_link
+from torquer.packets.frames import Downlink
+from torquer.packets.protected import TelemetrySender
+
+flies = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
+PATIENCE_S = 120
+
+
+@pytest.fixture
+def call(capsys):
+    def run(*arguments):
+        with pytest.raises(SystemExit) as left:
+            main(["ground", *(str(argument) for argument in arguments)])
+        out, err = capsys.readouterr()
+        assert "Traceback" not in err
+        return left.value.code or 0, out, err
+
+    return run
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The folder of a ground that serves a satellite in flight."""
+    made = tmp_path_factory.mktemp("ground")
+    with flying() as flight, serving(made, chibis=table(flight.address)) as client:
+        client.value("omega_x")
+        yield made
+
+
+# Commands
+
+
+@flies
+def test_send_says_what_became_of_the_command(call, folder):
+    code, out, _ = call("send", "get_parameter", "index=damping.gain", "--folder", folder)
+    assert code == 0 and out.endswith("get_parameter index=damping.gain: executed\n")
+    mode = ("set_mode", "region=stabilisation", "state=science")
+    code, out, _ = call("send", *mode, "--folder", folder)
+    assert code == 1 and "refused (not possible in this mode)" in out
+
+
+@flies
+def test_send_as_json_delayed_and_without_an_answer(call, folder):
+    rates = ("beacon_period=10", "extended_period=1", "store_period=60")
+    code, out, _ = call("send", "set_rates", *rates, "--delay-s", 600, "--json", "--folder", folder)
+    (sent,) = json.loads(out)
+    assert code == 0 and sent["state"] == "received" and sent["values"]["store_period"] == 60
+    reads = ("send", "get_parameter", "index=0", "--folder", folder)
+    code, out, _ = call(*reads, "--no-acknowledge")
+    assert code == 0 and out.endswith(": sent\n")
+    code, out, _ = call(*reads, "--no-wait")
+    assert code == 0 and ": waiting" in out
+    dipole = ("coils_manual", "dipole=0.1,-0.2,0", "duration=5")
+    code, out, _ = call("send", *dipole, "--folder", folder)
+    assert code == 0 and "dipole=[0.1, -0.2, 0]" in out
+
+
+@flies
+def test_send_a_file(call, folder, tmp_path):
+    file = tmp_path / "commands.toml"
+    one = '[[commands]]\nat_s = {}\ncommand = "get_parameter"\nvalues = {{ index = {} }}\n'
+    file.write_text(one.format(0, 0) + one.format(1, '"damping.gain"'))
+    code, out, _ = call("send", "--file", file, "--folder", folder)
+    assert code == 0 and out.count("executed") == 2
+    file.write_text(one.format(0, 0) + one.format(0, '"damping"'))
+    code, out, err = call("send", "--file", file, "--folder", folder)
+    assert (code, out) == (2, "") and "values.index: must be one of" in err
+
+
+@flies
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("set_mod",), "command: must be one of"),
+        (("set_mode",), "values.region: must be given"),
+        (("get_parameter", "index"), "values: must be written KEY=VALUE; received 'index'"),
+        (("get_parameter", "index=nan"), "values.index: must be a whole number"),
+        (("get_parameter", "index=1,2"), "values.index: must be a whole number"),
+        (("get_parameter", "index=0", "--delay-s", -1), "--delay-s: must be 0 or more"),
+        (
+            ("get_parameter", "index=0", "--satellite", "other"),
+            "--satellite: must be one of chibis",
+        ),
+        ((), "NAME: must be given, or --file; received neither"),
+        (("x", "--file", "y.toml"), "NAME: must be given, or --file; received both"),
+        (("--file", "nothing.toml"), "commands: "),
+    ],
+)
+def test_wrong_commands_get_one_line(call, folder, arguments, message):
+    code, out, err = call("send", *arguments, "--folder", folder)
+    assert code == 2 and not out
+    assert message in err and err.startswith("error: ") and err.count("error:") == 1
+
+
+def test_without_a_running_ground_there_is_one_line(call, tmp_path):
+    code, _, err = call("send", "automatic", "on=ON", "--folder", tmp_path)
+    assert code == 2 and "--folder: must be that of a running ground" in err
+    (tmp_path / "server.json").write_text('{"address": "http://127.0.0.1:9/?token=x"}')
+    code, _, err = call("send", "automatic", "on=ON", "--folder", tmp_path)
+    assert code == 2 and "--folder: must be that of a running ground" in err
+
+
+# The server
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of another kind")
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
+    command = [sys.executable, "-m", "torquer", "ground", "--link", "tcp:127.0.0.1:9", "--port"]
+    command += ["0", "--no-browser", "--folder", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as server:
+        address = server.stdout.readline().decode().strip()
+        assert address.startswith("http://127.0.0.1:") and "?token=" in address
+        opened = urllib.request.build_opener(
+            urllib.request.ProxyHandler({}), urllib.request.HTTPCookieProcessor()
+        )
+        with opened.open(address, timeout=PATIENCE_S) as page:
+            assert page.status == 200 and "token" not in page.url
+        second = subprocess.run(command, capture_output=True, timeout=PATIENCE_S)
+        assert second.returncode == 2 and b"--folder: must not be in use" in second.stderr
+        server.send_signal(number)
+        _, err = server.communicate(timeout=PATIENCE_S)
+    assert server.returncode == 0 and b"Traceback" not in err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["satellite.sqlite"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((), "FILE: must be given, or --link; received neither"),
+        (("g.toml", "--link", "tcp:127.0.0.1:9"), "FILE: must be given, or --link; received both"),
+        (("nothing.toml",), "ground: "),
+        (("--link", "serial:1"), "must be tcp:HOST:PORT"),
+        (("--link", "tcp:127.0.0.1:9", "--port", 70000), "--port: must lie within 0..65535"),
+        (("--link", "tcp:127.0.0.1:9", "--name", "A B"), "--name: must be words of lower-case"),
+        (("--link", "tcp:127.0.0.1:9", "--scenario", "no.toml"), "scenario: "),
+        (("--link", "tcp:127.0.0.1:9", "--software", "no.toml"), "software: "),
+    ],
+)
+def test_wrong_options_get_one_line(call, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = call(*arguments, "--no-browser")
+    assert code == 2 and not out
+    assert message in err and err.count("error:") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "satellites: must be given"),
+        ("[satellites]\n", "satellites: "),
+        ("[satellites.a]\n", "satellites.a.link: must be given"),
+        ('[satellites.A-b]\nlink = "x"\n', "satellites.A-b"),
+        ('[satellites.a]\nlink = "x"\nkey = 1\n', "satellites.a.key"),
+        ('[satellites.a]\nlink = "x"\nsoftware = "s.toml"\n', "software: "),
+        ("[satellites", "ground: "),
+    ],
+)
+def test_a_wrong_ground_file_gets_one_line(call, tmp_path, text, message):
+    file = tmp_path / "ground.toml"
+    file.write_text(text)
+    code, out, err = call(file, "--no-browser", "--folder", tmp_path / "g")
+    assert code == 2 and not out
+    assert message in err and err.count("error:") == 1
+
+
+def test_what_is_not_installed_is_said_with_the_extra_that_adds_it(call, monkeypatch, tmp_path):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    code, _, err = call("--link", "tcp:127.0.0.1:9", "--folder", tmp_path)
+    assert code == 2 and "`pip install 'torquer[ground]'` adds" in err
+
+
+# Recordings and exports
+
+
+@pytest.fixture
+def recording(tmp_path):
+    software = load_link()
+    made, keys = Downlink(software.dictionary), software.keys
+    sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
+    frames = [made.frame("beacon", n, (1, 2, 1, 7, 255, n, 4)) for n in range(40)]
+    path = tmp_path / "pass.bin"
+    path.write_bytes(b"".join(map(sender.wrap, frames)) + sender.flush() + b"noise")
+    return path
+
+
+def test_a_recording_is_imported_and_exported(call, recording, tmp_path):
+    folder = tmp_path / "archives"
+    code, out, _ = call("import", recording, "--folder", folder, "--name", "chibis")
+    assert code == 0 and "frames 40, new 40, lost bytes 5" in out
+    code, out, _ = call("import", recording, "--folder", folder, "--name", "chibis", "--json")
+    assert json.loads(out)["new"] == 0
+    archive, out_folder = folder / "chibis.sqlite", tmp_path / "out"
+    for format in ("netcdf", "parquet"):
+        keys = ("--out", out_folder, "--format", format, "--json")
+        code, out, _ = call("export", archive, *keys, "--start", "2010-01-01T00:00:10Z")
+        (file,) = json.loads(out)
+        assert code == 0 and file["rows"] == 30 and os.path.exists(file["file"])
+    code, out, _ = call("export", archive, "--out", out_folder, "--packet", "beacon")
+    assert code == 0 and "beacon.nc: 40 rows" in out
+
+
+def test_wrong_recordings_and_archives_get_one_line(call, recording, tmp_path):
+    code, _, err = call("import", tmp_path / "none.bin", "--folder", tmp_path)
+    assert code == 2 and "RECORDING: must be a file" in err
+    code, _, err = call("import", recording, "--folder", recording)
+    assert code == 2 and "--folder: must be a folder" in err
+    code, _, err = call("export", recording, "--out", tmp_path / "o")
+    assert code == 2 and "archive: must be an archive" in err
+    code, _, err = call("export", recording, "--out", tmp_path / "o", "--start", "2012-01-01")
+    assert code == 2 and "--start: must be a time with a zone" in err

@@ -1,0 +1,211 @@
+"""Commands from order to answer: states, order, answers that are late, a ground that restarts."""
+
+from contextlib import closing
+
+import pytest
+
+from torquer.ground.archive import EPOCH_MS, Archive, read_only
+from torquer.ground.commands import (
+    ANSWER_MS,
+    LATEST_MS,
+    MOST_OPEN,
+    Commands,
+    listed,
+)
+from torquer.onboard.log import Reason
+from torquer.onboard.script import Sent
+from torquer.packets.dictionary import load_dictionary
+from torquer.packets.frames import Stream
+from torquer.scenario.explain import ScenarioError
+from torquer.simulation.directed import Names
+
+CHIBIS = load_dictionary("chibis_m")
+NAMES = Names({"modes": (0, {"idle": 0, "science": 1})}, ("low",), {"bdot.gain": (0, 1)}, {}, ())
+NOW = 1_800_000_000_000
+#: The satellite's clock, a hundred seconds after the beginning of on-board time.
+CLOCK = EPOCH_MS + 100_000
+
+
+class Bench:
+    """Commands on an archive, with a satellite's answers."""
+
+    def __init__(self, path):
+        self.archive = Archive(path, CHIBIS)
+        self.commands = Commands(self.archive, CHIBIS, NAMES)
+        self.stream = Stream(CHIBIS, "up")
+
+    def order(self, command="automatic", at_s=0.0, now=NOW, clock=CLOCK, **keys):
+        values = keys.pop("values", {"on": 1} if command == "automatic" else {})
+        sent = Sent(at_s=at_s, command=command, values=values, **keys)
+        return self.commands.order(sent, "test", now, clock)["id"]
+
+    def send(self, now=NOW):
+        """Send what is due; the frames as the satellite finds them, by number of the command."""
+        found = {}
+        for number, frame in self.commands.due(now):
+            (found[number],) = self.stream.feed(frame)
+            self.commands.sent(number, now)
+        return found
+
+    def answer(self, frame, code=Reason.DONE, now=NOW):
+        values = {
+            "command_id": frame.packet.id,
+            "module_id": frame.module,
+            "accepted": int(code == Reason.DONE),
+            "code": int(code),
+            "command_time": frame.time_s,
+        }
+        return self.commands.answered(values, now)
+
+    def state(self, number):
+        return self.commands.shown(number)["state"]
+
+
+@pytest.fixture
+def bench(tmp_path):
+    made = Bench(tmp_path / "sat.sqlite")
+    with closing(made.archive):
+        yield made
+
+
+def test_from_order_to_execution(bench):
+    number = bench.order("set_mode", values={"region": "modes", "state": "science"})
+    assert bench.state(number) == "waiting"
+    frame = bench.send(NOW + 1)[number]
+    assert (frame.packet.name, frame.values, frame.time_s) == ("set_mode", (1, 0, 1), 0)
+    assert bench.state(number) == "sent" and not bench.send()
+    bench.answer(frame, now=NOW + 7)
+    shown = bench.commands.shown(number)
+    assert (shown["state"], shown["sent_ms"], shown["answered_ms"]) == (
+        "executed",
+        NOW + 1,
+        NOW + 7,
+    )
+    assert shown["values"] == {"region": "modes", "state": "science"}
+
+
+def test_a_refusal_has_its_reason(bench):
+    number = bench.order()
+    bench.answer(bench.send()[number], Reason.MODE)
+    shown = bench.commands.shown(number)
+    assert (shown["state"], shown["reason"]) == ("refused", Reason.MODE.doc)
+
+
+def test_a_delayed_command_is_received_then_executed(bench):
+    number = bench.order(delay_s=60.0)
+    frame = bench.send()[number]
+    assert frame.time_s == 160
+    assert bench.commands.shown(number)["execute_ms"] == CLOCK + 60_000
+    bench.answer(frame, Reason.WAITING)
+    assert bench.state(number) == "received"
+    assert not bench.commands.expire(NOW + 10 * ANSWER_MS, CLOCK + 60_000)
+    bench.answer(frame)
+    assert bench.state(number) == "executed"
+
+
+def test_a_delayed_command_that_is_never_executed(bench):
+    number = bench.order(delay_s=60.0)
+    bench.answer(bench.send()[number], Reason.WAITING)
+    assert not bench.commands.expire(NOW, None)
+    (late,) = bench.commands.expire(NOW, CLOCK + 60_001 + ANSWER_MS)
+    assert (late["id"], late["state"]) == (number, "unanswered")
+
+
+def test_delays_need_the_satellites_clock(bench):
+    with pytest.raises(ScenarioError, match="delay_s: must be left out until telemetry shows"):
+        bench.order(delay_s=60.0, clock=None)
+    assert bench.send() == {}
+
+
+def test_without_an_acknowledgement_nothing_is_known_after_sending(bench):
+    number = bench.order(acknowledge=False)
+    frame = bench.send()[number]
+    assert frame.values == (0, 1)
+    assert not bench.commands.expire(NOW + 10 * ANSWER_MS, None)
+    assert bench.state(number) == "sent"
+
+
+def test_no_answer_in_time_and_then_a_late_one(bench):
+    number = bench.order()
+    frame = bench.send()[number]
+    assert not bench.commands.expire(NOW + ANSWER_MS, None)
+    (late,) = bench.commands.expire(NOW + ANSWER_MS + 1, None)
+    assert (late["id"], late["state"]) == (number, "unanswered")
+    assert bench.answer(frame, now=NOW + 2 * ANSWER_MS)["state"] == "executed"
+
+
+def test_an_answer_that_may_be_anothers_says_so(bench):
+    first = bench.order()
+    frame = bench.send()[first]
+    bench.commands.expire(NOW + ANSWER_MS + 1, None)
+    second = bench.order(now=NOW + 2 * ANSWER_MS)
+    assert second in bench.send(NOW + 2 * ANSWER_MS)
+    answered = bench.answer(frame, now=NOW + 2 * ANSWER_MS + 5)
+    assert answered["id"] == second
+    assert answered["reason"] == f"or the late answer to command {first}"
+    # long after it was sent nobody thinks of the first one any more
+    third = bench.order(now=NOW + 2 * LATEST_MS)
+    frame = bench.send(NOW + 2 * LATEST_MS)[third]
+    assert bench.answer(frame, now=NOW + 2 * LATEST_MS)["reason"] == ""
+
+
+def test_equal_commands_are_never_on_their_way_at_once_and_order_is_kept(bench):
+    first, equal, other = bench.order(), bench.order(), bench.order("coils_automatic")
+    frames = bench.send()
+    assert [*frames] == [first]
+    bench.answer(frames[first])
+    assert [*bench.send()] == [equal, other]
+
+
+def test_commands_wait_for_their_times(bench):
+    late, soon = bench.order(at_s=10.0), bench.order("coils_automatic", at_s=0.5)
+    assert bench.send(NOW + 499) == {}
+    assert [*bench.send(NOW + 500)] == [soon]
+    assert [*bench.send(NOW + 10_000)] == [late]
+
+
+def test_an_answer_to_nothing_changes_nothing(bench):
+    number = bench.order()
+    frame = bench.send()[number]
+    assert bench.answer(frame._replace(time_s=55)) is None
+    assert bench.answer(frame)["state"] == "executed"
+    assert bench.answer(frame) is None
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"command": "set_mod"}, "command: must be one of .*did you mean set_mode"),
+        ({"command": "set_mode", "values": {"region": "modes"}}, "values.state: must be given"),
+        ({"values": {"on": 300}}, "values.on: must be a whole number from 0 to 255"),
+        ({"values": {"on": "MAYBE"}}, "values.on: must be one of OFF, ON; received 'MAYBE'"),
+        ({"values": {"off": 1}}, "values.off: must be a field of automatic: on"),
+    ],
+)
+def test_what_cannot_be_sent_gets_one_line_and_is_not_kept(bench, keys, message):
+    with pytest.raises(ScenarioError, match=message) as refused:
+        bench.order(**keys)
+    assert "\n" not in str(refused.value)
+    with closing(read_only(bench.archive.path)) as db:
+        assert listed(db, 10) == []
+
+
+def test_not_more_wait_than_there_is_room_for(bench):
+    for _ in range(MOST_OPEN):
+        bench.order()
+    with pytest.raises(ScenarioError, match=f"fewer than {MOST_OPEN}"):
+        bench.order()
+
+
+def test_a_ground_that_restarts(bench, tmp_path):
+    done, sent, late, waiting = (bench.order(at_s=s) for s in (0.0, 1.0, 2.0, 99.0))
+    frames = bench.send(NOW)
+    bench.answer(frames[done])
+    frames |= bench.send(NOW + 1000)
+    bench.archive.close()
+    again = Bench(tmp_path / "sat.sqlite")
+    with closing(again.archive):
+        states = {number: again.state(number) for number in (done, sent, late, waiting)}
+        assert states == {done: "executed", sent: "sent", late: "cancelled", waiting: "cancelled"}
+        assert again.send(NOW + 10**6) == {}, "nothing is sent that nobody has asked for now"
+        assert again.answer(frames[sent])["state"] == "executed"

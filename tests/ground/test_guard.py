@@ -1,0 +1,125 @@
+"""Who may ask: every request without a token, with a foreign Origin or Host is refused."""
+
+import asyncio
+
+import pytest
+
+from torquer.ground.guard import Guard
+
+PORT, TOKEN = 8421, "a-token-of-this-run"
+HOST, ORIGIN = (b"host", b"127.0.0.1:8421"), (b"origin", b"http://127.0.0.1:8421")
+COOKIE = (b"cookie", b"other=1; torquer_8421=a-token-of-this-run")
+BEARER = (b"authorization", b"Bearer a-token-of-this-run")
+
+
+class Served:
+    """What one request leads to."""
+
+    def __init__(self, *headers, kind="http", path="/api/satellites", query=b"", method="GET"):
+        self.messages, self.refused, self.reached = [], [], False
+        scope = {
+            "type": kind,
+            "path": path,
+            "query_string": query,
+            "headers": list(headers),
+            "method": method,
+        }
+        guard = Guard(self._application, TOKEN, PORT, self.refused.append)
+        asyncio.run(guard(scope, self._receive, self._send))
+
+    async def _application(self, scope, receive, send):
+        self.reached = True
+        if scope["type"] == "http":
+            await send({"type": "http.response.start", "status": 200, "headers": []})
+            await send({"type": "http.response.body", "body": b"inside"})
+
+    async def _receive(self):
+        return {"type": "websocket.connect"}
+
+    async def _send(self, message):
+        self.messages.append(message)
+
+    @property
+    def status(self):
+        return self.messages[0].get("status", self.messages[0].get("code"))
+
+    def header(self, name):
+        return dict(self.messages[0]["headers"]).get(name, b"")
+
+
+@pytest.mark.parametrize("proof", [COOKIE, BEARER])
+def test_the_token_opens(proof):
+    served = Served(HOST, proof)
+    assert served.reached and served.status == 200 and not served.refused
+    assert b"default-src 'self'" in served.header(b"content-security-policy")
+
+
+def test_our_own_origin_is_no_foreign_one():
+    assert Served(HOST, COOKIE, ORIGIN, method="POST").reached
+    local = (b"host", b"localhost:8421"), (b"origin", b"http://localhost:8421")
+    assert Served(*local, COOKIE).reached
+    assert Served(HOST, COOKIE, ORIGIN, kind="websocket").reached
+
+
+WRONG = {
+    "no token": ((HOST,), "wrong token"),
+    "another token": ((HOST, (b"cookie", b"torquer_8421=guess")), "wrong token"),
+    "the token of another port": (
+        (HOST, (b"cookie", b"torquer_8422=a-token-of-this-run")),
+        "wrong token",
+    ),
+    "a broken cookie": ((HOST, (b"cookie", b"\xff=;;=\x00")), "wrong token"),
+    "another scheme": ((HOST, (b"authorization", b"Basic a-token-of-this-run")), "wrong token"),
+    "an empty bearer": ((HOST, (b"authorization", b"Bearer ")), "wrong token"),
+    "a foreign origin": ((HOST, COOKIE, (b"origin", b"http://evil.example")), "foreign origin"),
+    "another port's origin": (
+        (HOST, COOKIE, (b"origin", b"http://127.0.0.1:9999")),
+        "foreign origin",
+    ),
+    "an origin of no name": ((HOST, COOKIE, (b"origin", b"null")), "foreign origin"),
+    "a secure origin": ((HOST, COOKIE, (b"origin", b"https://127.0.0.1:8421")), "foreign origin"),
+    "a name led here": (((b"host", b"evil.example:8421"), COOKIE), "wrong host"),
+    "no host": ((COOKIE,), "wrong host"),
+}
+
+
+@pytest.mark.parametrize("kind", ["http", "websocket"])
+@pytest.mark.parametrize("what", WRONG)
+def test_all_else_is_refused_and_noted(what, kind):
+    headers, reason = WRONG[what]
+    if kind == "websocket" and b"origin" not in dict(headers):
+        headers = (*headers, ORIGIN)
+    served = Served(*headers, kind=kind)
+    assert not served.reached
+    assert served.status == (403 if kind == "http" else 4403)
+    assert len(served.refused) == 1 and served.refused[0].startswith(reason)
+    assert TOKEN not in str(served.messages) + served.refused[0]
+
+
+def test_a_websocket_needs_cookie_and_origin():
+    assert not Served(HOST, COOKIE, kind="websocket").reached
+    assert not Served(HOST, BEARER, ORIGIN, kind="websocket").reached
+    query = Served(HOST, ORIGIN, kind="websocket", path="/", query=b"token=" + TOKEN.encode())
+    assert not query.reached
+
+
+def test_the_address_with_the_token_becomes_a_cookie_and_one_without():
+    served = Served(HOST, path="/", query=b"a=b&token=" + TOKEN.encode())
+    assert not served.reached and served.status == 303
+    assert served.header(b"location") == b"/?a=b"
+    cookie = served.header(b"set-cookie").decode()
+    assert cookie.startswith(f"torquer_{PORT}={TOKEN};")
+    assert "HttpOnly" in cookie and "SameSite=Strict" in cookie
+
+
+@pytest.mark.parametrize(
+    ("path", "query", "method"),
+    [
+        ("/", b"token=guess", "GET"),
+        ("/", b"token=", "GET"),
+        ("/api/satellites", b"token=" + TOKEN.encode(), "GET"),
+        ("/", b"token=" + TOKEN.encode(), "POST"),
+    ],
+)
+def test_a_token_in_another_address_opens_nothing(path, query, method):
+    assert not Served(HOST, path=path, query=query, method=method).reached

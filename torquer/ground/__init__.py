@@ -1,0 +1,1 @@
+"""The ground: archive, commands, live telemetry in the browser."""

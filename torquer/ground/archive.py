@@ -1,0 +1,279 @@
+"""The archive of a satellite: SQLite, a table a packet, each frame once.
+
+A row has the numbers of the packet under their names, in the units of the dictionary, and
+
+_time_ms      on-board time [ms since 1970, UTC]: the field that the packet names, or the time stamp
+_digest       of the whole frame: with the time it is the key of the row
+_received_ms  time of reception [ms since 1970, UTC]; NULL for a recording
+_quality      2: in an authentic frame, 1: without checksum, 0: the same with bytes lost just before
+_status       of the frame: 0 INFO, 1 ALARM, 2 STOP
+
+Numbers that were not known on board are NULL, bytes are hexadecimal digits. Tables that begin with
+`_` are not packets: `_about` (name of the satellite, dictionary), `_counters`, `_commands`, `_log`.
+
+One process writes; any number read at the same time. What has been committed outlives the process.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sqlite3
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from hashlib import blake2b
+from pathlib import Path
+from typing import NamedTuple
+
+from torquer.onboard.clock import EPOCH
+from torquer.packets.dictionary import TYPES, Dictionary, Field, Packet
+from torquer.packets.frames import Frame
+
+#: On-board time counts from 2010 on, the archive from 1970 on [ms].
+EPOCH_MS = round(EPOCH.timestamp() * 1e3)
+SUSPECT, UNCHECKED, AUTHENTIC = range(3)
+_VERSION = 1
+#: How long a statement waits for another process [s].
+_PATIENCE_S = 10.0
+_TABLES = """
+CREATE TABLE IF NOT EXISTS _about (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS _counters (name TEXT PRIMARY KEY, value INTEGER NOT NULL);
+CREATE TABLE IF NOT EXISTS _log (
+  id INTEGER PRIMARY KEY, time_ms INTEGER NOT NULL, made_ms INTEGER NOT NULL,
+  severity TEXT NOT NULL, text TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS _commands (
+  id INTEGER PRIMARY KEY, made_ms INTEGER NOT NULL, made_by TEXT NOT NULL, command TEXT NOT NULL,
+  "values" TEXT NOT NULL, acknowledge INTEGER NOT NULL, packet INTEGER NOT NULL,
+  execute_s INTEGER NOT NULL, state TEXT NOT NULL,
+  sent_ms INTEGER, received_ms INTEGER, answered_ms INTEGER, reason TEXT NOT NULL DEFAULT '');
+"""
+
+
+class Row(NamedTuple):
+    """A frame as the archive keeps it; times in ms since 1970, UTC."""
+
+    packet: str
+    time_ms: int
+    received_ms: int | None
+    quality: int
+    status: int
+    digest: int
+    values: tuple
+
+
+class RowMaker:
+    """Makes rows of frames: what it must know of each packet is worked out once."""
+
+    def __init__(self, dictionary: Dictionary):
+        self._known = {name: _Known(packet) for name, packet in dictionary.down.items()}
+
+    def row(self, frame: Frame, received_ms: int | None, quality: int) -> Row:
+        """The row of a frame."""
+        known = self._known[frame.packet.name]
+        digest = blake2b(frame.raw, digest_size=8).digest()
+        return Row(
+            frame.packet.name,
+            known.time_ms(frame),
+            received_ms,
+            quality,
+            frame.status,
+            int.from_bytes(digest, "big", signed=True),
+            known.values(frame.values),
+        )
+
+
+class _Known:
+    """A packet: where its time is, which raw numbers mean 'not known', which fields are bytes."""
+
+    def __init__(self, packet: Packet):
+        fields = [field for _, field, _ in packet.numbers()]
+        self._time = packet.names.index(packet.time_ms) if packet.time_ms else None
+        self._unknown = tuple(
+            TYPES[f.type].low * f.scale if f.type[0] == "i" else math.nan for f in fields
+        )
+        self._has_bytes = any(f.type == "bytes" for f in fields)
+
+    def time_ms(self, frame: Frame) -> int:
+        """On-board time, ms since 1970: of the field, unless that is none."""
+        if self._time is not None:
+            time_ms = frame.values[self._time]
+            if 0.0 <= time_ms < 2.0**53:
+                return EPOCH_MS + round(time_ms)
+        return EPOCH_MS + 1000 * frame.time_s
+
+    def values(self, values: tuple) -> tuple:
+        """Values with None for those that were not known, bytes as digits."""
+        if self._has_bytes:
+            values = tuple(v.hex() if isinstance(v, bytes) else v for v in values)
+        return tuple(
+            None if v == unknown or v != v else v
+            for v, unknown in zip(values, self._unknown, strict=True)
+        )
+
+
+class ArchiveError(ValueError):
+    """A file that is no archive, or one of another satellite: one line."""
+
+
+class Archive:
+    """The archive in a file, made if there is none; `dictionary`: of the satellite.
+
+    `ArchiveError` for another file, and for packets that differ from those in the archive; packets
+    may be added.
+    """
+
+    def __init__(self, path: Path | str, dictionary: Dictionary):
+        self.path, self.dictionary = Path(path), dictionary
+        self._lock = threading.Lock()
+        try:
+            self._db = sqlite3.connect(
+                self.path, check_same_thread=False, isolation_level=None, timeout=_PATIENCE_S
+            )
+            self._db.execute("PRAGMA journal_mode = WAL")
+            self._db.execute("PRAGMA synchronous = NORMAL")
+            with self.writing():
+                self._make_tables()
+        except sqlite3.Error as error:
+            raise ArchiveError(
+                f"archive: must be an archive that can be written; received {path}: {error}"
+            ) from None
+        self._insert = {name: _insert(packet) for name, packet in dictionary.down.items()}
+
+    def close(self) -> None:
+        """Write what waits in the journal into the file, and close it."""
+        self._db.close()
+
+    @contextmanager
+    def writing(self) -> Iterator[sqlite3.Connection]:
+        """A transaction: all or nothing, one at a time."""
+        with self._lock:
+            self._db.execute("BEGIN IMMEDIATE")
+            try:
+                yield self._db
+            except BaseException:
+                self._db.execute("ROLLBACK")
+                raise
+            self._db.execute("COMMIT")
+
+    def put(self, rows: Iterable[Row], counters: dict[str, int] | None = None) -> int:
+        """Add rows, and set counters, in one transaction; how many rows were not there before."""
+        by_packet: dict[str, list[tuple]] = {}
+        for row in rows:
+            by_packet.setdefault(row.packet, []).append((*row[1:6], *row.values))
+        with self.writing() as db:
+            before = db.total_changes
+            for packet, group in by_packet.items():
+                db.executemany(self._insert[packet], group)
+            new = db.total_changes - before
+            for item in (counters or {}).items():
+                db.execute("INSERT OR REPLACE INTO _counters VALUES (?, ?)", item)
+        return new
+
+    def read(self, statement: str, *values) -> list[tuple]:
+        """Rows of a statement, by the writer's connection."""
+        with self._lock:
+            return self._db.execute(statement, values).fetchall()
+
+    def counter(self, name: str) -> int:
+        """A counter as it was last set; 0 before."""
+        found = self.read("SELECT value FROM _counters WHERE name = ?", name)
+        return found[0][0] if found else 0
+
+    def next_counter(self, name: str) -> int:
+        """A counter increased by one, for good, before this returns."""
+        with self.writing() as db:
+            (value,) = db.execute(
+                "INSERT INTO _counters VALUES (?, 1) ON CONFLICT (name) DO UPDATE "
+                "SET value = value + 1 RETURNING value",
+                (name,),
+            ).fetchone()
+        return value
+
+    def note(self, time_ms: int, made_ms: int, severity: str, text: str) -> int:
+        """An entry of the ground's own log; its number.
+
+        `time_ms`: the satellite's clock, by which it is found next to the satellite's own entries.
+        """
+        with self.writing() as db:
+            entry = db.execute(
+                "INSERT INTO _log (time_ms, made_ms, severity, text) VALUES (?, ?, ?, ?)",
+                (time_ms, made_ms, severity, text),
+            )
+        return entry.lastrowid or 0
+
+    def _make_tables(self) -> None:
+        for statement in filter(None, map(str.strip, _TABLES.split(";"))):
+            self._db.execute(statement)
+        about = dict(self._db.execute("SELECT key, value FROM _about"))
+        if about and about.get("version") != str(_VERSION):
+            raise ArchiveError(
+                f"archive: must be of version {_VERSION}; received {self.path} of version "
+                f"{about.get('version')}"
+            )
+        known = json.loads(about.get("down", "{}"))
+        own = {p.name: [p.id, p.format, [*p.names]] for p in self.dictionary.down.values()}
+        for name, layout in own.items():
+            if known.get(name, layout) != layout:
+                raise ArchiveError(
+                    f"archive: must hold the packets of this dictionary; received {self.path} with "
+                    f"another packet {name}"
+                )
+        for packet in self.dictionary.down.values():
+            for statement in _create(packet):
+                self._db.execute(statement)
+        entries = {
+            "version": str(_VERSION),
+            "dictionary": self.dictionary.model_dump_json(),
+            "down": json.dumps(known | own),
+        }
+        self._db.executemany("INSERT OR REPLACE INTO _about VALUES (?, ?)", entries.items())
+
+
+def read_only(path: Path | str) -> sqlite3.Connection:
+    """A connection that reads an archive, also while it is written; `ArchiveError` for none.
+
+    It may be used by several threads, one at a time.
+    """
+    uri = f"{Path(path).resolve().as_uri()}?mode=ro"
+    try:
+        db = sqlite3.connect(uri, uri=True, check_same_thread=False, timeout=_PATIENCE_S)
+        db.execute("SELECT value FROM _about")
+    except sqlite3.Error as error:
+        raise ArchiveError(f"archive: must be an archive; received {path}: {error}") from None
+    return db
+
+
+def dictionary_in(db: sqlite3.Connection) -> Dictionary:
+    """The dictionary of an archive."""
+    (text,) = db.execute("SELECT value FROM _about WHERE key = 'dictionary'").fetchone()
+    return Dictionary.model_validate_json(text)
+
+
+def quoted(names: Sequence[str]) -> str:
+    """Names of columns for a statement; those of a dictionary need no escapes."""
+    return ", ".join(f'"{name}"' for name in names)
+
+
+def _create(packet: Packet) -> Iterator[str]:
+    columns = ", ".join(f'"{name}" {_kind(field)}' for name, field, _ in packet.numbers())
+    yield (
+        f'CREATE TABLE IF NOT EXISTS "{packet.name}" (_time_ms INTEGER NOT NULL, _digest INTEGER '
+        f"NOT NULL, _received_ms INTEGER, _quality INTEGER NOT NULL, _status INTEGER NOT NULL, "
+        f"{columns}, PRIMARY KEY (_time_ms, _digest)) WITHOUT ROWID"
+    )
+    yield (
+        f'CREATE INDEX IF NOT EXISTS "_received_{packet.name}" ON "{packet.name}" (_received_ms)'
+    )
+
+
+def _kind(field: Field) -> str:
+    if field.type == "bytes":
+        return "TEXT"
+    return "INTEGER" if TYPES[field.type].is_whole and field.scale == 1.0 else "REAL"
+
+
+def _insert(packet: Packet) -> str:
+    names = ("_time_ms", "_received_ms", "_quality", "_status", "_digest", *packet.names)
+    marks = ", ".join("?" * len(names))
+    return f'INSERT OR IGNORE INTO "{packet.name}" ({quoted(names)}) VALUES ({marks})'

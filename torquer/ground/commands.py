@@ -1,0 +1,244 @@
+"""Commands of a satellite from order to answer, each with its state in the archive.
+
+waiting     not sent yet: for its time, or because an equal command has no answer yet
+sent        handed to the link
+received    the satellite has it, and waits for its execution time
+executed, refused      by the satellite's answer; `reason`: why it was refused
+unanswered  no answer in time; one that comes later still counts
+cancelled   never sent: the ground ended before
+
+An answer names a command by its packet and its execution time. Two commands for which these are
+equal are therefore never on their way at once: each answer belongs to one command.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sqlite3
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from torquer.ground.archive import EPOCH_MS, Archive, quoted
+from torquer.onboard.log import Reason
+from torquer.onboard.script import Sent, numbers_of
+from torquer.packets.dictionary import Dictionary
+from torquer.packets.frames import Uplink
+from torquer.scenario.explain import ScenarioError
+from torquer.simulation.directed import Names
+
+#: Time after which an answer is no longer waited for [ms]; of a delayed command, after its
+#: execution time by the satellite's clock.
+ANSWER_MS = 30_000
+#: How long after a command was sent a late answer to it is thought possible [ms].
+LATEST_MS = 3_600_000
+#: Most commands that are not over.
+MOST_OPEN = 1000
+WAITING, SENT, RECEIVED = "waiting", "sent", "received"
+EXECUTED, REFUSED, UNANSWERED, CANCELLED = "executed", "refused", "unanswered", "cancelled"
+#: States in which nothing is waited for.
+FINAL = (EXECUTED, REFUSED, UNANSWERED, CANCELLED)
+_COLUMNS = (
+    *("id", "made_ms", "made_by", "command", "values", "execute_s", "state"),
+    *("sent_ms", "received_ms", "answered_ms", "reason"),
+)
+_REASONS = {int(reason): reason.doc for reason in Reason}
+_ANSWER = ("command_id", "accepted", "code", "command_time")
+
+
+class _Open(NamedTuple):
+    """A command that is not over; `key`: its packet and execution time, as answers name it."""
+
+    id: int
+    key: tuple[int, int]
+    state: str
+    since_ms: int
+    not_before_ms: int = 0
+    asks: bool = True
+    frame: bytes = b""
+
+
+class Commands:
+    """Commands of one satellite; times in ms since 1970, UTC, handed in by the caller."""
+
+    def __init__(self, archive: Archive, dictionary: Dictionary, names: Names):
+        self._archive, self._dictionary, self._names = archive, dictionary, names
+        self._frame = Uplink(dictionary).frame
+        self._has_answers = has_answers(dictionary)
+        with archive.writing() as db:
+            db.execute(
+                "UPDATE _commands SET state = ?, reason = 'the ground ended before it was sent' "
+                "WHERE state = ?",
+                (CANCELLED, WAITING),
+            )
+        unfinished = archive.read(
+            "SELECT id, packet, execute_s, state, sent_ms FROM _commands "
+            "WHERE acknowledge AND state IN (?, ?)",
+            *(SENT, RECEIVED),
+        )
+        self._open = {
+            number: _Open(number, (packet, execute_s), state, sent_ms)
+            for number, packet, execute_s, state, sent_ms in unfinished
+        }
+
+    def check(self, sent: Sent, clock_ms: int | None) -> list:
+        """The numbers of a command; `ScenarioError` with one line if it cannot be sent."""
+        if len(self._open) >= MOST_OPEN:
+            raise ScenarioError(f"command: must wait until fewer than {MOST_OPEN} are on their way")
+        _execution_time_s(sent, clock_ms)
+        return numbers_of(sent, self._dictionary, self._names)
+
+    def order(self, sent: Sent, by: str, now_ms: int, clock_ms: int | None) -> dict:
+        """Take a command, to be sent `sent.at_s` from now; the command as `shown` gives it.
+
+        `clock_ms`: the satellite's clock, None if no telemetry has shown it. `ScenarioError` with
+        one line for what cannot be sent.
+        """
+        numbers = self.check(sent, clock_ms)
+        execute_s = _execution_time_s(sent, clock_ms)
+        packet = self._dictionary.up[sent.command].id
+        row = {
+            "made_ms": now_ms,
+            "made_by": by,
+            "command": sent.command,
+            "values": json.dumps(sent.values),
+            "acknowledge": sent.acknowledge,
+            "packet": packet,
+            "execute_s": execute_s,
+            "state": WAITING,
+        }
+        with self._archive.writing() as db:
+            marks = ", ".join("?" * len(row))
+            made = db.execute(
+                f"INSERT INTO _commands ({quoted([*row])}) VALUES ({marks})", [*row.values()]
+            )
+        number = made.lastrowid or 0
+        self._open[number] = _Open(
+            number,
+            (packet, execute_s),
+            WAITING,
+            now_ms,
+            now_ms + round(sent.at_s * 1e3),
+            sent.acknowledge,
+            self._frame(sent.command, execute_s, numbers),
+        )
+        return self.shown(number)
+
+    def due(self, now_ms: int) -> Iterator[tuple[int, bytes]]:
+        """(number, frame) of the commands to be sent now, in order; `sent` must follow each.
+
+        One that has to wait for the answer to an equal one holds back those after it.
+        """
+        for each in list(self._open.values()):
+            if each.state == WAITING and each.not_before_ms <= now_ms:
+                if self._busy(each):
+                    return
+                yield each.id, each.frame
+
+    def sent(self, number: int, now_ms: int) -> dict:
+        """Note that a command was handed to the link."""
+        each = self._open[number]
+        if each.asks and self._has_answers:
+            self._open[number] = each._replace(state=SENT, since_ms=now_ms)
+        else:
+            del self._open[number]  # nobody will say what became of it
+        return self._change(number, state=SENT, sent_ms=now_ms)
+
+    def answered(self, values: Mapping[str, Any], now_ms: int) -> dict | None:
+        """Take an acknowledgement; the command that it is for, None if there is none."""
+        key, code = (int(values["command_id"]), int(values["command_time"])), int(values["code"])
+        number, doubt = self._number_of(key, now_ms)
+        if number is None:
+            return None
+        if code == Reason.WAITING:
+            if number in self._open:
+                self._open[number] = self._open[number]._replace(state=RECEIVED)
+            return self._change(number, state=RECEIVED, received_ms=now_ms)
+        self._open.pop(number, None)
+        state, reason = EXECUTED, ""
+        if not values["accepted"]:
+            state, reason = REFUSED, _REASONS.get(code, f"code {code}")
+        reason = "; ".join(filter(None, (reason, doubt)))
+        return self._change(number, state=state, answered_ms=now_ms, reason=reason)
+
+    def expire(self, now_ms: int, clock_ms: int | None) -> list[dict]:
+        """Give up waiting where no answer has come in time; the commands that it concerns."""
+        late = [each.id for each in self._open.values() if _is_late(each, now_ms, clock_ms)]
+        for number in late:
+            del self._open[number]
+        return [self._change(number, state=UNANSWERED) for number in late]
+
+    def shown(self, number: int) -> dict:
+        """A command as users see it."""
+        statement = f"SELECT {quoted(_COLUMNS)} FROM _commands WHERE id = ?"
+        return _shown(self._archive.read(statement, number)[0])
+
+    def _busy(self, waiting: _Open) -> bool:
+        """Whether an equal command is on its way, from whose answer its own could not be told."""
+        return any(
+            each.key == waiting.key and each.state in (SENT, RECEIVED)
+            for each in self._open.values()
+        )
+
+    def _number_of(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:
+        """The command that an answer names, and whether it may be another one's.
+
+        One on its way, else the last equal one without an answer.
+        """
+        late = self._archive.read(
+            "SELECT id FROM _commands WHERE packet = ? AND execute_s = ? AND state = ? "
+            "AND (execute_s > 0 OR sent_ms > ?) ORDER BY id DESC LIMIT 1",
+            *(*key, UNANSWERED, now_ms - LATEST_MS),
+        )
+        for each in self._open.values():
+            if each.key == key and each.state in (SENT, RECEIVED):
+                doubt = f"or the late answer to command {late[0][0]}" if late else ""
+                return each.id, doubt
+        return (late[0][0] if late else None), ""
+
+    def _change(self, number: int, **columns) -> dict:
+        settings = ", ".join(f"{name} = ?" for name in columns)
+        with self._archive.writing() as db:
+            db.execute(f"UPDATE _commands SET {settings} WHERE id = ?", (*columns.values(), number))
+        return self.shown(number)
+
+
+def listed(db: sqlite3.Connection, size: int) -> list[dict]:
+    """The last commands of an archive, newest first."""
+    statement = f"SELECT {quoted(_COLUMNS)} FROM _commands ORDER BY id DESC LIMIT ?"
+    return [_shown(row) for row in db.execute(statement, (size,))]
+
+
+def has_answers(dictionary: Dictionary) -> bool:
+    """Whether acknowledgements come down that say what became of a command."""
+    packet = dictionary.down.get("acknowledgement")
+    return packet is not None and set(_ANSWER) <= set(packet.names)
+
+
+def _shown(row: tuple) -> dict:
+    found = dict(zip(_COLUMNS, row, strict=True))
+    execute_s = found.pop("execute_s")
+    return found | {
+        "values": json.loads(found["values"]),
+        "execute_ms": EPOCH_MS + 1000 * execute_s if execute_s else None,
+    }
+
+
+def _execution_time_s(sent: Sent, clock_ms: int | None) -> int:
+    """Execution time [s since 2010-01-01], 0: at once."""
+    if sent.delay_s is None:
+        return 0
+    if clock_ms is None:
+        raise ScenarioError(
+            f"delay_s: must be left out until telemetry shows the satellite's clock; received "
+            f"{sent.delay_s:g}"
+        )
+    return math.ceil((clock_ms - EPOCH_MS) / 1e3 + sent.at_s + sent.delay_s)
+
+
+def _is_late(each: _Open, now_ms: int, clock_ms: int | None) -> bool:
+    if each.state == SENT:
+        return now_ms - each.since_ms > ANSWER_MS
+    if each.state != RECEIVED or clock_ms is None:
+        return False
+    return clock_ms - EPOCH_MS - 1000 * each.key[1] > ANSWER_MS

@@ -1,0 +1,212 @@
+"""One satellite: its link, its frames, its archive, its commands, and what browsers see of it."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import NamedTuple
+
+from torquer.ground.archive import Archive, Row, RowMaker
+from torquer.ground.commands import Commands
+from torquer.ground.file import Satellite
+from torquer.ground.history import ground_entry, has_events, satellite_entry
+from torquer.ground.live import Live
+from torquer.ground.recording import Judge
+from torquer.link import Link, connect
+from torquer.onboard.script import Sent
+from torquer.onboard.session import station_of
+from torquer.packets.frames import Frame
+
+#: Time between two looks at a link on which nothing comes [s].
+PAUSE_S = 0.005
+#: Time between two messages on the state of a link, and two looks at late answers [s].
+REPORT_S = 1.0
+#: Time without a byte after which a satellite that has no connection is thought away [s].
+SILENCE_S = 30.0
+#: Packets that tell of earlier times: they do not show the satellite's clock.
+_RECORDED = ("stored", "dump")
+UP, DOWN = "up", "down"
+
+
+def now_ms() -> int:
+    """The time of this machine [ms since 1970, UTC]."""
+    return time.time_ns() // 1_000_000
+
+
+class Counters(NamedTuple):
+    """How counters of protected frames go on, where not as the archive has them.
+
+    `commands`: the last one used, for an archive that was lost; `new_telemetry`: telemetry may
+    count from 0 again, once.
+    """
+
+    commands: int = 0
+    new_telemetry: bool = False
+
+
+AS_ARCHIVED = Counters()
+
+
+class Contact:
+    """A satellite whose link is served; `clock_ms`: its clock by the latest telemetry, or None.
+
+    Counters of both directions are kept in the archive. With keys that everybody knows, a
+    satellite that counts from 0 again is accepted: such keys prove nothing, and simulations begin
+    anew all the time.
+    """
+
+    def __init__(
+        self, satellite: Satellite, folder: Path, live: Live, counters: Counters = AS_ARCHIVED
+    ):
+        self.satellite, self._live = satellite, live
+        self.key, self.dictionary = satellite.key, satellite.software.dictionary
+        self.archive = Archive(folder / f"{satellite.key}.sqlite", self.dictionary)
+        self.commands = Commands(self.archive, self.dictionary, satellite.names)
+        self.clock_ms: int | None = None
+        self.link: Link = connect(satellite.link, self.dictionary)
+        self._station, self._maker = station_of(satellite.software), RowMaker(self.dictionary)
+        self._judge, self._frames = Judge(self._station), 0
+        self._is_open_to_all = satellite.software.keys.are_known
+        self._heard_s, self._was_connected, self._rejected = -math.inf, False, 0
+        self.archive.put([], {UP: max(self.archive.counter(UP), counters.commands)})
+        protection = self._station.protection
+        if protection is not None and not (counters.new_telemetry or self._is_open_to_all):
+            last = self.archive.counter(DOWN)
+            protection.telemetry.counters[satellite.software.keys.spi] = last
+
+    def close(self) -> None:
+        """End the link and the archive."""
+        self.link.close()
+        self.archive.close()
+
+    async def serve(self) -> None:
+        """Receive, archive, show, send, until cancelled."""
+        report_s = 0.0
+        with ThreadPoolExecutor(1, f"archive of {self.key}") as writer:
+            while True:
+                worked = await self._receive(writer)
+                worked = self._send() or worked
+                if time.monotonic() >= report_s:
+                    report_s = time.monotonic() + REPORT_S
+                    self._report()
+                await asyncio.sleep(0.0 if worked else PAUSE_S)
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the satellite is there: a connection, or something received of late."""
+        heard = time.monotonic() - self._heard_s < SILENCE_S
+        return self.link.is_ready and (self.link.peers > 0 or heard)
+
+    def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
+        """Take commands, all or none; `ScenarioError` with one line for what cannot be sent."""
+        for sent in commands:
+            self.commands.check(sent, self.clock_ms)
+        ordered = [self.commands.order(sent, by, now_ms(), self.clock_ms) for sent in commands]
+        for each in ordered:
+            self._live.message("commands", self.key, each)
+        return ordered
+
+    def note(self, severity: str, text: str) -> None:
+        """An entry of the ground's log."""
+        at_ms = now_ms()
+        entry = (at_ms if self.clock_ms is None else self.clock_ms, at_ms, severity, text)
+        number = self.archive.note(*entry)
+        self._live.message("log", self.key, ground_entry(number, *entry))
+
+    def state(self) -> dict:
+        """Link and counts."""
+        return {
+            "connected": self.is_connected,
+            "frames": self._frames,
+            **self.link.counts(),
+            **self._station.counts(),
+            "address": self.satellite.link,
+        }
+
+    async def _receive(self, writer: ThreadPoolExecutor) -> bool:
+        data = self.link.receive()
+        if not data:
+            return False
+        at_ms, self._heard_s = now_ms(), time.monotonic()
+        pairs = self._judge.rows(self._station.receive(data), self._maker, at_ms)
+        self._accept_restart()
+        if pairs:
+            rows = [row for _, row in pairs]
+            self._frames += len(rows)
+            loop = asyncio.get_running_loop()
+            await loop.run_in_executor(writer, self.archive.put, rows, self._counters())
+            self._live.rows(self.key, rows)
+            self._look_at(pairs, at_ms)
+        return True
+
+    def _look_at(self, pairs: list[tuple[Frame, Row]], at_ms: int) -> None:
+        """Clock, answers and events in new frames."""
+        times = [row.time_ms for _, row in pairs if row.packet not in _RECORDED]
+        self.clock_ms = max(times, default=self.clock_ms)
+        for frame, row in pairs:
+            if row.packet == "acknowledgement":
+                values = dict(zip(frame.packet.names, frame.values, strict=True))
+                answered = self.commands.answered(values, at_ms)
+                if answered is not None:
+                    self._live.message("commands", self.key, answered)
+            if row.packet == "event" and has_events(self.dictionary):
+                entry = satellite_entry(
+                    self.dictionary, row.digest, row.time_ms, row.received_ms, row.values
+                )
+                self._live.message("log", self.key, entry)
+
+    def _send(self) -> bool:
+        """Hand commands that are due to the link, once there is one."""
+        sent = False
+        if self.link.is_ready:
+            for number, frame in self.commands.due(now_ms()):
+                self._set_counter()
+                self.link.send(self._station.command(frame))
+                self._live.message("commands", self.key, self.commands.sent(number, now_ms()))
+                sent = True
+        return sent
+
+    def _set_counter(self) -> None:
+        """Use the next counter of commands, which is kept before it is used."""
+        protection = self._station.protection
+        if protection is not None:
+            protection.commands.counter = self.archive.next_counter(UP) - 1
+
+    def _counters(self) -> dict[str, int]:
+        protection = self._station.protection
+        return {} if protection is None else {DOWN: max(protection.telemetry.counters.values())}
+
+    def _accept_restart(self) -> None:
+        """Say that frames are rejected; with known keys let a satellite count from 0 again."""
+        protection = self._station.protection
+        if protection is None:
+            return
+        rejected = protection.telemetry.rejected["replayed"]
+        if rejected == self._rejected:
+            return
+        if self._is_open_to_all:
+            protection.telemetry.counters = dict.fromkeys(protection.telemetry.counters, 0)
+            self.note(
+                "info", "telemetry counts from the beginning: the satellite has been restarted"
+            )
+        elif self._rejected == 0:
+            self.note(
+                "alarm",
+                "telemetry is rejected: its counter is not above the last accepted one. Frames are "
+                "replayed, or the satellite has lost its memory; `torquer ground "
+                "--new-telemetry` accepts that once",
+            )
+        self._rejected = rejected
+
+    def _report(self) -> None:
+        """State of the link, and commands whose answers are late."""
+        if self.is_connected != self._was_connected:
+            self._was_connected = self.is_connected
+            self.note(*(("info", "link found") if self.is_connected else ("warning", "link lost")))
+        for late in self.commands.expire(now_ms(), self.clock_ms):
+            self._live.message("commands", self.key, late)
+        self._live.message("links", self.key, self.state())

@@ -1,0 +1,87 @@
+"""The ground file: satellites, each with its link, software file and scenario.
+
+[satellites.chibis_m]
+link = "tcp:127.0.0.1:10015"
+software = "my_software.toml"     # packets, keys, kind of frames [those of Chibis-M]
+scenario = "chibis_m_day.toml"    # names of regions, states, flags, parameters; orbit; sensors
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from pydantic import Field
+
+from torquer.onboard.software import Software, load_link
+from torquer.packets.dictionary import Name
+from torquer.scenario.explain import validated
+from torquer.scenario.load import data_of, load_scenario, text_of
+from torquer.scenario.spec import Scenario
+from torquer.simulation.directed import Names, names_of
+from torquer.simulation.prepare import blocks_of
+from torquer.spec import Spec
+
+#: Names where there is no scenario.
+_NO_NAMES = Names({}, (), {}, {}, ())
+
+
+class SatelliteTable(Spec):
+    """A satellite of the ground file; paths are relative to the file."""
+
+    link: str
+    """Address of its link: tcp:HOST:PORT, udp:HOST:PORT, can:INTERFACE:CHANNEL."""
+    software: Path | None = None
+    """Its software file: packets, kind of frames, keys [that of Chibis-M]; modules in it are not
+    loaded.
+    """
+    scenario: Path | None = None
+    """Its scenario: names for commands, mode table, orbit and sensors; numbers are shown without.
+    """
+
+
+class GroundFile(Spec):
+    """What a ground serves."""
+
+    satellites: dict[Name, SatelliteTable] = Field(min_length=1)
+    """Satellites by their short names, which name their archives, too."""
+
+
+class Satellite(NamedTuple):
+    """A satellite as the ground knows it; `software`: without modules; `names`: of its computer."""
+
+    key: str
+    link: str
+    software: Software
+    scenario: Scenario | None
+    names: Names
+
+
+def load_ground(path: Path) -> GroundFile:
+    """The ground file of a path, its paths made relative to the present folder.
+
+    `ScenarioError` with one line for each mistake.
+    """
+    file = validated(GroundFile, data_of(text_of(path, "ground"), "ground"))
+    folder = path.parent
+    tables = {
+        key: table.model_copy(
+            update={
+                name: folder / getattr(table, name)
+                for name in ("software", "scenario")
+                if getattr(table, name) is not None
+            }
+        )
+        for key, table in file.satellites.items()
+    }
+    return file.model_copy(update={"satellites": tables})
+
+
+def satellite_of(key: str, table: SatelliteTable) -> Satellite:
+    """A satellite with its packets, keys and names; `ScenarioError` for wrong files."""
+    software = load_link(table.software)
+    if table.scenario is None:
+        return Satellite(key, table.link, software, None, _NO_NAMES)
+    scenario = load_scenario(table.scenario)
+    names = names_of(scenario, blocks_of(scenario))
+    return Satellite(key, table.link, software, scenario, names)

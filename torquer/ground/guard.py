@@ -1,0 +1,125 @@
+"""Who may ask: a token, our own Host and Origin, for HTTP and websockets alike.
+
+The server listens on this machine only, but any page that a browser here shows can send requests to
+it, and a name in the internet can be made to lead here. So each request needs the token, which
+other pages do not know, a Host that is ours, and no foreign Origin. Plain ASGI, since middleware
+for HTTP would let websockets pass.
+"""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Callable
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs
+
+#: What pages may load: their own files. Open MCT needs generated code, styles and workers.
+POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
+    "connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
+_HEADERS = [
+    (b"content-security-policy", POLICY.encode()),
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"no-referrer"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+]
+#: Close code of a refused websocket.
+_REFUSED = 4403
+
+
+class Guard:
+    """ASGI application around another one; `refused(what)` is called for each refusal."""
+
+    def __init__(self, app, token: str, port: int, refused: Callable[[str], None]):
+        self._app, self._token, self._refused = app, token, refused
+        hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
+        self._hosts = {host.encode() for host in hosts}
+        self._origins = {f"http://{host}".encode() for host in hosts}
+        #: Browsers share cookies between the ports of a host.
+        self._cookie = f"torquer_{port}"
+
+    async def __call__(self, scope, receive, send) -> None:
+        if scope["type"] == "lifespan":
+            await self._app(scope, receive, send)
+            return
+        headers = dict(scope["headers"])
+        reason = self._reason(scope, headers)
+        if reason:
+            self._refused(f"{reason} ({scope['type']}, {scope['path']})")
+            await _refuse(scope, receive, send, reason)
+        elif scope["type"] == "http" and self._in_query(scope):
+            await self._welcome(scope, send)
+        else:
+            await self._app(scope, receive, _with_headers(send))
+
+    def _reason(self, scope, headers: dict[bytes, bytes]) -> str:
+        """Why a request is refused; "" if it is not."""
+        if headers.get(b"host") not in self._hosts:
+            return "wrong host"
+        origin = headers.get(b"origin")
+        if origin is not None and origin not in self._origins:
+            return "foreign origin"
+        if scope["type"] == "websocket" and origin is None:
+            return "no origin"
+        by_cookie = self._is_token(_cookie_of(headers, self._cookie))
+        scheme, _, given = headers.get(b"authorization", b"").partition(b" ")
+        by_header = scheme.lower() == b"bearer" and self._is_token(given)
+        if scope["type"] == "websocket":
+            return "" if by_cookie else "wrong token"
+        return "" if by_cookie or by_header or self._in_query(scope) else "wrong token"
+
+    def _in_query(self, scope) -> bool:
+        """Whether the address of the page has the token, as only the first one does."""
+        query = parse_qs(scope["query_string"])
+        given = query.get(b"token", [b""])[0]
+        return scope["path"] == "/" and scope["method"] == "GET" and self._is_token(given)
+
+    def _is_token(self, given: bytes) -> bool:
+        return secrets.compare_digest(given, self._token.encode())
+
+    async def _welcome(self, scope, send) -> None:
+        """Move the token from the address, which is shown and kept, into a cookie."""
+        rest = [
+            part for part in scope["query_string"].split(b"&") if not part.startswith(b"token=")
+        ]
+        place = b"/" + (b"?" + b"&".join(rest) if rest else b"")
+        cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
+        headers = [(b"location", place), (b"set-cookie", cookie.encode())]
+        await _answer(send, 303, b"", headers)
+
+
+def _cookie_of(headers: dict[bytes, bytes], name: str) -> bytes:
+    cookies: SimpleCookie = SimpleCookie()
+    try:
+        cookies.load(headers.get(b"cookie", b"").decode("latin-1"))
+    except CookieError:
+        return b""
+    return cookies[name].value.encode() if name in cookies else b""
+
+
+def _with_headers(send):
+    """Send with the headers of every answer."""
+
+    async def sending(message) -> None:
+        if message["type"] == "http.response.start":
+            message = {**message, "headers": [*message["headers"], *_HEADERS]}
+        await send(message)
+
+    return sending
+
+
+async def _refuse(scope, receive, send, reason: str) -> None:
+    if scope["type"] == "websocket":
+        await receive()
+        await send({"type": "websocket.close", "code": _REFUSED, "reason": reason})
+    else:
+        text = f"{reason}: open the address that `torquer ground` printed\n"
+        await _answer(send, 403, text.encode(), [(b"content-type", b"text/plain; charset=utf-8")])
+
+
+async def _answer(send, status: int, body: bytes, headers: list) -> None:
+    headers = [*headers, (b"content-length", str(len(body)).encode()), *_HEADERS]
+    await send({"type": "http.response.start", "status": status, "headers": headers})
+    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,96 @@
+"""What is sent to the browsers as it happens: bounded for each, whatever it reads."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections import deque
+from contextlib import suppress
+from typing import Any
+
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from torquer.ground.archive import Row
+
+#: Most rows of a packet, and most other messages, that wait for a browser: the oldest are dropped.
+MOST_ROWS, MOST_MESSAGES = 64, 200
+#: Time between two messages to a browser [s].
+PAUSE_S = 0.03
+
+
+class Listener:
+    """One browser: what waits for it; `dropped`: rows that it was too slow for."""
+
+    def __init__(self) -> None:
+        self._rows: dict[tuple[str, str], deque] = {}
+        self._others: dict[str, deque] = {}
+        self._wakes = asyncio.Event()
+        self.dropped = 0
+
+    def put_row(self, satellite: str, row: Row) -> None:
+        """Add a row."""
+        rows = self._rows.setdefault((satellite, row.packet), deque(maxlen=MOST_ROWS))
+        self.dropped += len(rows) == MOST_ROWS
+        rows.append((satellite, row.packet, *row[1:5], row.values))
+        self._wakes.set()
+
+    def put(self, kind: str, message: dict) -> None:
+        """Add a message of another kind."""
+        self._others.setdefault(kind, deque(maxlen=MOST_MESSAGES)).append(message)
+        self._wakes.set()
+
+    async def serve(self, socket: WebSocket) -> None:
+        """Send what comes until the browser has gone."""
+        reader = asyncio.create_task(_until_closed(socket))
+        try:
+            while not reader.done():
+                taker = asyncio.create_task(self.take())
+                await asyncio.wait({reader, taker}, return_when=asyncio.FIRST_COMPLETED)
+                if not taker.done():
+                    taker.cancel()
+                    return
+                await socket.send_text(taker.result())
+                await asyncio.sleep(PAUSE_S)
+        finally:
+            reader.cancel()
+
+    async def take(self) -> str:
+        """What waits, as JSON, as soon as something does."""
+        await self._wakes.wait()
+        self._wakes.clear()
+        found: dict[str, Any] = {kind: list(waiting) for kind, waiting in self._others.items()}
+        rows = [
+            (satellite, packet, time_ms, received_ms, quality, values)
+            for waiting in self._rows.values()
+            for satellite, packet, time_ms, received_ms, quality, _, values in waiting
+        ]
+        if rows:
+            found["rows"] = rows
+        self._others.clear()
+        self._rows.clear()
+        return json.dumps(found, separators=(",", ":"), allow_nan=False)
+
+
+async def _until_closed(socket: WebSocket) -> None:
+    """Read what a browser sends, which is nothing, until it has gone."""
+    with suppress(WebSocketDisconnect):
+        while True:
+            await socket.receive_text()
+
+
+class Live:
+    """All browsers."""
+
+    def __init__(self) -> None:
+        self.listeners: set[Listener] = set()
+
+    def rows(self, satellite: str, rows: list[Row]) -> None:
+        """Rows for everybody."""
+        for listener in self.listeners:
+            for row in rows:
+                listener.put_row(satellite, row)
+
+    def message(self, kind: str, satellite: str, message: dict) -> None:
+        """A message for everybody."""
+        for listener in self.listeners:
+            listener.put(kind, {"satellite": satellite, **message})

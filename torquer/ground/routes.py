@@ -1,0 +1,314 @@
+"""The routes of the page: what browsers ask of satellites and archives, and how it is checked.
+
+Their list, with what each answers, is in `design/0014-ground.md`.
+"""
+
+from __future__ import annotations
+
+import json
+import mimetypes
+from contextlib import closing
+from pathlib import Path
+
+from pydantic import Field
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import JSONResponse, Response
+from starlette.routing import Route, WebSocketRoute
+from starlette.websockets import WebSocket, WebSocketDisconnect
+
+from torquer.control.modes.diagram import svg
+from torquer.ground import history, scene
+from torquer.ground.archive import read_only
+from torquer.ground.commands import listed
+from torquer.ground.contact import Contact
+from torquer.ground.live import Listener, Live
+from torquer.onboard.script import Sent
+from torquer.packets.dictionary import TYPES, Packet
+from torquer.packets.mistakes import shown
+from torquer.packets.openmct import openmct
+from torquer.scenario.explain import ScenarioError, validated
+from torquer.spec import Spec
+
+WEB = Path(__file__).parent / "web"
+#: Most rows that one answer has, and bytes of a command as JSON.
+MOST_ROWS, _MOST_BYTES = 20_000, 65_536
+_LAST_MS = 2**53
+
+
+class _Span(Spec):
+    """What is asked of an archive."""
+
+    start: int = Field(default=0, ge=-_LAST_MS, le=_LAST_MS)
+    """First time [ms since 1970]."""
+    end: int = Field(default=_LAST_MS, ge=-_LAST_MS, le=_LAST_MS)
+    """Last time [ms since 1970]."""
+    size: int = Field(default=1000, ge=1, le=MOST_ROWS)
+    """How many rows at most."""
+    by: str = Field(default="time", pattern="^(time|received)$")
+    """Which time it is."""
+    latest: int = Field(default=0, ge=0, le=1)
+    """1: the last rows."""
+
+
+def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette:
+    """The application of a ground; `contacts` by the short names of the satellites."""
+    routes = _Routes(contacts, live)
+    one = "/api/{satellite}"
+    return Starlette(
+        routes=[
+            Route("/api/satellites", routes.satellites),
+            Route(f"{one}/history/{{packet}}/{{number}}", routes.history),
+            Route(f"{one}/log", routes.log),
+            Route(f"{one}/commands", routes.commands, methods=["GET"]),
+            Route(f"{one}/commands", routes.order, methods=["POST"]),
+            Route(f"{one}/sent", routes.sent),
+            Route(f"{one}/modes", routes.modes),
+            Route(f"{one}/scene", routes.scene),
+            Route(f"{one}/orbit", routes.orbit),
+            WebSocketRoute("/api/live", routes.live),
+            Route("/{path:path}", _file),
+        ],
+        exception_handlers={ScenarioError: _refused, HTTPException: _missing},
+        lifespan=lifespan,
+    )
+
+
+class _Routes:
+    """Answers to requests, by what the contacts and their archives hold."""
+
+    def __init__(self, contacts: dict[str, Contact], live: Live):
+        self._contacts, self._live = contacts, live
+
+    async def satellites(self, request: Request) -> Response:
+        """All satellites with their packets."""
+        return JSONResponse([_described(contact) for contact in self._contacts.values()])
+
+    async def history(self, request: Request) -> Response:
+        """Rows of one number."""
+        contact, span = self._asked(request)
+        packet, number = request.path_params["packet"], request.path_params["number"]
+        known = contact.dictionary.down.get(packet)
+        if known is None or number not in known.names:
+            raise HTTPException(404)
+
+        def found(db):
+            if span.latest:
+                return history.latest(db, packet, number, span.end, span.size, span.by)
+            ends = span.start, span.end
+            return history.points(db, packet, number, *ends, span.size, span.by)
+
+        return JSONResponse(await self._read(contact, found))
+
+    async def log(self, request: Request) -> Response:
+        """The last entries of the log."""
+        contact, span = self._asked(request)
+        ends = span.start, span.end
+        return JSONResponse(
+            await self._read(
+                contact, lambda db: history.log(db, contact.dictionary, *ends, span.size)
+            )
+        )
+
+    async def sent(self, request: Request) -> Response:
+        """The last commands with their states."""
+        contact, span = self._asked(request)
+        return JSONResponse(await self._read(contact, lambda db: listed(db, span.size)))
+
+    async def commands(self, request: Request) -> Response:
+        """What can be commanded."""
+        contact = self._contact(request)
+        names = contact.satellite.names
+        choices = {
+            "region": list(names.regions),
+            "flag": list(names.flags),
+            "index": names.all_parameters(),
+        }
+        up = contact.dictionary.up.values()
+        return JSONResponse({
+            "commands": [_command(packet, choices) for packet in up],
+            "regions": {name: list(states) for name, (_, states) in names.regions.items()},
+        })  # fmt: skip
+
+    async def order(self, request: Request) -> Response:
+        """Send a command, or all of a list or none."""
+        contact = self._contact(request)
+        body = b""
+        async for part in request.stream():
+            body += part
+            if len(body) > _MOST_BYTES:
+                raise ScenarioError(f"command: must have at most {_MOST_BYTES} bytes")
+        by = "command line" if "authorization" in request.headers else "page"
+        data = _json(body)
+        if "commands" in data:
+            listed = data["commands"] if isinstance(data["commands"], list) else [None]
+            return JSONResponse(contact.order([*map(_sent, listed)], by))
+        return JSONResponse(contact.order([_sent(data)], by)[0])
+
+    async def modes(self, request: Request) -> Response:
+        """The mode table and its diagram."""
+        contact = self._contact(request)
+        scenario = contact.satellite.scenario
+        modes = scenario.control.named().modes if scenario else None
+        if modes is None:
+            raise HTTPException(404)
+        regions = [{"name": n, "states": [*region.states]} for n, region in modes.regions.items()]
+        return JSONResponse({"regions": regions, "svg": svg(modes)})
+
+    async def scene(self, request: Request) -> Response:
+        """Body and sensors."""
+        scenario = self._contact(request).satellite.scenario
+        if scenario is None:
+            raise HTTPException(404)
+        return JSONResponse(scene.scene(scenario.spacecraft))
+
+    async def orbit(self, request: Request) -> Response:
+        """Position, track, field and Sun at a time."""
+        scenario = self._contact(request).satellite.scenario
+        if scenario is None:
+            raise HTTPException(404)
+        asked = request.query_params.get("time", "")
+        try:
+            found = await run_in_threadpool(scene.orbit, scenario, int(asked))
+        except (ValueError, OverflowError, OSError):
+            raise ScenarioError(
+                "time: must be milliseconds since 1970 of a time at which the models hold; "
+                f"received {shown(asked)}"
+            ) from None
+        return JSONResponse(found)
+
+    async def live(self, socket: WebSocket) -> None:
+        """Rows, log, commands and links as they come."""
+        await socket.accept()
+        listener = Listener()
+        self._live.listeners.add(listener)
+        for contact in self._contacts.values():
+            listener.put("links", {"satellite": contact.key, **contact.state()})
+        try:
+            await listener.serve(socket)
+        except (WebSocketDisconnect, RuntimeError):
+            pass  # the browser has gone
+        finally:
+            self._live.listeners.discard(listener)
+
+    def _contact(self, request: Request) -> Contact:
+        found = self._contacts.get(request.path_params["satellite"])
+        if found is None:
+            raise HTTPException(404)
+        return found
+
+    def _asked(self, request: Request) -> tuple[Contact, _Span]:
+        given = {key: _whole(value) for key, value in request.query_params.items()}
+        return self._contact(request), validated(_Span, given)
+
+    async def _read(self, contact: Contact, ask):
+        def answer():
+            with closing(read_only(contact.archive.path)) as db:
+                return ask(db)
+
+        return await run_in_threadpool(answer)
+
+
+def _described(contact: Contact) -> dict:
+    """A satellite for the tree of objects; regions of the mode table go by their names."""
+    satellite, dictionary = contact.satellite, contact.dictionary
+    described, regions = openmct(dictionary), satellite.names.regions
+    for packet in described["packets"]:
+        if packet["key"] == "modes":
+            packet["measurements"] = [
+                _of_region(measurement, name, list(states))
+                for measurement, (name, (_, states)) in zip(
+                    packet["measurements"], regions.items(), strict=False
+                )
+            ]
+    scenario = satellite.scenario
+    return {
+        "key": contact.key,
+        "name": dictionary.name,
+        "clock_ms": contact.clock_ms,
+        "has": {
+            "modes": bool(regions) and "modes" in dictionary.down,
+            "scene": scenario is not None,
+            "orbit": scenario is not None,
+        },
+        "packets": described["packets"],
+    }
+
+
+def _of_region(measurement: dict, name: str, states: list[str]) -> dict:
+    value, time = measurement["values"]
+    texts = [{"value": i, "string": state} for i, state in enumerate(states)]
+    value = {**value, "name": name, "format": "enum", "enumerations": texts}
+    return {**measurement, "name": name, "values": [value, time]}
+
+
+def _command(packet: Packet, choices: dict[str, list[str]]) -> dict:
+    """A command and its fields, for a form."""
+    fields = []
+    for field in packet.fields[1:]:
+        kind = TYPES[field.type]
+        fields.append({
+            "name": field.name,
+            "description": field.description,
+            "unit": field.unit,
+            "type": field.type,
+            "count": field.count,
+            "labels": list(field.labels),
+            "low": kind.low * field.scale,
+            "high": kind.high * field.scale,
+            "choices": choices.get(field.name) or None,
+        })  # fmt: skip
+    return {
+        "name": packet.name,
+        "description": packet.description,
+        "module": packet.module,
+        "fields": fields,
+    }
+
+
+def _sent(data) -> Sent:
+    if not isinstance(data, dict):
+        raise ScenarioError(f"command: must be an object; received {shown(data)}")
+    return validated(Sent, {"at_s": 0.0} | data)
+
+
+def _whole(text: str) -> int | str:
+    return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
+
+
+def _json(body: bytes) -> dict:
+    try:
+        found = json.loads(body)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise ScenarioError("command: must be a JSON object; received something else")
+    return found
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    return JSONResponse({"error": str(error)}, 400)
+
+
+async def _missing(request: Request, error: Exception) -> Response:
+    status = getattr(error, "status_code", 404)
+    return JSONResponse({"error": "there is no such thing"}, status)
+
+
+async def _file(request: Request) -> Response:
+    """A file of the page; those of others are kept compressed, as they are sent."""
+    name = request.path_params["path"] or "index.html"
+    path = (WEB / name).resolve()
+    if not path.is_relative_to(WEB.resolve()):
+        raise HTTPException(404)
+    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
+    headers = {"cache-control": "no-cache"}
+    for place, encoding in ((path, ""), (path.with_name(f"{path.name}.gz"), "gzip")):
+        if place.is_file():
+            if encoding:
+                headers["content-encoding"] = encoding
+            data = await run_in_threadpool(place.read_bytes)
+            return Response(data, headers=headers, media_type=kind)
+    raise HTTPException(404)
