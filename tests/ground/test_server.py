@@ -314,6 +314,26 @@ def test_with_own_keys_telemetry_that_counts_from_the_beginning_is_rejected(tmp_
             until(lambda: client.get("satellites")[0]["clock_ms"])
 
 
+def test_pus_is_no_different(tmp_path):
+    own = software(tmp_path, link="pus")
+    with (
+        flying(own) as flight,
+        serving(tmp_path / "a", chibis=table(flight.address, own)) as client,
+    ):
+        assert client.value("omega_x")[3] == 2
+        _, ordered = client.order("get_parameter", index=0)
+        assert client.ends(ordered["id"])["state"] == "executed"
+        _, ordered = client.order("set_mode", region="stabilisation", state="science")
+        refused = client.ends(ordered["id"])
+        assert (refused["state"], refused["reason"]) == ("refused", "not possible in this mode")
+        body = {"command": "get_parameter", "values": {"index": 0}, "delay_s": 30}
+        _, answer, _ = client.raw("/api/chibis/commands", json.dumps(body).encode())
+        number = json.loads(answer)["id"]
+        assert client.ends(number)["state"] == "received"
+        until(lambda: client.ends(number)["state"] == "executed")
+        assert client.value("value", packet="parameter")[3] == 2
+
+
 def test_historical_frames_and_several_satellites(flight, tmp_path):
     plain = software(tmp_path, link="historical")
     with flying(plain) as other:
