@@ -1,5 +1,6 @@
 """Modules: state vector, classes, telemetry, record, dumps, updates, devices, supervisor."""
 
+import itertools
 import math
 import tomllib
 import zlib
@@ -475,3 +476,25 @@ def test_thresholds_of_the_mode_table_follow_the_supervisor_and_outlive_a_reboot
             assert flight.parameter(f"modes.{name}") == pytest.approx((value,), rel=1e-4), name
         ground.core.reboot()
         ground.tick(times=20)
+
+
+def test_the_states_of_the_mode_table_come_at_once_and_once_a_minute():
+    ground = flying()
+    ground.tick(times=400)
+    regions = ground.core.services.regions
+    sent = [(t, v) for name, t, v in ground.packets if name == "modes"]
+    gaps = [after - before for (before, _), (after, _) in itertools.pairwise(sent)]
+    assert gaps[1:] and all(gap <= 61 for gap in gaps)
+
+    def shown(values):
+        return [values[f"state_{k}"] for k in range(32)]
+
+    now = [states.index(ground.core.flight.modes()[name]) for name, states in regions]
+    assert shown(sent[-1][1]) == now + [255] * (32 - len(now))
+    ground.command("automatic", 0)
+    place = [name for name, _ in regions].index("stabilisation")
+    assert now[place] != 1
+    ground.command("set_mode", place, 1)
+    name, _, values = next(p for p in reversed(ground.packets) if p[0] == "modes")
+    assert (name, shown(values)[place]) == ("modes", 1)
+    assert ground.core.services.cdh.dropped["ground"] == 0

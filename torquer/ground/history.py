@@ -69,7 +69,10 @@ def latest(
 def log(
     db: sqlite3.Connection, dictionary: Dictionary, start_ms: int, end_ms: int, size: int = 500
 ) -> list[dict]:
-    """The last entries of satellite and ground in an interval of on-board time, oldest first."""
+    """The last entries of satellite and ground in an interval of on-board time.
+
+    In the order in which they were received, those of recordings by on-board time.
+    """
     found = [
         ground_entry(*entry)
         for entry in db.execute(
@@ -87,7 +90,11 @@ def log(
                 (start_ms, end_ms, size),
             )
         ]
-    return sorted(found, key=lambda entry: entry["time_ms"])[-size:]
+    return sorted(found, key=_received)[-size:]
+
+
+def _received(entry: dict) -> int:
+    return entry["time_ms"] if entry["received_ms"] is None else entry["received_ms"]
 
 
 def has_events(dictionary: Dictionary) -> bool:

@@ -36,6 +36,7 @@ WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
 MOST_ROWS, _MOST_BYTES = 20_000, 65_536
 _LAST_MS = 2**53
+_COMPRESSED = {"content-encoding": "gzip"}
 
 
 class _Span(Spec):
@@ -304,11 +305,14 @@ async def _file(request: Request) -> Response:
     if not path.is_relative_to(WEB.resolve()):
         raise HTTPException(404)
     kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
-    headers = {"cache-control": "no-cache"}
-    for place, encoding in ((path, ""), (path.with_name(f"{path.name}.gz"), "gzip")):
+    for place, encoding in ((path, {}), (path.with_name(f"{path.name}.gz"), _COMPRESSED)):
         if place.is_file():
-            if encoding:
-                headers["content-encoding"] = encoding
+            about = place.stat()
+            # browsers ask each time, but keep the file and what they have compiled of it
+            tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
+            headers = {"cache-control": "no-cache", "etag": tag, **encoding}
+            if request.headers.get("if-none-match") == tag:
+                return Response(status_code=304, headers=headers)
             data = await run_in_threadpool(place.read_bytes)
             return Response(data, headers=headers, media_type=kind)
     raise HTTPException(404)

@@ -76,6 +76,8 @@ class SvrSettings(Spec):
     """Time without a step after which a module is silent: the watchdog is not fed any more."""
     report_s: float = Field(default=600.0, gt=0.0)
     """Time between two packets on settings and devices."""
+    states_s: float = Field(default=60.0, gt=0.0)
+    """Longest time between two packets on the mode table; a change is sent at once."""
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:
@@ -110,6 +112,7 @@ class Svr(Module):
         self.due_s = 0.0
         self.errors_saved = -1
         self.sent_states: tuple[int, ...] = ()
+        self.states_due_s = 0.0
         self.watched: list[tuple[str, str, str]] = []
 
     def start(self, core) -> None:
@@ -136,8 +139,7 @@ class Svr(Module):
             self.due_s += self.settings.report_s
             self._report(core)
             self._save_errors(core)
-            self.sent_states = ()  # by the next step: the ground queue is short
-        else:
+        else:  # not with the others: the ground queue is short
             self._send_states(core)
 
     def status(self) -> dict[str, float]:
@@ -363,11 +365,11 @@ class Svr(Module):
         core.send("devices", devices(core))
 
     def _send_states(self, core) -> None:
-        """The packet on the mode table if it has changed, where it is known and there is one."""
+        """The packet on the mode table, where it is known and there is one."""
         if "modes" in core.dictionary.down and core.regions:
             now = states(core)
-            if now != self.sent_states:
-                self.sent_states = now
+            if now != self.sent_states or core.t_s >= self.states_due_s:
+                self.sent_states, self.states_due_s = now, core.t_s + self.settings.states_s
                 core.send("modes", now)
 
     def _save_errors(self, core) -> None:

@@ -1,0 +1,169 @@
+"""The page in a browser: a satellite that flies is seen and commanded."""
+
+import io
+import shutil
+from urllib.parse import urlsplit
+
+import matplotlib.image
+import pytest
+
+from torquer.compile import engine
+
+sync_api = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("uvicorn")
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+pytestmark = [
+    pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT"),
+    pytest.mark.skipif(CHROMIUM is None, reason="no Chromium"),
+]
+
+#: Far longer than anything here takes: only a failure waits so long [ms].
+PATIENCE_MS = 40_000
+#: Pause after each control step of the flight [s]: much of the machine is left to the browser.
+PACE_S = 0.1
+#: No sandbox, for tests that run as root; 3D without a graphics card; nothing asked of others.
+FLAGS = (
+    *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
+    *("--no-first-run", "--disable-background-networking", "--disable-component-update"),
+    "--disable-sync",
+)
+
+
+@pytest.fixture(scope="module")
+def ground(tmp_path_factory):
+    import ground_flight
+    from ground_flight import flying, serving, table
+
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        flying() as satellite,
+        serving(tmp_path_factory.mktemp("ground"), chibis=table(satellite.address)) as client,
+    ):
+        patch.setattr(ground_flight, "PACE_S", PACE_S)
+        client.value("omega_x")
+        yield client
+
+
+@pytest.fixture(scope="module")
+def context(ground):
+    with sync_api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS])
+        context = browser.new_context(viewport={"width": 1400, "height": 850})
+        context.set_default_timeout(PATIENCE_MS)
+        sync_api.expect.set_options(timeout=PATIENCE_MS)
+        yield context
+        browser.close()
+
+
+@pytest.fixture
+def page(context, ground):
+    """A new page; at the end it must have asked nobody but its server, without errors."""
+    page, strangers, errors = context.new_page(), [], []
+
+    def requested(request):
+        parts = urlsplit(request.url)
+        if parts.scheme not in ("data", "blob") and parts.hostname != "127.0.0.1":
+            strangers.append(request.url)
+
+    def said(message):
+        # Chromium reports refusals of the server, which the page shows, as errors.
+        if message.type == "error" and "400 (Bad Request)" not in message.text:
+            errors.append(message.text)
+
+    page.on("request", requested)
+    page.on("console", said)
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    yield page
+    page.close()
+    assert (strangers, errors) == ([], [])
+
+
+def opened(page, ground, view=None):
+    """The page, opened at a view of the satellite, by default at the overview."""
+    place = f"#/browse/torquer:chibis/torquer:chibis.view.{view}?hideInspector=true" if view else ""
+    page.goto(f"{ground.base}/?token={ground.token}&measure{place}")
+    return page
+
+
+def send(page, command, **values):
+    """Fill the form of a command and send it."""
+    page.locator(f"button[data-command={command}]").click()
+    for name, value in values.items():
+        field = page.locator(f".t-form [name={name}]")
+        is_choice = field.evaluate("element => element.tagName === 'SELECT'")
+        (field.select_option if is_choice else field.fill)(value)
+    page.locator(".t-send").click()
+
+
+def test_points_are_drawn(page, ground):
+    opened(page, ground)
+    page.wait_for_function(
+        "document.querySelector('.gl-plot-tick') && window.torquer?.latency.length"
+    )
+
+
+def test_the_overview_shows_link_values_and_log(page, ground):
+    opened(page, ground)
+    line = page.locator(".t-link[data-state=connected]")
+    sync_api.expect(line).to_contain_text("link up")
+    sync_api.expect(line).to_contain_text("0 rejected")
+    sync_api.expect(page.locator(".t-values__head")).to_contain_text("authentic")
+    sync_api.expect(page.locator(".t-log")).to_contain_text("link found")
+    svr_mode = page.locator(".t-values tr", has_text="svr_mode")
+    sync_api.expect(svr_mode).to_contain_text("AUTOMATIC")
+
+
+def test_commands_are_executed_refused_and_corrected(page, ground):
+    opened(page, ground, "commands")
+    send(page, "report_status", module_id="2")
+    page.locator("tr[data-command=report_status][data-state=executed]").first.wait_for()
+    send(page, "report_status", module_id="99")
+    refused = page.locator("tr[data-command=report_status][data-state=refused]").first
+    sync_api.expect(refused).to_contain_text("refused: a value out of its range")
+    send(page, "report_status", module_id="256")
+    sync_api.expect(page.locator(".t-form .t-failure")).to_contain_text("from 0 to 255")
+
+
+def test_the_present_state_is_lit_in_the_diagram(page, ground):
+    opened(page, ground, "commands")
+    send(page, "automatic", on="OFF")
+    page.locator("tr[data-command=automatic][data-state=executed]").first.wait_for()
+    send(page, "set_mode", region="stabilisation", state="acquisition")
+    page.locator("tr[data-command=set_mode][data-state=executed]").first.wait_for()
+    page.get_by_role("treeitem").filter(has_text="Modes").first.click()
+    lit = page.locator("[data-region=stabilisation].is-present")
+    sync_api.expect(lit).to_have_attribute("data-state", "acquisition")
+    assert lit.count() == 1
+    line = page.locator(".t-regions [data-region=stabilisation]")
+    sync_api.expect(line).to_contain_text("acquisition")
+
+
+def test_the_attitude_is_drawn(page, ground):
+    opened(page, ground, "attitude")
+    page.locator(".t-attitude__inset:not([hidden])").wait_for()
+    legend = page.locator(".t-attitude__legend")
+    sync_api.expect(legend).to_contain_text("deg/s")
+    sync_api.expect(legend).to_contain_text("from the Earth's centre")
+    picture = matplotlib.image.imread(io.BytesIO(page.locator(".t-attitude canvas").screenshot()))
+    assert picture[..., :3].std() > 0.02  # body and Earth before a plain background
+    # A satellite that has just been released does not know its attitude.
+    sync_api.expect(page.locator(".t-attitude__banner")).to_have_text("attitude unknown")
+
+
+def test_after_a_lost_connection_history_is_asked_for_again(page, ground):
+    sockets, asked = [], []
+
+    def routed(socket):
+        sockets.append(socket)
+        socket.connect_to_server()
+
+    page.route_web_socket("**/api/live", routed)
+    page.on("request", lambda request: asked.append(request.url))
+    opened(page, ground)
+    page.wait_for_function("window.torquer?.latency.length")
+    asked.clear()
+    with page.expect_request("**/history/extended/omega_x?*"):
+        sockets[0].close()
+    assert len(sockets) == 2
+    page.evaluate("window.torquer.latency.length = 0")
+    page.wait_for_function("window.torquer.latency.length")

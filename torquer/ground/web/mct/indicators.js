@@ -1,0 +1,73 @@
+// The status line: a satellite each, with its link, counts and on-board time.
+
+import { every, h, utc } from "../dom.js";
+
+/** Counts that the status line shows where the server gives them, with their words. */
+const COUNTS = { frames: "frames", rejected: "rejected", lost_bytes: "bytes lost" };
+
+export function installIndicators(openmct, satellites, live) {
+  for (const satellite of satellites.values()) {
+    const indicator = new Indicator(satellite);
+    openmct.indicators.add({
+      element: indicator.element,
+      key: `torquer.link.${satellite.key}`,
+      priority: openmct.priority.HIGH,
+    });
+    live.on("links", (links) =>
+      links
+        .filter((link) => link.satellite === satellite.key)
+        .forEach((one) => indicator.link(one)),
+    );
+    live.on("connected", (isConnected) => indicator.server(isConnected));
+    const clock = openmct.time.getAllClocks().find(({ key }) => key === `onboard.${satellite.key}`);
+    every(500, () => indicator.show(clock.currentValue()), new AbortController().signal);
+  }
+}
+
+class Indicator {
+  #link = null;
+  #hasServer = false;
+  #state = h("span", { class: "t-link__state" });
+  #counts = h("span", { class: "t-link__counts" });
+  #time = h("span", { class: "t-link__time" });
+
+  constructor({ name }) {
+    const title = h("span", { class: "t-link__name" }, name);
+    this.element = h("div", { class: "t-link" }, title, this.#state, this.#counts, this.#time);
+  }
+
+  link(link) {
+    this.#link = link;
+  }
+
+  server(isConnected) {
+    this.#hasServer = isConnected;
+    if (!isConnected) this.#link = null;
+  }
+
+  show(time) {
+    const [state, text] = this.#stateInWords();
+    this.element.dataset.state = state;
+    this.#state.textContent = text;
+    this.#counts.textContent = countsInWords(this.#link);
+    this.#time.textContent = `${utc(time)} UTC on board`;
+    this.element.title = this.#link?.address ?? "";
+  }
+
+  #stateInWords() {
+    if (!this.#hasServer) return ["lost", "no connection to the server"];
+    if (!this.#link) return ["lost", "link unknown"];
+    if (!this.#link.connected) return ["lost", "link lost"];
+    return ["connected", "link up"];
+  }
+}
+
+/** Counts by reason are shown as their sum. */
+function countsInWords(link) {
+  const sum = (count) =>
+    typeof count === "object" ? Object.values(count).reduce((a, b) => a + b, 0) : count;
+  return Object.entries(COUNTS)
+    .filter(([key]) => link?.[key] !== undefined && link[key] !== null)
+    .map(([key, word]) => `${sum(link[key])} ${word}`)
+    .join(", ");
+}

@@ -1,0 +1,161 @@
+// Telemetry for Open MCT: history by requests, live rows, limits.
+
+import { history } from "../net/rows.js";
+import { isBeyond } from "../satellites.js";
+import { TYPES } from "./objects.js";
+
+/** Most rows of a request that is not thinned, for tables. */
+const MOST_ROWS = 10_000;
+
+/** A row that may be damaged. */
+const SUSPECT = 0;
+const IS_SUSPECT = { cssClass: "is-limit--yellow", name: "suspect" };
+
+const isNumber = ({ type }) => type === TYPES.number;
+const isPacket = ({ type }) => type === TYPES.packet;
+const isOurs = (object) => isNumber(object) || isPacket(object);
+
+export class Telemetry {
+  #openmct;
+  #satellites;
+  #rows;
+  #latency;
+
+  /** `latency`: told of every row that was handed over, or null. */
+  constructor(openmct, satellites, rows, latency) {
+    this.#openmct = openmct;
+    this.#satellites = satellites;
+    this.#rows = rows;
+    this.#latency = latency;
+  }
+
+  install() {
+    this.#openmct.telemetry.addProvider({
+      supportsRequest: isOurs,
+      request: (object, options) => this.#request(object, options),
+      supportsSubscribe: isOurs,
+      subscribe: (object, callback) => this.#subscribe(object, callback),
+      supportsLimits: (object) => isOurs(object),
+      getLimitEvaluator: (object) => this.#evaluator(object),
+      getLimits: (object) => ({ limits: async () => this.#limitLines(object) }),
+    });
+  }
+
+  async #request(object, options) {
+    const parameters = parametersOf(options);
+    const { satellite, packet, number } = object;
+    if (isPacket(object)) return this.#frames(object, parameters, options.signal);
+    const rows = await history(satellite, packet, number, parameters, options.signal);
+    return rows
+      .filter(([, , value], i) => !repeatsUnknown(value, rows[i - 1]?.[2]))
+      .map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
+  }
+
+  /** Frames of a packet, put together from the histories of its numbers. */
+  async #frames({ satellite, packet }, parameters, signal) {
+    const { numbers } = this.#packet(satellite, packet);
+    const whole = { ...parameters, latest: 1 };
+    const columns = await Promise.all(
+      numbers.map(({ key }) => history(satellite, packet, key, whole, signal)),
+    );
+    const found = new Map();
+    columns.forEach((rows, i) => {
+      for (const [time, received, value, quality] of rows) {
+        const key = `${time} ${received}`;
+        if (!found.has(key)) found.set(key, datum({ time, received, quality }));
+        found.get(key)[numbers[i].key] = value ?? undefined;
+      }
+    });
+    return [...found.values()].sort((a, b) => a.utc - b.utc);
+  }
+
+  #subscribe(object, callback) {
+    const { satellite, packet, number } = object;
+    const { places, numbers } = this.#packet(satellite, packet);
+    const place = places.get(number);
+    const stop = new AbortController();
+    let last;
+    const hand = (row) => {
+      if (this.#isBehindFixedSpan(row)) return;
+      const value = row.values[place];
+      if (isNumber(object) && repeatsUnknown(value, last)) return;
+      last = value;
+      callback(isNumber(object) ? numberDatum(row, value) : frameDatum(row, numbers));
+      this.#latency?.(row.received);
+    };
+    this.#rows.listen(satellite, packet, hand, stop.signal);
+    return () => stop.abort();
+  }
+
+  /** With a fixed time span Open MCT would keep all later rows, for a clock that does not tick. */
+  #isBehindFixedSpan(row) {
+    const { time } = this.#openmct;
+    const others = [...time.independentContexts.values()];
+    const isLive = (context) => context.hasOwnContext() && context.isRealTime();
+    if (!time.isFixed() || others.some(isLive)) return false;
+    const at = time.getTimeSystem().key === "received" ? row.received : row.time;
+    return at > time.getBounds().end;
+  }
+
+  #evaluator(object) {
+    const { places, numbers } = this.#packet(object.satellite, object.packet);
+    return {
+      evaluate: (datum, valueMetadata) => {
+        const key = valueMetadata?.key ?? "value";
+        if (key === "quality") return datum.quality === SUSPECT ? IS_SUSPECT : undefined;
+        const number = isNumber(object) && key === "value" ? object.number : key;
+        const one = numbers[places.get(number)];
+        return one ? limitState(one, datum[key]) : undefined;
+      },
+    };
+  }
+
+  #limitLines(object) {
+    const { places, numbers } = this.#packet(object.satellite, object.packet);
+    const limits = numbers[places.get(object.number)]?.limits;
+    if (!limits) return undefined;
+    const line = (value) => ({ color: "yellow", value });
+    return { WARNING: { low: line(limits.low), high: line(limits.high) } };
+  }
+
+  #packet(satellite, packet) {
+    return this.#satellites.get(satellite).packets.get(packet);
+  }
+}
+
+/** Plots may be thinned; tables get the last rows as they are. */
+function parametersOf({ start, end, domain, strategy, size }) {
+  const span = { start: Math.floor(start), end: Math.ceil(end) };
+  const by = domain === "received" ? "received" : "time";
+  if (strategy === "minmax") return { ...span, by, size: size ?? 1000 };
+  const rows = strategy === "latest" ? (size ?? 1) : (size ?? MOST_ROWS);
+  return { ...span, by, latest: 1, size: Math.min(rows, MOST_ROWS) };
+}
+
+/** One unknown number interrupts a line; of more Open MCT would complain, each time. */
+const repeatsUnknown = (value, before) => value === null && before === null;
+
+/** Unknown numbers are left out: Open MCT would draw null as zero. */
+const datum = ({ time, received, quality }) => ({
+  utc: time,
+  received: received ?? undefined,
+  quality,
+});
+const numberDatum = (row, value) => ({ ...datum(row), value: value ?? undefined });
+
+function frameDatum(row, numbers) {
+  const values = numbers.map(({ key }, i) => [key, row.values[i] ?? undefined]);
+  return { ...datum(row), ...Object.fromEntries(values) };
+}
+
+function limitState(one, value) {
+  const side = isBeyond(one, value);
+  if (!side) return undefined;
+  const { low, high } = one.limits;
+  return {
+    cssClass: `is-limit--${side === "upper" ? "upr" : "lwr"} is-limit--yellow`,
+    name: side === "upper" ? `above ${high}` : `below ${low}`,
+    low,
+    high,
+  };
+}

@@ -1,0 +1,36 @@
+// Requests to the server; all of them go to the page's own origin.
+
+/** Refusal by the server, with its reason in one line. */
+export class ServerError extends Error {}
+
+/** Path of a satellite's route. */
+export const route = (satellite, ...parts) =>
+  ["/api", satellite, ...parts].map((part, i) => (i ? encodeURIComponent(part) : part)).join("/");
+
+export async function get(path, parameters = {}, signal = undefined) {
+  const given = Object.entries(parameters).filter(([, value]) => value !== undefined);
+  const query = new URLSearchParams(given).toString();
+  return answer(await fetch(query ? `${path}?${query}` : path, { signal }));
+}
+
+export async function post(path, body) {
+  const headers = { "Content-Type": "application/json" };
+  return answer(await fetch(path, { method: "POST", headers, body: JSON.stringify(body) }));
+}
+
+/** For requests that nobody waits for: when `signal` says that a view is closed, they may fail. */
+export function inBackground(request, signal) {
+  request.catch((error) => signal.aborted || console.warn(error));
+}
+
+async function answer(response) {
+  if (response.ok) return response.json();
+  const told = await response.json().catch(() => ({}));
+  throw new ServerError(told.error ?? meaning(response));
+}
+
+function meaning(response) {
+  if (response.status === 401 || response.status === 403)
+    return "The server does not know this page. Open the address that it printed at its start.";
+  return `The server answered ${response.status} ${response.statusText}`.trim();
+}

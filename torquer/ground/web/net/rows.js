@@ -1,0 +1,92 @@
+// Rows of packets: handed to who listens; the newest of each packet is kept.
+
+import { get, inBackground, route } from "./api.js";
+
+/** How good a row is, by the number in it. */
+export const QUALITIES = ["suspect", "unchecked", "authentic"];
+
+/** Listeners and the newest row, by satellite and packet. */
+export class Rows {
+  #satellites;
+  #live;
+  #listeners = new Map();
+  #firsts = [];
+  #newest = new Map();
+
+  constructor(satellites, live) {
+    this.#satellites = satellites;
+    this.#live = live;
+    live.on("rows", (rows) => this.#received(rows.map(rowOf)));
+    // What comes while there is no connection is newer, and in the archive only.
+    live.on("connected", () => this.#newest.clear());
+  }
+
+  /** Calls `listener` with the rows of a message, of all satellites, before anybody else. */
+  first(listener) {
+    this.#firsts.push(listener);
+  }
+
+  /** Calls `listener` with every new row of a packet; `arrived`: when, by `performance.now()`. */
+  listen(satellite, packet, listener, signal) {
+    const key = `${satellite}/${packet}`;
+    if (!this.#listeners.has(key)) this.#listeners.set(key, new Set());
+    this.#listeners.get(key).add(listener);
+    signal.addEventListener("abort", () => this.#listeners.get(key).delete(listener));
+  }
+
+  /**
+   * Calls `take` with the newest row of a packet and with each new one. A row of the archive, now
+   * and after a lost connection, has `numbers` of the packet only.
+   */
+  async follow(satellite, packet, numbers, take, signal) {
+    let arrived = -Infinity;
+    const takeNewer = (row) => {
+      if (!row || row.arrived < arrived) return;
+      arrived = row.arrived;
+      take(row);
+    };
+    const known = () => this.#newest.get(`${satellite}/${packet}`);
+    const ask = async () =>
+      takeNewer(known() ?? (await this.#archived(satellite, packet, numbers, signal)));
+    this.listen(satellite, packet, takeNewer, signal);
+    this.#live.on("again", () => inBackground(ask(), signal), signal);
+    await ask();
+  }
+
+  async #archived(satellite, packet, numbers, signal) {
+    const last = new Map();
+    const ask = async ({ key }) => {
+      // On-board time may have been set back; rows of recordings have no time of reception.
+      for (const by of ["received", "time"]) {
+        const rows = await history(satellite, packet, key, { latest: 1, size: 1, by }, signal);
+        if (rows.length) return last.set(key, rows[0]);
+      }
+    };
+    await Promise.all(numbers.map(ask));
+    if (!last.size) return null;
+    const [time, received, , quality] = [...last.values()].at(-1);
+    const { places } = this.#satellites.get(satellite).packets.get(packet);
+    const values = [...places.keys()].map((key) => last.get(key)?.[2] ?? null);
+    // Times of reception are this machine's; rows of recordings have none: they came long ago.
+    const arrived = performance.now() - (Date.now() - (received ?? -Infinity));
+    return { satellite, packet, time, received, quality, values, arrived };
+  }
+
+  #received(rows) {
+    for (const listener of this.#firsts) listener(rows);
+    for (const row of rows) {
+      const key = `${row.satellite}/${row.packet}`;
+      this.#newest.set(key, row);
+      for (const listener of this.#listeners.get(key) ?? []) listener(row);
+    }
+  }
+}
+
+function rowOf([satellite, packet, time, received, quality, values]) {
+  return { satellite, packet, time, received, quality, values, arrived: performance.now() };
+}
+
+/** Rows `[time, received, value, quality]` of a number. */
+export function history(satellite, packet, number, parameters, signal = undefined) {
+  return get(route(satellite, "history", packet, number), parameters, signal);
+}

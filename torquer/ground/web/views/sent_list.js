@@ -1,0 +1,90 @@
+// Commands that were sent, with what became of each, live.
+
+import { h, oncePerFrame, utc, utcToday } from "../dom.js";
+import { get, inBackground, route } from "../net/api.js";
+
+/** Most commands shown: the last ones. */
+const MOST = 200;
+const TITLES = ["No.", "Command", "Values", "State", "Made (UTC)", "Sent", "Answered", "By"];
+
+export class SentList {
+  #context;
+  #commands = new Map();
+  #body = h("tbody");
+
+  constructor(context) {
+    this.#context = context;
+    const head = h(
+      "tr",
+      {},
+      TITLES.map((title) => h("th", { scope: "col" }, title)),
+    );
+    this.element = h(
+      "section",
+      { class: "t-sent t-scroll" },
+      h("table", { class: "t-table" }, h("thead", {}, head), this.#body),
+    );
+    this.redraw = oncePerFrame(() => this.#draw(), context.signal);
+  }
+
+  async start() {
+    const { live, satellite, signal } = this.#context;
+    const ofSatellite = (commands) => commands.filter((one) => one.satellite === satellite.key);
+    live.on("commands", (commands) => this.put(ofSatellite(commands)), signal);
+    live.on("again", () => inBackground(this.#ask(), signal), signal);
+    await this.#ask();
+  }
+
+  put(commands) {
+    for (const command of commands) {
+      // The answer to the request may come after the first news of the command.
+      const known = this.#commands.get(command.id);
+      if (!known || progress(command) >= progress(known)) this.#commands.set(command.id, command);
+    }
+    const oldest = [...this.#commands.keys()].sort((a, b) => b - a).slice(MOST);
+    for (const id of oldest) this.#commands.delete(id);
+    this.redraw();
+  }
+
+  async #ask() {
+    const { satellite, signal } = this.#context;
+    this.put(await get(route(satellite.key, "sent"), { size: MOST }, signal));
+  }
+
+  #draw() {
+    const sorted = [...this.#commands.values()].sort((a, b) => b.id - a.id);
+    this.#body.replaceChildren(...sorted.map(lineOf));
+  }
+}
+
+/** How far a command has come. */
+function progress({ sent_ms, received_ms, answered_ms, state }) {
+  const isOver = ["executed", "refused", "unanswered", "cancelled"].includes(state);
+  return [sent_ms, received_ms, answered_ms].filter(Boolean).length + (isOver ? 1 : 0);
+}
+
+function lineOf(command) {
+  const { id, state, made_ms, sent_ms, answered_ms } = command;
+  const told = h("td", { class: "t-sent__state" }, stateInWords(command));
+  return h(
+    "tr",
+    { "data-state": state, "data-command": command.command },
+    h("td", {}, String(id)),
+    h("td", {}, command.command),
+    h("td", { class: "t-sent__values" }, valuesInWords(command.values)),
+    told,
+    [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: utc(time) }, utcToday(time))),
+    h("td", {}, command.by ?? command.made_by ?? ""),
+  );
+}
+
+function stateInWords({ state, reason, execute_ms, answered_ms }) {
+  if (reason) return `${state}: ${reason}`;
+  const isDelayed = execute_ms && !answered_ms;
+  return isDelayed ? `${state}, to be executed ${utc(execute_ms)} on board` : state;
+}
+
+const valuesInWords = (values) =>
+  Object.entries(values ?? {})
+    .map(([name, value]) => `${name} = ${Array.isArray(value) ? value.join(", ") : value}`)
+    .join("; ");

@@ -1,0 +1,73 @@
+// A table of the newest values of a packet.
+
+import { h, number, oncePerFrame, utc } from "../dom.js";
+import { QUALITIES } from "../net/rows.js";
+import { isBeyond } from "../satellites.js";
+
+/** Text of a value: its label, or its number. */
+export function valueInWords(one, value) {
+  if (value === null || value === undefined) return "unknown";
+  return one.labels?.get(value) ?? (one.format === "string" ? value : number(value));
+}
+
+/**
+ * Shows `numbers` of a packet, live. `columns`: whether there is room for descriptions. Rows have
+ * the address of the number's plot.
+ */
+export function showValues(element, { satellite, rows, signal }, packet, numbers, isWide) {
+  const cells = numbers.map((one) => new ValueRow(one, isWide));
+  const head = h("p", { class: "t-values__head" }, "no frame yet");
+  const table = h(
+    "table",
+    { class: "t-table t-values" },
+    h(
+      "tbody",
+      {},
+      cells.map(({ element }) => element),
+    ),
+  );
+  element.append(head, table);
+
+  let newest = null;
+  const draw = oncePerFrame(() => {
+    head.textContent = frameInWords(packet, newest);
+    head.classList.toggle("is-suspect", newest.quality === 0);
+    cells.forEach((cell, i) => cell.show(newest.values[packet.places.get(numbers[i].key)]));
+  }, signal);
+  const take = (row) => {
+    newest = row;
+    draw();
+  };
+  return rows.follow(satellite.key, packet.key, numbers, take, signal);
+}
+
+function frameInWords(packet, { time, received, quality }) {
+  const when = received === null ? "from a recording" : `received ${utc(received)}`;
+  return `${packet.name}: ${utc(time)} UTC on board, ${when}, ${QUALITIES[quality]}`;
+}
+
+class ValueRow {
+  #one;
+  #value = h("td", { class: "t-values__value" }, "");
+
+  constructor(one, isWide) {
+    this.#one = one;
+    const limits = one.limits ? `${one.limits.low} to ${one.limits.high}` : "";
+    this.element = h(
+      "tr",
+      { title: one.description },
+      h("th", { scope: "row" }, one.name),
+      this.#value,
+      h("td", { class: "t-values__unit" }, one.unit),
+      isWide ? h("td", {}, limits) : null,
+      isWide ? h("td", { class: "t-values__description" }, one.description) : null,
+    );
+  }
+
+  show(value) {
+    const text = valueInWords(this.#one, value);
+    if (this.#value.textContent !== text) this.#value.textContent = text;
+    this.#value.classList.toggle("is-unknown", value === null || value === undefined);
+    this.#value.classList.toggle("is-beyond", isBeyond(this.#one, value) !== null);
+  }
+}
