@@ -342,6 +342,19 @@ def test_pus_is_no_different(tmp_path):
         assert client.value("value", packet="parameter")[3] == 2
 
 
+@pytest.mark.parametrize("address", ["udp:127.0.0.1:0", "can:virtual:ground_and_satellite"])
+def test_other_links(tmp_path, address):
+    if address.startswith("can"):
+        pytest.importorskip("can")
+    with (
+        flying(address=address) as flight,
+        serving(tmp_path, chibis=table(flight.address)) as client,
+    ):
+        assert client.value("omega_x")[3] == 2
+        _, ordered = client.order("get_parameter", index=0)
+        assert client.ends(ordered["id"])["state"] == "executed"
+
+
 def test_historical_frames_and_several_satellites(flight, tmp_path):
     plain = software(tmp_path, link="historical")
     with flying(plain) as other:

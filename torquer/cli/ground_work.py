@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import sys
+import threading
 import time
 import urllib.error
 import urllib.request
@@ -64,7 +65,8 @@ def serve(path: Path | None, how: GroundOptions, code: CodeOptions) -> int:
 def _show_address(address: str, no_browser: bool) -> None:
     print(f"{address}\nCtrl-C ends it", flush=True)
     if not no_browser:
-        webbrowser.open(address)
+        # it may wait for a browser to end, as it does for those in a terminal
+        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 def _note_on_protection(satellite) -> None:

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
-from torquer.ground.archive import Archive, Row, RowMaker
+from torquer.ground.archive import SUSPECT, Archive, Row, RowMaker
 from torquer.ground.commands import Commands
 from torquer.ground.file import Satellite
 from torquer.ground.history import ground_entry, has_events, satellite_entry
@@ -55,8 +55,8 @@ class Contact:
     """A satellite whose link is served; `clock_ms`: its clock by the latest telemetry, or None.
 
     Counters of both directions are kept in the archive. With keys that everybody knows, a
-    satellite that counts from 0 again is accepted: such keys prove nothing, and simulations begin
-    anew all the time.
+    satellite that counts from 0 again is accepted: such keys prove nothing, and simulations
+    start again all the time.
     """
 
     def __init__(
@@ -67,6 +67,7 @@ class Contact:
         self.archive = Archive(folder / f"{satellite.key}.sqlite", self.dictionary)
         self.commands = Commands(self.archive, self.dictionary, satellite.names)
         self.clock_ms: int | None = None
+        self._clock_s = 0.0  # when it was heard of
         self.link: Link = connect(satellite.link, self.dictionary)
         self._station, self._maker = station_of(satellite.software), RowMaker(self.dictionary)
         self._judge, self._frames = Judge(self._station), 0
@@ -103,9 +104,12 @@ class Contact:
 
     def order(self, commands: Sequence[Sent], by: str) -> list[dict]:
         """Take commands, all or none; `ScenarioError` with one line for what cannot be sent."""
+        clock_ms = self.clock_ms
+        if clock_ms is not None:  # it has gone on since it was heard of
+            clock_ms += round(1e3 * (time.monotonic() - self._clock_s))
         for sent in commands:
-            self.commands.check(sent, self.clock_ms)
-        ordered = [self.commands.order(sent, by, now_ms(), self.clock_ms) for sent in commands]
+            self.commands.check(sent, clock_ms)
+        ordered = [self.commands.order(sent, by, now_ms(), clock_ms) for sent in commands]
         for each in ordered:
             self._live.message("commands", self.key, each)
         return ordered
@@ -145,8 +149,13 @@ class Contact:
 
     def _look_at(self, pairs: list[tuple[Frame, Row]], at_ms: int) -> None:
         """Clock, answers and events in new frames."""
-        times = [row.time_ms for _, row in pairs if row.packet not in _RECORDED]
-        self.clock_ms = max(times, default=self.clock_ms)
+        times = [
+            row.time_ms
+            for _, row in pairs
+            if row.packet not in _RECORDED and row.quality != SUSPECT
+        ]
+        if times:
+            self.clock_ms, self._clock_s = max(times), time.monotonic()
         for frame, row in pairs:
             if row.packet == "acknowledgement":
                 values = dict(zip(frame.packet.names, frame.values, strict=True))
@@ -191,7 +200,7 @@ class Contact:
         if self._is_open_to_all:
             protection.telemetry.counters = dict.fromkeys(protection.telemetry.counters, 0)
             self.note(
-                "info", "telemetry counts from the beginning: the satellite has been restarted"
+                "info", "telemetry counts from the beginning: a restarted satellite, or a replay"
             )
         elif self._rejected == 0:
             self.note(
