@@ -152,6 +152,9 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
     array = value_of(s, target.value)
     if not isinstance(array.type, Array) or len(cuts) > len(array.type.shape):
         raise s.refuse(target, "write a loop over the cells")
+    if isinstance(value.type, Array) and all(isinstance(each, ast.Slice) for each in cuts):
+        fill_all(s, target, array, value)
+        return True
     if value.type != DOUBLE:
         raise s.refuse(target, "set cells to one float, or write a loop")
     rest = [ast.Slice()] * (len(array.type.shape) - len(cuts))

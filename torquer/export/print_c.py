@@ -5,7 +5,7 @@ import re
 from torquer.export.helpers import HELPERS
 from torquer.export.lines import Declared, Line, Stored
 from torquer.export.program import Function, Program
-from torquer.export.types import Array, Number, Record, Rows, Static, Tuple, Type
+from torquer.export.types import Array, Number, Record, Rows, Static, Tuple, Type, c_word
 
 #: Longest line of C text.
 _WIDTH = 100
@@ -26,6 +26,7 @@ def declarator(program: Program, kind: Type, name: str, const: bool = False) -> 
 
 def member(program: Program, kind: Type, name: str) -> str:
     """A member of a struct."""
+    name = c_word(name)
     if isinstance(kind, Array):
         return f"double {name}" + "".join(f"[{max(n or 1, 1)}]" for n in kind.shape) + ";"
     if isinstance(kind, Rows):

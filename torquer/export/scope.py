@@ -11,22 +11,19 @@ from torquer.export.helpers import HELPERS
 from torquer.export.lines import Block, Declared, Line, Stored
 from torquer.export.refusal import Refused, refused, shown
 from torquer.export.source import Source
-from torquer.export.types import NOTHING, PLACES, Static, Tuple, Type, in_words
+from torquer.export.types import KEYWORDS, NOTHING, PLACES, Static, Tuple, Type, in_words
 from torquer.export.values import Form, Value
 
 if TYPE_CHECKING:
     from torquer.export.program import Program
 
 #: Words of C, and names of its library, that a kernel's variable must not have.
-RESERVED = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if "
-    "inline int long register restrict return short signed sizeof static struct switch typedef "
-    "union unsigned void volatile while bool true false NAN INFINITY isnan isinf isfinite "
-    "int64_t uint64_t main errno stdin stdout stderr signbit fpclassify "
+RESERVED = KEYWORDS | frozenset(
+    "int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit "
     "sqrt sin cos tan asin acos atan atan2 exp exp2 expm1 log log1p log2 log10 logb sinh cosh tanh "
     "asinh acosh atanh fmod copysign fabs pow floor ceil trunc round rint fmin fmax fdim fma hypot "
-    "cbrt erf erfc tgamma lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb "
-    "memcpy memset abs labs div exit NULL".split()
+    "cbrt erf erfc tgamma lgamma remainder remquo scalbn ldexp frexp modf nan nextafter "
+    "ilogb".split()
 ) | frozenset(HELPERS)
 
 

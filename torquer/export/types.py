@@ -16,6 +16,20 @@ import numpy as np
 _LARGE = 8
 
 
+#: Words that no variable and no member can have in C.
+KEYWORDS = frozenset(
+    "auto break case char const continue default do double else enum extern float for goto if "
+    "inline int long register restrict return short signed sizeof static struct switch typedef "
+    "union unsigned void volatile while bool true false NAN INFINITY NULL isnan isinf isfinite "
+    "signbit fpclassify errno".split()
+)
+
+
+def c_word(name: str) -> str:
+    """How C names a field of this name."""
+    return f"{name}_" if name in KEYWORDS else name
+
+
 @dataclass(frozen=True)
 class Number:
     """A number or truth: its type in C."""
@@ -59,7 +73,7 @@ class Tuple:
         """How C names a part."""
         if self.is_array:
             return f".v[{place}]"
-        return f".{self.fields[place] if self.fields else f'v{place}'}"
+        return f".{c_word(self.fields[place]) if self.fields else f'v{place}'}"
 
 
 @dataclass(frozen=True)

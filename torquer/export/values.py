@@ -15,6 +15,7 @@ from torquer.export.types import (
     Static,
     Tuple,
     Type,
+    c_word,
     number_text,
 )
 
@@ -133,7 +134,7 @@ def field_of(value: Value, name: str) -> Value:
     kind, reads = _constant_if(record.const, kind), not record.const or value.reads
     bounds = dict(record.bounds).get(name, (None, None))
     roots = frozenset() if record.const else value.roots
-    return Value(value.member(f".{name}"), kind, reads=reads, roots=roots, bounds=bounds)
+    return Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
 
 
 def _constant_if(const: bool, kind: Type) -> Type:
