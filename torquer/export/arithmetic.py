@@ -96,9 +96,12 @@ def _folded(op: ast.operator, a: Value, b: Value) -> Value:
     if type(op) not in known:
         raise Impossible("write a product or // by a power of two")
     try:
-        return constant(known[type(op)](a.known, b.known))
+        found = known[type(op)](a.known, b.known)
     except (ArithmeticError, TypeError) as error:
         raise Impossible(f"write what is defined ({error})") from None
+    if isinstance(found, complex) or (isinstance(found, int) and abs(found) >= 2**63):
+        raise Impossible("write what a float or an integer of 64 bits can hold")
+    return constant(found)
 
 
 def _plain(kind: type, a: Value, b: Value) -> Value:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from torquer.compile.plugin import plain_of
-from torquer.export import expressions  # noqa: F401  registers what it translates
+from torquer.export import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.export.lines import Line, without_unread, words_of
 from torquer.export.scope import RESERVED, Scope, Variable
 from torquer.export.source import Source, source_of

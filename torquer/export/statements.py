@@ -16,7 +16,7 @@ from torquer.export.lines import Line
 from torquer.export.places import fill, fill_all
 from torquer.export.scope import Scope
 from torquer.export.types import DOUBLE, INT, NOTHING, Array, Number, Static, Tuple
-from torquer.export.values import ATOM, SUM, Value, constant
+from torquer.export.values import ATOM, SIGN, SUM, Value, constant
 
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",
@@ -143,8 +143,8 @@ def _augmented(s: Scope, node: ast.AugAssign) -> None:
     """`a += b`: the place is found once, and read before b is evaluated."""
     place = value_of(s, node.target)
     after, value = apart(s, node.value)
-    if after.effects and isinstance(node.target, ast.Subscript) and not _is_plain(node.target.slice):
-        raise s.refuse(node, "find the value in a line before")
+    if after.effects and isinstance(node.target, ast.Subscript) and place.type == DOUBLE:
+        place = _cell_kept(s, place)
     before = s.kept(place) if after.effects and place.reads else place
     s.add(after)
     with s.refusing(node):
@@ -155,9 +155,10 @@ def _augmented(s: Scope, node: ast.AugAssign) -> None:
         _write(s, node, node.target, place, made)
 
 
-def _is_plain(index: ast.expr) -> bool:
-    """Whether an index cannot be changed by what a call does."""
-    return all(isinstance(n, ast.Name | ast.Constant | ast.Tuple | ast.Load) for n in ast.walk(index))
+def _cell_kept(s: Scope, place: Value) -> Value:
+    """The cell that a place is now, whatever happens to its index."""
+    held = s.kept(Value(f"&{place.text}", Array((1,)), SIGN, reads=True, roots=place.roots))
+    return Value(f"{held.text}[0]", DOUBLE, reads=True, roots=place.roots)
 
 
 def _annotated(s: Scope, node: ast.AnnAssign) -> None:
