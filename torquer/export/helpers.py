@@ -7,6 +7,9 @@ HELPERS = {
 static double floor_mod(double a, double b)
 {
     double rest = fmod(a, b);
+    if (b == 0.0) {
+        return rest;
+    }
     if (rest != 0.0) {
         if ((b < 0.0) != (rest < 0.0)) {
             rest += b;
@@ -23,6 +26,9 @@ static double floor_div(double a, double b)
     const double rest = fmod(a, b);
     double quotient = (a - rest) / b;
     double whole;
+    if (b == 0.0) {
+        return a / b;
+    }
     if (rest != 0.0 && (b < 0.0) != (rest < 0.0)) {
         quotient -= 1.0;
     }
