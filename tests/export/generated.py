@@ -2,6 +2,8 @@
 
 from random import Random
 
+# ruff: noqa: E501, F541  the text of kernels
+
 PRELUDE = '''
 import math
 from typing import NamedTuple
@@ -46,6 +48,14 @@ def choose(x, y, apply):
     return apply(x, y)
 
 
+def power(x, y):
+    return abs(x) ** y
+
+
+def signed(x, y):
+    return math.copysign(x, y) if y == y else x
+
+
 def less(x, y):
     return x - y
 
@@ -74,10 +84,10 @@ class Maker:
         a, b, n = self.number(depth - 1), self.number(depth - 1), self.whole(depth - 1)
         return self.one_of(
             leaf, f"({a} + {b})", f"({a} - {b})", f"{a} * {b}", f"({a} / {b})", f"-{a}", f"({a} // {b})",
-            f"({a} % {b})", f"abs({a}) ** {b}", f"({a} if {self.truth(depth - 1)} else {b})",
+            f"({a} % {b})", f"power({a}, {b})", f"({a} if {self.truth(depth - 1)} else {b})",
             f"min({a}, {b})", f"max({a}, {b}, x)", f"abs({a})", f"float({n})", f"({a} * {n})",
             f"({n} / {self.whole(0)})", f"math.sqrt(abs({a}))", f"math.sin({a})", f"math.atan2({a}, {b})",
-            f"math.copysign({a}, {b})", f"bump(memory, {n} % 6, {a})", f"peek(memory, {n} % 6)",
+            f"signed({a}, {b})", f"bump(memory, {n} % 6, {a})", f"peek(memory, {n} % 6)",
             f"turned(v, {a})[{r.randrange(3)}]", f"of_large(large(v, turned(v, y), {a}), {n} % 10)",
             f"choose({a}, {b}, less)", f"pair_of({a}, {n}, v).second[1]", f"TABLE[{n} % 3]",
             f"({a}, {b}, total)[{r.randrange(-3, 3)}]", f"(+{a})", f"math.fmod({a}, {b})",
@@ -129,7 +139,7 @@ class Maker:
             f"total = {a}", f"total += {a}", f"total -= {a}", f"total *= {self.number(1)}",
             f"memory[{n} % 6] = {a}", f"memory[n % 6] -= {self.number(1)}", f"found = {t}",
             f"total, x = {a}, total", f"memory[0], memory[1] = memory[1], {a}", f"v = turned(v, {a})",
-            f"x, y = y, x", f"memory[3] = memory[4] = {a}", f"count = {n} % 5", f"x, *_ = v" if 0 else "pass",
+            f"x, y = y, x", f"memory[3] = memory[4] = {a}", f"count = {n} % 5", "pass",
             f"first, (second, _, third) = {a}, turned(v, x)\n{indent}total += first * second - third",
             "memory[:] = total", f"bump(memory, {n} % 6, {self.number(1)})", f"v = (v[0], *v[:2])",
         )  # fmt: skip
@@ -150,10 +160,19 @@ class Maker:
             return [f"{indent}if {self.truth(1)}:", *inner, f"{indent}else:",
                     *self.block(depth - 1, deeper, in_loop)]  # fmt: skip
         if kind == "elif":
-            return [f"{indent}if {self.truth(1)}:", *inner, f"{indent}elif {self.truth(2)}:", *inner]
+            return [
+                f"{indent}if {self.truth(1)}:",
+                *inner,
+                f"{indent}elif {self.truth(2)}:",
+                *inner,
+            ]
         if kind == "range":
             low, high = self.one_of("0", "m % 3", "4"), self.one_of("3", "n % 4", "count % 4", "-1")
-            return [f"{indent}for {k} in range({low}, {high}):", *loop, f"{deeper}total += float({k})"]
+            return [
+                f"{indent}for {k} in range({low}, {high}):",
+                *loop,
+                f"{deeper}total += float({k})",
+            ]
         if kind == "down":
             step = self.one_of("-1", "-2", "2", "3")
             return [f"{indent}for {k} in range(n % 5, m % 7, {step}):", *loop]
@@ -161,7 +180,11 @@ class Maker:
             return [f"{indent}{k} = 0", f"{indent}while {k} < 3 and {self.truth(1)}:",
                     f"{deeper}{k} += 1", *loop]  # fmt: skip
         if kind == "tuple":
-            return [f"{indent}for {k} in (x, {self.number(1)}, v[1]):", *loop, f"{deeper}total -= {k}"]
+            return [
+                f"{indent}for {k} in (x, {self.number(1)}, v[1]):",
+                *loop,
+                f"{deeper}total -= {k}",
+            ]
         if kind == "used":  # the variable is set within the loop and read after it
             return [f"{indent}{k} = 7", f"{indent}for {k} in range(n % 4):", *loop,
                     f"{deeper}{k} += 1", f"{indent}total += float({k})"]  # fmt: skip

@@ -33,7 +33,7 @@ def flat(value) -> list[float]:
 
 def _given(program, kind, at: list[int]) -> str:
     """An argument made of the numbers that the entry is given."""
-    if kind == DOUBLE or kind == INT:
+    if kind in (DOUBLE, INT):
         at[0] += 1
         return f"d[{at[0] - 1}]" if kind == DOUBLE else f"(int64_t)d[{at[0] - 1}]"
     if isinstance(kind, Tuple):

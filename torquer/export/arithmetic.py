@@ -92,7 +92,9 @@ def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
 
 
 def _folded(op: ast.operator, a: Value, b: Value) -> Value:
-    known = {k: f for k, (*_, f) in {**_PLAIN, **_BITS, **_HELPED}.items()} | {ast.Pow: operator.pow}
+    known = {k: f for k, (*_, f) in {**_PLAIN, **_BITS, **_HELPED}.items()} | {
+        ast.Pow: operator.pow
+    }
     if type(op) not in known:
         raise Impossible("write a product or // by a power of two")
     try:
@@ -126,6 +128,12 @@ def _bounds(kind: type, a: Value, b: Value) -> tuple[int | None, int | None]:
     return low, None if a1 is None or b1 is None else a1 + b1
 
 
+def either(a: tuple, b: tuple) -> tuple[int | None, int | None]:
+    """Bounds of a number that is one of two."""
+    low = None if a[0] is None or b[0] is None else min(a[0], b[0])
+    return low, None if a[1] is None or b[1] is None else max(a[1], b[1])
+
+
 def _bits(kind: type, a: Value, b: Value) -> Value:
     sign, rank, _ = _BITS[kind]
     if a.type == b.type == BOOL:
@@ -141,7 +149,12 @@ def _bits(kind: type, a: Value, b: Value) -> Value:
 def _power(a: Value, b: Value, helpers: set[str]) -> Value:
     if a.type != DOUBLE and b.type != DOUBLE:
         raise Impossible("write a product, or make one of them a float")
-    return called("pow", [as_double(as_whole(a)), as_double(as_whole(b))], DOUBLE)
+    if a.is_known or b.is_known:
+        raise Impossible(
+            "write x * x, math.sqrt(x) or math.exp: compilers round a power by a constant otherwise"
+        )
+    helpers.add("power_of")
+    return called("power_of", [as_double(as_whole(a)), as_double(as_whole(b))], DOUBLE)
 
 
 def _helped(kind: type, a: Value, b: Value, helpers: set[str]) -> Value:
@@ -228,6 +241,6 @@ def both(a: Value, b: Value, is_and: bool) -> Value:
     if a.is_known:
         return b if a.known == is_and else a
     sign = "&&" if is_and else "||"
-    left = a.text if a.rank >= EQUAL or f" {sign} " in a.text and a.rank == AND and is_and else ""
+    left = a.text if a.rank >= EQUAL or (f" {sign} " in a.text and a.rank == AND and is_and) else ""
     text = f"{left or f'({a.text})'} {sign} {b.within(EQUAL)}"
     return Value(text, BOOL, AND if is_and else AND - 1, reads=a.reads or b.reads)

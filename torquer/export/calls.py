@@ -13,11 +13,9 @@ from torquer.export.evaluate import (
     of_outside,
     parts_in_order,
     translates,
-    truth_of,
     tuple_of,
     value_of,
 )
-from torquer.export.lines import Line
 from torquer.export.places import Chosen
 from torquer.export.scope import Scope
 from torquer.export.types import (
@@ -123,7 +121,9 @@ def _call_by_number(s: Scope, node: ast.Call, values: list[Value]) -> Value:
     function = chosen.type.value if isinstance(chosen.type, Static) else None
     if not isinstance(function, Chosen):
         return call_kernel(s, node, function, rest)
-    return call_switch(s, node, dict(enumerate(function.functions)), replace(chosen, type=INT), rest)
+    return call_switch(
+        s, node, dict(enumerate(function.functions)), replace(chosen, type=INT), rest
+    )
 
 
 def call_switch(
@@ -209,6 +209,8 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         return None
     if not all(isinstance(each.type, Number) for each in values):
         raise s.refuse(node, "call it with numbers")
+    if name and all(each.is_known for each in values):  # a compiler would round it its own way
+        return _known_answer(s, node, called, values)
     doubles = [arithmetic.as_double(arithmetic.as_whole(each)) for each in values]
     if name:
         return arithmetic.called(name, doubles, DOUBLE)
@@ -217,6 +219,13 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         return replace(found, text=f"{found.text} != 0", rank=EQUAL)
     found = arithmetic.called(whole or "", doubles, DOUBLE)
     return replace(found, text=f"(int64_t){found.text}", type=INT, rank=SIGN)
+
+
+def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
+    try:
+        return constant(float(called(*(each.known for each in values))))
+    except (ArithmeticError, ValueError):
+        raise s.refuse(node, "call it where it is defined") from None
 
 
 def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:

@@ -1,5 +1,7 @@
 """The on-board computer of a scenario as a program: its control step, its tables, its state."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -23,8 +25,8 @@ from torquer.export.types import (
     Record,
     Rows,
     Static,
+    Tuple,
     Type,
-    as_floats,
     type_of,
 )
 from torquer.export.values import Value
@@ -82,15 +84,13 @@ def on_board_of(scenario: Scenario) -> OnBoard:
 
 def _all_plain(blocks: Blocks) -> Blocks:
     """The blocks for their places alone: nothing is compiled."""
-    from dataclasses import replace
-
     return Blocks(
         {name: replace(law, compiled=False) for name, law in blocks.laws.items()},
         {name: replace(each, compiled=False) for name, each in blocks.estimators.items()},
     )
 
 
-def _numbered(rows: np.ndarray, blocks: list[Block]) -> np.ndarray:
+def _numbered(rows: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
     """The rows of blocks, with a function of its own for each."""
     rows = rows.copy()
     rows["function"] = range(len(blocks))
@@ -112,11 +112,11 @@ def _adapters(blocks: dict) -> tuple:
 def _adapter(name: str, block: Block) -> FunctionType:
     """A block as the control step calls it: `torquer.compile.adapter` without the compiler."""
     plain, parameters, names = adapter._plain_adapter, block.parameters, names_of(block.memory)
-    kind = as_floats(type_of(floats(parameters))) if parameters else None
+    kind = type_of(floats(parameters)) if parameters else None
     memory = adapter._unchanged if names is None else Cast(_memory_type(block, names))
     parts = {
         "_function": block.function, "_inputs": adapter._first_of, "_unify": block.kind.unify,
-        "_named": Cast(kind), "_cells": memory,
+        "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
     }  # fmt: skip
     own = f"{block.kind.name}_{name}"
     return FunctionType(plain.__code__, {**plain.__globals__, **parts}, own)
@@ -128,15 +128,18 @@ def _memory_type(block: Block, names: tuple) -> Record:
     return Record(f"{plain_of(block.function).__name__}_memory", fields)
 
 
-def exported(computer: OnBoard) -> Export:
-    """The translation of the control step; `Refused` where a kernel cannot be translated."""
+def exported(computer: OnBoard, again: int = 2) -> Export:
+    """The translation of the control step; `Refused` where a kernel cannot be translated.
+
+    `again`: how often it is made anew with what is known of indices: see `translated`.
+    """
     of_computer = constants_type("Computer", computer.computer)
     state = state_type(computer.board)
 
     def build(program: Program) -> None:
         program.function(control_step, [of_computer, state])
 
-    program = translated(build, _replaced(computer))
+    program = translated(build, _replaced(computer), again)
     program.type_name(of_computer)
     program.type_name(state)
     step = program.function(control_step, [of_computer, state])

@@ -89,7 +89,7 @@ def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
         number = int(value) if isinstance(value, int | np.integer) else float(value)
         return s.program.named_constant(name, number)
     kind = type_of(value) if isinstance(value, tuple) else None
-    if kind is not None:
+    if isinstance(kind, Tuple):
         return s.program.named_constant(name, value, kind)
     if callable(value) or isinstance(value, ModuleType | tuple) or value is None:
         return static(value)

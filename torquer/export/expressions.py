@@ -181,8 +181,7 @@ def _chosen(test: Value, a: Value, b: Value) -> Value:
         texts = (a.content.within(OR), b.content.within(CHOICE))
         form = Form.RESULT
     text = f"{test.within(EQUAL)} ? {texts[0]} : {texts[1]}"
-    lows, highs = zip(a.bounds, b.bounds, strict=True)
-    bounds = (None if None in lows else min(lows), None if None in highs else max(highs))
+    bounds = arithmetic.either(a.bounds, b.bounds)
     reads = test.reads or a.reads or b.reads
     return Value(text, a.type, CHOICE, form, reads, a.roots | b.roots, bounds)
 

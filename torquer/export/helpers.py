@@ -55,6 +55,13 @@ static int64_t floor_mod_int(int64_t a, int64_t b)
     const int64_t rest = a % b;
     return ((rest != 0) && ((rest < 0) != (b < 0))) ? rest + b : rest;
 }""",
+    "power_of": """\
+/* a ** b by the library, whatever a compiler knows of the exponent */
+static double power_of(double a, double b)
+{
+    const volatile double exponent = b;
+    return pow(a, exponent);
+}""",
     "min_of": """\
 /* the first of two numbers unless the second is less: what Python does with NaN and -0.0 */
 static double min_of(double a, double b)

@@ -99,6 +99,7 @@ def _line(program: Program, function: Function, line: Line) -> str:
 
 def _declaration(program: Program, function: Function, line: Declared) -> str:
     kind = line.type
+    assert kind is not None
     points = isinstance(kind, Array | Record | Rows)
     const = points and (_is_const(kind) or not line.roots <= function.mutable)
     made = declarator(program, kind, line.name, const)
@@ -164,14 +165,10 @@ def functions_text(program: Program, roots: tuple[str, ...] = ()) -> str:
     return "\n".join(text for name, text in texts.items() if name in reached)
 
 
-def program_text(
-    program: Program, with_types: bool = True, roots: tuple[str, ...] = ()
-) -> str:
+def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:
     """The whole program as one text; see `functions_text`."""
     functions = functions_text(program, roots)
     helpers = helpers_text(program, functions)
     parts = [types_text(program)] if with_types else []
     parts += [constants_text(program, functions), helpers, functions]
     return "\n".join(part for part in parts if part)
-
-

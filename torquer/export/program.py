@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from torquer.compile.plugin import plain_of
 from torquer.export import calls, expressions, places  # noqa: F401  register what they translate
+from torquer.export.arithmetic import either
 from torquer.export.lines import Line, without_unread, words_of
 from torquer.export.scope import RESERVED, Scope, Variable
 from torquer.export.source import Source, source_of
@@ -24,7 +25,7 @@ from torquer.export.types import (
     Tuple,
     Type,
 )
-from torquer.export.values import Form, Value, constant
+from torquer.export.values import ATOM, Form, Value, constant
 
 #: A name of a constant, as the house writes them.
 _CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")
@@ -65,7 +66,7 @@ class Program:
         self.types: dict[Type, str] = {}
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
-        self.bounds: dict[tuple, dict[str, _Bounds]] = {}
+        self.bounds: dict[str, dict[str, _Bounds]] = {}
         self._known_bounds = known_bounds or {}
         self._taken: set[str] = set(RESERVED)
         self._at_work: list[tuple] = []
@@ -116,8 +117,7 @@ class Program:
         if key not in self.constants:
             self.constants[key] = (self.free_name(own), number)
         text = self.constants[key][0]
-        known = {} if kind is not None else {"rank": 12}
-        return replace(number, text=text, form=Form.VARIABLE, **known)
+        return replace(number, text=text, form=Form.VARIABLE, rank=ATOM)
 
     def _tuple_constant(self, value: tuple, kind: Tuple) -> Value:
         text = f"({self.type_name(kind)}){self._braces(value, kind)}"
@@ -137,8 +137,10 @@ class Program:
             return None
         names = [each.arg for each in source.tree.args.args]
         value = source.body[0].value
-        if isinstance(value, ast.Name) and value.id in names and plain_of(function) not in (
-            self.replaced
+        if (
+            isinstance(value, ast.Name)
+            and value.id in names
+            and plain_of(function) not in (self.replaced)
         ):
             return names.index(value.id)
         return None
@@ -208,12 +210,7 @@ class Program:
         for (name, kind), value in zip(made.arguments, values, strict=True):
             if kind != INT:
                 continue
-            low, high = value.bounds
-            if name in known:
-                a, b = known[name]
-                low = None if low is None or a is None else min(low, a)
-                high = None if high is None or b is None else max(high, b)
-            known[name] = (low, high)
+            known[name] = either(known[name], value.bounds) if name in known else value.bounds
 
     def switch(
         self, functions: dict[int, Callable], types: list[Type], s: Scope, node, otherwise: str = ""
@@ -280,13 +277,13 @@ def _key_text(key: tuple) -> str:
     return repr([getattr(key[0], "__qualname__", key[0]), *key[1:]]) if key else ""
 
 
-def translated(build: Callable[["Program"], None], replaced: dict | None = None) -> "Program":
-    """A program built twice: the second time with what the first found out about indices."""
+def translated(
+    build: Callable[["Program"], None], replaced: dict | None = None, again: int = 2
+) -> "Program":
+    """A program built several times, `again` with what the one before found out about indices."""
     program = Program(replaced)
     build(program)
-    for _ in range(2):
-        again = Program(replaced, program.bounds)
-        build(again)
-        program = again
+    for _ in range(again):
+        program = Program(replaced, program.bounds)
+        build(program)
     return program
-

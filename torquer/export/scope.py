@@ -17,14 +17,14 @@ from torquer.export.values import Form, Value
 if TYPE_CHECKING:
     from torquer.export.program import Program
 
+_LIBRARY = """
+    int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit sqrt sin cos tan asin
+    acos atan atan2 exp exp2 expm1 log log1p log2 log10 logb sinh cosh tanh asinh acosh atanh fmod
+    copysign fabs pow floor ceil trunc round rint fmin fmax fdim fma hypot cbrt erf erfc tgamma
+    lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb
+"""
 #: Words of C, and names of its library, that a kernel's variable must not have.
-RESERVED = KEYWORDS | frozenset(
-    "int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit "
-    "sqrt sin cos tan asin acos atan atan2 exp exp2 expm1 log log1p log2 log10 logb sinh cosh tanh "
-    "asinh acosh atanh fmod copysign fabs pow floor ceil trunc round rint fmin fmax fdim fma hypot "
-    "cbrt erf erfc tgamma lgamma remainder remquo scalbn ldexp frexp modf nan nextafter "
-    "ilogb".split()
-) | frozenset(HELPERS)
+RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | frozenset(HELPERS)
 
 
 @dataclass
@@ -123,9 +123,7 @@ class Scope:
         if isinstance(variable.type, Static):
             return Value("", variable.type, known=variable.type.value)
         text, kind = variable.name, variable.type
-        return Value(
-            text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds
-        )
+        return Value(text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds)
 
     def c_name(self, name: str) -> str:
         """What a variable of the kernel is called in C."""

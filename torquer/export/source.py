@@ -8,6 +8,7 @@ import re
 import textwrap
 from collections.abc import Callable, Iterator
 from types import FunctionType
+from typing import TypeGuard
 
 from torquer.compile.engine import is_own
 from torquer.compile.plugin import plain_of, source_text
@@ -127,8 +128,10 @@ def _ids(node: ast.AST) -> set[int]:
     return {id(each) for each in ast.walk(node)}
 
 
-def _is_loop_over(node: ast.AST, name: str) -> bool:
-    return isinstance(node, ast.For) and isinstance(node.target, ast.Name) and node.target.id == name
+def _is_loop_over(node: ast.AST, name: str) -> TypeGuard[ast.For]:
+    return (
+        isinstance(node, ast.For) and isinstance(node.target, ast.Name) and node.target.id == name
+    )
 
 
 def _places(tree: ast.FunctionDef) -> dict[str, list]:

@@ -105,7 +105,7 @@ def _spread(s: Scope, node: ast.stmt, target: ast.Tuple, values: list[Value]) ->
 
 def store(s: Scope, node: ast.stmt, target: ast.expr, value: Value) -> None:
     """Set a variable or a place in memory."""
-    if value.type == NOTHING or isinstance(value.type, Static) and callable(value.type.value):
+    if value.type == NOTHING or (isinstance(value.type, Static) and callable(value.type.value)):
         raise s.refuse(node, "assign numbers, tuples, records or arrays")
     if isinstance(target, ast.Name):
         s.set(node, target.id, value, node)
@@ -168,7 +168,7 @@ def _annotated(s: Scope, node: ast.AnnAssign) -> None:
 
 
 def _return(s: Scope, node: ast.Return) -> bool:
-    if node.value is None or isinstance(node.value, ast.Constant) and node.value.value is None:
+    if node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None):
         s.returns(node, NOTHING)
         s.say("return;")
         return True
@@ -216,9 +216,10 @@ def _otherwise(s: Scope, statements: list[ast.stmt]) -> bool:
 
 def _is_one(lines: list[Line], depth: int) -> bool:
     """Whether lines are one `if` with its branches and nothing beside it."""
-    return all(
-        each.depth > depth or each.text.startswith(("if (", "}")) for each in lines
-    ) and sum(each.depth == depth and each.text.startswith("if (") for each in lines) == 1
+    return (
+        all(each.depth > depth or each.text.startswith(("if (", "}")) for each in lines)
+        and sum(each.depth == depth and each.text.startswith("if (") for each in lines) == 1
+    )
 
 
 def _deeper(s: Scope, statements: list[ast.stmt]) -> bool:

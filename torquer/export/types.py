@@ -16,13 +16,14 @@ import numpy as np
 _LARGE = 8
 
 
+_KEYWORDS = """
+    auto break case char const continue default do double else enum extern float for goto if inline
+    int long register restrict return short signed sizeof static struct switch typedef union
+    unsigned void volatile while bool true false NAN INFINITY NULL isnan isinf isfinite signbit
+    fpclassify errno
+"""
 #: Words that no variable and no member can have in C.
-KEYWORDS = frozenset(
-    "auto break case char const continue default do double else enum extern float for goto if "
-    "inline int long register restrict return short signed sizeof static struct switch typedef "
-    "union unsigned void volatile while bool true false NAN INFINITY NULL isnan isinf isfinite "
-    "signbit fpclassify errno".split()
-)
+KEYWORDS = frozenset(_KEYWORDS.split())
 
 
 def c_word(name: str) -> str:
