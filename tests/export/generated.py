@@ -77,8 +77,8 @@ class Maker:
     def number(self, depth: int) -> str:
         """An expression that is a float."""
         r = self.random
-        leaf = self.one_of("x", "y", "v[0]", "v[-1]", "total", "memory[2]", "LIMIT", "1e-310",
-                           f"{r.uniform(-3, 3):.3f}", "math.inf", "v[n % 3]", "memory[-1]")  # fmt: skip
+        leaf = self.one_of("x", "y", "v[0]", "v[-1]", "total", "memory[2]", "LIMIT", "1e-310", "(x + math.inf)",
+                           f"{r.uniform(-3, 3):.3f}", "v[n % 3]", "memory[-1]")  # fmt: skip
         if depth <= 0:
             return leaf
         a, b, n = self.number(depth - 1), self.number(depth - 1), self.whole(depth - 1)
