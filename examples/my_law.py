@@ -3,6 +3,8 @@
 Try it: torquer run examples/my_law.toml
 """
 
+import math
+
 import torquer
 
 
@@ -21,5 +23,5 @@ def transverse_bdot(inputs, parameters, memory):
         rate_y = (by - memory.b_body_t[1]) / interval_s
     memory.has_reading, memory.t_s = 1.0, inputs.t_s
     memory.b_body_t[0], memory.b_body_t[1], memory.b_body_t[2] = bx, by, bz
-    memory.field_rate_t_s = (rate_x * rate_x + rate_y * rate_y) ** 0.5
+    memory.field_rate_t_s = math.sqrt(rate_x * rate_x + rate_y * rate_y)
     return (-parameters.gain * rate_x, -parameters.gain * rate_y, 0.0)

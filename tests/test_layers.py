@@ -31,6 +31,7 @@ FLOORS = (
     {"control"},
     {"scenario"},
     {"simulation"},
+    {"export"},
     {"theory"},
     {"notes"},
     {"analysis"},

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from torquer.control.scheme import stage_at as stage_at, stage_starts_s as stage_starts_s
     from torquer.environment.field import FIELDS as FIELDS
     from torquer.estimation import ESTIMATORS as ESTIMATORS
+    from torquer.export.export import export_c as export_c
     from torquer.interface import Command as Command, Estimate as Estimate, Inputs as Inputs
     from torquer.orbit import ORBITS as ORBITS
     from torquer.report import write_report as write_report

@@ -12,6 +12,7 @@ import torquer.cli
 from torquer.cli.campaign import app as campaign_app
 from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
+from torquer.cli.export import app as export_app
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
 from torquer.cli.ground import app as ground_app
@@ -32,6 +33,7 @@ app = App(
 
 app.command(campaign_app)
 app.command(design_app)
+app.command(export_app)
 app.command(field_app)
 app.command(gallery_app)
 app.command(ground_app)

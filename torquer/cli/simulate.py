@@ -22,6 +22,7 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
+from torquer.export.export import export_notes
 from torquer.notes.fault_notes import fault_lines, unnoticed_faults
 from torquer.notes.mode_notes import mode_findings
 from torquer.notes.notes import notes_of
@@ -139,7 +140,7 @@ def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> in
             raise
         print(json_text({"valid": False, "errors": str(error).splitlines()}))
         return 2
-    notes, found = notes_of(scenario), mode_findings(scenario)
+    notes, found = notes_of(scenario) + export_notes(scenario), mode_findings(scenario)
     executed = {file: key for key, file in reversed(code_of(scenario, campaign).items())}
     if as_json:
         data = {"scenario": scenario.name, "valid": True, "notes": notes, "size": size._asdict()}

@@ -92,7 +92,8 @@ def step_by_field(
 def suppose(memory, along):
     """Hypotheses of equal weight at equal turns about the field (unit vector, body)."""
     p, q, spacing = memory.covariance, quaternion_of(memory.q), 2.0 * math.pi / _AT_START
-    known = UNINFORMED - (_SHARE * spacing) ** 2
+    share = _SHARE * spacing
+    known = UNINFORMED - share * share
     for i in range(3):
         for j in range(3):
             p[i, j] -= known * along[i] * along[j]

@@ -200,7 +200,8 @@ def _earth_dipole_field(inputs, q_reference, dipole):
     x, y, z = dipole.gauss
     g = (x * math.cos(turn) - y * math.sin(turn), x * math.sin(turn) + y * math.cos(turn), z)
     t, w, s = rotate_inverse(q_reference, g)
-    return scale((FIELD_RADIUS_M / r) ** 3, (-t, -w, 2.0 * s))
+    ratio = FIELD_RADIUS_M / r
+    return scale(ratio * ratio * ratio, (-t, -w, 2.0 * s))
 
 
 @inlined

@@ -1,0 +1,117 @@
+"""Kernels translated to C, compiled into one shared library, and called with numbers."""
+
+import ctypes
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from torquer.compile.plugin import plain_of
+from torquer.export.print_c import INCLUDES, function_text, program_text
+from torquer.export.program import translated
+from torquer.export.types import DOUBLE, INT, Array, Static, Tuple
+
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
+FLAGS = ["-std=c99", "-ffp-contract=off"]
+
+
+def bits(number: float) -> bytes:
+    """The bits of a number; one pattern stands for all that are not numbers."""
+    return b"nan" if number != number else struct.pack("<d", number)
+
+
+def flat(value) -> list[float]:
+    """All numbers of nested tuples as floats."""
+    if isinstance(value, tuple):
+        return [each for part in value for each in flat(part)]
+    return [float(value)]
+
+
+def _given(program, kind, at: list[int]) -> str:
+    """An argument made of the numbers that the entry is given."""
+    if kind in (DOUBLE, INT):
+        at[0] += 1
+        return f"d[{at[0] - 1}]" if kind == DOUBLE else f"(int64_t)d[{at[0] - 1}]"
+    if isinstance(kind, Tuple):
+        inner = ", ".join(_given(program, part, at) for part in kind.parts)
+        braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
+        return f"({program.type_name(kind)}){braces}"
+    return "memory" if len(kind.shape) == 1 else f"(double (*)[{kind.shape[1]}])memory"
+
+
+def _answers(text: str, kind) -> list[str]:
+    """All numbers of an answer."""
+    if isinstance(kind, Tuple):
+        parts = enumerate(kind.parts)
+        return [each for k, part in parts for each in _answers(text + kind.member(k), part)]
+    return [f"(double){text}"]
+
+
+def _entry(program, function) -> str:
+    at, texts = [0], []
+    for name, kind in function.arguments:
+        if isinstance(kind, Static):
+            continue
+        text = _given(program, kind, at)
+        if name not in function.unused:
+            texts.append(f"&{text}" if isinstance(kind, Tuple) and kind.is_large else text)
+    answers = _answers("r", function.result)
+    stores = "".join(f"    out[{k}] = {each};\n" for k, each in enumerate(answers))
+    head = f"void in_{function.name}(const double *d, double *memory, double *out)"
+    call = f"    {program.type_name(function.result)} r = {function.name}({', '.join(texts)});\n"
+    return f"{head};\n{head}\n{{\n    (void)d;\n    (void)memory;\n{call}{stores}}}\n"
+
+
+class InC:
+    """Kernels, each for its types of arguments, in one shared library."""
+
+    def __init__(self, kernels: dict, folder: Path, flags: tuple[str, ...] = ("-O1",)):
+        def build(program):
+            for kernel, types in kernels.items():
+                program.function(kernel, types).is_public = True
+
+        self.program = translated(build)
+        self._functions = {
+            kernel: self.program.function(kernel, types) for kernel, types in kernels.items()
+        }
+        entries = [_entry(self.program, each) for each in self._functions.values()]
+        text = INCLUDES + program_text(self.program) + "\n".join(entries)
+        source, library = folder / "kernels.c", folder / "kernels.so"
+        source.write_text(text)
+        command = [COMPILER, *FLAGS, *flags, "-fPIC", "-shared", "-o", library, source, "-lm"]
+        subprocess.run(command, check=True)
+        self._library = ctypes.CDLL(str(library))
+
+    def text(self, kernel) -> str:
+        """The C text of a kernel."""
+        return function_text(self.program, self._functions[kernel])
+
+    def __call__(self, kernel, *arguments):
+        """Numbers that a kernel answers; the last argument is its memory, which it may change."""
+        function = self._functions[kernel]
+        memory = next((a for a in arguments if isinstance(a, np.ndarray)), np.zeros(1))
+        numbers = [n for a in arguments if not isinstance(a, np.ndarray) for n in flat(a)]
+        d, out = np.array([*numbers, 0.0]), np.zeros(64)
+        to = [each.ctypes.data_as(ctypes.c_void_p) for each in (d, memory, out)]
+        getattr(self._library, f"in_{function.name}")(*to)
+        return out[: len(_answers("r", function.result))].tolist()
+
+
+#: What generated kernels take: two numbers, two whole numbers, a vector, memory.
+TYPES = [DOUBLE, DOUBLE, INT, INT, Tuple((DOUBLE,) * 3), Array((6,))]
+
+
+def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool:
+    """Whether C and plain Python answer and leave the same bits; True where Python raises."""
+    in_python, in_c = np.array(cells), np.array(cells)
+    try:
+        expected = plain_of(kernel)(*arguments, in_python)
+    except (ArithmeticError, ValueError):
+        return True
+    answer = c(kernel, *arguments, in_c)
+    pairs = zip([*flat(expected), *in_python], [*answer, *in_c], strict=True)
+    return all(bits(float(a)) == bits(b) for a, b in pairs)

@@ -1,0 +1,64 @@
+"""Replays recorded control steps in plain Python: NUMBA_DISABLE_JIT=1 python plain_replay.py.
+
+Arguments: scenario, recorded.bin. Prints the number of steps with the same bits in commands and
+state; ends with 1 at the first difference.
+"""
+
+import struct
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+import torquer
+from torquer.compile.engine import records
+from torquer.control import computer as on_board
+from torquer.export.computer import on_board_of
+from torquer.export.recording import _PLACES, mark_of
+from torquer.export.tables import numbers_of
+
+
+def computer_and_board(scenario):
+    """What the control step takes, as plain Python sees it."""
+    parts = on_board_of(scenario)
+    made = on_board.computer_of(parts.blocks, parts.computer["estimator"], parts.computer["modes"])
+    return records(made), records(parts.board)
+
+
+def begun_anew(board, first):
+    """The board as at the start."""
+    for now, then in zip(numbers_in(board), numbers_in(first), strict=True):
+        now[...] = then
+
+
+def numbers_in(board) -> list[np.ndarray]:
+    return [board.known, board.parameters, board.memory, *board.modes, board.chosen]
+
+
+def replay(path: str, file: str) -> int:
+    """Number of steps that are the same; all of them unless there is a difference."""
+    scenario = torquer.load_scenario(path)
+    computer, board = computer_and_board(scenario)
+    _, first = computer_and_board(scenario)
+    data = Path(file).read_bytes()
+    _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
+    size, at = 8 * (inputs + 8), 32
+    for step in range(steps):
+        row = np.frombuffer(data, "<f8", inputs + 7, at + step * size)
+        (mark,) = struct.unpack_from("<Q", data, at + step * size + 8 * (inputs + 7))
+        if row[0] > 0.0:
+            begun_anew(board, first)
+        board.known.view(np.float64).reshape(-1)[_PLACES] = row[1 : 1 + inputs]
+        command = on_board.control_step(computer, board)
+        answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
+        if answer.tobytes() != row[1 + inputs :].tobytes() or mark_of(numbers_of(board)) != mark:
+            print(f"the first difference is at step {step} of {steps}")
+            return 1
+    print(f"{steps} control steps: the same bits in commands and state")
+    return 0
+
+
+if __name__ == "__main__":
+    warnings.simplefilter("ignore", RuntimeWarning)
+    sys.exit(replay(*sys.argv[1:]))

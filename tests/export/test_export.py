@@ -1,0 +1,162 @@
+"""Exports of whole computers: they build without a warning, and replay with the same bits."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from export import plain_replay
+from export.in_c import COMPILER, FLAGS, needs_compiler
+
+import torquer
+from torquer.cli.app import answer
+from torquer.export.computer import exported, on_board_of
+from torquer.export.export import export_notes, texts_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+#: All examples that are a scenario.
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
+STRICT = [
+    *("-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Wshadow", "-Werror"),
+]
+COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
+
+
+def written(texts: dict, folder: Path) -> Path:
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).write_text(text)
+    return folder
+
+
+def built(folder: Path, *flags: str, compiler: str = COMPILER or "") -> Path:
+    """The replay of an export, compiled; fails with the compiler's words."""
+    sources = [folder / "adcs.c", folder / "adcs_tables.c", folder / "test/replay.c"]
+    command = [compiler, *FLAGS, *STRICT, *flags, f"-I{folder}", "-o", folder / "replay", *sources]
+    made = subprocess.run([*command, "-lm"], capture_output=True, text=True)
+    assert made.returncode == 0, made.stderr
+    return folder / "replay"
+
+
+def replayed(program: Path, folder: Path) -> subprocess.CompletedProcess:
+    command = [program, folder / "test/recorded.bin"]
+    return subprocess.run(command, capture_output=True, text=True)
+
+
+@pytest.fixture(scope="module")
+def export(tmp_path_factory) -> Path:
+    """The example with a user's law, with 200 control steps."""
+    folder = tmp_path_factory.mktemp("export")
+    torquer.export_c(torquer.load_scenario(EXAMPLES / "my_law.toml"), folder, steps=200)
+    return folder
+
+
+@needs_compiler
+@pytest.mark.parametrize("name", NAMES)
+def test_examples_are_exported_and_build_without_a_warning(name, tmp_path):
+    try:
+        computer = on_board_of(torquer.load_scenario(EXAMPLES / f"{name}.toml"))
+    except ValueError as error:
+        pytest.skip(f"not a scenario of a flight: {error}")
+    folder = written(texts_of(computer, exported(computer, again=0), 1), tmp_path)
+    for compiler in COMPILERS:
+        built(folder, "-O0", compiler=compiler)
+
+
+@needs_compiler
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("level", ["-O0", "-O2"])
+def test_a_users_law_replays_with_the_same_bits(export, compiler, level):
+    done = replayed(built(export, level, compiler=compiler), export)
+    assert done.stdout == "200 control steps: the same bits in commands and state\n"
+    assert done.returncode == 0
+
+
+@needs_compiler
+def test_a_replay_notices_another_bit(export, tmp_path):
+    folder = shutil.copytree(export, tmp_path / "spoiled")
+    text = (folder / "adcs_tables.c").read_text()
+    assert "30000.0" in text
+    (folder / "adcs_tables.c").write_text(text.replace("30000.0", "30000.000000000004"))
+    done = replayed(built(folder), folder)
+    assert done.returncode == 1
+    assert done.stdout.startswith("the first difference is at step ")
+
+
+@needs_compiler
+def test_a_replay_refuses_the_record_of_another_export(export, tmp_path):
+    data = (export / "test/recorded.bin").read_bytes()
+    (tmp_path / "test").mkdir()
+    (tmp_path / "test/recorded.bin").write_bytes(data[:16] + b"\x01" + data[17:])
+    done = replayed(built(export), tmp_path)
+    assert (done.returncode, done.stdout) == (2, "the record is of another export\n")
+
+
+@needs_compiler
+def test_arithmetic_that_gives_other_bits_does_not_build(export):
+    with pytest.raises(AssertionError, match="compile without -ffast-math"):
+        built(export, "-ffast-math")
+
+
+@needs_compiler
+def test_fused_products_are_found_by_the_self_test(export, tmp_path):
+    if "fma" not in Path("/proc/cpuinfo").read_text().split():
+        pytest.skip("the processor has no fused products")
+    folder = shutil.copytree(export, tmp_path / "fused")
+    program = built(folder, "-O2", "-mfma", "-ffp-contract=fast")
+    done = replayed(program, folder)
+    assert done.returncode == 2
+    assert "-ffp-contract=off" in done.stdout
+
+
+def test_plain_python_answers_with_the_same_bits(export):
+    command = [sys.executable, plain_replay.__file__, EXAMPLES / "my_law.toml"]
+    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
+    environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+    done = subprocess.run(
+        [*command, export / "test/recorded.bin"], capture_output=True, text=True, env=environment
+    )
+    assert done.stdout == "200 control steps: the same bits in commands and state\n", done.stderr
+
+
+def test_the_header_names_what_the_computer_has(tmp_path):
+    computer = on_board_of(torquer.load_scenario(EXAMPLES / "spinner_modes.toml"))
+    text = texts_of(computer, exported(computer, again=0), 1)["adcs.h"]
+    modes = computer.scenario.control.named().modes
+    assert modes is not None
+    for region, of in modes.regions.items():
+        for state in of.states:
+            assert f"ADCS_STATE_{region}_{state}".upper() in text
+
+
+LAW = """
+import math
+import torquer
+
+@torquer.law
+def odd(inputs, parameters, memory):
+    b = inputs.b_body_t
+    return (math.hypot(b[0], b[1]), 0.0, 0.0)
+"""
+
+
+def test_a_law_that_cannot_be_exported_is_named_in_one_line(tmp_path, capsys):
+    (tmp_path / "my_law.py").write_text(LAW)
+    text = (EXAMPLES / "my_law.toml").read_text().replace("parameters = { gain = 3e4 }", "")
+    (tmp_path / "odd.toml").write_text(text)
+    said = "my_law.py, line 8: `math.hypot(b[0], b[1])` has no translation to C; write math.sqrt"
+    (note,) = export_notes(torquer.load_scenario(tmp_path / "odd.toml"))
+    assert note.startswith(f"cannot be exported as C: {said}")
+    code = answer(["export", "c", str(tmp_path / "odd.toml"), "--out", str(tmp_path / "out")])
+    assert code == 2
+    error = capsys.readouterr().err
+    assert said.split(":")[0] in error.replace("\n", " ")
+
+
+@pytest.mark.parametrize("steps", [0, -1, True, 1.5])
+def test_steps_must_be_a_whole_number(steps, tmp_path):
+    scenario = torquer.load_scenario(EXAMPLES / "my_law.toml")
+    with pytest.raises(ValueError, match=r"steps: must be a whole number of 1 or more; received"):
+        torquer.export_c(scenario, tmp_path, steps)

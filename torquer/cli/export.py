@@ -1,0 +1,28 @@
+"""`torquer export`: the on-board computer of a scenario for flight."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from torquer.cli.options import CodeOptions, Json, Whole, options
+
+app = App(name="export", help="The on-board computer of a scenario, for flight.", version_flags=[])
+
+
+@options
+class ExportOptions:
+    """Options of `torquer export c`."""
+
+    out: Annotated[Path, Parameter(help="Folder for the C files; files of an export are replaced.")]
+    steps: Whole = None
+    """Control steps that are flown and recorded for the replay [2000]."""
+    json: Json = False
+
+
+@app.command
+def c(scenario: Path, *, how: ExportOptions, code: CodeOptions = CodeOptions()) -> int:
+    """Write estimators, modes and laws of SCENARIO as C99, with a replay that compares bits."""
+    from torquer.cli import export_work
+
+    return export_work.export(scenario, how, code)

@@ -1,0 +1,23 @@
+"""Work of `export c`: the files of an export, and what was written."""
+
+from pathlib import Path
+
+from torquer.cli.export import ExportOptions
+from torquer.cli.loading import load_usable
+from torquer.cli.options import CodeOptions
+from torquer.cli.output import harmless, json_text, writing_to
+from torquer.export.export import STEPS, export_c
+
+
+def export(path: Path, how: ExportOptions, code: CodeOptions) -> int:
+    """Export the computer of a scenario into a folder."""
+    scenario = load_usable(path, code, how.out)
+    with writing_to(how.out):
+        files = export_c(scenario, how.out, STEPS if how.steps is None else how.steps)
+    if how.json:
+        print(json_text({"scenario": scenario.name, "files": [str(file) for file in files]}))
+        return 0
+    names = ", ".join(str(file.relative_to(how.out)) for file in files)
+    print(harmless(f"{scenario.name}: written to {how.out}: {names}"))
+    print("build and replay: cmake -B build && cmake --build build && ctest --test-dir build")
+    return 0

@@ -1,0 +1,292 @@
+"""Calls in kernels: of other kernels, of functions of numbers, of classes of named tuples."""
+
+import ast
+import inspect
+from dataclasses import replace
+
+import numpy as np
+
+from torquer.compile.plugin import plain_of
+from torquer.export import arithmetic
+from torquer.export.evaluate import (
+    at_hand,
+    of_outside,
+    parts_in_order,
+    translates,
+    tuple_of,
+    value_of,
+)
+from torquer.export.places import Chosen
+from torquer.export.scope import Scope
+from torquer.export.types import (
+    BOOL,
+    DOUBLE,
+    INT,
+    NOTHING,
+    PLACES,
+    Array,
+    Number,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+)
+from torquer.export.values import ATOM, EQUAL, SIGN, Form, Value, constant, static
+
+#: Names of functions of Python and its library with what to write in their place.
+_INSTEAD = {
+    "sum": "write the sum out or a loop",
+    "round": "write math.floor(x + 0.5)",
+    "hypot": "write math.sqrt(x * x + y * y), whose bits are the same everywhere",
+    "print": "leave it out",
+    "isinstance": "leave it out: types are known",
+    "enumerate": "write range and an index",
+    "zip": "write range and an index",
+    "divmod": "write // and %",
+    "pow": "write **",
+    "dot": "write torquer.geometry.vec3.dot",
+    "cross": "write torquer.geometry.vec3.cross",
+    "norm": "write torquer.geometry.vec3.norm",
+}
+
+
+class Cast:
+    """In place of a function: cells of memory seen as parameters or as a named memory."""
+
+    def __init__(self, kind: Tuple | Record | None):
+        self.kind = kind
+
+    def __call__(self, cells):
+        raise TypeError("is for the translator alone")
+
+
+@translates(ast.Call)
+def call(s: Scope, node: ast.Call) -> Value:
+    """A call, with its arguments in order."""
+    function = value_of(s, node.func)
+    if not isinstance(function.type, Static):
+        raise s.refuse(node, "call a kernel by its name")
+    called = function.type.value
+    keywords = [each.arg for each in node.keywords]
+    if None in keywords:
+        raise s.refuse(node, "name the arguments one by one")
+    values = parts_in_order(s, [*node.args, *(each.value for each in node.keywords)])
+    split = len(values) - len(keywords)
+    named = dict(zip(keywords, values[split:], strict=True))
+    return call_of(s, node, called, values[:split], named, function)
+
+
+def call_of(s: Scope, node, called, values: list[Value], named: dict, function: Value) -> Value:
+    """A call of what is known to be called."""
+    if _is_caller(called):
+        return _call_by_number(s, node, values)
+    if isinstance(called, type) and hasattr(called, "_fields"):
+        return tuple_of(s, node, _bound(s, node, called.__new__, [static(called), *values], named)[
+            1:
+        ], called)  # fmt: skip
+    if isinstance(called, Cast):
+        return _cast(s, called.kind, values[0])
+    if named and not hasattr(plain_of(called), "__code__"):
+        raise s.refuse(node, "give the arguments by their places")
+    found = _of_numbers(s, node, called, values)
+    if found is not None:
+        return found
+    if not hasattr(plain_of(called), "__code__"):
+        name = getattr(called, "__name__", "")
+        raise s.refuse(node, _INSTEAD.get(name, "use math, min, max, abs, or a kernel"))
+    return call_kernel(s, node, called, _bound(s, node, plain_of(called), values, named))
+
+
+def _is_caller(called) -> bool:
+    """Whether a function calls another by its address (`torquer.compile.engine.caller`)."""
+    return getattr(called, "__qualname__", "") == "caller.<locals>.call"
+
+
+def _bound(s: Scope, node, function, values: list[Value], named: dict) -> list[Value]:
+    """Arguments in the order of a function's own, with default values."""
+    try:
+        signature = inspect.signature(function)
+        bound = signature.bind(*values, **named)
+    except TypeError as error:
+        raise s.refuse(node, f"call it with its arguments ({error})") from None
+    if any(p.kind in (p.VAR_POSITIONAL, p.VAR_KEYWORD) for p in signature.parameters.values()):
+        raise s.refuse(node, "call a kernel with a fixed number of arguments")
+    bound.apply_defaults()
+    return [of_outside(s, node, each) for each in bound.arguments.values()]
+
+
+def _call_by_number(s: Scope, node: ast.Call, values: list[Value]) -> Value:
+    """A kernel that is called by its address: here by its number, in a switch."""
+    chosen, *rest = values
+    function = chosen.type.value if isinstance(chosen.type, Static) else None
+    if not isinstance(function, Chosen):
+        return call_kernel(s, node, function, rest)
+    return call_switch(
+        s, node, dict(enumerate(function.functions)), replace(chosen, type=INT), rest
+    )
+
+
+def call_switch(
+    s: Scope, node, functions: dict, number: Value, values: list[Value], otherwise: str = ""
+) -> Value:
+    """A call of the kernel of a number; see `Program.switch`."""
+    made = s.program.switch(functions, [each.type for each in values], s, node, otherwise)
+    return _written_call(s, node, made, [number, *values])
+
+
+def call_kernel(s: Scope, node: ast.AST, function, values: list[Value]) -> Value:
+    """A call of another kernel, which is translated for these types of arguments."""
+    place = s.program.returned_argument(function)
+    if place is not None:
+        return values[place]
+    replaced = s.program.replaced.get(plain_of(function))
+    if replaced is not None:
+        return replaced(s, node, values)
+    made = s.program.function(function, [each.type for each in values], s, node)
+    s.program.note_bounds(made, values)
+    return _written_call(s, node, made, values)
+
+
+def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
+    texts, reads = [], False
+    for (name, _), value in zip(made.arguments, values, strict=True):
+        if name in made.mutable:
+            s.mutable |= value.roots
+        if name in made.unused or isinstance(value.type, Static):
+            continue
+        texts.append(_argument(s, value))
+        reads = reads or value.reads or _may_change(value)
+    for name, value in zip((n for n, _ in made.arguments), values, strict=True):
+        if name in made.writes:
+            s.writes(value, node)
+    s.called.add(made.name)
+    variable = s.variables.get(made.name)
+    if made.name in s.source.own and not (variable and isinstance(variable.type, Static)):
+        raise s.refuse(node, f"give the variable {made.name} another name than a kernel has")
+    text = f"{made.name}({', '.join(texts)})"
+    found = Value(text, made.result, form=Form.RESULT, reads=reads)
+    if not made.writes:
+        return found
+    if made.result == NOTHING:
+        s.say(f"{text};", effect=True)
+        return replace(found, text="")
+    return s.kept(found, effect=True)
+
+
+def _may_change(value: Value) -> bool:
+    return isinstance(value.type, PLACES) and not getattr(value.type, "const", False)
+
+
+def _argument(s: Scope, value: Value) -> str:
+    """How a value is handed over: large tuples and records by their address."""
+    if isinstance(value.type, Record):
+        return value.address
+    if isinstance(value.type, Tuple) and value.type.is_large:
+        return at_hand(s, value).address
+    return value.content.text
+
+
+def _cast(s: Scope, kind: Tuple | Record | None, cells: Value) -> Value:
+    """Cells of memory as what a block takes; () where it has none."""
+    if kind is None:
+        return static(())
+    assert isinstance(cells.type, Array)
+    const = "const " if isinstance(kind, Tuple) else ""
+    text = f"({const}{s.program.type_name(kind)} *){cells.within(ATOM)}"
+    return Value(text, kind, SIGN, Form.ADDRESS, reads=cells.reads, roots=cells.roots)
+
+
+def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value | None:
+    """A function of numbers that C has, or its text has of its own; None for any other."""
+    hashable = getattr(called, "__hash__", None) is not None
+    if not hashable:
+        return None
+    if called in (float, np.float64, int, bool, len, abs, np.abs, min, max, np.sign):
+        return _of_python(s, node, called, values)
+    name = arithmetic.OF_DOUBLES.get(called)
+    test, whole = arithmetic.TESTS.get(called), arithmetic.TO_WHOLE.get(called)
+    if not (name or test or whole):
+        return None
+    if not all(isinstance(each.type, Number) for each in values):
+        raise s.refuse(node, "call it with numbers")
+    if name and all(each.is_known for each in values):  # a compiler would round it its own way
+        return _known_answer(s, node, called, values)
+    doubles = [arithmetic.as_double(arithmetic.as_whole(each)) for each in values]
+    if name:
+        return arithmetic.called(name, doubles, DOUBLE)
+    if test:
+        found = arithmetic.called(test, doubles, BOOL)
+        return replace(found, text=f"{found.text} != 0", rank=EQUAL)
+    found = arithmetic.called(whole or "", doubles, DOUBLE)
+    return replace(found, text=f"(int64_t){found.text}", type=INT, rank=SIGN)
+
+
+def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
+    try:
+        return constant(float(called(*(each.known for each in values))))
+    except (ArithmeticError, ValueError):
+        raise s.refuse(node, "call it where it is defined") from None
+
+
+def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
+    first = values[0] if values else static(None)
+    if called is len and len(values) == 1:
+        return _length(s, node, first)
+    if not values or not all(isinstance(each.type, Number) for each in values):
+        raise s.refuse(node, "call it with numbers, not with a tuple of them")
+    if called in (min, max):
+        return _least_or_greatest(s, node, called.__name__, values)
+    if len(values) != 1:
+        raise s.refuse(node, "call it with one number")
+    if called is bool:
+        return arithmetic.truth(first)
+    if called in (float, np.float64):
+        return arithmetic.as_double(arithmetic.as_whole(first))
+    if called is int:
+        return _whole(first)
+    return _magnitude_or_sign(s, called, arithmetic.as_whole(first))
+
+
+def _magnitude_or_sign(s: Scope, called, value: Value) -> Value:
+    if called is np.sign:
+        s.program.helpers.add("sign_of")
+        return arithmetic.called("sign_of", [arithmetic.as_double(value)], DOUBLE)
+    if value.type == INT:
+        s.program.helpers.add("abs_int")
+        return arithmetic.called("abs_int", [value], INT)
+    return arithmetic.called("fabs", [value], DOUBLE)
+
+
+def _whole(value: Value) -> Value:
+    if value.is_known:
+        return constant(int(value.known))
+    if value.type == DOUBLE:
+        return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
+    return arithmetic.as_whole(value)
+
+
+def _length(s: Scope, node: ast.Call, value: Value) -> Value:
+    if isinstance(value.type, Tuple):
+        return constant(len(value.type.parts))
+    if isinstance(value.type, Array) and value.type.shape[0] is not None:
+        return constant(value.type.shape[0])
+    if isinstance(value.type, Rows):
+        return constant(value.type.count)
+    if isinstance(value.type, Static) and isinstance(value.type.value, tuple):
+        return constant(len(value.type.value))
+    raise s.refuse(node, "take the length of a tuple or an array")
+
+
+def _least_or_greatest(s: Scope, node: ast.Call, name: str, values: list[Value]) -> Value:
+    """The least or greatest number, the first of equal ones."""
+    values = [arithmetic.as_whole(each) for each in values]
+    kinds = {each.type for each in values}
+    if len(values) < 2 or len(kinds) != 1:
+        raise s.refuse(node, "give it at least two numbers of one type: write 0.0 for 0")
+    kind = values[0].type
+    helper = f"{name}_of" if kind == DOUBLE else f"{name}_of_int"
+    s.program.helpers.add(helper)
+    found = values[0]
+    for each in values[1:]:
+        found = arithmetic.called(helper, [found, each], kind)  # type: ignore[arg-type]
+    return found

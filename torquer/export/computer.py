@@ -1,0 +1,215 @@
+"""The on-board computer of a scenario as a program: its control step, its tables, its state."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from torquer.compile import adapter
+from torquer.compile.adapter import floats, names_of
+from torquer.compile.block import Block
+from torquer.compile.plugin import plain_of
+from torquer.control import computer as on_board
+from torquer.control.computer import Blocks, control_step, first_board
+from torquer.control.modes import signals
+from torquer.control.modes.table import ModeState
+from torquer.export.calls import Cast, call_switch
+from torquer.export.program import Program, translated
+from torquer.export.types import (
+    DOUBLE,
+    INT,
+    NOTHING,
+    Array,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+    Type,
+    type_of,
+)
+from torquer.export.values import Value
+from torquer.interface import KNOWN
+from torquer.scenario.spec import Scenario
+from torquer.simulation.prepare import (
+    blocks_of,
+    estimator_numbers,
+    modes_for,
+    needs_of,
+    oldest_readings_s,
+    signals_need,
+    timetable_for,
+)
+
+
+class OnBoard(NamedTuple):
+    """What is exported. `computer`: of constants, by field: arrays, records and numbers; `board`:
+    what changes, at the start.
+    """
+
+    scenario: Scenario
+    blocks: Blocks
+    computer: dict[str, Any]
+    board: on_board.Board
+    needs: frozenset[str]
+
+
+class Export(NamedTuple):
+    """The translated program with the types of its constants and of its state."""
+
+    program: Program
+    step: str
+    computer: Record
+    state: Record
+
+
+def on_board_of(scenario: Scenario) -> OnBoard:
+    """The computer of a scenario as the simulation flies it, laws in plain Python included."""
+    blocks = blocks_of(scenario)
+    table, modes = modes_for(scenario, blocks)
+    needs = needs_of(blocks) | signals_need(scenario)
+    table = table._replace(oldest_s=oldest_readings_s(scenario, timetable_for(scenario, needs)))
+    estimator = estimator_numbers(scenario, blocks)["estimator"]
+    made = on_board.computer_of(_all_plain(blocks), estimator, table)
+    laws, estimators = list(blocks.laws.values()), list(blocks.estimators.values())
+    computer = {
+        "laws": _adapters(blocks.laws), "estimators": _adapters(blocks.estimators),
+        "law_blocks": _numbered(made.law_blocks, laws),
+        "estimator_blocks": _numbered(made.estimator_blocks, estimators), "modes": table,
+        "switch": _switches(table), "estimator": estimator, "host": 0,
+    }  # fmt: skip
+    return OnBoard(scenario, blocks, computer, first_board(blocks, modes, estimator), needs)
+
+
+def _all_plain(blocks: Blocks) -> Blocks:
+    """The blocks for their places alone: nothing is compiled."""
+    return Blocks(
+        {name: replace(law, compiled=False) for name, law in blocks.laws.items()},
+        {name: replace(each, compiled=False) for name, each in blocks.estimators.items()},
+    )
+
+
+def _numbered(rows: np.ndarray, blocks: Sequence[Block]) -> np.ndarray:
+    """The rows of blocks, with a function of its own for each."""
+    rows = rows.copy()
+    rows["function"] = range(len(blocks))
+    return rows
+
+
+def _switches(table) -> tuple:
+    """Functions that switch the modes and check sensors, as `Computer.switch` has them."""
+    if not len(table.regions):
+        return ()
+    checks = (on_board._check,) if table.is_checked else ()
+    return (on_board._switch_modes, *checks)
+
+
+def _adapters(blocks: dict) -> tuple:
+    return tuple(_adapter(name, block) for name, block in blocks.items())
+
+
+def _adapter(name: str, block: Block) -> FunctionType:
+    """A block as the control step calls it: `torquer.compile.adapter` without the compiler."""
+    plain, parameters, names = adapter._plain_adapter, block.parameters, names_of(block.memory)
+    kind = type_of(floats(parameters)) if parameters else None
+    memory = adapter._unchanged if names is None else Cast(_memory_type(block, names))
+    parts = {
+        "_function": block.function, "_inputs": adapter._first_of, "_unify": block.kind.unify,
+        "_named": Cast(kind if isinstance(kind, Tuple) else None), "_cells": memory,
+    }  # fmt: skip
+    own = f"{block.kind.name}_{name}"
+    return FunctionType(plain.__code__, {**plain.__globals__, **parts}, own)
+
+
+def _memory_type(block: Block, names: tuple) -> Record:
+    """The memory of a block by its names."""
+    fields = tuple((name, Array(shape) if shape else DOUBLE) for name, shape in names)
+    return Record(f"{plain_of(block.function).__name__}_memory", fields)
+
+
+def exported(computer: OnBoard, again: int = 2) -> Export:
+    """The translation of the control step; `Refused` where a kernel cannot be translated.
+
+    `again`: how often it is made anew with what is known of indices: see `translated`.
+    """
+    of_computer = constants_type("Computer", computer.computer)
+    state = state_type(computer.board)
+
+    def build(program: Program) -> None:
+        program.function(control_step, [of_computer, state])
+
+    program = translated(build, _replaced(computer), again)
+    program.type_name(of_computer)
+    program.type_name(state)
+    step = program.function(control_step, [of_computer, state])
+    return Export(program, step.name, of_computer, state)
+
+
+def _replaced(computer: OnBoard) -> dict:
+    """Kernels that are chosen by number: signals, of those that the conditions use."""
+    used = sorted(set(computer.computer["modes"].conditions["signal"].tolist()))
+    functions = [each.function for each in signals.SIGNALS.values()]
+
+    def signal(s, node, values: list[Value]) -> Value:
+        number, *rest = values
+        chosen = {each: functions[each] for each in used}
+        return call_switch(s, node, chosen, number, rest, "(double)NAN")
+
+    replaced = {plain_of(signals.signal_value): signal}
+    if not computer.blocks.estimators:
+        replaced[plain_of(on_board.estimate_step)] = lambda s, node, values: Value("", NOTHING)
+    return replaced
+
+
+def record_of(name: str, dtype: np.dtype, rows: np.ndarray | None = None) -> Record:
+    """The record of a structured dtype; `rows`: constants, whose whole numbers are bounded."""
+    assert dtype.names is not None
+    fields, bounds = [], []
+    for each in dtype.names:
+        base, shape = dtype[each].base, dtype[each].shape
+        fields.append((each, Array(shape) if shape else INT if base.kind == "i" else DOUBLE))
+        if rows is not None and len(rows) and base.kind == "i":
+            bounds.append((each, (int(rows[each].min()), int(rows[each].max()))))
+    return Record(name, tuple(fields), rows is not None, tuple(bounds))
+
+
+def constants_type(name: str, values: dict[str, Any]) -> Record:
+    """The type of constants: arrays of records, records, numbers, functions."""
+    return Record(name, tuple((key, _constant_type(key, v)) for key, v in values.items()), True)
+
+
+def _constant_type(name: str, value) -> Type:
+    word = "".join(part.capitalize() for part in name.rstrip("s").split("_"))
+    if isinstance(value, np.ndarray):
+        return Rows(record_of(word, value.dtype, value), len(value))
+    if hasattr(value, "_fields") and any(isinstance(part, np.ndarray) for part in value):
+        return constants_type("ModeTable", value._asdict())
+    if isinstance(value, tuple) and value and not callable(value[0]):
+        kind = type_of(value)
+        assert kind is not None
+        return kind
+    if isinstance(value, int) and name != "host":
+        return INT
+    return DOUBLE if isinstance(value, float) else Static(value)
+
+
+def state_type(board: on_board.Board) -> Record:
+    """The type of all that changes: the state that flight software keeps."""
+    modes = tuple(
+        (name, _changing(f"{name.capitalize().rstrip('s')}Now", part))
+        for name, part in zip(ModeState._fields, board.modes, strict=True)
+    )
+    return Record("adcs_state", (
+        ("known", Rows(record_of("Known", KNOWN), 1)),
+        ("parameters", Array((len(board.parameters),))),
+        ("memory", Array((len(board.memory),))),
+        ("modes", Record("ModesNow", modes)),
+        ("chosen", Rows(record_of("Chosen", on_board.CHOSEN), 1)),
+    ))  # fmt: skip
+
+
+def _changing(name: str, part: np.ndarray) -> Type:
+    if part.dtype.names is None:
+        return Array(part.shape)
+    return Rows(record_of(name, part.dtype), len(part))

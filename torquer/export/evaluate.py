@@ -1,0 +1,144 @@
+"""How expressions are evaluated: by their kind, in Python's order.
+
+What a call changes in memory happens before anything that comes after it: such a call becomes a
+statement of its own before the statement in which it stands, and what was read before is kept.
+"""
+
+import ast
+from collections.abc import Callable
+from types import ModuleType
+
+import numpy as np
+
+from torquer.export import arithmetic
+from torquer.export.lines import Block
+from torquer.export.scope import Scope
+from torquer.export.types import NOTHING, PLACES, Static, Tuple, tuple_type, type_of
+from torquer.export.values import Form, Value, constant, part_of, static
+
+#: What to write in place of constructs that are often met.
+_INSTEAD = {
+    ast.Lambda: "write a function with def",
+    ast.ListComp: "write a loop",
+    ast.GeneratorExp: "write a loop",
+    ast.SetComp: "write a loop",
+    ast.DictComp: "write a loop",
+    ast.List: "write a tuple, or cells of the memory",
+    ast.Dict: "write variables, or names of the memory",
+    ast.JoinedStr: "leave text out",
+    ast.NamedExpr: "write an assignment before",
+    ast.Await: "leave it out",
+}
+
+
+#: Functions that translate an expression, by its kind.
+_HANDLERS: dict[type, Callable] = {}
+
+
+def translates(kind: type) -> Callable:
+    """Decorator of the function that translates expressions of a kind."""
+
+    def registered(function: Callable) -> Callable:
+        _HANDLERS[kind] = function
+        return function
+
+    return registered
+
+
+def value_of(s: Scope, node: ast.expr) -> Value:
+    """An expression; what it must do before goes to the scope's lines."""
+    handler = _HANDLERS.get(type(node))
+    if handler is None:
+        raise s.refuse(node, _INSTEAD.get(type(node), "write numbers, tuples and loops"))
+    return handler(s, node)
+
+
+def in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:
+    """Several expressions, each evaluated before the next."""
+    done: list[Value] = []
+    for node in nodes:
+        block, value = apart(s, node)
+        if block.effects:
+            done = [s.kept(each) if each.reads else each for each in done]
+        s.add(block)
+        done.append(value)
+    return done
+
+
+def apart(s: Scope, node: ast.expr, deeper: int = 0) -> tuple[Block, Value]:
+    """An expression, and what it must do before, which is not yet said."""
+    with s.captured(deeper) as block:
+        value = value_of(s, node)
+    return block, value
+
+
+def truth_of(s: Scope, node: ast.expr) -> Value:
+    """An expression as a truth."""
+    value = value_of(s, node)
+    with s.refusing(node):
+        return arithmetic.truth(value)
+
+
+def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
+    """A value from outside the kernel: a constant, or what is known while translating."""
+    if isinstance(value, Value):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return constant(bool(value))
+    if isinstance(value, int | float | np.integer | np.floating):
+        number = int(value) if isinstance(value, int | np.integer) else float(value)
+        return s.program.named_constant(name, number)
+    kind = type_of(value) if isinstance(value, tuple) else None
+    if isinstance(kind, Tuple):
+        return s.program.named_constant(name, value, kind)
+    if callable(value) or isinstance(value, ModuleType | tuple) or value is None:
+        return static(value)
+    raise s.refuse(node, "use a number, a tuple, parameters or memory")
+
+
+def parts_in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:
+    """Expressions in order; one with a star stands for all its parts."""
+    plain = [each.value if isinstance(each, ast.Starred) else each for each in nodes]
+    found: list[Value] = []
+    for node, value in zip(nodes, in_order(s, plain), strict=True):
+        found += parts_of(s, node, value) if isinstance(node, ast.Starred) else [value]
+    return found
+
+
+def parts_of(s: Scope, node: ast.AST, value: Value) -> list[Value]:
+    """The parts of a tuple, which is kept where it would be evaluated for each."""
+    if isinstance(value.type, Static) and isinstance(value.type.value, tuple):
+        return [of_outside(s, node, each) for each in value.type.value]  # type: ignore[arg-type]
+    if not isinstance(value.type, Tuple):
+        raise s.refuse(node, "unpack a tuple")
+    held = at_hand(s, value)
+    return [part_of(held, place) for place in range(len(value.type.parts))]
+
+
+def at_hand(s: Scope, value: Value) -> Value:
+    """A tuple whose parts can be read: what a call returns is kept."""
+    return s.kept(value) if value.form is Form.RESULT else value
+
+
+def tuple_of(s: Scope, node: ast.AST, parts: list[Value], of: type = tuple) -> Value:
+    """A tuple of these parts."""
+    if not parts:
+        return static(())
+    if any(isinstance(each.type, Static) for each in parts):
+        if all(each.is_known for each in parts):
+            return static(tuple(each.known for each in parts))
+        raise s.refuse(node, "write tuples of numbers")
+    if any(isinstance(each.type, PLACES) or each.type == NOTHING for each in parts):
+        raise s.refuse(node, "write tuples of numbers: records and arrays stay where they are")
+    kind = tuple_type(tuple(each.type for each in parts), of)
+    inner = ", ".join(_bare(s, each) for each in parts)
+    braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
+    reads = any(each.reads for each in parts)
+    return Value(f"({s.program.type_name(kind)}){braces}", kind, form=Form.RESULT, reads=reads)
+
+
+def _bare(s: Scope, part: Value) -> str:
+    """A part of a tuple that is written down: one written down itself needs its braces alone."""
+    text, kind = part.content.text, part.type
+    cast = f"({s.program.type_name(kind)})" if isinstance(kind, Tuple) else ""
+    return text[len(cast) :] if cast and text.startswith(cast + "{") else text

@@ -1,0 +1,109 @@
+"""A scenario's on-board computer written as a folder of C99."""
+
+from pathlib import Path
+from string import Template
+
+from torquer.export import texts
+from torquer.export.computer import Export, OnBoard, exported, on_board_of
+from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
+from torquer.export.print_c import INCLUDES, program_text, types_text
+from torquer.export.recording import recorded
+from torquer.export.refusal import Refused
+from torquer.export.tables import constant_text, numbers_of
+from torquer.scenario.spec import Scenario
+from torquer.spec import checked
+from torquer.version import VERSION
+
+#: Control steps that the replay has unless others are asked for.
+STEPS = 2000
+
+
+def export_c(scenario: Scenario, folder: Path | str, steps: int = STEPS) -> list[Path]:
+    """Write the on-board computer of a scenario as C99 into a folder; returns the files.
+
+    `steps`: control steps of a run from its start that are recorded for the replay in `test/`.
+    Raises a ValueError of one line for a kernel that cannot be translated: file, line, construct,
+    what to write instead.
+    """
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
+        raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
+    computer = on_board_of(checked(scenario))
+    made = exported(computer)
+    record = recorded(computer.scenario, steps)
+    files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks))}
+    files["test/recorded.bin"] = record.as_bytes()
+    return [_written(Path(folder) / name, content) for name, content in files.items()]
+
+
+def export_notes(scenario: Scenario) -> list[str]:
+    """A note with the reason where a scenario's computer cannot be exported; else none."""
+    try:
+        exported(on_board_of(scenario), again=0)
+    except Refused as refused:
+        return [f"cannot be exported as C: {refused}"]
+    return []
+
+
+def _written(file: Path, content: str | bytes) -> Path:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return file
+
+
+def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
+    """All texts of an export by the names of their files."""
+    name = computer.scenario.name.replace("*/", "* /")
+    program, general = made.program, {"name": name, "version": VERSION}
+    constants = program.type_name(made.computer)
+    places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
+    inputs = {"enums": enums(computer), "inputs": input_members()}
+    return {
+        "adcs.h": _filled(texts.HEADER, general | inputs),
+        "adcs_types.h": _filled(texts.TYPES, general | places),
+        "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made)),
+        "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
+        "CMakeLists.txt": texts.CMAKE,
+        "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
+        "test/replay.c": texts.REPLAY,
+    }
+
+
+def _filled(text: str, places: dict[str, str]) -> str:
+    return Template(text).substitute(places)
+
+
+def _of_source(computer: OnBoard, made: Export) -> dict[str, str]:
+    step = next(f for f in made.program.functions.values() if f.name == made.step)
+    own = {"computer": "adcs_constants()", "board": "state"}
+    arguments = [own[n] for n, k in step.arguments if n not in step.unused]
+    return {
+        "program": program_text(made.program, False, (made.step,)),
+        "copies": input_copies(), "step": made.step, "arguments": ", ".join(arguments),
+        "has_modes": "true" if len(computer.board.modes.regions) else "false",
+    }  # fmt: skip
+
+
+def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
+    program = made.program
+    return {
+        "computer": program.type_name(made.computer),
+        "constants": constant_text(program, made.computer, "constants", computer.computer),
+        "first": constant_text(program, made.state, "first", computer.board),
+    }
+
+
+def _of_readme(computer: OnBoard, steps: int) -> dict[str, str]:
+    rows = []
+    for each in INPUTS:
+        unread = bool(each.need) and each.need not in computer.needs
+        note = " (*not read*)" if unread else ""
+        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
+    named = [
+        f"| `{name}` | {said} |"
+        for names in constants_of(computer).values()
+        for name, (_, said) in names.items()
+    ]
+    return {
+        "state_bytes": str(8 * len(numbers_of(computer.board))), "inputs": "\n".join(rows),
+        "constants": "\n".join(named) or "| none | |", "steps": str(steps),
+    }  # fmt: skip

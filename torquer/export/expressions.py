@@ -1,0 +1,200 @@
+"""Expressions of kernels as typed C: names, tuples, arithmetic, truths, choices."""
+
+import ast
+from collections.abc import Callable
+
+from torquer.export import arithmetic
+from torquer.export.evaluate import (
+    apart,
+    in_order,
+    of_outside,
+    parts_in_order,
+    parts_of,
+    translates,
+    truth_of,
+    tuple_of,
+    value_of,
+)
+from torquer.export.scope import Scope
+from torquer.export.types import (
+    BOOL,
+    DOUBLE,
+    INT,
+    PLACES,
+    Number,
+    Record,
+    Static,
+    Tuple,
+    in_words,
+)
+from torquer.export.values import CHOICE, EQUAL, OR, Form, Value, constant, static
+
+
+@translates(ast.Constant)
+def _constant(s: Scope, node: ast.Constant) -> Value:
+    if isinstance(node.value, bool | int | float):
+        return constant(node.value)
+    if node.value is None:
+        return static(None)
+    raise s.refuse(node, "write numbers")
+
+
+@translates(ast.Name)
+def _name(s: Scope, node: ast.Name) -> Value:
+    if node.id in s.variables:
+        s.used.add(node.id)
+        return s.variable_value(s.variables[node.id])
+    if node.id in s.source.own:
+        raise s.refuse(node, "set it before it is read")
+    if not s.source.is_known(node.id):
+        raise s.refuse(node, "define it before the kernel is exported")
+    return of_outside(s, node, s.source.value(node.id), node.id)
+
+
+@translates(ast.Tuple)
+def _tuple(s: Scope, node: ast.Tuple) -> Value:
+    return tuple_of(s, node, parts_in_order(s, node.elts))
+
+
+@translates(ast.BinOp)
+def _binary(s: Scope, node: ast.BinOp) -> Value:
+    a, b = in_order(s, [node.left, node.right])
+    with s.refusing(node):
+        return arithmetic.binary(node.op, a, b, s.program.helpers)
+
+
+@translates(ast.UnaryOp)
+def _unary(s: Scope, node: ast.UnaryOp) -> Value:
+    value = value_of(s, node.operand)
+    with s.refusing(node):
+        if isinstance(node.op, ast.Not):
+            return arithmetic.inverse(value)
+        if isinstance(node.op, ast.UAdd | ast.USub) and isinstance(value.type, Number):
+            whole = arithmetic.as_whole(value)
+            return arithmetic.negative(value) if isinstance(node.op, ast.USub) else whole
+    raise s.refuse(node, "write arithmetic of numbers")
+
+
+@translates(ast.BoolOp)
+def _bool(s: Scope, node: ast.BoolOp) -> Value:
+    is_and = isinstance(node.op, ast.And)
+    found = value_of(s, node.values[0])
+    for each in [None, *node.values[1:]]:
+        if each is not None:
+            found = joined(s, found, each, is_and, value_of)
+        if found.type != BOOL:
+            raise s.refuse(node, "write truths: `x != 0` for a number, an `if` to choose a value")
+    return found
+
+
+def joined(s: Scope, first: Value, node, is_and: bool, evaluate: Callable) -> Value:
+    """The first truth, and where that matters the second, which may have to do something."""
+    if first.is_known and bool(first.known) != is_and:
+        return first
+    if first.is_known:
+        return evaluate(s, node)
+    with s.captured(1) as block:
+        second = evaluate(s, node)
+    if not block or second.type != BOOL:
+        s.add(block)
+        return arithmetic.both(first, second, is_and) if second.type == BOOL else second
+    held = s.kept(first, changes=True)
+    s.say(f"if ({held.text if is_and else f'!{held.text}'}) {{")
+    s.add(block)
+    s.depth += 1
+    s.say(f"{held.text} = {second.text};")
+    s.depth -= 1
+    s.say("}")
+    return held
+
+
+@translates(ast.Compare)
+def _compare(s: Scope, node: ast.Compare) -> Value:
+    if len(node.ops) == 1 and isinstance(node.ops[0], ast.In | ast.NotIn):
+        return _among(s, node)
+    if len(node.ops) == 1 and isinstance(node.ops[0], ast.Is | ast.IsNot):
+        return _same(s, node)
+    a, b = in_order(s, [node.left, node.comparators[0]])
+    if len(node.ops) > 1 and not b.is_simple:
+        b = s.kept(b)
+    found = _pair(s, node, node.ops[0], a, b)
+    for op, each in zip(node.ops[1:], node.comparators[1:], strict=True):
+        middle = [b]
+
+        def next_pair(s, each, op=op, middle=middle):
+            left, right = middle[0], value_of(s, each)
+            middle[0] = right if right.is_simple else s.kept(right)
+            return _pair(s, node, op, left, middle[0])
+
+        found = joined(s, found, each, True, next_pair)
+        b = middle[0]
+    return found
+
+
+def _pair(s: Scope, node: ast.Compare, op: ast.cmpop, a: Value, b: Value) -> Value:
+    with s.refusing(node):
+        return arithmetic.compare(op, a, b)
+
+
+def _same(s: Scope, node: ast.Compare) -> Value:
+    a, b = in_order(s, [node.left, node.comparators[0]])
+    if not (isinstance(a.type, Static) or isinstance(b.type, Static)):
+        raise s.refuse(node, "write == for numbers")
+    return constant((a.type == b.type) == isinstance(node.ops[0], ast.Is))
+
+
+def _among(s: Scope, node: ast.Compare) -> Value:
+    """Whether a number is one of a tuple's."""
+    a, b = in_order(s, [node.left, node.comparators[0]])
+    if not isinstance(b.type, Tuple) or not isinstance(a.type, Number):
+        raise s.refuse(node, "write `in` a tuple of numbers")
+    a = a if a.is_simple else s.kept(a)
+    found = constant(False)
+    for each in parts_of(s, node, b):
+        same = _pair(s, node, ast.Eq(), a, each)
+        found = arithmetic.both(found, same, False)
+    with s.refusing(node):
+        return arithmetic.inverse(found) if isinstance(node.ops[0], ast.NotIn) else found
+
+
+@translates(ast.IfExp)
+def _choice(s: Scope, node: ast.IfExp) -> Value:
+    test = truth_of(s, node.test)
+    if test.is_known:
+        return value_of(s, node.body if test.known else node.orelse)
+    (first, a), (second, b) = apart(s, node.body, 1), apart(s, node.orelse, 1)
+    if a.type != b.type or isinstance(a.type, Static):
+        kinds = {a.type, b.type}
+        hint = "write 0.0 for 0, or float(...)" if kinds == {DOUBLE, INT} else "choose alike values"
+        raise s.refuse(node, f"{hint} (here: {in_words(a.type)} or {in_words(b.type)})")
+    if isinstance(a.type, PLACES) and not isinstance(a.type, Record):
+        raise s.refuse(node, "write an `if` for each of them")
+    if first or second:
+        return _chosen_by_statements(s, test, (first, a), (second, b))
+    return _chosen(test, a, b)
+
+
+def _chosen(test: Value, a: Value, b: Value) -> Value:
+    if isinstance(a.type, Record):
+        texts, form = (a.address, b.address), Form.ADDRESS
+    else:
+        texts = (a.content.within(OR), b.content.within(CHOICE))
+        form = Form.RESULT
+    text = f"{test.within(EQUAL)} ? {texts[0]} : {texts[1]}"
+    bounds = arithmetic.either(a.bounds, b.bounds)
+    reads = test.reads or a.reads or b.reads
+    return Value(text, a.type, CHOICE, form, reads, a.roots | b.roots, bounds)
+
+
+def _chosen_by_statements(s: Scope, test: Value, first: tuple, second: tuple) -> Value:
+    """A choice of which a branch has something to do before."""
+    held = s.unset(first[1], second[1])
+    for (block, value), head in ((first, f"if ({test.text}) {{"), (second, "} else {")):
+        s.say(head)
+        s.add(block)
+        s.depth += 1
+        text = value.address if isinstance(value.type, Record) else value.content.text
+        s.say(f"{held.text} = {text};")
+        s.depth -= 1
+    s.say("}")
+    return held

@@ -1,0 +1,198 @@
+"""Parts of tuples, fields of records, cells of arrays: `a.b` and `a[b]`."""
+
+import ast
+from dataclasses import replace
+from types import ModuleType
+
+from torquer.export.evaluate import at_hand, in_order, of_outside, translates, tuple_of, value_of
+from torquer.export.scope import Scope
+from torquer.export.types import DOUBLE, INT, Array, Record, Rows, Static, Tuple, in_words
+from torquer.export.values import SIGN, Value, cell_of, constant, field_of, part_of, row_of, static
+
+
+@translates(ast.Attribute)
+def attribute(s: Scope, node: ast.Attribute) -> Value:
+    """A field of a record or tuple, the shape of an array, or a name of a module."""
+    value = value_of(s, node.value)
+    kind, name = value.type, node.attr
+    if isinstance(kind, Static):
+        if isinstance(kind.value, ModuleType) and hasattr(kind.value, name):
+            return of_outside(s, node, getattr(kind.value, name), name)
+        raise s.refuse(node, "use a name that the module has")
+    if isinstance(kind, Tuple) and kind.fields and name in kind.fields:
+        return part_of(at_hand(s, value), kind.fields.index(name))
+    if isinstance(kind, Record) and name in dict(kind.fields):
+        return field_of(value, name)
+    if name == "shape" and isinstance(kind, Array | Rows):
+        shape = kind.shape if isinstance(kind, Array) else (kind.count,)
+        return static(tuple(shape))
+    raise s.refuse(node, f"use a field that {in_words(kind)} has")
+
+
+@translates(ast.Subscript)
+def subscript(s: Scope, node: ast.Subscript) -> Value:
+    """A part of a tuple, a cell or a row of an array, a field of a record by its name."""
+    name = _text(node.slice)
+    if name is not None:
+        value = value_of(s, node.value)
+        if isinstance(value.type, Record) and name in dict(value.type.fields):
+            return field_of(value, name)
+        raise s.refuse(node, "use a field that the record has")
+    if isinstance(node.slice, ast.Slice):
+        return _slice(s, node, node.slice)
+    indices = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+    if any(isinstance(each, ast.Slice) for each in indices):
+        raise s.refuse(node, "write a loop over the cells")
+    value, *places = in_order(s, [node.value, *indices])
+    if any(each.type != INT for each in places):
+        raise s.refuse(node, "use whole numbers as indices: int(...)")
+    return indexed(s, node, value, places)
+
+
+def _text(node: ast.expr) -> str | None:
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else None
+
+
+def indexed(s: Scope, node: ast.AST, value: Value, indices: list[Value]) -> Value:
+    """What stands at these places."""
+    kind = value.type
+    if isinstance(kind, Array) and len(indices) <= len(kind.shape):
+        texts = [_index(s, node, i, n) for i, n in zip(indices, kind.shape, strict=False)]
+        return cell_of(value, indices, texts)
+    if len(indices) != 1:
+        raise s.refuse(node, "use as many indices as there are dimensions")
+    index = indices[0]
+    if isinstance(kind, Rows):
+        return row_of(value, index, _index(s, node, index, kind.count))
+    if isinstance(kind, Tuple):
+        return _part(s, node, at_hand(s, value), index)
+    if isinstance(kind, Static) and isinstance(kind.value, tuple):
+        return _of_static(s, node, kind.value, index)
+    raise s.refuse(node, f"use an index where {in_words(kind)} is a tuple or an array")
+
+
+def _of_static(s: Scope, node: ast.AST, values: tuple, index: Value) -> Value:
+    """One of several functions: chosen now, or a switch when its number is known."""
+    if index.is_known:
+        if not -len(values) <= index.known < len(values):
+            raise s.refuse(node, "use an index that the tuple has")
+        return of_outside(s, node, values[index.known])  # type: ignore[arg-type]
+    if not values or not all(map(callable, values)):
+        raise s.refuse(node, "use a constant index")
+    return replace(index, type=Static(Chosen(values)), known=None)
+
+
+class Chosen:
+    """Functions of which one is called, by a number that is known in flight only."""
+
+    def __init__(self, functions: tuple):
+        self.functions = functions
+
+
+def _part(s: Scope, node: ast.AST, value: Value, index: Value) -> Value:
+    kind = value.type
+    assert isinstance(kind, Tuple)
+    count = len(kind.parts)
+    if index.is_known:
+        if not -count <= index.known < count:
+            raise s.refuse(node, f"use an index that {in_words(kind)} has")
+        return part_of(value, index.known % count)
+    if not kind.is_array:
+        raise s.refuse(node, "use a constant index, or a tuple of parts of one type")
+    text = value.member(f".v[{_index(s, node, index, count)}]")
+    return Value(text, kind.parts[0], reads=value.reads or index.reads)
+
+
+def _index(s: Scope, node: ast.AST, index: Value, count: int | None) -> str:
+    """An index in C: negative ones count from the end."""
+    low, high = index.bounds
+    if index.is_known and count is not None:
+        if not -count <= index.known < count:
+            raise s.refuse(node, f"use an index from 0 to {count - 1}")
+        return str(index.known % count)
+    if low is not None and low >= 0:
+        if count is not None and high is not None and low >= count:
+            raise s.refuse(node, f"use an index from 0 to {count - 1}")
+        return index.text
+    if count is None:
+        raise s.refuse(node, "use an index that is not negative")
+    s.program.helpers.add("place_of")
+    return f"place_of({index.text}, {count})"
+
+
+def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
+    """Some parts of a tuple, or cells of an array from a place on."""
+    if cut.step is not None:
+        raise s.refuse(node, "write a loop over the cells")
+    value, *edges = in_order(s, [node.value, *(e for e in (cut.lower, cut.upper) if e)])
+    low = edges[0] if cut.lower else constant(0)
+    high = edges[-1] if cut.upper else None
+    kind = value.type
+    if isinstance(kind, Tuple) and all(each.is_known for each in edges):
+        held, count = at_hand(s, value), len(kind.parts)
+        chosen = range(count)[low.known : high.known if high else None]
+        return tuple_of(s, node, [part_of(held, place) for place in chosen])
+    if not isinstance(kind, Array) or len(kind.shape) != 1:
+        raise s.refuse(node, "cut a tuple at constants, or an array of one dimension")
+    least = low.bounds[0]
+    if least is None or least < 0 or (high and (high.bounds[0] is None or high.bounds[0] < 0)):
+        raise s.refuse(node, "cut at places that are not negative")
+    known = high is not None and high.is_known and low.is_known and kind.shape[0] is not None
+    length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore
+    reads = value.reads or low.reads
+    text = f"&{value.text}[{low.text}]"
+    return Value(text, Array((length,), kind.const), SIGN, reads=reads, roots=value.roots)
+
+
+def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
+    """Set many cells to one number, `a[:, 0] = x`; whether the target is of this kind."""
+    cuts = target.slice.elts if isinstance(target.slice, ast.Tuple) else [target.slice]
+    if not any(isinstance(each, ast.Slice) for each in cuts):
+        return False
+    array = value_of(s, target.value)
+    if not isinstance(array.type, Array) or len(cuts) > len(array.type.shape):
+        raise s.refuse(target, "write a loop over the cells")
+    if isinstance(value.type, Array) and all(isinstance(each, ast.Slice) for each in cuts):
+        fill_all(s, target, array, value)
+        return True
+    if value.type != DOUBLE:
+        raise s.refuse(target, "set cells to one float, or write a loop")
+    rest = [ast.Slice()] * (len(array.type.shape) - len(cuts))
+    s.writes(array, target)
+    _in_loops(s, target, [*cuts, *rest], array, value)
+    return True
+
+
+def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
+    """Set all cells of a part of an array: to one number, or to those of another of its shape."""
+    assert isinstance(place.type, Array)
+    alike = isinstance(value.type, Array) and value.type.shape == place.type.shape
+    if not (alike or value.type == DOUBLE) or None in place.type.shape:
+        raise s.refuse(target, "set it to one float, or to an array of the same shape")
+    s.writes(place, target)
+    _in_loops(s, target, [ast.Slice()] * len(place.type.shape), place, value)
+
+
+def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value) -> None:
+    assert isinstance(array.type, Array)
+    text, depth, of_value = array.text, s.depth, ""
+    for cut, count in zip(cuts, array.type.shape, strict=True):
+        index = _filled(s, target, cut, count)
+        text, of_value = f"{text}[{index}]", f"{of_value}[{index}]"
+    of_value = of_value if isinstance(value.type, Array) else ""
+    s.say(f"{text} = {value.text}{of_value};", effect=True)
+    while s.depth > depth:
+        s.depth -= 1
+        s.say("}")
+
+
+def _filled(s: Scope, target: ast.AST, cut: ast.expr, count: int | None) -> str:
+    """The index of one dimension; a loop is opened over all of it."""
+    if not isinstance(cut, ast.Slice):
+        return _index(s, target, value_of(s, cut), count)
+    if cut.lower or cut.upper or cut.step or count is None:
+        raise s.refuse(target, "write a loop over the cells")
+    name = s.new_name("k")
+    s.say(f"for (int64_t {name} = 0; {name} < {count}; {name}++) {{")
+    s.depth += 1
+    return name

@@ -1,0 +1,174 @@
+"""The C text of a program: types, constants, functions."""
+
+import re
+
+from torquer.export.helpers import HELPERS
+from torquer.export.lines import Declared, Line, Stored
+from torquer.export.program import Function, Program
+from torquer.export.types import Array, Number, Record, Rows, Static, Tuple, Type, c_word
+
+#: Longest line of C text.
+_WIDTH = 100
+INCLUDES = "#include <math.h>\n#include <stdbool.h>\n#include <stddef.h>\n#include <stdint.h>\n"
+
+
+def declarator(program: Program, kind: Type, name: str, const: bool = False) -> str:
+    """A variable or argument of a type; `const`: what it points to is not written through it."""
+    word = program.type_name(kind)
+    before = "const " if const else ""
+    if isinstance(kind, Array):
+        rest = "".join(f"[{n}]" for n in kind.shape[1:])
+        return f"{before}double (*{name}){rest}" if rest else f"{before}double *{name}"
+    if isinstance(kind, Record | Rows):
+        return f"{before}{word} *{name}"
+    return f"{word} {name}"
+
+
+def member(program: Program, kind: Type, name: str) -> str:
+    """A member of a struct."""
+    name = c_word(name)
+    if isinstance(kind, Array):
+        return f"double {name}" + "".join(f"[{max(n or 1, 1)}]" for n in kind.shape) + ";"
+    if isinstance(kind, Rows):
+        return f"{program.type_name(kind)} {name}[{max(kind.count, 1)}];"
+    return f"{program.type_name(kind)} {name};"
+
+
+def is_empty(kind: Type) -> bool:
+    """Whether a type has no place in C: it is known while translating."""
+    return isinstance(kind, Static)
+
+
+def types_text(program: Program, comments: dict[str, str] | None = None) -> str:
+    """All structs, each after those of which it is made; `comments`: by names of types."""
+    found = []
+    for kind, name in program.types.items():
+        comment = (comments or {}).get(name, "")
+        head = f"/* {comment} */\n" if comment else ""
+        found.append(f"{head}typedef struct {{\n{_members(program, kind)}}} {name};\n")
+    return "\n".join(found)
+
+
+def _members(program: Program, kind: Type) -> str:
+    if isinstance(kind, Tuple) and kind.is_array:
+        return f"    {program.type_name(kind.parts[0])} v[{len(kind.parts)}];\n"
+    if isinstance(kind, Tuple):
+        names = kind.fields or [f"v{k}" for k in range(len(kind.parts))]
+        fields = list(zip(names, kind.parts, strict=True))
+    else:
+        assert isinstance(kind, Record)
+        fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
+    return "".join(f"    {member(program, each, name)}\n" for name, each in fields)
+
+
+def signature(program: Program, function: Function) -> str:
+    """How a function is declared, without its storage class."""
+    texts = []
+    for name, kind in function.arguments:
+        if name in function.unused or isinstance(kind, Static):
+            continue
+        own = function.names[name]
+        if isinstance(kind, Tuple) and kind.is_large:
+            texts.append(f"const {program.type_name(kind)} *{own}")
+        else:
+            texts.append(declarator(program, kind, own, name not in function.mutable))
+    return f"{program.type_name(function.result)} {function.name}({', '.join(texts) or 'void'})"
+
+
+def function_text(program: Program, function: Function) -> str:
+    """A function with its comment."""
+    storage = "" if function.is_public else "static "
+    body = "".join(f"{_line(program, function, each)}\n" for each in function.lines)
+    head = wrapped(f"{storage}{signature(program, function)}", 0)
+    return f"{_comment(function)}{head}\n{{\n{body}}}\n"
+
+
+def _comment(function: Function) -> str:
+    lines = [each.replace("*/", "* /") for each in (function.doc, function.equation) if each]
+    return f"/* {chr(10).join(lines)} */\n".replace("\n", "\n   ", len(lines) - 1) if lines else ""
+
+
+def _line(program: Program, function: Function, line: Line) -> str:
+    text = line.text
+    if isinstance(line, Declared):
+        text = _declaration(program, function, line)
+    elif isinstance(line, Stored):
+        text = f"{line.name} = {text};"
+    return wrapped("    " * line.depth + text, line.depth)
+
+
+def _declaration(program: Program, function: Function, line: Declared) -> str:
+    kind = line.type
+    assert kind is not None
+    points = isinstance(kind, Array | Record | Rows)
+    const = points and (_is_const(kind) or not line.roots <= function.mutable)
+    made = declarator(program, kind, line.name, const)
+    if not points and line.is_constant:
+        made = f"const {made}"
+    if not line.text:
+        zero = "NULL" if points else "0.0" if kind == Number("double") else "0"
+        zero = "false" if kind == Number("bool") else "{0}" if isinstance(kind, Tuple) else zero
+        return f"{made} = {zero};"
+    prefix = f"({program.type_name(kind)}){{" if isinstance(kind, Tuple) else ""
+    text = line.text
+    if prefix and text.startswith(prefix):
+        text = text[len(prefix) - 1 :]
+    return f"{made} = {text};"
+
+
+def _is_const(kind: Type | None) -> bool:
+    of = kind.record if isinstance(kind, Rows) else kind
+    return bool(getattr(of, "const", False))
+
+
+def wrapped(text: str, depth: int) -> str:
+    """A line of C, broken at commas and blanks where it is too long."""
+    lines, further = [], "    " * (depth + 1)
+    while len(text) > _WIDTH:
+        least = len(text) - len(text.lstrip()) + 1
+        cut = max(text.rfind(", ", least, _WIDTH) + 1, text.rfind("{", least, _WIDTH) + 1)
+        cut = cut or text.rfind(" ", least, _WIDTH)
+        if cut <= least:
+            break
+        lines.append(text[:cut].rstrip())
+        text = further + text[cut:].strip()
+    return "\n".join([*lines, text])
+
+
+def helpers_text(program: Program, used: str) -> str:
+    """The functions of its own that the text uses."""
+    found = [text for name, text in HELPERS.items() if re.search(rf"\b{name}\(", used)]
+    return "\n\n".join(found) + ("\n" if found else "")
+
+
+def constants_text(program: Program, used: str) -> str:
+    """The constants that the text names."""
+    found = []
+    for name, value in program.constants.values():
+        if re.search(rf"\b{name}\b", used):
+            kind = program.type_name(value.type)
+            text = value.text.removeprefix(f"({kind})")
+            found.append(wrapped(f"static const {kind} {name} = {text};", 0) + "\n")
+    return "".join(found)
+
+
+def functions_text(program: Program, roots: tuple[str, ...] = ()) -> str:
+    """All functions reached from public ones and `roots`, each after those that it calls."""
+    texts = {f.name: function_text(program, f) for f in program.functions.values()}
+    reached: set[str] = set()
+    waiting = [*roots, *(f.name for f in program.functions.values() if f.is_public)]
+    while waiting:
+        name = waiting.pop()
+        if name not in reached:
+            reached.add(name)
+            waiting += [w for w in re.findall(r"\b(\w+)\(", texts[name]) if w in texts]
+    return "\n".join(text for name, text in texts.items() if name in reached)
+
+
+def program_text(program: Program, with_types: bool = True, roots: tuple[str, ...] = ()) -> str:
+    """The whole program as one text; see `functions_text`."""
+    functions = functions_text(program, roots)
+    helpers = helpers_text(program, functions)
+    parts = [types_text(program)] if with_types else []
+    parts += [constants_text(program, functions), helpers, functions]
+    return "\n".join(part for part in parts if part)

@@ -1,0 +1,289 @@
+"""All kernels that a program in C needs: each translated once for each types of its arguments."""
+
+import ast
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from torquer.compile.plugin import plain_of
+from torquer.export import calls, expressions, places  # noqa: F401  register what they translate
+from torquer.export.arithmetic import either
+from torquer.export.lines import Line, without_unread, words_of
+from torquer.export.scope import RESERVED, Scope, Variable
+from torquer.export.source import Source, source_of
+from torquer.export.statements import block
+from torquer.export.types import (
+    BOOL,
+    DOUBLE,
+    INT,
+    NOTHING,
+    Array,
+    Number,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+    Type,
+)
+from torquer.export.values import ATOM, Form, Value, constant
+
+#: A name of a constant, as the house writes them.
+_CONSTANT_NAME = re.compile(r"_?[A-Z][A-Z0-9_]+")
+#: Bounds of whole numbers that arguments have.
+_Bounds = tuple[int | None, int | None]
+
+
+@dataclass
+class Function:
+    """A kernel in C. `arguments`: all of the kernel's; `unused`: those that C does not take.
+
+    `writes`: arguments in whose memory it writes; `mutable`: whose memory must not be const.
+    """
+
+    name: str
+    arguments: list[tuple[str, Type]]
+    result: Type = NOTHING
+    lines: list[Line] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+    writes: frozenset[str] = frozenset()
+    mutable: frozenset[str] = frozenset()
+    unused: frozenset[str] = frozenset()
+    doc: str = ""
+    equation: str = ""
+    place: str = ""
+    is_public: bool = False
+    key: tuple = ()
+
+
+class Program:
+    """Kernels, types and constants of a program. `replaced`: kernels with a translation of their
+    own; `known_bounds`: of arguments, as an earlier translation of the same program found them.
+    """
+
+    def __init__(self, replaced: dict | None = None, known_bounds: dict | None = None):
+        self.replaced: dict[Callable, Callable] = replaced or {}
+        self.functions: dict[tuple, Function] = {}
+        self.types: dict[Type, str] = {}
+        self.constants: dict[tuple, tuple[str, Value]] = {}
+        self.helpers: set[str] = set()
+        self.bounds: dict[str, dict[str, _Bounds]] = {}
+        self._known_bounds = known_bounds or {}
+        self._taken: set[str] = set(RESERVED)
+        self._at_work: list[tuple] = []
+
+    def free_name(self, word: str) -> str:
+        """A name that nothing else has."""
+        name, count = word, 1
+        while name in self._taken:
+            count += 1
+            name = f"{word}_{count}"
+        self._taken.add(name)
+        return name
+
+    def type_name(self, kind: Type) -> str:
+        """How C names a type; structs are declared when they are first named."""
+        if isinstance(kind, Number):
+            return kind.c
+        if isinstance(kind, Array):
+            return "double"
+        if isinstance(kind, Rows):
+            return self.type_name(kind.record)
+        assert isinstance(kind, Tuple | Record)
+        key = replace(kind, const=False, bounds=()) if isinstance(kind, Record) else kind
+        if key not in self.types:
+            parts = kind.parts if isinstance(kind, Tuple) else [k for _, k in kind.fields]
+            for each in parts:
+                if not isinstance(each, Static):
+                    self.type_name(each)
+            self.types[key] = self.free_name(self._type_word(kind))
+        return self.types[key]
+
+    def _type_word(self, kind: Tuple | Record) -> str:
+        if kind.name is not None:
+            return kind.name
+        first, count = kind.parts[0], len(kind.parts)
+        if kind.is_array:
+            words = {DOUBLE: "vec", INT: "ints", BOOL: "bools"}
+            return f"{words.get(first) or self.type_name(first) + 'x'}{count}"
+        return "_".join(["parts", *(self.type_name(each).split("_t")[0] for each in kind.parts)])
+
+    def named_constant(self, name: str, value, kind: Tuple | None = None) -> Value:
+        """A constant; one that has a name as constants have keeps it in C."""
+        number = constant(value) if kind is None else self._tuple_constant(value, kind)
+        own = name.lstrip("_")
+        if not _CONSTANT_NAME.fullmatch(name) or number.type == BOOL or own in RESERVED:
+            return number
+        key = (own, number.type, repr(value))
+        if key not in self.constants:
+            self.constants[key] = (self.free_name(own), number)
+        text = self.constants[key][0]
+        return replace(number, text=text, form=Form.VARIABLE, rank=ATOM)
+
+    def _tuple_constant(self, value: tuple, kind: Tuple) -> Value:
+        text = f"({self.type_name(kind)}){self._braces(value, kind)}"
+        return Value(text, kind, form=Form.RESULT)
+
+    def _braces(self, value, kind: Type) -> str:
+        """The numbers of a constant in braces."""
+        if not isinstance(kind, Tuple):
+            return constant(value).text
+        inner = ", ".join(self._braces(v, k) for v, k in zip(value, kind.parts, strict=True))
+        return f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
+
+    def returned_argument(self, function) -> int | None:
+        """The place of the argument that a function returns as it is; None if it does more."""
+        source = self._source(function) if hasattr(plain_of(function), "__code__") else None
+        if source is None or len(source.body) != 1 or not isinstance(source.body[0], ast.Return):
+            return None
+        names = [each.arg for each in source.tree.args.args]
+        value = source.body[0].value
+        if (
+            isinstance(value, ast.Name)
+            and value.id in names
+            and plain_of(function) not in (self.replaced)
+        ):
+            return names.index(value.id)
+        return None
+
+    def _source(self, function) -> Source | None:
+        try:
+            return source_of(function)
+        except ValueError:
+            return None
+
+    def function(self, kernel, types: list[Type], s: Scope | None = None, node=None) -> Function:
+        """A kernel for these types of arguments."""
+        plain = plain_of(kernel)
+        key = (plain, tuple(types))
+        if key in self._at_work:
+            assert s is not None
+            raise s.refuse(node, "write a loop", f"{plain.__name__}, which calls itself,")
+        if key not in self.functions:
+            self._at_work.append(key)
+            self.functions[key] = self._translated(kernel, types, key)
+            self._at_work.remove(key)
+        return self.functions[key]
+
+    def _translated(self, kernel, types: list[Type], key: tuple) -> Function:
+        source = source_of(kernel)
+        s = Scope(self, source)
+        self._declare_arguments(s, types, key)
+        ended = block(s, source.body)
+        if s.result not in (None, NOTHING) and not ended:
+            raise s.refuse(source.tree, "return a value at the end", "a kernel that may not return")
+        name = self.free_name(source.plain.__name__.lstrip("_"))
+        lines = without_unread([*s.at_top, *s.block.lines], set())
+        names = {each: v.name for each, v in s.first_variables.items()}
+        words = words_of(lines)
+        arguments = list(zip(s.arguments, types, strict=True))
+        unused = {n for n, k in arguments if isinstance(k, Static) or names[n] not in words}
+        place = f"{source.file.rpartition('/')[2]}, line {source.tree.lineno}"
+        return Function(
+            name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
+            frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation, place,
+            key=key,
+        )  # fmt: skip
+
+    def _declare_arguments(self, s: Scope, types: list[Type], key: tuple) -> None:
+        a = s.source.tree.args
+        if a.vararg or a.kwarg or a.kwonlyargs or a.posonlyargs:
+            raise s.refuse(s.source.tree, "name its arguments one by one", "this kernel")
+        s.arguments = [each.arg for each in a.args]
+        if len(s.arguments) != len(types):
+            raise s.refuse(s.source.tree, f"take {len(types)} arguments", "this kernel")
+        stored = {n.id for n in ast.walk(s.source.tree) if isinstance(n, ast.Name)
+                  and isinstance(n.ctx, ast.Store)}  # fmt: skip
+        for name, kind in zip(s.arguments, types, strict=True):
+            by_address = isinstance(kind, Record) or (isinstance(kind, Tuple) and kind.is_large)
+            form = Form.ADDRESS if by_address else Form.VARIABLE
+            roots = frozenset([name]) if isinstance(kind, Record | Array | Rows) else frozenset()
+            bounds = self._known_bounds.get(_key_text(key), {}).get(name, (None, None))
+            bounds = bounds if name not in stored else (None, None)
+            s.variables[name] = Variable(s.c_name(name), kind, form, roots, bounds)
+            if isinstance(kind, Array) and len(kind.shape) > 1:
+                s.mutable.add(name)
+        s.first_variables = dict(s.variables)
+
+    def note_bounds(self, made: Function, values: list[Value]) -> None:
+        """Remember within what bounds the whole numbers are that a kernel is given."""
+        known = self.bounds.setdefault(_key_text(made.key), {})
+        for (name, kind), value in zip(made.arguments, values, strict=True):
+            if kind != INT:
+                continue
+            known[name] = either(known[name], value.bounds) if name in known else value.bounds
+
+    def switch(
+        self, functions: dict[int, Callable], types: list[Type], s: Scope, node, otherwise: str = ""
+    ) -> Function:
+        """A function that calls one of several by its number; `otherwise`: answer to any other.
+
+        Without it the last one is called.
+        """
+        key = (tuple(functions.items()), tuple(types))
+        if key not in self.functions:
+            made = {n: self.function(each, types, s, node) for n, each in functions.items()}
+            for each in made.values():  # what a switch hands on is not followed
+                own = self.bounds.setdefault(_key_text(each.key), {})
+                own |= {name: (None, None) for name, kind in each.arguments if kind == INT}
+            if len({each.result for each in made.values()}) != 1:
+                raise s.refuse(node, "let all of them return the same")
+            self.functions[key] = _switch(self, made, types, otherwise)
+        return self.functions[key]
+
+
+def _switch(
+    program: Program, made: dict[int, Function], types: list[Type], otherwise: str
+) -> Function:
+    names = [f"a{k}" for k in range(len(types))]
+    lines, last = [Line(1, "switch (number) {")], list(made)[-1]
+    for number, each in made.items():
+        head = "default" if number == last and not otherwise else f"case {number}"
+        used = [n for n, (own, kind) in zip(names, each.arguments, strict=True)
+                if own not in each.unused and not isinstance(kind, Static)]  # fmt: skip
+        lines += [Line(1, f"{head}:"), Line(2, _returned(each, used))]
+        if each.result == NOTHING:
+            lines.append(Line(2, "break;"))
+    if otherwise:
+        lines += [Line(1, "default:"), Line(2, f"return {otherwise};")]
+    lines.append(Line(1, "}"))
+    words = words_of(lines)
+    arguments = [("number", INT), *zip(names, types, strict=True)]
+    first = next(iter(made.values()))
+    return Function(
+        program.free_name(f"one_of_{len(made)}_as_{first.name}"), arguments, first.result, lines,
+        {n: n for n, _ in arguments}, _of_any(made, names, "writes"),
+        _of_any(made, names, "mutable"), frozenset(n for n, _ in arguments if n not in words),
+        "The kernel of a number.",
+    )  # fmt: skip
+
+
+def _of_any(made: dict[int, Function], names: list[str], what: str) -> frozenset[str]:
+    """Arguments of a switch that any of its functions writes, or needs to be writable."""
+    return frozenset(
+        name
+        for each in made.values()
+        for name, (own, _) in zip(names, each.arguments, strict=True)
+        if own in getattr(each, what)
+    )
+
+
+def _returned(made: Function, arguments: list[str]) -> str:
+    call = f"{made.name}({', '.join(arguments)});"
+    return call if made.result == NOTHING else f"return {call}"
+
+
+def _key_text(key: tuple) -> str:
+    """A key that is the same when a program is translated once more."""
+    return repr([getattr(key[0], "__qualname__", key[0]), *key[1:]]) if key else ""
+
+
+def translated(
+    build: Callable[["Program"], None], replaced: dict | None = None, again: int = 2
+) -> "Program":
+    """A program built several times, `again` with what the one before found out about indices."""
+    program = Program(replaced)
+    build(program)
+    for _ in range(again):
+        program = Program(replaced, program.bounds)
+        build(program)
+    return program

@@ -1,0 +1,75 @@
+"""Control steps of a simulated flight, recorded for the replay of an export."""
+
+import struct
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.compile.plugin import plain_of
+from torquer.export.interface import HANDED_IN
+from torquer.export.tables import numbers_of
+from torquer.interface import KNOWN
+from torquer.scenario.spec import Scenario
+from torquer.simulation.members import WAITING
+from torquer.simulation.run import Run, prepare
+from torquer.simulation.state import CELLS
+from torquer.spacecraft.failures import is_back
+
+_MAGIC = b"ADCSREC1"
+_PLACES = [(KNOWN.names or ()).index(name) for name in HANDED_IN]
+_FIRST = (CELLS.names or ()).index("dipole_x")
+#: The hash FNV-1a: where it begins, its prime; modulo 2^64.
+_BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
+
+
+class Recorded(NamedTuple):
+    """Control steps: whether the computer began anew, inputs, commands, marks of the state."""
+
+    anew: np.ndarray
+    inputs: np.ndarray
+    commands: np.ndarray
+    marks: list[int]
+    numbers: int
+
+    def as_bytes(self) -> bytes:
+        """The file that `test/replay.c` reads (little-endian)."""
+        head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), len(_PLACES), self.numbers)
+        rows = zip(self.anew, self.inputs, self.commands, self.marks, strict=True)
+        return head + b"".join(
+            np.array([a, *i, *c], dtype="<f8").tobytes() + struct.pack("<Q", mark)
+            for a, i, c, mark in rows
+        )
+
+
+def mark_of(numbers: np.ndarray) -> int:
+    """Mark of the bits of all numbers; one that is not a number has one mark."""
+    words = numbers.view(np.uint64).copy()
+    words[np.isnan(numbers)] = 0x7FF8000000000000
+    mark = _BEGIN
+    for word in words.tolist():
+        mark = ((mark ^ word) * _PRIME) & _WORD
+    return mark
+
+
+def recorded(scenario: Scenario, most: int) -> Recorded:
+    """The first control steps of a run, at most so many."""
+    run = prepare(scenario, stops=True)
+    anew, inputs, commands, before_s = [], [], [], run.state.board.known["t_s"][0]
+    marks: list[int] = []
+    while len(marks) < most and run.advance_to(run.steps) == WAITING:
+        known = run.state.board.known.view(np.float64).reshape(-1)
+        anew.append(float(_begins_anew(run, before_s, known[0])))
+        inputs.append(known[_PLACES])
+        commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
+        marks.append(mark_of(numbers_of(run.state.board)))
+        before_s = known[0]
+    if not marks:
+        raise ValueError("simulation: must have a control step to be recorded; received none")
+    size = len(numbers_of(run.state.board))
+    return Recorded(np.array(anew), np.array(inputs), np.array(commands), marks, size)
+
+
+def _begins_anew(run: Run, before_s: float, t_s: float) -> bool:
+    """Whether the computer comes back from a failure at this step."""
+    failures = run.plan.plant.failures.computer
+    return bool(len(failures)) and bool(plain_of(is_back)(failures, before_s, t_s))

@@ -1,0 +1,230 @@
+"""The translation of one kernel as it proceeds: variables, lines, what is written."""
+
+import ast
+import contextlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from torquer.export.arithmetic import Impossible
+from torquer.export.helpers import HELPERS
+from torquer.export.lines import Block, Declared, Line, Stored
+from torquer.export.refusal import Refused, refused, shown
+from torquer.export.source import Source
+from torquer.export.types import KEYWORDS, NOTHING, PLACES, Static, Tuple, Type, in_words
+from torquer.export.values import Form, Value
+
+if TYPE_CHECKING:
+    from torquer.export.program import Program
+
+_LIBRARY = """
+    int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit sqrt sin cos tan asin
+    acos atan atan2 exp exp2 expm1 log log1p log2 log10 logb sinh cosh tanh asinh acosh atanh fmod
+    copysign fabs pow floor ceil trunc round rint fmin fmax fdim fma hypot cbrt erf erfc tgamma
+    lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb
+"""
+#: Words of C, and names of its library, that a kernel's variable must not have.
+RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | frozenset(HELPERS)
+
+
+@dataclass
+class Variable:
+    """A variable of a kernel: its name in C, its type, where it may point to."""
+
+    name: str
+    type: Type
+    form: Form = Form.VARIABLE
+    roots: frozenset[str] = frozenset()
+    bounds: tuple[int | None, int | None] = (None, None)
+    static: object = None
+
+
+class Scope:
+    """What is known at a place of a kernel that is being translated."""
+
+    def __init__(self, program: "Program", source: Source):
+        self.program, self.source = program, source
+        self.variables: dict[str, Variable] = {}
+        self.first_variables: dict[str, Variable] = {}
+        self.block, self.depth, self._count = Block(), 1, 0
+        self.at_top: list[Declared] = []
+        self.arguments: list[str] = []
+        self.written: set[str] = set()
+        self.mutable: set[str] = set()
+        self.used: set[str] = set()
+        self.called: set[str] = set()
+        self.result: Type | None = None
+        self._names = set(source.places)
+
+    def refuse(self, node: ast.AST, instead: str, construct: str = "") -> Refused:
+        """The error for a construct of this kernel."""
+        return refused(self.source.file, node, construct or shown(node), instead)
+
+    @contextlib.contextmanager
+    def refusing(self, node: ast.AST) -> Iterator[None]:
+        """Operations that are impossible, refused at their place."""
+        try:
+            yield
+        except Impossible as why:
+            raise self.refuse(node, str(why)) from None
+
+    @contextlib.contextmanager
+    def captured(self, deeper: int = 0) -> Iterator[Block]:
+        """Lines said within the block, kept apart."""
+        outer, self.block = self.block, Block()
+        self.depth += deeper
+        try:
+            yield self.block
+        finally:
+            self.block = outer
+            self.depth -= deeper
+
+    def add(self, block: Block) -> None:
+        """Lines that were kept apart."""
+        self.block.lines += block.lines
+        self.block.effects |= block.effects
+
+    def say(self, text: str, effect: bool = False) -> None:
+        """A line."""
+        self.block.lines.append(Line(self.depth, text))
+        self.block.effects |= effect
+
+    def new_name(self, word: str = "part") -> str:
+        """A name that no variable of the kernel has."""
+        while True:
+            self._count += 1
+            name = f"{word}_{self._count}"
+            if name not in self._names:
+                return name
+
+    def kept(self, value: Value, changes: bool = False, effect: bool = False) -> Value:
+        """The value in a variable of its own; `changes`: it is set again later."""
+        if isinstance(value.type, Static) or (value.is_known and not changes):
+            return value
+        name = self.new_name()
+        value = value.content if isinstance(value.type, Tuple) else value
+        text = value.address if isinstance(value.type, PLACES[:1]) else value.text
+        line = Declared(
+            self.depth, text, name, value.type, value.roots, not changes, has_effect=effect
+        )
+        self.block.lines.append(line)
+        self.block.effects |= effect
+        return self.variable_value(Variable(name, value.type, _form_of(value), value.roots))
+
+    def unset(self, *values: Value) -> Value:
+        """A variable for one of these values, which are of one type; to be set afterwards."""
+        kind, roots = values[0].type, frozenset().union(*(each.roots for each in values))
+        name = self.new_name()
+        self.block.lines.append(Declared(self.depth, "", name, kind, roots))
+        return self.variable_value(Variable(name, kind, _form_of(values[0]), roots))
+
+    def variable_value(self, variable: Variable) -> Value:
+        """A variable as it is read."""
+        if isinstance(variable.type, Static):
+            return Value("", variable.type, known=variable.type.value)
+        text, kind = variable.name, variable.type
+        return Value(text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds)
+
+    def c_name(self, name: str) -> str:
+        """What a variable of the kernel is called in C."""
+        return f"{name}_" if name in RESERVED else name
+
+    def set(self, node: ast.AST, name: str, value: Value, statement: ast.stmt | None) -> None:
+        """Give a variable its value; the first one decides on its type."""
+        if name not in self.source.read:
+            return
+        variable = self.variables.get(name)
+        if variable is None:
+            self._set_first(name, value, statement)
+            return
+        if isinstance(variable.type, Static) and variable.type == value.type:
+            return
+        if variable.form is Form.ADDRESS and isinstance(variable.type, Tuple):
+            variable = self._own_copy(name, variable)
+        if variable.type != value.type:
+            raise self.refuse(node, self._one_type(name, variable.type, value.type))
+        variable.bounds = (None, None)
+        if isinstance(value.type, PLACES):
+            if value.text == variable.name:
+                return
+            variable.roots |= value.roots
+        self.block.lines.append(Stored(self.depth, _text_of(value), variable.name))
+
+    def _one_type(self, name: str, first: Type, second: Type) -> str:
+        pair = {in_words(first), in_words(second)}
+        if pair == {"a float", "an integer"}:
+            return f"{name} must be of one type: write 0.0 for 0, or float(...)"
+        return f"{name} must be of one type: it is {in_words(first)}, then {in_words(second)}"
+
+    def _own_copy(self, name: str, variable: Variable) -> Variable:
+        """A variable in place of an argument that is handed over by its address."""
+        own = Variable(self.new_name(self.c_name(name)), variable.type)
+        self.at_top.append(Declared(1, f"*{variable.name}", own.name, own.type))
+        self.variables[name] = own
+        return own
+
+    def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
+        own = self.c_name(name)
+        roots = value.roots if isinstance(value.type, PLACES) else frozenset()
+        variable = Variable(own, value.type, _form_of(value), roots)
+        self.variables[name] = variable
+        if isinstance(value.type, Static):
+            return
+        once = len([1 for _, at in self.source.places.get(name, ()) if _stores(at, name)]) == 1
+        if once:
+            variable.bounds = value.bounds
+        if statement is not None and self.source.is_set_first(name, statement):
+            self.block.lines.append(
+                Declared(self.depth, _text_of(value), own, value.type, roots, once)
+            )
+            return
+        self.at_top.append(Declared(1, "", own, value.type, roots))
+        self.block.lines.append(Stored(self.depth, _text_of(value), own))
+
+    def loop_variable(self, name: str, counter: Value) -> None:
+        """The variable of a loop, which C declares with the loop."""
+        self.variables[name] = Variable(counter.text, counter.type, bounds=counter.bounds)
+
+    def listed(self, parts: list[Value]) -> str:
+        """Values of one type, in an array of their own."""
+        name, kind = self.new_name(), self.program.type_name(parts[0].type)
+        texts = ", ".join(each.content.text for each in parts)
+        self.say(f"const {kind} {name}[{len(parts)}] = {{{texts}}};")
+        return name
+
+    def writes(self, value: Value, node: ast.AST) -> None:
+        """Note that the memory in which a place is will be written."""
+        if getattr(value.type, "const", False) or not value.roots:
+            raise self.refuse(node, "constants must not be written")
+        self.written |= value.roots
+        self.block.effects = True
+
+    def returns(self, node: ast.AST, kind: Type) -> None:
+        """Note the type of what is returned: one for all returns."""
+        if self.result is None:
+            self.result = kind
+        if self.result != kind:
+            pair = f"{in_words(self.result)} and {in_words(kind)}"
+            raise self.refuse(node, f"return one type everywhere (here: {pair})")
+        if kind != NOTHING and isinstance(kind, PLACES):
+            raise self.refuse(node, "return numbers or a tuple of numbers")
+
+
+def _form_of(value: Value) -> Form:
+    return Form.ADDRESS if isinstance(value.type, PLACES[:1]) else Form.VARIABLE
+
+
+def _text_of(value: Value) -> str:
+    """What is assigned: numbers and tuples themselves, the address of a record."""
+    if isinstance(value.type, PLACES[:1]):
+        return value.address
+    return value.content.text
+
+
+def _stores(statement: ast.stmt, name: str) -> bool:
+    targets: list[ast.AST] = []
+    if isinstance(statement, ast.Assign):
+        targets = [*statement.targets]
+    elif isinstance(statement, ast.AugAssign | ast.AnnAssign | ast.For):
+        targets = [statement.target]
+    return any(isinstance(n, ast.Name) and n.id == name for t in targets for n in ast.walk(t))

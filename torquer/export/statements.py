@@ -1,0 +1,360 @@
+"""Statements of kernels as C: assignments, choices, loops, returns."""
+
+import ast
+from collections.abc import Callable
+
+from torquer.export import arithmetic
+from torquer.export.evaluate import (
+    apart,
+    in_order,
+    parts_in_order,
+    parts_of,
+    truth_of,
+    value_of,
+)
+from torquer.export.lines import Line
+from torquer.export.places import fill, fill_all
+from torquer.export.scope import Scope
+from torquer.export.types import DOUBLE, INT, NOTHING, Array, Number, Static, Tuple
+from torquer.export.values import ATOM, SIGN, SUM, Value, constant
+
+_INSTEAD = {
+    ast.Assert: "leave it out: check when parameters are made",
+    ast.Raise: "return numbers that are not: math.nan",
+    ast.Try: "leave it out",
+    ast.With: "leave it out",
+    ast.FunctionDef: "define it outside the kernel",
+    ast.Import: "import it outside the kernel",
+    ast.ImportFrom: "import it outside the kernel",
+    ast.Global: "keep it in the memory",
+    ast.Nonlocal: "keep it in the memory",
+    ast.Delete: "leave it out",
+    ast.Match: "write if and elif",
+}
+
+
+def block(s: Scope, statements: list[ast.stmt]) -> bool:
+    """Statements one after another; whether they always leave the block by a jump."""
+    for each in statements:
+        handler = _HANDLERS.get(type(each))
+        if handler is None:
+            raise s.refuse(each, _INSTEAD.get(type(each), "write assignments, ifs and loops"))
+        if handler(s, each):
+            return True
+    return False
+
+
+def _assign(s: Scope, node: ast.Assign) -> None:
+    if len(node.targets) == 1 and isinstance(node.targets[0], ast.Tuple):
+        _unpack(s, node, node.targets[0], node.value)
+        return
+    value = value_of(s, node.value)
+    if len(node.targets) > 1 and not value.is_known:
+        value = s.kept(value)
+    for target in node.targets:
+        if isinstance(target, ast.Tuple):
+            _spread(s, node, target, parts_of(s, node.value, value))
+        else:
+            store(s, node, target, value)
+
+
+def _unpack(s: Scope, node: ast.Assign, target: ast.Tuple, source: ast.expr) -> None:
+    """Parts to targets; all parts are found before the first target is set."""
+    if isinstance(source, ast.Tuple):
+        values = parts_in_order(s, source.elts)
+        if len(target.elts) > 1:
+            values = [_safe(s, target, source, k, value) for k, value in enumerate(values)]
+    else:
+        values = parts_of(s, source, _held(s, target, value_of(s, source)))
+    _spread(s, node, target, values)
+
+
+def _held(s: Scope, target: ast.Tuple, value: Value) -> Value:
+    """A tuple that the targets do not change while it is read."""
+    changed = value.text in _names(target) or value.reads
+    return s.kept(value) if changed and not isinstance(value.type, Static) else value
+
+
+def _names(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+
+
+def _safe(s: Scope, target: ast.Tuple, source: ast.Tuple, k: int, value: Value) -> Value:
+    """A part that targets before it do not change: else it is kept."""
+    if k == 0 or value.is_known or isinstance(value.type, Static):
+        return value
+    plain = len(source.elts) == len(target.elts)
+    before = target.elts[:k]
+    stored = {n for each in before for n in _names(each)}
+    in_memory = any(not isinstance(each, ast.Name) for each in before)
+    read = _names(source.elts[k]) if plain else _names(source)
+    return s.kept(value) if (stored & read) or (in_memory and value.reads) else value
+
+
+def _spread(s: Scope, node: ast.stmt, target: ast.Tuple, values: list[Value]) -> None:
+    if len(target.elts) != len(values):
+        raise s.refuse(node, f"use as many names as there are parts ({len(values)})")
+    for each, value in zip(target.elts, values, strict=True):
+        if isinstance(each, ast.Tuple):
+            _spread(s, node, each, parts_of(s, node, value))
+        elif isinstance(each, ast.Starred):
+            raise s.refuse(node, "name every part")
+        else:
+            store(s, node, each, value)
+
+
+def store(s: Scope, node: ast.stmt, target: ast.expr, value: Value) -> None:
+    """Set a variable or a place in memory."""
+    if value.type == NOTHING or (isinstance(value.type, Static) and callable(value.type.value)):
+        raise s.refuse(node, "assign numbers, tuples, records or arrays")
+    if isinstance(target, ast.Name):
+        s.set(node, target.id, value, node)
+        return
+    if not isinstance(target, ast.Attribute | ast.Subscript):
+        raise s.refuse(node, "assign to a name, a field or a cell")
+    if isinstance(target, ast.Subscript) and fill(s, target, value):
+        return
+    place_block, place = apart(s, target)
+    if place_block.effects and value.reads:
+        value = s.kept(value)
+    s.add(place_block)
+    _write(s, node, target, place, value)
+
+
+def _write(s: Scope, node: ast.stmt, target: ast.expr, place: Value, value: Value) -> None:
+    """A number into memory."""
+    assert isinstance(target, ast.Attribute | ast.Subscript)
+    if isinstance(place.type, Array):
+        fill_all(s, target, place, value)
+        return
+    if place.type not in (DOUBLE, INT) or place.is_known:
+        raise s.refuse(node, "assign a number to a field or a cell of memory")
+    if place.type == DOUBLE and isinstance(value.type, Number):
+        value = arithmetic.as_double(arithmetic.as_whole(value))
+    if place.type != value.type:
+        raise s.refuse(node, "assign a number of the field's type")
+    if not place.roots:
+        raise s.refuse(node, "assign to memory: tuples and constants do not change")
+    s.written |= place.roots
+    s.say(f"{place.text} = {value.text};", effect=True)
+
+
+def _augmented(s: Scope, node: ast.AugAssign) -> None:
+    """`a += b`: the place is found once, and read before b is evaluated."""
+    place = value_of(s, node.target)
+    after, value = apart(s, node.value)
+    if after.effects and isinstance(node.target, ast.Subscript) and place.type == DOUBLE:
+        place = _cell_kept(s, place)
+    before = s.kept(place) if after.effects and place.reads else place
+    s.add(after)
+    with s.refusing(node):
+        made = arithmetic.binary(node.op, before, value, s.program.helpers)
+    if isinstance(node.target, ast.Name):
+        s.set(node, node.target.id, made, None)
+    else:
+        _write(s, node, node.target, place, made)
+
+
+def _cell_kept(s: Scope, place: Value) -> Value:
+    """The cell that a place is now, whatever happens to its index."""
+    held = s.kept(Value(f"&{place.text}", Array((1,)), SIGN, reads=True, roots=place.roots))
+    return Value(f"{held.text}[0]", DOUBLE, reads=True, roots=place.roots)
+
+
+def _annotated(s: Scope, node: ast.AnnAssign) -> None:
+    if node.value is None:
+        raise s.refuse(node, "give it a value")
+    store(s, node, node.target, value_of(s, node.value))
+
+
+def _return(s: Scope, node: ast.Return) -> bool:
+    if node.value is None or (isinstance(node.value, ast.Constant) and node.value.value is None):
+        s.returns(node, NOTHING)
+        s.say("return;")
+        return True
+    value = value_of(s, node.value)
+    s.returns(node, value.type)
+    s.say("return;" if value.type == NOTHING else f"return {value.content.text};")
+    return True
+
+
+def _if(s: Scope, node: ast.If) -> bool:
+    test_block, test = apart(s, node.test)
+    with s.refusing(node.test):
+        test = arithmetic.truth(test)
+    s.add(test_block)
+    if test.is_known:
+        return block(s, node.body if test.known else node.orelse)
+    s.say(f"if ({test.text}) {{")
+    ended = _deeper(s, node.body)
+    return _otherwise(s, node.orelse) and ended
+
+
+def _otherwise(s: Scope, statements: list[ast.stmt]) -> bool:
+    """The other branch; one `if` alone goes on in the same line."""
+    if not statements:
+        s.say("}")
+        return False
+    with s.captured() as rest:
+        ended = block(s, statements)
+    if not rest:
+        s.say("}")
+        return False
+    lines, alone = rest.lines, len(statements) == 1 and isinstance(statements[0], ast.If)
+    if alone and lines and lines[0].text.startswith("if (") and _is_one(lines, s.depth):
+        s.block.lines.append(Line(s.depth, f"}} else {lines[0].text}"))
+        s.block.lines += lines[1:]
+    else:
+        s.say("} else {")
+        for each in lines:
+            each.depth += 1
+        s.block.lines += lines
+        s.say("}")
+    s.block.effects |= rest.effects
+    return ended
+
+
+def _is_one(lines: list[Line], depth: int) -> bool:
+    """Whether lines are one `if` with its branches and nothing beside it."""
+    return (
+        all(each.depth > depth or each.text.startswith(("if (", "}")) for each in lines)
+        and sum(each.depth == depth and each.text.startswith("if (") for each in lines) == 1
+    )
+
+
+def _deeper(s: Scope, statements: list[ast.stmt]) -> bool:
+    s.depth += 1
+    ended = block(s, statements)
+    s.depth -= 1
+    return ended
+
+
+def _while(s: Scope, node: ast.While) -> None:
+    if node.orelse:
+        raise s.refuse(node, "leave out the else of the loop", "a loop with else")
+    with s.captured(1) as before:
+        test = truth_of(s, node.test)
+    if test.is_known and not test.known:
+        return
+    if before:
+        s.say("while (true) {")
+        s.add(before)
+        s.depth += 1
+        s.say(f"if (!{test.within(ATOM)}) {{")
+        s.depth += 1
+        s.say("break;")
+        s.depth -= 2
+        s.say("    }")
+    else:
+        s.say(f"while ({test.text}) {{")
+    _deeper(s, node.body)
+    s.say("}")
+
+
+def _for(s: Scope, node: ast.For) -> None:
+    if node.orelse:
+        raise s.refuse(node, "leave out the else of the loop", "a loop with else")
+    if isinstance(node.iter, ast.Call) and isinstance(node.iter.func, ast.Name):
+        function = value_of(s, node.iter.func)
+        if isinstance(function.type, Static) and function.type.value is range:
+            _over_range(s, node, node.iter)
+            return
+    _over_tuple(s, node, value_of(s, node.iter))
+
+
+def _range(s: Scope, node: ast.For, call: ast.Call) -> tuple[Value, Value, int]:
+    """First number, the one not reached, step; the first two do not change within the loop."""
+    if call.keywords or not 1 <= len(call.args) <= 3:
+        raise s.refuse(call, "use range with one to three numbers")
+    values = in_order(s, call.args)
+    if any(each.type != INT for each in values):
+        raise s.refuse(call, "use range of whole numbers")
+    low, high = (constant(0), values[0]) if len(values) == 1 else values[:2]
+    step = values[2] if len(values) == 3 else constant(1)
+    if not step.is_known or step.known == 0:
+        raise s.refuse(call, "use a constant step that is not 0")
+    changed = {n.id for each in node.body for n in ast.walk(each) if isinstance(n, ast.Name)
+               and isinstance(n.ctx, ast.Store)}  # fmt: skip
+    changed |= _names(node.target)
+    if not high.is_known and (high.reads or _names(call) & changed):
+        high = s.kept(high)
+    return low, high, step.known
+
+
+def _over_range(s: Scope, node: ast.For, call: ast.Call) -> None:
+    low, high, step = _range(s, node, call)
+    if low.is_known and high.is_known and not range(low.known, high.known, step):
+        return
+    if not isinstance(node.target, ast.Name):
+        raise s.refuse(node, "count with one variable")
+    own = s.source.is_loop_only(node) and node.target.id not in s.arguments
+    name = s.c_name(node.target.id) if own else s.new_name("k")
+    sign, by = ("<", "+=") if step > 0 else (">", "-=")
+    further = f"{name}{by[0] * 2}" if abs(step) == 1 else f"{name} {by} {abs(step)}"
+    first = low.text
+    s.say(f"for (int64_t {name} = {first}; {name} {sign} {high.within(SUM)}; {further}) {{")
+    counter = Value(name, INT, bounds=_counted(low, high, step))
+    s.depth += 1
+    if own:
+        s.loop_variable(node.target.id, counter)
+    else:
+        s.set(node, node.target.id, counter, None)
+    block(s, node.body)
+    s.depth -= 1
+    s.say("}")
+
+
+def _counted(low: Value, high: Value, step: int) -> tuple[int | None, int | None]:
+    """Least and greatest number that a loop counts."""
+    (a0, a1), (b0, b1) = low.bounds, high.bounds
+    if step > 0:
+        return a0, None if b1 is None else b1 - 1
+    return None if b0 is None else b0 + 1, a1
+
+
+def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:
+    """A loop over the parts of a tuple, which are of one type."""
+    parts = parts_of(s, node.iter, value)
+    kinds = {each.type for each in parts}
+    if len(kinds) != 1 or not isinstance(parts[0].type, Number | Tuple):
+        raise s.refuse(node, "loop over range, or over a tuple of parts of one type")
+    held, name = s.listed(parts), s.new_name("k")
+    s.say(f"for (int64_t {name} = 0; {name} < {len(parts)}; {name}++) {{")
+    s.depth += 1
+    item = Value(f"{held}[{name}]", parts[0].type)
+    if isinstance(node.target, ast.Tuple):
+        _spread(s, node, node.target, parts_of(s, node, item))
+    else:
+        store(s, node, node.target, item)
+    block(s, node.body)
+    s.depth -= 1
+    s.say("}")
+
+
+def _expression(s: Scope, node: ast.Expr) -> None:
+    """A call for what it changes; a text for the reader is left out."""
+    if isinstance(node.value, ast.Constant):
+        return
+    if not isinstance(node.value, ast.Call):
+        raise s.refuse(node, "leave it out: it does nothing")
+    value_of(s, node.value)
+
+
+def _jump(s: Scope, node: ast.stmt) -> bool:
+    s.say("break;" if isinstance(node, ast.Break) else "continue;")
+    return True
+
+
+_HANDLERS: dict[type, Callable] = {
+    ast.Assign: _assign,
+    ast.AugAssign: _augmented,
+    ast.AnnAssign: _annotated,
+    ast.Return: _return,
+    ast.If: _if,
+    ast.While: _while,
+    ast.For: _for,
+    ast.Expr: _expression,
+    ast.Break: _jump,
+    ast.Continue: _jump,
+    ast.Pass: lambda s, node: None,
+}

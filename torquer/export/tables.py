@@ -1,0 +1,76 @@
+"""Constants and first state of a computer as initialisers in C."""
+
+from typing import Any
+
+import numpy as np
+
+from torquer.control.computer import Board
+from torquer.export.print_c import is_empty, wrapped
+from torquer.export.program import Program
+from torquer.export.types import Array, Record, Rows, Tuple, Type, number_text
+
+
+def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
+    """A value in braces, a line for each field of a record."""
+    if isinstance(kind, Tuple):
+        inner = ", ".join(
+            initialiser(v, k, depth + 1) for v, k in zip(value, kind.parts, strict=True)
+        )
+        return f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
+    if isinstance(kind, Rows):
+        return _rows(value, kind, depth)
+    if isinstance(kind, Record):
+        return _record(value, kind, depth)
+    if isinstance(kind, Array):
+        return _cells(np.asarray(value))
+    return number_text(value)
+
+
+def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
+    if not len(rows):  # C has no arrays without a place
+        rows = np.zeros(1, rows.dtype)
+    texts = []
+    for row in rows:
+        fields = [(row[name], each) for name, each in kind.record.fields]
+        texts.append("{" + ", ".join(initialiser(*each, depth + 1) for each in fields) + "}")
+    return _lines(texts, depth)
+
+
+def _record(values: Any, kind: Record, depth: int) -> str:
+    of = values if isinstance(values, dict) else values._asdict()
+    fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
+    return _lines(
+        [f"/* {name} */ {initialiser(of[name], each, depth + 1)}" for name, each in fields], depth
+    )
+
+
+def _cells(cells: np.ndarray) -> str:
+    if cells.ndim > 1:
+        return "{" + ", ".join(map(_cells, cells)) + "}"
+    return "{" + ", ".join(number_text(float(each)) for each in cells.tolist() or [0.0]) + "}"
+
+
+def _lines(texts: list[str], depth: int) -> str:
+    further = "    " * depth
+    body = ",\n".join(wrapped(further + text, depth) for text in texts)
+    return f"{{\n{body}\n{'    ' * (depth - 1)}}}"
+
+
+def constant_text(program: Program, kind: Record, name: str, value: Any) -> str:
+    """The definition of a constant in a file of its own."""
+    return f"static const {program.type_name(kind)} {name} = {initialiser(value, kind)};\n"
+
+
+def numbers_of(board: Board) -> np.ndarray:
+    """All numbers of a state, in the order in which its struct in C has them.
+
+    An array of no length has one place there, which stays zero.
+    """
+    parts = [board.known, board.parameters, board.memory, *board.modes, board.chosen]
+    return np.concatenate([_numbers(part) for part in parts])
+
+
+def _numbers(part: np.ndarray) -> np.ndarray:
+    if not len(part):
+        return np.zeros(part.dtype.itemsize // 8)
+    return np.ascontiguousarray(part).view(np.float64).reshape(-1)

@@ -1,0 +1,349 @@
+"""Texts of the files of an export, with places for what differs between computers."""
+
+HEADER = """\
+/* On-board computer of $name, exported by torquer $version.
+
+   Estimators, modes and laws of the control step; SI units. Body axes are those of the scenario,
+   the inertial frame is that of the ephemeris that is handed in (GCRS); quaternions are
+   (x, y, z, w) and take body components to inertial ones. No memory is allocated and no variable
+   of the library is written: all that changes is in the state. */
+#ifndef ADCS_H
+#define ADCS_H
+
+#include "adcs_types.h"
+
+$enums
+/* What the computer is given at a control step: the latest readings with their times. */
+typedef struct {
+$inputs} adcs_inputs;
+
+/* What it answers, in body axes: dipole of the coils [A m^2], torque on the body by wheels [N m].
+   Limits of the coils, their polarity and the torques of single wheels are the drivers'. */
+typedef struct {
+    double dipole_a_m2[3];
+    double torque_n_m[3];
+} adcs_command;
+
+/* Begin: parameters, memory and modes as at the start of the scenario. */
+void adcs_init(adcs_state *state);
+
+/* One control step. */
+void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command);
+
+/* Whether this build computes with the bits of the export: no fused products, no flushed zeros. */
+bool adcs_self_test(void);
+
+/* Number of the state (ADCS_STATE_...) in which a region (ADCS_REGION_...) is; -1 for none. */
+int32_t adcs_mode(const adcs_state *state, int32_t region);
+
+/* A logged value: the cell ADCS_LOG_... or one that follows it; NaN beyond the memory. */
+double adcs_logged(const adcs_state *state, int32_t cell);
+
+/* Have a region enter a state at the next step, as a transition would. */
+void adcs_command_mode(adcs_state *state, int32_t region, int32_t mode);
+
+/* Keep the transitions of a region from firing, or let them again. */
+void adcs_hold(adcs_state *state, int32_t region, bool on);
+
+/* Raise or lower a flag (ADCS_FLAG_...) from the next step on. */
+void adcs_set_flag(adcs_state *state, int32_t flag, bool on);
+
+/* Set a number of a parameter (ADCS_PARAMETER_... and those that follow it), SI. */
+void adcs_set_parameter(adcs_state *state, int32_t place, double value);
+
+#endif
+"""
+
+TYPES = """\
+/* Types of the kernels; those of memory are places in the state. */
+#ifndef ADCS_TYPES_H
+#define ADCS_TYPES_H
+
+$includes
+$types
+/* Constants of the computer. */
+const $computer *adcs_constants(void);
+
+#endif
+"""
+
+SOURCE = """\
+/* Kernels of the on-board computer of $name, exported by torquer $version. */
+#include "adcs.h"
+
+#include <float.h>
+
+#if FLT_EVAL_METHOD != 0
+#error "doubles must be computed as doubles: on x86 compile with -msse2 -mfpmath=sse"
+#endif
+#ifdef __FAST_MATH__
+#error "compile without -ffast-math: other bits, and NaN is not seen"
+#endif
+
+$program
+static bool is_region(const adcs_state *state, int32_t region)
+{
+    const int32_t count = (int32_t)(sizeof state->modes.regions / sizeof state->modes.regions[0]);
+    return $has_modes && region >= 0 && region < count;
+}
+
+void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
+{
+    Known *known = &state->known[0];
+    Command made;
+$copies    made = $step($arguments);
+    for (int32_t k = 0; k < 3; k++) {
+        command->dipole_a_m2[k] = made.dipole_a_m2.v[k];
+        command->torque_n_m[k] = made.torque_n_m.v[k];
+    }
+}
+
+bool adcs_self_test(void)
+{
+    volatile double a = 1.0 + 0x1p-27;
+    volatile double b = -(1.0 + 0x1p-26);
+    volatile double least = 0x1p-1074;
+    const double x = a;
+    const double y = b;
+    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8;
+}
+
+int32_t adcs_mode(const adcs_state *state, int32_t region)
+{
+    return is_region(state, region) ? (int32_t)state->modes.regions[region].state : -1;
+}
+
+double adcs_logged(const adcs_state *state, int32_t cell)
+{
+    const int32_t count = (int32_t)(sizeof state->memory / sizeof state->memory[0]);
+    return (cell >= 0 && cell < count) ? state->memory[cell] : (double)NAN;
+}
+
+void adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
+{
+    if (is_region(state, region)) {
+        state->modes.regions[region].commanded = (double)mode;
+    }
+}
+
+void adcs_hold(adcs_state *state, int32_t region, bool on)
+{
+    if (is_region(state, region)) {
+        state->modes.regions[region].held = on ? 1.0 : 0.0;
+    }
+}
+
+void adcs_set_flag(adcs_state *state, int32_t flag, bool on)
+{
+    const int32_t count = (int32_t)(sizeof state->modes.flags / sizeof state->modes.flags[0]);
+    if (flag >= 0 && flag < count) {
+        state->modes.flags[flag] = on ? 1.0 : 0.0;
+    }
+}
+
+void adcs_set_parameter(adcs_state *state, int32_t place, double value)
+{
+    const int32_t count = (int32_t)(sizeof state->parameters / sizeof state->parameters[0]);
+    if (place >= 0 && place < count) {
+        state->parameters[place] = value;
+    }
+}
+"""
+
+TABLES = """\
+/* Parameters, mode tables and first state of the on-board computer of $name. */
+#include "adcs.h"
+
+$constants
+const $computer *adcs_constants(void)
+{
+    return &constants;
+}
+
+$first
+void adcs_init(adcs_state *state)
+{
+    *state = first;
+}
+"""
+
+CMAKE = """\
+cmake_minimum_required(VERSION 3.10)
+project(adcs C)
+set(CMAKE_C_STANDARD 99)
+set(CMAKE_C_STANDARD_REQUIRED ON)
+set(CMAKE_C_EXTENSIONS OFF)
+
+# no product is fused into a sum: the bits would be others
+add_compile_options(-ffp-contract=off -pedantic -Wall -Wextra -Wconversion)
+add_compile_options(-Wdouble-promotion -Wshadow)
+add_library(adcs adcs.c adcs_tables.c)
+target_include_directories(adcs PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(adcs PUBLIC m)
+
+enable_testing()
+add_executable(replay test/replay.c)
+target_link_libraries(replay PRIVATE adcs)
+add_test(NAME replay COMMAND replay ${CMAKE_CURRENT_SOURCE_DIR}/test/recorded.bin)
+"""
+
+REPLAY = """\
+/* Replay recorded control steps and compare every bit: replay recorded.bin
+
+   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, a mark of
+   the whole state. A number that is not one has one mark, whatever its bits. */
+#include "adcs.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define INPUTS (sizeof(adcs_inputs) / sizeof(double))
+#define NUMBERS (sizeof(adcs_state) / sizeof(double))
+
+typedef struct {
+    char magic[8];
+    uint64_t steps;
+    uint64_t inputs;
+    uint64_t numbers;
+} head_of_file;
+
+static uint64_t bits_of(double number)
+{
+    uint64_t bits;
+    if (isnan(number)) {
+        return UINT64_C(0x7ff8000000000000);
+    }
+    memcpy(&bits, &number, sizeof bits);
+    return bits;
+}
+
+/* FNV-1a over words of 64 bits. */
+static uint64_t mark_of(const adcs_state *state)
+{
+    static double numbers[NUMBERS];
+    uint64_t mark = UINT64_C(0xcbf29ce484222325);
+    memcpy(numbers, state, sizeof numbers);
+    for (size_t k = 0; k < NUMBERS; k++) {
+        mark = (mark ^ bits_of(numbers[k])) * UINT64_C(0x100000001b3);
+    }
+    return mark;
+}
+
+static bool is_same_command(const adcs_command *command, const double *recorded)
+{
+    bool same = true;
+    for (size_t k = 0; k < 3; k++) {
+        same = same && bits_of(command->dipole_a_m2[k]) == bits_of(recorded[k]);
+        same = same && bits_of(command->torque_n_m[k]) == bits_of(recorded[3 + k]);
+    }
+    return same;
+}
+
+/* Number of steps that are the same; `step` becomes the first that is not. */
+static uint64_t replayed(FILE *file, const head_of_file *head, uint64_t *step)
+{
+    static adcs_state state;
+    uint64_t same = 0;
+    adcs_init(&state);
+    for (*step = 0; *step < head->steps; (*step)++) {
+        double anew;
+        double recorded[6];
+        uint64_t mark;
+        adcs_inputs inputs;
+        adcs_command command;
+        if (fread(&anew, sizeof anew, 1, file) != 1 ||
+            fread(&inputs, sizeof inputs, 1, file) != 1 ||
+            fread(recorded, sizeof recorded, 1, file) != 1 ||
+            fread(&mark, sizeof mark, 1, file) != 1) {
+            break;
+        }
+        if (anew > 0.0) {
+            adcs_init(&state);
+        }
+        adcs_step(&state, &inputs, &command);
+        if (!is_same_command(&command, recorded) || mark_of(&state) != mark) {
+            break;
+        }
+        same++;
+    }
+    return same;
+}
+
+int main(int count, char **arguments)
+{
+    head_of_file head;
+    uint64_t step = 0;
+    uint64_t same;
+    FILE *file = (count > 1) ? fopen(arguments[1], "rb") : NULL;
+    if (!adcs_self_test()) {
+        printf("this build computes otherwise: compile with -ffp-contract=off\\n");
+        return 2;
+    }
+    if (file == NULL || fread(&head, sizeof head, 1, file) != 1) {
+        printf("usage: replay recorded.bin\\n");
+        return 2;
+    }
+    if (memcmp(head.magic, "ADCSREC1", 8) != 0 || head.inputs != INPUTS ||
+        head.numbers != NUMBERS) {
+        printf("the record is of another export\\n");
+        (void)fclose(file);
+        return 2;
+    }
+    same = replayed(file, &head, &step);
+    (void)fclose(file);
+    if (same != head.steps) {
+        printf("the first difference is at step %lu of %lu\\n", (unsigned long)step,
+            (unsigned long)head.steps);
+        return 1;
+    }
+    printf("%lu control steps: the same bits in commands and state\\n", (unsigned long)same);
+    return 0;
+}
+"""
+
+README = """\
+# On-board computer of $name
+
+Exported by torquer $version as C99: estimators, modes and laws of one control step, with the bits
+that they have in the simulation. It needs `sqrt`, `sin`, `cos` and further functions of the C
+library; where these differ from the library of the simulation, so do the last bits.
+
+## Use
+
+    #include "adcs.h"
+    static adcs_state state;          /* $state_bytes bytes */
+    adcs_init(&state);
+    adcs_step(&state, &inputs, &command);   /* every control step */
+
+Call `adcs_self_test()` once at start-up. All that changes is in `state`, which may be copied and
+restored at any time. The step neither allocates nor calls itself; every loop ends.
+
+## Inputs
+
+| field of `adcs_inputs` | numbers | what |
+|---|---|---|
+$inputs
+
+Fields marked *not read* may be left zero in this export.
+
+## Numbers with names
+
+| constant | what |
+|---|---|
+$constants
+
+## Build and test
+
+    cmake -B build && cmake --build build && ctest --test-dir build
+
+`test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
+and compares every bit of commands and state. Compile with `-ffp-contract=off`, as CMakeLists.txt
+does.
+
+## What is not in it
+
+Drivers, scheduling, time, the model field and the orbit (positions, fields and the direction to the
+Sun are handed in), limits of the coils and the torques of single wheels. A law that divides by zero
+or leaves its tables does not stop the program as it stops a simulation: check commands before use.
+Nobody has certified this code.
+"""

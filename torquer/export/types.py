@@ -1,0 +1,177 @@
+"""Types of the C text: numbers, tuples by value, records and arrays in memory.
+
+A kernel's expressions have types that follow from those of its arguments, as for Numba. Tuples are
+values: a `NamedTuple` is a struct with its fields, a tuple of equal parts a struct with one array
+`v`, which can be indexed by a variable. Records (rows of structured arrays, named memory) and
+float64 arrays are places in memory, which a kernel may write.
+"""
+
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+#: Numbers from which on a tuple is handed over by its address.
+_LARGE = 8
+
+
+_KEYWORDS = """
+    auto break case char const continue default do double else enum extern float for goto if inline
+    int long register restrict return short signed sizeof static struct switch typedef union
+    unsigned void volatile while bool true false NAN INFINITY NULL isnan isinf isfinite signbit
+    fpclassify errno
+"""
+#: Words that no variable and no member can have in C.
+KEYWORDS = frozenset(_KEYWORDS.split())
+
+
+def c_word(name: str) -> str:
+    """How C names a field of this name."""
+    return f"{name}_" if name in KEYWORDS else name
+
+
+@dataclass(frozen=True)
+class Number:
+    """A number or truth: its type in C."""
+
+    c: str
+
+
+DOUBLE, INT, BOOL = Number("double"), Number("int64_t"), Number("bool")
+#: What a function without an answer returns.
+NOTHING = Number("void")
+
+
+@dataclass(frozen=True)
+class Tuple:
+    """A tuple by value: types of its parts; names of the fields and of the class of a NamedTuple.
+
+    `of`: the class itself, which tells two of one name apart.
+    """
+
+    parts: tuple
+    fields: tuple[str, ...] | None = None
+    name: str | None = None
+    of: Any = field(default=None, repr=False)
+
+    @property
+    def is_array(self) -> bool:
+        """Whether it is one array in C: parts of one type, without names."""
+        return self.fields is None and len(set(self.parts)) == 1
+
+    @property
+    def size(self) -> int:
+        """How many numbers it holds."""
+        return sum(part.size if isinstance(part, Tuple) else 1 for part in self.parts)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it is handed over by its address, as pointer to const."""
+        return self.size > _LARGE
+
+    def member(self, place: int) -> str:
+        """How C names a part."""
+        if self.is_array:
+            return f".v[{place}]"
+        return f".{c_word(self.fields[place]) if self.fields else f'v{place}'}"
+
+
+@dataclass(frozen=True)
+class Record:
+    """A record in memory: its name in C, its fields with their types.
+
+    `const`: never written. `bounds`: least and greatest value of its whole numbers, where known.
+    """
+
+    name: str
+    fields: tuple[tuple[str, Any], ...]
+    const: bool = False
+    bounds: tuple[tuple[str, tuple[int, int]], ...] = ()
+
+
+@dataclass(frozen=True)
+class Array:
+    """float64 numbers in memory; a length of None: not known here."""
+
+    shape: tuple[int | None, ...]
+    const: bool = False
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Records in memory, one after another."""
+
+    record: Record
+    count: int
+
+
+class Static:
+    """What is known while translating and has no place in C: a function, a class, a module, ()."""
+
+    def __init__(self, value):
+        self.value = value
+
+    def __eq__(self, other):
+        return isinstance(other, Static) and self.value is other.value
+
+    def __hash__(self):
+        return hash(id(self.value))
+
+
+Type = Number | Tuple | Record | Array | Rows | Static
+#: Types that are places in memory.
+PLACES = (Record, Array, Rows)
+
+
+def type_of(value) -> Type | None:
+    """Type of a number or of a tuple of such; None for what is neither."""
+    if isinstance(value, bool | np.bool_):
+        return BOOL
+    if isinstance(value, int | np.integer):
+        return INT
+    if isinstance(value, float | np.floating):
+        return DOUBLE
+    if isinstance(value, tuple) and value:
+        parts = tuple(map(type_of, value))
+        return None if None in parts else tuple_type(parts, type(value))
+    return None
+
+
+def tuple_type(parts: tuple, of: type = tuple) -> Tuple:
+    """Type of a tuple of these parts; `of`: its class, with the fields of a NamedTuple."""
+    fields = getattr(of, "_fields", None)
+    return Tuple(parts, fields, of.__name__, of) if fields else Tuple(parts)
+
+
+def as_floats(kind: Type) -> Type:
+    """The same type with every number a double, as parameters are held."""
+    if isinstance(kind, Tuple):
+        return Tuple(tuple(map(as_floats, kind.parts)), kind.fields, kind.name, kind.of)
+    return DOUBLE
+
+
+def in_words(kind: Type) -> str:
+    """A type for a message."""
+    words = {DOUBLE: "a float", INT: "an integer", BOOL: "a truth", NOTHING: "nothing"}
+    if isinstance(kind, Number):
+        return words[kind]
+    if isinstance(kind, Tuple):
+        return kind.name or f"a tuple of {len(kind.parts)}"
+    if isinstance(kind, Static):
+        return f"{getattr(kind.value, '__name__', kind.value)!s}"
+    return "a record" if isinstance(kind, Record | Rows) else "an array"
+
+
+def number_text(value: float | int | bool) -> str:
+    """A number as C writes it; a float to all its digits."""
+    if isinstance(value, bool | np.bool_):
+        return "true" if value else "false"
+    if isinstance(value, int | np.integer):
+        return str(int(value))
+    value = float(value)
+    if math.isnan(value):
+        return "(double)NAN"
+    if math.isinf(value):
+        return "(double)INFINITY" if value > 0.0 else "-(double)INFINITY"
+    return repr(value)

@@ -1,0 +1,167 @@
+"""Typed expressions in C, and how they are put together with as few brackets as C allows."""
+
+import enum
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from torquer.export.types import (
+    BOOL,
+    DOUBLE,
+    INT,
+    Array,
+    Number,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+    Type,
+    c_word,
+    number_text,
+)
+
+#: How tightly C binds: what is in brackets or a name, signs, products, sums, order, equality, the
+#: bits' and, exclusive or, or; and, or, choice.
+ATOM, SIGN, PRODUCT, SUM, ORDER, EQUAL, BIT_AND, BIT_XOR, BIT_OR, AND, OR, CHOICE = range(12, 0, -1)
+_UNKNOWN: Any = object()
+
+
+class Form(enum.Enum):
+    """How a struct is at hand: as a variable, by its address, or as what a call has returned."""
+
+    VARIABLE = enum.auto()
+    ADDRESS = enum.auto()
+    RESULT = enum.auto()
+
+
+@dataclass(frozen=True)
+class Value:
+    """An expression. `rank`: how tightly it binds.
+
+    `reads`: whether it reads memory that a call may change; `roots`: names of those arguments in
+    whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
+    unknown; `known`: its value if that is constant.
+    """
+
+    text: str
+    type: Type
+    rank: int = ATOM
+    form: Form = Form.VARIABLE
+    reads: bool = False
+    roots: frozenset[str] = frozenset()
+    bounds: tuple[int | None, int | None] = (None, None)
+    known: Any = field(default=_UNKNOWN, compare=False)
+
+    @property
+    def is_known(self) -> bool:
+        """Whether its value is constant."""
+        return self.known is not _UNKNOWN
+
+    @property
+    def is_simple(self) -> bool:
+        """Whether it may be written down twice: a constant or a variable of the function."""
+        return self.is_known or (self.rank == ATOM and self.text.isidentifier())
+
+    def within(self, rank: int) -> str:
+        """Its text, in brackets unless it binds at least so tightly."""
+        return self.text if self.rank >= rank else f"({self.text})"
+
+    @property
+    def address(self) -> str:
+        """The address of a struct."""
+        return self.text if self.form is Form.ADDRESS else f"&{self.within(ATOM)}"
+
+    @property
+    def content(self) -> "Value":
+        """A struct as a value."""
+        if self.form is not Form.ADDRESS:
+            return self
+        if self.text.startswith("&"):
+            return replace(self, text=self.text[1:], form=Form.VARIABLE)
+        return replace(self, text=f"*{self.within(SIGN)}", rank=SIGN, form=Form.VARIABLE)
+
+    def member(self, name: str) -> str:
+        """The text of a member; `name` as `.x` or `.v[0]`."""
+        if self.form is Form.ADDRESS:
+            return f"{self.within(ATOM)}->{name[1:]}"
+        return f"{self.within(ATOM)}{name}"
+
+
+def constant(value: float | int | bool) -> Value:
+    """A number that is known."""
+    kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else DOUBLE
+    text = number_text(value)
+    bounds = (int(value), int(value)) if kind == INT else (None, None)
+    return Value(text, kind, SIGN if text[0] in "-(" else ATOM, bounds=bounds, known=value)
+
+
+def static(value) -> Value:
+    """What is known while translating and has no place in C."""
+    return Value("", Static(value), known=value)
+
+
+def as_double(value: Value) -> Value:
+    """A number as a double; whole numbers are exact up to 2^53."""
+    if value.type == DOUBLE:
+        return value
+    if value.is_known:
+        return constant(float(value.known))
+    return replace(value, text=f"(double){value.within(SIGN)}", type=DOUBLE, rank=SIGN)
+
+
+def as_whole(value: Value) -> Value:
+    """A truth as 0 or 1; other numbers as they are."""
+    if value.type != BOOL:
+        return value
+    if value.is_known:
+        return constant(int(value.known))
+    text = f"(int64_t){value.within(SIGN)}"
+    return replace(value, text=text, type=INT, rank=SIGN, bounds=(0, 1))
+
+
+def part_of(value: Value, place: int) -> Value:
+    """A part of a tuple that is at hand as a variable or by its address."""
+    assert isinstance(value.type, Tuple)
+    return Value(value.member(value.type.member(place)), value.type.parts[place], reads=value.reads)
+
+
+def field_of(value: Value, name: str) -> Value:
+    """A field of a record in memory: a number, or a further place."""
+    record = value.type
+    assert isinstance(record, Record)
+    kind = dict(record.fields)[name]
+    if isinstance(kind, Static):
+        return constant(kind.value) if isinstance(kind.value, int) else static(kind.value)
+    kind, reads = _constant_if(record.const, kind), not record.const or value.reads
+    bounds = dict(record.bounds).get(name, (None, None))
+    roots = frozenset() if record.const else value.roots
+    return Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
+
+
+def _constant_if(const: bool, kind: Type) -> Type:
+    """A place within a record that is never written is never written either."""
+    if not const or isinstance(kind, Number | Tuple | Static):
+        return kind
+    if isinstance(kind, Rows):
+        return replace(kind, record=replace(kind.record, const=True))
+    return replace(kind, const=True)
+
+
+def row_of(value: Value, index: Value, text: str) -> Value:
+    """A record of several; `text`: the index as it is to be written."""
+    assert isinstance(value.type, Rows)
+    record = value.type.record
+    reads = value.reads or index.reads
+    return Value(f"{value.text}[{text}]", record, reads=reads, roots=value.roots)
+
+
+def cell_of(value: Value, indices: list[Value], texts: list[str]) -> Value:
+    """A number of an array, or its rows where fewer indices are given than it has dimensions."""
+    array = value.type
+    assert isinstance(array, Array)
+    text = value.text + "".join(f"[{each}]" for each in texts)
+    reads = value.reads or any(index.reads for index in indices)
+    if len(indices) == len(array.shape):
+        roots = frozenset() if array.const else value.roots
+        return Value(text, DOUBLE, reads=reads or not array.const, roots=roots)
+    rest = Array(array.shape[len(indices) :], array.const)
+    return Value(text, rest, reads=reads, roots=value.roots)
