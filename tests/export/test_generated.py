@@ -41,9 +41,10 @@ def test_generated_kernels_answer_with_the_bits_of_python(seed, cases):
         folder = Path(name)
         module = module_of(module_text(Random(seed), KERNELS), folder)
         kernels = {getattr(module, f"kernel_{k}"): TYPES for k in range(KERNELS)}
-        c = InC(kernels, folder)
+        c, compared = InC(kernels, folder), 0
         for kernel in kernels:
             for arguments, cells in cases:
-                assert same_bits(c, kernel, arguments, cells), (
-                    f"{arguments} {cells}\n{c.text(kernel)}"
-                )
+                same = same_bits(c, kernel, arguments, cells)
+                assert same is not False, f"{arguments} {cells}\n{c.text(kernel)}"
+                compared += same is True
+        assert compared > 0.3 * len(kernels) * len(cases)

@@ -1,0 +1,51 @@
+"""One construct a kernel: compiled C and plain Python to the bit, over many inputs."""
+
+import math
+from random import Random
+
+import pytest
+from export.by_hand import BY_HAND
+from export.in_c import TYPES, InC, needs_compiler, same_bits
+from export.test_generated import SPECIAL
+
+
+@pytest.fixture(scope="module")
+def c(tmp_path_factory):
+    return InC(dict.fromkeys(BY_HAND, TYPES), tmp_path_factory.mktemp("by_hand"), ("-O2",))
+
+
+def inputs(count: int):
+    """Arguments and memory: every whole number from -7 to 7, small and special numbers."""
+    random = Random(5)
+
+    def number():
+        return random.choice(SPECIAL) if random.random() < 0.2 else random.uniform(-4.0, 4.0)
+
+    for k in range(count):
+        n, m = k % 15 - 7, random.randint(-7, 7)
+        cells = [random.uniform(-4.0, 4.0) for _ in range(6)]
+        yield (number(), number(), n, m, (number(), number(), number())), cells
+
+
+def test_all_kernels_are_tried():
+    assert len(BY_HAND) > 20
+
+
+@needs_compiler
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("kernel", BY_HAND, ids=lambda kernel: kernel.__name__)
+def test_a_construct_has_the_bits_of_python(c, kernel):
+    compared = 0
+    for arguments, cells in inputs(300):
+        same = same_bits(c, kernel, arguments, cells)
+        assert same is not False, f"{arguments} {cells}\n{c.text(kernel)}"
+        compared += same is True
+    assert compared > 150
+
+
+@needs_compiler
+def test_the_comparison_of_bits_tells_zeros_apart(c):
+    arguments = (0.0, 1.0, 1, 2, (1.0, 2.0, 3.0))
+    assert (
+        math.copysign(1.0, c(next(k for k in BY_HAND if k.__name__ == "signs"), *arguments)[0]) < 0
+    )
