@@ -45,6 +45,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         f"torquer design three-axis {_S}",
     ),
     "explain": ("torquer explain control.sample_s", "torquer explain spacecraft.coils"),
+    "export": ("torquer export c examples/chibis_m_day.toml --out runs/adcs",),
+    "export c": (
+        "torquer export c examples/chibis_m_day.toml --out runs/adcs",
+        "torquer export c examples/my_law.toml --out runs/mine --steps 5000",
+    ),
     "faults": (
         "torquer faults examples/safe_mode.toml --out runs/faults",
         "torquer faults examples/safe_mode.toml --only gyro --at-h 10",
@@ -81,6 +86,24 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "gallery all": ("torquer gallery all --out runs/gallery",),
     "gallery list": ("torquer gallery list --json",),
     "gallery run": ("torquer gallery run MAG-3.1.3 MAG-3.3.2",),
+    "ground": (
+        "torquer ground --link tcp:127.0.0.1:7070 --scenario examples/chibis_m_day.toml",
+        "torquer ground examples/software/ground.toml --port 0 --no-browser",
+    ),
+    "ground export": (
+        "torquer ground export runs/ground/satellite.sqlite --out runs/export",
+        "torquer ground export runs/ground/satellite.sqlite --format parquet --packet extended "
+        "--start 2012-03-04T12:00:00Z",
+    ),
+    "ground import": (
+        "torquer ground import runs/chibis_m_day-flight/downlink.bin",
+        "torquer ground import pass.bin --name cubesat --software my_software.toml",
+    ),
+    "ground send": (
+        "torquer ground send report_status module_id=1",
+        "torquer ground send set_mode region=stabilisation state=science",
+        "torquer ground send coils_manual dipole=0.1,0,-0.2 duration=20 --delay-s 600",
+    ),
     "init": (
         "torquer init my_satellite",
         "torquer init my_satellite --example wheels_in_flight",
