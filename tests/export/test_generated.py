@@ -32,7 +32,7 @@ def module_of(text: str, folder: Path):
 @needs_compiler
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @settings(
-    max_examples=12, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
+    max_examples=6, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck),
     phases=[Phase.generate],  # compiling a hundred times to find a shorter one takes too long
 )  # fmt: skip
 @given(st.integers(0, 2**32), st.lists(st.tuples(ARGUMENTS, CELLS), min_size=8, max_size=20))
