@@ -197,6 +197,21 @@ def test_not_more_wait_than_there_is_room_for(bench):
         bench.order()
 
 
+def test_of_more_than_there_is_room_for_none_is_taken(bench):
+    bench.order()
+    sent = Sent(at_s=0.0, command="automatic", values={"on": 1})
+    bench.commands.check([sent] * (MOST_OPEN - 1), CLOCK)
+    with pytest.raises(ScenarioError, match=f"fewer than {MOST_OPEN}"):
+        bench.commands.check([sent] * MOST_OPEN, CLOCK)
+
+
+def test_an_acknowledgement_with_other_fields_answers_nothing(tmp_path):
+    own = CHIBIS.down["acknowledgement"].model_copy(update={"fields": CHIBIS.down["ready"].fields})
+    other = CHIBIS.model_copy(update={"down": CHIBIS.down | {"acknowledgement": own}})
+    with closing(Archive(tmp_path / "sat.sqlite", other)) as archive:
+        assert Commands(archive, other, NAMES).answered(dict.fromkeys(own.names, 1), NOW) is None
+
+
 def test_a_ground_that_restarts(bench, tmp_path):
     done, sent, late, waiting = (bench.order(at_s=s) for s in (0.0, 1.0, 2.0, 99.0))
     frames = bench.send(NOW)

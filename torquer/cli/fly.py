@@ -34,7 +34,7 @@ from torquer.onboard.faults import (
     of_software,
     with_device_faults,
 )
-from torquer.onboard.log import Reason
+from torquer.onboard.log import text_of_code
 from torquer.onboard.memory import Memory
 from torquer.onboard.script import frames_of, load_script
 from torquer.onboard.session import (
@@ -60,7 +60,6 @@ from torquer.simulation.simulate import RunStopped
 _SHOWN = 12
 #: Classes of lateness in a second.
 _PER_S = 10_000
-_REASONS = {int(reason): reason.doc for reason in Reason}
 
 
 @dataclass
@@ -309,7 +308,7 @@ def _events(flight: _Flight) -> list[dict]:
     for at_s, frame in flight.ground.received:
         if frame.packet.name == "event":
             module, code, argument, _ = frame.values
-            reason = _REASONS.get(code, f"code {code}")
+            reason = text_of_code(code)
             found.append({
                 "received_s": at_s,
                 "event": f"{modules.get(module, module)}: {reason}",

@@ -16,11 +16,11 @@ from __future__ import annotations
 import json
 import math
 import sqlite3
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from torquer.ground.archive import EPOCH_MS, Archive, quoted
-from torquer.onboard.log import Reason
+from torquer.onboard.log import Reason, text_of_code
 from torquer.onboard.script import Sent, numbers_of
 from torquer.packets.dictionary import Dictionary
 from torquer.packets.frames import Uplink
@@ -36,13 +36,10 @@ LATEST_MS = 3_600_000
 MOST_OPEN = 1000
 WAITING, SENT, RECEIVED = "waiting", "sent", "received"
 EXECUTED, REFUSED, UNANSWERED, CANCELLED = "executed", "refused", "unanswered", "cancelled"
-#: States in which nothing is waited for.
-FINAL = (EXECUTED, REFUSED, UNANSWERED, CANCELLED)
 _COLUMNS = (
     *("id", "made_ms", "made_by", "command", "values", "execute_s", "state"),
     *("sent_ms", "received_ms", "answered_ms", "reason"),
 )
-_REASONS = {int(reason): reason.doc for reason in Reason}
 _ANSWER = ("command_id", "accepted", "code", "command_time")
 
 
@@ -81,12 +78,13 @@ class Commands:
             for number, packet, execute_s, state, sent_ms in unfinished
         }
 
-    def check(self, sent: Sent, clock_ms: int | None) -> list:
-        """The numbers of a command; `ScenarioError` with one line if it cannot be sent."""
-        if len(self._open) >= MOST_OPEN:
+    def check(self, commands: Sequence[Sent], clock_ms: int | None) -> None:
+        """`ScenarioError` with one line if any of these commands cannot be taken."""
+        if len(self._open) + len(commands) > MOST_OPEN:
             raise ScenarioError(f"command: must wait until fewer than {MOST_OPEN} are on their way")
-        _execution_time_s(sent, clock_ms)
-        return numbers_of(sent, self._dictionary, self._names)
+        for sent in commands:
+            _execution_time_s(sent, clock_ms)
+            numbers_of(sent, self._dictionary, self._names)
 
     def order(self, sent: Sent, by: str, now_ms: int, clock_ms: int | None) -> dict:
         """Take a command, to be sent `sent.at_s` from now; the command as `shown` gives it.
@@ -94,7 +92,8 @@ class Commands:
         `clock_ms`: the satellite's clock, None if no telemetry has shown it. `ScenarioError` with
         one line for what cannot be sent.
         """
-        numbers = self.check(sent, clock_ms)
+        self.check([sent], clock_ms)
+        numbers = numbers_of(sent, self._dictionary, self._names)
         execute_s = _execution_time_s(sent, clock_ms)
         packet = self._dictionary.up[sent.command].id
         row = {
@@ -146,6 +145,8 @@ class Commands:
 
     def answered(self, values: Mapping[str, Any], now_ms: int) -> dict | None:
         """Take an acknowledgement; the command that it is for, None if there is none."""
+        if not self._has_answers:
+            return None
         key, code = (int(values["command_id"]), int(values["command_time"])), int(values["code"])
         number, doubt = self._number_of(key, now_ms)
         if number is None:
@@ -157,7 +158,7 @@ class Commands:
         self._open.pop(number, None)
         state, reason = EXECUTED, ""
         if not values["accepted"]:
-            state, reason = REFUSED, _REASONS.get(code, f"code {code}")
+            state, reason = REFUSED, text_of_code(code)
         reason = "; ".join(filter(None, (reason, doubt)))
         return self._change(number, state=state, answered_ms=now_ms, reason=reason)
 

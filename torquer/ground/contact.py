@@ -107,8 +107,7 @@ class Contact:
         clock_ms = self.clock_ms
         if clock_ms is not None:  # it has gone on since it was heard of
             clock_ms += round(1e3 * (time.monotonic() - self._clock_s))
-        for sent in commands:
-            self.commands.check(sent, clock_ms)
+        self.commands.check(commands, clock_ms)
         ordered = [self.commands.order(sent, by, now_ms(), clock_ms) for sent in commands]
         for each in ordered:
             self._live.message("commands", self.key, each)
@@ -157,14 +156,16 @@ class Contact:
         if times:
             self.clock_ms, self._clock_s = max(times), time.monotonic()
         for frame, row in pairs:
+            names = frame.packet.names
             if row.packet == "acknowledgement":
-                values = dict(zip(frame.packet.names, frame.values, strict=True))
+                values = dict(zip(names, frame.values, strict=True))
                 answered = self.commands.answered(values, at_ms)
                 if answered is not None:
                     self._live.message("commands", self.key, answered)
             if row.packet == "event" and has_events(self.dictionary):
+                values = dict(zip(names, row.values, strict=True))
                 entry = satellite_entry(
-                    self.dictionary, row.digest, row.time_ms, row.received_ms, row.values
+                    self.dictionary, row.digest, row.time_ms, row.received_ms, values
                 )
                 self._live.message("log", self.key, entry)
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Mapping
+from typing import Any
 
-from torquer.onboard.log import Reason
+from torquer.onboard.log import Reason, text_of_code
 from torquer.packets.dictionary import Dictionary
 
 #: Columns of time that an interval may be of.
 TIMES = {"time": "_time_ms", "received": "_received_ms"}
-_REASONS = {int(reason): reason.doc for reason in Reason}
 #: What telemetry's entries of the error log are made of.
 _EVENT = ("module_id", "code", "argument")
 #: Entries that are no failures.
@@ -83,7 +84,9 @@ def log(
     ]
     if has_events(dictionary):
         found += [
-            satellite_entry(dictionary, digest, time_ms, received_ms, values)
+            satellite_entry(
+                dictionary, digest, time_ms, received_ms, dict(zip(_EVENT, values, strict=True))
+            )
             for time_ms, received_ms, digest, *values in db.execute(
                 f"SELECT _time_ms, _received_ms, _digest, {', '.join(_EVENT)} FROM event "
                 "WHERE _time_ms BETWEEN ? AND ? ORDER BY _time_ms DESC LIMIT ?",
@@ -116,12 +119,16 @@ def ground_entry(number: int, time_ms: int, made_ms: int, severity: str, text: s
 
 
 def satellite_entry(
-    dictionary: Dictionary, digest: int, time_ms: int, received_ms: int | None, values
+    dictionary: Dictionary,
+    digest: int,
+    time_ms: int,
+    received_ms: int | None,
+    values: Mapping[str, Any],
 ) -> dict:
-    """An entry of the satellite's error log in words; `values`: of the packet `event`."""
-    number, code, argument, *_ = values
+    """An entry of the satellite's error log in words; `values`: of the packet `event`, by name."""
+    number, code, argument = (values[name] for name in _EVENT)
     modules = {id_: name for name, id_ in dictionary.modules.items()}
-    doc, _, what = _REASONS.get(code, f"code {code}").partition("; argument: ")
+    doc, _, what = text_of_code(code).partition("; argument: ")
     if argument or what:
         doc += f"; {what or 'argument'}: {argument}"
     return {

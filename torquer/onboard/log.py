@@ -87,6 +87,14 @@ REJECTIONS = {
 }
 
 
+_DOCS = {int(reason): reason.doc for reason in Reason}
+
+
+def text_of_code(code: int) -> str:
+    """A reason code in words; those of other software as they are."""
+    return _DOCS.get(code, f"code {code}")
+
+
 class Entry(NamedTuple):
     """One event: on-board time [ms since 2010-01-01], module id, reason code, argument (i32)."""
 
