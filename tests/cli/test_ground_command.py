@@ -144,6 +144,9 @@ def test_the_server_tells_its_address_and_ends_cleanly(tmp_path, number):
         ((), "FILE: must be given, or --link; received neither"),
         (("g.toml", "--link", "tcp:127.0.0.1:9"), "FILE: must be given, or --link; received both"),
         (("nothing.toml",), "ground: "),
+        (("g.toml", "--scenario", "s.toml"), "--scenario: must not be given with FILE"),
+        (("g.toml", "--software", "s.toml"), "--software: must not be given with FILE"),
+        (("g.toml", "--name", "chibis"), "--name: must not be given with FILE"),
         (("--link", "serial:1"), "must be tcp:HOST:PORT"),
         (("--link", "tcp:127.0.0.1:9", "--port", 70000), "--port: must lie within 0..65535"),
         (("--link", "tcp:127.0.0.1:9", "--name", "A B"), "--name: must be words of lower-case"),
@@ -221,5 +224,12 @@ def test_wrong_recordings_and_archives_get_one_line(call, recording, tmp_path):
     assert code == 2 and "--folder: must be a folder" in err
     code, _, err = call("export", recording, "--out", tmp_path / "o")
     assert code == 2 and "archive: must be an archive" in err
+    ends = ("--start", "2012-01-02T00:00:00Z", "--end", "2012-01-01T00:00:00Z")
+    code, _, err = call("export", recording, "--out", tmp_path / "o", *ends)
+    assert code == 2 and "--end: must not be before --start" in err
+    call("import", recording, "--folder", tmp_path / "a")
+    archive = tmp_path / "a" / "satellite.sqlite"
+    code, out, err = call("export", archive, "--out", tmp_path / "o", "--packet", "event")
+    assert (code, out) == (0, "") and "note: nothing was written" in err
     code, _, err = call("export", recording, "--out", tmp_path / "o", "--start", "2012-01-01")
     assert code == 2 and "--start: must be a time with a zone" in err

@@ -19,7 +19,7 @@ from urllib.parse import parse_qs, urlsplit
 
 from torquer.cli import FAILED_CODE
 from torquer.cli.folder_lock import claimed
-from torquer.cli.ground import ExportOptions, GroundOptions, ImportOptions, SendOptions
+from torquer.cli.ground import NAME, ExportOptions, GroundOptions, ImportOptions, SendOptions
 from torquer.cli.loading import check_code
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import (
@@ -31,10 +31,9 @@ from torquer.cli.output import (
     progress_bar,
     writing_to,
 )
+from torquer.ground import SERVER
 
 _SERVER_NEEDS = ("starlette", "uvicorn", "websockets")
-#: File by which a running ground is found.
-_SERVER = "server.json"
 #: How long a command line waits for an answer beyond its delay [s], and between two looks.
 _PATIENCE_S, _LOOK_S = 40.0, 0.2
 #: How many commands it looks at.
@@ -88,6 +87,13 @@ def _satellites(path: Path | None, how: GroundOptions, code: CodeOptions) -> lis
         received = "neither" if path is None else "both"
         raise ValueError(f"FILE: must be given, or --link; received {received}")
     if path is not None:
+        for name, is_given in (
+            ("scenario", how.scenario is not None),
+            ("software", how.software is not None),
+            ("name", how.name != NAME),
+        ):
+            if is_given:
+                raise ValueError(f"--{name}: must not be given with FILE, which has its own")
         tables = load_ground(path).satellites
     else:
         table = {"link": how.link, "software": how.software, "scenario": how.scenario}
@@ -187,7 +193,7 @@ class _Server:
 
     def __init__(self, folder: Path):
         try:
-            known = json.loads((folder / _SERVER).read_text(encoding="utf-8"))
+            known = json.loads((folder / SERVER).read_text(encoding="utf-8"))
             parts = urlsplit(known["address"])
             self._token = parse_qs(parts.query)["token"][0]
             self._base = f"{parts.scheme}://{parts.netloc}"
@@ -288,6 +294,8 @@ def export(archive: Path, how: ExportOptions) -> int:
     from torquer.ground.export import exported
 
     start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)
+    if start_ms is not None and end_ms is not None and start_ms > end_ms:
+        raise ValueError(f"--end: must not be before --start; received {how.end}")
     make_writable(how.out)
     with writing_to(how.out), _progress(archive.name) as progress:
         files = exported(archive, how.out, how.format, how.packet, start_ms, end_ms, progress)
@@ -296,6 +304,8 @@ def export(archive: Path, how: ExportOptions) -> int:
     else:
         for path, rows in files:
             print(f"{path}: {rows} rows")
+    if not files:
+        print_note("nothing was written: the archive has no such rows")
     return 0
 
 

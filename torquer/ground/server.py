@@ -16,6 +16,7 @@ from pathlib import Path
 
 import uvicorn
 
+from torquer.ground import SERVER
 from torquer.ground.contact import AS_ARCHIVED, Contact, Counters
 from torquer.ground.file import Satellite
 from torquer.ground.guard import Guard
@@ -24,8 +25,6 @@ from torquer.ground.routes import application
 from torquer.simulation.signals import ALL
 
 HOST = "127.0.0.1"
-#: File in the folder by which commands on this machine find the server: its address and token.
-SERVER = "server.json"
 #: How long the end waits for browsers and archives [s].
 _GRACE_S = 2
 #: Least time between two entries of the log on refused requests [s].
