@@ -57,9 +57,9 @@ def _tell(text: str) -> None:
         warnings.warn(text, CacheNote, stacklevel=2)
 
 
-def source_key() -> str:
-    """Hash of the Numba version and of every source file that can hold a kernel."""
-    digest = hashlib.sha256(f"{numba.__version__} {sys.version}".encode())
+def source_key(versions: str = f"{numba.__version__} {sys.version}") -> str:
+    """Hash of every source file that can hold a kernel and, unless left out, of Numba's version."""
+    digest = hashlib.sha256(versions.encode())
     for path in sorted(PACKAGE.rglob("*.py")):
         place = path.relative_to(PACKAGE)
         if place.parts[0] not in ROOMS_WITHOUT_KERNELS:

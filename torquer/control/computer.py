@@ -70,7 +70,8 @@ class Computer(NamedTuple):
     modes, and that which checks sensors and coils before, if they are to be. `estimator`:
     the one that works where no mode chooses another. `host`: address of the function that calls
     blocks in plain Python, 0 where there are none; its `answer` is the numbers of a command or of
-    an estimate.
+    an estimate. `library`: address of the control step in C that works in place of all of these, 0
+    where none does.
     """
 
     laws: np.ndarray | tuple
@@ -82,6 +83,7 @@ class Computer(NamedTuple):
     estimator: int
     host: Any
     answer: np.ndarray
+    library: Any
 
 
 #: What the modes have chosen: estimator, and whether coils and wheels may work, the coils also by
@@ -388,7 +390,7 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
     switch = _switch(modes.is_checked) if len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
-    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer)
+    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0)
 
 
 def estimates(computer: Computer) -> bool:

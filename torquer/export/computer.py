@@ -32,6 +32,7 @@ from torquer.export.types import (
 from torquer.export.values import Value
 from torquer.interface import KNOWN
 from torquer.scenario.spec import Scenario
+from torquer.simulation.library import fingerprint_of
 from torquer.simulation.prepare import (
     blocks_of,
     estimator_numbers,
@@ -45,7 +46,7 @@ from torquer.simulation.prepare import (
 
 class OnBoard(NamedTuple):
     """What is exported. `computer`: of constants, by field: arrays, records and numbers; `board`:
-    what changes, at the start.
+    what changes, at the start; `fingerprint`: by which a library is known as its export.
     """
 
     scenario: Scenario
@@ -53,6 +54,7 @@ class OnBoard(NamedTuple):
     computer: dict[str, Any]
     board: on_board.Board
     needs: frozenset[str]
+    fingerprint: str
 
 
 class Export(NamedTuple):
@@ -79,7 +81,8 @@ def on_board_of(scenario: Scenario) -> OnBoard:
         "estimator_blocks": _numbered(made.estimator_blocks, estimators), "modes": table,
         "switch": _switches(table), "estimator": estimator, "host": 0,
     }  # fmt: skip
-    return OnBoard(scenario, blocks, computer, first_board(blocks, modes, estimator), needs)
+    board = first_board(blocks, modes, estimator)
+    return OnBoard(scenario, blocks, computer, board, needs, fingerprint_of(made, blocks))
 
 
 def _all_plain(blocks: Blocks) -> Blocks:

@@ -5,6 +5,7 @@ from string import Template
 
 from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
+from torquer.export.in_the_loop import in_the_loop_text
 from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
 from torquer.export.print_c import INCLUDES, program_text, types_text
 from torquer.export.recording import recorded
@@ -64,6 +65,7 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
         "CMakeLists.txt": texts.CMAKE,
         "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
+        "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
     }
 
@@ -89,6 +91,7 @@ def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
         "first": constant_text(program, made.state, "first", computer.board),
+        "fingerprint": computer.fingerprint,
     }
 
 

@@ -67,10 +67,11 @@ def numbers_of(board: Board) -> np.ndarray:
     An array of no length has one place there, which stays zero.
     """
     parts = [board.known, board.parameters, board.memory, *board.modes, board.chosen]
-    return np.concatenate([_numbers(part) for part in parts])
+    return np.concatenate([numbers_in(part) for part in parts])
 
 
-def _numbers(part: np.ndarray) -> np.ndarray:
+def numbers_in(part: np.ndarray) -> np.ndarray:
+    """The numbers of an array as its part of the struct has them."""
     if not len(part):
         return np.zeros(part.dtype.itemsize // 8)
     return np.ascontiguousarray(part).view(np.float64).reshape(-1)

@@ -33,6 +33,9 @@ void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *comma
 /* Whether this build computes with the bits of the export: no fused products, no flushed zeros. */
 bool adcs_self_test(void);
 
+/* Version of torquer, mark of its sources, mark of the computer: which export this is. */
+const char *adcs_fingerprint(void);
+
 /* Number of the state (ADCS_STATE_...) in which a region (ADCS_REGION_...) is; -1 for none. */
 int32_t adcs_mode(const adcs_state *state, int32_t region);
 
@@ -161,6 +164,11 @@ const $computer *adcs_constants(void)
 }
 
 $first
+const char *adcs_fingerprint(void)
+{
+    return "$fingerprint";
+}
+
 void adcs_init(adcs_state *state)
 {
     *state = first;
@@ -180,6 +188,11 @@ add_compile_options(-Wdouble-promotion -Wshadow)
 add_library(adcs adcs.c adcs_tables.c)
 target_include_directories(adcs PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(adcs PUBLIC m)
+
+# for torquer run SCENARIO --computer build/libadcs_in_the_loop.so
+add_library(adcs_in_the_loop SHARED adcs.c adcs_tables.c test/in_the_loop.c)
+target_include_directories(adcs_in_the_loop PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
+target_link_libraries(adcs_in_the_loop PRIVATE m)
 
 enable_testing()
 add_executable(replay test/replay.c)
@@ -338,7 +351,8 @@ $constants
 
 `test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
 and compares every bit of commands and state. Compile with `-ffp-contract=off`, as CMakeLists.txt
-does.
+does. `torquer run SCENARIO --computer FOLDER` flies this library in the simulation, in place of the
+kernels from which it was translated; `torquer campaign` does so, too.
 
 ## What is not in it
 

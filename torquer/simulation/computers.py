@@ -11,6 +11,7 @@ from numba import types
 from numba.extending import overload
 
 from torquer.compile.adapter import ARRAY
+from torquer.compile.c_library import call_c
 from torquer.compile.engine import INLINED_OPTIONS, caller, internal
 from torquer.compile.lanes import LANES
 from torquer.control.computer import (
@@ -22,7 +23,7 @@ from torquer.control.computer import (
     put_simple_estimate,
 )
 from torquer.control.modes.table import ModeState
-from torquer.interface import KNOWN, put_ephemeris
+from torquer.interface import KNOWN, Command, put_ephemeris
 from torquer.simulation.members import One, each, member_in
 from torquer.simulation.sensors import ephemeris_at
 
@@ -115,6 +116,17 @@ def board_of(boards, lane):
 
 
 @internal
+def command_from(computer, board):
+    """The command for what is known on board: by the library in C, else by the control step."""
+    if computer.library != 0:
+        m, of_blocks = board.modes, (board.known, board.parameters, board.memory)
+        of_modes = (m.regions, m.states, m.transitions, m.conditions, m.clock, m.sensors, m.checks)
+        a = call_c(computer.library, of_blocks + of_modes + (m.flags, board.chosen))  # noqa: RUF005
+        return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
+    return control_step(computer, board)
+
+
+@internal
 def _laws_in_vectors(members, computer):
     """Computers with laws alone: those of all members at once."""
     each(members, _estimate_step, computer.estimator)
@@ -136,14 +148,14 @@ def _one_by_one(members, plan, tables, boards, step):
     for lane in range(members.lanes):
         for place in range(SENSED):
             boards.numbers[lane, place] = members.cells[place * LANES + lane]
-        command = control_step(plan.computer, board_of(boards, lane))
+        command = command_from(plan.computer, board_of(boards, lane))
         accept(member_in(members, lane).state.cells, command)
 
 
 def compute(members, plan, tables, boards, step):
     """Let the computers of all members find their commands."""
     state = members.member.state
-    accept(state.cells, control_step(plan.computer, state.board))
+    accept(state.cells, command_from(plan.computer, state.board))
 
 
 @overload(compute, jit_options=INLINED_OPTIONS)

@@ -15,6 +15,7 @@ from torquer.environment.light import Light, edges_of
 from torquer.environment.table import Table
 from torquer.scenario.spec import Scenario
 from torquer.simulation.host import Host, what_failed
+from torquer.simulation.library import Library
 from torquer.simulation.members import (
     BAD_STATE,
     COARSE_STEP,
@@ -89,6 +90,7 @@ class Run:
     relative_error: float = 0.0
     keep: Callable = field(default=lambda run: None)
     host: Host | None = None
+    library: Library | None = None
     _ready: "_Ready | None" = None
 
     @property
@@ -211,13 +213,15 @@ def prepare(
     piece: Piece | None = None,
     stops: bool = False,
     driven_from_outside: bool = False,
+    library: Library | None = None,
 ) -> Run:
     """Everything that a run needs; `law` and `laws` take the place of the scenario's.
 
     The run's scenario names the laws that are flown. `piece`: the first piece of another run on
     the same orbit, whose tables are shared; ValueError if they are not those of this run.
     `stops`: the run stops at every control step; `driven_from_outside`: for a command, and no law
-    of the scenario works.
+    of the scenario works. `library`: the computer in C that works in place of laws, estimators and
+    modes; `OtherComputer`, a ValueError, unless it is one of these.
     """
     scenario, given = with_given(scenario, law, laws)
     blocks = blocks_of(scenario, given)
@@ -230,7 +234,10 @@ def prepare(
     r, v = environment.state(np.zeros(1))
     state = first_state(scenario, plan, dynamics, blocks, modes, r[0], v[0])
     host = None
-    if not blocks.compiled:
+    if library is not None:
+        library.check(plan.computer, blocks)
+        plan = plan._replace(computer=plan.computer._replace(library=library.address))
+    elif not blocks.compiled:
         host = Host(plan.computer, state.board, blocks)
         plan = plan._replace(computer=host.computer)
     steps, size = scenario.steps(), piece_steps(scenario)
@@ -238,6 +245,7 @@ def prepare(
     record = empty_record(plan, rows, inputs)
     integrator = integrator_of(scenario)
     run = Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size, host=host)
+    run.library = library
     # it takes as long as the environment's models and `propagate` together, which are compiled here
     run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
     if piece is not None:

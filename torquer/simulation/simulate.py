@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from torquer.control.law import Law
 from torquer.scenario.spec import Scenario
 from torquer.simulation.checkpoints import CHECKPOINT_S, Checkpoints, advance_in_pieces
+from torquer.simulation.library import Library
 from torquer.simulation.results.dataset import (
     COMPLETE,
     FAILED,
@@ -60,6 +61,7 @@ def simulate(
     to: str | os.PathLike | None = None,
     checkpoint_s: float = CHECKPOINT_S,
     overwrite: bool = False,
+    computer: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Run a scenario and return its result as an `xarray.Dataset`.
 
@@ -73,6 +75,8 @@ def simulate(
     is saved every `checkpoint_s` seconds of computing, so that `resume` can continue from there if
     the process is killed; after a slow save the next waits a hundred times as long as it took.
     An unfinished run in that file is replaced only with `overwrite`.
+    `computer`: a folder of `export_c`, or a shared library built from it, whose computer in C flies
+    in place of the Python kernels, with the same bits.
     Raises `RunStopped`, with what was computed, if the state or a law's output is not finite, on
     an error inside a law and on a keyboard interrupt.
     """
@@ -87,7 +91,7 @@ def simulate(
         check_free(Path(to), "to", "resume continues it, overwrite=True replaces it")
     with noting_signals() as signals:
         with signals.raising():
-            run = prepare(scenario, law, laws)
+            run = flown_by(computer, scenario, law, laws)
         if to is None:
             return finish(run, InMemory(), until_s, progress)
         drop_parts(Path(to))
@@ -103,29 +107,43 @@ def resume(
     progress: Callable[[float], None] | None = None,
     scenario: Scenario | None = None,
     checkpoint_s: float = CHECKPOINT_S,
+    computer: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Continue from where a result stopped; the whole is the same to the bit as an unbroken run.
 
     `result`: a result, or its file, to which the rest of the run is then written. A law that was
     passed from Python must be passed again, unless it can be loaded from a file. `scenario`: that
     of the run, if the files of its laws have moved; its name and description may have changed.
+    `computer`: as of `simulate`; it may be given or left out whatever the run began with.
     ValueError for a result that is damaged, of another version of torquer or of another run; a
     warning where the last bits may differ, as on another kind of processor.
     """
     with noting_signals() as signals:
         if not isinstance(result, str | os.PathLike):
             with signals.raising():
-                run = _restored(result, law, laws, scenario, None)
+                run = _restored(result, law, laws, scenario, None, computer)
             earlier = result.isel(time=slice(0, run.first_row)).drop_vars(of_the_whole(result))
             return finish(run, InMemory(earlier), until_s, progress)
         path = Path(result)
         gather(path)
         with signals.raising(), lazily(path) as earlier, understood(path):
-            run = _restored(earlier, law, laws, scenario, path)
+            run = _restored(earlier, law, laws, scenario, path, computer)
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
 
 
-def _restored(result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path | None) -> Run:
+def flown_by(computer, scenario: Scenario, law=None, laws=None) -> Run:
+    """The run of a scenario, by its exported computer if one is given."""
+    if computer is None:
+        return prepare(scenario, law, laws)
+    library = Library(computer)
+    run = prepare(scenario, law, laws, library=library)
+    library.check_start(run.state.board, run.blocks)
+    return run
+
+
+def _restored(
+    result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path | None, computer
+) -> Run:
     """The run of a result, where it stopped."""
     check_version(result)
     began = scenario_in(result)
@@ -133,7 +151,7 @@ def _restored(result: xr.Dataset, law, laws, scenario: Scenario | None, to: Path
         raise ValueError("scenario: must be the one that the run began with; received another")
     scenario = scenario or began
     _check_size(scenario, to)
-    run = prepare(scenario, law, laws)
+    run = flown_by(computer, scenario, law, laws)
     restore(run, result)
     for line in other_bits(result):
         warnings.warn(line, OtherBits, stacklevel=3)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from torquer.compile.block import Logged
+from torquer.compile.block import Block, Logged
 from torquer.compile.engine import processor
 from torquer.compile.plugin import source_mark, source_text
 from torquer.control.computer import estimates
@@ -281,11 +281,17 @@ def law_attributes(run: Run) -> dict[str, str]:
             **json.loads(block.described()),
             "source": source_mark(block.function),
             "text": source_text(block.function),
-            "runs_as": "compiled" if block.compiled else "plain Python (slow: not decorated)",
+            "runs_as": _runs_as(run, block),
         }
         for key, block in run.blocks.by_key().items()
     }
     return {"laws": json.dumps(said)}
+
+
+def _runs_as(run: Run, block: Block) -> str:
+    if run.library is not None:
+        return f"exported C ({run.library.fingerprint})"
+    return "compiled" if block.compiled else "plain Python (slow: not decorated)"
 
 
 def laws_of(result: xr.Dataset) -> dict[str, dict]:
