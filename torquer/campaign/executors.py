@@ -31,7 +31,7 @@ _MOST_DEATHS = 3
 def chunk_elsewhere(pickled: bytes, first: int, last: int):
     """The dataset of members first..last-1, in a process that may not know the campaign yet.
 
-    `pickled`: the scenario and the campaign. Text would lose which keys were given, and times.
+    `pickled`: the scenario, the campaign, and the export that flies or None. Text would lose which keys were given, and times.
     """
     return _here(_fleet_of(pickled), first, last)
 
@@ -105,7 +105,7 @@ class Pool:
 @contextlib.contextmanager
 def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
     """A pool of `workers`; `where`: 'threads', 'processes', or the address of a Dask scheduler."""
-    pickled = pickle.dumps((fleet.scenario, fleet.campaign))
+    pickled = pickle.dumps((fleet.scenario, fleet.campaign, fleet.computer))
     elsewhere = functools.partial(chunk_elsewhere, pickled)
     if where not in ("threads", "processes"):
         with _cluster(where) as (client, losses):

@@ -3,6 +3,9 @@
 A member's result is the same to the bit in lanes, alone, and beside any other members.
 """
 
+import contextlib
+import os
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +19,9 @@ from torquer.scenario.change import with_values
 from torquer.scenario.spec import InitialMotion, Scenario
 from torquer.simulation.checkpoints import Checkpoints, advance_in_pieces
 from torquer.simulation.lanes.group import FlownLanes, Lanes, Pieces, why_not_in_lanes
+from torquer.simulation.library import OtherComputer
 from torquer.simulation.run import Run, prepare, record_this_instant
+from torquer.simulation.simulate import flown_by
 
 COMPLETE, FAILED = "complete", "failed"
 #: Keys that change a member's motion at the start and nothing else.
@@ -44,11 +49,17 @@ class Chunk(NamedTuple):
 
 
 class Fleet:
-    """All members of a campaign; what they share is prepared once."""
+    """All members of a campaign; what they share is prepared once.
 
-    def __init__(self, scenario: Scenario, campaign: Campaign):
-        self.scenario, self.campaign = scenario, campaign
-        run = prepare(scenario)
+    `computer`: an export whose computer in C flies in all members.
+    """
+
+    def __init__(
+        self, scenario: Scenario, campaign: Campaign, computer: str | os.PathLike | None = None
+    ):
+        self.scenario, self.campaign, self.computer = scenario, campaign, computer
+        run = flown_by(computer, scenario)
+        self._library = run.library
         self.t_s = np.arange(run.steps // run.plan.record_steps + 1) * (
             run.plan.record_steps * run.plan.step_s
         )
@@ -57,10 +68,37 @@ class Fleet:
         self.base, self._pieces = run, Pieces(run)
         own = [key for key in campaign.varied_keys if key.startswith(_OF_ORBIT_ENVIRONMENT)]
         self._first_piece = None if own else run.piece
+        if self._library is not None:
+            self._check_tables()
         self._lanes, self.why_not_in_lanes = self._side_by_side(own)
         self._along = _along(scenario, campaign, self.t_s)
         r, v = scenario.orbit_environment().state(np.zeros(1))
         self._start = r[0], v[0]
+
+    def _check_tables(self) -> None:
+        """ValueError for a key that changes what the computer in C has as constants."""
+        for key in self.campaign.varied_keys:
+            if key in _MOTION_KEYS:
+                continue
+            for member in self._tried(key):
+                try:
+                    prepare(member, piece=self._first_piece, library=self._library)
+                except OtherComputer:
+                    raise ValueError(
+                        f"computer: must be given without campaign.vary.{key}, which changes the "
+                        "tables of the computer; in C these are constants, and only parameters and "
+                        "memory of laws and estimators can vary"
+                    ) from None
+                except ValueError:  # by itself it may be no scenario
+                    continue
+
+    def _tried(self, key: str) -> Iterator[Scenario]:
+        """Some members as far as they are scenarios, each with its value of one key alone."""
+        members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
+        values = draw(self.campaign, self.scenario, members)[key]
+        for row in range(_TRIED):
+            with contextlib.suppress(ValueError):
+                yield with_values(self.scenario, changes_of({key: values}, row))
 
     def _side_by_side(self, varied: list[str]) -> tuple[Lanes | None, str]:
         """Lanes for the members; None, and the reason, if all must be flown one by one.
@@ -85,13 +123,13 @@ class Fleet:
         """Whether at least one of some members fits into lanes if it differs only at a key."""
         if key in _MOTION_KEYS:
             return True
-        members = np.linspace(0, self.campaign.runs - 1, _TRIED).astype(int)
-        values = draw(self.campaign, self.scenario, members)[key]
-        for row in range(_TRIED):
+        members = list(self._tried(key))
+        if len(members) < _TRIED:  # by itself it may be no scenario
+            return True
+        for member in members:
             try:
-                member = with_values(self.scenario, changes_of({key: values}, row))
-                run = prepare(member, piece=self._first_piece)
-            except ValueError:  # by itself it may be no scenario
+                run = prepare(member, piece=self._first_piece, library=self._library)
+            except ValueError:
                 return True
             if self._taken(lanes, run) is not None:
                 return True
@@ -172,7 +210,8 @@ class Fleet:
     def _prepared(self, chunk: Chunk, row: int) -> Run | None:
         """A member's run; None, with the reason in its row, if it cannot be flown."""
         try:
-            return prepare(self._scenario_of(chunk, row), piece=self._first_piece)
+            member = self._scenario_of(chunk, row)
+            return prepare(member, piece=self._first_piece, library=self._library)
         except ValueError as error:
             chunk.ended[row] = " ".join(str(error).split("\n"))
             return None

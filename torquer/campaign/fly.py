@@ -60,6 +60,7 @@ def fly_campaign(
     where: str = "threads",
     resume: bool = False,
     progress: Callable[[Progress], None] | None = None,
+    computer: str | os.PathLike | None = None,
 ) -> xr.Dataset:
     """Fly all members of a campaign; one row each in the order of their numbers.
 
@@ -68,7 +69,9 @@ def fly_campaign(
     the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
     'processes' (a script needs `if __name__ == "__main__":` around what it does), or the address of
     a Dask scheduler. A member's result does not depend on any of these, to the bit. Members that
-    fail are kept, with the reason.
+    fail are kept, with the reason. `computer`: a folder of `export_c`, or a shared library built from
+    it, whose computer in C flies in all members, with the same bits; members may differ in parameters
+    and memory of laws and estimators, and ValueError names a key that changes more of the computer.
     KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     with noted_signals().raising():
@@ -81,7 +84,7 @@ def fly_campaign(
         raise ValueError(f"workers: must be 1 or more; received {workers}")
     with noting_signals() as signals:
         with signals.raising():
-            fleet = Fleet(scenario, campaign)
+            fleet = Fleet(scenario, campaign, computer)
             known = _Known(campaign)
             for data in loaded(path, fleet) if path is not None else ():
                 known.add(data)

@@ -56,6 +56,8 @@ class RunOptions:
     """Measure the integration error with a second, finer run."""
     checkpoint_s: float = 5.0
     """Seconds between saves of a long run."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     plots: bool = False
     """Draw plots/*.png, too; with --resume of a complete run only these and the report."""
     no_report: bool = False

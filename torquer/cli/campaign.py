@@ -33,6 +33,8 @@ class CampaignOptions:
     """Replace the campaign in the output folder."""
     member: Whole = None
     """Fly this run alone, with its full record and report."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     plots: bool = False
     """With --member, draw plots/*.png, too."""
     no_report: bool = False

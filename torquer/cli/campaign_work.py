@@ -15,7 +15,7 @@ from torquer.cli import SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.campaign import CampaignOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import check_code, check_orbit_environment
+from torquer.cli.loading import check_code, check_computer, check_orbit_environment
 from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
@@ -32,13 +32,15 @@ from torquer.simulation.results.file import put
 from torquer.simulation.signals import ALL, noting_signals
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
-_OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs"}
+_OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs",
+            "computer": "--computer"}  # fmt: skip
 
 
 def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
     """Fly a campaign, write its folder, print the summary; return the exit code."""
     if how.plots:
         raise ValueError("--plots: must be given with --member only; received it without")
+    check_computer(how.computer, code)
     scenario, campaign = _loaded(path, how, code)
     out = how.out or Path("runs") / f"{scenario.name}-campaign"
     make_writable(out)
@@ -48,7 +50,7 @@ def fly(path: Path, how: CampaignOptions, code: CodeOptions) -> int:
             with _progress(scenario.name) as progress:
                 result = fly_campaign(
                     scenario, campaign, to=out / "campaign.nc", workers=how.workers,
-                    where=how.where, resume=how.resume, progress=progress,
+                    where=how.where, resume=how.resume, progress=progress, computer=how.computer,
                 )  # fmt: skip
             with signals.raising():
                 summary = _written(result, out, how)
@@ -100,6 +102,7 @@ def fly_member(path: Path, member: int, how: CampaignOptions, code: CodeOptions)
         ("--resume", how.resume),
         ("--workers", how.workers is not None),
         ("--where", how.where != "threads"),
+        ("--computer", how.computer is not None),
     ):
         if given:
             raise ValueError(f"{option}: must not be given with --member; received both")

@@ -49,6 +49,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "export c": (
         "torquer export c examples/chibis_m_day.toml --out runs/adcs",
         "torquer export c examples/my_law.toml --out runs/mine --steps 5000",
+        "torquer run examples/my_law.toml --computer runs/mine",
     ),
     "faults": (
         "torquer faults examples/safe_mode.toml --out runs/faults",

@@ -68,6 +68,15 @@ def check_code(
             )
 
 
+def check_computer(computer: Path | None, code: CodeOptions) -> None:
+    """ValueError for an exported computer, which is executed, where no code is allowed."""
+    if computer is not None and code.no_user_code:
+        raise ValueError(
+            f"--computer: must not be given with --no-user-code; received {computer}, whose C code "
+            "is executed"
+        )
+
+
 def check_orbit_environment(scenario: Scenario) -> None:
     """ValueError if field, date, orbit or air of a scenario cannot be used.
 

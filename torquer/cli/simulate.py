@@ -10,7 +10,14 @@ from pathlib import Path
 from torquer.cli import FAILED_CODE, INTERRUPTED_CODE, SIGNAL_CODE, compiling, leave_or_raise
 from torquer.cli.app import RunOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import check_code, check_orbit_environment, code_of, load_checked
+from torquer.cli.loading import (
+    check_code,
+    check_computer,
+    check_orbit_environment,
+    code_of,
+    load_checked,
+)
+from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
@@ -46,7 +53,11 @@ def run(path: Path, how: RunOptions, code: CodeOptions) -> int:
     """Simulate, write the output folder, print the summary; return the exit code."""
     if how.plots and how.no_report:
         raise ValueError("--plots: must not be given with --no-report; received both")
-    return run_scenario(load_checked(path, code), how)
+    check_computer(how.computer, code)
+    try:
+        return run_scenario(load_checked(path, code), how)
+    except ValueError as error:
+        raise ValueError(as_options(str(error), {"computer": "--computer"})) from None
 
 
 def run_scenario(scenario, how: RunOptions) -> int:
@@ -97,7 +108,7 @@ def _flown(scenario, path: Path, how: RunOptions):
         for kind in _NOTES:
             warnings.simplefilter("always", kind)
         result, stopped, code = None, "", 0
-        saved = {"progress": progress, "checkpoint_s": how.checkpoint_s}
+        saved = {"progress": progress, "checkpoint_s": how.checkpoint_s, "computer": how.computer}
         try:
             if how.resume and complete:
                 result = lazily(path)

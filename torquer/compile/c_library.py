@@ -47,9 +47,7 @@ def built(sources: Sequence[Path], headers: Sequence[Path], must: str) -> Path:
     made = folder / f"{library.stem}.{os.getpid()}"  # renamed when whole: others may build it, too
     included = [f"-I{folder}" for folder in dict.fromkeys(path.parent for path in headers)]
     try:
-        _answered(
-            [*compiler, *FLAGS, *included, "-o", str(made), *map(str, sources), "-lm"], must
-        )
+        _answered([*compiler, *FLAGS, *included, "-o", str(made), *map(str, sources), "-lm"], must)
         made.replace(library)
     finally:
         made.unlink(missing_ok=True)
@@ -84,9 +82,7 @@ def call_c(address, arrays):
 def _call_c(typing_context, address, arrays):
     def build(context, builder, signature, arguments):
         pointers = []
-        for of_type, value in zip(
-            arrays, cgutils.unpack_tuple(builder, arguments[1]), strict=True
-        ):
+        for of_type, value in zip(arrays, cgutils.unpack_tuple(builder, arguments[1]), strict=True):
             data = context.make_array(of_type)(context, builder, value).data
             pointers.append(builder.bitcast(data, _NUMBERS))
         answer = cgutils.alloca_once(builder, ir.ArrayType(ir.DoubleType(), ANSWERS))

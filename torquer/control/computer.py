@@ -390,7 +390,9 @@ def computer_of(blocks: Blocks, estimator: int, modes: ModeTable) -> Computer:
     law_rows, estimator_rows = rows[:split].copy(), rows[split:].copy()
     switch = _switch(modes.is_checked) if len(modes.regions) else addresses([])
     answer = np.zeros(len(flat(tuple(UNKNOWN_ESTIMATE))))
-    return Computer(laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0)
+    return Computer(
+        laws, estimators, law_rows, estimator_rows, modes, switch, estimator, 0, answer, 0
+    )
 
 
 def estimates(computer: Computer) -> bool:

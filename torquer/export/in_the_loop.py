@@ -51,8 +51,11 @@ void adcs_in_the_loop({arguments},
     double *numbers = (double *)(void *)&state;
     double *given = (double *)(void *)&inputs;
     for (size_t k = 0; k < PARTS; k++) {{
-        memset(numbers, 0, places[k] * sizeof(double));
-        memcpy(numbers, parts[k], lengths[k] * sizeof(double));
+        if (lengths[k] > 0) {{
+            memcpy(numbers, parts[k], lengths[k] * sizeof(double));
+        }} else {{
+            memset(numbers, 0, places[k] * sizeof(double));
+        }}
         numbers += places[k];
     }}
     memcpy(given, known, READINGS * sizeof(double));

@@ -121,7 +121,7 @@ def command_from(computer, board):
     if computer.library != 0:
         m, of_blocks = board.modes, (board.known, board.parameters, board.memory)
         of_modes = (m.regions, m.states, m.transitions, m.conditions, m.clock, m.sensors, m.checks)
-        a = call_c(computer.library, of_blocks + of_modes + (m.flags, board.chosen))  # noqa: RUF005
+        a = call_c(computer.library, of_blocks + of_modes + (m.flags, board.chosen))
         return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
     return control_step(computer, board)
 

@@ -58,7 +58,7 @@ def why_not_in_lanes(run: Run) -> str:
         return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
     for has, what in (
         (run.scenario.spacecraft.wheels is not None, "wheels"),
-        (not run.blocks.compiled, "a law in plain Python"),
+        (run.library is None and not run.blocks.compiled, "a law in plain Python"),
         (run.scenario.control.restarts(), "a computer that restarts"),
     ):
         if has:
@@ -73,7 +73,8 @@ class Lanes:
         self.run, self.pieces = run, pieces
         self.packed = packed(run.plan.plant, run.dynamics, run.state)
         computer = run.plan.computer
-        self._one_by_one = estimates(computer) or len(computer.modes.regions) > 0
+        has_modes, in_c = len(computer.modes.regions) > 0, run.library is not None
+        self._one_by_one = estimates(computer) or has_modes or in_c
         self.plan = run.plan
         if not self._one_by_one:
             self._laws = [law_in_lanes(law) for law in run.blocks.laws.values()]
