@@ -109,6 +109,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer init my_satellite --example wheels_in_flight",
         "torquer init --list",
     ),
+    "kernels": ("torquer kernels build examples/chibis_m_detumble.toml --out kernels",),
+    "kernels build": (
+        "torquer kernels build examples/chibis_m_detumble.toml --out kernels",
+        "TORQUER_KERNELS=kernels torquer run examples/chibis_m_detumble.toml",
+    ),
     "modes": (
         "torquer modes examples/sun_pointing.toml",
         "torquer modes examples/sun_pointing.toml --svg modes.svg",
