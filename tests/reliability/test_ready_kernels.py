@@ -19,13 +19,16 @@ SCRIPT = """
 from torquer.geometry.vec3 import cross
 print(cross((1.0, 0.0, 0.0), (0.0, 2.0, 0.0))[2], sum(cross.stats.cache_hits.values()))
 """
-WRITE = SCRIPT + """
+WRITE = (
+    SCRIPT
+    + """
 from pathlib import Path
 from sys import argv
 from torquer.compile.code_cache import SOURCES
 from torquer.compile.ready import write_manifest
 write_manifest(Path(argv[1]), SOURCES)
 """
+)
 
 
 def words(script, cache, *arguments, **changes):
@@ -103,7 +106,9 @@ def test_no_folder_and_full_folders_are_refused(call, tmp_path):
     assert code == 2 and "SCENARIOS: at least one must be given; received none" in err
     code, _, err = call("kernels", "build", EXAMPLE, "--out", tmp_path)
     assert code == 2 and "--out: must be a new or empty folder" in err
-    code, _, err = call("kernels", "build", EXAMPLE.with_name("my_law.toml"), "--out", tmp_path / "b")
+    code, _, err = call(
+        "kernels", "build", EXAMPLE.with_name("my_law.toml"), "--out", tmp_path / "b"
+    )
     assert code == 2 and "no-user-code" in err
 
 
