@@ -1,4 +1,4 @@
-"""MAG Figs. 5.3.1 to 5.3.3: the magnetometer against IGRF, by the modulus, before and after zeroing.
+"""MAG Figs. 5.3.1 to 5.3.3: the magnetometer against IGRF, by the modulus, as read and zeroed.
 
 The flight data are not printed. The telemetry is that of a simulated session, whose magnetometer
 has a bias chosen here, and a noise chosen so that the residual is the printed one: that of its data

@@ -53,8 +53,9 @@ def compute() -> Answer:
     note = (
         f"From {speed:.3f} deg/s, which is {speed / orbital:.1f} orbital rates. After 30 min the "
         f"rate has fallen by factors of {fall.min():.1f} to {fall.max():.1f}; after 5 min it is "
-        f"{short.min():.1f} to {short.max():.1f} orbital rates. Gains of "
-        f"{GAINS[0]:g} and {GAINS[1]:g} A m^2 s/T make mean factors of {others[0]:.1f} and {others[1]:.1f} after 30 min."
+        f"{short.min():.1f} to {short.max():.1f} orbital rates. Gains of {GAINS[0]:g} and "
+        f"{GAINS[1]:g} A m^2 s/T make mean factors of {others[0]:.1f} and {others[1]:.1f} after 30 "
+        "min."
     )
     return Answer(checks, figures(t_s, rates, orbital), note)
 
@@ -76,9 +77,8 @@ ENTRY = Entry(
     declared=Verdict.DIFFERS,
     reason=(
         "from the printed rate of 0.29 deg/s the rate falls by a factor of 2 to 4 in 30 min, not "
-        "5, with any gain tried: B-dot leads to about twice the orbital rate, 0.13 deg/s, and a "
-        "fifth of 0.29 is below the orbital rate itself; such a rate is passed for a while at "
-        "best. After 5 min the rate is still about four orbital ones, as rotation about the field "
+        "5, with any gain tried: B-dot leads to one to two orbital rates, and a fifth of 0.29 "
+        "deg/s is below the orbital rate itself, which some of the sessions pass for a while. After 5 min the rate is still about four orbital ones, as rotation about the field "
         "is not braked until the field has turned; the session of 11 March, whose start is not "
         "printed, must have begun slower"
     ),
