@@ -30,6 +30,15 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer completion --install",
     ),
     "design": ("torquer design three-axis --help",),
+    "design bench": (
+        "torquer design bench --time-s 600 --bench-inertia 0.4 --inertia 1.6 --bench-field-nt 1e5 "
+        "--field-nt 1e4",
+    ),
+    "design coil": (
+        "torquer design coil --dipole-a-m2 3.2 --diameter-m 0.3 --mass-kg 0.4 --voltage-v 12",
+        "torquer design coil --dipole-a-m2 3.2 --diameter-m 0.3 --mass-kg 0.4 --metal aluminium "
+        "--json",
+    ),
     "design detumble": (
         "torquer design detumble examples/chibis_m_detumble.toml --tip-off-deg-s 10 "
         "--out runs/gain",
