@@ -5,11 +5,10 @@ from collections.abc import Iterable
 import pytest
 
 
-def slow_after(count: int, values: Iterable) -> list:
-    """Parameters of a test, of which those after the first `count` are slow ones."""
+def slow_after(count: int, values: Iterable, names: int = 1) -> list:
+    """Values for the `names` parameters of a test; those after the first `count` are slow cases."""
     cases = []
     for number, value in enumerate(values):
-        several = value if isinstance(value, tuple) else (value,)
         marks = pytest.mark.slow if number >= count else ()
-        cases.append(pytest.param(*several, marks=marks))
+        cases.append(pytest.param(*([value] if names == 1 else value), marks=marks))
     return cases

@@ -42,7 +42,7 @@ def edited(content):
 
 @pytest.mark.parametrize(
     ("command", "compare"),
-    slow_after(0, [("run", ["compare"]), ("campaign", ["campaign", "compare"])]),
+    slow_after(0, [("run", ["compare"]), ("campaign", ["campaign", "compare"])], names=2),
 )
 def test_an_edited_summary_changes_nothing(call, two, command, compare):
     path, (a, b), content = two(command)

@@ -90,6 +90,7 @@ def try_once(process, scenario_file, tmp_path, unbroken, law, name, number=0):
     slow_after(
         2,
         [("compiled", "SIGTERM"), ("plain", "twice"), ("built-in", "SIGKILL"), ("plain", "SIGINT")],
+        names=2,
     ),
 )
 def test_a_signal_loses_nothing_that_was_recorded(

@@ -1,9 +1,9 @@
 """Kernels that somebody compiled before: a folder that is only read, and never needed.
 
 `TORQUER_KERNELS` names it; otherwise it is that of the package `torquer_kernels`, if that is
-installed. Its code is for any processor of its kind ("generic"), so it can be moved from one machine
-to another. It holds `kernels.json`, which says what the code was compiled for, and then the same
-files as the cache of compiled code, each sealed by a digest of its place and content.
+installed. Its code is for any processor of its kind ("generic"), so it can be moved from one
+machine to another. It holds `kernels.json`, which says what the code was compiled for, and then the
+same files as the cache of compiled code, each sealed by a digest of its place and content.
 """
 
 import importlib.util
@@ -52,8 +52,8 @@ def _unusable(folder: Path, needed: dict[str, str]) -> str:
     try:
         given = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         if hasattr(os, "getuid"):
-            place = folder.stat()
-            if place.st_uid not in (os.getuid(), 0) or place.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+            place, by_others = folder.stat(), stat.S_IWGRP | stat.S_IWOTH
+            if place.st_uid not in (os.getuid(), 0) or place.st_mode & by_others:
                 return f"compiled kernels in {folder}: belong to, or can be written by, others"
     except (OSError, ValueError) as error:
         return f"compiled kernels in {folder}: cannot be read: {error}"
