@@ -2,8 +2,8 @@
 
 With one scale and a bias the square of the field's strength is linear in the unknowns:
 F^2 = a |m|^2 + p . m + c, where the bias is -p / (2 a) and the scale sqrt(a). Of many fits to a few
-rows drawn at random, and improved by refitting the rows they fit best, the best is kept. So 40 % of
-the rows may be anything.
+rows drawn at random, and improved by refitting the rows they fit best, the best is kept. So 40 %
+of the rows may be anything.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 #: Part of the rows that the trimmed fit relies on.
-KEPT = 0.6
-_SAMPLES, _STEPS = 60, 2
+KEPT = 0.55
+_SAMPLES, _STEPS = 200, 2
 _UNKNOWNS = 5
 
 
@@ -54,7 +54,7 @@ def trimmed(
 
 
 def _drawn(rng, count: int) -> np.ndarray:
-    return rng.choice(count, min(count, 2 * _UNKNOWNS - 2), replace=False)
+    return rng.choice(count, min(count, _UNKNOWNS + 1), replace=False)
 
 
 def _steps(rows, f, chosen, kept: int, steps: int):
