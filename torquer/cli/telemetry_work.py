@@ -96,7 +96,8 @@ def choice_rows(found: Examination) -> list[tuple[str, str, str]]:
 
 def parameter_rows(found: Examination) -> list[tuple[str, str, str, str]]:
     """Parameters of the calibration in the units in which they are shown."""
-    calibration, rows = found.calibration, []
+    calibration = found.calibration
+    rows: list[tuple[str, str, str, str]] = []
     if calibration is None:
         return rows
     for group in calibration.groups:

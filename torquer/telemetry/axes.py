@@ -66,10 +66,7 @@ def rank_axes(data: xr.Dataset, b: np.ndarray, environment=None) -> Axes | None:
     if "Sun" not in judges:  # of a way and its reverse the one with fewer signs
         ways = [way for way in ways if sum(name[0] == "-" for name in way[0]) < 2]
     errors = np.array(
-        [
-            np.sqrt(np.mean([judge(matrix) ** 2 for judge in judges.values()]))
-            for _, matrix in ways
-        ]
+        [np.sqrt(np.mean([judge(matrix) ** 2 for judge in judges.values()])) for _, matrix in ways]
     )
     rank = np.argsort(errors, kind="stable")
     stated = next(e for (order, _), e in zip(ways, errors, strict=True) if order == _NAMES)

@@ -12,7 +12,7 @@ is fitted for both.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -57,7 +57,7 @@ GROUPS = {
     "temperature": Group(tuple(f"drift_{a}" for a in "xyz"), "T/K", 1e-7, "temperature"),
 }
 #: Models from small to large; those whose data are not there are left out.
-MODELS = (
+MODELS: tuple[tuple[str, ...], ...] = (
     ("bias",),
     ("bias", "scale"),
     ("bias", "scale", "non_orthogonality"),
@@ -80,7 +80,7 @@ class Rows(NamedTuple):
     m: np.ndarray
     dipole: np.ndarray
     warmth: np.ndarray
-    field: object
+    field: Any
 
     def take(self, rows) -> Rows:
         """Some of the rows."""
@@ -309,8 +309,8 @@ def fitted(rows: Rows, groups: tuple[str, ...], start=None, refuse: bool = True)
     usual = float(np.median(np.linalg.norm(rows.m, axis=1)))
     if refuse and sigma > _FOLLOWS * usual:
         raise TooManyOutliers(
-            f"b_measured: must follow the strength of the field within {100 * _FOLLOWS:.0f} % to be "
-            f"calibrated; received residuals of {1e9 * sigma:.0f} nT"
+            f"b_measured: must follow the strength of the field within {100 * _FOLLOWS:.0f} % to "
+            f"be calibrated; received residuals of {1e9 * sigma:.0f} nT"
         )
     covariance, correlation = _covariance(residual, j, sigma)
     sizes = _sizes(groups)
@@ -353,7 +353,7 @@ def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
     pushed = residual * (1.0 - z) ** 2
     bread = (j * ((1.0 - z) * (1.0 - 5.0 * z))[:, None]).T @ j
     bread += 1e-8 * sigma**2 * np.eye(j.shape[1])  # 1e4 usual sizes: what no data determine
-    count, inner = len(residual), z < 1.0
+    inner = z < 1.0
     part, decay, first = _autocorrelation(pushed, j.shape[1])
     g = j * inner[:, None]
     filling = g.T @ g
@@ -434,9 +434,8 @@ def choose(
             rest = fitted(rows.take(place != block), model, first.values.copy(), refuse=False)
             held = rows.take(place == block)
             at_s = _shift(model, rest.values)
-            residual, _ = _model(
-                model, rest.values, held, *held.field.strength(held.t_s + at_s), at_s
-            )
+            strength, slope = held.field.strength(held.t_s + at_s)
+            residual, _ = _model(model, rest.values, held, strength, slope, at_s)
             errors[k, block] = np.mean(residual**2)
     mean = errors.mean(axis=1)
     best = int(np.argmin(mean))

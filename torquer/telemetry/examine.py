@@ -49,9 +49,9 @@ class Examination(NamedTuple):
     @property
     def verdict(self) -> str:
         """The verdict in a few words."""
-        if self.mistakes:
-            return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
         found = self.calibration
+        if self.mistakes or found is None:
+            return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
         return f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
 
 

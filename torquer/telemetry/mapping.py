@@ -35,7 +35,7 @@ class Mapping(Spec):
     """What separates the columns: a text, or "whitespace"."""
     names: list[str] | None = None
     """Names of the columns of a file without a head."""
-    missing: list[str] = ["", "N/A", "NA", "nan", "NaN", "null", "-"]
+    missing: tuple[str, ...] = ("", "N/A", "NA", "nan", "NaN", "null", "-")
     """Texts that stand for a number that is missing."""
     packet: str | None = None
     """Packet of a ground archive (table of another database)."""
@@ -49,14 +49,14 @@ class Mapping(Spec):
     'Europe/Moscow'."""
     columns: dict[str, Names]
     """Columns of each quantity, in the order x, y, z unless `order` states another."""
-    split: dict[str, str] = {}
+    split: dict[str, str] = Field(default_factory=dict)
     """What separates the numbers of a quantity whose numbers are joined in one column."""
-    units: dict[str, str] = {}
+    units: dict[str, str] = Field(default_factory=dict)
     """Unit of each quantity; required unless it is a pure number."""
-    order: dict[str, Names] = {}
+    order: dict[str, Names] = Field(default_factory=dict)
     """Of vectors: which axis of the body each column is, such as ["y", "-x", "z"]. Of quaternions:
     "xyzw" or "wxyz"."""
-    inverse: list[str] = []
+    inverse: tuple[str, ...] = ()
     """Quaternions that are logged as J to body."""
 
     @field_validator("separator", "comment")

@@ -21,6 +21,8 @@ GRID_S, DEGREE = 20.0, 5
 MARGIN_S = 400.0
 #: Offsets of zones [h]: all that are in use are multiples of a quarter of an hour.
 ZONES_H = np.arange(-56, 57) / 4.0
+#: Another zone is named if its residual is below this part of the stated one's.
+_CLEARLY = 0.75
 #: Rows that are enough for the scan of zones.
 _ENOUGH = 600
 #: What a unit was taken for, by the ratio of the measured strength to the model's.
@@ -113,11 +115,12 @@ class Zone(NamedTuple):
     @property
     def is_wrong(self) -> bool:
         """Whether another zone fits better by a clear margin."""
-        return self.best_h != 0.0 and self.best_nt < 0.6 * self.stated_nt
+        return self.best_h != 0.0 and self.best_nt < _CLEARLY * self.stated_nt
 
 
 def zone_scan(environment: OrbitEnvironment, t_s: np.ndarray, b: np.ndarray) -> Zone:
-    """Residual of |B| with the stamps moved by each offset of `ZONES_H`, bias and scale fitted.
+    """Residual of |B| with the stamps moved by each offset of `ZONES_H`, bias, scale and
+    non-orthogonality fitted.
 
     `next_nt`: the least residual an hour or more from the best.
     """
@@ -137,11 +140,22 @@ def zone_scan(environment: OrbitEnvironment, t_s: np.ndarray, b: np.ndarray) -> 
 
 
 def _misfit(m: np.ndarray, strength: np.ndarray) -> float:
-    """Robust residual [T] of |B| after a trimmed linear fit of bias and one scale."""
+    """Robust residual [T] of |B| with bias, scale and non-orthogonality.
+
+    Linear: the square of the strength is a quadric of the readings, fitted to the rows near which
+    the trimmed fit of `torquer.telemetry.start` passes.
+    """
     from torquer.telemetry.start import corrected, trimmed
 
-    found = trimmed(m, strength, samples=12)
-    return float(1.4826 * np.median(np.abs(corrected(found, m) - strength)))
+    off = np.abs(corrected(trimmed(m, strength, samples=12), m) - strength)
+    near = off < 4.0 * 1.4826 * np.median(off)
+    x, f = m / np.median(strength), strength / np.median(strength)
+    pairs = [x[:, i] * x[:, k] for i, k in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
+    rows = np.column_stack([*pairs, x, np.ones(len(x))]) / f[:, None]
+    found = np.linalg.lstsq(rows[near], f[near], rcond=1e-10)[0]
+    # of F^2 / F, half of which is the error of F
+    residual = 0.5 * np.median(strength) * (rows @ found - f)[near]
+    return float(1.4826 * np.median(np.abs(residual)))
 
 
 def unit_slip(strength_measured: np.ndarray, strength: np.ndarray) -> tuple[float, str]:

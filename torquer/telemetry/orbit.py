@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -19,7 +19,7 @@ _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
 class OrbitFrom(NamedTuple):
     """An orbit whose time 0 is an instant of its own, as `torquer.orbit` has them otherwise."""
 
-    orbit: object
+    orbit: Any
     start: datetime
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +31,9 @@ _USUAL = {"b_measured": 4e-5, "omega_measured": 0.01, "position_j": 7e6, "temper
 
 def proposed(path: Path) -> tuple[Mapping, list[str]]:
     """A mapping for a file, and its guesses in words; ValueError where no column fits."""
-    kind, guesses, base = format_of(path), [], {}
+    kind = format_of(path)
+    guesses: list[str] = []
+    base: dict[str, Any] = {}
     if kind == "archive":
         base["packet"] = _packet(path, guesses)
     if kind == "text":
@@ -38,7 +41,8 @@ def proposed(path: Path) -> tuple[Mapping, list[str]]:
     draft = Mapping.model_construct(**{**_plain(), **base})
     table = table_of(path, draft)
     base |= _time(table, guesses)
-    columns, units = {}, {}
+    columns: dict[str, Any] = {}
+    units: dict[str, str] = {}
     free = [c for c in map(str, table.data.columns) if c not in np.atleast_1d(base["time"])]
     for name, words in _WORDS.items():
         found = [c for c in free if re.match(words, c, re.I) or re.search(words[1:], c, re.I)]
@@ -165,7 +169,7 @@ def _in_order(name: str, found: list[str]) -> list[str] | None:
         return found[:1] or None
     want = "xyz" if quantity.dimension == "axis" else "xyzw"
     for signs in (want, "0123"[: len(want)], "1234"[: len(want)]):
-        by = {}
+        by: dict[str, str] = {}
         for column in found:
             bare = re.sub(r"[\[(].*?[\])]", "", column).strip("_ ")
             bare = re.sub(r"_(nt|ut|t|deg_s|rad_s|dps|km|m|k|degc)$", "", bare, flags=re.I)
@@ -203,7 +207,9 @@ def _unit(table, name: str, columns: list[str], split, guesses) -> str:
     size = float(np.nanmedian(np.linalg.norm(np.atleast_2d(values), axis=1)))
     units = list(UNITS[QUANTITIES[name].units])
     usual = _USUAL.get(name, 0.1)
-    best = min(units, key=lambda u: abs(np.log(max(in_si(name, u, size), 1e-30) / usual)))
+    best = min(
+        units, key=lambda u: abs(np.log(max(float(in_si(name, u, np.array(size))), 1e-30) / usual))
+    )
     guesses.append(f"the unit of {name} is {best}, by the size of its numbers")
     return best
 

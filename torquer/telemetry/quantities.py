@@ -13,7 +13,7 @@ from torquer.interface import CELLS
 from torquer.simulation.results.variables import VARIABLES
 
 _KNOWN = {each.name: each for each in VARIABLES}
-_DIMENSIONS = {"axis": list("xyz"), "component": list("xyzw"), "cell": list(range(CELLS))}
+_DIMENSIONS: dict[str, list] = {"axis": list("xyz"), "component": list("xyzw"), "cell": list(range(CELLS))}
 
 
 class Quantity(NamedTuple):
@@ -85,7 +85,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
 }
 #: Other spellings of units.
 _SPELLINGS = {
-    "µT": "uT", "μT": "uT", "nanotesla": "nT", "microtesla": "uT", "tesla": "T",  # noqa: RUF001
+    "µT": "uT", "μT": "uT", "nanotesla": "nT", "microtesla": "uT", "tesla": "T",
     "gauss": "G", "Gs": "G", "dps": "deg/s", "°/s": "deg/s", "deg_s": "deg/s", "rad_s": "rad/s",
     "Am2": "A m^2", "A*m^2": "A m^2", "A m2": "A m^2", "A m²": "A m^2", "Am^2": "A m^2",
     "mAm2": "mA m^2", "°C": "degC", "C": "degC", "Celsius": "degC", "": "1",
@@ -117,7 +117,8 @@ def session_of(utc: np.ndarray, values: dict[str, np.ndarray], **attributes: str
     if len(utc) and np.any(np.diff(utc) < np.timedelta64(0)):
         raise ValueError("utc: must ascend; received stamps that go back")
     time = (utc - utc[:1]) / np.timedelta64(1, "s")
-    variables, dimensions = {}, set()
+    variables: dict[str, tuple] = {}
+    dimensions: set[str] = set()
     for name, given in values.items():
         if name not in QUANTITIES:
             raise ValueError(f"{name}: must be one of {', '.join(QUANTITIES)}; received {name!r}")

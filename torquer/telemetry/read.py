@@ -68,7 +68,10 @@ def _part(path: Path, mapping: Mapping | None) -> tuple[np.ndarray, dict[str, np
     table = table_of(path, mapping)
     if mapping is None:
         return _own(table, path)
-    for column in [*names_in(mapping.time), *sum(map(names_in, mapping.columns.values()), [])]:
+    for column in [
+        *names_in(mapping.time),
+        *(c for each in mapping.columns.values() for c in names_in(each)),
+    ]:
         if column not in table.data:
             known = ", ".join(map(str, table.data.columns[:30]))
             raise ValueError(f"mapping: {column!r} must be a column of {path.name}: {known}")

@@ -30,9 +30,7 @@ def corrected(start: Start, m: np.ndarray) -> np.ndarray:
     return start.factor * np.linalg.norm(m - start.bias, axis=1)
 
 
-def trimmed(
-    m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: int = 0
-) -> Start:
+def trimmed(m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: int = 0) -> Start:
     """Least trimmed squares of readings `m` [n, 3] T and the field's strength [n] T.
 
     ValueError for fewer than 8 rows.

@@ -94,7 +94,7 @@ def _text(path: Path, mapping) -> Table:
                 names=names,
                 header=None,
                 index_col=False,
-                na_values=missing,
+                na_values=list(missing),
                 keep_default_na=False,
                 skipinitialspace=True,
                 low_memory=False,
@@ -104,7 +104,9 @@ def _text(path: Path, mapping) -> Table:
             reason = str(error).strip().removeprefix("Error tokenizing data. C error: ")
             raise ValueError(f"FILE: must be a table of text; received {path}: {reason}") from None
         except ValueError as error:  # names twice
-            raise ValueError(f"FILE: must name each column once; received {path}: {error}") from None
+            raise ValueError(
+                f"FILE: must name each column once; received {path}: {error}"
+            ) from None
     return Table(data, {}, "text")
 
 

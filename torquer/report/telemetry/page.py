@@ -23,7 +23,8 @@ _WORDS = {
     ),
     "zones": (
         "Zones",
-        "Residual with the stamps moved by each zone in use, bias and one scale fitted each time.",
+        "Residual with the stamps moved by each zone in use, with bias, scale and "
+        "non-orthogonality fitted each time.",
     ),
 }
 

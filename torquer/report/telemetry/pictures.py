@@ -49,8 +49,11 @@ def _residual(found, path: Path) -> Path:
     over_time.axhline(0.0, color=GREY, lw=0.6)
     if found.calibration is not None:
         over_time.plot(t, after - model, ".", ms=3, color=BLUE, label="after")
-        over_time.plot(t[out], (before - model)[out], "x", ms=5, color=RED, label="outliers")
     _limit(over_time, before - model)
+    low, high = over_time.get_ylim()
+    if np.any(out):  # at the edge where they are beyond it
+        shown = np.clip((before - model)[out], low, high)
+        over_time.plot(t[out], shown, "x", ms=6, color=RED, label="outliers", clip_on=False)
     over_time.set_ylabel("residual [nT]", fontsize=10)
     for axes in (strength, over_time):
         axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
