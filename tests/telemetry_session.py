@@ -35,7 +35,9 @@ def motion(t_s, seed, rate_deg_s=0.6):
 
     def at(t):
         turns = np.radians(rate_deg_s) * t[:, None]
-        return Rotation.from_rotvec(turns * spin) * Rotation.from_rotvec(0.37 * turns * cone) * first
+        return (
+            Rotation.from_rotvec(turns * spin) * Rotation.from_rotvec(0.37 * turns * cone) * first
+        )
 
     step = 1e-3
     # d(R)/dt = -[omega] R for R that takes J to the body

@@ -353,21 +353,22 @@ def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
     pushed = residual * (1.0 - z) ** 2
     bread = (j * ((1.0 - z) * (1.0 - 5.0 * z))[:, None]).T @ j
     bread += 1e-8 * sigma**2 * np.eye(j.shape[1])  # 1e4 usual sizes: what no data determine
-    inner = z < 1.0
-    part, decay, first = _autocorrelation(pushed, j.shape[1])
-    g = j * inner[:, None]
-    filling = g.T @ g
-    if part > 0.0:
-        run = lfilter([1.0], [1.0, -decay], g, axis=0)
-        both = run.T @ g
-        filling = (1.0 - part) * filling + part * (both + both.T - filling)
-    free = max(int(inner.sum()) - j.shape[1], 1)
-    variance = float(np.sum(pushed**2)) / free
+    g = j * (z < 1.0)[:, None]
     outer = np.linalg.pinv(bread, hermitian=True)
+    count, white = int(np.sum(z < 1.0)), g.T @ g
+    used, first, filling = float(j.shape[1]), 0.0, white
+    for _ in range(2):  # fitting takes more away from correlated residuals: how much, from both
+        part, decay, first = _autocorrelation(pushed, used)
+        if part > 0.0:
+            run = lfilter([1.0], [1.0, -decay], g, axis=0)
+            both = run.T @ g
+            filling = (1.0 - part) * white + part * (both + both.T - white)
+        used = min(float(np.trace(outer @ filling)), 0.5 * count)
+    variance = float(np.sum(pushed**2)) / max(count - used, 1.0)
     return variance * outer @ filling @ outer, first
 
 
-def _autocorrelation(u, unknowns: int) -> tuple[float, float, float]:
+def _autocorrelation(u, used: float) -> tuple[float, float, float]:
     """Correlated part, decay by the row, correlation at one row; (0, 0, .) of white residuals."""
     u = u[:_COUNTED]
     count = len(u)
@@ -376,11 +377,12 @@ def _autocorrelation(u, unknowns: int) -> tuple[float, float, float]:
     if lags < 3 or power == 0.0:
         return 0.0, 0.0, 0.0
     rho = np.array([u[k:] @ u[:-k] for k in range(1, lags + 1)]) / power
-    # what fitting takes away from the correlation of residuals, by the number of unknowns
-    rho = rho + unknowns / count
+    first = float(rho[0])
+    # what fitting takes away from the correlation of residuals, by the unknowns used
+    rho = rho + used / count
     noise = 1.0 / np.sqrt(count)
     if rho[0] < 2.0 * noise and abs(np.sum(rho[:5])) < 2.0 * noise * np.sqrt(5.0):
-        return 0.0, 0.0, float(rho[0])
+        return 0.0, 0.0, first
     used = max(2, int(np.argmax(rho < 2.0 * noise)) if np.any(rho < 2.0 * noise) else lags)
     k = np.arange(1, used + 1)
     decays = np.linspace(0.02, 0.995, 196)
@@ -388,7 +390,7 @@ def _autocorrelation(u, unknowns: int) -> tuple[float, float, float]:
     parts = np.clip((shapes @ rho[:used]) / np.sum(shapes**2, axis=1), 0.0, 1.0)
     misfit = np.sum((rho[:used] - parts[:, None] * shapes) ** 2, axis=1)
     best = int(np.argmin(misfit))
-    return float(parts[best]), float(decays[best]), float(rho[0])
+    return float(parts[best]), float(decays[best]), first
 
 
 def _undetermined(names, covariance) -> tuple[str, ...]:

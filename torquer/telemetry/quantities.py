@@ -13,7 +13,11 @@ from torquer.interface import CELLS
 from torquer.simulation.results.variables import VARIABLES
 
 _KNOWN = {each.name: each for each in VARIABLES}
-_DIMENSIONS: dict[str, list] = {"axis": list("xyz"), "component": list("xyzw"), "cell": list(range(CELLS))}
+_DIMENSIONS: dict[str, list] = {
+    "axis": list("xyz"),
+    "component": list("xyzw"),
+    "cell": list(range(CELLS)),
+}
 
 
 class Quantity(NamedTuple):

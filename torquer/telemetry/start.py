@@ -43,27 +43,30 @@ def trimmed(m: np.ndarray, strength: np.ndarray, samples: int = _SAMPLES, seed: 
     x = x / size
     rows = np.column_stack([np.einsum("ij,ij->i", x, x), x, np.ones(len(x))]) / f[:, None]
     rng, kept = np.random.default_rng(seed), max(_UNKNOWNS + 1, int(KEPT * len(m)))
-    tries = [_steps(rows, f, _drawn(rng, len(m)), kept, _STEPS) for _ in range(samples)]
-    tries.append(_steps(rows, f, np.arange(len(m)), kept, _STEPS))
-    best = sorted(tries, key=lambda each: each[0])[:3]
-    _, k = min((_steps(rows, f, each[2], kept, 30)[:2] for each in best), key=lambda each: each[0])
+    drawn = np.array([rng.choice(len(m), _UNKNOWNS + 1, replace=False) for _ in range(samples)])
+    costs, tries = _improved(rows, f, _fits(rows, f, drawn), kept, _STEPS)
+    _, everything = _improved(rows, f, _fits(rows, f, np.arange(len(m))[None]), kept, _STEPS)
+    best = np.concatenate([tries[np.argsort(costs)[:3]], everything])
+    costs, tries = _improved(rows, f, best, kept, 12)
+    k = tries[np.argmin(costs)]
     a = max(float(k[0]), 1e-12)
     return Start(-0.5 * k[1:4] / a * size * unit, float(np.sqrt(a) / size))
 
 
-def _drawn(rng, count: int) -> np.ndarray:
-    return rng.choice(count, min(count, _UNKNOWNS + 1), replace=False)
+def _fits(rows, f, chosen) -> np.ndarray:
+    """Least squares of many choices of rows [s, k]: unknowns [s, 5]."""
+    some = rows[chosen]
+    normal = np.einsum("ski,skj->sij", some, some)
+    pull = np.einsum("ski,sk->si", some, f[chosen])
+    normal += 1e-12 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(_UNKNOWNS)
+    return np.linalg.solve(normal, pull[:, :, None])[:, :, 0]
 
 
-def _steps(rows, f, chosen, kept: int, steps: int):
-    """Fits to the rows that the fit before fits best: (cost, unknowns, rows)."""
-    cost, k = np.inf, np.zeros(_UNKNOWNS)
-    for _ in range(steps):
-        new = np.linalg.lstsq(rows[chosen], f[chosen], rcond=1e-10)[0]
-        off = np.abs(rows @ new - f)
-        nearest = np.argpartition(off, kept - 1)[:kept]
-        total = float(np.sum(off[nearest] ** 2))
-        if not total < cost:
-            break
-        cost, k, chosen = total, new, nearest
-    return cost, k, chosen
+def _improved(rows, f, fits, kept: int, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Fits refitted to the rows that they fit best, some times: costs [s] and unknowns [s, 5]."""
+    for step in range(steps + 1):
+        off = np.abs(fits @ rows.T - f)
+        nearest = np.argpartition(off, kept - 1, axis=1)[:, :kept]
+        if step < steps:
+            fits = _fits(rows, f, nearest)
+    return np.sum(np.take_along_axis(off, nearest, axis=1) ** 2, axis=1), fits
