@@ -191,10 +191,10 @@ def test_several_files_and_parquet(tmp_path):
 
 def test_ground_archive(tmp_path):
     from torquer.ground.archive import Archive
-    from torquer.onboard.software import Software
+    from torquer.onboard.software import load_software
 
     path = tmp_path / "satellite.sqlite"
-    dictionary = Software().dictionary
+    dictionary = load_software().dictionary
     Archive(path, dictionary).close()
     names = ("b_x", "b_y", "b_z")
     with sqlite3.connect(path) as db:
@@ -216,8 +216,23 @@ def test_ground_archive(tmp_path):
 
 
 def test_cdf(tmp_path):
+    """With the extra `cdf` only."""
     cdflib = pytest.importorskip("cdflib")
-    assert cdflib
+    from cdflib.cdfwrite import CDF
+
+    file = CDF(tmp_path / "swarm.cdf", {"Compressed": 0})
+    stamps = cdflib.cdfepoch.compute_epoch(
+        [[2012, 3, 4, 10, 31, 47, 0], [2012, 3, 4, 10, 31, 57, 0]]
+    )
+    row = {"Num_Elements": 1, "Rec_Vary": True}
+    file.write_var({"Variable": "Timestamp", "Data_Type": 31, "Dim_Sizes": []} | row, {}, stamps)
+    field = {"Variable": "B_VFM", "Data_Type": 45, "Dim_Sizes": [3]} | row
+    file.write_var(field, {"UNITS": "nT"}, np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]))
+    file.close()
+    mapping, _ = proposed(tmp_path / "swarm.cdf")
+    found = read(tmp_path / "swarm.cdf", mapping).data
+    np.testing.assert_allclose(found["b_measured"][1] * 1e9, [4.0, 5.0, 6.0])
+    assert str(found["utc"].values[1]) == "2012-03-04T10:31:57.000000000"
 
 
 def test_a_proposed_mapping_reads_the_file(tmp_path):
