@@ -132,7 +132,7 @@ def test_pickles_and_unknown_files_are_refused(tmp_path):
         ("t,x,y,z\n2012-10-28T02:30:00,1,2,3\n", {"zone": "Europe/Berlin"}, "every stamp is an"),
         ("t,x,y,z\n,1,2,3\n", {}, "must (be times|hold a time)"),
         ("t,x,y,z\nyesterday,1,2,3\n", {}, "t: must be times of format 'iso'"),
-        ("t,x,y,z\n2012-03-04T10:00:00Z,1,b,3\n", {}, "y: must hold numbers; received 'b' in row 1"),
+        ("t,x,y,z\n2012-03-04T10:00:00Z,1,b,3\n", {}, "y: must hold numbers; received 'b'"),
         ("t,x,y\n2012-03-04T10:00:00Z,1,2\n", {}, "'z' must be a column of file.csv: t, x, y"),
         (
             "t,x\n2012-03-04T10:00:00Z,1/2\n",
@@ -211,7 +211,7 @@ def test_ground_archive(tmp_path):
     )  # fmt: skip
     found = read(path, mapping).data
     np.testing.assert_allclose(found["b_measured"][:, 0] * 1e9, [1.0, 2.0, 3.0, 4.0])
-    with pytest.raises(ValueError, match="packet: must be one of .*extended"):
+    with pytest.raises(ValueError, match=r"packet: must be one of .*extended"):
         read(path, mapped())
 
 
