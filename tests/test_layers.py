@@ -39,6 +39,7 @@ FLOORS = (
     {"onboard"},
     {"link"},
     {"ground"},
+    {"telemetry"},
     {"report"},
     {"cli", "__main__"},
 )

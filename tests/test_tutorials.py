@@ -50,7 +50,7 @@ SLOW = {
         "my-gyros-died",
         "my-wheels-died",
     ),
-    *("ground", "safe-mode"),
+    *("ground", "safe-mode", "telemetry"),
 }
 
 # Blocks that are not executed, and why.
@@ -66,7 +66,7 @@ NOT_RUN = {
 IN_BACKGROUND = {("ground", 1): "listening on", ("ground", 3): "Ctrl-C ends it"}
 
 # Commands that end with exit code 1.
-FAILING = {("ground", 8)}
+FAILING = {("ground", 8), ("telemetry", 3)}
 
 # Commands of whose output the page shows nothing: what counts is what they write.
 UNSHOWN = {

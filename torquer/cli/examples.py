@@ -141,6 +141,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "session": ("torquer session replay runs/chibis_m_day-flight/session.json",),
     "session bisect": ("torquer session bisect runs/a/session.json runs/b/session.json",),
     "session replay": ("torquer session replay runs/chibis_m_day-flight/session.json",),
+    "telemetry": (
+        "torquer telemetry pass.csv --mapping pass.mapping.toml --orbit my_satellite.tle",
+        "torquer telemetry runs/a/result.nc --orbit examples/chibis_m_detumble.toml --model shift",
+    ),
+    "telemetry init": ("torquer telemetry init pass.csv --out pass.mapping.toml",),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
         "--inertia 1.0 1.2 1.5 --gain 1e6",
