@@ -1,0 +1,1 @@
+"""What telemetry says about a satellite: its conventions, its motion, its parameters."""
