@@ -35,6 +35,7 @@ FLOORS = (
     {"theory"},
     {"notes"},
     {"analysis"},
+    {"telemetry"},
     {"campaign"},
     {"onboard"},
     {"link"},
