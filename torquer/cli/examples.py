@@ -119,10 +119,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer init --list",
     ),
     "kernels": ("torquer kernels build examples/chibis_m_detumble.toml --out kernels",),
-    "kernels build": (
-        "torquer kernels build examples/chibis_m_detumble.toml --out kernels",
-        "TORQUER_KERNELS=kernels torquer run examples/chibis_m_detumble.toml",
-    ),
+    "kernels build": ("torquer kernels build examples/chibis_m_detumble.toml --out kernels",),
     "modes": (
         "torquer modes examples/sun_pointing.toml",
         "torquer modes examples/sun_pointing.toml --svg modes.svg",
