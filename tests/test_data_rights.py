@@ -8,7 +8,7 @@ import torquer
 ROOT = Path(__file__).parents[1]
 PAGE = (ROOT / "docs/data.md").read_text(encoding="utf-8")
 #: Files of the package that are no data of others.
-_OWN = (".py", ".pyc", ".typed", ".md", ".html", ".css", ".js", ".sh")
+_OWN = (".py", ".pyc", ".typed", ".md", ".html", ".css", ".js", ".sh", ".c", ".ld")
 _OWN_NAMES = ("start.toml", "stored_tables.json")
 
 

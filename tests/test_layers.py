@@ -35,10 +35,12 @@ FLOORS = (
     {"theory"},
     {"notes"},
     {"analysis"},
+    {"telemetry"},
     {"campaign"},
     {"onboard"},
     {"link"},
     {"ground"},
+    {"telemetry"},
     {"report"},
     {"cli", "__main__"},
 )

@@ -50,7 +50,7 @@ SLOW = {
         "my-gyros-died",
         "my-wheels-died",
     ),
-    *("ground", "safe-mode"),
+    *("ground", "safe-mode", "telemetry"),
 }
 
 # Blocks that are not executed, and why.
@@ -66,11 +66,12 @@ NOT_RUN = {
 IN_BACKGROUND = {("ground", 1): "listening on", ("ground", 3): "Ctrl-C ends it"}
 
 # Commands that end with exit code 1.
-FAILING = {("ground", 8)}
+FAILING = {("ground", 8), ("telemetry", 3)}
 
 # Commands of whose output the page shows nothing: what counts is what they write.
 UNSHOWN = {
-    *(("campaign", 1), ("campaign", 2), ("detumble", 2), ("detumble", 3), ("detumble", 4)),
+    *(("bench", 2), ("campaign", 1), ("campaign", 2)),
+    *(("detumble", 2), ("detumble", 3), ("detumble", 4)),
     *(
         ("field", 6),
         ("flight-software", 2),

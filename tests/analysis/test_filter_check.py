@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
+from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.analysis.filter_check import as_plain, check_filter, fly_filter
@@ -103,7 +104,7 @@ def scenario(estimator, **changes):
 @WHOLE_RUNS
 @pytest.mark.parametrize(
     "estimator",
-    [GYRO, GYRO | {"magnetometer_bias_sigma_nt": 300.0}, DYNAMICS],
+    slow_after(1, [GYRO, GYRO | {"magnetometer_bias_sigma_nt": 300.0}, DYNAMICS]),
     ids=["gyro", "gyro and magnetometer bias", "dynamics"],
 )
 def test_expected_accuracy_is_that_of_monte_carlo(estimator):

@@ -9,6 +9,7 @@ import types
 from concurrent.futures import Future
 
 import pytest
+from slow_cases import slow_after
 
 import torquer
 from torquer.campaign import fly
@@ -97,7 +98,7 @@ def test_a_cluster_gives_the_same_bits(cluster, flown):
     assert torquer.fly_campaign(scenario, made, where=ADDRESS).identical(whole)
 
 
-@pytest.mark.parametrize("at_the_end", [TimeoutError, OSError, RuntimeError])
+@pytest.mark.parametrize("at_the_end", slow_after(1, [TimeoutError, OSError, RuntimeError]))
 @pytest.mark.parametrize(
     ("event", "told"),
     [

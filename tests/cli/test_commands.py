@@ -129,7 +129,7 @@ def test_validate_says_whether_the_first_run_compiles(scenario, tmp_path):
 
     assert told in lines() and json.loads(lines("--json"))["compiles_first"] is True
     assert told not in lines(NUMBA_DISABLE_JIT="1")
-    kept = root / code_cache.source_key() / "simulation_0"
+    kept = root / code_cache.source_key() / "torquer.simulation"
     kept.mkdir()
     (kept / "step._run_steps-0.nbi").touch()
     assert told not in lines() and json.loads(lines("--json"))["compiles_first"] is False

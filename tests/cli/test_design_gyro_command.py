@@ -88,6 +88,7 @@ def _flights_are_those_of_its_campaign(path, found):
     assert theory["below_1_deg_s"] == pytest.approx(PERIOD_S * np.mean(last), rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_silent_magnetometer_switches_the_coils_off_until_it_reads_again(call, tmp_path):
     assert call("design", "magneto-gyro", EXAMPLE, *QUICK, "--out", tmp_path)[0] == 0
     scenario = load_scenario(tmp_path / "scenario.toml").replace("simulation.revolutions", 14.0)
@@ -128,6 +129,7 @@ def test_what_is_printed(call, changed):
     assert max(map(len, lines)) <= 140
 
 
+@pytest.mark.slow
 def test_the_wheel_that_is_recommended_is_better(call, strict_json, changed):
     own = "wheel_momentum_n_m_s = [0, 30, 0]"
     path = changed(own, "wheel_momentum_n_m_s = [0, 13.4, 0]")
@@ -140,6 +142,7 @@ def test_the_wheel_that_is_recommended_is_better(call, strict_json, changed):
     assert min(better["margins"].values()) > min(weak["margins"].values()) + 0.05
 
 
+@pytest.mark.slow
 def test_a_lower_degree_has_a_smaller_error(call, strict_json):
     costs = designed(call, strict_json, EXAMPLE)["costs"]
     degrees, errors = ([cost[key] for cost in costs] for key in ("degree", "error_deg"))
@@ -147,6 +150,7 @@ def test_a_lower_degree_has_a_smaller_error(call, strict_json):
     assert errors[0] < errors[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("inclination_deg", "ends"), [(98.8, (19.0, 161.0)), (26.0, (20.0, 160.0))]
 )
@@ -158,6 +162,7 @@ def test_inclinations_for_which_it_works(call, strict_json, changed, inclination
     assert ("inclination -10 deg" in unstable) == (inclination_deg == 26.0)
 
 
+@pytest.mark.slow
 def test_weak_coils_are_named_with_what_would_do(call, strict_json, changed):
     """Times are in proportion: the dipole that is named needs the time that is named."""
     path = changed("limit_a_m2 = 250", "limit_a_m2 = 5")
@@ -184,6 +189,7 @@ def test_what_is_left_out_is_said(call, strict_json, changed):
     ]
 
 
+@pytest.mark.slow
 def test_a_scenario_with_another_law_becomes_one_with_this(call, strict_json, scenario, tmp_path):
     """A small satellite, by the same rules; its own law and its goal for the rate are gone."""
     text = scenario.read_text().replace('{ kind = "averaged" }', '{ kind = "tilted_dipole" }')
@@ -210,6 +216,7 @@ def test_an_eccentric_orbit_is_designed_for_by_its_period(call, strict_json, cha
     assert any(note.startswith("the orbit's radius varies by 10 %") for note in found["notes"])
 
 
+@pytest.mark.slow
 def test_the_tip_off_rate_is_that_of_the_scenario_if_it_is_faster(call, strict_json, changed):
     faster = changed("rate_deg_s = [2.0, -1.5, 1.66]", "rate_deg_s = [4, 0, -3]")
     assert designed(call, strict_json, faster)["tip_off_deg_s"] == 5.0

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from slow_cases import slow_after
 
 import torquer
 from torquer.analysis.summary import summary_of
@@ -121,6 +122,7 @@ def plain(scenario) -> dict:
     return short(load_scenario(scenario))
 
 
+@pytest.mark.slow
 @needs_jit
 def test_extremes_in_a_plain_scenario(plain):
     refused, valid = try_all(plain, (*EXTREMES, *EDGES))
@@ -225,7 +227,7 @@ OPTIONS = [
 ]
 
 
-@pytest.mark.parametrize("line", OPTIONS, ids=lambda line: line[:20])
+@pytest.mark.parametrize("line", slow_after(2, sorted(OPTIONS)), ids=lambda line: line[:20])
 def test_extremes_of_options(call, strict_json, line):
     words = line.split()
     places = [n for n, word in enumerate(words) if re.fullmatch(r"[\d.]+(e\d+)?", word)]

@@ -112,7 +112,7 @@ MISTAKES = [
     ({"--model": "averaged"}, "--model: averaged is defined along an orbit only; "
      "must be one of igrf14, wmm2025, tilted_dipole, direct_dipole"),
     ({"--model": "igrf13"}, "--model: must be one of igrf14, wmm2025, tilted_dipole, "
-     "direct_dipole, averaged; received 'igrf13'"),
+     "direct_dipole, averaged, helmholtz_coils; received 'igrf13'"),
     ({"--model": "igrf14:x"}, "--model: must end with a degree, as in igrf14:6; received "
      "'igrf14:x'"),
     ({"--degree": "14"}, "--degree: must lie within 1..13 for igrf14; received 14"),

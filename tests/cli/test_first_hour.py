@@ -111,7 +111,7 @@ def test_init_copies_an_example_with_its_law(call, tmp_path, monkeypatch):
     [
         (["init"], "NAME: must be given; received nothing"),
         (["init", "a b"], "NAME: must begin with a letter, digit or '_'"),
-        (["init", "x", "--example", "chibis"], "--example: must be one of chibis_m_day, "),
+        (["init", "x", "--example", "chibis"], "--example: must be one of bench, chibis_m_day, "),
         (["init", "nowhere/x"], "NAME: must be a folder that can be written"),
     ],
 )

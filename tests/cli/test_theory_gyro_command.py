@@ -24,6 +24,7 @@ def models(call):
     return lambda *arguments: call("theory", "magneto-gyro", *arguments)
 
 
+@pytest.mark.slow
 def test_rows_of_text_and_law_are_printed_side_by_side(models):
     code, out, _ = models()
     assert code == 0
@@ -62,6 +63,7 @@ def test_noise_counts_once_a_control_step(name, noise_nt, interval_s):
     assert found == pytest.approx(wanted)
 
 
+@pytest.mark.slow
 def test_the_pictures_are_drawn(models, tmp_path, monkeypatch):
     from torquer.cli import theory_gyro_work as work
 

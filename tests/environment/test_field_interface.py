@@ -17,6 +17,8 @@ from torquer.geometry.frames import dcm_orbital_to_inertial
 
 RNG = np.random.default_rng(8)
 EVERY = pytest.mark.parametrize("kind", FIELDS)
+#: Those of the Earth: the coils of a bench give what they are set to.
+NATURAL = pytest.mark.parametrize("kind", [kind for kind in FIELDS if kind != "helmholtz_coils"])
 
 
 def orbit(n, seed=1):
@@ -48,7 +50,7 @@ def test_kind_is_the_key_and_specs_survive_json(kind):
         FIELDS[kind](kind="other")
 
 
-@EVERY
+@NATURAL
 def test_field_is_about_as_strong_as_the_earths(kind):
     model = FIELDS[kind]()
     r, v, dcm = orbit(200)
@@ -87,7 +89,7 @@ def test_field_turns_with_earth_and_orbit_about_the_axis(kind):
     assert np.abs(turned - b @ turn.T).max() < 1e-13 * np.abs(b).max()
 
 
-@EVERY
+@NATURAL
 def test_simple_models_resemble_igrf(kind):
     """On a 500 km orbit all stay within 40 % of IGRF, by component (root mean square)."""
     n = 400

@@ -9,6 +9,7 @@ from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, wit
 from law_cases import by_hand, compiled, inputs
 from scipy.spatial.transform import Rotation
 from scipy.stats import multivariate_normal
+from slow_cases import slow_after
 
 from torquer import resume, simulate
 from torquer.analysis.filter_check import fly_filter, members_of
@@ -179,7 +180,7 @@ def test_every_hypothesis_at_the_start_fits_the_reading(kind):
     assert np.exp(memory.log_weight[live]).sum() == pytest.approx(1.0, rel=1e-12, abs=0)
 
 
-@pytest.mark.parametrize("bias", [{}, {"magnetometer_bias_sigma_nt": 300.0}])
+@pytest.mark.parametrize("bias", slow_after(1, [{}, {"magnetometer_bias_sigma_nt": 300.0}]))
 def test_weights_follow_the_density_of_the_innovations(bias):
     """Differences between two hypotheses, beside the density by its definition."""
     row, parameters, memory = begun("kalman_dynamics", 5, **bias)

@@ -8,6 +8,7 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, SCENARIO, without
 from filter_twin import DynamicsTwin
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 from torquer import simulate
 from torquer.analysis.filter_check import fly_filter, members_of
@@ -44,7 +45,7 @@ def scenario(estimator=DYNAMICS, spacecraft=None, law=None, **changes):
 
 @pytest.mark.parametrize(
     ("sample_s", "rate_deg_s", "first", "within"),
-    [(1, (0.1, -0.06, 0.08), 0, 0.01), (8, (2, -1.2, 1.6), 50, 0.5)],
+    slow_after(1, [(1, (0.1, -0.06, 0.08), 0, 0.01), (8, (2, -1.2, 1.6), 50, 0.5)], names=4),
 )
 def test_estimates_are_those_of_the_twin(sample_s, rate_deg_s, first, within):
     """To a hundredth of sigma: the twin integrates by DOP853, linearises by differences.

@@ -10,6 +10,7 @@ import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO
 from filter_twin import GyroTwin, cross_matrix, discrete
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 import torquer
 from torquer import simulate
@@ -110,7 +111,9 @@ def transition(twin: GyroTwin, turn) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "estimator", [GYRO, BIASED, DYNAMICS, DIPOLE], ids=["gyro", "biased", "dynamics", "dipole"]
+    "estimator",
+    slow_after(2, [GYRO, DYNAMICS, BIASED, DIPOLE]),
+    ids=["gyro", "dynamics", "biased", "dipole"],
 )
 def test_errors_are_as_large_as_the_smoother_says(estimator):
     """40 runs of 40 minutes, the last third in the shadow: NEES of attitude and of all states."""

@@ -275,6 +275,7 @@ def test_a_ground_that_ends_leaves_no_trace_and_goes_on_where_it_was(second_flig
         until(lambda: client.value("omega_x")[0] > first[0])
 
 
+@pytest.mark.slow
 def test_a_lost_archive_needs_the_counter_of_commands(second_flight, tmp_path):
     tables = {"chibis": table(second_flight.address)}
     with serving(tmp_path, **tables) as client:

@@ -4,6 +4,7 @@ import json
 import shutil
 
 import pytest
+from slow_cases import slow_after
 
 import torquer
 from torquer.compile import engine
@@ -40,7 +41,8 @@ def edited(content):
 
 
 @pytest.mark.parametrize(
-    ("command", "compare"), [("run", ["compare"]), ("campaign", ["campaign", "compare"])]
+    ("command", "compare"),
+    slow_after(0, [("run", ["compare"]), ("campaign", ["campaign", "compare"])], names=2),
 )
 def test_an_edited_summary_changes_nothing(call, two, command, compare):
     path, (a, b), content = two(command)

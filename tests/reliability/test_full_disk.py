@@ -41,6 +41,7 @@ pytestmark = [
 ]
 
 
+@pytest.mark.slow
 def test_a_disk_that_is_full_at_the_end_leaves_a_checkpoint_to_go_on_from(
     shell, scenario_file, tmp_path
 ):

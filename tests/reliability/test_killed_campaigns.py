@@ -5,6 +5,7 @@ import time
 
 import pytest
 from reliability_processes import SCENARIO, done
+from slow_cases import slow_after
 
 import torquer
 from torquer.campaign.store import chunks_folder, chunks_there
@@ -48,7 +49,7 @@ def kill_and_resume(process, flown, out, number, where="threads"):
     assert not chunks_folder(out / "campaign.nc").exists()
 
 
-@pytest.mark.parametrize("where", ["threads", "processes"])
+@pytest.mark.parametrize("where", slow_after(1, ["processes", "threads"]))
 def test_a_killed_campaign_goes_on(process, flown, tmp_path, where):
     kill_and_resume(process, flown, tmp_path / "out", 0, where)
 

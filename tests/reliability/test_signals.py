@@ -8,6 +8,7 @@ import time
 import numpy as np
 import pytest
 from reliability_processes import KINDS, done
+from slow_cases import slow_after
 
 import torquer
 from torquer.compile import engine
@@ -86,7 +87,11 @@ def try_once(process, scenario_file, tmp_path, unbroken, law, name, number=0):
 
 @pytest.mark.parametrize(
     ("law", "name"),
-    [("built-in", "SIGKILL"), ("compiled", "SIGTERM"), ("plain", "SIGINT"), ("plain", "twice")],
+    slow_after(
+        2,
+        [("compiled", "SIGTERM"), ("plain", "twice"), ("built-in", "SIGKILL"), ("plain", "SIGINT")],
+        names=2,
+    ),
 )
 def test_a_signal_loses_nothing_that_was_recorded(
     process, scenario_file, tmp_path, unbroken, law, name

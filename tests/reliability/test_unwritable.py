@@ -89,6 +89,7 @@ def test_a_run_whose_disk_refuses(call, disk, scenario_file):
     assert check_every_write(call, disk, path, "run", "result.nc", WHY) >= 8
 
 
+@pytest.mark.slow
 def test_a_campaign_whose_disk_refuses(call, disk, scenario_file):
     path = scenario_file("built-in", 100.0, 10.0, runs=40)
     assert check_every_write(call, disk, path, "campaign", "campaign.nc", WHY) >= 12

@@ -344,6 +344,7 @@ def test_a_campaign_beside_itself_differs_in_nothing(result):
         assert each["difference"] == 0.0 and each["test"]["p"] == 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pairs", [True, False])
 def test_tests_err_as_seldom_as_they_say(pairs):
     """Of campaigns that are alike but for noise: p is uniform; missing values count as worst."""

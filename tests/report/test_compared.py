@@ -154,6 +154,7 @@ def test_joined_runs_keep_their_scenario_and_seed(detumble, short):
 # ------------------------------------------------------------------ notebooks
 
 
+@pytest.mark.slow
 def test_the_accessor_draws_the_pictures_of_the_report(short, tmp_path):
     written = {path.stem for path in torquer.write_report(short, tmp_path, plots=True).values()}
     assert set(dir(short.torquer.plot)) == written - {"report"}

@@ -223,6 +223,7 @@ def test_faults_of_the_table_are_notes(switched, view):
     assert note == "modes: task.safe: nothing leads out; declare it final = true if it is meant so"
 
 
+@pytest.mark.slow
 def test_states_and_their_deviations_have_panels_of_one_unit_each():
     """A covariance is shown by the standard deviations of what belongs together."""
     estimator = GYRO | {"record_covariance": True, "magnetometer_bias_sigma_nt": 300.0}

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from slow_cases import slow_after
 from unpacking import unpacked
 
 import torquer
@@ -332,7 +333,7 @@ ODD = {
 
 
 @pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize("case", ODD)
+@pytest.mark.parametrize("case", slow_after(2, ODD))
 def test_odd_runs_are_reported(make, tmp_path, case):
     result = simulate(make("odd", **ODD[case]))
     paths = write_report(result, tmp_path, plots=True)

@@ -54,7 +54,7 @@ CASES = [
      "(did you mean radius_m?)"),
     # kinds
     ({"orbit.kind": None},
-     "orbit.kind: must be one of circular, kepler, sgp4, numerical; received nothing"),
+     "orbit.kind: must be one of circular, kepler, sgp4, numerical, bench; received nothing"),
     ({"orbit.kind": "round"},
      f"orbit.kind: must be one of {', '.join(ORBITS)}; received 'round'"),
     ({"orbit": {"kind": "numerical"}, "orbit.start": {}},
@@ -126,7 +126,7 @@ CASES = [
     ({"control": {"laws": {"estimator": {"kind": "off"}}}},
      "control.laws.estimator: must have a name that no estimator has; received 'estimator'"),
     ({"environment.field": {}}, "environment.field.kind: must be one of igrf14, wmm2025, "
-     "tilted_dipole, direct_dipole, averaged; received nothing"),
+     "tilted_dipole, direct_dipole, averaged, helmholtz_coils; received nothing"),
     ({"orbit": "circular"}, "orbit: must be a table of keys; received 'circular'"),
     ({"orbit": [1]}, "orbit: must be a table of keys; received [1]"),
     ({"spacecraft": 3}, "spacecraft: must be a table of keys; received 3"),

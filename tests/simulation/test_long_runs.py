@@ -6,6 +6,7 @@ import signal
 import numpy as np
 import pytest
 from integrators import by
+from slow_cases import slow_after
 
 from torquer import RunStopped, law, load, resume, save, simulate
 from torquer.compile import engine
@@ -44,10 +45,12 @@ WAYS = {
     "adaptive steps": (FULL | by("auto"), 55),
 }
 #: For what concerns files, not bits: those that differ in where pieces end.
-OF_FILES = pytest.mark.parametrize("scenario", ["records", "few records"], indirect=True)
+OF_FILES = pytest.mark.parametrize(
+    "scenario", slow_after(1, ["few records", "records"]), indirect=True
+)
 
 
-@pytest.fixture(params=WAYS)
+@pytest.fixture(params=slow_after(0, list(WAYS)[:3]) + list(WAYS)[3:])
 def scenario(make, request, monkeypatch):
     """A scenario of four pieces: each costs some tenths of a second in a file."""
     changes, rows = WAYS[request.param]

@@ -361,6 +361,7 @@ def test_stopped_at_any_instant_a_run_goes_on_with_the_same_bits(wholes, integra
     assert same(resume(load(tmp_path / "part.nc"), laws=laws), whole)
 
 
+@pytest.mark.slow
 @settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -152,6 +152,7 @@ def best():
     return best_feedback(held, size, steps=32), held, size
 
 
+@pytest.mark.slow
 def test_constant_gains_settle_faster_than_scalar_ones_of_the_same_size(best):
     found, held, size = best
     assert np.linalg.norm(found.f) == pytest.approx(size, rel=1e-12)

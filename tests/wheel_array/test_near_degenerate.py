@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 from scipy.optimize import linprog
+from slow_cases import slow_after
 
 from torquer.wheel_array.allocation import allocate, minimax, wheel_set
 from torquer.wheel_array.demand import Box, Ellipsoid, greatest_share, greatest_share_of
@@ -23,7 +24,7 @@ from torquer.wheel_array.planes import FLAT, authority, face_rows, pair_normals
 from torquer.wheel_array.rates import worst_case
 from torquer.wheel_array.steering import steer, steering_of
 
-SEPARATIONS = [10.0**-k for k in range(3, 13)]
+SEPARATIONS = [10.0**-k for k in (7, 12, 3, 4, 5, 6, 8, 9, 10, 11)]
 C, S = np.cos(np.radians(10.0)), np.sin(np.radians(10.0))
 #: One axis and the same typed with eight decimals, and two others.
 TYPED = np.array([[C, S, 0.0], [round(C, 8), round(S, 8), 0.0], [0.0, C, S], [S, 0.0, C]])
@@ -110,7 +111,7 @@ def test_an_axis_typed_with_eight_decimals_loses_no_face():
     assert momenta @ np.array(wheels.axes) == pytest.approx(demand, abs=1e-13)
 
 
-@pytest.mark.parametrize("separation", [0.0, *SEPARATIONS])
+@pytest.mark.parametrize("separation", slow_after(3, [0.0, *SEPARATIONS]))
 def test_shares_and_allocations_are_optimal_at_any_separation(separation):
     checked = 0
     for seed in range(12):

@@ -134,6 +134,7 @@ def test_the_greatest_piece_is_the_measure_and_none_is_above_it(measure, demand)
         assert measure(demand)(axes, others).max() <= whole * (1.0 + 1e-12)
 
 
+@pytest.mark.slow
 def test_an_ellipsoid_whose_worst_points_meet_is_searched_to_an_optimum():
     """The greatest eigenvalue is double there: no single worst point, and no gradient."""
     demand = DEMANDS["ellipsoid"]
@@ -145,6 +146,7 @@ def test_an_ellipsoid_whose_worst_points_meet_is_searched_to_an_optimum():
             assert greatest_norm(four(near), demand) >= found.measure * (1.0 - 1e-13)
 
 
+@pytest.mark.slow
 def test_four_free_axes_for_all_directions_alike_are_those_of_a_regular_tetrahedron():
     """Its inner radius is sqrt(8/3) limits; eight parameters, of which three only turn it."""
     measure = search.least_peak(Ellipsoid(np.ones(3)))

@@ -32,6 +32,7 @@ NAMES = {
     "solar_pressure": "solar pressure",
     "residual_dipole": "residual dipole",
     "eddy_currents": "eddy currents",
+    "suspension": "bench: weight, friction",
     "unmodelled": "unmodelled",
     "constant_and_random": "constant, random",
     "all": "all disturbances",
@@ -125,6 +126,8 @@ def _disturbances(scenario: Scenario, t_s, along: Along) -> dict[str, np.ndarray
     for name, constants in zip(TORQUES, packed.acting, strict=False):
         if getattr(scenario.disturbance, name) is not None and name != "unmodelled":
             found[name] = acting_along(constants, along)
+    if scenario.disturbance and scenario.disturbance.suspension:
+        found["suspension"] = acting_along(packed.acting[-2], along)
     if scenario.disturbance and scenario.disturbance.unmodelled:
         found["unmodelled"] = _unmodelled(scenario, steps, along)
     if craft.coils and any(craft.coils.residual_dipole_a_m2):

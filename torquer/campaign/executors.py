@@ -31,7 +31,8 @@ _MOST_DEATHS = 3
 def chunk_elsewhere(pickled: bytes, first: int, last: int):
     """The dataset of members first..last-1, in a process that may not know the campaign yet.
 
-    `pickled`: the scenario, the campaign, and the export that flies or None. Text would lose which keys were given, and times.
+    `pickled`: the scenario, the campaign, and the export that flies or None. Text would lose which
+    keys were given, and times.
     """
     return _here(_fleet_of(pickled), first, last)
 

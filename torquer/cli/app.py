@@ -16,9 +16,11 @@ from torquer.cli.export import app as export_app
 from torquer.cli.field import app as field_app
 from torquer.cli.gallery import app as gallery_app
 from torquer.cli.ground import app as ground_app
+from torquer.cli.kernels import app as kernels_app
 from torquer.cli.mistakes import in_words
 from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, positive
 from torquer.cli.output import drop_output, finish_output, json_text, print_error
+from torquer.cli.telemetry import app as telemetry_app
 from torquer.cli.theory import app as theory_app
 from torquer.cli.wheels import app as wheels_app
 
@@ -37,6 +39,8 @@ app.command(export_app)
 app.command(field_app)
 app.command(gallery_app)
 app.command(ground_app)
+app.command(kernels_app)
+app.command(telemetry_app)
 app.command(theory_app)
 app.command(wheels_app)
 

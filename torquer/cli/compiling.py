@@ -31,10 +31,12 @@ def is_cold() -> bool:
 
 
 def _has_loop() -> bool:
-    """Whether the cache holds the simulation's loop."""
-    from torquer.compile.code_cache import FOLDER
+    """Whether the simulation's loop is on the disk, compiled."""
+    from torquer.compile.code_cache import FOLDER, READY, SOURCES
 
-    return FOLDER is not None and any(FOLDER.glob("simulation_*/step._run_steps-*.nbi"))
+    folders = (FOLDER, READY and READY / SOURCES)
+    loop = "torquer.simulation/step._run_steps-*.nbi"
+    return any(folder is not None and any(folder.glob(loop)) for folder in folders)
 
 
 def ahead() -> bool:

@@ -167,3 +167,69 @@ def detumble(
     from torquer.cli import design_detumble_work as work
 
     return work.show(scenario, how, code)
+
+
+@options
+class CoilOptions:
+    """Options of `torquer design coil`."""
+
+    dipole_a_m2: Annotated[float, positive()]
+    """Dipole that the coil must have."""
+    diameter_m: Annotated[float, positive()]
+    """Diameter of its turns."""
+    mass_kg: Annotated[float, positive()]
+    """Mass of its wire, without insulation."""
+    metal: Literal["copper", "aluminium"] = "copper"
+    """Metal of the wire in the table of gauges."""
+    temperature_c: Annotated[float, within(-100.0, 200.0)] = 20.0
+    """Temperature of the wire."""
+    voltage_v: Annotated[float | None, positive()] = None
+    """Greatest voltage; thinner wire needs more [no limit]."""
+    current_a: Annotated[float | None, positive()] = None
+    """Greatest current; thicker wire needs more [no limit]."""
+    json: Json = False
+
+
+@app.command(name="coil")
+def coil(*, how: CoilOptions) -> int:
+    """A magnetorquer without a core: power of copper and aluminium, and its wire by gauge.
+
+    The power follows from dipole, diameter and mass alone; the gauge divides it between voltage and
+    current. Round turns of bare wire are assumed; the wound section is 60 % metal.
+    """
+    from torquer.cli import design_coil_work as work
+
+    return work.show(how)
+
+
+@options
+class BenchOptions:
+    """Options of `torquer design bench`: ratios of orbit to bench."""
+
+    time_s: Annotated[float, positive()]
+    """Time that the bench took to stop the rotation."""
+    bench_inertia: Annotated[float, positive()]
+    """Moment of inertia on the bench [kg m^2]."""
+    inertia: Annotated[float, positive()]
+    """That of the satellite [kg m^2]."""
+    bench_field_nt: Annotated[float, positive()]
+    """Field of the bench."""
+    field_nt: Annotated[float, positive()]
+    """Field in orbit."""
+    dipole_ratio: Annotated[float, positive()] = 1.0
+    """Dipole limit of the satellite over that on the bench."""
+    gain_ratio: Annotated[float, positive()] = 1.0
+    """Gain of B-dot of the satellite over that on the bench."""
+    json: Json = False
+
+
+@app.command(name="bench")
+def bench(*, how: BenchOptions) -> int:
+    """From a B-dot test on a bench to the time in orbit, for the same initial rate.
+
+    Coils at their limits: the time goes with inertia over field. Below the limits: with inertia
+    over the square of the field. A test usually begins with the first and ends with the second.
+    """
+    from torquer.cli import design_coil_work as work
+
+    return work.show_bench(how)

@@ -30,6 +30,15 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer completion --install",
     ),
     "design": ("torquer design three-axis --help",),
+    "design bench": (
+        "torquer design bench --time-s 600 --bench-inertia 0.4 --inertia 1.6 --bench-field-nt 1e5 "
+        "--field-nt 1e4",
+    ),
+    "design coil": (
+        "torquer design coil --dipole-a-m2 3.2 --diameter-m 0.3 --mass-kg 0.4 --voltage-v 12",
+        "torquer design coil --dipole-a-m2 3.2 --diameter-m 0.3 --mass-kg 0.4 --metal aluminium "
+        "--json",
+    ),
     "design detumble": (
         "torquer design detumble examples/chibis_m_detumble.toml --tip-off-deg-s 10 "
         "--out runs/gain",
@@ -110,6 +119,8 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer init my_satellite --example wheels_in_flight",
         "torquer init --list",
     ),
+    "kernels": ("torquer kernels build examples/chibis_m_detumble.toml --out kernels",),
+    "kernels build": ("torquer kernels build examples/chibis_m_detumble.toml --out kernels",),
     "modes": (
         "torquer modes examples/sun_pointing.toml",
         "torquer modes examples/sun_pointing.toml --svg modes.svg",
@@ -128,6 +139,11 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "session": ("torquer session replay runs/chibis_m_day-flight/session.json",),
     "session bisect": ("torquer session bisect runs/a/session.json runs/b/session.json",),
     "session replay": ("torquer session replay runs/chibis_m_day-flight/session.json",),
+    "telemetry": (
+        "torquer telemetry pass.csv --mapping pass.mapping.toml --orbit my_satellite.tle",
+        "torquer telemetry runs/a/result.nc --orbit examples/chibis_m_detumble.toml --model shift",
+    ),
+    "telemetry init": ("torquer telemetry init pass.csv --out pass.mapping.toml",),
     "theory": (
         "torquer theory bdot --altitude-km 550 --inclination-deg 51.6 "
         "--inertia 1.0 1.2 1.5 --gain 1e6",

@@ -1,7 +1,7 @@
 """Compiled code on the disk: in a folder of the user's own, every file sealed by a digest.
 
 Numba believes what it finds in its cache, and what it finds is executed. So a folder in which
-others can write is not used, and what is damaged is compiled anew. Numba does not notice an edited
+others can write is not used, and what is damaged is compiled again. Numba does not notice an edited
 callee in another file either: the folder is named by a hash of all sources that hold kernels.
 """
 
@@ -26,13 +26,18 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
-PACKAGE = Path(__file__).parent.parent
+from torquer.compile.ready import GENERIC, ready_folder
+
+PACKAGE = Path(__file__).resolve().parent.parent
 #: Rooms without kernels: editing them must not throw compiled code away.
 ROOMS_WITHOUT_KERNELS = (
     "notes",
     "scenario",
     "analysis",
     "campaign",
+    "export",
+    "ground",
+    "link",
     "onboard",
     "packets",
     "report",
@@ -57,7 +62,7 @@ def _tell(text: str) -> None:
         warnings.warn(text, CacheNote, stacklevel=2)
 
 
-def source_key(versions: str = f"{numba.__version__} {sys.version}") -> str:
+def source_key(versions: str = f"{numba.__version__} {sys.implementation.cache_tag}") -> str:
     """Hash of every source file that can hold a kernel and, unless left out, of Numba's version."""
     digest = hashlib.sha256(versions.encode())
     for path in sorted(PACKAGE.rglob("*.py")):
@@ -103,7 +108,7 @@ def _folder() -> Path | None:
     reasons = []
     for root_of in (cache_root, _root_for_now):
         try:
-            folder = _made_private(_made_private(root_of()) / source_key())
+            folder = _made_private(_made_private(root_of()) / SOURCES)
             with tempfile.TemporaryFile(dir=folder):
                 return folder
         except OSError as error:
@@ -115,9 +120,14 @@ def _folder() -> Path | None:
     return None
 
 
+#: Digest of the sources as they were when this process began.
+SOURCES = source_key()
 FOLDER = _folder()
-if FOLDER:
-    numba.config.CACHE_DIR = str(FOLDER)
+READY, _reason = ready_folder(SOURCES)
+if _reason:
+    _tell(_reason)
+if FOLDER or READY:
+    numba.config.CACHE_DIR = str(FOLDER or READY / SOURCES)
 
 
 class _SealedFile(IndexDataCacheFile):
@@ -156,7 +166,9 @@ class _SealedFile(IndexDataCacheFile):
 
 def _seal_of(path: str, content: bytes | memoryview) -> bytes:
     """Digest of the content of a file and of its place in the cache, which may be moved whole."""
-    place = os.path.relpath(path, FOLDER.parent if FOLDER else None).replace(os.sep, "/")
+    whole = Path(path)
+    root = READY if READY and whole.is_relative_to(READY) else FOLDER.parent if FOLDER else None
+    place = os.path.relpath(path, root).replace(os.sep, "/")
     digest = hashlib.sha256(f"{place}\n".encode())
     digest.update(content)
     return digest.digest()
@@ -178,10 +190,26 @@ def _is_sound(path: str) -> bool:
 
 
 class _Locator(UserProvidedCacheLocator):
-    """Our folder alone; it was tried on import, not once more for each of 500 functions."""
+    """Our folder alone; it was tried on import, not once more for each of 500 functions.
+
+    The package's own code is found again wherever the package is installed: its place is that in
+    the package, and FOLDER is named by the sources' content already.
+    """
 
     def ensure_cache_path(self):
         os.makedirs(self.get_cache_path(), exist_ok=True)
+
+    @classmethod
+    def get_suitable_cache_subpath(cls, py_file):
+        file = Path(py_file).resolve()
+        if file.is_relative_to(PACKAGE):
+            return ".".join(file.parent.relative_to(PACKAGE.parent).parts)
+        return super().get_suitable_cache_subpath(py_file)
+
+    def get_source_stamp(self):
+        if Path(self._py_file).resolve().is_relative_to(PACKAGE):
+            return SOURCES
+        return super().get_source_stamp()
 
 
 class _Files(CompileResultCacheImpl):
@@ -189,14 +217,33 @@ class _Files(CompileResultCacheImpl):
 
 
 class _SealedCache(FunctionCache):
-    """Numba's cache of a function, in such files."""
+    """Numba's cache of a function, in such files; what it lacks may be among the ready kernels."""
 
     _impl_class = _Files
 
     def __init__(self, py_func):
         super().__init__(py_func)
-        stamp = self._impl.locator.get_source_stamp()
-        self._cache_file = _SealedFile(self._cache_path, self._impl.filename_base, stamp)
+        stamp, base = self._impl.locator.get_source_stamp(), self._impl.filename_base
+        self._cache_file = _SealedFile(self._cache_path, base, stamp)
+        self._ready_file = None
+        if READY and stamp == SOURCES:
+            place = READY / SOURCES / Path(self._cache_path).name
+            self._ready_file = _SealedFile(str(place), base, stamp)
+
+    def _load_overload(self, sig, target_context):
+        found = super()._load_overload(sig, target_context)
+        if found is None and self._ready_file:
+            key = _generic(self._index_key(sig, target_context.codegen()))
+            if data := self._ready_file.load(key):
+                found = self._impl.rebuild(target_context, data)
+        return found
+
+    def holds(self, sig, target_context) -> bool:
+        """Whether the code for a signature is on the disk."""
+        key = self._index_key(sig, target_context.codegen())
+        if key in self._cache_file._load_index():
+            return True
+        return self._ready_file is not None and _generic(key) in self._ready_file._load_index()
 
     def load_overload(self, sig, target_context):
         """What is on the disk, without the compiler's tables, which only compiling needs: loading
@@ -208,9 +255,16 @@ class _SealedCache(FunctionCache):
     def save_overload(self, sig, data):
         """Keep compiled code if there is room for it."""
         try:
-            super().save_overload(sig, data)
+            if FOLDER:
+                super().save_overload(sig, data)
         except OSError as error:
             _tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
+
+
+def _generic(key):
+    """The key of an entry, for a processor of any kind."""
+    signature, (triple, *_), code = key
+    return signature, (triple, *GENERIC.values()), code
 
 
 def kept(function):
@@ -218,7 +272,7 @@ def kept(function):
 
     That of a notebook's cell, which has no file, is compiled in every process.
     """
-    if FOLDER is None or not hasattr(function, "enable_caching"):
+    if not (FOLDER or READY) or not hasattr(function, "enable_caching"):
         return function
     if not os.path.exists(function.py_func.__code__.co_filename):
         return function
@@ -227,7 +281,7 @@ def kept(function):
     except (RuntimeError, OSError) as error:
         _tell(f"compiled code is not kept, so that it is compiled at every start: {error}")
         return function
-    if Path(cache.cache_path).is_relative_to(FOLDER):  # NUMBA_CACHE_LOCATOR_CLASSES moves it
+    if Path(cache.cache_path).is_relative_to(FOLDER or READY):  # the locator may be another
         function._cache = cache
     return function
 
@@ -237,8 +291,7 @@ def is_missing(function, signature) -> bool:
     cache = getattr(function, "_cache", None)
     if not isinstance(cache, _SealedCache):
         return False
-    key = cache._index_key(signature, function.targetctx.codegen())
-    return key not in cache._cache_file._load_index()
+    return not cache.holds(signature, function.targetctx)
 
 
 def keep_off_disk(*kernels) -> None:

@@ -52,10 +52,12 @@ _COMPARE: dict[type, tuple[str, int, Callable]] = {
 }
 #: Functions of doubles in C with the bits of Python's; both call the same library.
 OF_DOUBLES: dict[Callable, str] = {
+    **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.export.portable`
+        math.sin, math.cos, math.asin, math.acos, math.atan, math.atan2,
+    )},
     **{f: f.__name__ for f in (
-        math.sqrt, math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.atan2,
-        math.exp, math.expm1, math.log, math.log1p, math.log2, math.log10, math.sinh, math.cosh,
-        math.tanh, math.fmod, math.copysign, math.fabs, math.pow,
+        math.sqrt, math.tan, math.exp, math.expm1, math.log, math.log1p, math.log2, math.log10,
+        math.sinh, math.cosh, math.tanh, math.fmod, math.copysign, math.fabs, math.pow,
     )},
     np.sqrt: "sqrt", np.abs: "fabs", np.fabs: "fabs", np.copysign: "copysign", np.floor: "floor",
     np.ceil: "ceil", np.trunc: "trunc", np.fmod: "fmod",

@@ -7,14 +7,20 @@ from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
 from torquer.export.in_the_loop import in_the_loop_text
 from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
-from torquer.export.print_c import INCLUDES, program_text, types_text
+from torquer.export.portable import PORTABLE
+from torquer.export.print_c import INCLUDES, program_text, signature, types_text
+from torquer.export.program import translated
 from torquer.export.recording import recorded
 from torquer.export.refusal import Refused
 from torquer.export.tables import constant_text, numbers_of
+from torquer.export.types import DOUBLE
 from torquer.scenario.spec import Scenario
 from torquer.spec import checked
 from torquer.version import VERSION
 
+#: What runs an export on an emulated processor, copied as it is.
+_HARNESS = Path(__file__).parent / "harness"
+_OF_HARNESS = ("pil.py", "start.c", "target.ld")
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -67,6 +73,27 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
+        "Makefile": "pil:\n\tpython3 test/pil.py\n\n.PHONY: pil\n",
+        **_portable(),
+        **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
+    }
+
+
+def _portable() -> dict[str, str]:
+    """Functions of angles with the same bits everywhere; see `torquer.export.portable`."""
+
+    def build(program):
+        for kernel in PORTABLE.values():
+            types = [DOUBLE] * kernel.__code__.co_argcount
+            program.function(kernel, types).is_public = True
+
+    program = translated(build)
+    public = [each for each in program.functions.values() if each.is_public]
+    prototypes = "".join(f"{signature(program, each)};\n" for each in public)
+    places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
+    return {
+        "adcs_math.h": _filled(texts.MATH_HEADER, {"prototypes": prototypes}),
+        "adcs_math.c": _filled(texts.MATH, places),
     }
 
 

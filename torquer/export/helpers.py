@@ -108,3 +108,27 @@ static int64_t place_of(int64_t index, int64_t n)
     return (index < 0) ? index + n : index;
 }""",
 }
+
+
+def _of_library(name: str, arguments: str) -> str:
+    """A function of the library, or the portable one where the build asks for it."""
+    taken = ", ".join(f"double {each}" for each in arguments)
+    given = ", ".join(arguments)
+    return f"""\
+/* {name}: the library's, or with ADCS_PORTABLE the one whose bits are the same everywhere */
+static double {name}_of({taken})
+{{
+#ifdef ADCS_PORTABLE
+    return portable_{name}({given});
+#else
+    return {name}({given});
+#endif
+}}"""
+
+
+HELPERS |= {
+    f"{name}_of": _of_library(name, arguments)
+    for name, arguments in {
+        "sin": "x", "cos": "x", "asin": "x", "acos": "x", "atan": "x", "atan2": "yx",
+    }.items()
+}  # fmt: skip

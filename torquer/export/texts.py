@@ -73,6 +73,9 @@ const $computer *adcs_constants(void);
 SOURCE = """\
 /* Kernels of the on-board computer of $name, exported by torquer $version. */
 #include "adcs.h"
+#ifdef ADCS_PORTABLE
+#include "adcs_math.h"
+#endif
 
 #include <float.h>
 
@@ -185,12 +188,16 @@ set(CMAKE_C_EXTENSIONS OFF)
 # no product is fused into a sum: the bits would be others
 add_compile_options(-ffp-contract=off -pedantic -Wall -Wextra -Wconversion)
 add_compile_options(-Wdouble-promotion -Wshadow)
-add_library(adcs adcs.c adcs_tables.c)
+add_library(adcs adcs.c adcs_tables.c adcs_math.c)
+option(ADCS_PORTABLE "sin, cos, atan2 and their like of adcs_math.c in place of the library's" OFF)
+if(ADCS_PORTABLE)
+    target_compile_definitions(adcs PRIVATE ADCS_PORTABLE)
+endif()
 target_include_directories(adcs PUBLIC ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(adcs PUBLIC m)
 
 # for torquer run SCENARIO --computer build/libadcs_in_the_loop.so
-add_library(adcs_in_the_loop SHARED adcs.c adcs_tables.c test/in_the_loop.c)
+add_library(adcs_in_the_loop SHARED adcs.c adcs_tables.c adcs_math.c test/in_the_loop.c)
 target_include_directories(adcs_in_the_loop PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
 target_link_libraries(adcs_in_the_loop PRIVATE m)
 
@@ -202,6 +209,7 @@ add_test(NAME replay COMMAND replay ${CMAKE_CURRENT_SOURCE_DIR}/test/recorded.bi
 
 REPLAY = """\
 /* Replay recorded control steps and compare every bit: replay recorded.bin
+   replay recorded.bin OUT: the same inputs, with the answers of this build in place of the recorded
 
    A step in the file: 1.0 if the computer began anew before it, the inputs, the command, a mark of
    the whole state. A number that is not one has one mark, whatever its bits. */
@@ -252,8 +260,24 @@ static bool is_same_command(const adcs_command *command, const double *recorded)
     return same;
 }
 
-/* Number of steps that are the same; `step` becomes the first that is not. */
-static uint64_t replayed(FILE *file, const head_of_file *head, uint64_t *step)
+#ifdef ADCS_AROUND_STEP
+void adcs_before_step(void);
+void adcs_after_step(void);
+#else
+#define adcs_before_step()
+#define adcs_after_step()
+#endif
+
+static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
+    const adcs_command *command, uint64_t mark)
+{
+    return fwrite(&anew, sizeof anew, 1, out) == 1 && fwrite(inputs, sizeof *inputs, 1, out) == 1 &&
+        fwrite(command, sizeof *command, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
+}
+
+/* Number of steps that are the same; `step` becomes the first that is not. With `out`, answers are
+   written and not compared. */
+static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64_t *step)
 {
     static adcs_state state;
     uint64_t same = 0;
@@ -273,8 +297,14 @@ static uint64_t replayed(FILE *file, const head_of_file *head, uint64_t *step)
         if (anew > 0.0) {
             adcs_init(&state);
         }
+        adcs_before_step();
         adcs_step(&state, &inputs, &command);
-        if (!is_same_command(&command, recorded) || mark_of(&state) != mark) {
+        adcs_after_step();
+        if (out != NULL) {
+            if (!is_written(out, anew, &inputs, &command, mark_of(&state))) {
+                break;
+            }
+        } else if (!is_same_command(&command, recorded) || mark_of(&state) != mark) {
             break;
         }
         same++;
@@ -288,6 +318,7 @@ int main(int count, char **arguments)
     uint64_t step = 0;
     uint64_t same;
     FILE *file = (count > 1) ? fopen(arguments[1], "rb") : NULL;
+    FILE *out = (count > 2) ? fopen(arguments[2], "wb") : NULL;
     if (!adcs_self_test()) {
         printf("this build computes otherwise: compile with -ffp-contract=off\\n");
         return 2;
@@ -302,24 +333,60 @@ int main(int count, char **arguments)
         (void)fclose(file);
         return 2;
     }
-    same = replayed(file, &head, &step);
+    if (count > 2 && (out == NULL || fwrite(&head, sizeof head, 1, out) != 1)) {
+        printf("%s cannot be written\\n", arguments[2]);
+        (void)fclose(file);
+        return 2;
+    }
+    same = replayed(file, out, &head, &step);
     (void)fclose(file);
+    if (out != NULL && fclose(out) != 0) {
+        same = 0;
+    }
     if (same != head.steps) {
         printf("the first difference is at step %lu of %lu\\n", (unsigned long)step,
             (unsigned long)head.steps);
         return 1;
     }
-    printf("%lu control steps: the same bits in commands and state\\n", (unsigned long)same);
+    printf("%lu control steps: %s\\n", (unsigned long)same,
+        (count > 2) ? "written" : "the same bits in commands and state");
     return 0;
 }
 """
+
+MATH_HEADER = """\
+/* Functions of angles whose bits are the same with every C library, for builds with ADCS_PORTABLE:
+   the double nearest to the true value, but for about one argument in 10^8 or more. */
+#ifndef ADCS_MATH_H
+#define ADCS_MATH_H
+
+$prototypes
+#endif
+"""
+
+MATH = """\
+/* Functions of angles, the same bits with every C library; exported by torquer $version. */
+#include "adcs_math.h"
+
+$includes
+$program"""
 
 README = """\
 # On-board computer of $name
 
 Exported by torquer $version as C99: estimators, modes and laws of one control step, with the bits
-that they have in the simulation. It needs `sqrt`, `sin`, `cos` and further functions of the C
-library; where these differ from the library of the simulation, so do the last bits.
+that they have in the simulation.
+
+It needs functions of the C library. `sqrt`, `floor`, `fmod` and `copysign` have the same bits in
+all. `sin`, `cos`, `asin`, `acos`, `atan`, `atan2` differ in the last bit from library to library:
+with `ADCS_PORTABLE` defined the build takes those of `adcs_math.c`, which round correctly.
+
+| build | has the bits of |
+|---|---|
+| with the library of the simulation | the simulation: `test/replay.c` compares them |
+| `ADCS_PORTABLE`, for whatever target | every other such build, not always of the simulation |
+
+`exp`, `pow`, `log` and others are the library's in both.
 
 ## Use
 
@@ -353,6 +420,19 @@ $constants
 and compares every bit of commands and state. Compile with `-ffp-contract=off`, as CMakeLists.txt
 does. `torquer run SCENARIO --computer FOLDER` flies this library in the simulation, in place of the
 kernels from which it was translated; `torquer campaign` does so, too.
+
+## Replay on an emulated processor
+
+    make pil
+
+builds the replay for an ARM Cortex-M7 with `ADCS_PORTABLE`, runs it in QEMU, and compares all bits
+with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
+`libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
+exit code 77. What it measured goes into this file.
+
+<!-- targets -->
+No target was tried yet.
+<!-- end of targets -->
 
 ## What is not in it
 

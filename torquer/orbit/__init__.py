@@ -9,14 +9,21 @@ from typing import Annotated, Union
 
 from pydantic import Field
 
+from torquer.orbit.bench import Bench
 from torquer.orbit.circular import Circular
 from torquer.orbit.kepler import Kepler
 from torquer.orbit.numerical import Numerical
 from torquer.orbit.sgp4 import Sgp4
 
 #: Every orbit by its `kind`.
-ORBITS = {"circular": Circular, "kepler": Kepler, "sgp4": Sgp4, "numerical": Numerical}
+ORBITS = {
+    "circular": Circular,
+    "kepler": Kepler,
+    "sgp4": Sgp4,
+    "numerical": Numerical,
+    "bench": Bench,
+}
 
 AnyOrbit = Annotated[Union[tuple(ORBITS.values())], Field(discriminator="kind")]  # noqa: UP007
 
-__all__ = ["ORBITS", "AnyOrbit", "Circular", "Kepler", "Numerical", "Sgp4"]
+__all__ = ["ORBITS", "AnyOrbit", "Bench", "Circular", "Kepler", "Numerical", "Sgp4"]

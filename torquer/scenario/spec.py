@@ -271,6 +271,7 @@ class Scenario(Spec):
 
     def _check_disturbance(self) -> None:
         """Torques have what they need: parts, whole steps, an integrator that supports them."""
+        self._check_bench()
         given = self.disturbance
         if given is None:
             return
@@ -286,6 +287,37 @@ class Scenario(Spec):
             raise ValueError(
                 "simulation.integrator: must be 'auto' or 'rk4' with "
                 "disturbance.eddy_currents; received 'splitting'"
+            )
+
+    def _check_bench(self) -> None:
+        """What belongs to a test bench is given for a bench, and complete."""
+        is_bench = self.orbit.kind == "bench"
+        if self.environment.field.kind == "helmholtz_coils" and not is_bench:
+            raise ValueError(
+                "environment.field.kind: must be another than 'helmholtz_coils' unless orbit.kind "
+                f"is 'bench'; received it with {self.orbit.kind!r}"
+            )
+        if self.disturbance is None or self.disturbance.suspension is None:
+            return
+        if not is_bench:
+            raise ValueError(
+                "disturbance.suspension: must be left out unless orbit.kind is 'bench'; received "
+                f"it with {self.orbit.kind!r}"
+            )
+        if self.spacecraft.body.mass_kg is None:
+            raise ValueError(
+                "spacecraft.body.mass_kg: must be given with disturbance.suspension, for the "
+                "weight; received none"
+            )
+        if not self.environment.gravity_gradient:
+            raise ValueError(
+                "environment.gravity_gradient: must be true with disturbance.suspension, whose "
+                "vertical is that of the gravity; received false"
+            )
+        if self.simulation.integrator == "splitting":
+            raise ValueError(
+                "simulation.integrator: must be 'auto' or 'rk4' with disturbance.suspension; "
+                "received 'splitting'"
             )
 
     def _check_end(self) -> None:
@@ -373,8 +405,11 @@ class Scenario(Spec):
         """Constants of the torques of `torquer.spacecraft.disturbance`, () for none."""
         if self.disturbance is None:
             return ()
-        air = self.spacecraft.aerodynamics
-        return self.disturbance.pack(air.parts if air else ())
+        air, hung = self.spacecraft.aerodynamics, self.disturbance.suspension
+        packed = None
+        if hung is not None:
+            packed = hung.pack(self.spacecraft.body.mass_kg, *self._angle_and_rate())
+        return self.disturbance.pack(air.parts if air else (), packed)
 
     def unmodelled_torque(self) -> Unmodelled | tuple[()]:
         """Sizes and jumps of the unmodelled torque; () where none of `acting_torques` acts."""
@@ -388,8 +423,9 @@ class Scenario(Spec):
 
     def orbit_angle(self) -> tuple[float, ...]:
         """Argument of latitude at the start [rad], mean orbital rate [rad/s]; () if not needed."""
-        if not self.acting_torques():
-            return ()
+        return self._angle_and_rate() if self.acting_torques() else ()
+
+    def _angle_and_rate(self) -> tuple[float, float]:
         r, v = self.orbit_environment().state(np.zeros(1))
         return argument_of_latitude(r[0], v[0]), self.orbit.rate_rad_s(self.start)
 

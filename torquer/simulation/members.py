@@ -16,8 +16,8 @@ from torquer.compile.lanes import Layout, Rows, lane_maker, lane_plant, lane_sta
 from torquer.noise import normal3
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
-#: follow the motion; a command from outside is awaited.
-RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING = range(5)
+#: follow the motion; a command from outside is awaited; the body strikes the ring of a test bench.
+RUNNING, BAD_STATE, BAD_COMMAND, COARSE_STEP, WAITING, TILTED = range(6)
 #: Streams of random numbers for the readings, from 0 on.
 STREAMS = 12
 _drawn_in = lane_maker(Rows((STREAMS, 3), 1))

@@ -21,6 +21,7 @@ from torquer.simulation.members import (
     COARSE_STEP,
     RUNNING,
     STREAMS,
+    TILTED,
     Member,
     One,
 )
@@ -336,6 +337,13 @@ def reason(run: Run, ended: int) -> str:
     if ended == BAD_STATE:
         return (
             f"the state stopped being finite after t = {t:g} s; last quaternion and rate: {shown}"
+        )
+    if ended == TILTED:
+        limit = run.scenario.disturbance.suspension.tilt_limit_deg
+        return (
+            f"the body tilts beyond the bearing's {limit:g} deg (disturbance.suspension."
+            f"tilt_limit_deg) and strikes its ring after t = {t:g} s; last quaternion and rate: "
+            f"{shown}"
         )
     if ended == COARSE_STEP:
         return (

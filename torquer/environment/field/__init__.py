@@ -12,6 +12,7 @@ from torquer.environment.field.averaged import Averaged
 from torquer.environment.field.direct_dipole import DirectDipole
 from torquer.environment.field.gauss import Gauss, Igrf14, Wmm2025
 from torquer.environment.field.globe import Elements, at_geodetic, elements
+from torquer.environment.field.helmholtz_coils import HelmholtzCoils
 from torquer.environment.field.model import FieldModel
 from torquer.environment.field.tilted_dipole import TiltedDipole
 
@@ -22,11 +23,13 @@ FIELDS = {
     "tilted_dipole": TiltedDipole,
     "direct_dipole": DirectDipole,
     "averaged": Averaged,
+    "helmholtz_coils": HelmholtzCoils,
 }
 
 #: Any field model, discriminated by `kind`.
 AnyField = Annotated[
-    Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged, Field(discriminator="kind")
+    Igrf14 | Wmm2025 | TiltedDipole | DirectDipole | Averaged | HelmholtzCoils,
+    Field(discriminator="kind"),
 ]
 
 __all__ = [
@@ -37,6 +40,7 @@ __all__ = [
     "Elements",
     "FieldModel",
     "Gauss",
+    "HelmholtzCoils",
     "Igrf14",
     "TiltedDipole",
     "Wmm2025",

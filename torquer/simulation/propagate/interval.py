@@ -17,6 +17,8 @@ from torquer.geometry.vec3 import dot
 from torquer.simulation.members import (
     BAD_STATE,
     COARSE_STEP,
+    RUNNING,
+    TILTED,
     Many,
     One,
     each,
@@ -43,6 +45,7 @@ from torquer.simulation.propagate.forces import (
 from torquer.simulation.propagate.random_torques import draw_torques_step, next_draw
 from torquer.simulation.state import here_in, motion_of, put_here, put_motion
 from torquer.spacecraft.coils import advance_coils
+from torquer.spacecraft.disturbance.acting import leaves_bearing
 
 #: Whether `propagate` looks if the step follows the motion before it starts: no; yes, and adds up
 #: what the steps to the next record do by themselves; yes, and nothing else.
@@ -104,15 +107,31 @@ def rk4_phase(member, here, middle, end, left, step, h):
     put_motion(cells, x)
 
 
+@internal
+def strikes_ring(acting, tables, x, t):
+    """Whether a body on a bearing is tilted beyond its limit at a time t [s]."""
+    if len(acting) == 0:
+        return False
+    return leaves_bearing(acting, environment_at(tables, t), x.q)
+
+
+@internal
+def stays_on_bearing(member, tables, t):
+    """Whether a member's body is not tilted beyond a limit."""
+    return not strikes_ring(member.constants.rigid.acting, tables, motion_of(member.state.cells), t)
+
+
 def advance(members, problem, here, step, until):
-    """Advance the motion; whether it is finite. The last finite one stays in the state."""
+    """Advance the motion; RUNNING, or how it ended: then the state keeps the motion before."""
     member, h = members.member, problem.step_s
     cells, forces = member.state.cells, forces_now(member, problem.tables)
     x = steps_by(problem.integrator, forces, cells[0], motion_of(cells), here, step, until, h)
     if not is_finite(x):
-        return False
+        return BAD_STATE
+    if strikes_ring(forces.rigid.acting, problem.tables, x, until * h):
+        return TILTED
     put_motion(cells, x)
-    return True
+    return RUNNING
 
 
 @overload(advance, jit_options=INLINED_OPTIONS)
@@ -128,7 +147,9 @@ def _advance(members, problem, here, step, until):
             left = left_in_step(lag_s, (k - step) * h, h)
             each(members, rk4_phase, here, middle, end, left, k, h)
             here = end
-        return not must_stop(members, has_motion, BAD_STATE, until)
+        must_stop(members, has_motion, BAD_STATE, until)
+        must_stop(members, stays_on_bearing, TILTED, until, problem.tables, until * h)
+        return RUNNING
 
     return in_lanes
 
@@ -169,7 +190,7 @@ def _is_too_coarse(integrator, problem, b_inertial, step, look):
 def _propagate(address, step, last, look):
     """Go on from a step to `last`, or to where a torque jumps before; the step reached.
 
-    Negative if it ended there: less BAD_STATE or COARSE_STEP. `look`: one of those above.
+    Negative if it ended there: less BAD_STATE, COARSE_STEP or TILTED. `look`: one of those above.
     """
     problem = whole(record_at(address))
     members, h = problem.members, problem.step_s
@@ -180,8 +201,9 @@ def _propagate(address, step, last, look):
         return step
     until = next_draw(first_of(members).constants, step, last)
     each(members, draw_torques_step, step)
-    if not advance(members, problem, here, step, until):
-        return -BAD_STATE
+    ended = advance(members, problem, here, step, until)
+    if ended != RUNNING:
+        return -ended
     each(members, actuators_step, (until - step) * h)
     put_here(problem.here, lookup6(problem.tables.orbit, until * h, 3))
     return until

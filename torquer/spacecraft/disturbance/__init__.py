@@ -28,6 +28,7 @@ from torquer.spacecraft.disturbance.solar_pressure import (
     SolarPressure,
     solar_pressure_torque,
 )
+from torquer.spacecraft.disturbance.suspension import Hung, Suspension
 from torquer.spacecraft.disturbance.unmodelled import (
     NO_HARMONICS,
     UnmodelledTorque,
@@ -77,6 +78,8 @@ class Disturbance(Spec):
     """Eddy currents; left out: none."""
     unmodelled: UnmodelledTorque | None = None
     """Torque of unknown nature with harmonics of the orbit; left out: none."""
+    suspension: Suspension | None = None
+    """Weight and friction on the bearing of a test bench (orbit.kind 'bench'); left out: none."""
 
     def pack_held(self, hold_steps: int) -> HeldTorque:
         """The constant and the random torque for kernels."""
@@ -84,15 +87,18 @@ class Disturbance(Spec):
         steps = hold_steps if self.random_torque_n_m > 0.0 else FOR_EVER
         return HeldTorque(constant, self.random_torque_n_m, steps)
 
-    def pack(self, parts: tuple[AnyPart, ...]) -> tuple:
+    def pack(self, parts: tuple[AnyPart, ...], hung: Hung | None = None) -> tuple:
         """Constants of the torques of `TORQUES`, in its order, for kernels; () for none of them.
 
         `parts`: of the body. One type for all satellites that have any: a loop is compiled once.
+        `hung`: constants of the suspension, which stand before the last: they make another type,
+        and what is compiled for satellites does not know of them.
         """
         given = {name: getattr(self, name) for name in TORQUES}
-        if not any(given.values()):
+        if not any(given.values()) and hung is None:
             return ()
-        return tuple(
+        packed = tuple(
             torque.none if given[name] is None else given[name].pack(parts)
             for name, torque in TORQUES.items()
         )
+        return packed if hung is None else (*packed[:-1], hung, packed[-1])

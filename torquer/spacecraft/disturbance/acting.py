@@ -6,9 +6,12 @@ from torquer.compile.engine import INLINED_OPTIONS, internal
 from torquer.environment.local import in_body
 from torquer.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
+from torquer.spacecraft.disturbance.suspension import Hung, is_tilted, suspension_torque
 from torquer.spacecraft.disturbance.unmodelled import harmonics_of
 
 _KERNELS = {type(torque.none): torque.kernel for torque in TORQUES.values()}
+_KERNELS[Hung] = suspension_torque
+_OF_SATELLITES = len(TORQUES)
 
 
 def torque_of(constants, here_body, omega_body):
@@ -41,6 +44,14 @@ def with_acting(torque, acting, here, q, omega_body):
     if len(acting) == 0:
         return torque
     return added(torque, acting, in_body(here, q), omega_body)
+
+
+@internal
+def leaves_bearing(acting, here, q):
+    """Whether a body on a bearing is tilted beyond its limit; never one without."""
+    if len(acting) <= _OF_SATELLITES:
+        return False
+    return is_tilted(acting[-2], in_body(here, q))
 
 
 @internal

@@ -1,0 +1,65 @@
+"""The replay of an export on an emulated processor: `make pil` in its folder."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import torquer
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+MISSING = [t for t in ("cc", "arm-none-eabi-gcc", "qemu-system-arm") if not shutil.which(t)]
+
+
+@pytest.fixture(scope="module")
+def export(tmp_path_factory) -> Path:
+    """The example with a user's law, with 200 control steps."""
+    folder = tmp_path_factory.mktemp("pil")
+    torquer.export_c(torquer.load_scenario(EXAMPLES / "my_law.toml"), folder, steps=200)
+    return folder
+
+
+def pil(folder: Path, **environment) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, folder / "test/pil.py"], capture_output=True, text=True,
+        env={**os.environ, **environment},
+    )  # fmt: skip
+
+
+def test_without_the_tools_it_says_so_and_is_not_green(export, tmp_path):
+    done = pil(export, PATH=str(tmp_path))
+    said = "skipped, nothing was tried: install gcc, gcc-arm-none-eabi, qemu-system-arm\n"
+    assert (done.returncode, done.stdout) == (77, said)
+    assert "No target was tried yet." in (export / "README.md").read_text()
+
+
+@pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+def test_an_emulated_processor_takes_the_same_bits_and_is_measured(export, tmp_path):
+    folder = shutil.copytree(export, tmp_path / "tried")
+    done = pil(folder)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("200 control steps: the same bits in commands and state") >= 3
+    text = (folder / "README.md").read_text()
+    assert "No target was tried yet." not in text
+    assert "| writable variables of the library | 0 bytes |" in text
+    (stack,) = re.findall(r"\| stack of a step \| (\d+) bytes", text)
+    (mean, most) = re.findall(r"(\d+) on average, (\d+) at most", text)[0]
+    assert 64 < int(stack) < 8192
+    assert 20 < int(mean) <= int(most) < 100_000
+
+
+@pytest.mark.skipif(bool(MISSING), reason=f"not installed: {', '.join(MISSING)}")
+def test_another_bit_on_the_processor_is_noticed(export, tmp_path):
+    folder = shutil.copytree(export, tmp_path / "spoiled")
+    tables = folder / "adcs_tables.c"
+    off = "#ifdef __arm__\n#define GAIN 30000.000000000004\n#else\n#define GAIN 30000.0\n#endif\n"
+    text = tables.read_text()
+    assert "30000.0" in text
+    tables.write_text(off + text.replace("30000.0", "GAIN"))
+    done = pil(folder)
+    assert done.returncode == 1
+    assert "the first difference is at step " in done.stderr

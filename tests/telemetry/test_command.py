@@ -1,0 +1,67 @@
+"""`torquer telemetry` as it is typed: files, verdicts, exit codes."""
+
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from telemetry_session import TLE, session
+
+from torquer.cli.app import answer
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    data, _ = session(0)
+    data.to_netcdf("pass.nc", engine="h5netcdf")
+    late = data.assign_coords(utc=data["utc"] + np.timedelta64(1, "h"))
+    late.to_netcdf("late.nc", engine="h5netcdf")
+    (tmp_path / "c.tle").write_text("\n".join(TLE))
+    return tmp_path
+
+
+def test_a_good_pass(folder, capsys):
+    assert not answer(["telemetry", "pass.nc", "--orbit", "c.tle", "--model", "shift", "--json",
+                       "--clock-sigma-s", "1", "--along-track-sigma-km", "10"])  # fmt: skip
+    found = json.loads(capsys.readouterr().out)
+    assert found["usable"] and found["calibration"]["values"]["bias_z"] == pytest.approx(
+        2200e-9, abs=1e-7
+    )
+    assert found["split"]["clock_s"][0] < 2.5
+    names = {each.name for each in (folder / "runs/pass-telemetry").iterdir()}
+    assert names == {"calibrated.nc", "report.html", "residual.png", "ellipsoid.png", "zones.png"}
+    with xr.open_dataset(folder / "runs/pass-telemetry/calibrated.nc") as made:
+        assert {"B_VFM", "F", "F_model", "Latitude", "Longitude", "Radius", "Flags_F"} <= set(made)
+        assert float(abs(made["F"] - made["F_model"]).max()) < 400.0
+    page = (folder / "runs/pass-telemetry/report.html").read_text(encoding="utf-8")
+    assert "Calibrated to" in page and "skew_zy" in page
+
+
+def test_a_wrong_zone_ends_with_1(folder, capsys):
+    assert answer(["telemetry", "late.nc", "--orbit", "c.tle", "--out", "late"]) == 1
+    printed = capsys.readouterr().out
+    assert "verdict: not usable as it is: zone wrong by +1 h" in printed
+
+
+def test_a_mapping_is_proposed_once(folder, capsys):
+    rows = [f"2012-03-04T10:31:{k:02d}Z,1000{k},2000,3000" for k in range(9)]
+    (folder / "a.csv").write_text("\n".join(["utc,bx_nT,by_nT,bz_nT", *rows]))
+    assert not answer(["telemetry", "init", "a.csv"])
+    assert "guessed: b_measured is bx_nT, by_nT, bz_nT" in capsys.readouterr().out
+    assert answer(["telemetry", "init", "a.csv"]) == 2
+    assert "--out: must be a new file" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "FILE: must be given"),
+        (["pass.nc"], "--orbit: must be given"),
+        (["pass.nc", "--clock-sigma-s", "1"], "must be given with --along-track-sigma-km"),
+        (["init", "none.csv"], "FILE: must be a file"),
+    ],
+)
+def test_mistakes(folder, capsys, words, message):
+    assert answer(["telemetry", *words]) == 2
+    assert message in capsys.readouterr().err

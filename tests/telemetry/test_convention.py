@@ -1,0 +1,87 @@
+"""Conventions of quaternions and axes, from telemetry whose convention is known."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.spatial.transform import Rotation
+
+from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.telemetry.convention import find_convention
+
+
+@pytest.fixture(scope="module")
+def along(make):
+    scenario = make({"environment": {"field": {"kind": "igrf14"}, "earth_rotation": "precise"}})
+    return OrbitEnvironment(scenario.environment, scenario.orbit, scenario.start)
+
+
+def telemetry(along, *, moving=True, noise=0.005, frame="J2000", scalar="last", inverse=False):
+    """Readings along an hour; the sensor's axes are y, -x, z of the body, as seen from it."""
+    rng, t_s = np.random.default_rng(1), np.linspace(0.0, 3600.0, 60)
+    turns = Rotation.random(60, random_state=2) if moving else Rotation.identity(60)
+    r, v = along.state(t_s)
+    found = {"b_measured": along.field(t_s, r, v), "sun_measured": along.sun(t_s) - r}
+    lit = along.sunlit_fraction(t_s, r) > 0.5
+    data = {}
+    for name, vector in found.items():
+        vector = vector / np.linalg.norm(vector, axis=1)[:, None]
+        body = turns.inv().apply(vector) + noise * rng.normal(size=(60, 3))
+        data[name] = (("time", "axis"), np.stack([body[:, 1], -body[:, 0], body[:, 2]], axis=1))
+    data["sun_measured"][1][~lit] = 0.0
+    if frame == "ECEF":
+        turns = Rotation.from_matrix(along.dcm_to_ecef(t_s)) * turns
+    q = (turns.inv() if inverse else turns).as_quat()
+    q = np.roll(q, 1, axis=1) if scalar == "first" else q
+    q[5] = 1e-4  # near zero: not a quaternion
+    data["q_measured"] = (("time", "component"), q)
+    return xr.Dataset(data, coords={"time": t_s})
+
+
+@pytest.mark.parametrize("sensor", ["field", "sun"])
+@pytest.mark.parametrize("scalar", ["last", "first"])
+@pytest.mark.parametrize("inverse", [False, True])
+@pytest.mark.parametrize("frame", ["J2000", "ECEF"])
+def test_order_sense_frame_and_axes_are_found(along, sensor, scalar, inverse, frame):
+    given = telemetry(along, frame=frame, scalar=scalar, inverse=inverse)
+    best = find_convention(given, along, sensor=sensor).ways[0]
+    sense = "reference to body" if inverse else "body to reference"
+    assert (best.scalar, best.sense, best.axes) == (scalar, sense, ("-y", "x", "z"))
+    assert not best.is_reflection
+    # TEME is turned from J2000 by 0.17 deg in 2012: below the noise of single readings
+    assert best.frame == frame if frame == "ECEF" else best.frame in ("J2000", "TEME")
+    assert 0.2 < best.error_deg < 0.6  # noise of 0.005 rad about two axes: 0.41 deg
+
+
+def test_frames_within_the_noise_are_not_told_apart(along):
+    found = find_convention(telemetry(along, noise=0.05), along)
+    assert not found.is_told
+    assert "cannot tell" in found.verdict
+
+
+def test_accurate_readings_tell_j2000_from_teme(along):
+    found = find_convention(telemetry(along, noise=1e-5), along)
+    assert found.is_told
+    assert found.ways[0].frame == "J2000"
+
+
+def test_a_reflection_is_named(along):
+    given = telemetry(along)
+    given["b_measured"].values[:, 2] *= -1.0
+    best = find_convention(given, along).ways[0]
+    assert best.axes == ("-y", "x", "-z")
+    assert best.is_reflection
+
+
+def test_an_attitude_that_does_not_change_does_not_tell_the_sense(along):
+    found = find_convention(telemetry(along, moving=False, noise=0.0), along)
+    assert not found.is_told
+
+
+def test_mistakes_are_named(along):
+    given = telemetry(along)
+    with pytest.raises(ValueError, match=r"sensor: must be 'field' or 'sun'; received 'moon'"):
+        find_convention(given, along, sensor="moon")
+    with pytest.raises(ValueError, match="must have q_measured for its convention"):
+        find_convention(given.drop_vars("q_measured"), along)
+    with pytest.raises(ValueError, match=r"must have 3 usable rows .* received 2"):
+        find_convention(given.isel(time=slice(2)), along)

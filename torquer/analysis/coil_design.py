@@ -1,0 +1,161 @@
+"""Sizing of a magnetorquer without a core: turns, wire, resistance, voltage and time constant.
+
+A coil of N round turns of diameter d, wire of cross-section s, density g and resistivity rho has
+the mass M = N pi d s g, the resistance R = N pi d rho / s and, at the current I, the power
+P = I^2 R and the dipole m = N I pi d^2/4. Eliminating N, I and s gives m = (d/4) sqrt(P M/(g rho)).
+"""
+
+import math
+from typing import NamedTuple
+
+#: Permeability of free space [H/m].
+_MU_0 = 1.25663706212e-6
+#: Finest and thickest wire gauge of the table (AWG).
+GAUGES = range(10, 41)
+
+
+class Conductor(NamedTuple):
+    """Density [kg/m^3], resistivity at 20 deg C [ohm m] and its relative change per kelvin."""
+
+    density_kg_m3: float
+    resistivity_ohm_m: float
+    per_kelvin: float
+
+    def at(self, temperature_c: float) -> "Conductor":
+        """The same at a temperature [deg C]."""
+        factor = 1.0 + self.per_kelvin * (temperature_c - 20.0)
+        return self._replace(resistivity_ohm_m=factor * self.resistivity_ohm_m)
+
+
+#: Annealed copper by IEC 60028; aluminium for conductors by IEC 60889 (Al 1350-O).
+CONDUCTORS = {
+    "copper": Conductor(8890.0, 1.7241e-8, 3.93e-3),
+    "aluminium": Conductor(2703.0, 2.8264e-8, 4.03e-3),
+}
+
+
+class Coil(NamedTuple):
+    """A coil: what it weighs and takes at its dipole; `awg`: gauge of its wire.
+
+    `inductance_h`: of a ring of round section; `time_constant_s`: L/R. `bundle_m`: diameter of the
+    wound section with a filling of `FILLING`.
+    """
+
+    awg: int
+    wire_m: float
+    turns: int
+    mass_kg: float
+    resistance_ohm: float
+    current_a: float
+    voltage_v: float
+    power_w: float
+    current_density_a_mm2: float
+    bundle_m: float
+    inductance_h: float
+    time_constant_s: float
+
+
+#: Part of the wound section that is metal: round wire with its insulation.
+FILLING = 0.6
+
+
+def dipole_a_m2(diameter_m: float, power_w: float, mass_kg: float, conductor: Conductor) -> float:
+    """Dipole [A m^2] of a coil of a power [W] and mass [kg]: (d/4) sqrt(P M/(g rho)).
+
+    The introduction of MAG has it without a number.
+    """
+    product = conductor.density_kg_m3 * conductor.resistivity_ohm_m
+    return 0.25 * diameter_m * math.sqrt(power_w * mass_kg / product)
+
+
+def power_of(dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor) -> float:
+    """Power [W] with which a coil of a mass [kg] has a dipole [A m^2]."""
+    product = conductor.density_kg_m3 * conductor.resistivity_ohm_m
+    return (4.0 * dipole / diameter_m) ** 2 * product / mass_kg
+
+
+def wire_diameter_m(awg: int) -> float:
+    """Diameter of bare wire [m] of a gauge, by ASTM B258: 0.127 mm times 92^((36 - n)/39)."""
+    return 1.27e-4 * 92.0 ** ((36 - awg) / 39.0)
+
+
+def inductance_h(turns: int, diameter_m: float, bundle_m: float) -> float:
+    """Inductance [H] of a ring of round section, its current spread evenly over it.
+
+    N^2 mu0 R (ln(8 R/a) - 7/4), R and a the radii of ring and section: for a much less than R.
+    F. W. Grover, 'Inductance Calculations' (1946), chapter 16.
+    """
+    radius, section = 0.5 * diameter_m, 0.5 * bundle_m
+    return turns**2 * _MU_0 * radius * (math.log(8.0 * radius / section) - 1.75)
+
+
+def coil_of(
+    dipole: float, diameter_m: float, mass_kg: float, conductor: Conductor, awg: int
+) -> Coil:
+    """The coil of whole turns of a gauge that comes nearest to a mass, at its dipole.
+
+    ValueError where the mass is less than one turn, or where the winding would fill the coil.
+    """
+    wire = wire_diameter_m(awg)
+    section = 0.25 * math.pi * wire**2
+    turn_m = math.pi * diameter_m
+    per_turn = turn_m * section * conductor.density_kg_m3
+    turns = round(mass_kg / per_turn)
+    if turns < 1:
+        raise ValueError(
+            f"mass_kg: must be at least one turn of AWG {awg}, {per_turn:.3g} kg; received "
+            f"{mass_kg:g}"
+        )
+    bundle = math.sqrt(4.0 * turns * section / (math.pi * FILLING))
+    if bundle > 0.25 * diameter_m:
+        raise ValueError(
+            f"mass_kg: must leave a winding no thicker than a quarter of diameter_m; received "
+            f"{mass_kg:g} kg, which is {bundle:.3g} m thick"
+        )
+    resistance = turns * turn_m * conductor.resistivity_ohm_m / section
+    current = dipole / (turns * 0.25 * math.pi * diameter_m**2)
+    inductance = inductance_h(turns, diameter_m, bundle)
+    return Coil(
+        awg, wire, turns, turns * per_turn, resistance, current, current * resistance,
+        current**2 * resistance, 1e-6 * current / section, bundle, inductance,
+        inductance / resistance,
+    )  # fmt: skip
+
+
+def gauges_of(
+    dipole: float,
+    diameter_m: float,
+    mass_kg: float,
+    conductor: Conductor,
+    voltage_v: float | None = None,
+    current_a: float | None = None,
+) -> list[Coil]:
+    """Coils of the gauges that keep within a voltage [V] and a current [A], thickest wire first.
+
+    ValueError where no gauge does.
+    """
+    coils, why = [], ""
+    for awg in GAUGES:
+        try:
+            coils.append(coil_of(dipole, diameter_m, mass_kg, conductor, awg))
+        except ValueError as error:
+            why = str(error)
+    if not coils:
+        raise ValueError(why)
+    fit = [
+        coil for coil in coils
+        if (voltage_v is None or coil.voltage_v <= voltage_v)
+        and (current_a is None or coil.current_a <= current_a)
+    ]  # fmt: skip
+    if not fit:
+        volts, amperes = (min(getattr(coil, key) for coil in coils)
+                          for key in ("voltage_v", "current_a"))  # fmt: skip
+        limits = [
+            f"{limit:g} {unit}" for limit, unit in ((voltage_v, "V"), (current_a, "A")) if limit
+        ]
+        raise ValueError(
+            f"voltage_v, current_a: must allow one of AWG {GAUGES[0]} to {GAUGES[-1]}, of which "
+            f"the thickest takes {volts:.3g} V and the finest {amperes:.3g} A; received "
+            f"{' and '.join(limits)}"
+        )
+    return fit

@@ -1,0 +1,29 @@
+"""`torquer kernels`: compile now, for machines that shall not compile."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App, Parameter
+
+from torquer.cli.options import Json, options
+
+app = App(name="kernels", help="Compiled kernels for other machines.", version_flags=[])
+
+
+@options
+class KernelOptions:
+    """Options of `torquer kernels build`."""
+
+    out: Annotated[Path, Parameter(help="Folder for the kernels; must be new or empty.")]
+    json: Json = False
+
+
+@app.command
+def build(*scenarios: Path, how: KernelOptions) -> int:
+    """Compile what the runs of SCENARIOS need, for any processor of this kind.
+
+    Where TORQUER_KERNELS names the folder, `torquer` reads its code instead of compiling.
+    """
+    from torquer.cli import kernels_work
+
+    return kernels_work.build(scenarios, how)

@@ -1,0 +1,125 @@
+"""Replay an export on an emulated Cortex-M7: `make pil`, in the folder of the export.
+
+Inputs are those of `recorded.bin`; answers are those of the portable build on this machine. The
+processor must take the same bits. What it needs of memory and time goes into README.md.
+"""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HOME = Path(__file__).resolve().parents[1]
+BUILD = HOME / "build" / "pil"
+SOURCES = [HOME / name for name in ("adcs.c", "adcs_tables.c", "adcs_math.c")]
+STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall", "-Wextra", "-Wconversion"]
+STRICT += ["-Wdouble-promotion", "-Wshadow", "-Werror"]
+PROCESSOR = ["-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]
+TARGET = "Cortex-M7 (QEMU mps2-an500, newlib)"
+NEEDED = {
+    "cc": "gcc", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "qemu-system-arm": "qemu-system-arm",
+}  # fmt: skip
+SKIPPED = 77
+#: The emulator lets 2^6 ns pass for each instruction; the board's timer has 25 ticks a microsecond.
+SHIFT, TICKS = 6, 1.6
+
+
+def run(command: list, folder: Path = BUILD) -> str:
+    """What a command prints; ends the program with its words where it fails."""
+    done = subprocess.run(list(map(str, command)), cwd=folder, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{' '.join(map(str, command))}\n{done.stdout}{done.stderr}")
+    return done.stdout.strip()
+
+
+def on_this_machine() -> None:
+    """The replay with this machine's library, then the answers of the portable build."""
+    replay, record = HOME / "test" / "replay.c", HOME / "test" / "recorded.bin"
+    command = ["cc", *STRICT, f"-I{HOME}", *SOURCES, replay]
+    run([*command, "-o", "library", "-lm"])
+    print(f"this machine, its library, with the simulation: {run(['./library', record])}")
+    run([*command, "-DADCS_PORTABLE", "-o", "portable", "-lm"])
+    run(["./portable", record, "answers.bin"])
+    done = subprocess.run([BUILD / "portable", record], capture_output=True, text=True)
+    print(f"this machine, portable, with the simulation: {done.stdout.strip()}")
+
+
+def on_target() -> tuple:
+    """The replay on the processor: what it says, instructions (mean, most) and stack of a step."""
+    command = ["arm-none-eabi-gcc", *STRICT, *PROCESSOR, f"-I{HOME}", "-DADCS_PORTABLE"]
+    for source in SOURCES:
+        run([*command, "-fstack-usage", "-c", source])
+    objects = [f"{source.stem}.o" for source in SOURCES]
+    here = HOME / "test"
+    linked: list = ["-DADCS_AROUND_STEP", "--specs=rdimon.specs", "-nostartfiles", "-T"]
+    linked += [here / "target.ld", here / "start.c", here / "replay.c"]
+    run([*command, *linked, *objects, "-o", "replay.elf", "-lm"])
+    emulator = ["qemu-system-arm", "-M", "mps2-an500", "-nographic", "-monitor", "none"]
+    emulator += ["-icount", f"shift={SHIFT},sleep=off", "-semihosting", "-kernel", "replay.elf"]
+    said = run(emulator)
+    found = re.search(r"ticks (\d+) (\d+) stack (\d+)", said)
+    assert found, said
+    mean, most, stack = map(int, found.groups())
+    return said.splitlines()[0], round(mean / TICKS), round(most / TICKS), stack
+
+
+def sizes() -> tuple:
+    """Bytes of code, of constants and of writable variables of the export alone."""
+    objects = [f"{source.stem}.o" for source in SOURCES]
+    code = constants = writable = 0
+    for line in run(["arm-none-eabi-size", "-A", *objects]).splitlines():
+        section = re.match(r"(\.\S+)\s+(\d+)\s+\d+$", line)
+        if section:
+            name, size = section[1], int(section[2])
+            code += size * name.startswith(".text")
+            constants += size * name.startswith(".rodata")
+            writable += size * name.startswith((".data", ".bss"))
+    return code, constants, writable
+
+
+def largest_frame() -> tuple:
+    """The function with the largest frame, and its bytes."""
+    rows = [line.split("\t") for file in BUILD.glob("*.su") for line in file.open()]
+    frame, name = max((int(row[1]), row[0].rpartition(":")[2]) for row in rows)
+    return name, frame
+
+
+def report(said: str, mean: int, most: int, stack: int) -> str:
+    """A section of the README."""
+    code, constants, writable = sizes()
+    name, frame = largest_frame()
+    rows = {
+        "replay": said, "code": f"{code} bytes, without the C library",
+        "constants": f"{constants} bytes", "writable variables of the library": f"{writable} bytes",
+        "stack of a step": f"{stack} bytes, deepest of the replayed steps, by painting; no bound",
+        "largest frame of one function": f"{frame} bytes, `{name}`",
+        "instructions of a step": f"{mean} on average, {most} at most, counted by QEMU's clock",
+    }  # fmt: skip
+    version = run(["arm-none-eabi-gcc", "-dumpfullversion"])
+    head = f"{TARGET}, GCC {version}, `-O2`\n\n| what | measured |\n|---|---|\n"
+    return head + "".join(f"| {what} | {text} |\n" for what, text in rows.items())
+
+
+def main() -> int:
+    """All of it; 77 where a tool is missing."""
+    missing = sorted(package for tool, package in NEEDED.items() if not shutil.which(tool))
+    if missing:
+        print(f"skipped, nothing was tried: install {', '.join(missing)}")
+        return SKIPPED
+    BUILD.mkdir(parents=True, exist_ok=True)
+    on_this_machine()
+    said, mean, most, stack = on_target()
+    print(f"{TARGET}, portable, with this machine: {said}")
+    text = report(said, mean, most, stack)
+    readme = HOME / "README.md"
+    marks = r"(<!-- targets -->\n).*(<!-- end of targets -->)"
+    before = readme.read_text(encoding="utf-8")
+    after = re.sub(marks, lambda m: m[1] + text + m[2], before, flags=re.S)
+    readme.write_text(after, encoding="utf-8")
+    print(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,48 @@
+"""A test bench: a place that rests on the Earth, with the interface of an orbit."""
+
+from typing import Literal
+
+import numpy as np
+from pydantic import Field
+
+from torquer.conventions import EARTH_RADIUS_M, EARTH_RATE_RAD_S
+from torquer.earth.rotation import dcm_inertial_to_ecef
+from torquer.spec import Spec
+
+
+class Bench(Spec):
+    """A laboratory that rotates with the Earth, for a body on a bearing (`disturbance.suspension`).
+
+    The Earth is a sphere here: the radius vector is the vertical, within 0.2 deg of a plumb line.
+    The orbital frame is that of the laboratory: axis 1 to the east, 2 to the north, 3 up. As
+    everywhere, the rate relative to it leaves out its rotation about the radius vector, here
+    0.0042 deg/s times the sine of the latitude.
+    """
+
+    kind: Literal["bench"] = "bench"
+    latitude_deg: float = Field(ge=-89.0, le=89.0)
+    """Latitude, geocentric."""
+    longitude_deg: float = 0.0
+    """Longitude to the east; it matters for a field model of the Earth only."""
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`: GCRF, in which the place is at rest on the Earth."""
+        return "GCRF"
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution: a sidereal day [s]."""
+        return 2.0 * np.pi / EARTH_RATE_RAD_S
+
+    def rate_rad_s(self, start_utc=None) -> float:
+        """Rate of the Earth's rotation [rad/s]."""
+        return EARTH_RATE_RAD_S
+
+    def state(self, t_s, start_utc, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """Position [n, 3] m and velocity [n, 3] m/s in GCRF at times [n] s after the start."""
+        lat, lon = np.radians(self.latitude_deg), np.radians(self.longitude_deg)
+        up = np.array([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)])
+        dcm = dcm_inertial_to_ecef(t_s, start_utc, "precise", dut1_s)
+        r = EARTH_RADIUS_M * np.einsum("nji,j->ni", dcm, up)
+        return r, np.cross(EARTH_RATE_RAD_S * dcm[:, 2, :], r)

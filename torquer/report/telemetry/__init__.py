@@ -1,0 +1,1 @@
+"""Telemetry: pictures and page of an examination."""

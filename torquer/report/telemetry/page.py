@@ -1,0 +1,72 @@
+"""The page of an examination: verdict, findings, pictures, parameters; self-contained HTML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from torquer.report.common.html import card, cards, picture
+from torquer.report.telemetry.pictures import pictures_of
+from torquer.simulation.results.file import put
+
+_WORDS = {
+    "residual": (
+        "Residuals",
+        "Strength of the reading minus that of IGRF-14 along the orbit, before and after the "
+        "calibration. What is left over the latitude is not noise.",
+    ),
+    "ellipsoid": (
+        "Ellipsoid",
+        "Readings near each plane of two axes: a bias moves them off the circle, scale and "
+        "non-orthogonality make an ellipse of it.",
+    ),
+    "zones": (
+        "Zones",
+        "Residual with the stamps moved by each zone in use, with bias, scale and "
+        "non-orthogonality fitted each time.",
+    ),
+}
+
+
+def write_telemetry(found, parameters, about: str, out: Path) -> list[str]:
+    """Write report.html and the pictures of an `Examination`; the names of the files.
+
+    `parameters`: rows of name, value, standard deviation, unit. `about`: the orbit in words.
+    """
+    paths = pictures_of(found, out)
+    pairs = [
+        ("Rows", str(found.data.sizes["time"])),
+        ("From", f"{np.datetime_as_string(found.data['utc'].values[0], 's')}Z"),
+        ("To", f"{np.datetime_as_string(found.data['utc'].values[-1], 's')}Z"),
+        ("Positions", about),
+        ("Strength over the model's", f"{found.ratio:.4g}"),
+    ]
+    verdict = found.verdict
+    notes = [("wrong", each.text) for each in found.mistakes]
+    notes += [("note", each.text) for each in found.findings]
+    made = [card("verdict", verdict[:1].upper() + verdict[1:], "", {"pairs": pairs})]
+    if notes:
+        made.append(card("findings", "Findings", "", {"grid": (("", "What"), notes)}))
+    made += [
+        card(name, _WORDS[name][0], _WORDS[name][1], picture(path, _WORDS[name][0]))
+        for name, path in paths.items()
+    ]
+    if found.calibration is not None:
+        head = ("Parameter", "Value", "Sigma", "Unit")
+        caption = (
+            "The corrected reading is A (m - bias), A lower triangular with 1 + scale on its "
+            "diagonal. Standard deviations allow for the correlation of the residuals."
+        )
+        made.append(card("parameters", "Calibration", caption, {"grid": (head, parameters)}))
+    if found.choices:
+        rows = [
+            (", ".join(each.groups), f"{1e9 * each.fitted:.0f}", f"{1e9 * each.held_out:.0f}")
+            for each in found.choices
+        ]
+        grid = (("Model", "Fitted rms [nT]", "Held-out rms [nT]"), rows)
+        caption = "More parameters always fit better; blocks of time held out say which help."
+        made.append(card("models", "Models compared", caption, {"grid": grid}))
+    source = found.data.attrs.get("source", "telemetry")
+    put(out / "report.html", cards(f"{source}: telemetry", made))
+    return ["report.html", *(path.name for path in paths.values())]

@@ -1,0 +1,125 @@
+"""Pictures of an examination: residuals over time and over the orbit, the ellipsoid, the zones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
+from torquer.report.common.figure import legend_at_left, saved, stacked
+from torquer.report.common.scales import clock_for
+from torquer.telemetry.modulus import ZONES_H
+
+#: Points that are drawn at most.
+_MOST = 20_000
+
+
+def pictures_of(found, out: Path) -> dict[str, Path]:
+    """Draw all pictures that an examination has into a folder; their paths by name."""
+    made = {"residual": _residual(found, out / "residual.png")}
+    if found.calibration is not None:
+        made["ellipsoid"] = _ellipsoid(found, out / "ellipsoid.png")
+    if found.zone is not None:
+        made["zones"] = _zones(found, out / "zones.png")
+    return made
+
+
+def _thin(found):
+    """Rows that are drawn: strength before and after, the model's, flags, latitude, time."""
+    columns = found.calibrated
+    rows = np.unique(np.linspace(0, columns.sizes["Timestamp"] - 1, _MOST).astype(int))
+    before = 1e9 * np.linalg.norm(found.data["b_measured"].values[rows], axis=1)
+    model, after = columns["F_model"].values[rows], columns["F"].values[rows]
+    return rows, before, after, model, columns["Flags_F"].values[rows] == 1
+
+
+def _residual(found, path: Path) -> Path:
+    """|B| and residuals over time, residuals after calibration over the latitude."""
+    rows, before, after, model, out = _thin(found)
+    t_s = found.data["time"].values[rows]
+    clock = clock_for(float(np.ptp(t_s)))
+    t = t_s / clock.seconds
+    figure, (strength, over_time, over_orbit) = stacked("Strength of the field", 3, 9.0)
+    strength.plot(t, before * 1e-3, ".", ms=3, color=GREY, label="as measured")
+    strength.plot(t, model * 1e-3, color=BLUE, lw=1.0, label="IGRF")
+    _limit(strength, np.append(before, model) * 1e-3)
+    strength.set_ylabel("|B| [µT]", fontsize=10)
+    over_time.plot(t, before - model, ".", ms=3, color=GREY, label="before")
+    over_time.axhline(0.0, color=GREY, lw=0.6)
+    if found.calibration is not None:
+        over_time.plot(t, after - model, ".", ms=3, color=BLUE, label="after")
+    _limit(over_time, before - model)
+    low, high = over_time.get_ylim()
+    if np.any(out):  # at the edge where they are beyond it
+        shown = np.clip((before - model)[out], low, high)
+        over_time.plot(t[out], shown, "x", ms=6, color=RED, label="outliers", clip_on=False)
+    over_time.set_ylabel("residual [nT]", fontsize=10)
+    for axes in (strength, over_time):
+        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
+        axes.margins(x=0)
+        legend_at_left(axes, 3)
+    lat = found.calibrated["Latitude"].values[rows]
+    north = np.gradient(lat) >= 0.0 if len(lat) > 1 else np.ones(len(lat), bool)
+    residual = after - model
+    for half, name, colour in ((north, "northbound", ORANGE), (~north, "southbound", BLUE)):
+        shown = half & ~out
+        over_orbit.plot(lat[shown], residual[shown], ".", ms=3, color=colour, label=name)
+    over_orbit.set_xlabel("latitude [deg]", fontsize=10)
+    over_orbit.set_ylabel(
+        "residual [nT]" if found.calibration is None else "residual after [nT]", fontsize=10
+    )
+    legend_at_left(over_orbit, 2)
+    return saved(figure, path)
+
+
+def _limit(axes, values) -> None:
+    """An axis on which the outliers do not hide all else."""
+    low, high = np.nanpercentile(values, [2.0, 98.0])
+    margin = 0.4 * (high - low) + 1e-9
+    axes.set_ylim(low - margin, high + margin)
+
+
+def _ellipsoid(found, path: Path) -> Path:
+    """Where the readings point, and how much longer they are than the field: before and after.
+
+    The distance from the circle is exaggerated so that it can be seen.
+    """
+    rows, _, _, model, out = _thin(found)
+    raw = 1e9 * found.data["b_measured"].values[rows]
+    cooked = found.calibrated["B_VFM"].values[rows]
+    usual = np.nanpercentile(np.abs(np.linalg.norm(raw, axis=1) / model - 1.0)[~out], 90.0)
+    gain = max(1.0, float(f"{0.25 / max(usual, 1e-6):.1g}"))
+    figure, panels = stacked(f"Length over the model's, departures times {gain:g}", 1, 3.4)
+    panels[0].remove()
+    axes_of = figure.subplots(1, 3)
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
+    for axes, (i, k) in zip(axes_of, ((0, 1), (0, 2), (1, 2)), strict=True):
+        axes.plot(np.cos(angle), np.sin(angle), color=GREY, lw=0.8)
+        for values, colour, name in ((raw, ORANGE, "before"), (cooked, BLUE, "after")):
+            length = np.linalg.norm(values, axis=1)
+            drawn = (values / length[:, None]) * (1.0 + gain * (length / model - 1.0))[:, None]
+            # rows near the plane: their departure is in it
+            near = (np.abs(drawn[:, 3 - i - k]) < 0.5) & ~out
+            flat = drawn[near][:, (i, k)]
+            long = np.linalg.norm(drawn[near], axis=1) / np.linalg.norm(flat, axis=1)
+            axes.plot(*(flat * long[:, None]).T, ".", ms=2.5, color=colour, label=name)
+        axes.set_xlabel("xyz"[i], fontsize=10)
+        axes.set_ylabel("xyz"[k], fontsize=10)
+        axes.set_aspect("equal")
+        axes.set_xlim(-1.7, 1.7)
+        axes.set_ylim(-1.7, 1.7)
+        axes.tick_params(labelsize=8)
+    legend_at_left(axes_of[0], 2)
+    return saved(figure, path)
+
+
+def _zones(found, path: Path) -> Path:
+    figure, (axes,) = stacked("Residual with the stamps moved by whole zones", 1, 3.2)
+    axes.semilogy(ZONES_H, found.zone.residual_nt, ".-", color=BLUE, lw=0.8, ms=4)
+    axes.axvline(0.0, color=GREY, lw=0.8, label="as stated")
+    axes.axvline(found.zone.best_h, color=RED, lw=0.8, ls="--", label="best")
+    axes.set_xlabel("stamps moved by [h]", fontsize=10)
+    axes.set_ylabel("residual [nT]", fontsize=10)
+    legend_at_left(axes, 2)
+    return saved(figure, path)

@@ -1,0 +1,1 @@
+"""Flight and bench data: reading telemetry of unknown quality, its checks, its calibration."""

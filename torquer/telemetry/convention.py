@@ -1,0 +1,175 @@
+"""Which conventions logged quaternions and vectors follow, found from the field and the Sun.
+
+Every order, sense and frame of the quaternion with every signed permutation of a sensor's axes is
+tried: 12 times 48 ways. The right one turns the directions read into those of the models. The
+margin to the next best way says whether the telemetry tells them apart.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from torquer.earth.rotation import teme_to_gcrf
+from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.geometry.attitudes import dcm_body_to_reference
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: The next best way must be worse than the best by this factor, and the best not worse than
+#: this angle [deg], or the telemetry does not tell.
+_LEAST_MARGIN, _GREATEST_DEG = 1.5, 20.0
+#: Lengths of quaternions that are taken as such.
+_LEAST_LENGTH, _GREATEST_LENGTH = 0.9, 1.1
+_LEAST_ROWS = 3
+#: Visible part of the Sun's disc above which its direction is compared.
+_LIT = 0.99
+
+
+class Way(NamedTuple):
+    """A way to read the telemetry.
+
+    `scalar`: "last" or "first"; `sense`: "body to reference" or "reference to body"; `frame`:
+    reference of the quaternion: "J2000", "TEME" or "ECEF"; `axes`: body axes in terms of those of
+    the sensor, such as ("x", "-z", "y"); `is_reflection`: axes of the other hand. `error_deg`: root
+    mean square of the angles to the models' directions.
+    """
+
+    scalar: str
+    sense: str
+    frame: str
+    axes: tuple[str, str, str]
+    is_reflection: bool
+    error_deg: float
+
+
+class Found(NamedTuple):
+    """Ways of one sensor, best first, from `rows` usable rows; see `find_convention`."""
+
+    sensor: str
+    ways: tuple[Way, ...]
+    rows: int
+
+    @property
+    def margin(self) -> float:
+        """Error of the next best way over that of the best."""
+        best, following = self.ways[0].error_deg, self.ways[1].error_deg
+        return following / best if best > 0.0 else math.inf
+
+    @property
+    def is_told(self) -> bool:
+        """Whether the telemetry tells the best way from all others."""
+        return self.margin >= _LEAST_MARGIN and self.ways[0].error_deg <= _GREATEST_DEG
+
+    @property
+    def verdict(self) -> str:
+        """The best way, or that the telemetry cannot tell, in a sentence."""
+        best = self.ways[0]
+        text = (
+            f"scalar {best.scalar}, {best.sense}, {best.frame}, axes {' '.join(best.axes)}: "
+            f"{best.error_deg:.2f} deg, next {self.ways[1].error_deg:.2f} deg"
+        )
+        return f"{self.sensor}: {text}" if self.is_told else f"{self.sensor}: cannot tell; {text}"
+
+
+def find_convention(
+    telemetry: xr.Dataset, along: OrbitEnvironment, *, sensor: str = "field"
+) -> Found:
+    """Ways to read `q_measured` with the readings of a sensor, ranked by their error.
+
+    `sensor`: "field" (`b_measured`) or "sun" (`sun_measured`, rows in full sunlight). `along`: the
+    environment along the orbit, which starts at the first row. Rows where a number is missing, the
+    quaternion is not of length one or the vector is zero are left out. ValueError for fewer than
+    three rows that remain.
+    """
+    t_s = telemetry["time"].values
+    name = {"field": "b_measured", "sun": "sun_measured"}.get(sensor)
+    if name is None:
+        raise ValueError(f"sensor: must be 'field' or 'sun'; received {sensor!r}")
+    for each in ("q_measured", name):
+        if each not in telemetry:
+            raise ValueError(f"telemetry: must have {each} for its convention; received none")
+    q, read = telemetry["q_measured"].values, telemetry[name].values
+    length = np.linalg.norm(q, axis=1)
+    usable = (length > _LEAST_LENGTH) & (length < _GREATEST_LENGTH)
+    usable &= np.linalg.norm(read, axis=1) > 0.0
+    reference, lit = _directions(along, t_s, sensor)
+    usable &= lit
+    if usable.sum() < _LEAST_ROWS:
+        raise ValueError(
+            f"telemetry: must have {_LEAST_ROWS} usable rows of q_measured and {name} for their "
+            f"convention; received {usable.sum()}"
+        )
+    q, read = (x[usable] / np.linalg.norm(x[usable], axis=1)[:, None] for x in (q, read))
+    ways = []
+    for frame, turn in _frames(along, t_s[usable]).items():
+        wanted = np.einsum("nij,nj->ni", turn, reference[usable])
+        for scalar, sense in itertools.product(("last", "first"), _SENSES):
+            seen = _in_body(q, scalar, sense, wanted)
+            ways += [
+                Way(scalar, sense, frame, axes, bool(np.linalg.det(matrix) < 0.0),
+                    _rms_angle_deg(read @ matrix.T, seen))
+                for axes, matrix in _AXES.items()
+            ]  # fmt: skip
+    return Found(sensor, tuple(sorted(ways, key=lambda way: way.error_deg)), int(usable.sum()))
+
+
+_SENSES = ("body to reference", "reference to body")
+
+
+def _signed_permutations() -> dict[tuple[str, str, str], np.ndarray]:
+    """The 24 rotations and 24 reflections that take axes into axes, by their names."""
+    found = {}
+    for order in itertools.permutations(range(3)):
+        for signs in itertools.product((1.0, -1.0), repeat=3):
+            matrix = np.zeros((3, 3))
+            matrix[range(3), order] = signs
+            names = [("" if s > 0.0 else "-") + "xyz"[k] for k, s in zip(order, signs, strict=True)]
+            found[names[0], names[1], names[2]] = matrix
+    return found
+
+
+_AXES = _signed_permutations()
+
+
+def _directions(along: OrbitEnvironment, t_s, sensor: str) -> tuple[np.ndarray, np.ndarray]:
+    """Unit vectors (n, 3) of the field or to the Sun in J, and which rows count (n,)."""
+    r, v = along.state(t_s)
+    if sensor == "sun":
+        found, lit = along.sun(t_s) - r, along.sunlit_fraction(t_s, r) > _LIT
+    else:
+        found, lit = along.field(t_s, r, v), np.full(len(t_s), True)
+    return found / np.linalg.norm(found, axis=1)[:, None], lit
+
+
+def _frames(along: OrbitEnvironment, t_s) -> dict[str, np.ndarray]:
+    """Rotations (n, 3, 3) from J to each frame to which a quaternion may refer.
+
+    Under plain sidereal rotation J is the frame of date, and TEME is that frame.
+    """
+    given = along.environment
+    turn = teme_to_gcrf(t_s, along.start, given.ut1_minus_utc_s)
+    same = np.broadcast_to(np.eye(3), turn.shape)
+    precise = given.earth_rotation == "precise"
+    return {
+        "J2000": same if precise else turn,
+        "TEME": np.swapaxes(turn, 1, 2) if precise else same,
+        "ECEF": along.dcm_to_ecef(t_s),
+    }
+
+
+def _in_body(q: np.ndarray, scalar: str, sense: str, reference: np.ndarray) -> np.ndarray:
+    """Vectors (n, 3) of a reference frame in the body, as a way to read quaternions has it."""
+    last = q if scalar == "last" else np.roll(q, -1, axis=1)
+    form = "nji,nj->ni" if sense == _SENSES[0] else "nij,nj->ni"
+    return np.einsum(form, dcm_body_to_reference(last), reference)
+
+
+def _rms_angle_deg(a: np.ndarray, b: np.ndarray) -> float:
+    """Root mean square of the angles between unit vectors (n, 3)."""
+    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))
+    return float(np.degrees(np.sqrt(np.mean(angle**2))))

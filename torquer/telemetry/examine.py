@@ -1,0 +1,206 @@
+"""Everything that the strength of the field says about a session's magnetometer, with a verdict."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from torquer.geometry.frames import geodetic_from_ecef
+from torquer.telemetry.axes import Axes, rank_axes
+from torquer.telemetry.calibration import (
+    MODELS,
+    Calibration,
+    Choice,
+    TooManyOutliers,
+    calibrate,
+    choose,
+    rows_of,
+)
+from torquer.telemetry.modulus import (
+    FieldAlong,
+    FieldGiven,
+    Zone,
+    environment_of,
+    unit_slip,
+    zone_scan,
+)
+from torquer.telemetry.read import Finding
+
+#: The first part of a session [s] that is compared with the rest, and how much worse is reported.
+_FIRST_S, _WORSE = 600.0, 2.0
+
+
+class Examination(NamedTuple):
+    """What was found. `calibration` is None where there can be none; `calibrated`: the session
+    with the columns of the output (`columns_of`)."""
+
+    data: xr.Dataset
+    findings: tuple[Finding, ...]
+    mistakes: tuple[Finding, ...]
+    ratio: float
+    zone: Zone | None
+    axes: Axes | None
+    calibration: Calibration | None
+    choices: tuple[Choice, ...]
+    calibrated: xr.Dataset
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a few words."""
+        found = self.calibration
+        if self.mistakes or found is None:
+            return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
+        return f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
+
+
+def examine(
+    session,
+    orbit=None,
+    groups: tuple[str, ...] | None = None,
+    leave_out_first_s: float = 0.0,
+) -> Examination:
+    """Examine a session (`torquer.telemetry.read.Session`).
+
+    `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
+    calibration, by default chosen by blocks of time held out. ValueError without readings of a
+    magnetometer, or without positions.
+    """
+    data, findings = session.data, list(session.findings)
+    if "b_measured" not in data:
+        raise ValueError("FILE: must hold b_measured, which nothing else replaces; received none")
+    if orbit is None and "position_j" not in data:
+        raise ValueError("--orbit: must be given where the telemetry has no position_j")
+    data, t_s = _late_part(data, leave_out_first_s, findings)
+    environment = environment_of(data, orbit)
+    given = orbit is None
+    field = (
+        FieldGiven(environment, t_s, data["position_j"].values)
+        if given
+        else FieldAlong(environment, t_s)
+    )
+    strength, _ = field.strength(t_s)
+    b = data["b_measured"].values
+    mistakes: list[Finding] = []
+    ratio, slip = unit_slip(np.linalg.norm(b, axis=1), strength)
+    if slip:
+        text = f"the strength is {ratio:.4g} times that of the model: {slip}"
+        mistakes.append(Finding(slip, len(b), text))
+    zone = None if given else zone_scan(environment, t_s, b)
+    if zone is not None and zone.is_wrong:
+        text = (
+            f"stamps fit best {zone.best_h:+g} h from where they are: {zone.best_nt:.0f} nT there, "
+            f"{zone.stated_nt:.0f} nT as they are, {zone.next_nt:.0f} nT at the next best hour"
+        )
+        mistakes.append(Finding(f"zone wrong by {-zone.best_h:+g} h", len(b), text))
+    axes = rank_axes(data, b, None if given else environment)
+    if axes is not None and axes.is_wrong:
+        text = (
+            f"by {' and '.join(axes.by)} the axes of the magnetometer are {list(axes.orders[0])}: "
+            f"{axes.errors_deg[0]:.1f} deg, as stated {axes.stated_deg:.1f}, "
+            f"next best {axes.errors_deg[1]:.1f}"
+        )
+        mistakes.append(Finding("axes of the magnetometer wrong", len(b), text))
+    elif axes is None:
+        text = "without gyro or Sun sensor swapped axes of the magnetometer cannot be noticed"
+        findings.append(Finding("axes not checked", 0, text))
+    calibration, choices = None, ()
+    if not slip and not (zone is not None and zone.is_wrong):
+        try:
+            calibration, choices = _calibration(data, field, groups, given)
+        except TooManyOutliers as error:
+            mistakes.append(Finding("no calibration", len(b), str(error)))
+    if calibration is not None:
+        _note(data, field, calibration, findings)
+    made = columns_of(data, environment, field, calibration, given)
+    return Examination(
+        data,
+        tuple(findings),
+        tuple(mistakes),
+        ratio,
+        zone,
+        axes,
+        calibration,
+        choices,
+        made,
+    )
+
+
+def _late_part(data, leave_out_first_s, findings):
+    t_s = data["time"].values
+    late = t_s >= leave_out_first_s
+    if not late.any():
+        raise ValueError("--leave-out-first-min: must leave rows; received more than there are")
+    if not late.all():
+        text = f"the first {leave_out_first_s / 60.0:g} min are left out, as asked"
+        findings.append(Finding("left out", int(np.sum(~late)), text))
+        data = data.isel(time=late)
+        data = data.assign_coords(time=("time", t_s[late] - t_s[late][0], data["time"].attrs))
+    return data, data["time"].values
+
+
+def _calibration(data, field, groups, given):
+    """The calibration, and the models that were compared for it."""
+    if groups is not None:
+        return calibrate(data, field, groups), ()
+    models = MODELS
+    if given:  # positions belong to the stamps: a shift of both is not seen well
+        models = tuple(m for m in MODELS if "shift" not in m)
+    chosen, choices = choose(data, field, models=models)
+    return calibrate(data, field, chosen), choices
+
+
+def _note(data, field, found: Calibration, findings) -> None:
+    """What a user must know of a calibration."""
+    rows, _, _ = rows_of(data, field)
+    out = int(np.sum(found.weight == 0.0))
+    if out:
+        text = f"{out} rows ({100 * found.outliers:.1f} %) are outliers, without weight"
+        findings.append(Finding("outliers", out, text))
+    for each in found.undetermined:
+        findings.append(Finding("not determined", 0, f"the data do not determine {each}"))
+    if found.correlation > 2.0 / np.sqrt(len(found.residual)):
+        text = f"residuals are correlated, {found.correlation:.2f} from row to row"
+        findings.append(Finding("correlated residuals", 0, text))
+    first = rows.t_s < rows.t_s[0] + _FIRST_S
+    if first.sum() >= 5 and (~first).sum() >= 20:
+        early, late = (np.median(np.abs(found.residual[each])) for each in (first, ~first))
+        if early > _WORSE * late:
+            text = (
+                f"the first {_FIRST_S / 60.0:g} min have {early / late:.1f} times the residual of "
+                "the rest, as after switching on: --leave-out-first-min 10 leaves them out"
+            )
+            findings.append(Finding("first minutes differ", int(first.sum()), text))
+
+
+def columns_of(data, environment, field, found: Calibration | None, given: bool) -> xr.Dataset:
+    """The session with columns like those of Swarm's MAGx_LR products, in nT, deg and m.
+
+    `B_VFM` is the corrected reading in axes of the body, `F` its strength, `F_model` IGRF's at the
+    stamp (shifted as fitted), `Flags_F` 1 for outliers, 255 for rows without a reading.
+    """
+    t_s = data["time"].values
+    at_s = t_s + (0.0 if found is None else found.of("shift"))
+    b = data["b_measured"].values if found is None else found.apply(data)
+    r = data["position_j"].values if given else environment.state(at_s)[0]
+    lat, lon, _ = geodetic_from_ecef(np.einsum("nij,nj->ni", environment.dcm_to_ecef(at_s), r))
+    flags = np.full(len(t_s), 255)
+    if found is not None:
+        _, used, _ = rows_of(data, field)
+        flags[used] = found.weight == 0.0
+    model = field.strength(at_s)[0]
+    nt, deg = {"units": "nT"}, {"units": "deg"}
+    return xr.Dataset(
+        {
+            "Latitude": ("Timestamp", np.degrees(lat), deg),
+            "Longitude": ("Timestamp", np.degrees(lon), deg),
+            "Radius": ("Timestamp", np.linalg.norm(r, axis=1), {"units": "m"}),
+            "B_VFM": (("Timestamp", "axis"), 1e9 * b, nt),
+            "F": ("Timestamp", 1e9 * np.linalg.norm(b, axis=1), nt),
+            "F_model": ("Timestamp", 1e9 * model, nt),
+            "Flags_F": ("Timestamp", flags.astype("u1"), {"flag_values": [0, 1, 255]}),
+        },
+        {"Timestamp": data["utc"].values, "axis": list("xyz")},
+        {"source": data.attrs.get("source", ""), "field_model": "IGRF-14"},
+    )

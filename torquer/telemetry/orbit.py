@@ -1,0 +1,89 @@
+"""The orbit of a session from a file: two-line elements, or a table `[orbit]` as scenarios have."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import TypeAdapter, ValidationError
+
+from torquer.orbit import AnyOrbit, Sgp4
+from torquer.scenario.load import data_of, text_of
+from torquer.time import parse_utc, seconds_between
+
+_LINE = re.compile(r"^([12]) [ 0-9A-Z]")
+
+
+class OrbitFrom(NamedTuple):
+    """An orbit whose time 0 is an instant of its own, as `torquer.orbit` has them otherwise."""
+
+    orbit: Any
+    start: datetime
+
+    @property
+    def frame(self) -> str:
+        """Frame of `state`."""
+        return self.orbit.frame
+
+    @property
+    def period_s(self) -> float:
+        """Time of a revolution [s]."""
+        return self.orbit.period_s
+
+    def state(self, t_s, start_utc, dut1_s: float = 0.0):
+        """Position [n, 3] m and velocity [n, 3] m/s at seconds after `start_utc`."""
+        return self.orbit.state(t_s + seconds_between(self.start, start_utc), self.start, dut1_s)
+
+
+def epoch_of(orbit: Sgp4) -> datetime:
+    """Epoch of an element set."""
+    first = orbit.tle[0]
+    year = int(first[18:20])
+    begin = datetime(year + (1900 if year >= 57 else 2000), 1, 1, tzinfo=UTC)
+    return begin + timedelta(days=float(first[20:32]) - 1.0)
+
+
+def load_orbit(path: Path | str, at: datetime):
+    """The orbit of a file, and what to say of it; of several element sets the one nearest to `at`.
+
+    ValueError for a file that has none.
+    """
+    path = Path(path)
+    text = text_of(path, "--orbit")
+    lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
+    if len(lines) >= 2 and path.suffix.lower() != ".toml":
+        sets = [_elements(lines[k : k + 2]) for k in range(0, len(lines) - 1, 2)]
+        return _described(min(sets, key=lambda each: abs(epoch_of(each) - at)), at)
+    data = data_of(text, "--orbit")
+    if not isinstance(data.get("orbit"), dict):
+        raise ValueError(
+            f"--orbit: must hold two-line elements or a table [orbit]; received {path}"
+        )
+    try:
+        orbit = TypeAdapter(AnyOrbit).validate_python(data["orbit"])
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"]))
+        raise ValueError(f"--orbit: {where}: {first['msg']}") from None
+    if isinstance(orbit, Sgp4):
+        return _described(orbit, at)
+    if "start" not in data:
+        raise ValueError(f"--orbit: must state `start`, the time of the elements; received {path}")
+    start = parse_utc(data["start"], "--orbit: start")
+    return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
+
+
+def _elements(lines) -> Sgp4:
+    try:
+        return Sgp4(tle=tuple(lines))
+    except ValidationError as error:
+        text = str(error.errors()[0]["msg"]).removeprefix("Value error, ").replace("\n", "; ")
+        raise ValueError(f"--orbit: {text}") from None
+
+
+def _described(orbit: Sgp4, at: datetime):
+    days = (at - epoch_of(orbit)) / timedelta(days=1)
+    side = "before" if days > 0.0 else "after"
+    return orbit, f"SGP4, elements of {abs(days):.1f} d {side} the first row"
