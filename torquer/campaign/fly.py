@@ -71,7 +71,7 @@ def fly_campaign(
     a Dask scheduler. A member's result does not depend on any of these, to the bit. Members that
     fail are kept, with the reason. `computer`: a folder of `export_c`, or a shared library built
     from it, whose computer in C flies in all members, with the same bits; members may differ in
-    parameters and memory of laws and estimators, and ValueError names a key that changes more of it.
+    parameters and memory of laws and estimators, and ValueError names a key that changes more.
     KeyboardInterrupt ends the campaign; what has been written is kept.
     """
     with noted_signals().raising():
