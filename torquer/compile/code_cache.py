@@ -62,9 +62,11 @@ def _tell(text: str) -> None:
         warnings.warn(text, CacheNote, stacklevel=2)
 
 
-def source_key(versions: str = f"{numba.__version__} {sys.implementation.cache_tag}") -> str:
+def source_key(of_compiler: bool = True) -> str:
     """Hash of every source file that can hold a kernel and, unless left out, of Numba's version."""
-    digest = hashlib.sha256(versions.encode())
+    digest = hashlib.sha256()
+    if of_compiler:
+        digest.update(f"{numba.__version__} {sys.implementation.cache_tag}".encode())
     for path in sorted(PACKAGE.rglob("*.py")):
         place = path.relative_to(PACKAGE)
         if place.parts[0] not in ROOMS_WITHOUT_KERNELS:

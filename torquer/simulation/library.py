@@ -107,7 +107,7 @@ def _library_of(path: Path) -> Path:
 
 def kernels_mark() -> str:
     """Mark of all sources of the package that an export can depend on."""
-    return source_key("")
+    return source_key(of_compiler=False)
 
 
 def fingerprint_of(computer: Computer, blocks: Blocks) -> str:
