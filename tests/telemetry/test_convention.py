@@ -54,13 +54,13 @@ def test_order_sense_frame_and_axes_are_found(along, sensor, scalar, inverse, fr
 
 def test_frames_within_the_noise_are_not_told_apart(along):
     found = find_convention(telemetry(along, noise=0.05), along)
-    assert not found.is_told
+    assert not found.is_clear
     assert "cannot tell" in found.verdict
 
 
 def test_accurate_readings_tell_j2000_from_teme(along):
     found = find_convention(telemetry(along, noise=1e-5), along)
-    assert found.is_told
+    assert found.is_clear
     assert found.ways[0].frame == "J2000"
 
 
@@ -74,7 +74,7 @@ def test_a_reflection_is_named(along):
 
 def test_an_attitude_that_does_not_change_does_not_tell_the_sense(along):
     found = find_convention(telemetry(along, moving=False, noise=0.0), along)
-    assert not found.is_told
+    assert not found.is_clear
 
 
 def test_mistakes_are_named(along):

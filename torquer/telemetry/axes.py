@@ -13,6 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from torquer.environment.field.along import angles_deg
+
 #: Rotation from row to row [rad] beyond which the gyro's mean rate says little.
 _MOST_TURN = 1.5
 _LEAST_ROWS = 10
@@ -36,16 +38,24 @@ class Axes(NamedTuple):
         return self.orders[0] != _NAMES and self.errors_deg[0] < 0.6 * self.stated_deg
 
 
-def _ways():
-    for places in permutations(range(3)):
+def _signed_permutations() -> tuple[np.ndarray, ...]:
+    matrices = []
+    for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
             matrix = np.zeros((3, 3))
-            for k, (place, sign) in enumerate(zip(places, signs, strict=True)):
-                matrix[place, k] = sign
-            order = tuple(
-                ("-" if s < 0.0 else "") + _NAMES[p] for p, s in zip(places, signs, strict=True)
-            )
-            yield order, matrix
+            matrix[range(3), order] = signs
+            matrices.append(matrix)
+    return tuple(matrices)
+
+
+#: The 24 rotations and 24 reflections that take axes into axes.
+SIGNED_PERMUTATIONS = _signed_permutations()
+
+
+def axis_names(matrix: np.ndarray) -> tuple[str, str, str]:
+    """The axis that each row of a signed permutation takes, such as ("x", "-z", "y")."""
+    x, y, z = (("-" if row.sum() < 0.0 else "") + _NAMES[np.abs(row).argmax()] for row in matrix)
+    return x, y, z
 
 
 def rank_axes(data: xr.Dataset, b: np.ndarray, environment=None) -> Axes | None:
@@ -62,7 +72,7 @@ def rank_axes(data: xr.Dataset, b: np.ndarray, environment=None) -> Axes | None:
         judges["Sun"] = sun
     if not judges:
         return None
-    ways = list(_ways())
+    ways = [(axis_names(matrix), matrix.T) for matrix in SIGNED_PERMUTATIONS]
     if "Sun" not in judges:  # of a way and its reverse the one with fewer signs
         ways = [way for way in ways if sum(name[0] == "-" for name in way[0]) < 2]
     errors = np.array(
@@ -96,7 +106,7 @@ def _pairs(data, b):
 
     def error(matrix) -> float:
         carried = back.apply(first @ matrix.T)
-        return float(np.median(_angle(carried, second @ matrix.T)))
+        return float(np.median(np.radians(angles_deg(carried, second @ matrix.T))))
 
     return error
 
@@ -111,13 +121,14 @@ def _sun(data, b, environment):
         return None
     r, v = environment.state(t_s[seen])
     b_j, to_sun = environment.field(t_s[seen], r, v), environment.sun(t_s[seen]) - r
-    true = _angle(_units(b_j), _units(to_sun))
-    ours, theirs = _units(b[seen]), _units(sun[seen])
-    return lambda matrix: float(np.median(np.abs(_angle(ours @ matrix.T, theirs) - true)))
+    true_deg = angles_deg(b_j, to_sun)
+    ours, theirs = b[seen], sun[seen]
 
+    def error(matrix) -> float:
+        off_deg = np.abs(angles_deg(ours @ matrix.T, theirs) - true_deg)
+        return float(np.radians(np.median(off_deg)))
 
-def _angle(a, b) -> np.ndarray:
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), np.sum(a * b, axis=-1))
+    return error
 
 
 def _cadence(t_s) -> float:

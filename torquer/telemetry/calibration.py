@@ -239,7 +239,7 @@ def _shift(groups, values) -> float:
 def _levenberg(groups, values, rows: Rows, steps: int = 60, frozen: bool = False):
     """Parameters at the least of Tukey's cost, and the sigma of the residuals.
 
-    `frozen`: the field is extrapolated from the first shift rather than looked up anew.
+    `frozen`: the field is extrapolated from the first shift, not looked up again.
     """
     sizes, damping = _sizes(groups), 1e-3
     at_s = _shift(groups, values)

@@ -15,7 +15,9 @@ import numpy as np
 
 from torquer.earth.rotation import teme_to_gcrf
 from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.environment.field.along import angles_deg
 from torquer.geometry.attitudes import dcm_body_to_reference
+from torquer.telemetry.axes import SIGNED_PERMUTATIONS, axis_names
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,7 +63,7 @@ class Found(NamedTuple):
         return following / best if best > 0.0 else math.inf
 
     @property
-    def is_told(self) -> bool:
+    def is_clear(self) -> bool:
         """Whether the telemetry tells the best way from all others."""
         return self.margin >= _LEAST_MARGIN and self.ways[0].error_deg <= _GREATEST_DEG
 
@@ -73,7 +75,7 @@ class Found(NamedTuple):
             f"scalar {best.scalar}, {best.sense}, {best.frame}, axes {' '.join(best.axes)}: "
             f"{best.error_deg:.2f} deg, next {self.ways[1].error_deg:.2f} deg"
         )
-        return f"{self.sensor}: {text}" if self.is_told else f"{self.sensor}: cannot tell; {text}"
+        return f"{self.sensor}: {text}" if self.is_clear else f"{self.sensor}: cannot tell; {text}"
 
 
 def find_convention(
@@ -105,6 +107,7 @@ def find_convention(
             f"convention; received {usable.sum()}"
         )
     q, read = (x[usable] / np.linalg.norm(x[usable], axis=1)[:, None] for x in (q, read))
+    axes_of_sensor = [(axis_names(matrix), matrix) for matrix in SIGNED_PERMUTATIONS]
     ways = []
     for frame, turn in _frames(along, t_s[usable]).items():
         wanted = np.einsum("nij,nj->ni", turn, reference[usable])
@@ -113,27 +116,12 @@ def find_convention(
             ways += [
                 Way(scalar, sense, frame, axes, bool(np.linalg.det(matrix) < 0.0),
                     _rms_angle_deg(read @ matrix.T, seen))
-                for axes, matrix in _AXES.items()
+                for axes, matrix in axes_of_sensor
             ]  # fmt: skip
     return Found(sensor, tuple(sorted(ways, key=lambda way: way.error_deg)), int(usable.sum()))
 
 
 _SENSES = ("body to reference", "reference to body")
-
-
-def _signed_permutations() -> dict[tuple[str, str, str], np.ndarray]:
-    """The 24 rotations and 24 reflections that take axes into axes, by their names."""
-    found = {}
-    for order in itertools.permutations(range(3)):
-        for signs in itertools.product((1.0, -1.0), repeat=3):
-            matrix = np.zeros((3, 3))
-            matrix[range(3), order] = signs
-            names = [("" if s > 0.0 else "-") + "xyz"[k] for k, s in zip(order, signs, strict=True)]
-            found[names[0], names[1], names[2]] = matrix
-    return found
-
-
-_AXES = _signed_permutations()
 
 
 def _directions(along: OrbitEnvironment, t_s, sensor: str) -> tuple[np.ndarray, np.ndarray]:
@@ -171,5 +159,4 @@ def _in_body(q: np.ndarray, scalar: str, sense: str, reference: np.ndarray) -> n
 
 def _rms_angle_deg(a: np.ndarray, b: np.ndarray) -> float:
     """Root mean square of the angles between unit vectors (n, 3)."""
-    angle = np.arctan2(np.linalg.norm(np.cross(a, b), axis=1), np.einsum("ni,ni->n", a, b))
-    return float(np.degrees(np.sqrt(np.mean(angle**2))))
+    return float(np.sqrt(np.mean(angles_deg(a, b) ** 2)))

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from datetime import UTC, datetime, timedelta
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
 from torquer.orbit import AnyOrbit, Sgp4
+from torquer.orbit.numerical import epoch_of
 from torquer.scenario.load import data_of, text_of
 from torquer.time import parse_utc, seconds_between
 
@@ -35,14 +36,6 @@ class OrbitFrom(NamedTuple):
     def state(self, t_s, start_utc, dut1_s: float = 0.0):
         """Position [n, 3] m and velocity [n, 3] m/s at seconds after `start_utc`."""
         return self.orbit.state(t_s + seconds_between(self.start, start_utc), self.start, dut1_s)
-
-
-def epoch_of(orbit: Sgp4) -> datetime:
-    """Epoch of an element set."""
-    first = orbit.tle[0]
-    year = int(first[18:20])
-    begin = datetime(year + (1900 if year >= 57 else 2000), 1, 1, tzinfo=UTC)
-    return begin + timedelta(days=float(first[20:32]) - 1.0)
 
 
 def load_orbit(path: Path | str, at: datetime):

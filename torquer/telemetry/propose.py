@@ -38,7 +38,7 @@ def proposed(path: Path) -> tuple[Mapping, list[str]]:
         base["packet"] = _packet(path, guesses)
     if kind == "text":
         base |= _layout(path, guesses)
-    draft = Mapping.model_construct(**{**_plain(), **base})
+    draft = Mapping.model_construct(**base)
     table = table_of(path, draft)
     base |= _time(table, guesses)
     columns: dict[str, Any] = {}
@@ -70,14 +70,6 @@ def proposed(path: Path) -> tuple[Mapping, list[str]]:
     if "q_measured" in columns:
         guesses.append("q_measured is body to J, scalar last: |B| does not check it")
     return mapping_of({**base, "columns": columns, "units": units}), guesses
-
-
-def _plain() -> dict:
-    return {
-        name: each.get_default(call_default_factory=True)
-        for name, each in Mapping.model_fields.items()
-        if not each.is_required()
-    }
 
 
 def _packet(path: Path, guesses) -> str:
