@@ -250,6 +250,19 @@ def test_a_proposed_mapping_reads_the_file(tmp_path):
     assert read(path, mapping).data.sizes["time"] == 8
 
 
+def test_a_letter_within_a_word_does_not_name_a_quantity(tmp_path):
+    """Rates of the body come first here; their names have a b, and "battery" begins like "att"."""
+    head = ["time_utc"]
+    head += [f"{name}_{axis}" for name in ("omega_body", "battery", "b_field") for axis in "xyz"]
+    head += [f"gyro_bias_r_{axis}" for axis in "xyz"]
+    rows = [f"2012-03-04T10:00:0{k}Z," + ",".join(["0.01"] * 12) for k in range(3)]
+    mapping, _ = proposed(written(tmp_path, "\n".join([",".join(head), *rows])))
+    assert mapping.columns == {
+        "b_measured": ["b_field_x", "b_field_y", "b_field_z"],
+        "omega_measured": ["omega_body_x", "omega_body_y", "omega_body_z"],
+    }
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [

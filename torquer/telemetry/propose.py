@@ -12,14 +12,15 @@ from torquer.telemetry.mapping import Mapping, mapping_of
 from torquer.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
 from torquer.telemetry.tables import format_of, table_of
 
-#: Words of column names by quantity, in the order in which they are tried.
+#: What column names hold by quantity, in the order in which they are tried: words, anywhere, and
+#: beginnings too short for that, before which and after which no further letters of a word stand.
 _WORDS = {
-    "b_measured": r"^(b|mag|magn|magnetometer|magnetic|field)",
-    "omega_measured": r"^(w|omega|gyro|rate|angular)",
-    "q_measured": r"^(q|quat|quaternion|att)",
-    "sun_measured": r"^(sun|s_)",
-    "dipole_body": r"^(dip|mtq|torquer|coil)",
-    "position_j": r"^(r_|pos|eci)",
+    "b_measured": r"mag|field|(?<![a-z])b(?![a-w])",
+    "omega_measured": r"omega|gyro|rate|angular|(?<![a-z])w(?![a-w])",
+    "q_measured": r"quat|(?<![a-z])(att|q(?![a-v]))",
+    "sun_measured": r"sun|\bs_",
+    "dipole_body": r"dip|mtq|torquer|coil",
+    "position_j": r"pos|eci|\br_",
     "temperature": r"temp",
 }
 _AXIS = re.compile(r"(?:^|[_.\s\[-])?([xyzw]|[0-3])\]?(?:$|[_.\s(\[])", re.I)
@@ -45,7 +46,7 @@ def proposed(path: Path) -> tuple[Mapping, list[str]]:
     units: dict[str, str] = {}
     free = [c for c in map(str, table.data.columns) if c not in np.atleast_1d(base["time"])]
     for name, words in _WORDS.items():
-        found = [c for c in free if re.match(words, c, re.I) or re.search(words[1:], c, re.I)]
+        found = [c for c in free if re.search(words, c, re.I)]
         picked = _in_order(name, found)
         if picked is None:
             joined = _joined(table, name, found)
