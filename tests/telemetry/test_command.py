@@ -44,6 +44,12 @@ def test_a_wrong_zone_ends_with_1(folder, capsys):
     assert "verdict: not usable as it is: zone wrong by +1 h" in printed
 
 
+def test_errors_of_clock_and_track_that_split_nothing_are_noted(folder, capsys):
+    assert not answer(["telemetry", "pass.nc", "--orbit", "c.tle", "--model", "bias",
+                       "--clock-sigma-s", "1", "--along-track-sigma-km", "10"])  # fmt: skip
+    assert "--clock-sigma-s: splits nothing, as no shift was fitted" in capsys.readouterr().err
+
+
 def test_a_mapping_is_proposed_once(folder, capsys):
     rows = [f"2012-03-04T10:31:{k:02d}Z,1000{k},2000,3000" for k in range(9)]
     (folder / "a.csv").write_text("\n".join(["utc,bx_nT,by_nT,bz_nT", *rows]))

@@ -159,6 +159,9 @@ def test_orbits_from_files(tmp_path):
     table.write_text("[orbit]\nkind = 'square'\n")
     with pytest.raises(ValueError, match="--orbit: "):
         load_orbit(table, START)
+    table.write_text("[orbit]\nkind = 'circular'\naltitude_km = -5\ninclination_degs = 60\n")
+    with pytest.raises(ValueError, match=r"altitude_km: must be greater than 0; (.|\n)*degs: must"):
+        load_orbit(table, START)
     tle.write_text("\n".join([TLE[0][:-1] + "5", TLE[1]]))
     with pytest.raises(ValueError, match="checksum must be 4; received 5"):
         load_orbit(tle, START)

@@ -8,7 +8,14 @@ import numpy as np
 
 from torquer.cli import FAILED_CODE
 from torquer.cli.options import check_ranges
-from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
+from torquer.cli.output import (
+    json_text,
+    make_writable,
+    print_note,
+    table,
+    table_console,
+    writing_to,
+)
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.simulation.results.file import put, replacing
@@ -55,6 +62,8 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
             found.calibrated.to_netcdf(path, engine="h5netcdf")
         names = write_telemetry(found, parameter_rows(found), about, out)
     data = as_data(found, about, how)
+    if how.clock_sigma_s is not None and "split" not in data:
+        print_note("--clock-sigma-s: splits nothing, as no shift was fitted")
     if how.json:
         print(json_text(data | {"out": str(out)}))
     else:

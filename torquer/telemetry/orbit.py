@@ -7,14 +7,22 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import ValidationError
 
 from torquer.orbit import AnyOrbit, Sgp4
 from torquer.orbit.numerical import epoch_of
+from torquer.scenario.explain import explain
 from torquer.scenario.load import data_of, text_of
+from torquer.spec import Spec
 from torquer.time import parse_utc, seconds_between
 
 _LINE = re.compile(r"^([12]) [ 0-9A-Z]")
+
+
+class _Tables(Spec):
+    """What a file must hold of a scenario."""
+
+    orbit: AnyOrbit
 
 
 class OrbitFrom(NamedTuple):
@@ -47,19 +55,17 @@ def load_orbit(path: Path | str, at: datetime):
     text = text_of(path, "--orbit")
     lines = [line.rstrip() for line in text.splitlines() if _LINE.match(line)]
     if len(lines) >= 2 and path.suffix.lower() != ".toml":
-        sets = [_elements(lines[k : k + 2]) for k in range(0, len(lines) - 1, 2)]
+        sets = [
+            _orbit_of({"kind": "sgp4", "tle": lines[k : k + 2]})
+            for k in range(0, len(lines) - 1, 2)
+        ]
         return _described(min(sets, key=lambda each: abs(epoch_of(each) - at)), at)
     data = data_of(text, "--orbit")
     if not isinstance(data.get("orbit"), dict):
         raise ValueError(
             f"--orbit: must hold two-line elements or a table [orbit]; received {path}"
         )
-    try:
-        orbit = TypeAdapter(AnyOrbit).validate_python(data["orbit"])
-    except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(map(str, first["loc"]))
-        raise ValueError(f"--orbit: {where}: {first['msg']}") from None
+    orbit = _orbit_of(data["orbit"])
     if isinstance(orbit, Sgp4):
         return _described(orbit, at)
     if "start" not in data:
@@ -68,12 +74,14 @@ def load_orbit(path: Path | str, at: datetime):
     return OrbitFrom(orbit, start), f"{orbit.kind} orbit of {path.name}"
 
 
-def _elements(lines) -> Sgp4:
+def _orbit_of(table: dict) -> AnyOrbit:
+    """The orbit of a table `[orbit]`; ValueError with a line for each mistake."""
+    data = {"orbit": table}
     try:
-        return Sgp4(tle=tuple(lines))
+        return _Tables.model_validate(data).orbit
     except ValidationError as error:
-        text = str(error.errors()[0]["msg"]).removeprefix("Value error, ").replace("\n", "; ")
-        raise ValueError(f"--orbit: {text}") from None
+        lines = explain(error, data)
+        raise ValueError("\n".join(f"--orbit: {line}" for line in lines)) from None
 
 
 def _described(orbit: Sgp4, at: datetime):

@@ -10,6 +10,7 @@ import numpy as np
 
 from torquer.telemetry.mapping import Mapping, mapping_of
 from torquer.telemetry.quantities import QUANTITIES, UNITS, in_si, unit_of, units_for
+from torquer.telemetry.read import split_numbers
 from torquer.telemetry.tables import format_of, table_of
 
 #: What column names hold by quantity, in the order in which they are tried: words, anywhere, and
@@ -23,7 +24,6 @@ _WORDS = {
     "position_j": r"pos|eci|\br_",
     "temperature": r"temp",
 }
-_AXIS = re.compile(r"(?:^|[_.\s\[-])?([xyzw]|[0-3])\]?(?:$|[_.\s(\[])", re.I)
 _TIME = re.compile(r"time|date|stamp|utc|epoch", re.I)
 _UNIT = re.compile(r"[\[(_ ]([^\[\]()_ ]+)[\])]?$")
 #: Usual strengths in SI, with which a unit is guessed.
@@ -192,9 +192,7 @@ def _unit(table, name: str, columns: list[str], split, guesses) -> str:
     if word.lower() in lower and columns[0] != word:
         return lower[word.lower()]
     if split:
-        from torquer.telemetry.read import _split
-
-        values = _split(table, columns[0], split, QUANTITIES[name].size)
+        values = split_numbers(table, columns[0], split, QUANTITIES[name].size)
     else:
         values = table.data[columns].apply(_as_numbers).to_numpy(dtype=float)
     size = float(np.nanmedian(np.linalg.norm(np.atleast_2d(values), axis=1)))

@@ -109,7 +109,7 @@ def _quantity(table: Table, mapping: Mapping, name: str) -> np.ndarray:
     """Values of a quantity [n] or [n, k], SI, axes and components in order."""
     quantity, columns = QUANTITIES[name], names_in(mapping.columns[name])
     if name in mapping.split:
-        values = _split(table, columns[0], mapping.split[name], quantity.size)
+        values = split_numbers(table, columns[0], mapping.split[name], quantity.size)
     else:
         values = np.stack([_numbers(table, column) for column in columns], axis=1)
     values = in_si(name, unit_of(mapping.units.get(name, quantity.units)), values)
@@ -146,7 +146,7 @@ def _numbers(table: Table, column: str) -> np.ndarray:
     return numbers.to_numpy(dtype=float)
 
 
-def _split(table: Table, column: str, sign: str, size: int) -> np.ndarray:
+def split_numbers(table: Table, column: str, sign: str, size: int) -> np.ndarray:
     """Numbers that are joined in one column, rows of NaN where it is empty."""
     found = np.full((len(table.data), size), np.nan)
     for row, text in enumerate(table.data[column]):
