@@ -94,8 +94,10 @@ def test_a_folder_without_a_manifest_is_refused(ready, tmp_path, text, why):
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows keeps users apart by itself")
-def test_a_folder_in_which_others_can_write_is_refused(ready, tmp_path):
-    ready.chmod(0o777)
+@pytest.mark.parametrize("inside", [False, True])
+def test_a_folder_in_which_others_can_write_is_refused(ready, tmp_path, inside):
+    place = next(path for path in ready.iterdir() if path.is_dir()) if inside else ready
+    place.chmod(0o777)
     *printed, said = words(SCRIPT, tmp_path / "cache", TORQUER_KERNELS=str(ready))
     assert printed == ["2.0", "0"] and "can be written by, others; compiling instead" in said
 

@@ -12,7 +12,8 @@ import torquer
 from torquer.campaign.fly import fly_campaign
 from torquer.campaign.load import campaign_from_data
 from torquer.cli.app import answer
-from torquer.simulation.library import Library
+from torquer.compile import code_cache
+from torquer.simulation.library import Library, kernels_mark
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
@@ -117,6 +118,19 @@ def test_another_version_is_refused(exports, tmp_path):
     edited = spoiled(exports("my_law"), tmp_path, "adcs_tables.c", kernels, "0" * 16)
     with pytest.raises(ValueError, match="by other sources of that version"):
         Library(edited)
+
+
+@pytest.mark.parametrize("place", ["export/statements.py", "geometry/vec3.py"])
+def test_an_edit_of_kernels_or_of_their_translator_makes_another_export(
+    tmp_path, monkeypatch, place
+):
+    shutil.copytree(code_cache.PACKAGE, tmp_path / "torquer")
+    monkeypatch.setattr(code_cache, "PACKAGE", tmp_path / "torquer")
+    before = kernels_mark()
+    assert before == kernels_mark()
+    with (tmp_path / "torquer" / place).open("a") as file:
+        file.write("# edited\n")
+    assert kernels_mark() != before
 
 
 def test_what_does_not_compile_is_one_line(exports, tmp_path):

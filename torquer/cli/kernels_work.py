@@ -25,12 +25,13 @@ def build(scenarios: Sequence[Path], how: KernelOptions) -> int:
     make_writable(how.out)
     if any(how.out.iterdir()):
         raise ValueError(f"--out: must be a new or empty folder; received {how.out}")
-    how.out.chmod(0o755)
     with progress_bar() as shown:
         for path in shown.track(scenarios, description="compiling"):
             _compile(path, how.out)
     files = [file for file in (how.out / SOURCES).rglob("*") if file.is_file()]
     write_manifest(how.out, SOURCES)
+    for folder in (how.out, how.out / SOURCES):  # private to its user as a cache is
+        folder.chmod(0o755)
     size = sum(file.stat().st_size for file in files)
     if how.json:
         print(json_text({"folder": str(how.out), "files": len(files), "bytes": size}))

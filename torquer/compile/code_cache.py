@@ -6,6 +6,7 @@ callee in another file either: the folder is named by a hash of all sources that
 """
 
 import contextlib
+import functools
 import hashlib
 import io
 import os
@@ -26,6 +27,7 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
+from torquer.compile.private_folder import is_ours, is_private
 from torquer.compile.ready import GENERIC, ready_folder
 
 PACKAGE = Path(__file__).resolve().parent.parent
@@ -95,14 +97,10 @@ def _made_private(root: Path) -> Path:
     """The folder, made if it is missing; OSError unless it is ours and nobody else can write."""
     root.mkdir(mode=0o700, parents=True, exist_ok=True)
     if hasattr(os, "getuid"):  # Windows keeps users apart by itself
-        found = root.stat() if root.is_symlink() and _is_ours(root.lstat()) else root.lstat()
-        if not stat.S_ISDIR(found.st_mode) or not _is_ours(found) or found.st_mode & 0o022:
+        found = root.stat() if root.is_symlink() and is_ours(root.lstat()) else root.lstat()
+        if not stat.S_ISDIR(found.st_mode) or not is_private(found):
             raise PermissionError(f"{root} belongs to, or can be written by, others")
     return root
-
-
-def _is_ours(found: os.stat_result) -> bool:
-    return found.st_uid in (os.getuid(), 0)
 
 
 def _folder() -> Path | None:
@@ -191,6 +189,14 @@ def _is_sound(path: str) -> bool:
     return False
 
 
+@functools.cache
+def _place(folder: str) -> str:
+    """Name of a folder of the package by its place there; "" for any other folder."""
+    whole = Path(folder).resolve()
+    within = whole.is_relative_to(PACKAGE)
+    return ".".join(whole.relative_to(PACKAGE.parent).parts) if within else ""
+
+
 class _Locator(UserProvidedCacheLocator):
     """Our folder alone; it was tried on import, not once more for each of 500 functions.
 
@@ -203,15 +209,10 @@ class _Locator(UserProvidedCacheLocator):
 
     @classmethod
     def get_suitable_cache_subpath(cls, py_file):
-        file = Path(py_file).resolve()
-        if file.is_relative_to(PACKAGE):
-            return ".".join(file.parent.relative_to(PACKAGE.parent).parts)
-        return super().get_suitable_cache_subpath(py_file)
+        return _place(os.path.dirname(py_file)) or super().get_suitable_cache_subpath(py_file)
 
     def get_source_stamp(self):
-        if Path(self._py_file).resolve().is_relative_to(PACKAGE):
-            return SOURCES
-        return super().get_source_stamp()
+        return SOURCES if _place(os.path.dirname(self._py_file)) else super().get_source_stamp()
 
 
 class _Files(CompileResultCacheImpl):

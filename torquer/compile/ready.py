@@ -9,13 +9,14 @@ same files as the cache of compiled code, each sealed by a digest of its place a
 import importlib.util
 import json
 import os
-import stat
 import sys
 import sysconfig
 from pathlib import Path
 
 import llvmlite
 import numba
+
+from torquer.compile.private_folder import is_private
 
 MANIFEST = "kernels.json"
 VARIABLE = "TORQUER_KERNELS"
@@ -51,12 +52,11 @@ def _unusable(folder: Path, needed: dict[str, str]) -> str:
     """Why a folder's kernels cannot be used here; "" if they can."""
     try:
         given = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-        if hasattr(os, "getuid"):
-            place, by_others = folder.stat(), stat.S_IWGRP | stat.S_IWOTH
-            if place.st_uid not in (os.getuid(), 0) or place.st_mode & by_others:
-                return f"compiled kernels in {folder}: belong to, or can be written by, others"
+        places = [folder.stat(), *(each.stat() for each in folder.glob("*/"))]
     except (OSError, ValueError) as error:
         return f"compiled kernels in {folder}: cannot be read: {error}"
+    if not all(map(is_private, places)):
+        return f"compiled kernels in {folder}: belong to, or can be written by, others"
     if not isinstance(given, dict):
         return f"compiled kernels in {folder}: {MANIFEST} must hold a table"
     for key, value in needed.items():

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from torquer.compile import code_cache
 from torquer.compile.c_library import built
-from torquer.compile.code_cache import source_key
 from torquer.compile.engine import COMPILED
 from torquer.compile.plugin import plain_of, source_mark, source_text
 from torquer.control.computer import Blocks, Board, Computer, places_of
@@ -106,8 +106,9 @@ def _library_of(path: Path) -> Path:
 
 
 def kernels_mark() -> str:
-    """Mark of all sources of the package that an export can depend on."""
-    return source_key(of_compiler=False)
+    """Mark of all sources that an export depends on: kernels, and what translates them."""
+    translator = sorted((code_cache.PACKAGE / "export").rglob("*.py"))
+    return code_cache.source_key(of_compiler=False) + code_cache.mark_of(translator)
 
 
 def fingerprint_of(computer: Computer, blocks: Blocks) -> str:
