@@ -10,7 +10,7 @@ ROOT = Path(__file__).parent.parent
 #: Rooms of kernels, in the order of the floors.
 ROOMS = ["geometry", "integrate", "earth", "orbit", "environment", "wheel_array"]
 ROOMS += ["spacecraft", "estimation", "control", "simulation"]
-KERNEL = re.compile(r"^@(kernel|released|inlined|internal|inner)$", re.MULTILINE)
+KERNEL = re.compile(r"^@(kernel|released|inlined)$", re.MULTILINE)
 #: A file without kernels that decides about a run as they do.
 RESTORE = "restore.py"
 AT_MOST_OF_A_FILE = 3

@@ -71,7 +71,7 @@ def test_the_key_knows_the_compiler(package, monkeypatch):
 
 
 #: How a file makes compiled code: the decorators of the project.
-KERNEL = re.compile(r"^\s*@(kernel|inlined|internal|inner)\b", re.M)
+KERNEL = re.compile(r"^\s*@(kernel|released|inlined)\b", re.M)
 
 
 def test_rooms_without_kernels_hold_none():

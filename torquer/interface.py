@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 
 #: Number of single Sun cells that the computer can read.
 CELLS = 6
@@ -203,7 +203,7 @@ def put_estimate(k, e):
     k.isolated_nadir, k.isolated_cells = e.isolated[6], e.isolated[7]
 
 
-@internal
+@inlined
 def put_ephemeris(k, e):
     """Write an ephemeris into the record."""
     k.position_x, k.position_y, k.position_z = e.r_inertial_m
@@ -214,7 +214,7 @@ def put_ephemeris(k, e):
     k.sunlit_fraction = e.sunlit_fraction
 
 
-@internal
+@inlined
 def inputs_of(k):
     """The record as inputs; what a function does not use is not read."""
     return Inputs(

@@ -123,9 +123,7 @@ def record_maker(shape: Shape) -> Callable:
     """Kernel that makes the record of parameters from the array that holds them."""
     names = dict(shape.classes)
     exec(f"def named(p):\n    return {shape.source}", names)
-    return numba.njit(
-        forceinline=True, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True
-    )(names["named"])
+    return numba.njit(**engine.INLINED_OPTIONS)(names["named"])
 
 
 def _memory_view(names: tuple | None) -> Callable:
@@ -148,7 +146,7 @@ def _memory_view(names: tuple | None) -> Callable:
     return view
 
 
-@engine.internal
+@engine.inlined
 def _unchanged(value):
     return value
 
@@ -164,7 +162,7 @@ def _guarded_adapter(inputs, parameters, memory):
         return _failed()  # noqa: F821
 
 
-@engine.internal
+@engine.inlined
 def _first_of(records):
     return inputs_of(records[0])
 
@@ -224,7 +222,7 @@ def inner_of(function: Callable, own: bool, shape: Shape):
     if own and shape.fixed:
         return function if function is not plain else engine.kernel(plain)
     model = {"error_model": "numpy"} if own else {"error_model": "python", "boundscheck": True}
-    return numba.njit(**model)(plain)
+    return numba.njit(**model, **engine.FOR_KERNELS)(plain)
 
 
 def _explain(inner, shape: Shape, names, must: str, plainly: str) -> None:

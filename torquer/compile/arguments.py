@@ -22,11 +22,10 @@ from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
 from torquer.compile.code_cache import kept
-from torquer.compile.engine import COMPILED, OPTIONS, address_of, caller
+from torquer.compile.engine import COMPILED, INLINED_OPTIONS, OPTIONS, address_of, caller
 from torquer.compile.other_process import compile_in_other_process
 
 _WORD = ir.IntType(64)
-_INLINED = {**OPTIONS, "forceinline": True}
 #: What an entry is given is alive as long as it runs: nothing counts references. Numba hands this
 #: on to what it compiles for an entry.
 _ENTRY = {**OPTIONS, "no_cpython_wrapper": True, "_nrt": False}
@@ -217,7 +216,7 @@ def record_at(address):
     return address
 
 
-@overload(record_at, jit_options=_INLINED)
+@overload(record_at, jit_options=INLINED_OPTIONS)
 def _record_at(address):
     return lambda address: _view_at(address)
 
@@ -227,7 +226,7 @@ def whole(record):
     return record
 
 
-@overload(whole, jit_options=_INLINED)
+@overload(whole, jit_options=INLINED_OPTIONS)
 def _whole(record):
     if isinstance(record, _View):
         return lambda record: _read_whole(record)

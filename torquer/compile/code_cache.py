@@ -6,6 +6,7 @@ callee in another file either: the folder is named by a hash of all sources that
 """
 
 import contextlib
+import copy
 import functools
 import hashlib
 import io
@@ -226,12 +227,21 @@ class _SealedCache(FunctionCache):
 
     def __init__(self, py_func):
         super().__init__(py_func)
-        stamp, base = self._impl.locator.get_source_stamp(), self._impl.filename_base
+        self._use_files(self._impl.filename_base)
+
+    def _use_files(self, base: str) -> None:
+        stamp = self._impl.locator.get_source_stamp()
         self._cache_file = _SealedFile(self._cache_path, base, stamp)
         self._ready_file = None
         if READY and stamp == SOURCES:
             place = READY / SOURCES / Path(self._cache_path).name
             self._ready_file = _SealedFile(str(place), base, stamp)
+
+    def of_form(self, name: str) -> "_SealedCache":
+        """The cache of another form of the function, in the same folders."""
+        made = copy.copy(self)
+        made._use_files(f"{self._impl.filename_base}.{name}")
+        return made
 
     def _load_overload(self, sig, target_context):
         found = super()._load_overload(sig, target_context)
@@ -289,6 +299,14 @@ def kept(function):
     return function
 
 
+def kept_as(name: str, form, function):
+    """Another form of a function, kept where the function is, under a name of its own."""
+    cache = getattr(function, "_cache", None)
+    if isinstance(cache, _SealedCache):
+        form._cache = cache.of_form(name)
+    return form
+
+
 def is_missing(function, signature) -> bool:
     """Whether the compiled code of a function could be on the disk, and is not."""
     cache = getattr(function, "_cache", None)
@@ -300,8 +318,9 @@ def is_missing(function, signature) -> bool:
 def keep_off_disk(*kernels) -> None:
     """From now on compile these kernels for this process alone."""
     for each in kernels:
-        if hasattr(each, "_cache"):
-            each._cache = NullCache()
+        for form in (each, getattr(each, "for_kernels", None)):
+            if hasattr(form, "_cache"):
+                form._cache = NullCache()
 
 
 def mark_of(files: Iterable[Path]) -> str:

@@ -5,6 +5,7 @@ allocation, no exceptions, no strings, no globals that change. Vectors are
 3-tuples, so they live in registers.
 """
 
+import functools
 import hashlib
 from collections.abc import Callable
 from pathlib import Path
@@ -16,9 +17,10 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
+from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
-from torquer.compile.code_cache import PACKAGE, kept
+from torquer.compile.code_cache import PACKAGE, kept, kept_as
 
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT
@@ -26,16 +28,38 @@ COMPILED = not numba.config.DISABLE_JIT
 #: How all kernels are compiled. No `fastmath`, not even 'contract': which products are fused into
 #: an addition would be the compiler's choice, which changes from one compilation to the next.
 OPTIONS: Any = {"error_model": "numpy"}
-#: The same for functions chosen by type that LLVM is to inline.
-INLINED_OPTIONS: Any = {**OPTIONS, "forceinline": True}
-#: Without the code to be called from Python: that unpacks every array of a nested record and takes
+#: Without the code to be called from Python: that unpacks every cell of nested arguments and takes
 #: longer to compile than the function itself. (Called from there it ends the process.)
-_KERNELS_ONLY = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+FOR_KERNELS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+#: How functions chosen by type that LLVM is to inline are compiled.
+INLINED_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
+
+
+class Kernel(CPUDispatcher):
+    """A compiled function with two forms: other kernels call the one that Python cannot call."""
+
+    @functools.cached_property
+    def for_kernels(self) -> CPUDispatcher:
+        """The form for kernels."""
+        made = numba.njit(**self._options, **FOR_KERNELS)(self.py_func)
+        return kept_as("for_kernels", made, self)
+
+    @property
+    def _numba_type_(self):
+        return types.Dispatcher(self.for_kernels)
 
 
 def _decorator(**options) -> Callable:
-    compiled = numba.njit(**OPTIONS, **options)
-    return lambda function: kept(compiled(function))
+    all_options = {**OPTIONS, **options}
+
+    def decorate(function):
+        if not COMPILED:
+            return function
+        made = numba.njit(**all_options)(function)
+        made.__class__, made._options = Kernel, all_options
+        return kept(made)
+
+    return decorate
 
 
 #: The one decorator for kernels.
@@ -45,10 +69,6 @@ released = _decorator(nogil=True)
 #: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = _decorator(forceinline=True)
-#: The same for what kernels alone call, never Python.
-internal = _decorator(forceinline=True, **_KERNELS_ONLY)
-#: For what kernels alone call and is too large to be inlined.
-inner = _decorator(**_KERNELS_ONLY)
 #: For kernels that take others as arguments: their code becomes part of the calling kernel's.
 plugged = numba.njit(inline="always", **OPTIONS)
 

@@ -16,7 +16,7 @@ from torquer.compile import plugin
 from torquer.compile.adapter import flat
 from torquer.compile.arguments import call_host, whole
 from torquer.compile.block import Block
-from torquer.compile.engine import addresses, caller, inner, internal
+from torquer.compile.engine import addresses, caller, inlined, kernel
 from torquer.control.law import LAW_SIGNATURE, Law
 from torquer.control.modes.table import (
     AXIS_OFF,
@@ -123,25 +123,25 @@ call_switch = caller(_SWITCH)
 call_law = caller(LAW_SIGNATURE)
 
 
-@internal
+@inlined
 def finite3(v):
     """Whether all three components are finite."""
     return math.isfinite(v[0]) and math.isfinite(v[1]) and math.isfinite(v[2])
 
 
-@internal
+@inlined
 def _answered_estimate(a):
     q, omega, bias = (a[1], a[2], a[3], a[4]), (a[5], a[6], a[7]), (a[8], a[9], a[10])
     isolated = (a[13], a[14], a[15], a[16], a[17], a[18], a[19], a[20])
     return Estimate(a[0], q, omega, bias, a[11], a[12], isolated)
 
 
-@internal
+@inlined
 def _answered_command(a):
     return Command((a[0], a[1], a[2]), (a[3], a[4], a[5]))
 
 
-@inner
+@kernel
 def estimate_step(computer, board, number):
     """Let an estimator work."""
     block = computer.estimator_blocks[number]
@@ -155,7 +155,7 @@ def estimate_step(computer, board, number):
     put_estimate(board.known[0], estimate)
 
 
-@internal
+@inlined
 def take_readings(known):
     """The estimate is what attitude sensor and gyro read; they state neither error nor bias.
 
@@ -173,7 +173,7 @@ def take_readings(known):
     known.isolated_nadir, known.isolated_cells = 0.0, 0.0
 
 
-@internal
+@inlined
 def take_stated(computer, board, number):
     """The estimate is what a law has just stated, where it states one and the modes choose it."""
     chosen, at = board.chosen[0], computer.law_blocks[number].states
@@ -186,7 +186,7 @@ def take_stated(computer, board, number):
     chosen.stated = 1.0
 
 
-@internal
+@inlined
 def put_simple_estimate(known, number):
     """The estimate without an estimator: what attitude sensor and gyro read, or none."""
     if number == SENSOR_READINGS:
@@ -195,7 +195,7 @@ def put_simple_estimate(known, number):
         put_estimate(known, UNKNOWN_ESTIMATE)
 
 
-@internal
+@inlined
 def estimate(computer, board):
     """Bring the estimate up to date; one that a law stated lasts until the law's next command."""
     number, stated = int(board.chosen[0].estimator), board.chosen[0].stated
@@ -208,7 +208,7 @@ def estimate(computer, board):
         estimate_step(computer, board, number)
 
 
-@inner
+@kernel
 def enter_modes(computer, board, t_s):
     """Do what the states that have been entered are to set; estimator and actuators of all."""
     table, chosen = computer.modes, board.chosen[0]
@@ -233,7 +233,7 @@ def enter_modes(computer, board, t_s):
                 chosen.coil_z = 0.0 if action.index == 2 else chosen.coil_z
 
 
-@internal
+@inlined
 def is_informed(block, known):
     """Whether the estimate has what a law needs."""
     lacks_attitude = block.needs_attitude == 1 and not math.isfinite(known.estimate_q_x)
@@ -241,7 +241,7 @@ def is_informed(block, known):
     return not (lacks_attitude or lacks_rate)
 
 
-@internal
+@inlined
 def command_of(computer, board, number):
     """The command of a law; none while what it needs of the estimate is not known."""
     block = computer.law_blocks[number]
@@ -257,7 +257,7 @@ def command_of(computer, board, number):
     return command
 
 
-@internal
+@inlined
 def switch(computer, board):
     """Switch the modes, and do what the states that have been entered are to set.
 
@@ -271,7 +271,7 @@ def switch(computer, board):
         enter_modes(computer, board, known.t_s)
 
 
-@internal
+@inlined
 def allowed(chosen, dipole):
     """The part of a dipole that the modes let the coils make, whatever a law asks of the others."""
     x, y, z = dipole
@@ -283,7 +283,7 @@ def allowed(chosen, dipole):
     )
 
 
-@internal
+@inlined
 def is_off(table, modes, law):
     """Whether a present state keeps a law from working."""
     off = False
@@ -295,7 +295,7 @@ def is_off(table, modes, law):
     return off
 
 
-@inner
+@kernel
 def command_by_modes(computer, board):
     """Switch the modes; the command of the present states' laws, added by their factors."""
     switch(computer, board)
@@ -313,7 +313,7 @@ def command_by_modes(computer, board):
     return Command(allowed(board.chosen[0], dipole), torque)
 
 
-@internal
+@inlined
 def control_step(computer, board):
     """The command for what the computer knows; without modes that of all laws, added."""
     if computer.host != 0:
@@ -329,13 +329,13 @@ def control_step(computer, board):
     return Command(dipole, torque)
 
 
-@internal
+@inlined
 def _copy(to, source):
     for place in range(source.shape[0]):
         to[place] = source[place]
 
 
-@inner
+@kernel
 def restart(board, first):
     """Begin as with another board: parameters, memory, modes and estimate; readings are kept."""
     _copy(board.parameters, first.parameters)

@@ -19,7 +19,7 @@ import numba
 
 from torquer.compile.adapter import Kind
 from torquer.compile.block import Block
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 from torquer.compile.plugin import attributes_read
 from torquer.interface import NO_COMMAND, Command
 
@@ -45,27 +45,27 @@ def _vector(answer):
     return (float(answer[0]), float(answer[1]), float(answer[2]))
 
 
-@internal
+@inlined
 def dipole_command(answer):
     """The command of a law that answers with a dipole."""
     x, y, z = answer
     return Command((float(x), float(y), float(z)), (0.0, 0.0, 0.0))
 
 
-@internal
+@inlined
 def torque_command(answer):
     """The command of a law that answers with a torque."""
     x, y, z = answer
     return Command((0.0, 0.0, 0.0), (float(x), float(y), float(z)))
 
 
-@internal
+@inlined
 def whole_command(answer):
     """The command of a law that answers with one."""
     return Command(_vector(answer.dipole_a_m2), _vector(answer.torque_n_m))
 
 
-@internal
+@inlined
 def no_number_command():
     """The answer of a law that raised an error."""
     nothing = (math.nan, math.nan, math.nan)

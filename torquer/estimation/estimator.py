@@ -12,7 +12,7 @@ from numba.extending import overload
 
 from torquer.compile.adapter import Kind
 from torquer.compile.block import Block
-from torquer.compile.engine import caller, inlined, internal
+from torquer.compile.engine import caller, inlined
 from torquer.interface import UNKNOWN_ESTIMATE, Estimate
 
 
@@ -43,7 +43,7 @@ def _isolated_compiled(e):
     return lambda e: nothing
 
 
-@internal
+@inlined
 def as_estimate(e):
     """What an estimator returned, as numbers of the compiled types."""
     q = e.q_body_to_inertial
@@ -58,7 +58,7 @@ def as_estimate(e):
     )
 
 
-@internal
+@inlined
 def no_estimate():
     """The answer of an estimator that raised an error."""
     nothing = (math.nan, math.nan, math.nan)

@@ -12,7 +12,7 @@ from numba.extending import overload
 
 from torquer.compile.adapter import ARRAY
 from torquer.compile.c_library import call_c
-from torquer.compile.engine import INLINED_OPTIONS, caller, internal
+from torquer.compile.engine import INLINED_OPTIONS, caller, inlined
 from torquer.compile.lanes import LANES
 from torquer.control.computer import (
     Board,
@@ -66,7 +66,7 @@ def same_computers(one: Computer, other: Computer) -> bool:
     return all(map(np.array_equal, parts(one), parts(other)))
 
 
-@internal
+@inlined
 def accept(cells, command):
     """Keep a command."""
     c = cells[0]
@@ -74,7 +74,7 @@ def accept(cells, command):
     c.torque_x, c.torque_y, c.torque_z = command.torque_n_m
 
 
-@internal
+@inlined
 def has_command(member):
     """Whether a member's command is one of finite numbers."""
     c = member.state.cells[0]
@@ -82,18 +82,18 @@ def has_command(member):
     return finite3(dipole) and finite3(torque)
 
 
-@internal
+@inlined
 def _estimate_step(member, estimator):
     put_simple_estimate(member.state.board.known[0], estimator)
 
 
-@internal
+@inlined
 def _no_command_step(member):
     c = member.state.cells[0]
     c.dipole_x, c.dipole_y, c.dipole_z = 0.0, 0.0, 0.0
 
 
-@internal
+@inlined
 def board_of(boards, lane):
     """The board of a member."""
     one, modes = boards.all, boards.all.modes
@@ -115,7 +115,7 @@ def board_of(boards, lane):
     )
 
 
-@internal
+@inlined
 def command_from(computer, board):
     """The command for what is known on board: by the library in C, else by the control step."""
     if computer.library != 0:
@@ -126,7 +126,7 @@ def command_from(computer, board):
     return control_step(computer, board)
 
 
-@internal
+@inlined
 def _laws_in_vectors(members, computer):
     """Computers with laws alone: those of all members at once."""
     each(members, _estimate_step, computer.estimator)
@@ -138,7 +138,7 @@ def _laws_in_vectors(members, computer):
         call_law_in_lanes(law, members.cells, members.lanes, *places)
 
 
-@internal
+@inlined
 def _one_by_one(members, plan, tables, boards, step):
     """Computers with modes or estimators, one after another."""
     if plan.needs_ephemeris:

@@ -11,7 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import whole
-from torquer.compile.engine import INLINED_OPTIONS, internal
+from torquer.compile.engine import INLINED_OPTIONS, inlined
 from torquer.compile.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
 from torquer.noise import normal3
 
@@ -62,7 +62,7 @@ class Many(NamedTuple):
     lanes: int
 
 
-@internal
+@inlined
 def member_in(members, lane):
     """The member in a lane."""
     return Member(
@@ -142,21 +142,21 @@ def _must_stop(members, test, how, step, *arguments):
     return in_lanes
 
 
-@internal
+@inlined
 def _draw(member, sensor, stream):
     count = int(member.state.sensors[sensor].count)
     x, y, z = normal3(member.seed, stream, count)
     member.drawn[stream, 0], member.drawn[stream, 1], member.drawn[stream, 2] = x, y, z
 
 
-@internal
+@inlined
 def draw(members, sigma, sensor, stream):
     """Draw the errors of a sensor's next readings, if they have any."""
     if sigma > 0.0:
         each(members, _draw, sensor, stream)
 
 
-@internal
+@inlined
 def drawn_for(member, stream):
     """What was drawn from a stream."""
     return (member.drawn[stream, 0], member.drawn[stream, 1], member.drawn[stream, 2])

@@ -3,7 +3,7 @@
 What ends in `_step` is a phase of the loop, for one member: see `torquer.simulation.members`.
 """
 
-from torquer.compile.engine import inner, internal
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate
 from torquer.geometry.vec3 import add, norm
 from torquer.noise import normal3
@@ -28,7 +28,7 @@ from torquer.spacecraft.failures import (
 )
 
 
-@internal
+@inlined
 def put_reading(known, sensor, t_s, x, y, z, w, u, v):
     """Give a reading to the computer; u and v: of the last two Sun cells."""
     if sensor == MAGNETOMETER:
@@ -46,7 +46,7 @@ def put_reading(known, sensor, t_s, x, y, z, w, u, v):
         known.cells_3, known.cells_4, known.cells_5 = w, u, v
 
 
-@inner
+@kernel
 def deliver_step(member, actions):
     """Let the late readings that are due reach the computer."""
     for sensor in (MAGNETOMETER, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, HORIZON_SENSOR, SUN_CELLS):
@@ -55,13 +55,13 @@ def deliver_step(member, actions):
             put_reading(member.state.board.known[0], sensor, r.t_s, r.x, r.y, r.z, r.w, r.u, r.v)
 
 
-@internal
+@inlined
 def chosen(condition, a, b):
     """a where the condition holds, else b."""
     return a if condition else b
 
 
-@internal
+@inlined
 def put_late(is_late, reading, t, x, y, z, w):
     """Send a reading on its way to the computer if it is late.
 
@@ -72,13 +72,13 @@ def put_late(is_late, reading, t, x, y, z, w):
     r.x, r.y, r.z = chosen(is_late, x, r.x), chosen(is_late, y, r.y), chosen(is_late, z, r.z)
 
 
-@internal
+@inlined
 def acts(failure, actions, t):
     """Whether a failure acts on a reading of now."""
     return actions & (READ << failure.sensor) != 0 and failure.from_s <= t < failure.until_s
 
 
-@inner
+@kernel
 def stuck_step(member, sensor, late, t):
     """Send the last reading again, as one of now."""
     known = member.state.board.known[0]
@@ -98,7 +98,7 @@ def stuck_step(member, sensor, late, t):
         known.cells_s = t
 
 
-@inner
+@kernel
 def replace_step(member, sensor, value, late, t):
     """Put a value in place of each component of the reading of now."""
     if late & (READ << sensor):
@@ -109,7 +109,7 @@ def replace_step(member, sensor, value, late, t):
         put_reading(known, sensor, t, value, value, value, value, value, value)
 
 
-@internal
+@inlined
 def reading_of(known, sensor):
     """A reading (six numbers) that the computer has; ones where the sensor has fewer."""
     x, y, z, w, u, v = known.b_x, known.b_y, known.b_z, 1.0, 1.0, 1.0
@@ -127,7 +127,7 @@ def reading_of(known, sensor):
     return x, y, z, w, u, v
 
 
-@internal
+@inlined
 def with_error(sensor, v, w, error):
     """A reading with an error: of directions and attitudes a rotation vector in body axes."""
     if norm(error) == 0.0:  # a product with nothing would make what is infinite unknown
@@ -140,7 +140,7 @@ def with_error(sensor, v, w, error):
     return add(v, error), w
 
 
-@inner
+@kernel
 def change_step(member, failure, stream, late, t):
     """Change the reading of now as a failure says."""
     sensor = failure.sensor
@@ -157,7 +157,7 @@ def change_step(member, failure, stream, late, t):
         put_reading(known, sensor, t, x, y, z, w, u, v)
 
 
-@internal
+@inlined
 def sensors_at_work(members, failures, late, actions, t):
     """The actions without the readings that a failure prevents."""
     left = actions
@@ -169,7 +169,7 @@ def sensors_at_work(members, failures, late, actions, t):
     return left
 
 
-@internal
+@inlined
 def change_readings(members, failures, late, actions, t):
     """Replace or change what has been read, where a failure says so; in the order of failures."""
     for i in range(failures.shape[0]):

@@ -6,14 +6,14 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, record_at
-from torquer.compile.engine import INLINED_OPTIONS, inner
+from torquer.compile.engine import INLINED_OPTIONS, kernel
 from torquer.simulation.members import One, member_in
 from torquer.simulation.state import Plan, Record, State, motion_of
 from torquer.spacecraft.coils import present_dipole
 from torquer.spacecraft.rotors import relative_momentum
 
 
-@inner
+@kernel
 def record_wheels(rotors, state, omega, kept):
     """Write what is kept of the wheels: momentum and motor torque of each."""
     count = rotors.rows.shape[0]
@@ -22,7 +22,7 @@ def record_wheels(rotors, state, omega, kept):
         kept[count + k] = state[k].motor
 
 
-@inner
+@kernel
 def record_row(plan, state, coils, step, record):
     """Write what is kept of this instant into its row of the record; `coils`: their state."""
     number = step // plan.record_steps % record.rows.shape[0]

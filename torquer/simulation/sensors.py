@@ -5,7 +5,7 @@ What ends in `_step` is a phase of the loop, for one member: see `torquer.simula
 
 import math
 
-from torquer.compile.engine import inner, internal
+from torquer.compile.engine import inlined, kernel
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.albedo import earthlight
 from torquer.environment.sun import sunlit_fraction_at
@@ -58,14 +58,14 @@ from torquer.spacecraft.sun_sensor import read_sun
 from torquer.spacecraft.wheels import read_tachometers
 
 
-@inner
+@kernel
 def sun_and_light(shadow, orbit, sun, t):
     """Unit vector from the satellite to the Sun (inertial), visible part of its disc."""
     r, sun_m = lookup3(orbit, t), lookup3(sun, t)
     return unit(sub(sun_m, r)), sunlit_fraction_at(shadow, r, sun_m)
 
 
-@inner
+@kernel
 def sunlight_at(plant, albedo, tables, t):
     """What Sun sensors receive: direction to the Sun, visible part of it, light of the Earth."""
     direction, sunlit_fraction = sun_and_light(plant.shadow, tables.orbit, tables.sun, t)
@@ -75,7 +75,7 @@ def sunlight_at(plant, albedo, tables, t):
     return direction, sunlit_fraction, of_earth
 
 
-@internal
+@inlined
 def read_gyro(plant, cells, omega, t, drawn, drawn_walk):
     """What the gyro reads; its drift goes on from its last reading."""
     c = cells[0]
@@ -86,7 +86,7 @@ def read_gyro(plant, cells, omega, t, drawn, drawn_walk):
     return read_rate(plant.gyro, omega, drift, drawn)
 
 
-@internal
+@inlined
 def read_magnetometer(plant, coils, b_body, drawn):
     """What the magnetometer reads, with the field of coils that are on."""
     dipole = (0.0, 0.0, 0.0)
@@ -95,7 +95,7 @@ def read_magnetometer(plant, coils, b_body, drawn):
     return read_field(plant.magnetometer, b_body, dipole, drawn)
 
 
-@internal
+@inlined
 def magnetometer_step(member, late, b_inertial, t):
     """A reading of the magnetometer, which reaches the computer now or is on its way."""
     state, drawn = member.state, drawn_for(member, magnetometer.STREAM)
@@ -110,7 +110,7 @@ def magnetometer_step(member, late, b_inertial, t):
     known.b_z = chosen(is_late, known.b_z, bz)
 
 
-@internal
+@inlined
 def search_coil_step(member, b_inertial, b_rate_inertial, t):
     """A reading of the search coil: the field's rate of change as the body sees it."""
     known, x = member.state.board.known[0], motion_of(member.state.cells)
@@ -120,7 +120,7 @@ def search_coil_step(member, b_inertial, b_rate_inertial, t):
     known.b_rate_s = t
 
 
-@internal
+@inlined
 def gyro_step(member, late, t):
     """A reading of the gyro."""
     state, drawn = member.state, drawn_for(member, gyro.NOISE_STREAM)
@@ -136,7 +136,7 @@ def gyro_step(member, late, t):
     known.omega_z = chosen(is_late, known.omega_z, wz)
 
 
-@internal
+@inlined
 def sun_sensors_step(member, late, sunlight, t):
     """A reading of the Sun sensors; `sunlight`: direction to the Sun, visible part of it, light of
     the Earth (inertial)."""
@@ -156,7 +156,7 @@ def sun_sensors_step(member, late, sunlight, t):
     known.sun_z = chosen(is_late, known.sun_z, sz)
 
 
-@inner
+@kernel
 def sky_at(plant, tables, t):
     """What may blind the attitude sensor."""
     sensor, nothing = plant.attitude_sensor, (0.0, 0.0, 0.0)
@@ -169,7 +169,7 @@ def sky_at(plant, tables, t):
     return Sky(sun, nadir, cosine)
 
 
-@internal
+@inlined
 def attitude_sensor_step(member, late, sky, t):
     """A reading of the attitude sensor; NaN where it is blinded."""
     state, drawn = member.state, drawn_for(member, attitude_sensor.STREAM)
@@ -189,7 +189,7 @@ def attitude_sensor_step(member, late, sky, t):
     known.q_w = chosen(is_late, known.q_w, qw)
 
 
-@internal
+@inlined
 def horizon_sensor_step(member, late, centre, t):
     """A reading of the horizon sensor; `centre`: of the Earth's infrared disc (inertial)."""
     state, drawn = member.state, drawn_for(member, horizon_sensor.STREAM)
@@ -205,7 +205,7 @@ def horizon_sensor_step(member, late, centre, t):
     known.nadir_z = chosen(is_late, known.nadir_z, nz)
 
 
-@internal
+@inlined
 def sun_cells_step(member, late, sunlight, t):
     """Signals of the Sun cells; `sunlight`: as for the Sun sensors."""
     state, q = member.state, motion_of(member.state.cells).q
@@ -236,7 +236,7 @@ def sun_cells_step(member, late, sunlight, t):
     )
 
 
-@inner
+@kernel
 def tachometers_step(member, t):
     """A reading of the tachometers: momenta for the allocation, their vector sum for laws."""
     state, plant = member.state, member.constants
@@ -251,7 +251,7 @@ def tachometers_step(member, t):
     known.wheels_s = t
 
 
-@internal
+@inlined
 def read_sensors(members, plan, tables, b_inertial, actions, step):
     """Read the sensors that are due, in this order; what their noise is, state and step decide."""
     t, late, plant = step * plan.step_s, plan.timetable.late, plan.plant
@@ -290,7 +290,7 @@ def read_sensors(members, plan, tables, b_inertial, actions, step):
     change_readings(members, failures, late, actions, t)
 
 
-@inner
+@kernel
 def ephemeris_at(plant, tables, t):
     """Where the computer believes the satellite to be, and what its models give there."""
     orbit, sun = tables.believed_orbit, tables.believed_sun
@@ -300,7 +300,7 @@ def ephemeris_at(plant, tables, t):
     return Ephemeris(lookup3(orbit, t), v, b, b_rate, direction, sunlit_fraction)
 
 
-@internal
+@inlined
 def update_step(member, left, mean, t):
     """Give the computer the time and what its coils have done since the control step before.
 
@@ -317,7 +317,7 @@ def update_step(member, left, mean, t):
     k.t_s = t
 
 
-@internal
+@inlined
 def ephemeris_step(member, ephemeris):
     """Give the computer its ephemeris."""
     put_ephemeris(member.state.board.known[0], ephemeris)

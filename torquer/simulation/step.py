@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from torquer.compile.arguments import Entry, entry_caller, record_at
-from torquer.compile.engine import inner, internal
+from torquer.compile.engine import inlined, kernel
 from torquer.control.allocation import allocate_torque, switch_off_motors
 from torquer.control.computer import restart
 from torquer.environment.table import lookup6
@@ -71,14 +71,14 @@ class Loop(NamedTuple):
     problem: Any
 
 
-@internal
+@inlined
 def coils_off_step(member):
     """Let the coils go to zero."""
     coils = member.constants.coils
     put_goal(member.state.cells, switch_off_coils(coils, member.state.coils))
 
 
-@internal
+@inlined
 def drive_coils_step(member):
     """Hand the dipole that is kept to the coils."""
     state, coils = member.state, member.constants.coils
@@ -88,14 +88,14 @@ def drive_coils_step(member):
     c.set_x, c.set_y, c.set_z = believed_dipole(coils, state.coils)
 
 
-@internal
+@inlined
 def fail_coils_step(member, failures, t):
     """Let the coils go where failures, which begin or end now, let them go."""
     goal = fail_coils(member.constants.coils, failures, member.state.coils, t)
     put_goal(member.state.cells, goal)
 
 
-@internal
+@inlined
 def fail_members_coils(members, plant, t):
     """Let failures act on the coils of all members, if there are any."""
     failures = plant.failures.coils
@@ -103,13 +103,13 @@ def fail_members_coils(members, plant, t):
         each(members, fail_coils_step, failures, t)
 
 
-@inner
+@kernel
 def restart_step(member, first):
     """Let a computer begin as at the start of the run, but for its latest readings."""
     restart(member.state.board, first)
 
 
-@internal
+@inlined
 def leave_coils_off_step(member):
     """Remember that the coils stay off until the next control step."""
     c = member.state.cells[0]
@@ -133,7 +133,7 @@ drive_wheels = Entry(_drive_wheels, 2)
 _call_drive_wheels = entry_caller(2)
 
 
-@internal
+@inlined
 def sense(loop, actions, step, works):
     """Read the sensors; on a control step bring up to date what the computers know.
 
@@ -154,7 +154,7 @@ def sense(loop, actions, step, works):
             each(members, ephemeris_step, ephemeris_at(plan.plant, tables, t))
 
 
-@internal
+@inlined
 def actuate(address, row, step):
     """Hand the commands to coils and wheels."""
     loop = record_at(address)
@@ -168,7 +168,7 @@ def actuate(address, row, step):
         _call_drive_wheels(loop.drive_wheels, address, row.hold_steps, step)
 
 
-@internal
+@inlined
 def control(loop, step):
     """Let the computers work on what they know; how it ended."""
     members, plan, at = loop.members, loop.plan, loop.at

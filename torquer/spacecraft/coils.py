@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import AfterValidator, Field, model_validator
 
 from torquer import validate
-from torquer.compile.engine import inlined, internal, kernel, records
+from torquer.compile.engine import inlined, kernel, records
 from torquer.geometry.vec3 import as_vector
 from torquer.spacecraft.failures import CoilFailure, failed_dipole
 from torquer.spec import Spec, Vector
@@ -143,7 +143,7 @@ def remaining(lag_s, t_s):
     return math.exp(-t_s / lag_s)
 
 
-@internal
+@inlined
 def remaining_and_mean(lag_s, t_s):
     """Fraction of the way to the target that remains after t_s, and its mean until then."""
     if lag_s == 0.0 or t_s == 0.0:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_inverse, sym_vec
 from torquer.spacecraft.rotors import axis_of, time_to_stand
 
@@ -43,7 +43,7 @@ def _rubs(rotor):
     return rotor.coulomb > 0.0 or rotor.breakaway > 0.0
 
 
-@internal
+@inlined
 def _changes(rotor, state, speed, motor, driven):
     """(Whether a rotor spins by itself, sense of its friction, whether it is at rest)."""
     side = np.sign(speed) if speed != 0.0 else np.sign(motor)
@@ -77,7 +77,7 @@ def _difference(a, b):
     return (a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5])
 
 
-@internal
+@inlined
 def begin_turning(rotors, state, work, tableau, inertia, omega, step):
     """The rotors at the start of a step: which of them spin by themselves."""
     rows, tensor = rotors.rows, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -97,7 +97,7 @@ def begin_turning(rotors, state, work, tableau, inertia, omega, step):
     return Turning(rows, work, tableau, tensor, inverse)
 
 
-@internal
+@inlined
 def _momentum(turning, stage, h, k):
     """Momentum of rotor k where a stage is evaluated; stage 12: after the step."""
     total = 0.0
@@ -106,7 +106,7 @@ def _momentum(turning, stage, h, k):
     return turning.work[_START, k] + h * total
 
 
-@internal
+@inlined
 def turn(turning, stage, h, omega):
     """(Momentum of the rotors relative to the body, their torque on it) at a stage."""
     held, torque, work = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), turning.work
@@ -123,7 +123,7 @@ def turn(turning, stage, h, omega):
     return sub(held, sym_vec(turning.tensor, omega)), torque
 
 
-@internal
+@inlined
 def end_turning(turning, state, h, omega):
     """Keep the momenta after a step; `omega`: the rate of the body then."""
     for k in range(turning.rows.shape[0]):

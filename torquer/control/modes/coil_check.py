@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 from torquer.estimation.measurements.measurement import as_of_now
 from torquer.estimation.triad import quaternion_of
 from torquer.geometry.quaternion import from_rotation_vector, multiply, rotate
@@ -106,7 +106,7 @@ def has_field_reversed(now):
     return -1.0 if total - sure > 0.0 else 0.0
 
 
-@internal
+@inlined
 def momentum_at(table, now, inputs):
     """Momentum of body and wheels in axes that turn with the gyro's rotation alone."""
     own = sym_vec(table.inertia_kg_m2, vector_of(now.omega))
@@ -114,7 +114,7 @@ def momentum_at(table, now, inputs):
     return rotate(quaternion_of(now.q), add(own, wheels))
 
 
-@internal
+@inlined
 def begin_window(table, now, inputs):
     """Begin to add up."""
     now.window_s = inputs.t_s
@@ -122,7 +122,7 @@ def begin_window(table, now, inputs):
     now.impulse[:, :] = 0.0
 
 
-@internal
+@inlined
 def add_impulse(now, inputs):
     """Add what the dipole since the control step before has done, by the trapezoidal rule.
 
@@ -143,7 +143,7 @@ def add_impulse(now, inputs):
     now.lever_s = inputs.t_s
 
 
-@internal
+@inlined
 def forget_coils(now):
     """Coils as built, after a failure of the gyro or the magnetometer."""
     forget(now, math.inf)
@@ -151,7 +151,7 @@ def forget_coils(now):
     now.window_s = now.lever_s = -math.inf
 
 
-@internal
+@inlined
 def forget(now, t_s):
     """Return towards coils as built in the time of a window; a larger dipole may be stuck on."""
     left = math.exp(-t_s / _FORGET_S)
@@ -164,7 +164,7 @@ def forget(now, t_s):
         now.covariance[i, i] += (1.0 - left * left) * first
 
 
-@internal
+@inlined
 def correct(now, row, y, variance):
     """Kalman update by one equation y = row . effect + noise.
 
@@ -190,7 +190,7 @@ def correct(now, row, y, variance):
             p[i, j] -= now.seen[i] * now.seen[j] / square
 
 
-@internal
+@inlined
 def close_window(table, now, inputs):
     """Compare the momentum's change with what the coils should have done."""
     t_s, momentum = inputs.t_s - now.window_s, momentum_at(table, now, inputs)
@@ -207,7 +207,7 @@ def close_window(table, now, inputs):
             correct(now, now.impulse[k], change[k], variance)
 
 
-@internal
+@inlined
 def follow_coils(table, now, inputs, sound):
     """Bring the coils' effects up to date; `sound`: gyro and magnetometer may be believed."""
     if not sound or inputs.t_s - now.lever_s > _LONGEST_S:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 
 #: Numbers of the sensors, in the order of `ReadingTimes`.
 MAGNETOMETER, SEARCH_COIL, GYRO, SUN_SENSORS, ATTITUDE_SENSOR, TACHOMETERS = range(6)
@@ -29,7 +29,7 @@ SENSOR_NOW = np.dtype(
 )
 
 
-@internal
+@inlined
 def reading_of(inputs, sensor):
     """(Time of a sensor's latest reading, its numbers)."""
     at = inputs.read_at
@@ -54,7 +54,7 @@ def reading_of(inputs, sensor):
     return t_s, (x, y, z, w)
 
 
-@internal
+@inlined
 def may_stay(sensor, v):
     """Whether a sound sensor may send the same numbers for long: nothing seen, wheels at rest."""
     of_sight = sensor in (SUN_SENSORS, HORIZON_SENSOR, SUN_CELLS)
@@ -69,7 +69,7 @@ def is_number(sensor, v):
     return is_blinded or math.isfinite(v[0] + v[1] + v[2] + v[3])
 
 
-@internal
+@inlined
 def fails_by_itself(now, sensor, inputs, first_s, oldest_s):
     """Whether a sensor is silent, stuck, or reads what is not a number.
 

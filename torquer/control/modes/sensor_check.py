@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from torquer.compile.engine import inlined, inner, internal
+from torquer.compile.engine import inlined, kernel
 from torquer.control.modes.coil_check import follow_coils, forget_coils, has_field_reversed
 from torquer.control.modes.sensor_alone import GYRO, MAGNETOMETER, SUN_SENSORS, fails_by_itself
 from torquer.estimation.measurements.magnetometer import has_magnitude
@@ -108,7 +108,7 @@ def fails_now(now, test, t_s):
     return has_failed(now, test) and now.tested_s[test] == t_s
 
 
-@internal
+@inlined
 def follow_gyro(now, gyro, inputs):
     """Propagate the rotation to the gyro's latest reading; whether it is known.
 
@@ -135,7 +135,7 @@ def follow_gyro(now, gyro, inputs):
     return True
 
 
-@internal
+@inlined
 def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
     """Whether a direction turns in another way than the gyro says, or stays.
 
@@ -153,7 +153,7 @@ def turns_otherwise(now, cells, v, read_s, sigma, tolerance, gyro_variance):
     return turned.stuck or turned.rate_error > 0.0
 
 
-@internal
+@inlined
 def compare_turns(now, sensors, noise, inputs):
     """The gyro's rate against the turn of field and Sun.
 
@@ -179,7 +179,7 @@ def compare_turns(now, sensors, noise, inputs):
         put_test(now, SUN_TURN, fails, light.interval_s, t_s)
 
 
-@internal
+@inlined
 def compare_with_models(now, sensors, noise, inputs):
     """Field and Sun against the models; what the models do not know does not fail."""
     b, sun, place, t_s = inputs.b_body_t, inputs.sun_body, inputs.ephemeris, inputs.t_s
@@ -209,7 +209,7 @@ def is_field_doubtful(now):
     return has_failed(now, MAGNITUDE) or (has_failed(now, ANGLE) and not is_of_sun)
 
 
-@internal
+@inlined
 def blamed(now, sensors, t_s):
     """(Magnetometer, gyro, Sun sensors): whether each is to blame for what does not agree.
 
@@ -233,7 +233,7 @@ def blamed(now, sensors, t_s):
     return field or now.liar > 0.0, False, sun or now.liar < 0.0
 
 
-@internal
+@inlined
 def liar_of(now, by_field, by_sun):
     """Whose direction is wrong where field and Sun contradict each other: see `SENSORS_NOW`.
 
@@ -250,7 +250,7 @@ def liar_of(now, by_field, by_sun):
     return 1.0 if known > 0.0 else -1.0
 
 
-@internal
+@inlined
 def has_no_field(now, sensors, t_s):
     """Whether the field that is read is wrong in another way than by its sign."""
     fails = sensors[MAGNETOMETER].failed_s == t_s or fails_now(now, MAGNITUDE, t_s)
@@ -258,7 +258,7 @@ def has_no_field(now, sensors, t_s):
     return fails or (by_more and sensors[MAGNETOMETER].blamed_s == t_s)
 
 
-@internal
+@inlined
 def are_sound(now, sensors, t_s):
     """Whether gyro and magnetometer may be believed, but for the sign of the field."""
     failed_s = max(now.no_field_s, sensors[GYRO].failed_s, sensors[GYRO].blamed_s)
@@ -267,13 +267,13 @@ def are_sound(now, sensors, t_s):
     return agree and t_s - failed_s > _UNSURE_S
 
 
-@internal
+@inlined
 def forget_turns(now):
     """Begin the comparison with the gyro's rate again once it is known again."""
     now.failed_for_s[FIELD_TURN] = now.failed_for_s[SUN_TURN] = 0.0
 
 
-@inner
+@kernel
 def check_sensors(table, state, inputs):
     """Bring all suspicions up to date, once per control step, before the modes are switched."""
     now, sensors, noise, t_s = state.checks[0], state.sensors, table.noise, inputs.t_s

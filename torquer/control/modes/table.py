@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal, without_reference_counts
+from torquer.compile.engine import inlined, without_reference_counts
 from torquer.control.modes.coil_check import COILS_NOW, first_coils
 from torquer.control.modes.sensor_alone import SENSOR_NOW
 from torquer.control.modes.sensor_check import SENSORS_NOW, check_sensors, first_sensors
@@ -157,7 +157,7 @@ def first_state(table: ModeTable, initial, flags: int = 0) -> ModeState:
     )
 
 
-@internal
+@inlined
 def truth_of_condition(table, state, inputs, place):
     """Whether a condition is true; it remembers that it was (hysteresis)."""
     row, now = table.conditions[place], state.conditions[place]
@@ -174,7 +174,7 @@ def truth_of_condition(table, state, inputs, place):
     return TRUE if beyond or stays else FALSE
 
 
-@internal
+@inlined
 def held_for_s(table, state, inputs, place):
     """How long the conditions of a transition have been true [s]; below zero if they are not."""
     row, now = table.transitions[place], state.transitions[place]
@@ -191,7 +191,7 @@ def held_for_s(table, state, inputs, place):
     return inputs.t_s - now["true_since_s"] if truth == TRUE else -1.0
 
 
-@internal
+@inlined
 def next_state(table, state, inputs, region):
     """The state that a region is to enter; -1: none.
 
@@ -221,7 +221,7 @@ def next_state(table, state, inputs, region):
     return to
 
 
-@internal
+@inlined
 def reset(table, state, place):
     """Forget what a transition's conditions have been: since when true, latched, first values."""
     row = table.transitions[place]
@@ -231,7 +231,7 @@ def reset(table, state, place):
         state.conditions[condition]["at_entry"] = -math.inf
 
 
-@internal
+@inlined
 def enter_next(table, state, t_s, region):
     """Leave the region's state for the next one."""
     now = state.regions[region]
@@ -243,7 +243,7 @@ def enter_next(table, state, t_s, region):
     state.states[entered]["entered_s"] = t_s
 
 
-@internal
+@inlined
 def obey(now, evaluated_s):
     """Enter the state that is commanded, whatever the transitions say; none while held.
 
@@ -256,7 +256,7 @@ def obey(now, evaluated_s):
         now["to"], now["commanded"] = now["commanded"], -1.0
 
 
-@internal
+@inlined
 def check(table, state, inputs):
     """Bring suspicions of sensors and coils up to date."""
     check_sensors(without_reference_counts(table), without_reference_counts(state), inputs)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, inner, internal
+from torquer.compile.engine import inlined, kernel
 from torquer.environment.light import next_edge
 from torquer.geometry.motion import Motion
 from torquer.geometry.vec3 import dot
@@ -62,7 +62,7 @@ class Auto(NamedTuple):
     tableau: np.ndarray
 
 
-@internal
+@inlined
 def _count(cells, h, error):
     """Add a step to the sums: an error of the rate goes on as one of the attitude."""
     cells.steps += 1.0
@@ -94,7 +94,7 @@ def _shrunk(h, ratio):
     return h * min(_growth(ratio), _SAFETY) if ratio < math.inf else 0.1 * h
 
 
-@internal
+@inlined
 def in_steps(integrator, smooth, cells, x, here, length_s):
     """Motion after an interval, in equal steps; not a number where they vanish."""
     t = 0.0
@@ -120,7 +120,7 @@ def in_steps(integrator, smooth, cells, x, here, length_s):
     return Motion(x.q, (math.nan, math.nan, math.nan))
 
 
-@inner
+@kernel
 def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, step):
     """Motion after an interval with wheels, in steps.
 
@@ -161,7 +161,7 @@ def in_steps_with_wheels(integrator, smooth, cells, wheels, x, here, length_s, s
     return Motion(x.q, (math.nan, math.nan, math.nan))
 
 
-@internal
+@inlined
 def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step):
     """Motion after an interval without events: a step of order 5 may do."""
     if len(wheels) > 0:
@@ -180,7 +180,7 @@ def propagate_smooth(integrator, smooth, cells, wheels, x, here, length_s, step)
     return in_steps(integrator, smooth, cells, x, here, length_s)
 
 
-@internal
+@inlined
 def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length_s, step):
     """Motion after an interval, in steps that end where the sunlight jumps or bends.
 
@@ -202,7 +202,7 @@ def propagate_in_light(integrator, smooth, light, cells, wheels, x, here, length
     return x
 
 
-@internal
+@inlined
 def next_failure(wheels, step, last):
     """The step at which the next motor dies, `last` at the latest."""
     if len(wheels) == 0:

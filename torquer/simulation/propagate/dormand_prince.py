@@ -7,7 +7,7 @@ one of order 5 its difference from order 4.
 import math
 from typing import NamedTuple
 
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add, add_scaled, dot
@@ -58,7 +58,7 @@ class Error(NamedTuple):
     rate: float
 
 
-@internal
+@inlined
 def _left_at(lag_s, t, h):
     """What is left of the dipole's way at the times of the stages of a step from t on.
 
@@ -82,7 +82,7 @@ def _left_at(lag_s, t, h):
     )
 
 
-@internal
+@inlined
 def _with_wheels(rigid, turning, torque, x, h, stage):
     """(The body with the wheels' momentum, torque with theirs) at a stage.
 
@@ -96,7 +96,7 @@ def _with_wheels(rigid, turning, torque, x, h, stage):
     return body, add(torque, reaction)
 
 
-@internal
+@inlined
 def _rates(smooth, here, left, x, h, stage):
     """Rates of the motion; `left`: what is left of the dipole's way."""
     rigid, torque = _with_wheels(smooth.rigid, smooth.turning, smooth.torque, x, h, stage)
@@ -104,7 +104,7 @@ def _rates(smooth, here, left, x, h, stage):
     return motion_rates(rigid, here, dipole, x, torque)
 
 
-@internal
+@inlined
 def _rates_after(smooth, t, left, x, h, stage):
     here = environment_at(smooth.tables, smooth.start_s + t)
     return _rates(smooth, here, left, x, h, stage)
@@ -119,7 +119,7 @@ def _combined(five, three):
     return five / math.sqrt(weight)
 
 
-@internal
+@inlined
 def attempt(smooth, here, t, x, h):
     """(Motion, environment, error) after a step from t on; `here`: the environment before it."""
     left = _left_at(smooth.path.lag_s, smooth.since_s + t, h)
@@ -148,7 +148,7 @@ def attempt(smooth, here, t, x, h):
     return Motion(normalised(y.q), y.omega), end, Error(attitude, rate)
 
 
-@internal
+@inlined
 def attempt_5(smooth, here, x, h):
     """(Motion, error) after a step of order 5 from the start: for slow motion.
 
@@ -178,14 +178,14 @@ def _square(q):
     return q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
 
 
-@internal
+@inlined
 def from_later(smooth, tables, after_s):
     """What is smooth, from `after_s` on, with these tables."""
     rigid, _, path, torque, turning, start_s, since_s = smooth
     return Smooth(rigid, tables, path, torque, turning, start_s + after_s, since_s + after_s)
 
 
-@internal
+@inlined
 def with_turning(smooth, turning):
     """What is smooth, with the rotors of a step."""
     rigid, tables, path, torque, _, start_s, since_s = smooth

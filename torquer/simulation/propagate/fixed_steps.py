@@ -3,7 +3,7 @@
 import math
 from typing import NamedTuple
 
-from torquer.compile.engine import inner, internal, kernel
+from torquer.compile.engine import inlined, kernel
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import normalised
 from torquer.geometry.vec3 import add_scaled, dot, sub, sym_vec
@@ -41,7 +41,7 @@ class Splitting(NamedTuple):
     q_principal_to_body: tuple
 
 
-@internal
+@inlined
 def rk4_step(forces, x, here, middle, end, left, step, h):
     """Motion after a step of RK4 between the environments `here` and `end`.
 
@@ -61,7 +61,7 @@ def rk4_step(forces, x, here, middle, end, left, step, h):
     return rk4_sum(x, h, k1, k2, k3, k4)
 
 
-@internal
+@inlined
 def left_in_step(lag_s, since, h):
     """Parts of a dipole's way that are still to go at start, middle and end of a step."""
     # before the stages: a call of `exp` between them would empty the registers
@@ -106,7 +106,7 @@ def by_splitting(forces, moments, axes, x, first, last, h):
     return x
 
 
-@internal
+@inlined
 def momentum_now(rigid, wheels, omega):
     """Angular momentum [N m s, body] of the body and its wheels."""
     momentum = momentum_body(rigid, omega)
@@ -119,7 +119,7 @@ def momentum_now(rigid, wheels, omega):
     return sub(momentum, sym_vec(wheels.rotors.tensor, omega))
 
 
-@inner
+@kernel
 def squares_of_rates(member, b_inertial):
     """Squares [1/s^2] of a member's rate and of its fastest oscillation: nutation, libration."""
     state, rigid, omega = member.state, member.constants.rigid, motion_of(member.state.cells).omega
@@ -129,7 +129,7 @@ def squares_of_rates(member, b_inertial):
     return dot(omega, omega), math.sqrt(nutation * nutation + libration)
 
 
-@inner
+@kernel
 def add_up_step(member, b_inertial, h, steps):
     """Add up what the next steps of RK4 do to the motion by themselves."""
     cells, (turning, oscillation) = member.state.cells[0], squares_of_rates(member, b_inertial)
@@ -137,7 +137,7 @@ def add_up_step(member, b_inertial, h, steps):
     cells.lag += lag_of_steps(turning, h, steps)
 
 
-@inner
+@kernel
 def is_followed(member, integrator, b_inertial, h):
     """Whether a step of RK4 follows the motion."""
     turning, oscillation = squares_of_rates(member, b_inertial)

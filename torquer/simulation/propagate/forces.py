@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 from torquer.environment.light import Light, between_edges, light_at
 from torquer.environment.local import LocalEnvironment
 from torquer.environment.table import Table, lookup3, lookup6
@@ -28,7 +28,7 @@ class DipolePath(NamedTuple):
     lag_s: float
 
 
-@internal
+@inlined
 def dipole_after(path, t):
     """Dipole t seconds after the event."""
     return add_scaled(path.target, remaining(path.lag_s, t), path.way)
@@ -66,7 +66,7 @@ class Forces(NamedTuple):
     wheels: Wheels | tuple
 
 
-@internal
+@inlined
 def spin_of(wheels, omega, step, h):
     """What the wheels do during a step, a `Spin`; () for a satellite without wheels."""
     if len(wheels) == 0:
@@ -74,7 +74,7 @@ def spin_of(wheels, omega, step, h):
     return step_rotors(wheels.rotors, wheels.state, omega, step, h)
 
 
-@internal
+@inlined
 def with_wheel_momentum(rigid, spin, omega, since):
     """The body with the momentum that its wheels have `since` seconds into the step."""
     if len(spin) == 0:
@@ -83,7 +83,7 @@ def with_wheel_momentum(rigid, spin, omega, since):
     return Rigid(rigid.inertia, rigid.inverse_inertia, momentum, rigid.surface, rigid.acting)
 
 
-@internal
+@inlined
 def with_reaction(held, spin):
     """The held torque and that of the wheels' motors on the body [N m]."""
     if len(spin) == 0:
@@ -91,7 +91,7 @@ def with_reaction(held, spin):
     return add(held, reaction(spin))
 
 
-@internal
+@inlined
 def with_drawn(rigid, acting, coefficients):
     """The body with the present coefficients of the unmodelled torque; `acting`: its torques."""
     if len(acting) == 0:
@@ -100,21 +100,21 @@ def with_drawn(rigid, acting, coefficients):
     return Rigid(rigid.inertia, rigid.inverse_inertia, rigid.wheel_momentum, rigid.surface, present)
 
 
-@internal
+@inlined
 def _flow_at(air, t):
     if len(air) == 0:
         return ()
     return lookup3(air, t)
 
 
-@internal
+@inlined
 def _light_at(light, orbit, t):
     if len(light) == 0:
         return ()
     return light_at(light.shadow, lookup3(orbit, t), lookup3(light.sun, t))
 
 
-@internal
+@inlined
 def _angle_at(orbit_angle, t):
     if len(orbit_angle) == 0:
         return ()
@@ -139,21 +139,21 @@ def environment_with(tables, found, t):
     )
 
 
-@internal
+@inlined
 def with_light_between(tables, early, late):
     """The tables with the light that there is between two edges of the shadow."""
     light = between_edges(tables.light, tables.orbit, 0.5 * (early + late))
     return EnvironmentTables(tables.orbit, tables.air, tables.gravity, light, tables.orbit_angle)
 
 
-@internal
+@inlined
 def rates_at(rigid, spin, here, dipole, into, x, torque):
     """Rates of a motion under a dipole [A m^2, body], `into` seconds into the wheels' step."""
     body = with_wheel_momentum(rigid, spin, x.omega, into)
     return motion_rates(body, here, dipole, x, torque)
 
 
-@internal
+@inlined
 def wheels_of(rotors, state):
     """The wheels as the integrators take them, () for none."""
     if len(rotors) == 0:
@@ -161,7 +161,7 @@ def wheels_of(rotors, state):
     return Wheels(rotors, state.rotors)
 
 
-@internal
+@inlined
 def forces_now(member, tables):
     """What moves a member's body up to the next event, while the coils go to their targets."""
     state, dynamics, way = member.state, member.constants, (0.0, 0.0, 0.0)

@@ -11,7 +11,7 @@ import numpy as np
 from numba.extending import overload
 
 from torquer.compile.arguments import Entry, entry_caller, record_at, whole
-from torquer.compile.engine import INLINED_OPTIONS, inner, internal
+from torquer.compile.engine import INLINED_OPTIONS, inlined, kernel
 from torquer.environment.table import lookup6
 from torquer.geometry.vec3 import dot
 from torquer.simulation.members import (
@@ -87,19 +87,19 @@ def _choose_steps(integrator, forces, cells, x, here, first, last, h):
     return _STEPS[integrator.instance_class]
 
 
-@internal
+@inlined
 def is_finite(x):
     """Whether a motion is one of finite numbers."""
     return math.isfinite(dot(x.omega, x.omega) + x.q[0] + x.q[1] + x.q[2] + x.q[3])
 
 
-@internal
+@inlined
 def has_motion(member):
     """Whether a member's motion is one of finite numbers."""
     return is_finite(motion_of(member.state.cells))
 
 
-@internal
+@inlined
 def rk4_phase(member, here, middle, end, left, step, h):
     """A member's step of RK4 between these environments; see `rk4_step`."""
     cells = member.state.cells
@@ -107,7 +107,7 @@ def rk4_phase(member, here, middle, end, left, step, h):
     put_motion(cells, x)
 
 
-@internal
+@inlined
 def strikes_ring(acting, tables, x, t):
     """Whether a body on a bearing is tilted beyond its limit at a time t [s]."""
     if len(acting) == 0:
@@ -115,7 +115,7 @@ def strikes_ring(acting, tables, x, t):
     return leaves_bearing(acting, environment_at(tables, t), x.q)
 
 
-@internal
+@inlined
 def stays_on_bearing(member, tables, t):
     """Whether a member's body is not tilted beyond a limit."""
     return not strikes_ring(member.constants.rigid.acting, tables, motion_of(member.state.cells), t)
@@ -154,7 +154,7 @@ def _advance(members, problem, here, step, until):
     return in_lanes
 
 
-@internal
+@inlined
 def actuators_step(member, t_s):
     """Let the coils go on to their targets, and add up what they take."""
     cells, coils = member.state.cells[0], member.constants.coils
@@ -172,7 +172,7 @@ def is_too_coarse(integrator, problem, b_inertial, step, look):
     return _rk4_is_too_coarse(integrator, problem, b_inertial, step, look)
 
 
-@inner
+@kernel
 def _rk4_is_too_coarse(integrator, problem, b_inertial, step, look):
     members, h = problem.members, problem.step_s
     if look == LOOK:

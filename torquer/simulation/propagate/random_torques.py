@@ -4,18 +4,18 @@ The interval up to the next jump is propagated by itself, so that every integrat
 that is smooth. What is drawn depends on seed and step alone.
 """
 
-from torquer.compile.engine import internal
+from torquer.compile.engine import inlined
 from torquer.spacecraft.disturbance.held import draw_held, end_of_hold
 from torquer.spacecraft.disturbance.unmodelled import draw_coefficients, next_jump
 
 
-@internal
+@inlined
 def next_draw(dynamics, step, last):
     """The step at which a torque jumps next, `last` at the latest."""
     return next_jump(dynamics.unmodelled, step, end_of_hold(dynamics.held, step, last))
 
 
-@internal
+@inlined
 def draw_torques_step(member, step):
     """Draw the torques of a member that jump at a step."""
     state, dynamics = member.state, member.constants

@@ -2,7 +2,7 @@
 
 from numba.extending import overload
 
-from torquer.compile.engine import INLINED_OPTIONS, internal
+from torquer.compile.engine import INLINED_OPTIONS, inlined
 from torquer.environment.local import in_body
 from torquer.geometry.vec3 import add
 from torquer.spacecraft.disturbance import TORQUES
@@ -38,7 +38,7 @@ def _one_by_one(torque, acting, here_body, omega_body):
     return added
 
 
-@internal
+@inlined
 def with_acting(torque, acting, here, q, omega_body):
     """A torque [N m, body] plus those that act alongside it; `acting`: () for none."""
     if len(acting) == 0:
@@ -46,7 +46,7 @@ def with_acting(torque, acting, here, q, omega_body):
     return added(torque, acting, in_body(here, q), omega_body)
 
 
-@internal
+@inlined
 def leaves_bearing(acting, here, q):
     """Whether a body on a bearing is tilted beyond its limit; never one without."""
     if len(acting) <= _OF_SATELLITES:
@@ -54,7 +54,7 @@ def leaves_bearing(acting, here, q):
     return is_tilted(acting[-2], in_body(here, q))
 
 
-@internal
+@inlined
 def with_coefficients(acting, cells):
     """The torques with the present coefficients (15 cells) of the unmodelled one, the last."""
     present = harmonics_of(acting[-1].is_on, cells)

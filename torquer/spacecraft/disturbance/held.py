@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from torquer import noise
-from torquer.compile.engine import internal
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add_scaled, put_vector
 
 STREAM = 6
@@ -25,7 +25,7 @@ class HeldTorque(NamedTuple):
 NO_HELD_TORQUE = HeldTorque((0.0, 0.0, 0.0), 0.0, FOR_EVER)
 
 
-@internal
+@inlined
 def torque_held(held, seed, step):
     """The torque [N m, body] that is held at a step."""
     if held.random_n_m == 0.0:
@@ -34,7 +34,7 @@ def torque_held(held, seed, step):
     return add_scaled(held.constant_n_m, held.random_n_m, sample)
 
 
-@internal
+@inlined
 def draw_held(held, seed, step, cells):
     """Put the torque that holds from a step on into its cells, if it changes there.
 
@@ -44,7 +44,7 @@ def draw_held(held, seed, step, cells):
         put_vector(cells, torque_held(held, seed, step))
 
 
-@internal
+@inlined
 def end_of_hold(held, step, last):
     """The step at which the random torque changes, `last` at the latest."""
     if held.random_n_m == 0.0:

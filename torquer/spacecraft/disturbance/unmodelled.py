@@ -6,7 +6,7 @@ from typing import NamedTuple
 from pydantic import Field
 
 from torquer import noise
-from torquer.compile.engine import inlined, internal
+from torquer.compile.engine import inlined
 from torquer.geometry.vec3 import add_scaled, scale
 from torquer.spacecraft.disturbance.held import FOR_EVER
 from torquer.spec import Spec
@@ -71,7 +71,7 @@ def harmonics_of(is_on, cells):
     )
 
 
-@internal
+@inlined
 def draw_coefficients(unmodelled, seed, step, cells):
     """Put the coefficients that hold from a step on into their cells, if they jump there.
 
@@ -89,7 +89,7 @@ def draw_coefficients(unmodelled, seed, step, cells):
             cells[3 * k], cells[3 * k + 1], cells[3 * k + 2] = coefficients
 
 
-@internal
+@inlined
 def next_jump(unmodelled, step, last):
     """The step at which the coefficients jump next, `last` at the latest."""
     if len(unmodelled) == 0:
