@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pydantic import ValidationError
+from slow_cases import slow_after
 
 from torquer.control import Bdot
 from torquer.environment.along_orbit import Environment
@@ -107,7 +108,9 @@ def one_of_each_kind(keys):
     return list(dict.fromkeys(key for alike in kinds.values() for key in (alike[0], alike[-1])))
 
 
-@pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path", slow_after(6, sorted(EXAMPLES.glob("*.toml"))), ids=lambda path: path.stem
+)
 def test_a_value_at_a_key_is_that_of_a_new_scenario_and_leaves_the_old_one(path):
     """What stands beside the key is not checked anew, and is the same."""
     scenario = load_scenario(path)

@@ -47,6 +47,7 @@ SLOW = {
         "filter-check",
         "flight-software",
         "hold-with-coils",
+        "modes",
         "my-gyros-died",
         "my-wheels-died",
     ),

@@ -101,12 +101,19 @@ def test_a_cluster_gives_the_same_bits(cluster, flown):
 @pytest.mark.parametrize("at_the_end", slow_after(1, [TimeoutError, OSError, RuntimeError]))
 @pytest.mark.parametrize(
     ("event", "told"),
-    [
-        ("killed", "KilledWorker: Attempted to run task 'chunk-32' on 4 different workers"),
-        ("cancelled", "CancelledError"),
-        ("broken", "OSError: in <TCP>: Stream is closed"),
-        ("closed", "Exception: Tried sending message after closing. Status: closed Message: {}"),
-    ],
+    slow_after(
+        1,
+        [
+            ("killed", "KilledWorker: Attempted to run task 'chunk-32' on 4 different workers"),
+            ("cancelled", "CancelledError"),
+            ("broken", "OSError: in <TCP>: Stream is closed"),
+            (
+                "closed",
+                "Exception: Tried sending message after closing. Status: closed Message: {}",
+            ),
+        ],
+        names=2,
+    ),
 )
 def test_what_was_flown_is_kept(cluster, flown, tmp_path, event, told, at_the_end):
     scenario, made, whole = flown

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from onboard_ground import Ground, flying, scenario
+from slow_cases import slow_after
 
 from torquer.compile import engine
 from torquer.onboard import boot
@@ -132,7 +133,7 @@ def test_a_boot_within_a_boot():
 
 @pytest.mark.verifies("REQ-BOO-003")
 @pytest.mark.parametrize("module", SET)
-@pytest.mark.parametrize("damage", ["bits", "nonsense", "missing", "other"])
+@pytest.mark.parametrize("damage", slow_after(2, ["bits", "missing", "nonsense", "other"]))
 def test_settings_that_cannot_be_read(module, damage):
     """Defaults and an event; the module says that it has defaults."""
     memory, software = Memory(), load_software()

@@ -88,7 +88,7 @@ def try_once(process, scenario_file, tmp_path, unbroken, law, name, number=0):
 @pytest.mark.parametrize(
     ("law", "name"),
     slow_after(
-        2,
+        1,
         [("compiled", "SIGTERM"), ("plain", "twice"), ("built-in", "SIGKILL"), ("plain", "SIGINT")],
         names=2,
     ),

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from integrators import INTEGRATORS, by
+from slow_cases import slow_after
 
 import torquer
 from torquer import RunStopped, law, load, resume, save, simulate
@@ -105,7 +106,7 @@ IN_PYTHON = dataclasses.replace(remembering, name="in_python", compiled=False)
 
 
 @pytest.mark.parametrize("integrator", INTEGRATORS)
-@pytest.mark.parametrize("stop_s", [70.0, 100.0, 101.0, 333.5, 0.0])
+@pytest.mark.parametrize("stop_s", slow_after(2, [333.5, 0.0, 70.0, 100.0, 101.0]))
 def test_a_run_stopped_anywhere_goes_on_with_the_same_bits(make, integrator, stop_s, tmp_path):
     scenario = make(FULL | by(integrator))
     whole = simulate(scenario)
