@@ -57,8 +57,9 @@ def compute() -> Answer:
         f"The modulus is {1e-3 * moduli.min():.1f} to {1e-3 * moduli.max():.1f} thousand nT along "
         f"the session. Zeros found: {', '.join(f'{x:.0f}' for x in zeros)} nT; put in: "
         f"{', '.join(f'{x:.0f}' for x in BIAS_NT)}. With the noise of the data sheet the greatest "
-        f"residual is {np.abs(quiet_after).max():.0f} nT: what the text has left must be more than "
-        "noise, such as currents on board or errors of scale, position and time."
+        f"residual is {np.abs(quiet_after).max():.0f} nT. What else is in the "
+        "residuals of the text is not known; currents on board and errors of scale, position and "
+        "time were not tried."
     )
     return Answer(checks, figures(result["b_time"].values, readings, before, after), note)
 

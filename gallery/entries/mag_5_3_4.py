@@ -79,8 +79,7 @@ ENTRY = Entry(
         "from the printed rate of 0.29 deg/s the rate falls by a factor of 2 to 4 in 30 min, not "
         "5, with any gain tried: B-dot leads to one to two orbital rates, and a fifth of 0.29 "
         "deg/s is below the orbital rate itself, which some of the sessions pass for a while. "
-        "After 5 min the rate is still about four orbital ones, as rotation about the field is "
-        "not braked until the field has turned; the session of 11 March, whose start is not "
-        "printed, must have begun slower"
+        "After 5 min the rate is still about four orbital ones; the rate at which the session of "
+        "11 March began is not printed"
     ),
 )
