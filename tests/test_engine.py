@@ -132,6 +132,24 @@ def test_a_kernel_kept_off_the_disk_is_not_found_there():
     assert not double.stats.cache_hits
 
 
+@pytest.mark.skipif(not engine.COMPILED, reason="two forms of compiled code")
+def test_only_what_python_calls_has_the_code_for_python():
+    @engine.kernel
+    def double(x):
+        return 2 * x
+
+    @engine.kernel
+    def twice(x):
+        return double(double(x))
+
+    assert twice(3) == 12
+    assert len(double.for_kernels.signatures) == 1 and not double.signatures
+    assert not twice.for_kernels.signatures and len(twice.signatures) == 1
+    assert double(4) == 8 and len(double.signatures) == 1
+    assert double.for_kernels.targetoptions["no_cpython_wrapper"]
+    assert twice.targetoptions == double.targetoptions and "forceinline" not in twice.targetoptions
+
+
 def in_a_process(script, **environment):
     here = str(Path(torquer.__file__).parents[1])
     done = subprocess.run(

@@ -41,7 +41,7 @@ class Kernel(CPUDispatcher):
     @functools.cached_property
     def for_kernels(self) -> CPUDispatcher:
         """The form for kernels."""
-        made = numba.njit(**self._options, **FOR_KERNELS)(self.py_func)
+        made = CPUDispatcher(self.py_func, targetoptions={**self.targetoptions, **FOR_KERNELS})
         return kept_as("for_kernels", made, self)
 
     @property
@@ -50,14 +50,12 @@ class Kernel(CPUDispatcher):
 
 
 def _decorator(**options) -> Callable:
-    all_options = {**OPTIONS, **options}
+    all_options = {"nopython": True, "boundscheck": None, **OPTIONS, **options}
 
     def decorate(function):
         if not COMPILED:
             return function
-        made = numba.njit(**all_options)(function)
-        made.__class__, made._options = Kernel, all_options
-        return kept(made)
+        return kept(Kernel(function, targetoptions=all_options))
 
     return decorate
 
