@@ -120,9 +120,9 @@ ENTRY = Entry(
         "with the cycle and the gain chosen here the rotation stops in the printed time, by the "
         "horizontal coils. The rate that is left is 0.4 deg/s in the mean, 0.6 at times, and is "
         "mainly due to the bearing's torque about the vertical, as trials without this torque and "
-        "without the imbalance show. The field of the bench is three times that at 500 km, not ten times: "
-        "the printed 400 min follow from ten. In orbit the whole satellite needs about that time "
-        "nevertheless: with the gain of the bench its coils work below their limits in the weaker "
+        "without the imbalance show. The field of the bench is three times that at 500 km, not ten "
+        "times: the printed 400 min follow from ten. In orbit the whole satellite needs about that "
+        "time nevertheless: with the gain of the bench its coils work below their limits in the weaker "
         "field, where the time goes with 1/B^2"
     ),
 )
