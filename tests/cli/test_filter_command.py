@@ -1,6 +1,7 @@
 """`torquer filter-check`: verdict and exit code, in words and as JSON; mistakes."""
 
 import json
+import shutil
 
 import numpy as np
 import plotly.graph_objects as go
@@ -180,3 +181,28 @@ def test_what_cannot_be_smoothed_is_told(call, with_filter, tmp_path):
     call("run", with_filter(), "--out", out, "--no-report")
     code, _, err = call("smooth", out)
     assert code == 2 and "simulation.record_inputs: must be true in a run that is to be" in err
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT")
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler")
+def test_the_exported_filter_has_the_same_statistics(call, with_filter, tmp_path):
+    """And they are those of the library: with another constant in C they differ."""
+    path, folder = with_filter(), tmp_path / "in_c"
+    torquer.export_c(torquer.load_scenario(path), folder, steps=1)
+    runs = ("filter-check", path, "--runs", "2", "--json")
+    _, without, _ = call(*runs)
+    _, flown, _ = call(*runs, "--computer", folder)
+    assert json.loads(flown) == json.loads(without)
+    source = folder / "adcs.c"
+    spoiled = source.read_text().replace("known->sun_x = inputs->sun_body[0];",
+                                         "known->sun_x = 0.999 * inputs->sun_body[0];")  # fmt: skip
+    source.write_text(spoiled)
+    _, other, _ = call(*runs, "--computer", folder)
+    assert json.loads(other) != json.loads(without)
+
+
+def test_a_computer_flies_nothing_where_accuracy_is_expected(call, with_filter, tmp_path):
+    code, _, err = call("filter-check", with_filter(), "--expected", "--computer", tmp_path)
+    assert code == 2 and "--computer: must be left out with --expected" in err
+    code, _, err = call("filter-check", with_filter(), "--computer", tmp_path)
+    assert code == 2 and "computer: must be a folder of" in err.replace("\n", " ")

@@ -22,6 +22,20 @@ def read_before_a_call_changes_it(x, y, n, m, v, memory):
     return memory[2] - bump(memory, 2, x), memory[2] * (memory[3] + bump(memory, 3, y))
 
 
+def place_found_after_the_value(x, y, n, m, v, memory):
+    memory[whole(memory, 1)] = memory[1] + x
+    return memory[0], memory[1], memory[2]
+
+
+def counters_compared(x, y, n, m, v, memory):
+    for k in range(3):
+        if k >= 1:
+            x += memory[k]
+        if k < 2:
+            y -= memory[k]
+    return x, y
+
+
 def arguments_in_order(x, y, n, m, v, memory):
     return math.atan2(memory[1], bump(memory, 1, x)), min(memory[0], bump(memory, 0, 1.0))
 

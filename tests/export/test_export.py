@@ -26,7 +26,7 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 
 def written(texts: dict, folder: Path) -> Path:
     for name, text in texts.items():
-        (folder / name).parent.mkdir(exist_ok=True)
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).write_text(text)
     return folder
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
@@ -36,9 +37,11 @@ from torquer.geometry.attitudes import rotation_vector
 from torquer.scenario.control import common_divisor, whole_steps
 from torquer.scenario.spec import Scenario
 from torquer.simulation.gyro_drift import fill_drift
+from torquer.simulation.library import Library
 from torquer.simulation.members import RUNNING
 from torquer.simulation.prepare import log_of
 from torquer.simulation.run import Run, prepare, reason
+from torquer.simulation.simulate import flown_by
 from torquer.simulation.state import Record
 from torquer.spacecraft.coils import NO_COILS
 from torquer.spacecraft.rotors import axis_of
@@ -52,16 +55,20 @@ _OVER_RUNS = ("errors", "covariance", "refused", "starts", "why_not_started")
 _LEAST_INSIDE = 0.5
 
 
-def fly_filter(members: Iterable[Scenario], flown: Callable[[], None] | None = None) -> FilterRuns:
+def fly_filter(
+    members: Iterable[Scenario],
+    flown: Callable[[], None] | None = None,
+    library: Library | None = None,
+) -> FilterRuns:
     """Fly runs with a filter on one orbit; its estimates and the truth.
 
     At the records that fall on control steps: ValueError if not all do (`simulation.record_s` must
     be a multiple of the control cycle), unless there are some at every control step; and for a run
-    that stops early. `flown` is called after each run.
+    that stops early. `flown` is called after each run; `library`: the computer in C of all runs.
     """
     piece, found, motions = None, [], []
     for member in members:
-        run = prepare(member, piece=piece)
+        run = prepare(member, piece=piece, library=library)
         piece = piece or run.piece
         rows = control_rows(member)
         recorded = _recorded(run)
@@ -219,6 +226,7 @@ def check_filter(
     runs: int = 200,
     progress: Callable[[float], None] | None = None,
     start: Start = Start(),  # noqa: B008  a tuple
+    computer: str | os.PathLike | None = None,
 ) -> FilterCheck:
     """Statistics of a scenario's filter over runs.
 
@@ -231,8 +239,9 @@ def check_filter(
     of white noise (but not where errors are only considered: then innovations are correlated as
     these errors are). A mean inside its band does not pass if that is so at less than half of the
     instants. Readings rejected in a run: no more than by chance and five sigma. `progress` is
-    called with the fraction done, 0..1.
+    called with the fraction done, 0..1. `computer`: as of `torquer.simulate`, in all runs.
     """
+    library = flown_by(computer, scenario).library if computer is not None else None
     done, few = 0, min(runs, _CLOSELY)
 
     def one_more() -> None:
@@ -242,12 +251,12 @@ def check_filter(
             progress(done / runs)
 
     every = scenario.replace("simulation.record_s", finest_record_s(scenario))
-    closely = fly_filter(members_of(every, few, start), one_more)
+    closely = fly_filter(members_of(every, few, start), one_more, library)
     coarse = scenario.replace(*_record(scenario))
     others = [*members_of(coarse, runs, start)][few:]
     flown = _at(closely, control_rows(coarse) * coarse.simulation.record_s)
     if others:
-        flown = _together(flown, fly_filter(others, one_more))
+        flown = _together(flown, fly_filter(others, one_more, library))
     checks = [*_checks_of_errors(flown)]
     if not kalman_filter(scenario).considered_states:
         checks += _checks_of_whiteness(closely)

@@ -148,6 +148,8 @@ class FilterOptions:
     """
     expected: bool = False
     """Predict the accuracy, without simulating."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     out: Path | None = None
     """Folder for report and pictures."""
     json: Json = False

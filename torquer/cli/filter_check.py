@@ -21,7 +21,7 @@ from torquer.analysis.sensor_sets import (
     sensor_sets,
 )
 from torquer.cli.app import FilterOptions
-from torquer.cli.loading import load_usable
+from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, check_ranges, option
 from torquer.cli.output import json_text, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
@@ -35,13 +35,14 @@ _WIDTH = 120
 def check(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     """Print the statistics, draw them into a folder; 1 if the filter is not consistent."""
     check_ranges(how)
+    check_computer(how.computer, code)
     scenario = load_usable(path, code, how.out)
     runs = _RUNS if how.runs is None else how.runs
     if runs < 2:
         raise ValueError(f"--runs: must be 2 or more; received {runs}")
     with progress_of(scenario.name) as progress:
         start = Start(how.attitude_sigma_deg, how.rate_sigma_deg_s)
-        found = check_filter(scenario, runs, progress, start)
+        found = check_filter(scenario, runs, progress, start, how.computer)
     if how.out is not None:
         from torquer.report.filter import write_filter_report
 
@@ -58,6 +59,11 @@ def expect(path: Path, how: FilterOptions, code: CodeOptions) -> int:
     for key in ("runs", "attitude_sigma_deg", "rate_sigma_deg_s"):
         if (value := getattr(how, key)) is not None:
             raise ValueError(f"{option(key)}: must be left out with --expected; received {value:g}")
+    if how.computer is not None:
+        raise ValueError(
+            f"--computer: must be left out with --expected, which flies nothing; received "
+            f"{how.computer}"
+        )
     scenario = load_usable(path, code, how.out)
     sets = sensor_sets(scenario)
     if how.out is not None:

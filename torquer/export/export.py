@@ -20,7 +20,7 @@ from torquer.version import VERSION
 
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
-_OF_HARNESS = ("pil.py", "start.c", "target.ld")
+_OF_HARNESS = ("pil.py", "stack.py", "misra.py", "start.c", "target.ld")
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -73,7 +73,8 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
-        "Makefile": "pil:\n\tpython3 test/pil.py\n\n.PHONY: pil\n",
+        "Makefile": texts.MAKEFILE,
+        "MISRA.md": (_HARNESS / "MISRA.md").read_text(),
         **_portable(),
         **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
     }
@@ -90,7 +91,8 @@ def _portable() -> dict[str, str]:
     program = translated(build)
     public = [each for each in program.functions.values() if each.is_public]
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
-    places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
+    text = program_text(program).replace("vec2", "pair")  # a name that adcs.c does not have
+    places = {"version": VERSION, "includes": INCLUDES, "program": text}
     return {
         "adcs_math.h": _filled(texts.MATH_HEADER, {"prototypes": prototypes}),
         "adcs_math.c": _filled(texts.MATH, places),

@@ -96,7 +96,7 @@ static int64_t abs_int(int64_t a)
 /* -1, 0 or 1 by the sign of a number, NaN of NaN, as NumPy's sign */
 static double sign_of(double a)
 {
-    if (isnan(a)) {
+    if (isnan(a) != 0) {
         return a;
     }
     return (a > 0.0) ? 1.0 : ((a < 0.0) ? -1.0 : 0.0);

@@ -236,16 +236,32 @@ def _switch(
 ) -> Function:
     names = [f"a{k}" for k in range(len(types))]
     lines, last = [Line(1, "switch (number) {")], list(made)[-1]
+    if len(made) == 1 and not otherwise:  # a switch has two cases or more (MISRA C:2012, rule 16.6)
+        lines = [Line(1, _returned(each, _used(each, names))) for each in made.values()]
+        return _switching(program, made, types, names, lines)
     for number, each in made.items():
         head = "default" if number == last and not otherwise else f"case {number}"
-        used = [n for n, (own, kind) in zip(names, each.arguments, strict=True)
-                if own not in each.unused and not isinstance(kind, Static)]  # fmt: skip
-        lines += [Line(1, f"{head}:"), Line(2, _returned(each, used))]
+        lines += [Line(1, f"{head}:"), Line(2, _returned(each, _used(each, names)))]
         if each.result == NOTHING:
             lines.append(Line(2, "break;"))
     if otherwise:
         lines += [Line(1, "default:"), Line(2, f"return {otherwise};")]
     lines.append(Line(1, "}"))
+    return _switching(program, made, types, names, lines)
+
+
+def _used(made: Function, names: list[str]) -> list[str]:
+    """Those of the arguments that C takes."""
+    pairs = zip(names, made.arguments, strict=True)
+    return [
+        n for n, (own, kind) in pairs if own not in made.unused and not isinstance(kind, Static)
+    ]
+
+
+def _switching(
+    program: Program, made: dict[int, Function], types: list[Type], names: list[str], lines: list
+) -> Function:
+    """The function of these lines, which calls one of several."""
     words = words_of(lines)
     arguments = [("number", INT), *zip(names, types, strict=True)]
     first = next(iter(made.values()))

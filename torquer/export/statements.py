@@ -204,6 +204,7 @@ def _otherwise(s: Scope, statements: list[ast.stmt]) -> bool:
     if alone and lines and lines[0].text.startswith("if (") and _is_one(lines, s.depth):
         s.block.lines.append(Line(s.depth, f"}} else {lines[0].text}"))
         s.block.lines += lines[1:]
+        _end_chain(s, lines)
     else:
         s.say("} else {")
         for each in lines:
@@ -212,6 +213,15 @@ def _otherwise(s: Scope, statements: list[ast.stmt]) -> bool:
         s.say("}")
     s.block.effects |= rest.effects
     return ended
+
+
+def _end_chain(s: Scope, lines: list[Line]) -> None:
+    """A last, empty `else` after `else if`, if there is none (MISRA C:2012, rule 15.7)."""
+    if any(each.depth == s.depth and each.text.startswith("} else {") for each in lines):
+        return
+    end = s.block.lines.pop()
+    s.say("} else {")
+    s.block.lines += [Line(s.depth + 1, "/* nothing else */"), end]
 
 
 def _is_one(lines: list[Line], depth: int) -> bool:

@@ -89,8 +89,8 @@ SOURCE = """\
 $program
 static bool is_region(const adcs_state *state, int32_t region)
 {
-    const int32_t count = (int32_t)(sizeof state->modes.regions / sizeof state->modes.regions[0]);
-    return $has_modes && region >= 0 && region < count;
+    const size_t count = sizeof state->modes.regions / sizeof state->modes.regions[0];
+    return $has_modes && region >= 0 && (size_t)region < count;
 }
 
 void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *command)
@@ -111,7 +111,7 @@ bool adcs_self_test(void)
     volatile double least = 0x1p-1074;
     const double x = a;
     const double y = b;
-    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8;
+    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u;
 }
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
@@ -121,8 +121,8 @@ int32_t adcs_mode(const adcs_state *state, int32_t region)
 
 double adcs_logged(const adcs_state *state, int32_t cell)
 {
-    const int32_t count = (int32_t)(sizeof state->memory / sizeof state->memory[0]);
-    return (cell >= 0 && cell < count) ? state->memory[cell] : (double)NAN;
+    const size_t count = sizeof state->memory / sizeof state->memory[0];
+    return (cell >= 0 && (size_t)cell < count) ? state->memory[cell] : (double)NAN;
 }
 
 void adcs_command_mode(adcs_state *state, int32_t region, int32_t mode)
@@ -141,16 +141,16 @@ void adcs_hold(adcs_state *state, int32_t region, bool on)
 
 void adcs_set_flag(adcs_state *state, int32_t flag, bool on)
 {
-    const int32_t count = (int32_t)(sizeof state->modes.flags / sizeof state->modes.flags[0]);
-    if (flag >= 0 && flag < count) {
+    const size_t count = sizeof state->modes.flags / sizeof state->modes.flags[0];
+    if (flag >= 0 && (size_t)flag < count) {
         state->modes.flags[flag] = on ? 1.0 : 0.0;
     }
 }
 
 void adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
-    const int32_t count = (int32_t)(sizeof state->parameters / sizeof state->parameters[0]);
-    if (place >= 0 && place < count) {
+    const size_t count = sizeof state->parameters / sizeof state->parameters[0];
+    if (place >= 0 && (size_t)place < count) {
         state->parameters[place] = value;
     }
 }
@@ -205,6 +205,16 @@ enable_testing()
 add_executable(replay test/replay.c)
 target_link_libraries(replay PRIVATE adcs)
 add_test(NAME replay COMMAND replay ${CMAKE_CURRENT_SOURCE_DIR}/test/recorded.bin)
+"""
+
+MAKEFILE = """\
+pil:
+\tpython3 test/pil.py
+
+misra:
+\tpython3 test/misra.py
+
+.PHONY: pil misra
 """
 
 REPLAY = """\
@@ -428,11 +438,21 @@ kernels from which it was translated; `torquer campaign` does so, too.
 builds the replay for an ARM Cortex-M7 with `ADCS_PORTABLE`, runs it in QEMU, and compares all bits
 with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
 `libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
-exit code 77. What it measured goes into this file.
+exit code 77. What it measured goes into this file: the worst-case stack is the deepest chain of
+calls, with the frames that GCC states and those of the C library by its instructions; nothing is
+called by address and nothing calls itself, or the run fails. An interrupt adds its own stack (104
+bytes of registers and its handler). Instructions are those of the replayed steps, not a bound.
 
 <!-- targets -->
 No target was tried yet.
 <!-- end of targets -->
+
+## MISRA C:2012
+
+    make misra
+
+compares what cppcheck's add-on finds with the deviations listed in `MISRA.md`, each with its
+reason.
 
 ## What is not in it
 

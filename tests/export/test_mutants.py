@@ -1,0 +1,123 @@
+"""Mistakes made in the translator on purpose: the tests of single constructs must notice each."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+from export.in_c import needs_compiler
+
+import torquer
+
+PACKAGE = Path(torquer.__file__).parent
+TESTS = Path(__file__).parents[1]
+NOTICING = ("export/test_by_hand.py", "export/test_generated.py", "export/test_refused.py")
+
+
+class Mistake(NamedTuple):
+    """A text of a file of `torquer/export/`, and the one that takes its place."""
+
+    file: str
+    right: str
+    wrong: str
+
+
+MISTAKES = {
+    "what is read before a call that changes it": Mistake(
+        "statements.py", "before = s.kept(place) if after.effects and place.reads else place",
+        "before = place",
+    ),
+    "a value before the place that it goes to": Mistake(
+        "statements.py", "if place_block.effects and value.reads:", "if False:"
+    ),
+    "two variables exchanged": Mistake(
+        "statements.py",
+        "return s.kept(value) if (stored & read) or (in_memory and value.reads) else value",
+        "return value",
+    ),
+    "brackets on the right": Mistake("arithmetic.py", "b.within(rank + 1)}", "b.within(rank)}"),
+    "constants of an operation exchanged": Mistake(
+        "arithmetic.py", "known[type(op)](a.known, b.known)", "known[type(op)](b.known, a.known)"
+    ),
+    "and for or": Mistake("arithmetic.py", '"&&" if is_and else "||"', '"||" if is_and else "&&"'),
+    "a comparison decided too early": Mistake(
+        "arithmetic.py", "if low is not None and low >= limit:",
+        "if low is not None and low >= limit - 1:",
+    ),
+    "a power by a constant": Mistake("arithmetic.py", "if a.is_known or b.is_known:", "if False:"),
+    "digits of a number": Mistake("types.py", "return repr(value)", 'return f"{value:.15e}"'),
+    "a loop once more": Mistake(
+        "statements.py", 'sign, by = ("<", "+=") if step > 0', 'sign, by = ("<=", "+=") if step > 0'
+    ),
+    "bounds of a counter": Mistake(
+        "statements.py", "return a0, None if b1 is None else b1 - 1", 
+        "return a0, None if b1 is None else b1 - 2",
+    
+    ),
+    "indices from the end": Mistake("helpers.py", "index + n : index", "-index - 1 : index"),
+    "sign of a remainder": Mistake(
+        "helpers.py", "if ((b < 0.0) != (rest < 0.0)) {", "if (rest < 0.0) {"
+    ),
+    "zero of a remainder": Mistake(
+        "helpers.py", "rest = copysign(0.0, b);", "rest = copysign(0.0, a);"
+    ),
+    "quotient of whole numbers": Mistake(
+        "helpers.py", "? quotient - 1 : quotient", "? quotient : quotient"
+    ),
+    "the lesser of NaN and a number": Mistake(
+        "helpers.py", "static double min_of(double a, double b)\n{\n    return (b < a) ? b : a;",
+        "static double min_of(double a, double b)\n{\n    return (a < b) ? a : b;",
+    ),
+}  # fmt: skip
+
+
+def with_mistake(mistake: Mistake | None, folder: Path) -> Path:
+    """The package in a folder, its translator copied, the rest by links."""
+    package = folder / "torquer"
+    package.mkdir()
+    for each in PACKAGE.iterdir():
+        if each.name not in ("export", "__pycache__"):
+            (package / each.name).symlink_to(each)
+    shutil.copytree(PACKAGE / "export", package / "export")
+    if mistake is not None:
+        file = package / "export" / mistake.file
+        text = file.read_text()
+        assert text.count(mistake.right) == 1, f"{mistake.right}: in {mistake.file} once"
+        file.write_text(text.replace(mistake.right, mistake.wrong))
+    return folder
+
+
+def tried(mistake: Mistake | None, folder: Path) -> subprocess.CompletedProcess:
+    """The tests of constructs with this translator, up to the first that fails."""
+    places = [str(with_mistake(mistake, folder)), str(TESTS)]
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider"]
+    command += ["-c", str(TESTS.parent / "pyproject.toml"), "-o", f"pythonpath={' '.join(places)}"]
+    return subprocess.run(
+        [*command, *(str(TESTS / each) for each in NOTICING)], capture_output=True, text=True,
+        cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
+    )  # fmt: skip
+
+
+@needs_compiler
+@pytest.mark.slow
+def test_the_translator_without_a_mistake_passes(tmp_path):
+    done = tried(None, tmp_path)
+    assert done.returncode == 0, done.stdout
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_of_the_translator_is_noticed(name, tmp_path):
+    done = tried(MISTAKES[name], tmp_path)
+    assert done.returncode == 1, f"{name}: no test noticed\n{done.stdout}"
+    assert "FAILED " in done.stdout
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_mistakes_are_made_where_the_text_is(name):
+    mistake = MISTAKES[name]
+    assert (PACKAGE / "export" / mistake.file).read_text().count(mistake.right) == 1
