@@ -169,9 +169,10 @@ def fly_back_and_forth(
     )  # fmt: skip
     ends = np.cumsum([count for _, count in cells.values()])
     parts = np.split(rows, ends[:-1], axis=1) if cells else []
-    smoothed = [np.full_like(each, np.nan) for each in forward[:3]]
-    smooth(forward, *smoothed)
-    return BackAndForth(forward, *smoothed, known, dict(zip(cells, parts, strict=True)), spec)
+    q, states, covariance = (np.full_like(each, np.nan) for each in forward[:3])
+    smooth(forward, q, states, covariance)
+    kept = dict(zip(cells, parts, strict=True))
+    return BackAndForth(forward, q, states, covariance, known, kept, spec)
 
 
 def _check_found_again(result: xr.Dataset, forward: Forward, works: np.ndarray) -> None:

@@ -90,7 +90,9 @@ class Fit(NamedTuple):
                     f"{np.sqrt(each.square):.1f} times as far as their stated noise explains"
                 )
             least = max(_GREATEST_CORRELATION, _CLEARLY * each.correlation_sigma)
-            if each.correlation > least:
+            # the variance of a mean of correlated errors is larger by (1 + c) / (1 - c)
+            grown = each.square * (1.0 + each.correlation) / max(1.0 - each.correlation, 1e-9)
+            if each.correlation > least and grown > _GREATEST_SQUARE:
                 found.append(
                     f"what readings of the {SENSOR_WORDS[each.sensor]} miss is the same from row "
                     f"to row (correlation {each.correlation:.2f}): an error of the sensor or the "
@@ -195,7 +197,7 @@ def attitude_of(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Atti
     found = fly_back_and_forth(spec, known, works, seeds, log)
     for each in (found.forward.q, *found[1:4]):
         each[~works] = np.nan
-    innovations = {
+    innovations: dict[str, np.ndarray] = {
         sensor: np.where(works[:, None], found.log[f"innovation_{sensor}"], np.nan)
         for sensor in spec.sensors
     }

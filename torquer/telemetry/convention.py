@@ -92,27 +92,35 @@ class Found(NamedTuple):
         return stated <= min(_GREATEST_DEG, _LEAST_MARGIN * self.ways[0].error_deg)
 
     @property
+    def rivals(self) -> list[Way]:
+        """The best way and those that the telemetry does not tell from it."""
+        best = self.ways[0].error_deg
+        return [way for way in self.ways if way.error_deg <= _LEAST_MARGIN * best]
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether another way than that of the package is right, the reference frame aside."""
+        ways = {(way.scalar, way.sense, way.axes) for way in self.rivals}
+        return not self.agrees and len(ways) == 1 and self.ways[0].error_deg <= _GREATEST_DEG
+
+    @property
     def verdict(self) -> str:
         """How well the way of the package fits, or which does, or that it is not known."""
-        best, following = self.ways[:2]
+        best, rivals = self.ways[0], self.rivals
+        others = [way for way in self.ways if way not in rivals]
+        then = f", next {others[0].error_deg:.2f} deg with {others[0].text}" if others else ""
         about = f"quaternions and {_WORDS[self.sensor]}"
+        stated = f"{self.stated.error_deg:.2f} deg as they are"
         if self.agrees:
-            other = next(way for way in self.ways if way[:4] != STATED)
-            told = other.error_deg >= _LEAST_MARGIN * self.stated.error_deg
-            return (
-                f"{about} agree to {self.stated.error_deg:.2f} deg as they are; next "
-                f"{other.error_deg:.2f} deg with {other.text}{'' if told else ': not told apart'}"
-            )
-        if self.is_clear:
-            return (
-                f"{about} agree to {best.error_deg:.2f} deg with {best.text}, next "
-                f"{following.error_deg:.2f} deg, as they are {self.stated.error_deg:.2f} deg"
-            )
-        return (
-            f"{about}: do not know; best {best.error_deg:.2f} deg with {best.text}, next "
-            f"{following.error_deg:.2f} deg with {following.text}, as they are "
-            f"{self.stated.error_deg:.2f} deg"
-        )
+            untold = [way.text for way in rivals if way[:4] != STATED]
+            told = f"; not told from {', nor from '.join(untold[:2])}" if untold else ""
+            return f"{about} agree to {stated}{then}{told}"
+        if self.is_wrong:
+            frames = " or ".join(way.frame for way in rivals)
+            text = f"scalar {best.scalar}, {best.sense}, {frames}, axes {' '.join(best.axes)}"
+            return f"{about} agree to {best.error_deg:.2f} deg with {text}{then}, {stated}"
+        best_said = f"best {best.error_deg:.2f} deg with {best.text}"
+        return f"{about}: do not know, {len(rivals)} ways fit alike; {best_said}{then}, {stated}"
 
 
 def find_convention(

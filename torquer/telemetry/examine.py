@@ -127,7 +127,8 @@ def examine(
     if calibration is not None:
         _note(data, field, calibration, findings)
     made = columns_of(data, environment, field, calibration, given)
-    conventions, attitude = (), None
+    conventions: tuple[Found, ...] = ()
+    attitude = None
     if calibration is not None:
         corrected = data.assign(b_measured=(data["b_measured"].dims, calibration.apply(data)))
         along = _shifted(environment, calibration.of("shift"))
@@ -168,9 +169,8 @@ def _conventions(data, along, mistakes, findings) -> tuple[Found, ...]:
             findings.append(Finding("quaternions not checked", 0, str(error)))
             continue
         found.append(each)
-        wrong = each.is_clear and not each.agrees
-        where = mistakes if wrong else findings
-        key = "quaternions or axes of another convention" if wrong else "quaternions"
+        where = mistakes if each.is_wrong else findings
+        key = "quaternions or axes of another convention" if each.is_wrong else "quaternions"
         where.append(Finding(key, each.rows, each.verdict))
     return tuple(found)
 
