@@ -35,7 +35,6 @@ FLOORS = (
     {"theory"},
     {"notes"},
     {"analysis"},
-    {"telemetry"},
     {"campaign"},
     {"onboard"},
     {"link"},

@@ -61,8 +61,7 @@ def test_an_hour_at_900_nt_with_the_model_that_held_out_blocks_choose():
     for seed in range(20):
         data, _ = session(seed, noise=900e-9)
         field = field_of(data)
-        groups, _ = choose(data, field)
-        errors.append(np.linalg.norm(calibrate(data, field, groups).bias - BIAS))
+        errors.append(np.linalg.norm(choose(data, field)[0].bias - BIAS))
     assert max(errors) < 500e-9
 
 
@@ -115,9 +114,9 @@ def test_coils_and_temperature():
     data["dipole_body"] = (("time", "axis"), dipole)
     data["temperature"] = ("time", warmth)
     field = field_of(data)
-    groups, choices = choose(data, field)
-    assert groups == MODELS[-1] and len(choices) == len(MODELS)
-    found = calibrate(data, field, groups)
+    found, choices = choose(data, field)
+    assert found.groups == MODELS[-1] and len(choices) == len(MODELS)
+    assert np.array_equal(found.values, calibrate(data, field, found.groups).values)
     np.testing.assert_allclose(found.values[10:19].reshape(3, 3), coupling, atol=5e-8)
     np.testing.assert_allclose(found.values[19:], drift, atol=5e-9)
 
@@ -127,8 +126,8 @@ def test_held_out_blocks_reject_what_is_not_there():
     data, b = session(5)
     rng = np.random.default_rng(5)
     data["b_measured"].values[:] = b + BIAS + 300e-9 * rng.normal(size=b.shape)
-    groups, choices = choose(data, field_of(data), models=MODELS[:3])
-    assert groups == ("bias",)
+    found, choices = choose(data, field_of(data), models=MODELS[:3])
+    assert found.groups == ("bias",)
     assert choices[-1].fitted < choices[0].fitted and choices[-1].held_out > choices[0].held_out
 
 

@@ -5,9 +5,10 @@ import json
 import numpy as np
 import pytest
 import xarray as xr
-from telemetry_session import TLE, session
+from telemetry_session import SHIFT_S, TLE, environment, motion, session
 
 from torquer.cli.app import answer
+from torquer.compile import engine
 
 
 @pytest.fixture
@@ -48,6 +49,67 @@ def test_errors_of_clock_and_track_that_split_nothing_are_noted(folder, capsys):
     assert not answer(["telemetry", "pass.nc", "--orbit", "c.tle", "--model", "bias",
                        "--clock-sigma-s", "1", "--along-track-sigma-km", "10"])  # fmt: skip
     assert "--clock-sigma-s: splits nothing, as no shift was fitted" in capsys.readouterr().err
+
+
+FILTER = """
+[control.estimator]
+kind = "kalman_gyro"
+magnetometer_noise_nt = 50.0
+sun_noise_deg = 0.5
+angle_random_walk_deg_sqrt_s = 0.01
+rate_random_walk_deg_s_sqrt_s = 1e-6
+gyro_bias_sigma_deg_s = 0.01
+"""
+
+
+@pytest.fixture
+def with_quaternions(folder):
+    """The session with the attitude that it has, and a filter for it."""
+    (folder / "filter.toml").write_text(FILTER)
+    data, _ = session(0)
+    to_body, _ = motion(data["time"].values + SHIFT_S, 0)
+    data["q_measured"] = (("time", "component"), to_body.inv().as_quat())
+    place, t_s = environment(), data["time"].values
+    lit = place.sunlit_fraction(t_s, place.state(t_s)[0]) > 0.99
+    data["sun_measured"].values[~lit] = 0.0
+    return data.assign_coords(component=list("xyzw"))
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="filters over sessions: slow")
+def test_attitude_and_conventions(folder, with_quaternions, capsys):
+    with_quaternions.to_netcdf("pass.nc", engine="h5netcdf")
+    assert not answer(["telemetry", "pass.nc", "--orbit", "c.tle", "--model", "shift",
+                       "--filter", "filter.toml", "--json"])  # fmt: skip
+    found = json.loads(capsys.readouterr().out)
+    assert found["attitude"]["fits"] and found["attitude"]["known"] == 1.0
+    by = {each["by"]: each for each in found["conventions"]}
+    assert by["field"]["agrees"] and by["field"]["stated_deg"] < 0.5
+    assert by["field"]["ways"][0]["axes"] == ["x", "y", "z"]
+    names = {each.name for each in (folder / "runs/pass-telemetry").iterdir()}
+    assert {"attitude.nc", "attitude.png"} <= names
+    with xr.open_dataset(folder / "runs/pass-telemetry/attitude.nc") as made:
+        assert {"q_smoothed", "q_estimated", "attitude_sigma_smoothed"} <= set(made)
+    page = (folder / "runs/pass-telemetry/report.html").read_text(encoding="utf-8")
+    assert "Logged quaternions and the field" in page and "filter and smoother state" in page
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="filters over sessions: slow")
+def test_quaternions_of_another_convention_end_with_1(folder, with_quaternions, capsys):
+    with_quaternions["q_measured"].values[:] = np.roll(with_quaternions["q_measured"], 1, axis=1)
+    with_quaternions.to_netcdf("pass.nc", engine="h5netcdf")
+    words = ["telemetry", "pass.nc", "--orbit", "c.tle", "--filter", "filter.toml"]
+    assert answer(words) == 1
+    printed = capsys.readouterr().out
+    assert "WRONG: quaternions and field agree to" in printed and "scalar first" in printed
+    assert "attitude to" not in printed
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="filters over sessions: slow")
+def test_a_filter_that_does_not_fit_ends_with_1(folder, with_quaternions, capsys):
+    (folder / "filter.toml").write_text(FILTER.replace("50.0", "5.0"))
+    words = ["telemetry", "pass.nc", "--orbit", "c.tle", "--filter", "filter.toml"]
+    assert answer(words) == 1
+    assert "the filter's model does not fit: readings of the magnet" in capsys.readouterr().out
 
 
 def test_a_mapping_is_proposed_once(folder, capsys):

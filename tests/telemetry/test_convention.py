@@ -55,7 +55,33 @@ def test_order_sense_frame_and_axes_are_found(along, sensor, scalar, inverse, fr
 def test_frames_within_the_noise_are_not_told_apart(along):
     found = find_convention(telemetry(along, noise=0.05), along)
     assert not found.is_clear
-    assert "cannot tell" in found.verdict
+    assert found.is_wrong and "TEME or J2000, axes" in found.verdict
+
+
+def test_another_convention_is_wrong_though_two_frames_fit(along):
+    """J2000 and TEME differ by less than the noise; order and sense do not."""
+    found = find_convention(telemetry(along, scalar="first", inverse=True), along)
+    assert found.is_wrong and not found.is_clear and not found.agrees
+    text = "with scalar first, reference to body, "
+    assert text in found.verdict and " or " in found.verdict and "as they are" in found.verdict
+
+
+def test_quaternions_as_sessions_have_them_agree(along):
+    given = telemetry(along)
+    b = given["b_measured"].values
+    given["b_measured"].values[:] = np.stack([-b[:, 1], b[:, 0], b[:, 2]], axis=1)
+    found = find_convention(given, along)
+    assert found.agrees and not found.is_wrong
+    assert found.verdict.startswith("quaternions and field agree to 0.")
+    assert 0.2 < found.stated.error_deg < 0.6 < found.ways[5].error_deg
+
+
+def test_random_quaternions_say_nothing(along):
+    given = telemetry(along)
+    given["q_measured"].values[:] = Rotation.random(60, random_state=7).as_quat()
+    found = find_convention(given, along)
+    assert not found.is_wrong and not found.agrees
+    assert "do not know" in found.verdict
 
 
 def test_accurate_readings_tell_j2000_from_teme(along):

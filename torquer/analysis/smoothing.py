@@ -18,7 +18,7 @@ from torquer.estimation.smoother import Forward, empty_forward, fly, smooth, wit
 from torquer.estimation.state_names import axes_of
 from torquer.geometry.attitudes import rotation_vector
 from torquer.geometry.quaternion import angle_between
-from torquer.interface import KNOWN, nothing_known
+from torquer.interface import KNOWN
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.dataset import scenario_of
 from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, write
@@ -26,9 +26,13 @@ from torquer.simulation.results.variables import ESTIMATED, INPUTS, RECORDED, wr
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Readings, by their name in the computer's record and as variables of a result.
-_READINGS = {"b": "b_measured", "omega": "omega_measured", "sun": "sun_measured"}
-_ESTIMATE = [cell for each in ESTIMATED for cell in each.cells]
+_READINGS = {"b_measured": "b", "omega_measured": "omega", "sun_measured": "sun"}
+#: What the computer knows of readings and surroundings, read from `KNOWN`, by name.
+KNOWN_VARIABLES = {
+    each.name: each._replace(key=_READINGS.get(each.name, each.key))
+    for each in (*RECORDED, *INPUTS)
+    if each in INPUTS or each.name in _READINGS
+}
 #: Difference of two attitudes, over the standard deviation of either, that is no rounding.
 _OTHER = 1e-3
 
@@ -55,6 +59,19 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
     """
     scenario = scenario_of(result)
     spec = kalman_filter(scenario)
+    check_can_be_smoothed(spec)
+    rows = _control_rows(result, scenario)
+    steps = result.isel(time=rows)
+    works = _works(result, scenario, rows)
+    found = fly_back_and_forth(spec, _known(steps), works)
+    _check_found_again(steps, found.forward, works)
+    for each in found[1:4]:
+        each[~works] = np.nan
+    return as_dataset(steps, found, {name: result.attrs[name] for name in ("scenario", "seed")})
+
+
+def check_can_be_smoothed(spec: Filter) -> None:
+    """ValueError for a filter with many hypotheses at first, or with errors only considered."""
     if spec.starts_by_field:
         raise ValueError(
             "control.estimator.sensors: must be more than the magnetometer in a run that is to be "
@@ -66,16 +83,6 @@ def smoothed(result: xr.Dataset) -> xr.Dataset:
             "control.estimator.calibration: must be 'estimated' in a run that is to be smoothed: "
             "what is only considered cannot be improved by later readings; received 'considered'"
         )
-    rows = _control_rows(result, scenario)
-    steps = result.isel(time=rows)
-    known = _known(steps)
-    works = _works(result, scenario, rows)
-    forward = _again(spec, known, works)
-    _check_found_again(steps, forward, works)
-    found = _backwards(forward)
-    for each in found:
-        each[~works] = np.nan
-    return _as_dataset(steps, spec, found, forward)
 
 
 def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
@@ -100,10 +107,8 @@ def _control_rows(result: xr.Dataset, scenario: Scenario) -> np.ndarray:
 def _known(steps: xr.Dataset) -> np.ndarray:
     """What the computer knew after each control step."""
     known = np.full(steps.sizes["time"], np.nan, KNOWN)
-    readings = [each._replace(key=key) for key, name in _READINGS.items() for each in RECORDED
-                if each.name == name]  # fmt: skip
     estimated = [each for each in ESTIMATED if each.name in steps]
-    write(steps, [*readings, *INPUTS, *estimated], known, slice(None))
+    write(steps, [*KNOWN_VARIABLES.values(), *estimated], known, slice(None))
     return known
 
 
@@ -119,18 +124,55 @@ def _works(result: xr.Dataset, scenario: Scenario, rows: np.ndarray) -> np.ndarr
     return works
 
 
-def _again(spec: Filter, known: np.ndarray, works: np.ndarray) -> Forward:
-    """Let the filter work on what the computer knew."""
+class BackAndForth(NamedTuple):
+    """What filter and smoother find at k steps.
+
+    `forward`: the filter's own; `q` (k, 4), `states` (k, n - 3), `covariance` (k, n, n): smoothed;
+    `known` (k,): `KNOWN` with the filter's estimates; `log`: of its memory, by name.
+    """
+
+    forward: Forward
+    q: np.ndarray
+    states: np.ndarray
+    covariance: np.ndarray
+    known: np.ndarray
+    log: dict[str, np.ndarray]
+    spec: Filter
+
+
+def fly_back_and_forth(
+    spec: Filter, known: np.ndarray, works: np.ndarray, seeds: np.ndarray | None = None, log=()
+) -> BackAndForth:
+    """Let a filter work on what the computer knew, from start to end and backwards.
+
+    `known` (k,): see `KNOWN`; `works` (k,): whether the filter works then, otherwise the estimate
+    in `known` is another's; `seeds` (k, 5): see `torquer.estimation.smoother.begin_at`, NaN where
+    the filter goes on; `log`: parts of the filter's memory to be kept.
+    """
     filter_, places = with_copies(spec.estimator())
-    before = known.copy()
-    for cell in _ESTIMATE:  # the estimate is that of the step before
-        before[cell][1:] = known[cell][:-1]
-        before[cell][0] = nothing_known()[cell][0]
     forward = empty_forward(len(known), places.n)
-    (address,) = addresses([filter_.in_loop()])
+    known = known.copy()
+    cells = {name: filter_.memory_places()[name] for name in log}
+    logged = np.array([first + i for first, count in cells.values() for i in range(count)], int)
+    rows = np.full((len(known), len(logged)), np.nan)
     memory = filter_.first_memory()
-    fly(address, records(before), filter_.pack(), memory, places, works, forward)
-    return forward
+    if seeds is None:
+        seeds = np.full((len(known), 5), np.nan)
+    else:  # a filter that does not start by itself has not put what it knows at first
+        first = np.repeat(list(spec.initial_variances().values()), 3)
+        here = slice(places.covariance, places.covariance + 4 * places.n**2)
+        memory[here] = np.diag(np.pad(first, (0, places.n))).ravel()
+    (address,) = addresses([filter_.in_loop()])
+    fly(
+        address, records(known), filter_.pack(), memory, places, works, seeds, forward, logged,
+        rows,
+    )  # fmt: skip
+    ends = np.cumsum([count for _, count in cells.values()])
+    parts = np.split(rows, ends[:-1], axis=1) if cells else []
+    q, states, covariance = (np.full_like(each, np.nan) for each in forward[:3])
+    smooth(forward, q, states, covariance)
+    kept = dict(zip(cells, parts, strict=True))
+    return BackAndForth(forward, q, states, covariance, known, kept, spec)
 
 
 def _check_found_again(result: xr.Dataset, forward: Forward, works: np.ndarray) -> None:
@@ -146,23 +188,21 @@ def _check_found_again(result: xr.Dataset, forward: Forward, works: np.ndarray) 
         )
 
 
-def _backwards(forward: Forward) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Smoothed attitudes, states, covariance of the errors."""
-    q, states, covariance = (np.full_like(each, np.nan) for each in forward[:3])
-    smooth(forward, q, states, covariance)
-    return q, states, covariance
+def as_dataset(steps: xr.Dataset, found: BackAndForth, attributes: dict) -> xr.Dataset:
+    """Smoothed attitudes, states and covariance, with what follows from them, as a Dataset.
 
-
-def _as_dataset(result: xr.Dataset, spec: Filter, found, forward: Forward) -> xr.Dataset:
-    """Smoothed attitudes, states and covariance, with what follows from them, as a Dataset."""
+    `steps`: with the coordinates `time`, `utc`, `axis` and `component`.
+    """
     import xarray as xr
 
-    q, states, covariance = found
-    axes = axes_of(spec.initial_variances())
+    covariance = found.covariance
+    axes = axes_of(found.spec.initial_variances())
     (state,), (error, other) = axes["states"], axes["covariance"]
-    omega, rate_variance = _rate(result, spec, states, covariance, forward)
+    omega, rate_variance = _rate(found)
     variables = {
-        "q_smoothed": (("time", "component"), q, "1", "attitude quaternion, body to inertial"),
+        "q_smoothed": (
+            ("time", "component"), found.q, "1", "attitude quaternion, body to inertial",
+        ),
         "omega_smoothed": (("time", "axis"), omega, "rad/s", "absolute angular velocity, body"),
         "attitude_sigma_smoothed": (
             ("time",), np.sqrt(_variance(covariance, 0)), "rad",
@@ -171,12 +211,12 @@ def _as_dataset(result: xr.Dataset, spec: Filter, found, forward: Forward) -> xr
         "rate_sigma_smoothed": (
             ("time",), np.sqrt(rate_variance), "rad/s", "standard deviation of the rate",
         ),
-        "states_smoothed": (("time", "state"), states, "", "states beyond the attitude"),
+        "states_smoothed": (("time", "state"), found.states, "", "states beyond the attitude"),
         "covariance_smoothed": (
             ("time", "error", "other_error"), covariance, "", "covariance of the errors",
         ),
     }  # fmt: skip
-    coordinates: dict = {name: result[name] for name in ("time", "utc", "axis", "component")}
+    coordinates: dict = {name: steps[name] for name in ("time", "utc", "axis", "component")}
     for axis in (state, error, other):
         units = (axis.name, list(axis.units))
         coordinates |= {axis.name: list(axis.labels), f"{axis.name}_units": units}
@@ -186,7 +226,7 @@ def _as_dataset(result: xr.Dataset, spec: Filter, found, forward: Forward) -> xr
             for name, (dims, values, unit, said) in variables.items()
         },
         coords=coordinates,
-        attrs={"scenario": result.attrs["scenario"], "seed": result.attrs["seed"]},
+        attrs=attributes,
     )
 
 
@@ -195,14 +235,14 @@ def _variance(covariance: np.ndarray, first: int) -> np.ndarray:
     return np.einsum("kii->k", covariance[:, first : first + 3, first : first + 3]) / 3.0
 
 
-def _rate(result: xr.Dataset, spec: Filter, states, covariance, forward: Forward):
+def _rate(found: BackAndForth):
     """(Rate (k, 3), its variance (k,)): a state, or the filter's with another bias."""
-    variance = _variance(covariance, 3)
-    if "rate" in spec.initial_variances():
-        return states[:, :3], variance
-    noise = result["rate_sigma"].values ** 2 - _variance(forward.covariance, 3)
-    omega = result["omega_estimated"].values + forward.states[:, :3] - states[:, :3]
-    return omega, variance + noise
+    variance = _variance(found.covariance, 3)
+    if "rate" in found.spec.initial_variances():
+        return found.states[:, :3], variance
+    noise = found.known["sigma_rad_s"] ** 2 - _variance(found.forward.covariance, 3)
+    filtered = np.stack([found.known[f"estimate_omega_{c}"] for c in "xyz"], axis=1)
+    return filtered + found.forward.states[:, :3] - found.states[:, :3], variance + noise
 
 
 class Accuracy(NamedTuple):

@@ -142,6 +142,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
     "telemetry": (
         "torquer telemetry pass.csv --mapping pass.mapping.toml --orbit my_satellite.tle",
         "torquer telemetry runs/a/result.nc --orbit examples/chibis_m_detumble.toml --model shift",
+        "torquer telemetry pass.nc --orbit my_satellite.tle --filter examples/which_sensors.toml",
     ),
     "telemetry init": ("torquer telemetry init pass.csv --out pass.mapping.toml",),
     "theory": (

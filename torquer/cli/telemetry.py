@@ -7,7 +7,9 @@ from cyclopts import App
 
 from torquer.cli.options import Json, at_least, options, positive
 
-app = App(name="telemetry", help="Flight and bench data: checks, calibration.", version_flags=[])
+app = App(
+    name="telemetry", help="Flight and bench data: checks, calibration, attitude.", version_flags=[]
+)
 
 
 @options
@@ -31,6 +33,9 @@ class TelemetryOptions:
     along_track_sigma_km: Annotated[float | None, positive()] = None
     """Error of the elements along the track to be expected; about 1 to 3 km for each day of their
     age."""
+    filter: Path | None = None
+    """TOML file with a table [control.estimator], such as a scenario: its Kalman filter and a
+    smoother make an attitude of the calibrated readings [none]."""
     out: Path | None = None
     """Output folder [runs/FILE-telemetry]."""
     json: Json = False
@@ -42,8 +47,10 @@ def check(*files: Path, how: TelemetryOptions = TelemetryOptions()) -> int:
 
     CSV, Parquet, NetCDF, CDF or a ground archive. The strength of the field needs no attitude: it
     finds wrong units and zones, outliers, bias, scale, non-orthogonality and a shift in time, with
-    their errors. Writes calibrated.nc, report.html and pictures. Exit code 1 for telemetry that
-    cannot be used as it is.
+    their errors. Logged quaternions are compared with field and Sun: order, sense, frame, axes.
+    With --filter an attitude is estimated, forwards and in hindsight, and whether the filter's
+    model fits. Writes calibrated.nc, attitude.nc, report.html and pictures. Exit code 1 for
+    telemetry that cannot be used as it is, and for a filter that does not fit it.
     """
     from torquer.cli import telemetry_work as work
 

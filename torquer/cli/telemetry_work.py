@@ -19,7 +19,9 @@ from torquer.cli.output import (
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.simulation.results.file import put, replacing
+from torquer.telemetry.attitude import load_filter
 from torquer.telemetry.calibration import GROUPS, MODELS, split_shift
+from torquer.telemetry.convention import WAYS_SHOWN, Found
 from torquer.telemetry.examine import Examination, examine
 from torquer.telemetry.mapping import load_mapping, text_of_mapping
 from torquer.telemetry.modulus import start_of
@@ -54,13 +56,19 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
     out = how.out or Path("runs") / f"{files[0].stem}-telemetry"
     make_writable(out)
     groups = None if how.model is None else _MODELS[how.model]
-    found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min)
+    filter_ = None if how.filter is None else load_filter(how.filter)
+    found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min, filter_)
     from torquer.report.telemetry.page import write_telemetry
 
     with writing_to(out):
         with replacing(out / "calibrated.nc") as path:
             found.calibrated.to_netcdf(path, engine="h5netcdf")
-        names = write_telemetry(found, parameter_rows(found), about, out)
+        names = ["calibrated.nc"]
+        if found.attitude is not None:
+            with replacing(out / "attitude.nc") as path:
+                found.attitude.data.to_netcdf(path, engine="h5netcdf")
+            names.append("attitude.nc")
+        names += write_telemetry(found, parameter_rows(found), about, out)
     data = as_data(found, about, how)
     if how.clock_sigma_s is not None and "split" not in data:
         print_note("--clock-sigma-s: splits nothing, as no shift was fitted")
@@ -68,8 +76,9 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
         print(json_text(data | {"out": str(out)}))
     else:
         _show(found, data, about)
-        print(f"{out}: calibrated.nc, {', '.join(names)}")
-    return FAILED_CODE if found.mistakes else 0
+        print(f"{out}: {', '.join(names)}")
+    fits = found.attitude is None or found.attitude.fit.fits
+    return 0 if fits and not found.mistakes else FAILED_CODE
 
 
 def _show(found: Examination, data: dict, about: str) -> None:
@@ -144,6 +153,16 @@ def as_data(found: Examination, about: str, how: TelemetryOptions) -> dict:
             "next_deg": float(found.axes.errors_deg[1]),
             "by": list(found.axes.by),
         }
+    data["conventions"] = [_convention(each) for each in found.conventions]
+    if found.attitude is not None:
+        fit = found.attitude.fit
+        data["attitude"] = {
+            "fits": fit.fits,
+            "reasons": list(fit.reasons),
+            "rejected": fit.rejected,
+            "known": fit.known,
+            "sensors": [each._asdict() for each in fit.sensors],
+        }
     calibration = found.calibration
     if calibration is not None:
         data["calibration"] = {
@@ -170,6 +189,20 @@ def as_data(found: Examination, about: str, how: TelemetryOptions) -> dict:
                 "along_track_km": [float(each) / 1e3 for each in along],
             }
     return data
+
+
+def _convention(found: Found) -> dict:
+    """The best ways to read quaternions, ranked, as plain data."""
+    return {
+        "by": found.sensor,
+        "rows": found.rows,
+        "agrees": found.agrees,
+        "is_wrong": found.is_wrong,
+        "not_told_apart": len(found.rivals),
+        "margin": found.margin,
+        "stated_deg": found.stated.error_deg,
+        "ways": [way._asdict() for way in found.ways[:WAYS_SHOWN]],
+    }
 
 
 def propose(file: Path, how: ProposeOptions) -> int:

@@ -15,16 +15,21 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer.compile.engine import inlined, kernel
-from torquer.estimation.covariance import turn_attitude
+from torquer.estimation.covariance import ATTITUDE, put_uncorrelated, turn_attitude
 from torquer.estimation.estimator import Estimator, call_estimator
 from torquer.estimation.filter import memory_of
+from torquer.estimation.measurements.measurement import VECTORS
+from torquer.estimation.measurements.star_tracker import PAST
+from torquer.estimation.starts import UNINFORMED
 from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
+from torquer.estimation.watch import CELLS as WATCHED
 from torquer.geometry.quaternion import (
     conjugate,
     from_rotation_vector,
     multiply,
     normalised,
 )
+from torquer.interface import UNKNOWN_ESTIMATE, estimate_of, put_estimate
 
 #: Share of a variance below which what is left of it, once others are known, is rounding.
 _ROUNDING = 1e-13
@@ -33,9 +38,12 @@ _ROUNDING = 1e-13
 class Places(NamedTuple):
     """First cells of parts of a filter's memory; `n`: number of its errors, without copies."""
 
+    t_s: int
     q: int
     states: int
     covariance: int
+    watched: int
+    past: int
     n: int
 
 
@@ -65,14 +73,13 @@ def empty_forward(k: int, n: int) -> Forward:
 def with_copies(filter_: Estimator) -> tuple[Estimator, Places]:
     """The filter with room for copies of its errors in its memory, and where they stand."""
     n = len(filter_.memory["covariance"])
-    memory, first, at = dict(filter_.memory), {}, 0
-    for name, larger in memory_of(2 * n).items():
-        if np.shape(larger) != np.shape(memory[name]):
-            memory[name] = larger
-    for name, each in memory.items():
-        first[name], at = at, at + np.size(each)
-    places = Places(first["q"], first["states"], first["covariance"], n)
-    return replace(filter_, memory=memory, log={}, spec=None), places
+    memory = dict(filter_.memory)
+    for name, doubled in memory_of(2 * n).items():
+        if np.shape(doubled) != np.shape(memory[name]):
+            memory[name] = doubled
+    larger = replace(filter_, memory=memory, log={}, spec=None)
+    first = [larger.memory_places()[name][0] for name in Places._fields[:-1]]
+    return larger, Places(*first, n)
 
 
 @inlined
@@ -84,28 +91,58 @@ def copy_errors(p, change, n):
             p[n + i, n + j] = p[i, n + j] = p[n + i, j] = p[i, j]
 
 
+@inlined
+def begin_at(p, memory, places, t_s, seed):
+    """How the body has turned since the step before is not known: nothing is, of the attitude.
+
+    `seed`: attitude near which it is sought, of which nothing is known otherwise, and what the
+    variance of the next state gains meanwhile; NaN for no attitude: the filter starts by itself.
+    """
+    for i in range(4):
+        memory[places.q + i] = seed[i]
+    memory[places.t_s] = t_s if math.isfinite(seed[0]) else -math.inf
+    put_uncorrelated(p, ATTITUDE, UNINFORMED)
+    for i in range(3, 6):
+        p[i, i] += seed[4]
+    for i in range(2 * VECTORS * WATCHED):
+        memory[places.watched + i] = -math.inf
+    for i in range(PAST):
+        memory[places.past + 5 * i] = -math.inf
+
+
 @kernel
-def fly(estimator, known, parameters, memory, places, works, out):
+def fly(estimator, known, parameters, memory, places, works, seeds, out, logged, log):
     """Let a filter with copies of its errors work on what the computer knew; fill a `Forward`.
 
-    `estimator`: its address; `known` (k,): `KNOWN` before each step; `works` (k,): whether it
-    works then.
+    `estimator`: its address; `known` (k,): `KNOWN` at each step, in which the filter's estimates
+    are put; `works` (k,): whether it works then, otherwise the estimate in `known` is another's;
+    `seeds` (k, 5): see `begin_at`, NaN where the filter goes on; `logged` (m,): cells of the memory
+    that are kept in `log` (k, m).
     """
     n = places.n
     first = places.covariance
     p = memory[first : first + 4 * n * n].reshape((2 * n, 2 * n))
     states = memory[places.states : places.states + 2 * n - 3]
     q = memory[places.q : places.q + 4]
+    before = UNKNOWN_ESTIMATE
     for k in range(known.shape[0]):
         copy_errors(p, states[n - 3 :], n)
+        if math.isfinite(seeds[k, 4]):
+            begin_at(p, memory, places, known[k].t_s, seeds[k])
+        after = estimate_of(known[k])
         if works[k]:
-            call_estimator(estimator, known[k : k + 1], parameters, memory)
+            put_estimate(known[k], before)
+            after = call_estimator(estimator, known[k : k + 1], parameters, memory)
+            put_estimate(known[k], after)
+        before = after
         out.q[k] = q
         out.states[k] = states[: n - 3]
         out.change[k] = states[n - 3 :]
         out.covariance[k] = p[:n, :n]
         out.cross[k] = p[:n, n:]
         out.before[k] = p[n:, n:]
+        for i in range(logged.shape[0]):
+            log[k, i] = memory[logged[i]]
 
 
 @inlined

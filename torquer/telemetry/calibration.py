@@ -416,15 +416,16 @@ class Choice(NamedTuple):
 
 def choose(
     data: xr.Dataset, field, blocks: int = 6, models=MODELS
-) -> tuple[tuple[str, ...], tuple[Choice, ...]]:
-    """The smallest model that predicts blocks of time held out as well as the best does.
+) -> tuple[Calibration, tuple[Choice, ...]]:
+    """Calibration by the smallest model that predicts blocks held out as well as the best does.
 
     'As well': within one standard error of the difference over the blocks. Outliers of the
     largest model's fit are left out. Models whose data are missing or constant are not tried.
     """
-    rows, _, _ = rows_of(data, field)
+    every, _, mean_k = rows_of(data, field)
+    rows = every
     if len(rows.t_s) > _COMPARED:
-        rows = rows.take(np.linspace(0, len(rows.t_s) - 1, _COMPARED).astype(int))
+        rows = every.take(np.linspace(0, len(rows.t_s) - 1, _COMPARED).astype(int))
     tried = [model for model in models if _can_fit(model, rows, blocks)]
     whole = [fitted(rows, model) for model in tried]
     good = np.flatnonzero(whole[-1].weight > 0.0)
@@ -447,7 +448,8 @@ def choose(
         Choice(model, each.rms, float(np.sqrt(m)))
         for model, each, m in zip(tried, whole, mean, strict=True)
     )
-    return tried[chosen], choices
+    found = whole[chosen] if len(every.t_s) <= _COMPARED else fitted(every, tried[chosen])
+    return found._replace(mean_temperature_k=mean_k), choices
 
 
 def _can_fit(model, rows: Rows, blocks: int) -> bool:

@@ -18,6 +18,7 @@ from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.environment.field.along import angles_deg
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.telemetry.axes import SIGNED_PERMUTATIONS, axis_names
+from torquer.telemetry.surroundings import surroundings_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,6 +31,13 @@ _LEAST_LENGTH, _GREATEST_LENGTH = 0.9, 1.1
 _LEAST_ROWS = 3
 #: Visible part of the Sun's disc above which its direction is compared.
 _LIT = 0.99
+
+
+#: The way in which sessions hold quaternions.
+STATED = ("last", "body to reference", "J2000", ("x", "y", "z"))
+#: Ways that are shown, best first.
+WAYS_SHOWN = 5
+_WORDS = {"field": "field", "sun": "Sun"}
 
 
 class Way(NamedTuple):
@@ -47,6 +55,11 @@ class Way(NamedTuple):
     axes: tuple[str, str, str]
     is_reflection: bool
     error_deg: float
+
+    @property
+    def text(self) -> str:
+        """The way in words."""
+        return f"scalar {self.scalar}, {self.sense}, {self.frame}, axes {' '.join(self.axes)}"
 
 
 class Found(NamedTuple):
@@ -68,14 +81,46 @@ class Found(NamedTuple):
         return self.margin >= _LEAST_MARGIN and self.ways[0].error_deg <= _GREATEST_DEG
 
     @property
+    def stated(self) -> Way:
+        """The way of the package: scalar last, body to J2000, axes as they are."""
+        return next(way for way in self.ways if way[:4] == STATED)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the telemetry agrees with the way of the package no worse than with the best."""
+        stated = self.stated.error_deg
+        return stated <= min(_GREATEST_DEG, _LEAST_MARGIN * self.ways[0].error_deg)
+
+    @property
+    def rivals(self) -> list[Way]:
+        """The best way and those that the telemetry does not tell from it."""
+        best = self.ways[0].error_deg
+        return [way for way in self.ways if way.error_deg <= _LEAST_MARGIN * best]
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether another way than that of the package is right, the reference frame aside."""
+        ways = {(way.scalar, way.sense, way.axes) for way in self.rivals}
+        return not self.agrees and len(ways) == 1 and self.ways[0].error_deg <= _GREATEST_DEG
+
+    @property
     def verdict(self) -> str:
-        """The best way, or that the telemetry cannot tell, in a sentence."""
-        best = self.ways[0]
-        text = (
-            f"scalar {best.scalar}, {best.sense}, {best.frame}, axes {' '.join(best.axes)}: "
-            f"{best.error_deg:.2f} deg, next {self.ways[1].error_deg:.2f} deg"
-        )
-        return f"{self.sensor}: {text}" if self.is_clear else f"{self.sensor}: cannot tell; {text}"
+        """How well the way of the package fits, or which does, or that it is not known."""
+        best, rivals = self.ways[0], self.rivals
+        others = [way for way in self.ways if way not in rivals]
+        then = f", next {others[0].error_deg:.2f} deg with {others[0].text}" if others else ""
+        about = f"quaternions and {_WORDS[self.sensor]}"
+        stated = f"{self.stated.error_deg:.2f} deg as they are"
+        if self.agrees:
+            untold = [way.text for way in rivals if way[:4] != STATED]
+            told = f"; not told from {', nor from '.join(untold[:2])}" if untold else ""
+            return f"{about} agree to {stated}{then}{told}"
+        if self.is_wrong:
+            frames = " or ".join(way.frame for way in rivals)
+            text = f"scalar {best.scalar}, {best.sense}, {frames}, axes {' '.join(best.axes)}"
+            return f"{about} agree to {best.error_deg:.2f} deg with {text}{then}, {stated}"
+        best_said = f"best {best.error_deg:.2f} deg with {best.text}"
+        return f"{about}: do not know, {len(rivals)} ways fit alike; {best_said}{then}, {stated}"
 
 
 def find_convention(
@@ -84,7 +129,8 @@ def find_convention(
     """Ways to read `q_measured` with the readings of a sensor, ranked by their error.
 
     `sensor`: "field" (`b_measured`) or "sun" (`sun_measured`, rows in full sunlight). `along`: the
-    environment along the orbit, which starts at the first row. Rows where a number is missing, the
+    environment along the orbit, which starts at the first row; its orbit is None where the
+    telemetry holds positions. Rows where a number is missing, the
     quaternion is not of length one or the vector is zero are left out. ValueError for fewer than
     three rows that remain.
     """
@@ -99,7 +145,7 @@ def find_convention(
     length = np.linalg.norm(q, axis=1)
     usable = (length > _LEAST_LENGTH) & (length < _GREATEST_LENGTH)
     usable &= np.linalg.norm(read, axis=1) > 0.0
-    reference, lit = _directions(along, t_s, sensor)
+    reference, lit = _directions(telemetry, along, sensor)
     usable &= lit
     if usable.sum() < _LEAST_ROWS:
         raise ValueError(
@@ -124,14 +170,13 @@ def find_convention(
 _SENSES = ("body to reference", "reference to body")
 
 
-def _directions(along: OrbitEnvironment, t_s, sensor: str) -> tuple[np.ndarray, np.ndarray]:
+def _directions(telemetry, along: OrbitEnvironment, sensor: str) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (n, 3) of the field or to the Sun in J, and which rows count (n,)."""
-    r, v = along.state(t_s)
+    around = surroundings_of(telemetry, along)
     if sensor == "sun":
-        found, lit = along.sun(t_s) - r, along.sunlit_fraction(t_s, r) > _LIT
-    else:
-        found, lit = along.field(t_s, r, v), np.full(len(t_s), True)
-    return found / np.linalg.norm(found, axis=1)[:, None], lit
+        return around.sun, around.sunlit_fraction > _LIT
+    found = around.b / np.linalg.norm(around.b, axis=1)[:, None]
+    return found, np.full(len(found), True)
 
 
 def _frames(along: OrbitEnvironment, t_s) -> dict[str, np.ndarray]:

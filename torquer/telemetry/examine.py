@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from datetime import timedelta
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
+from torquer.environment.along_orbit import OrbitEnvironment
+from torquer.estimation.filter import Filter
 from torquer.geometry.frames import geodetic_from_ecef
+from torquer.telemetry.attitude import Attitude, attitude_of
 from torquer.telemetry.axes import Axes, rank_axes
 from torquer.telemetry.calibration import (
     MODELS,
@@ -18,6 +23,7 @@ from torquer.telemetry.calibration import (
     choose,
     rows_of,
 )
+from torquer.telemetry.convention import Found, find_convention
 from torquer.telemetry.modulus import (
     FieldAlong,
     FieldGiven,
@@ -34,7 +40,9 @@ _FIRST_S, _WORSE = 600.0, 2.0
 
 class Examination(NamedTuple):
     """What was found. `calibration` is None where there can be none; `calibrated`: the session
-    with the columns of the output (`columns_of`)."""
+    with the columns of the output (`columns_of`); `conventions` of logged quaternions, by the field
+    and by the Sun; `attitude`: by the filter, None where there is none or the telemetry is not
+    usable."""
 
     data: xr.Dataset
     findings: tuple[Finding, ...]
@@ -45,6 +53,8 @@ class Examination(NamedTuple):
     calibration: Calibration | None
     choices: tuple[Choice, ...]
     calibrated: xr.Dataset
+    conventions: tuple[Found, ...]
+    attitude: Attitude | None
 
     @property
     def verdict(self) -> str:
@@ -52,7 +62,8 @@ class Examination(NamedTuple):
         found = self.calibration
         if self.mistakes or found is None:
             return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
-        return f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
+        text = f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
+        return text if self.attitude is None else f"{text}; {self.attitude.verdict}"
 
 
 def examine(
@@ -60,11 +71,13 @@ def examine(
     orbit=None,
     groups: tuple[str, ...] | None = None,
     leave_out_first_s: float = 0.0,
+    filter_: Filter | None = None,
 ) -> Examination:
     """Examine a session (`torquer.telemetry.read.Session`).
 
     `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
-    calibration, by default chosen by blocks of time held out. ValueError without readings of a
+    calibration, by default chosen by blocks of time held out. `filter_`: makes an attitude of the
+    calibrated readings, and a smoothed one. ValueError without readings of a
     magnetometer, or without positions.
     """
     data, findings = session.data, list(session.findings)
@@ -114,6 +127,14 @@ def examine(
     if calibration is not None:
         _note(data, field, calibration, findings)
     made = columns_of(data, environment, field, calibration, given)
+    conventions: tuple[Found, ...] = ()
+    attitude = None
+    if calibration is not None:
+        corrected = data.assign(b_measured=(data["b_measured"].dims, calibration.apply(data)))
+        along = _shifted(environment, calibration.of("shift"))
+        conventions = _conventions(corrected, along, mistakes, findings)
+        if filter_ is not None and not mistakes:
+            attitude = attitude_of(corrected, filter_, along)
     return Examination(
         data,
         tuple(findings),
@@ -124,7 +145,34 @@ def examine(
         calibration,
         choices,
         made,
+        conventions,
+        attitude,
     )
+
+
+def _shifted(environment: OrbitEnvironment, shift_s: float) -> OrbitEnvironment:
+    """The environment at the stamps moved by a shift."""
+    return replace(environment, start=environment.start + timedelta(seconds=shift_s))
+
+
+def _conventions(data, along, mistakes, findings) -> tuple[Found, ...]:
+    """Ways to read logged quaternions by the field and by the Sun, and what is wrong with them."""
+    if "q_measured" not in data:
+        return ()
+    found = []
+    for sensor, name in (("field", "b_measured"), ("sun", "sun_measured")):
+        if name not in data:
+            continue
+        try:
+            each = find_convention(data, along, sensor=sensor)
+        except ValueError as error:
+            findings.append(Finding("quaternions not checked", 0, str(error)))
+            continue
+        found.append(each)
+        where = mistakes if each.is_wrong else findings
+        key = "quaternions or axes of another convention" if each.is_wrong else "quaternions"
+        where.append(Finding(key, each.rows, each.verdict))
+    return tuple(found)
 
 
 def _late_part(data, leave_out_first_s, findings):
@@ -147,8 +195,7 @@ def _calibration(data, field, groups, given):
     models = MODELS
     if given:  # positions belong to the stamps: a shift of both is not seen well
         models = tuple(m for m in MODELS if "shift" not in m)
-    chosen, choices = choose(data, field, models=models)
-    return calibrate(data, field, chosen), choices
+    return choose(data, field, models=models)
 
 
 def _note(data, field, found: Calibration, findings) -> None:

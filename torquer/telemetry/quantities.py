@@ -52,6 +52,8 @@ QUANTITIES: dict[str, Quantity] = {
             "dipole_body",
             "b_rate_measured",
             "nadir_measured",
+            "wheel_momentum_measured",
+            "coil_dipole_on_board",
             "sunlit_fraction",
         )
     },
@@ -82,6 +84,7 @@ UNITS: dict[str, dict[str, tuple[float, float]]] = {
         "rpm": (np.pi / 30.0, 0.0),
     },
     "A m^2": {"A m^2": (1.0, 0.0), "mA m^2": (1e-3, 0.0)},
+    "N m s": {"N m s": (1.0, 0.0), "mN m s": (1e-3, 0.0)},
     "m": {"m": (1.0, 0.0), "km": (1e3, 0.0)},
     "m/s": {"m/s": (1.0, 0.0), "km/s": (1e3, 0.0)},
     "K": {"K": (1.0, 0.0), "degC": (1.0, 273.15)},
@@ -92,7 +95,8 @@ _SPELLINGS = {
     "µT": "uT", "μT": "uT", "nanotesla": "nT", "microtesla": "uT", "tesla": "T",
     "gauss": "G", "Gs": "G", "dps": "deg/s", "°/s": "deg/s", "deg_s": "deg/s", "rad_s": "rad/s",
     "Am2": "A m^2", "A*m^2": "A m^2", "A m2": "A m^2", "A m²": "A m^2", "Am^2": "A m^2",
-    "mAm2": "mA m^2", "°C": "degC", "C": "degC", "Celsius": "degC", "": "1",
+    "mAm2": "mA m^2", "Nms": "N m s", "mNms": "mN m s",
+    "°C": "degC", "C": "degC", "Celsius": "degC", "": "1",
 }  # fmt: skip
 
 

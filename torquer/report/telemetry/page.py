@@ -9,6 +9,7 @@ import numpy as np
 from torquer.report.common.html import card, cards, picture
 from torquer.report.telemetry.pictures import pictures_of
 from torquer.simulation.results.file import put
+from torquer.telemetry.convention import WAYS_SHOWN
 
 _WORDS = {
     "residual": (
@@ -21,12 +22,30 @@ _WORDS = {
         "Readings near each plane of two axes: a bias moves them off the circle, scale and "
         "non-orthogonality make an ellipse of it.",
     ),
+    "attitude": (
+        "Attitude",
+        "Standard deviation that filter and smoother state, and the innovations: readings less "
+        "what the filter expected, over what it expects of their errors. Where the model fits they "
+        "are a cloud of unit size without a course.",
+    ),
     "zones": (
         "Zones",
         "Residual with the stamps moved by each zone in use, with bias, scale and "
         "non-orthogonality fitted each time.",
     ),
 }
+
+
+def _conventions(found):
+    """Ranked ways to read the logged quaternions, as a card."""
+    head = ("Scalar", "Sense", "Reference", "Axes", "Error [deg]")
+    rows = [
+        (each.scalar, each.sense, each.frame, " ".join(each.axes), f"{each.error_deg:.2f}")
+        for each in found.ways[:WAYS_SHOWN]
+    ]
+    title = f"Logged quaternions and the {'field' if found.sensor == 'field' else 'Sun'}"
+    said = f"{found.verdict[:1].upper()}{found.verdict[1:]}. Best ways of {len(found.ways)}:"
+    return card(f"convention-{found.sensor}", title, said, {"grid": (head, rows)})
 
 
 def write_telemetry(found, parameters, about: str, out: Path) -> list[str]:
@@ -52,6 +71,7 @@ def write_telemetry(found, parameters, about: str, out: Path) -> list[str]:
         card(name, _WORDS[name][0], _WORDS[name][1], picture(path, _WORDS[name][0]))
         for name, path in paths.items()
     ]
+    made += [_conventions(each) for each in found.conventions]
     if found.calibration is not None:
         head = ("Parameter", "Value", "Sigma", "Unit")
         caption = (

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from torquer.estimation.sensor_keys import SENSOR_WORDS
 from torquer.report.common.colours import BLUE, GREY, ORANGE, RED
 from torquer.report.common.figure import legend_at_left, saved, stacked
 from torquer.report.common.scales import clock_for
@@ -22,7 +23,39 @@ def pictures_of(found, out: Path) -> dict[str, Path]:
         made["ellipsoid"] = _ellipsoid(found, out / "ellipsoid.png")
     if found.zone is not None:
         made["zones"] = _zones(found, out / "zones.png")
+    if found.attitude is not None:
+        made["attitude"] = _attitude(found.attitude, out / "attitude.png")
     return made
+
+
+def _attitude(found, path: Path) -> Path:
+    """What filter and smoother state, and the whitened innovations, over time."""
+    rows = np.unique(np.linspace(0, found.data.sizes["time"] - 1, _MOST).astype(int))
+    t_s = found.data["time"].values[rows]
+    clock = clock_for(float(np.ptp(t_s)))
+    t = t_s / clock.seconds
+    figure, (stated, missed) = stacked("Attitude", 2, 5.6)
+    for name, label, colour in (
+        ("attitude_sigma", "filter", ORANGE), ("attitude_sigma_smoothed", "in hindsight", BLUE),
+    ):  # fmt: skip
+        stated.semilogy(t, np.degrees(found.data[name].values[rows]), ".-", ms=3, lw=0.8,
+                        color=colour, label=label)  # fmt: skip
+    stated.set_ylabel("stated, about each axis [deg]", fontsize=10)
+    colours = (BLUE, ORANGE, GREY, RED)
+    for (sensor, values), colour in zip(found.innovations.items(), colours, strict=False):
+        shown = np.clip(values[rows], -6.0, 6.0)
+        missed.plot(t, shown[:, 0], ".", ms=3, color=colour, label=SENSOR_WORDS[sensor])
+        missed.plot(t, shown[:, 1:], ".", ms=3, color=colour)
+    missed.axhline(0.0, color=GREY, lw=0.6)
+    missed.set_ylim(-6.5, 6.5)
+    missed.set_ylabel("innovation over its sigma", fontsize=10)
+    for axes in (stated, missed):
+        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
+        axes.margins(x=0)
+        legend_at_left(axes, 3)
+    if not found.fit.fits:
+        stated.set_title("the model does not fit: these are no errors", fontsize=10, color=RED)
+    return saved(figure, path)
 
 
 def _thin(found):
