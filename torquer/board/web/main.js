@@ -21,8 +21,13 @@ let view = null;
 let asked = 0;
 let changedAt = 0;
 let quiet = 0;
-/** For measurements: milliseconds from a change to its picture, and counts of requests. */
-const measured = (window.board = { redraws: [], data: () => history_.now });
+/** For measurements: milliseconds from a change to its picture, counts of requests, what is shown. */
+const measured = (window.board = {
+  redraws: [],
+  data: () => history_.now,
+  flownData: () => run.data,
+  shown: () => Array.from({ length: run.arrays.t_s.values.length }, (_, i) => run.arrays.rate.values[4 * i]),
+});
 
 const form = new Form(at("form"), (key, value, isStructure) => {
   change(withValue(history_.now, key, value), isStructure ? null : key, isStructure);
@@ -64,7 +69,7 @@ async function flown({ data, at: since, number }, signal) {
   say("computing");
   try {
     const found = await fly(data, signal);
-    run = found;
+    run = { ...found, data };
     errors([]);
     draw();
     if (number === asked) stale(false);
