@@ -61,6 +61,10 @@ class Board:
         """The scenario of the page's data; its name is no matter of the page."""
         return scenario_of({"name": self.name, **data}, self.folder, self.code)
 
+    def make_ready(self) -> None:
+        """Compile what a flight of the first scenario needs, which can take a minute."""
+        self.orbits.prepared(self.scenario(self.data)).make_ready()
+
     def flown(self, data: dict, is_superseded: IsSuperseded = lambda: False) -> Flown:
         """A flight."""
         return fly(self.scenario(data), self.orbits, is_superseded)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import torquer.scenario
+from torquer.cli import compiling
 from torquer.cli.board import BoardOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
@@ -28,6 +29,8 @@ def serve(path: Path | None, how: BoardOptions, code: CodeOptions) -> int:
         name, folder = name_after(path), path.parent
     load_checked(path, code)  # a page that begins with an error helps nobody
     board = BoardServer(text_of(path, "scenario"), name, folder, how.port or 0)
+    with compiling.compiling_shown():
+        board.board.make_ready()
     board.serve(
         lambda: show_address(board.address, how.no_browser),
         lambda what: print_note(f"request refused: {what}"),
