@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from torquer.analysis.series import angle_deg
+from torquer.analysis.series import Variables, angle_deg
 from torquer.control.pointing import HeldAttitude
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.scenario.control import Control
@@ -33,7 +33,12 @@ def attitude_error_of(result: xr.Dataset) -> AttitudeError | None:
 
     None if there was no such law, or if laws held different attitudes.
     """
-    held = held_attitudes(scenario_of(result).control)
+    return attitude_error_in(result, scenario_of(result).control)
+
+
+def attitude_error_in(result: Variables, control: Control) -> AttitudeError | None:
+    """Error of variables relative to the attitude that the built-in laws of `control` held."""
+    held = held_attitudes(control)
     if len(held) != 1:
         return None
     ((orbital, wanted),) = held
@@ -88,16 +93,16 @@ def orbit_normals(result: xr.Dataset) -> np.ndarray:
     return np.cross(result["position_inertial"].values, result["velocity_inertial"].values)
 
 
-def body_axes_from_vertical_deg(result: xr.Dataset) -> np.ndarray:
+def body_axes_from_vertical_deg(result: Variables) -> np.ndarray:
     """Angle [deg] of the body's x, y, z axes [n, 3] from the local vertical (up)."""
     return _body_axes_from_deg(result, result["position_inertial"].values)
 
 
-def body_axes_from_sun_deg(result: xr.Dataset) -> np.ndarray:
+def body_axes_from_sun_deg(result: Variables) -> np.ndarray:
     """Angle [deg] of the body's x, y, z axes [n, 3] from the Sun, also in eclipse."""
     return _body_axes_from_deg(result, result["sun_inertial"].values)
 
 
-def _body_axes_from_deg(result: xr.Dataset, direction) -> np.ndarray:
+def _body_axes_from_deg(result: Variables, direction) -> np.ndarray:
     axes = dcm_body_to_reference(result["q_body_to_inertial"].values)
     return np.stack([angle_deg(axes[:, :, i], direction) for i in range(3)], axis=1)

@@ -3,10 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
-import xarray as xr
 
-from torquer.analysis.attitude import attitude_error_of, held_attitudes
-from torquer.analysis.series import angle_deg
+from torquer.analysis.attitude import attitude_error_in, held_attitudes
+from torquer.analysis.series import Variables, angle_deg
 from torquer.control.spin_axis import Pointed
 from torquer.geometry.attitudes import to_reference
 from torquer.scenario.mission import ORBITAL_RATES, Mission
@@ -95,19 +94,19 @@ def _last_laws(scenario: Scenario) -> list:
     return [laws[name] for name in (used[-1] if used else ())]
 
 
-def signal_of(goal: Goal, part: xr.Dataset) -> np.ndarray | None:
-    """The signal of a goal at the records of a result; None where it does not exist."""
+def signal_of(goal: Goal, part: Variables, scenario: Scenario) -> np.ndarray | None:
+    """The signal of a goal at the records of a scenario's run; None where it does not exist."""
     if goal.signal == "rate":
         return np.degrees(np.linalg.norm(part["omega_body"].values, axis=1))
     if goal.signal == "rate relative to the orbital frame":
         return np.degrees(np.linalg.norm(part["omega_orbital"].values, axis=1))
     if goal.signal == "attitude error":
-        error = attitude_error_of(part)
+        error = attitude_error_in(part, scenario.control)
         return None if error is None else error.angle_deg
     return angle_of_axis_deg(part, goal.axis, goal.target)
 
 
-def angle_of_axis_deg(part: xr.Dataset, axis, target=None) -> np.ndarray:
+def angle_of_axis_deg(part: Variables, axis, target=None) -> np.ndarray:
     """Angle [deg] of an axis of the body from a direction in J, or from the Sun if that is None."""
     pointed = to_reference(part["q_body_to_inertial"].values, axis)
     wanted = part["sun_inertial"].values if target is None else np.broadcast_to(target, (1, 3))

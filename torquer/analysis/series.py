@@ -1,6 +1,16 @@
 """Functions of series: angles, spans of time, typical sizes."""
 
+from typing import Any, Protocol
+
 import numpy as np
+
+
+class Variables(Protocol):
+    """Variables of a result by their names, each with its `values`: a Dataset, or rows that were
+    never put into one."""
+
+    def __getitem__(self, name: str, /) -> Any:
+        """A variable."""
 
 
 def bands_where(t, inside) -> list[tuple[float, float]]:

@@ -9,13 +9,12 @@ import xarray as xr
 from torquer.analysis.attitude import attitude_error_of
 from torquer.analysis.citations import cited_in_words
 from torquer.analysis.conserved import conserved_of, drifts_of
-from torquer.analysis.goals import Goal, goals_of, signal_of
+from torquer.analysis.goals import Goal, goals_of
 from torquer.analysis.modes import state_uses
 from torquer.analysis.summary_rows import rows_of
-from torquer.analysis.verdict import stays_from, verdict_of
+from torquer.analysis.verdict import judged_series, stays_from, verdict_of
 from torquer.analysis.wheels import AT_LIMIT, wheels_of, zero_crossings
 from torquer.simulation.results.dataset import COMPLETE, laws_of, scenario_of
-from torquer.spacecraft.coils import Coils
 
 #: Number of records in memory at a time.
 _PART = 1 << 18
@@ -143,32 +142,18 @@ def _series_of(part: xr.Dataset, goals: list[Goal]) -> dict[str, np.ndarray]:
     }
     found |= {_CONSERVED + name: values for name, values in conserved_of(part).items()}
     scenario = scenario_of(part)
-    for n, goal in enumerate(goals):
-        if (signal := signal_of(goal, part)) is not None:
-            found[f"goal {n}"] = signal
-    if scenario.spacecraft.coils is not None:
-        found["coil_share"] = _coil_share(part, scenario.spacecraft.coils)
+    found |= judged_series(part, scenario, goals)
     error, wheels = attitude_error_of(part), wheels_of(part, scenario)
     if error is not None:
         found["angle"] = error.angle_deg
     if wheels is not None:
-        shares = wheels.momentum_shares
         found |= {
-            "share": shares.max(axis=1),
-            "fullest": shares.argmax(axis=1).astype(np.int16),
+            "fullest": wheels.momentum_shares.argmax(axis=1).astype(np.int16),
             "torque": np.abs(wheels.torque).max(axis=1),
-            "torque_share": wheels.torque_shares.max(axis=1),
             "total": np.linalg.norm(wheels.total_body, axis=1),
             "spin_sign": wheels.spin_sign,
         }
     return found
-
-
-def _coil_share(part: xr.Dataset, coils: Coils) -> np.ndarray:
-    """Greatest share of its limit that a coil has; with more than three, by least squares."""
-    dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
-    each = dipole @ np.linalg.pinv(np.array(coils.axes))
-    return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
 
 
 def _joined(parts) -> dict[str, np.ndarray]:

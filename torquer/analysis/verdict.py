@@ -2,9 +2,11 @@
 
 import numpy as np
 
-from torquer.analysis.goals import NAMED, Goal
-from torquer.analysis.wheels import AT_LIMIT
+from torquer.analysis.goals import NAMED, Goal, signal_of
+from torquer.analysis.series import Variables
+from torquer.analysis.wheels import AT_LIMIT, wheels_of
 from torquer.scenario.spec import Scenario
+from torquer.spacecraft.coils import Coils
 
 #: Shares of the record below this are not reported.
 _WORTH_TELLING = 0.005
@@ -41,6 +43,28 @@ def verdict_of(
         "goals": judged,
         "limits_met": [*limits_met(t, found, settled), *_unused(judged, found)],
     }
+
+
+def judged_series(part: Variables, scenario: Scenario, goals: list[Goal]) -> dict[str, np.ndarray]:
+    """The series that `verdict_of` judges, from the variables of a run or of a part of it."""
+    found = {}
+    for n, goal in enumerate(goals):
+        if (signal := signal_of(goal, part, scenario)) is not None:
+            found[f"goal {n}"] = signal
+    if scenario.spacecraft.coils is not None:
+        found["coil_share"] = _coil_share(part, scenario.spacecraft.coils)
+    wheels = wheels_of(part, scenario)
+    if wheels is not None:
+        found["share"] = wheels.momentum_shares.max(axis=1)
+        found["torque_share"] = wheels.torque_shares.max(axis=1)
+    return found
+
+
+def _coil_share(part: Variables, coils: Coils) -> np.ndarray:
+    """Greatest share of its limit that a coil has; with more than three, by least squares."""
+    dipole = part["dipole_body"].values - np.array(coils.residual_dipole_a_m2)
+    each = dipole @ np.linalg.pinv(np.array(coils.axes))
+    return np.max(np.abs(each) / np.broadcast_to(coils.limit_a_m2, len(coils.axes)), axis=1)
 
 
 def _judged(goal: Goal, t, signal, revolution_s: float, within_s: float | None) -> dict:

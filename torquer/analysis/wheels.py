@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-import xarray as xr
 
+from torquer.analysis.series import Variables
 from torquer.scenario.spec import Scenario
 from torquer.spacecraft.wheels import ReactionWheels
 from torquer.wheel_array.envelope import momentum_envelope
@@ -102,7 +102,7 @@ def zero_crossings(spin_sign: np.ndarray) -> int:
     return sum(int(np.count_nonzero(sign[1:] != sign[:-1])) for sign in signs)
 
 
-def wheels_of(result: xr.Dataset, scenario: Scenario) -> FlownWheels | None:
+def wheels_of(result: Variables, scenario: Scenario) -> FlownWheels | None:
     """The wheels of a result; None for a satellite without wheels."""
     if scenario.spacecraft.wheels is None:
         return None

@@ -119,7 +119,7 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
         begin, fly = functools.partial(ThreadPoolExecutor, workers), functools.partial(_here, fleet)
     else:
         spawned = multiprocessing.get_context("spawn")
-        begin = functools.partial(ProcessPoolExecutor, workers, spawned, _end_with_parent)
+        begin = functools.partial(ProcessPoolExecutor, workers, spawned, end_with_parent)
         fly = elsewhere
     made = Pool(begin, workers, fly)
     try:
@@ -128,7 +128,7 @@ def pool(fleet: Fleet, workers: int, where: str) -> Iterator[Pool]:
         made.end()
 
 
-def _end_with_parent() -> None:
+def end_with_parent() -> None:
     """Make this process end when its parent does, even if the parent is killed.
 
     Workers wait for chunks on a pipe that they hold open themselves: it never closes by itself.

@@ -9,6 +9,7 @@ from cyclopts import App, CycloptsError, Parameter
 
 import torquer
 import torquer.cli
+from torquer.cli.board import app as board_app
 from torquer.cli.campaign import app as campaign_app
 from torquer.cli.design import app as design_app
 from torquer.cli.examples import show_examples
@@ -33,6 +34,7 @@ app = App(
     suppress_keyboard_interrupt=False,
 )
 
+app.command(board_app)
 app.command(campaign_app)
 app.command(design_app)
 app.command(export_app)

@@ -11,6 +11,10 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer run my_satellite.toml",
         "torquer run --help",
     ),
+    "board": (
+        "torquer board my_satellite.toml",
+        "torquer board examples/chibis_m_detumble.toml --port 0 --no-browser",
+    ),
     "budget": (
         "torquer budget examples/disturbances.toml",
         "torquer budget examples/disturbances.toml --hold --out runs/budget",

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import sys
-import threading
 import time
 import urllib.error
 import urllib.request
-import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import datetime
@@ -31,6 +28,7 @@ from torquer.cli.output import (
     progress_bar,
     writing_to,
 )
+from torquer.cli.pages import check_installed, show_address
 from torquer.ground import SERVER
 
 _SERVER_NEEDS = ("starlette", "uvicorn", "websockets")
@@ -43,7 +41,7 @@ _LISTED = 2000
 def serve(path: Path | None, how: GroundOptions, code: CodeOptions) -> int:
     """Serve the page until a signal; 1 if something else ended it."""
     check_ranges(how)
-    _check_installed(_SERVER_NEEDS)
+    check_installed("ground", _SERVER_NEEDS)
     from torquer.ground.contact import Counters
     from torquer.ground.server import Ground
 
@@ -54,18 +52,11 @@ def serve(path: Path | None, how: GroundOptions, code: CodeOptions) -> int:
         ground = Ground(satellites, how.folder, how.port or 0, counters)
         for each in satellites:
             _note_on_protection(each)
-        ground.serve(lambda: _show_address(ground.address, how.no_browser))
+        ground.serve(lambda: show_address(ground.address, how.no_browser))
     if ground.failed is not None:
         print_error(f"the ground has ended: {ground.failed}")
         return FAILED_CODE
     return 0
-
-
-def _show_address(address: str, no_browser: bool) -> None:
-    print(f"{address}\nCtrl-C ends it", flush=True)
-    if not no_browser:
-        # it may wait for a browser to end, as it does for those in a terminal
-        threading.Thread(target=webbrowser.open, args=(address,), daemon=True).start()
 
 
 def _note_on_protection(satellite) -> None:
@@ -116,14 +107,6 @@ def _short_name(name: str) -> str:
             "--name: must be words of lower-case letters and digits, with '_' between them; "
             f"received {name!r}"
         ) from None
-
-
-def _check_installed(modules: Sequence[str]) -> None:
-    missing = [name for name in modules if importlib.util.find_spec(name) is None]
-    if missing:
-        raise ValueError(
-            f"ground: needs {', '.join(missing)}, which `pip install 'torquer[ground]'` adds"
-        )
 
 
 def send(name: str | None, values: Sequence[str], how: SendOptions) -> int:
@@ -290,7 +273,7 @@ def import_recording(recording: Path, how: ImportOptions) -> int:
 def export(archive: Path, how: ExportOptions) -> int:
     """Write the packets of an archive."""
     if how.format == "parquet":
-        _check_installed(("pyarrow",))
+        check_installed("ground", ("pyarrow",))
     from torquer.ground.export import exported
 
     start_ms, end_ms = _ms("--start", how.start), _ms("--end", how.end)

@@ -6,7 +6,6 @@ Their list, with what each answers, is in `design/0014-ground.md`.
 from __future__ import annotations
 
 import json
-import mimetypes
 from contextlib import closing
 from pathlib import Path
 
@@ -19,8 +18,10 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from torquer.browser import scene
+from torquer.browser.files import files_of
 from torquer.control.modes.diagram import svg
-from torquer.ground import history, scene
+from torquer.ground import history
 from torquer.ground.archive import read_only
 from torquer.ground.commands import listed
 from torquer.ground.contact import Contact
@@ -36,7 +37,6 @@ WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
 MOST_ROWS, _MOST_BYTES = 20_000, 65_536
 _LAST_MS = 2**53
-_COMPRESSED = {"content-encoding": "gzip"}
 
 
 class _Span(Spec):
@@ -70,7 +70,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
             Route(f"{one}/scene", routes.scene),
             Route(f"{one}/orbit", routes.orbit),
             WebSocketRoute("/api/live", routes.live),
-            Route("/{path:path}", _file),
+            files_of(WEB),
         ],
         exception_handlers={ScenarioError: _refused, HTTPException: _missing},
         lifespan=lifespan,
@@ -296,23 +296,3 @@ async def _refused(request: Request, error: Exception) -> Response:
 async def _missing(request: Request, error: Exception) -> Response:
     status = getattr(error, "status_code", 404)
     return JSONResponse({"error": "there is no such thing"}, status)
-
-
-async def _file(request: Request) -> Response:
-    """A file of the page; those of others are kept compressed, as they are sent."""
-    name = request.path_params["path"] or "index.html"
-    path = (WEB / name).resolve()
-    if not path.is_relative_to(WEB.resolve()):
-        raise HTTPException(404)
-    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
-    for place, encoding in ((path, {}), (path.with_name(f"{path.name}.gz"), _COMPRESSED)):
-        if place.is_file():
-            about = place.stat()
-            # browsers ask each time, but keep the file and what they have compiled of it
-            tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
-            headers = {"cache-control": "no-cache", "etag": tag, **encoding}
-            if request.headers.get("if-none-match") == tag:
-                return Response(status_code=304, headers=headers)
-            data = await run_in_threadpool(place.read_bytes)
-            return Response(data, headers=headers, media_type=kind)
-    raise HTTPException(404)

@@ -6,38 +6,25 @@ import asyncio
 import contextlib
 import json
 import os
-import secrets
-import signal
-import socket
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-import uvicorn
-
+from torquer.browser.server import LocalServer
 from torquer.ground import SERVER
 from torquer.ground.contact import AS_ARCHIVED, Contact, Counters
 from torquer.ground.file import Satellite
-from torquer.ground.guard import Guard
 from torquer.ground.live import Live
 from torquer.ground.routes import application
-from torquer.simulation.signals import ALL
 
-HOST = "127.0.0.1"
-#: How long the end waits for browsers and archives [s].
-_GRACE_S = 2
+#: What the page may load: its own files. Open MCT needs generated code, styles and workers.
+POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
+    "connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+)
 #: Least time between two entries of the log on refused requests [s].
 _PAUSE_S = 1.0
-
-
-class _Server(uvicorn.Server):
-    """A server that leaves signals to the ground: uvicorn's own would end the process by them."""
-
-    @contextlib.contextmanager
-    def capture_signals(self) -> Iterator[None]:
-        """Take no signals."""
-        yield
 
 
 class Ground:
@@ -54,10 +41,9 @@ class Ground:
         port: int = 0,
         counters: Counters = AS_ARCHIVED,
     ):
-        self.folder, self.token = folder, secrets.token_urlsafe(32)
-        self._socket = _listening(port)
-        self.port = self._socket.getsockname()[1]
-        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
+        self.folder, self._server = folder, LocalServer(port)
+        self.token, self.port = self._server.token, self._server.port
+        self.address = self._server.address
         self._live, self.contacts = Live(), {}
         self._refusals, self._due_s = 0, 0.0
         try:
@@ -66,32 +52,20 @@ class Ground:
         except BaseException:
             self._close()
             raise
-        app = application(self.contacts, self._live, self._lifespan)
-        self._server = _Server(
-            uvicorn.Config(
-                Guard(app, self.token, self.port, self._note_refusal),
-                log_level="warning",
-                lifespan="on",
-                ws="websockets-sansio",
-                timeout_graceful_shutdown=_GRACE_S,
-                server_header=False,
-                date_header=False,
-            )
-        )
+        self._app = application(self.contacts, self._live, self._lifespan)
 
     def serve(self, ready: Callable[[], None] = lambda: None) -> None:
         """Serve until a signal, or `stop` from another thread; then close everything."""
         self._ready = ready
         try:
-            with _ended_by_signals(self.stop), _announced(self.folder / SERVER, self.address):
-                self._server.run(sockets=[self._socket])
+            with _announced(self.folder / SERVER, self.address):
+                self._server.serve(self._app, POLICY, "torquer ground", self._note_refusal)
         finally:
             self._close()
 
     def stop(self) -> None:
         """End `serve`; at once if it is called again."""
-        self._server.force_exit = self._server.should_exit
-        self._server.should_exit = True
+        self._server.stop()
 
     @contextlib.asynccontextmanager
     async def _lifespan(self, app):
@@ -126,29 +100,7 @@ class Ground:
     def _close(self) -> None:
         for contact in self.contacts.values():
             contact.close()
-        self._socket.close()
-
-
-def _listening(port: int) -> socket.socket:
-    try:
-        return socket.create_server((HOST, port))
-    except (OSError, OverflowError) as error:
-        why = getattr(error, "strerror", None) or str(error)
-        raise ValueError(f"--port: must be a port that is free; received {port} ({why})") from None
-
-
-@contextlib.contextmanager
-def _ended_by_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Within the block, signals call `stop`, if this is the main thread, which alone gets them."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    before = {number: signal.signal(number, lambda *_: stop()) for number in ALL}
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)
+        self._server.close()
 
 
 @contextlib.contextmanager

@@ -245,7 +245,7 @@ def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
     read = abs(np.sinc(0.5 * rate * case.sampling.difference_s / math.pi))
     limit = float(case.coils.limits_a_m2().min())
     share = gain * rate * read * float(case.fields_t.max()) / limit
-    below, allowed_s = _stopped_below(scenario)
+    below, allowed_s = stopped_below(scenario)
     if share >= 1.0 or rate >= sampling_limit_rad_s(*case.sampling.times):
         return []
     needed_s = detumbling_time_s(case, gain, rate, below)
@@ -259,7 +259,7 @@ def _slow_notes(scenario: Scenario, use: Use) -> list[str]:
     ]
 
 
-def _stopped_below(scenario: Scenario) -> tuple[float, float]:
+def stopped_below(scenario: Scenario) -> tuple[float, float]:
     """Rate [rad/s] that counts as stopped, and the time [s] allowed for it: a day or the run, if
     the mission has no goal for the rate."""
     mission, duration_s = scenario.mission, scenario.steps() * scenario.grid_s

@@ -41,8 +41,17 @@ def unit_of(key: str) -> str:
     """Unit of what a key holds, "" for a pure number."""
     if key in _UNITS_OF_KEYS:
         return _UNITS_OF_KEYS[key]
-    endings = [ending for ending in UNITS if f"_{key}".endswith(f"_{ending}")]
-    return UNITS[max(endings, key=len)] if endings else ""
+    return UNITS.get(_ending_of(key), "")
+
+
+def words_of(key: str) -> str:
+    """A key in words, without its unit."""
+    return key.removesuffix(f"_{_ending_of(key)}").replace("_", " ")
+
+
+def _ending_of(key: str) -> str:
+    """The end of a key that names its unit, "" if none does."""
+    return max((each for each in UNITS if f"_{key}".endswith(f"_{each}")), key=len, default="")
 
 
 def keys_of(spec: type[BaseModel]) -> list[Key]:
@@ -157,6 +166,20 @@ def _bounds(metadata) -> list[str]:
         for name, text in _BOUNDS.items()
         if getattr(each, name, None) is not None
     ]
+
+
+def bounds_of(field: FieldInfo) -> tuple[float | None, float | None]:
+    """Least and greatest value of a number or of the numbers of a list; None: no bound."""
+    found = [*field.metadata]
+    for part in _parts(field.annotation):
+        for extra in getattr(part, "__metadata__", ()):
+            found += getattr(extra, "metadata", [extra])
+
+    def of(*names: str) -> list[float]:
+        given = (getattr(each, name, None) for each in found for name in names)
+        return [float(value) for value in given if value is not None]
+
+    return max(of("gt", "ge"), default=None), min(of("lt", "le"), default=None)
 
 
 def _range(key: str, field: FieldInfo, bounds: list[str]) -> list[str]:

@@ -70,7 +70,7 @@ def scenario_from_data(data: dict, folder: Path = Path()) -> Scenario:
     """The scenario of what a TOML text holds, as plain data."""
     if {"wheels", "body"} <= data.keys() and "spacecraft" not in data:
         raise ScenarioError("spacecraft: must be given; received a file of `torquer wheels`")
-    data = _with_presets(_without_campaign(data), ())
+    data = with_presets(_without_campaign(data))
     _find_law_files(data, folder)
     return validated(Scenario, data)
 
@@ -95,10 +95,10 @@ def presets(table: str | None = None) -> dict[str, dict]:
     return found
 
 
-def _with_presets(table: dict, place: tuple) -> dict:
+def with_presets(table: dict, place: tuple = ()) -> dict:
     """The table with `preset = "name"` replaced by the preset's keys; keys next to it win."""
     own = {
-        key: _with_presets(value, (*place, key)) if isinstance(value, dict) else value
+        key: with_presets(value, (*place, key)) if isinstance(value, dict) else value
         for key, value in table.items()
     }
     name = own.pop("preset", None)

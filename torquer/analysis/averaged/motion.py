@@ -43,7 +43,7 @@ def motion_data(
     the motions; without it somewhat more than the median time.
     """
     constants, spinner = case.constants, case.spinner
-    times = _times(case, part)
+    times = slow_times(case, part)
     points = tends_to(find_equilibria(rates_of_evolution(case.evolution, constants)))
     start = None if case.rho is None else Slow(1.0, case.rho, case.sigma, case.theta)
     turns = _turns(times, constants.eps)
@@ -93,7 +93,7 @@ def motion_data(
 def design_data(case: AveragedCase, part: float, revolutions: float | None = None) -> dict:
     """Times over gains as plain data, and the gain with which `part` of the initial value is
     reached in a number of revolutions."""
-    evolution, spinner, times = case.evolution, case.spinner, _times(case, part)
+    evolution, spinner, times = case.evolution, case.spinner, slow_times(case, part)
     gains = [case.gain * x for x in _PARTS] if case.gain else [
         gain_of(evolution, spinner, eps) for eps in _EPS
     ]  # fmt: skip
@@ -117,7 +117,7 @@ def design_data(case: AveragedCase, part: float, revolutions: float | None = Non
     }
 
 
-def _times(case: AveragedCase, part: float) -> Times:
+def slow_times(case: AveragedCase, part: float) -> Times:
     """Slow times to a fraction of the initial value; all equal where the direction is known."""
     if case.rho is None:
         return times_over_directions(case.evolution, case.constants, case.theta, part)

@@ -64,7 +64,7 @@ def flown(result: xr.Dataset) -> Flown:
     scenario, t = scenario_of(result), result["time"].values
     last = t >= t[-1] - scenario.orbit.period_s
     tail = result.isel(time=np.flatnonzero(last))
-    goals = [signal_of(goal, tail) for goal in goals_of(scenario)]
+    goals = [signal_of(goal, tail, scenario) for goal in goals_of(scenario)]
     energy = float(result["coil_energy"]) if "coil_energy" in result else 0.0
     complete = result.attrs["how_it_ended"] == COMPLETE
     return Flown(

@@ -14,6 +14,7 @@ from torquer.compile.block import Block, Logged
 from torquer.compile.engine import processor
 from torquer.compile.plugin import source_mark, source_text
 from torquer.control.computer import estimates
+from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.geometry.attitudes import dcm_body_to_reference
 from torquer.geometry.frames import geodetic_from_ecef
 from torquer.interface import SENSORS
@@ -176,26 +177,36 @@ def _orbit_environment(run: Run, t_s, data: xr.Dataset) -> dict:
     if len(run.plan.plant.rotors.rows):
         axes = np.array(run.scenario.spacecraft.wheels.array().axes)
         momentum = momentum + total_momentum(axes, data["wheel_momentum"].values)
-    turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
-    sun = environment.sun(t_s) - r
-    sun /= np.linalg.norm(sun, axis=1)[:, None]
-
-    def turned(matrices, values):
-        return np.einsum("nij,nj->ni", matrices, values)
-
+    sun = sun_direction(environment, t_s, r)
     return _believed(run.scenario, t_s) | described({
         "position_inertial": r,
         "velocity_inertial": v,
         "b_inertial": b,
-        "b_body": turned(to_body, b),
+        "b_body": _turned(to_body, b),
         "sun_inertial": sun,
-        "omega_orbital": omega - turned(to_body, turning),
-        "momentum_inertial": turned(to_inertial, momentum),
+        "omega_orbital": rate_in_orbit(to_body, omega, r, v),
+        "momentum_inertial": _turned(to_inertial, momentum),
         "sunlit_fraction": environment.sunlit_fraction(t_s, r),
         "latitude": np.degrees(lat),
         "longitude": np.degrees(lon),
         "altitude": height,
     })  # fmt: skip
+
+
+def rate_in_orbit(dcm_inertial_to_body, omega_body, r, v) -> np.ndarray:
+    """Angular velocity (n, 3) [rad/s] relative to the orbital frame, in body axes."""
+    turning = np.cross(r, v) / np.sum(r * r, axis=1)[:, None]
+    return omega_body - _turned(dcm_inertial_to_body, turning)
+
+
+def sun_direction(environment: OrbitEnvironment, t_s, r) -> np.ndarray:
+    """Direction (n, 3) from positions r (n, 3) [m] to the Sun, in J."""
+    sun = environment.sun(t_s) - r
+    return sun / np.linalg.norm(sun, axis=1)[:, None]
+
+
+def _turned(matrices, values) -> np.ndarray:
+    return np.einsum("nij,nj->ni", matrices, values)
 
 
 def _believed(scenario: Scenario, t_s) -> dict:

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the folders of vendor/ from packages of the npm registry; see vendor/VENDORED.md.
+# Makes the folders vendor/ of the pages from packages of the npm registry; see VENDORED.md.
 # Needs npm, openssl and gzip.
 # Packages are fixed by version and by the SHA-512 of the registry; compressed files bear no time.
 set -euo pipefail
@@ -9,6 +9,8 @@ OPENMCT=openmct@4.2.0
 OPENMCT_SHA512=3fprUHT5s22kBukpHC0WTWeW12UnD+JgehJN9KqjJoBbj928LV4um9FjHSRZG+P+6rAKZZD9+DFumVbDzJ4lHg==
 THREE=three@0.187.0
 THREE_SHA512=Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Urd7jWY8etA==
+UPLOT=uplot@1.6.32
+UPLOT_SHA512=KIMVnG68zvu5XXUbC4LQEPnhwOxBuLyW1AHtpm6IKTXImkbLgkMy+jabjLgSLMasNuGGzQm/ep3tOkyTxpiQIw==
 ESBUILD=esbuild@0.28.2
 
 work=$(mktemp -d)
@@ -31,7 +33,7 @@ compress() {
 }
 
 openmct() {
-  local from=$work/openmct to=vendor/openmct
+  local from=$work/openmct to=../../ground/web/vendor/openmct
   unpack "$OPENMCT" "$OPENMCT_SHA512" "$from"
   rm -rf "$to"
   mkdir -p "$to/fonts" "$to/images"
@@ -58,5 +60,16 @@ three() {
   cp "$build/node_modules/three/LICENSE" "$to/"
 }
 
+uplot() {
+  local from=$work/uplot to=../../board/web/vendor/uplot
+  unpack "$UPLOT" "$UPLOT_SHA512" "$from"
+  rm -rf "$to"
+  mkdir -p "$to"
+  compress "$from/dist/uPlot.iife.min.js" "$to/uPlot.iife.min.js"
+  compress "$from/dist/uPlot.min.css" "$to/uPlot.min.css"
+  cp "$from/LICENSE" "$to/"
+}
+
 openmct
 three
+uplot

@@ -13,14 +13,12 @@ from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs
 
-#: What pages may load: their own files. Open MCT needs generated code, styles and workers.
+#: What a page may load: its own files; plots set styles.
 POLICY = (
-    "default-src 'self'; script-src 'self' 'unsafe-eval'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data: blob:; font-src 'self' data:; worker-src 'self' blob:; "
+    "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data: blob:; "
     "connect-src 'self'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 )
 _HEADERS = [
-    (b"content-security-policy", POLICY.encode()),
     (b"x-content-type-options", b"nosniff"),
     (b"referrer-policy", b"no-referrer"),
     (b"cross-origin-resource-policy", b"same-origin"),
@@ -30,10 +28,22 @@ _REFUSED = 4403
 
 
 class Guard:
-    """ASGI application around another one; `refused(what)` is called for each refusal."""
+    """ASGI application around another one; `refused(what)` is called for each refusal.
 
-    def __init__(self, app, token: str, port: int, refused: Callable[[str], None]):
-        self._app, self._token, self._refused = app, token, refused
+    `policy`: what the page may load; `command`: the one that printed the address with the token.
+    """
+
+    def __init__(
+        self,
+        app,
+        token: str,
+        port: int,
+        refused: Callable[[str], None],
+        policy: str = POLICY,
+        command: str = "torquer",
+    ):
+        self._app, self._token, self._refused, self._command = app, token, refused, command
+        self._headers = [(b"content-security-policy", policy.encode()), *_HEADERS]
         hosts = (f"127.0.0.1:{port}", f"localhost:{port}")
         self._hosts = {host.encode() for host in hosts}
         self._origins = {f"http://{host}".encode() for host in hosts}
@@ -48,11 +58,11 @@ class Guard:
         reason = self._reason(scope, headers)
         if reason:
             self._refused(f"{reason} ({scope['type']}, {scope['path']})")
-            await _refuse(scope, receive, send, reason)
+            await self._refuse(scope, receive, send, reason)
         elif scope["type"] == "http" and self._in_query(scope):
             await self._welcome(scope, send)
         else:
-            await self._app(scope, receive, _with_headers(send))
+            await self._app(scope, receive, self._with_headers(send))
 
     def _reason(self, scope, headers: dict[bytes, bytes]) -> str:
         """Why a request is refused; "" if it is not."""
@@ -87,7 +97,31 @@ class Guard:
         place = b"/" + (b"?" + b"&".join(rest) if rest else b"")
         cookie = f"{self._cookie}={self._token}; Path=/; HttpOnly; SameSite=Strict"
         headers = [(b"location", place), (b"set-cookie", cookie.encode())]
-        await _answer(send, 303, b"", headers)
+        await self._answer(send, 303, b"", headers)
+
+    async def _refuse(self, scope, receive, send, reason: str) -> None:
+        if scope["type"] == "websocket":
+            await receive()
+            await send({"type": "websocket.close", "code": _REFUSED, "reason": reason})
+            return
+        text = f"{reason}: open the address that `{self._command}` printed\n"
+        plain = (b"content-type", b"text/plain; charset=utf-8")
+        await self._answer(send, 403, text.encode(), [plain])
+
+    async def _answer(self, send, status: int, body: bytes, headers: list) -> None:
+        headers = [*headers, (b"content-length", str(len(body)).encode()), *self._headers]
+        await send({"type": "http.response.start", "status": status, "headers": headers})
+        await send({"type": "http.response.body", "body": body})
+
+    def _with_headers(self, send):
+        """Send with the headers of every answer."""
+
+        async def sending(message) -> None:
+            if message["type"] == "http.response.start":
+                message = {**message, "headers": [*message["headers"], *self._headers]}
+            await send(message)
+
+        return sending
 
 
 def _cookie_of(headers: dict[bytes, bytes], name: str) -> bytes:
@@ -97,29 +131,3 @@ def _cookie_of(headers: dict[bytes, bytes], name: str) -> bytes:
     except CookieError:
         return b""
     return cookies[name].value.encode() if name in cookies else b""
-
-
-def _with_headers(send):
-    """Send with the headers of every answer."""
-
-    async def sending(message) -> None:
-        if message["type"] == "http.response.start":
-            message = {**message, "headers": [*message["headers"], *_HEADERS]}
-        await send(message)
-
-    return sending
-
-
-async def _refuse(scope, receive, send, reason: str) -> None:
-    if scope["type"] == "websocket":
-        await receive()
-        await send({"type": "websocket.close", "code": _REFUSED, "reason": reason})
-    else:
-        text = f"{reason}: open the address that `torquer ground` printed\n"
-        await _answer(send, 403, text.encode(), [(b"content-type", b"text/plain; charset=utf-8")])
-
-
-async def _answer(send, status: int, body: bytes, headers: list) -> None:
-    headers = [*headers, (b"content-length", str(len(body)).encode()), *_HEADERS]
-    await send({"type": "http.response.start", "status": status, "headers": headers})
-    await send({"type": "http.response.body", "body": body})

@@ -1,0 +1,139 @@
+"""What the page is sent of a run: series for its plots, key numbers, the verdict.
+
+The answer is one block of bytes: the length of a header (4 bytes, little-endian), the header as
+JSON, zeros up to a multiple of 8, then the numbers as float64, little-endian. The header's
+`arrays` name them in order with their shapes. Long series are every n-th record and the last.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import struct
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.analysis.attitude import (
+    attitude_error_in,
+    body_axes_from_sun_deg,
+    body_axes_from_vertical_deg,
+)
+from torquer.analysis.goals import goals_of
+from torquer.analysis.verdict import judged_series, verdict_of
+from torquer.board.flown import Flown
+from torquer.browser.scene import scene
+
+#: Records that are sent at most.
+MOST_POINTS = 1500
+_RPM = 30.0 / math.pi
+
+
+class Panel(NamedTuple):
+    """A plot: its key, title, unit, names of its lines, their values (n, lines)."""
+
+    key: str
+    title: str
+    unit: str
+    lines: tuple[str, ...]
+    values: np.ndarray
+
+
+def answer_of(flown: Flown, most: int = MOST_POINTS) -> bytes:
+    """The answer for a run; `most`: records that it has."""
+    kept = _kept(len(flown.t_s), most)
+    panels = [*panels_of(flown)]
+    arrays = {"t_s": flown.t_s, "q": flown["q_body_to_inertial"].values}
+    arrays |= {panel.key: panel.values for panel in panels}
+    header = {
+        "panels": [
+            {"key": p.key, "title": p.title, "unit": p.unit, "lines": p.lines} for p in panels
+        ],
+        "verdict": verdict_in(flown),
+        "numbers": numbers_of(flown),
+        "scene": scene(flown.scenario.spacecraft),
+        "period_s": flown.scenario.orbit.period_s,
+        "records": len(flown.t_s),
+    }
+    return packed(header, {name: values[kept] for name, values in arrays.items()})
+
+
+def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
+    """A header and arrays as the page reads them."""
+    shapes = {name: list(values.shape) for name, values in arrays.items()}
+    text = json.dumps(_finite({**header, "arrays": shapes})).encode()
+    begin = struct.pack("<I", len(text)) + text
+    begin += b"\0" * (-len(begin) % 8)
+    return begin + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays.values())
+
+
+def unpacked(answer: bytes) -> tuple[dict, dict[str, np.ndarray]]:
+    """Header and arrays of an answer."""
+    (length,) = struct.unpack_from("<I", answer)
+    header, at, arrays = json.loads(answer[4 : 4 + length]), 4 + length, {}
+    at += -at % 8
+    for name, shape in header["arrays"].items():
+        count = math.prod(shape)
+        arrays[name] = np.frombuffer(answer, "<f8", count, at).reshape(shape)
+        at += 8 * count
+    return header, arrays
+
+
+def panels_of(flown: Flown) -> Iterator[Panel]:
+    """All plots that apply to a run, with every record."""
+    rate = np.degrees(flown["omega_body"].values)
+    size = np.degrees(np.linalg.norm(flown["omega_body"].values, axis=1))
+    yield Panel("rate", "rate", "deg/s", ("size", "x", "y", "z"), np.column_stack([size, rate]))
+    xyz = ("x", "y", "z")
+    yield Panel("dipole", "dipole of the coils", "A m²", xyz, flown["dipole_body"].values)
+    error = attitude_error_in(flown, flown.scenario.control)
+    if error is not None:
+        values = np.column_stack([error.angle_deg, error.error_deg])
+        yield Panel("error", "attitude error", "deg", ("size", *xyz), values)
+    axes = tuple(f"{c} axis" for c in xyz)
+    vertical = body_axes_from_vertical_deg(flown)
+    yield Panel("vertical", "angle from the local vertical", "deg", axes, vertical)
+    yield Panel("sun", "angle from the Sun", "deg", axes, body_axes_from_sun_deg(flown))
+    if "wheel_speed" in flown:
+        speed = flown["wheel_speed"].values * _RPM
+        names = tuple(f"wheel {k}" for k in range(speed.shape[1]))
+        yield Panel("wheels", "speed of the wheels", "rpm", names, speed)
+
+
+def verdict_in(flown: Flown) -> dict:
+    """The verdict, as the summary of a result has it."""
+    scenario, goals = flown.scenario, goals_of(flown.scenario)
+    return verdict_of(scenario, goals, flown.t_s, judged_series(flown, scenario, goals), True)
+
+
+def numbers_of(flown: Flown) -> dict[str, float]:
+    """Key numbers, as the summary of a result has them."""
+    rate = np.linalg.norm(flown["omega_body"].values, axis=1)
+    found = {
+        "simulated_s": float(flown.t_s[-1]),
+        "initial_rate_deg_s": float(np.degrees(rate[0])),
+        "final_rate_deg_s": float(np.degrees(rate[-1])),
+    }
+    coils = flown.scenario.spacecraft.coils
+    if coils is not None:
+        energy_j = float(flown.totals["coil_energy_j"])
+        found["coil_full_power_s"] = energy_j / (coils.power_at_limit_w or 1.0)
+        found["peak_coil_dipole_a_m2"] = float(flown.totals["peak_dipole_a_m2"])
+    return found
+
+
+def _kept(count: int, most: int) -> np.ndarray:
+    """Numbers of the records that are sent: every n-th, and the last."""
+    every = -(-count // most)
+    kept = np.arange(0, count, every)
+    return kept if kept[-1] == count - 1 else np.append(kept, count - 1)
+
+
+def _finite(value):
+    """Plain data with null for numbers that JSON lacks."""
+    if isinstance(value, dict):
+        return {key: _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,239 @@
+"""The routes of the board's page; all take and give what the page has of a scenario: plain data.
+
+    GET  /api/start    {data, name}: the scenario that the board was opened with
+    POST /api/form     {data}                -> {tables}: see `form`
+    POST /api/fly      {data}                -> a run: see `answer`
+    POST /api/theory   {data}                -> {lines, notes}: see `theory`
+    POST /api/starts   {data}                -> a line of JSON after each part: see `starts`
+    POST /api/read     {toml}                -> {data}
+    POST /api/write    {data}                -> {toml}
+
+A mistake of the user is 422 with {errors: [{key, text}]}. What a page no longer waits for is
+stopped: it closes its request.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import threading
+from collections.abc import AsyncIterator, Callable, Container
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+from starlette.applications import Starlette
+from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect, Request
+from starlette.responses import JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from torquer.board.answer import answer_of
+from torquer.board.flown import Flown, Orbits, Superseded, fly
+from torquer.board.form import form_of
+from torquer.board.starts import Starts
+from torquer.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
+from torquer.board.theory import theory_of
+from torquer.browser.files import files_of
+from torquer.file_limits import MOST_BYTES
+from torquer.scenario.spec import Scenario
+
+WEB = Path(__file__).parent / "web"
+#: Status of an answer that nobody waits for.
+_CLOSED = 499
+IsSuperseded = Callable[[], bool]
+
+
+class Board:
+    """What answers: a thread for flights, one for theory, a process for starts.
+
+    `data`: the scenario that the page begins with; `folder`: where its relative paths begin;
+    `code`: Python files that may be executed.
+    """
+
+    def __init__(self, data: dict, name: str, folder: Path, code: Container[Path] = ()):
+        self.data, self.name, self.folder, self.code = data, name, folder, code
+        self.orbits, self.starts = Orbits(), Starts()
+        self.flights, self.theory = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
+        self.background = ThreadPoolExecutor(1)
+
+    def scenario(self, data: dict) -> Scenario:
+        """The scenario of the page's data; its name is no matter of the page."""
+        return scenario_of({"name": self.name, **data}, self.folder, self.code)
+
+    def make_ready(self) -> None:
+        """Compile what a flight of the first scenario needs, which can take a minute."""
+        self.orbits.prepared(self.scenario(self.data)).make_ready()
+
+    def flown(self, data: dict, is_superseded: IsSuperseded = lambda: False) -> Flown:
+        """A flight."""
+        return fly(self.scenario(data), self.orbits, is_superseded)
+
+    def close(self) -> None:
+        """End the threads once they are idle, and the process of the starts."""
+        for each in (self.flights, self.theory, self.background):
+            each.shutdown(wait=False, cancel_futures=True)
+        self.starts.close()
+
+
+def application(board: Board, ready: Callable[[], None]) -> Starlette:
+    """The application of a board; `ready` is called once it answers."""
+    routes = _Routes(board)
+
+    @contextlib.asynccontextmanager
+    async def lifespan(app):
+        ready()
+        yield
+        board.close()
+
+    return Starlette(
+        routes=[
+            Route("/api/start", routes.start),
+            *(
+                Route(f"/api/{name}", getattr(routes, name), methods=["POST"])
+                for name in ("form", "fly", "theory", "starts", "read", "write")
+            ),
+            files_of(WEB),
+        ],
+        exception_handlers={
+            ValueError: _refused,
+            ArithmeticError: _refused,
+            MemoryError: _refused,
+            HTTPException: _missing,
+            ClientDisconnect: _closed,
+            Superseded: _closed,
+        },
+        lifespan=lifespan,
+    )
+
+
+class _Routes:
+    """Answers to the page's requests."""
+
+    def __init__(self, board: Board):
+        self._board = board
+
+    async def start(self, request: Request) -> Response:
+        """The scenario to begin with."""
+        return JSONResponse({"data": self._board.data, "name": self._board.name})
+
+    async def form(self, request: Request) -> Response:
+        """Tables and fields."""
+        return JSONResponse({"tables": form_of(await _data(request))})
+
+    async def read(self, request: Request) -> Response:
+        """The data of a TOML text."""
+        asked = await _object(request)
+        return JSONResponse({"data": data_from_toml(str(asked.get("toml", "")))})
+
+    async def write(self, request: Request) -> Response:
+        """The TOML text of data."""
+        return JSONResponse({"toml": toml_from_data(await _data(request))})
+
+    async def fly(self, request: Request) -> Response:
+        """A flight."""
+        data, board = await _data(request), self._board
+
+        def work(is_superseded: IsSuperseded) -> bytes:
+            return answer_of(board.flown(data, is_superseded))
+
+        found = await _worked(request, board.flights, work)
+        return Response(found, media_type="application/octet-stream")
+
+    async def theory(self, request: Request) -> Response:
+        """Lines of theory."""
+        data, board = await _data(request), self._board
+        return JSONResponse(
+            await _worked(request, board.theory, lambda _: theory_of(board.scenario(data)))
+        )
+
+    async def starts(self, request: Request) -> Response:
+        """Bands of a campaign, line by line; a mistake is the last line."""
+        scenario = self._board.scenario(await _data(request))
+        return StreamingResponse(self._bands(request, scenario), media_type="application/x-ndjson")
+
+    async def _bands(self, request: Request, scenario: Scenario) -> AsyncIterator[str]:
+        loop, over = asyncio.get_running_loop(), threading.Event()
+        lines: asyncio.Queue[dict | None] = asyncio.Queue()
+
+        def tell(line: dict | None) -> None:
+            loop.call_soon_threadsafe(lines.put_nowait, line)
+
+        def work() -> None:
+            try:
+                self._board.starts.fly(scenario, tell, over.is_set)
+            except Superseded:
+                pass
+            except (ValueError, ArithmeticError, MemoryError) as error:
+                tell({"errors": mistakes_in(str(error))})
+            finally:
+                tell(None)
+
+        self._board.background.submit(work)
+        try:
+            while (line := await lines.get()) is not None:
+                yield json.dumps(line) + "\n"
+        finally:
+            over.set()
+
+
+async def _worked(request: Request, threads: ThreadPoolExecutor, work: Callable):
+    """What work gives in a thread; `Superseded` once the page has closed its request."""
+    over = threading.Event()
+
+    def begun():
+        if over.is_set():
+            raise Superseded
+        return work(over.is_set)
+
+    future = asyncio.get_running_loop().run_in_executor(threads, begun)
+    gone = asyncio.ensure_future(_gone(request))
+    try:
+        await asyncio.wait({future, gone}, return_when=asyncio.FIRST_COMPLETED)
+        if not future.done():
+            over.set()
+        return await future
+    finally:
+        over.set()
+        gone.cancel()
+
+
+async def _gone(request: Request) -> None:
+    """Wait until the page has closed its request."""
+    while (await request.receive())["type"] != "http.disconnect":
+        pass
+
+
+async def _object(request: Request) -> dict:
+    """The body, an object in JSON; ValueError for anything else."""
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > MOST_BYTES:
+            raise ValueError(f"scenario: must have at most {MOST_BYTES} bytes; received more")
+    try:
+        found = json.loads(body)
+    except (ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise ValueError("scenario: must be a JSON object; received something else")
+    return found
+
+
+async def _data(request: Request) -> dict:
+    data = (await _object(request)).get("data")
+    if not isinstance(data, dict):
+        raise ValueError("data: must be an object; received none")
+    return data
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    return JSONResponse({"errors": mistakes_in(str(error) or type(error).__name__)}, 422)
+
+
+async def _closed(request: Request, error: Exception) -> Response:
+    return Response(status_code=_CLOSED)
+
+
+async def _missing(request: Request, error: Exception) -> Response:
+    return JSONResponse({"error": "there is no such thing"}, getattr(error, "status_code", 404))

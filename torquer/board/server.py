@@ -1,0 +1,46 @@
+"""The board as a process: its page on this machine only, until a signal."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container
+from pathlib import Path
+
+from torquer.board.routes import Board, application
+from torquer.board.text import data_from_toml, files_in
+from torquer.browser.guard import POLICY
+from torquer.browser.server import LocalServer
+
+
+class BoardServer:
+    """Serves the board of a TOML text at `address`.
+
+    `name` is used where the text gives none; `folder`: where its relative paths begin; `code`: the
+    Python files that it may execute, by default those that the text names. ValueError for a port
+    that is taken, and for a text that is no TOML.
+    """
+
+    def __init__(
+        self, text: str, name: str, folder: Path, port: int = 0, code: Container[Path] | None = None
+    ):
+        data = data_from_toml(text)
+        if code is None:
+            code = {file for _, file in files_in(data, folder)}
+        self.board = Board(data, str(data.get("name", name)), folder, code)
+        self._server = LocalServer(port)
+        self.address, self.token = self._server.address, self._server.token
+        self.port = self._server.port
+
+    def serve(
+        self,
+        ready: Callable[[], None] = lambda: None,
+        refused: Callable[[str], None] = lambda what: None,
+    ) -> None:
+        """Serve until a signal, or `stop` from another thread; `refused(what)`: see `Guard`."""
+        try:
+            self._server.serve(application(self.board, ready), POLICY, "torquer board", refused)
+        finally:
+            self._server.close()
+
+    def stop(self) -> None:
+        """End `serve`; at once if it is called again."""
+        self._server.stop()

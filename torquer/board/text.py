@@ -1,0 +1,84 @@
+"""A scenario as the page has it: plain data, which JSON holds, from TOML text and back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Iterator
+from datetime import date, datetime
+from pathlib import Path
+
+from torquer.scenario.explain import ScenarioError
+from torquer.scenario.load import data_of, scenario_from_data
+from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import toml_of
+
+_KEY = re.compile(r"([A-Za-z_][\w.\[\]-]*): ")
+
+
+def data_from_toml(text: str) -> dict:
+    """The data of a TOML text; times become text, as ISO 8601 has it."""
+    return _plain(data_of(text, "scenario"))
+
+
+def toml_from_data(data: dict) -> str:
+    """Data as TOML text, without the comments that it may have had."""
+    return toml_of(_with_times(data))
+
+
+def scenario_of(data: dict, folder: Path, code: Container[Path]) -> Scenario:
+    """The scenario of data; `ScenarioError` for one that names other Python files than `code`."""
+    for key, file in files_in(data, folder):
+        if file not in code:
+            raise ScenarioError(
+                f"{key}: must be a law's file that the board was opened with, as it is executed; "
+                f"received {file}"
+            )
+    return scenario_from_data(_copied(data), folder)
+
+
+def files_in(data: dict, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Python files that laws of data name, with their keys."""
+    control = data.get("control")
+    control = control if isinstance(control, dict) else {}
+    laws = control.get("laws")
+    named = {f"laws.{name}": law for name, law in laws.items()} if isinstance(laws, dict) else {}
+    for key, law in {"law": control.get("law"), **named}.items():
+        if isinstance(law, dict) and isinstance(law.get("file"), str):
+            try:
+                yield f"control.{key}.file", (folder / law["file"]).resolve()
+            except (OSError, ValueError, RuntimeError):
+                raise ScenarioError(
+                    f"control.{key}.file: must be the path of a file; received {law['file']!r}"
+                ) from None
+
+
+def mistakes_in(text: str) -> list[dict[str, str]]:
+    """Lines of an error, each with the key that it is about, "" if none is named."""
+    found = []
+    for line in text.split("\n"):
+        named = _KEY.match(line)
+        found.append({"key": named[1] if named else "", "text": line})
+    return found
+
+
+def _plain(value):
+    if isinstance(value, datetime | date):
+        return value.isoformat().replace("+00:00", "Z")
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    return [_plain(part) for part in value] if isinstance(value, list) else value
+
+
+def _copied(value):
+    """The data anew: loading replaces paths in it."""
+    if isinstance(value, dict):
+        return {key: _copied(part) for key, part in value.items()}
+    return [_copied(part) for part in value] if isinstance(value, list) else value
+
+
+def _with_times(data: dict) -> dict:
+    """The data with its start as a time, which TOML writes without quotes."""
+    try:
+        return {**data, "start": datetime.fromisoformat(data["start"])}
+    except (KeyError, TypeError, ValueError):
+        return data

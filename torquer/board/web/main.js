@@ -1,0 +1,272 @@
+// The board: data of a scenario, flown at each change; the latest wins.
+
+import { h } from "/dom.js";
+import { fromAddress, History, toAddress, withValue } from "./data.js";
+import { Form } from "./form.js";
+import { fly, Latest, lines, post, Refused } from "./net.js";
+import { Plots } from "./plots.js";
+
+/** How long a superseded request may go on [ms]. */
+const PATIENCE_MS = 150;
+/** Quiet time before theory is asked for, and before the address changes [ms]. */
+const QUIET_MS = 250;
+const MOST_PINS = 4;
+const at = (id) => document.getElementById(id);
+
+const history_ = new History({});
+const pins = [];
+let band = null;
+let run = null;
+let view = null;
+let asked = 0;
+let changedAt = 0;
+let quiet = 0;
+/** For measurements: milliseconds from a change to its picture, counts of requests, what is shown. */
+const measured = (window.board = {
+  redraws: [],
+  data: () => history_.now,
+  flownData: () => run.data,
+  shown: () => Array.from({ length: run.arrays.t_s.values.length }, (_, i) => run.arrays.rate.values[4 * i]),
+});
+
+const form = new Form(at("form"), (key, value, isStructure) => {
+  change(withValue(history_.now, key, value), isStructure ? null : key, isStructure);
+});
+const plots = new Plots(at("plots"), (hours) => view?.at(hours));
+const flights = new Latest(flown, PATIENCE_MS);
+const theories = new Latest(withTheory, 0);
+measured.counts = flights.counts;
+
+function change(data, key, isStructure) {
+  history_.put(data, key);
+  refresh(isStructure);
+}
+
+function refresh(isStructure) {
+  changedAt = performance.now();
+  stale(true);
+  stopStarts();
+  flights.ask({ data: history_.now, at: changedAt, number: ++asked });
+  at("undo").disabled = !history_.canUndo;
+  at("redo").disabled = !history_.canRedo;
+  if (isStructure) showForm();
+  clearTimeout(quiet);
+  quiet = setTimeout(whenQuiet, QUIET_MS);
+}
+
+async function whenQuiet() {
+  theories.ask(history_.now);
+  history.replaceState(null, "", await toAddress(history_.now));
+}
+
+async function showForm() {
+  const data = history_.now;
+  const { tables } = await post("form", { data });
+  if (data === history_.now) form.show(tables);
+}
+
+async function flown({ data, at: since, number }, signal) {
+  say("computing");
+  try {
+    const found = await fly(data, signal);
+    run = { ...found, data };
+    errors([]);
+    draw();
+    if (number === asked) stale(false);
+    await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+    measured.redraws.push(performance.now() - since);
+    if (measured.redraws.length > 1000) measured.redraws.shift();
+    say(`${(performance.now() - since).toFixed(0)} ms`);
+  } catch (error) {
+    if (signal.aborted) return;
+    errors(error instanceof Refused ? error.errors : [{ key: "", text: String(error.message) }]);
+    say("not flown: the plots are of the last run");
+  }
+}
+
+async function withTheory(data, signal) {
+  try {
+    const found = await post("theory", { data }, signal);
+    at("theory").tBodies[0].replaceChildren(...found.lines.map(lineOf));
+    at("notes").replaceChildren(...found.notes.map((note) => h("li", {}, note)));
+    at("theory").classList.remove("is-stale");
+  } catch (error) {
+    if (!(error instanceof Refused) && !signal.aborted) throw error;
+  }
+}
+
+function lineOf({ name, value, unit, about }) {
+  const text = value === null ? "none" : `${Number(value.toPrecision(4))} ${unit}`;
+  return h("tr", {}, h("td", {}, name, h("small", {}, about)), h("td", { class: "value" }, text));
+}
+
+function draw() {
+  plots.show(run, pins, band);
+  view?.show(run);
+  const { verdict } = run.header;
+  at("verdict").textContent = [verdict.headline, ...verdict.limits_met].join(" ");
+  at("verdict").dataset.done = verdict.done;
+  showPins();
+}
+
+function errors(found) {
+  at("errors").replaceChildren(...form.mistakes(found).map((each) => h("li", {}, each.text)));
+}
+
+function stale(is) {
+  for (const id of ["plots", "view", "verdict"]) at(id).classList.toggle("is-stale", is);
+  if (is) at("theory").classList.add("is-stale");
+}
+
+function say(text) {
+  at("state").textContent = text;
+}
+
+// Pins
+
+at("pin").onclick = () => {
+  if (!run) return;
+  const name = `pin ${1 + Math.max(0, ...pins.map((pin) => pin.number))}`;
+  const number = Number(name.slice(4));
+  pins.push({ name, number, run, data: history_.now });
+  if (pins.length > MOST_PINS) pins.shift();
+  draw();
+};
+
+function showPins() {
+  const rows = pins.length ? [...pins, { name: "now", run, data: history_.now }] : [];
+  at("pins").hidden = !rows.length;
+  at("pins").tBodies[0].replaceChildren(...rows.map(pinOf));
+}
+
+function pinOf(pin) {
+  const { numbers, verdict } = pin.run.header;
+  const settled = verdict.settled_s === null ? "not settled" : `${(verdict.settled_s / 3600).toFixed(2)} h`;
+  const rate = `${Number(numbers.final_rate_deg_s.toPrecision(3))} deg/s`;
+  const differs = pin.name === "now" ? "" : differences(pin.data, history_.now).slice(0, 3).join(", ");
+  const row = h("tr", {}, h("td", {}, pin.name, h("small", {}, differs)), h("td", { class: "value" }, settled), h("td", { class: "value" }, rate));
+  const buttons = h("td", {});
+  if (pin.name !== "now")
+    buttons.append(
+      h("button", { onclick: () => change(pin.data, null, true) }, "use"),
+      h("button", { onclick: () => (pins.splice(pins.indexOf(pin), 1), draw()) }, "×"),
+    );
+  row.append(buttons);
+  return row;
+}
+
+/** Keys in which data differ, with the value of the first. */
+function differences(one, other, place = "") {
+  const keys = new Set([...Object.keys(one ?? {}), ...Object.keys(other ?? {})]);
+  return [...keys].flatMap((key) => {
+    const [a, b] = [one?.[key], other?.[key]];
+    if (JSON.stringify(a) === JSON.stringify(b)) return [];
+    const isTable = [a, b].every((x) => x && typeof x === "object" && !Array.isArray(x));
+    return isTable ? differences(a, b, `${place}${key}.`) : [`${key} ${JSON.stringify(a) ?? "none"}`];
+  });
+}
+
+// Starts
+
+let starting = null;
+
+function stopStarts() {
+  starting?.abort();
+  starting = null;
+  band = null;
+  at("starts").textContent = "256 starts";
+}
+
+at("starts").onclick = async () => {
+  if (starting) {
+    stopStarts();
+    if (run) draw();
+    return;
+  }
+  const control = (starting = new AbortController());
+  at("starts").textContent = "starts: beginning";
+  try {
+    await lines("starts", { data: history_.now }, control.signal, (line) => {
+      if (starting !== control) return;
+      if (line.errors) return errors(line.errors);
+      band = line;
+      at("starts").textContent = `starts: ${line.flown} of ${line.runs}`;
+      if (run) draw();
+    });
+  } catch (error) {
+    if (!control.signal.aborted && error instanceof Refused) errors(error.errors);
+  }
+};
+
+// Undo
+
+const step = (how) => {
+  history_[how]();
+  refresh(true);
+};
+at("undo").onclick = () => step("undo");
+at("redo").onclick = () => step("redo");
+addEventListener("keydown", (event) => {
+  const isText = event.target.matches?.("textarea, input[type=text]");
+  if (isText || !(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== "z") return;
+  event.preventDefault();
+  const how = event.shiftKey ? "redo" : "undo";
+  if (history_[how === "undo" ? "canUndo" : "canRedo"]) step(how);
+});
+
+// TOML
+
+const dialog = at("text");
+const area = dialog.querySelector("textarea");
+const failure = dialog.querySelector(".failure");
+const DO = {
+  close: () => dialog.close(),
+  use: async () => {
+    try {
+      const { data } = await post("read", { toml: area.value });
+      change(data, null, true);
+      dialog.close();
+    } catch (error) {
+      failure.textContent = error.message;
+    }
+  },
+  save: () => {
+    const link = h("a", { download: `${history_.now.name ?? measured.name}.toml` });
+    link.href = URL.createObjectURL(new Blob([area.value], { type: "text/plain" }));
+    link.click();
+    URL.revokeObjectURL(link.href);
+  },
+};
+for (const button of dialog.querySelectorAll("[data-do]"))
+  button.onclick = () => DO[button.dataset.do]();
+dialog.querySelector("input[type=file]").onchange = async (event) => {
+  const [file] = event.target.files;
+  if (file) area.value = await file.text();
+};
+at("toml").onclick = async () => {
+  failure.textContent = "";
+  area.value = (await post("write", { data: history_.now })).toml;
+  dialog.showModal();
+};
+
+// Start
+
+async function start() {
+  const begin = await (await fetch("/api/start")).json();
+  measured.name = begin.name;
+  history_.now = (await fromAddress(location.hash)) ?? begin.data;
+  refresh(true);
+  try {
+    const { View } = await import("./view.js");
+    view = new View(at("view"));
+    if (run) view.show(run);
+  } catch (error) {
+    at("view").textContent = `no 3D view: ${error.message}`;
+  }
+}
+
+addEventListener("hashchange", async () => {
+  const data = await fromAddress(location.hash);
+  if (data && JSON.stringify(data) !== JSON.stringify(history_.now)) change(data, null, true);
+});
+start().catch((error) => errors([{ key: "", text: error.message }]));

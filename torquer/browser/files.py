@@ -1,0 +1,53 @@
+"""Files of a page: the page's own folder, and the one that all pages share.
+
+Files of others are stored compressed, as they are sent.
+"""
+
+from __future__ import annotations
+
+import mimetypes
+from pathlib import Path
+
+from starlette.concurrency import run_in_threadpool
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+#: What pages share: three.js, the body in 3D, elements of a page.
+SHARED = Path(__file__).parent / "web"
+_COMPRESSED = {"content-encoding": "gzip"}
+
+
+def files_of(folder: Path) -> Route:
+    """The route of all files of a page in `folder`, to stand last; 404 for any other path."""
+
+    async def file(request: Request) -> Response:
+        name = request.path_params["path"] or "index.html"
+        for path in (within(folder, name), within(SHARED, name)):
+            for place, encoding in ((path, {}), (path.with_name(f"{path.name}.gz"), _COMPRESSED)):
+                if place.is_file():
+                    return await _sent(request, place, name, encoding)
+        raise HTTPException(404)
+
+    return Route("/{path:path}", file)
+
+
+def within(folder: Path, name: str) -> Path:
+    """The path of a file in a folder; HTTPException 404 if it leads out of it."""
+    path = (folder / name).resolve()
+    if not path.is_relative_to(folder.resolve()):
+        raise HTTPException(404)
+    return path
+
+
+async def _sent(request: Request, path: Path, name: str, encoding: dict[str, str]) -> Response:
+    about = path.stat()
+    # browsers ask each time, but keep the file and what they have compiled of it
+    tag = f'"{about.st_mtime_ns:x}-{about.st_size:x}"'
+    headers = {"cache-control": "no-cache", "etag": tag, **encoding}
+    if request.headers.get("if-none-match") == tag:
+        return Response(status_code=304, headers=headers)
+    data = await run_in_threadpool(path.read_bytes)
+    kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
+    return Response(data, headers=headers, media_type=kind)

@@ -1,0 +1,98 @@
+"""A server for pages on this machine only, which ends at a signal."""
+
+from __future__ import annotations
+
+import contextlib
+import secrets
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+
+import uvicorn
+
+from torquer.browser.guard import Guard
+from torquer.simulation.signals import ALL
+
+HOST = "127.0.0.1"
+#: How long the end waits for browsers [s].
+_GRACE_S = 2
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves signals to its owner: uvicorn's own would end the process by them."""
+
+    @contextlib.contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take no signals."""
+        yield
+
+
+class LocalServer:
+    """Serves an application at `address`, which has the token that opens it.
+
+    `port` 0: any free one; ValueError for one that is taken. The port is held from the start;
+    `serve` answers, `close` gives it back.
+    """
+
+    def __init__(self, port: int = 0):
+        self.token = secrets.token_urlsafe(32)
+        self._socket = _listening(port)
+        self.port = self._socket.getsockname()[1]
+        self.address = f"http://{HOST}:{self.port}/?token={self.token}"
+        self._server: _Server | None = None
+        self._stopped = False
+
+    def serve(self, app, policy: str, command: str, refused: Callable[[str], None]) -> None:
+        """Serve an ASGI application, behind a `Guard`, until a signal, or `stop` in another thread.
+
+        `policy`: what its page may load; `command`: the one that printed the address.
+        """
+        guarded = Guard(app, self.token, self.port, refused, policy, command)
+        self._server = _Server(
+            uvicorn.Config(
+                guarded,
+                log_level="warning",
+                lifespan="on",
+                ws="websockets-sansio",
+                timeout_graceful_shutdown=_GRACE_S,
+                server_header=False,
+                date_header=False,
+            )
+        )
+        self._server.should_exit = self._stopped
+        with _ended_by_signals(self.stop):
+            self._server.run(sockets=[self._socket])
+
+    def stop(self) -> None:
+        """End `serve`; at once if it is called again."""
+        if self._server is not None:
+            self._server.force_exit = self._server.should_exit
+            self._server.should_exit = True
+        self._stopped = True
+
+    def close(self) -> None:
+        """Give the port back."""
+        self._socket.close()
+
+
+def _listening(port: int) -> socket.socket:
+    try:
+        return socket.create_server((HOST, port))
+    except (OSError, OverflowError) as error:
+        why = getattr(error, "strerror", None) or str(error)
+        raise ValueError(f"--port: must be a port that is free; received {port} ({why})") from None
+
+
+@contextlib.contextmanager
+def _ended_by_signals(stop: Callable[[], None]) -> Iterator[None]:
+    """Within the block, signals call `stop`, if this is the main thread, which alone gets them."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, lambda *_: stop()) for number in ALL}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,42 @@
+"""`torquer board`: a scenario as sliders in the browser."""
+
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import App
+
+from torquer.cli.options import CodeOptions, Whole, options, within
+
+app = App(name="board", help="A scenario as sliders in the browser, flown at each change.",
+          version_flags=[])  # fmt: skip
+#: The port of the page unless another is given.
+PORT = 8422
+
+
+@options
+class BoardOptions:
+    """Options of `torquer board`."""
+
+    port: Annotated[Whole, within(0, 65535)] = PORT
+    """Port of the page on 127.0.0.1; 0: any free one."""
+    no_browser: bool = False
+    """Only print the address of the page."""
+
+
+@app.default
+def board(
+    scenario: Path | None = None,
+    /,
+    *,
+    how: BoardOptions = BoardOptions(),
+    code: CodeOptions = CodeOptions(),
+) -> int:
+    """Show SCENARIO [that of `torquer init`] as sliders and plots in the browser, until Ctrl-C.
+
+    Each change is flown at once and drawn next to what theory says; the verdict, pinned runs, and a
+    campaign of 256 starts come with it. The page is served to this machine only, to whoever has the
+    address that is printed.
+    """
+    from torquer.cli import board_work as work
+
+    return work.serve(scenario, how, code)
