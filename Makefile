@@ -4,7 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
 
-.PHONY: run test test-processors mutants lint bench bench-precision gallery lock clean torture
+.PHONY: run test test-processors mutants lint bench bench-precision gallery docs lock clean torture
 
 run: $(STAMP)
 	$(BIN)/torquer run examples/chibis_m_detumble.toml
@@ -45,10 +45,16 @@ gallery: $(STAMP)
 torture: $(STAMP)
 	$(BIN)/python -m pytest -m slow tests/reliability
 
+# the site of all pages, with search and formulas: build/docs/index.html
+docs: $(VENV)/docs
+	$(BIN)/sphinx-build -W --keep-going -q -j auto -c docs/site . build/docs
+
 # pin all dependencies anew (needs `uv`)
+PIN := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes \
+  --no-annotate --no-header --no-emit-index-url
 lock:
-	uv pip compile pyproject.toml --extra test --universal --python-version 3.11 --generate-hashes \
-	  --no-annotate --no-header --no-emit-index-url -o requirements.lock
+	$(PIN) --extra test -o requirements.lock
+	$(PIN) --extra docs --constraint requirements.lock -o requirements-docs.lock
 
 clean:
 	rm -rf $(VENV) runs build benchmarks/build
@@ -57,4 +63,8 @@ $(STAMP): pyproject.toml requirements.lock
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --require-hashes -r requirements.lock
 	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/docs: $(STAMP) requirements-docs.lock
+	$(BIN)/python -m pip install --quiet --require-hashes -r requirements-docs.lock
 	touch $@

@@ -4,13 +4,19 @@ Also the tables from which `torquer explain` answers.
 """
 
 import ast
+import functools
 import importlib
 import itertools
+import json
 import re
 from pathlib import Path
 
+import numpy as np
+
 from torquer.campaign import stored_keys
 from torquer.campaign.keys import design_tables, file_tables, stored_tables
+from torquer.cli.app import app
+from torquer.cli.examples import EXAMPLES
 from torquer.onboard.requirements import requirements, verifications
 from torquer.packets.dictionary import load_dictionary
 from torquer.packets.document import document
@@ -107,10 +113,16 @@ def sources() -> list[tuple[str, str, str]]:
 def equations_page() -> str:
     """Index of published formulas and their one home in the code."""
     order = sorted(sources(), key=lambda s: (s[0], [int(n) for n in s[1].split(".")]))
-    rows = [f"| {key} ({number}) | {place} |" for key, number, place in order]
     head = ["# Index of published formulas", "", "Made from the code by `docs/generate.py`. "
             "[What the keys stand for](sources.md).", ""]  # fmt: skip
-    return "\n".join([*head, "| formula | home |", "|---|---|", *rows, ""])
+    tables = itertools.groupby(order, key=lambda source: source[0])
+    return "\n".join(head + [line for key, rows in tables for line in _formulas_table(key, rows)])
+
+
+def _formulas_table(key: str, rows) -> list[str]:
+    """Formulas of one source."""
+    lines = [f"| {key} ({number}) | {place} |" for _, number, place in rows]
+    return [f"## {key}", "", "| formula | home |", "|---|---|", *lines, ""]
 
 
 #: Packages with public names, and modules whose functions are all public.
@@ -144,19 +156,19 @@ def api_page() -> str:
     """Public names of the package and its documented parts, one line each."""
     head = ["# Public names", "", "Made from the code by `docs/generate.py`. "
             "[What MAG, SDOT, FIELD, WHEEL and MGS are](sources.md).", ""]  # fmt: skip
-    tables = [*((p, public_names(p)) for p in PACKAGES), *((m, _functions_of(m)) for m in MODULES)]
+    tables = [*((p, public_names(p)) for p in PACKAGES), *((m, functions_of(m)) for m in MODULES)]
     return "\n".join(head + [line for each in tables for line in _names_table(*each)])
 
 
 def public_names(package: str) -> list[str]:
     """Public names of a package, by the module that defines them."""
     names = (name for name in importlib.import_module(package).__all__ if name != "__version__")
-    return sorted(names, key=lambda name: (_home(package, name), name))
+    return sorted(names, key=lambda name: (home_of(package, name), name))
 
 
 def _names_table(place: str, names) -> list[str]:
-    about = (ast.get_docstring(ast.parse(_source(place))) or "").split("\n")[0]
-    rows = [[f"`{n}`", line_of(place, n), f"`{_home(place, n)}`"] for n in names]
+    about = (ast.get_docstring(tree_of(place)) or "").split("\n")[0]
+    rows = [[f"`{n}`", line_of(place, n), f"`{home_of(place, n)}`"] for n in names]
     table = [["name", "what it is", "home"], ["---"] * 3, *rows]
     columns = 2 if place in MODULES else 3
     lines = ["| " + " | ".join(row[:columns]) + " |" for row in table]
@@ -169,24 +181,35 @@ def _source(place: str) -> str:
     return file.read_text(encoding="utf-8")
 
 
-def _functions_of(place: str) -> list[str]:
-    nodes = ast.parse(_source(place)).body
+@functools.cache
+def tree_of(place: str) -> ast.Module:
+    """A module's source as Python reads it."""
+    return ast.parse(_source(place))
+
+
+def functions_of(place: str) -> list[str]:
+    nodes = tree_of(place).body
     names = (node.name for node in nodes if isinstance(node, ast.FunctionDef))
     return [name for name in names if not name.startswith("_")]
 
 
-def _home(place: str, name: str) -> str:
+def home_of(place: str, name: str) -> str:
     """The module in which a name that a package offers is defined."""
-    for node in ast.walk(ast.parse(_source(place))):
-        if isinstance(node, ast.ImportFrom) and name in (alias.name for alias in node.names):
-            return _home(node.module or "", name)
-    return place
+    imported = _imports(place).get(name)
+    return home_of(imported, name) if imported else place
+
+
+@functools.cache
+def _imports(place: str) -> dict[str, str]:
+    """Names that a module imports from others, and these."""
+    found = (node for node in ast.walk(tree_of(place)) if isinstance(node, ast.ImportFrom))
+    return {alias.name: node.module or "" for node in found for alias in node.names}
 
 
 def line_of(place: str, name: str) -> str:
     """First line of what the source says of a name, "" if it says nothing."""
-    source = _source(_home(place, name))
-    for node in ast.parse(source).body:
+    source, tree = _source(home_of(place, name)), tree_of(home_of(place, name))
+    for node in tree.body:
         if isinstance(node, ast.ClassDef | ast.FunctionDef) and node.name == name:
             return (ast.get_docstring(node) or "").split("\n")[0].replace("|", "\\|")
         if isinstance(node, ast.Assign) and name in (getattr(t, "id", "") for t in node.targets):
@@ -275,7 +298,99 @@ def requirements_page() -> str:
     return "\n".join([*lines, ""])
 
 
+def peers_page() -> str:
+    """Speed and accuracy next to other programs, from the files that the benchmarks wrote."""
+    results, precision = (
+        json.loads((ROOT / f"benchmarks/{name}.json").read_text())
+        for name in ("results", "precision")
+    )
+    task, slow, field = results["detumble"], results["slow"], results["field"]
+    head = [
+        "# Next to other programs",
+        "",
+        "Made by `docs/generate.py` from what `make bench` and `make bench-precision` measured on",
+        f"one machine ({results['machine']['compiler']},",
+        f"Python {results['machine']['python']}). Ratios hold for other machines, times do not.",
+        "No clock was read before the final states agreed.",
+        "",
+    ]
+    steps = [
+        (name.replace("table", "torquer, table").replace("exact", "torquer, exact"), us, ratio)
+        for (name, us), ratio in zip(
+            task["us_per_step"].items(), task["ratio_to_c++"].values(), strict=True
+        )
+    ]
+    tasks = precision["tasks"].values()
+    ways = list(dict.fromkeys(way for each in tasks for way in each["us per s at"]["1e-06 rad"]))
+    return "\n".join([
+        *head,
+        "## One step of an angular motion",
+        "",
+        "IGRF-14 of degree 13, gravity gradient, B-dot, RK4; plain C++ of this task is 1.",
+        "'table': the environment along the orbit is tabulated once. How the programs were",
+        "written and what made the difference: [Speed, as measured](../design/0002-speed.md).",
+        "",
+        "| program | us a step | over C++ |", "|---|---|---|",
+        *(f"| {name} | {us:.3g} | {ratio:.3g} |" for name, us, ratio in steps),
+        "",
+        f"Basilisk takes {slow['basilisk_to_torquer']['bdot']:.0f} times as long as torquer with",
+        "its table for a second of this motion. SciPy's DOP853 with a right-hand side in Python",
+        f"takes {slow['scipy_to_c++']:.0f} times as long as the plain C++.",
+        "",
+        "## The field alone",
+        "",
+        "IGRF-14, degree 13, many points; the programs differ by "
+        f"{field['difference_nt']:.1g} nT at most.",
+        "",
+        "| program | ns a point |", "|---|---|",
+        *(f"| {name} | {ns:.0f} |" for name, ns in field["ns_per_point"].items()),
+        "",
+        "## Cost at an error of 1e-6 rad",
+        "",
+        "Processor time in us per simulated second; `-`: not reached, or not asked. 'auto' is the",
+        "default of torquer. More: [Work and precision](../design/0007-work-precision.md).",
+        "",
+        f"| task | {' | '.join(ways)} |", "|---|" + "---|" * len(ways),
+        *(
+            f"| {each['title']} | "
+            + " | ".join(_us(each["us per s at"]["1e-06 rad"].get(way)) for way in ways) + " |"
+            for each in tasks
+        ),
+        "",
+    ])  # fmt: skip
+
+
+def _us(value: float | None) -> str:
+    return np.format_float_positional(value, 2, fractional=False, trim="-") if value else "-"
+
+
+def commands_page() -> str:
+    """Every command with its arguments, options and examples."""
+    head = [
+        "# Commands",
+        "",
+        "Made from the code by `docs/generate.py`; `torquer COMMAND --help` prints the same.",
+        "",
+        "",
+    ]
+    text = app.generate_docs().partition("**Commands**")
+    text = text[1] + text[2]
+    text = re.sub(r"(`-[^`]*?), --no-[^`,]+`", r"\1`", text)  # the command line has no --no-X
+    sections = re.split(r"^(?=##+ torquer )", text, flags=re.M)
+    return "\n".join(head) + "\n".join(map(_with_examples, sections))
+
+
+def _with_examples(section: str) -> str:
+    """A section of the page of commands, with the examples that `--help` shows."""
+    words = re.match(r"##+ torquer (.*)", section)
+    lines = EXAMPLES.get(words[1] if words else "", ())
+    shown = ["", "Examples:", "", "```sh", *lines, "```"] if lines else []
+    return "\n".join([section.rstrip(), *shown, ""])
+
+
 PAGES = {
+    "commands.md": commands_page,
+    "peers.md": peers_page,
     "scenario.md": scenario_page,
     "wheel-design.md": wheels_page,
     "equations.md": equations_page,

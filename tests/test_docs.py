@@ -31,7 +31,11 @@ def _generator():
 
 
 @pytest.mark.parametrize(
-    "name", ["scenario.md", "equations.md", "api.md", "variables.md", "packets.md"]
+    "name",
+    [
+        *("scenario.md", "equations.md", "api.md", "variables.md", "packets.md"),
+        *("commands.md", "peers.md"),
+    ],
 )
 def test_generated_page_is_up_to_date(name):
     made = _generator().PAGES[name]()

@@ -6,7 +6,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-PAGES = ("README", "docs/tutorials/README")
+TUTORIALS = ("detumble", "spinner", "bench")
+PAGES = (
+    *("README", "docs/installation", "docs/tutorials/README"),
+    *(f"docs/tutorials/{name}" for name in TUTORIALS),
+)
+GLOSSARY = (ROOT / "docs/glossary.md").read_text(encoding="utf-8")
 
 
 def parts(name: str) -> tuple[list[str], list[str], list[str]]:
@@ -23,13 +28,18 @@ def test_sections_and_examples_match(page):
     assert russian[:2] == english[:2]
 
 
+def in_english(target: str) -> str:
+    """The English page of a link in a Russian one."""
+    return target.replace(".ru.md", ".md")
+
+
 @pytest.mark.parametrize("page", PAGES)
 def test_links_lead_where_the_english_ones_do(page):
     english, russian = parts(f"{page}.md")[2], parts(f"{page}.ru.md")[2]
     folder = (ROOT / page).parent
     assert [target for target in russian if not (folder / target).exists()] == []
-    own = {"README.md", "README.ru.md", "docs/tutorials/README.ru.md"}
-    assert set(russian) - set(english) <= own
+    itself, own = Path(page).name + ".md", {"docs/tutorials/README.md", "../glossary.md"}
+    assert {in_english(target) for target in russian} - {*english} <= {itself, *own}
 
 
 def test_both_indexes_list_every_tutorial_in_one_order():
@@ -37,9 +47,10 @@ def test_both_indexes_list_every_tutorial_in_one_order():
         [target for target in parts(f"docs/tutorials/README{end}")[2] if "README" not in target]
         for end in (".md", ".ru.md")
     )
-    assert russian == english
+    assert [in_english(target) for target in russian if "glossary" not in target] == english
     files = {path.name for path in (ROOT / "docs/tutorials").glob("*.md")}
-    assert {*english} == files - {"README.md", "README.ru.md"}
+    assert {*english} == {name for name in files if "README" not in name and ".ru." not in name}
+    assert (*(name.removesuffix(".md") for name in english[:3]),) == TUTORIALS
 
 
 @pytest.mark.parametrize("page", PAGES)
@@ -47,3 +58,15 @@ def test_russian_pages_are_in_russian(page):
     text = re.sub(r"```.*?```|`[^`]*`", "", (ROOT / f"{page}.ru.md").read_text(encoding="utf-8"))
     letters = re.findall(r"[^\W\d_]", text)
     assert sum("\u0430" <= letter.lower() <= "\u0451" for letter in letters) > 0.75 * len(letters)
+
+
+def test_the_glossary_names_what_there_is():
+    """Words of the last column are commands, or stand in the pages made from the code."""
+    pages = ("commands", "scenario", "api", "variables", "wheel-design", "equations")
+    known = "".join((ROOT / f"docs/{page}.md").read_text(encoding="utf-8") for page in pages)
+    rows = [line.split("|")[1:4] for line in GLOSSARY.splitlines() if line.startswith("| ")]
+    assert len(rows) > 70
+    for russian, english, word in rows:
+        assert re.search("[\u0430-\u044f]", russian) and re.search("[A-Za-z]", english)
+        for name in re.findall("`([^`]+)`", word):
+            assert name in known or name.split(".")[-1] in known, name

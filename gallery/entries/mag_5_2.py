@@ -122,7 +122,7 @@ ENTRY = Entry(
         "mainly due to the bearing's torque about the vertical, as trials without this torque and "
         "without the imbalance show. The field of the bench is three times that at 500 km, not ten "
         "times: the printed 400 min follow from ten. In orbit the whole satellite needs about that "
-        "time nevertheless: with the gain of the bench its coils work below their limits in the weaker "
-        "field, where the time goes with 1/B^2"
+        "time nevertheless: with the gain of the bench its coils work below their limits in the "
+        "weaker field, where the time goes with 1/B^2"
     ),
 )
