@@ -77,6 +77,7 @@ async function flown({ data, at: since, number }, signal) {
     measured.redraws.push(performance.now() - since);
     if (measured.redraws.length > 1000) measured.redraws.shift();
     say(`${(performance.now() - since).toFixed(0)} ms`);
+    if (run.data === data) view?.show(run); // after the plots: drawn in software it is slow
   } catch (error) {
     if (signal.aborted) return;
     errors(error instanceof Refused ? error.errors : [{ key: "", text: String(error.message) }]);
@@ -102,7 +103,6 @@ function lineOf({ name, value, unit, about }) {
 
 function draw() {
   plots.show(run, pins, band);
-  view?.show(run);
   const { verdict } = run.header;
   at("verdict").textContent = [verdict.headline, ...verdict.limits_met].join(" ");
   at("verdict").dataset.done = verdict.done;
