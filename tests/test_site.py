@@ -166,7 +166,7 @@ def test_formulas_are_drawn(site, browser):
         if number := path.read_text(encoding="utf-8").count('class="math notranslate'):
             page.goto(address + path.relative_to(site).as_posix())
             page.wait_for_function(
-                f"document.querySelectorAll('.math mjx-container svg').length == {number}"
+                f"document.querySelectorAll('.math mjx-container > svg').length == {number}"
             )
             assert not page.query_selector_all("[data-mml-node=merror]"), path
             drawn += number
