@@ -22,7 +22,7 @@ myst_fence_as_directive = ["math"]
 myst_heading_anchors = 4
 highlight_language = "none"
 # all files come with the site: it makes no request to anywhere
-mathjax_path = "mathjax/tex-svg.js"
+mathjax_path = "mathjax/tex-svg-full.js"
 mathjax_options = {"async": "async"}
 
 html_theme = "furo"

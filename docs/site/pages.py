@@ -133,7 +133,7 @@ def directive(kind: str, text: str, parts: list[str]) -> str:
 
 def markdown(docstring: str) -> str:
     """A docstring as Markdown: what is indented there is shown as it stands."""
-    return re.sub(r"(?<=\S)\n(?=    \S)", "\n\n", docstring)
+    return re.sub(r"^(\S.*)\n(?=    \S)", r"\1\n\n", docstring, flags=re.M)
 
 
 # --------------------------------------------------------------------------- the gallery

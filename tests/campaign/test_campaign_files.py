@@ -437,3 +437,12 @@ def test_both_ends_of_a_range_are_tried(make, ends):
     table["vary"]["orbit.inclination_deg"]["uniform"] = list(ends)
     line = message(table, make())
     assert line.startswith('campaign.vary."orbit.inclination_deg": must ') and "\n" not in line
+
+
+def test_a_notebook_shows_what_varies():
+    varied = {"initial.rate_deg_s[0]": {"uniform": (1.0, 2.0)}}
+    shown = Campaign(runs=8, vary=varied)._repr_html_()
+    assert shown.startswith(
+        "<p>8 runs, sampling &#x27;random&#x27;; varied: initial.rate_deg_s[0]</p>"
+    )
+    assert "[campaign]\nruns = 8\n" in shown and "uniform = [1.0, 2.0]" in shown

@@ -163,6 +163,13 @@ def test_the_formula_is_on_the_edge_of_the_plateau(made, task):
     assert made.formula.error is None and "the loop is unstable" in made.formula.notes
 
 
+def test_a_notebook_shows_a_row_for_each_law(made):
+    shown = made._repr_html_()
+    assert shown.count("<tr>") == 4
+    assert "<td>formula</td>" in shown and "the loop is unstable" in shown
+    assert f"<td>{made.refined.settling_s / 3600.0:.3g}</td>" in shown
+
+
 def test_no_gains_nearby_or_far_are_better_than_the_refined_ones(made, task):
     """With the same margin and within the same limit, in the sampled loop of the search."""
     quick = replace(task.sampled, cycle=Cycle(22.0))

@@ -240,6 +240,16 @@ class Campaign(Spec):
         varied = f"; varied: {', '.join(keys)}" if keys else ", which differ by their noise only"
         return f"{self.runs} runs, sampling {self.sampling!r}{varied}"
 
+    def _repr_html_(self) -> str:
+        """In notebooks: what varies, and what was given as the text of a campaign's table."""
+        from html import escape
+
+        from torquer.scenario.toml_text import toml_of
+
+        given = self.model_dump(mode="json", exclude_unset=True, exclude_none=True)
+        text = toml_of({"campaign": given})
+        return f"<p>{escape(self.in_words)}</p><pre>{escape(text)}</pre>"
+
     @property
     def grid(self) -> tuple[int, ...]:
         """Numbers of values by key: the shape of a grid."""

@@ -97,6 +97,22 @@ class ThreeAxisDesign:
         """All of them by name."""
         return {"formula": self.formula, "refined": self.refined, "regulator": self.regulator}
 
+    def _repr_html_(self) -> str:
+        """In notebooks: a row for each law; a dash where it is unstable."""
+        from html import escape
+
+        head = ("law", "degree, 1/rad", "settling, h", "steady error, deg", "notes")
+        rows = [head, *(_row_of(name, each) for name, each in self.candidates.items())]
+        cells = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
+        return f"<table>{''.join(f'<tr>{row}</tr>' for row in cells)}</table>"
+
+
+def _row_of(name: str, each: Candidate) -> tuple[str, ...]:
+    """A law's numbers for people."""
+    settling = f"{each.settling_s / 3600.0:.3g}" if math.isfinite(each.settling_s) else "-"
+    error = f"{math.degrees(each.error.greatest_rad):.3g}" if each.error is not None else "-"
+    return name, f"{each.degree:.3g}", settling, error, "; ".join(each.notes)
+
 
 @dataclass(frozen=True)
 class DesignTask:
