@@ -9,7 +9,9 @@ import importlib
 import itertools
 import json
 import re
+import sys
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
@@ -370,10 +372,12 @@ def commands_page() -> str:
         "# Commands",
         "",
         "Made from the code by `docs/generate.py`; `torquer COMMAND --help` prints the same.",
+        "MAG and the like: [sources](sources.md).",
         "",
         "",
     ]
-    text = app.generate_docs().partition("**Commands**")
+    with mock.patch.object(sys, "argv", ["torquer"]):  # usage lines may name the program
+        text = app.generate_docs().partition("**Commands**")
     text = text[1] + text[2]
     text = re.sub(r"(`-[^`]*?), --no-[^`,]+`", r"\1`", text)  # the command line has no --no-X
     sections = re.split(r"^(?=##+ torquer )", text, flags=re.M)

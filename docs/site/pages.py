@@ -23,6 +23,7 @@ CONTENTS = {
     "Tutorials": ("docs/tutorials/README", *TUTORIALS, "docs/faults/*"),
     "Reference": (
         "docs/commands",
+        "docs/board",
         "docs/scenario",
         "docs/wheel-design",
         "docs/variables",
