@@ -76,7 +76,7 @@ def ending_of(result) -> Ending:
     t = result["time"].values
     tail = result.isel(time=np.flatnonzero(t >= t[-1] - whole.orbit.period_s))
     (goal,) = goals_of(whole)
-    error_deg = float(signal_of(goal, tail).max())
+    error_deg = float(signal_of(goal, tail, whole).max())
     rate_deg_s = float(np.degrees(np.linalg.norm(tail.omega_body.values, axis=1)).max())
     third = Rotation.from_quat(tail.q_body_to_inertial.values).as_matrix()[:, :, 2]
     sun = tail.sun_inertial.values

@@ -166,7 +166,7 @@ def test_the_summary_of_a_run_judges_its_own_record():
     angle = np.degrees(np.arccos(np.sum(axis * result["sun_inertial"].values, axis=1)))
     np.testing.assert_allclose(angle_of_axis_deg(result, (0.0, 0.0, 1.0)), angle, atol=1e-6)
     assert sun["final"] == pytest.approx(angle[-1], abs=1e-6)
-    assert signal_of(goals_of(run)[1], result) == pytest.approx(angle, abs=1e-6)
+    assert signal_of(goals_of(run)[1], result, run) == pytest.approx(angle, abs=1e-6)
 
 
 @pytest.mark.parametrize(
