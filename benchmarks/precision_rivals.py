@@ -20,7 +20,7 @@ from precision_equations import gyrostat_of, rates
 from precision_own import Way
 from precision_tasks import Task
 from scipy.integrate import solve_ivp
-from torquer.simulation.forces import environment_at
+from torquer.simulation.propagate.forces import environment_at
 
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse
