@@ -20,10 +20,10 @@ from precision_equations import gyrostat_of, rates
 from precision_own import Way
 from precision_tasks import Task
 from scipy.integrate import solve_ivp
-from torquer.simulation.propagate.forces import environment_at
 
 from torquer.geometry.motion import Motion
 from torquer.geometry.quaternion import rotate_inverse
+from torquer.simulation.propagate.forces import environment_at
 from torquer.simulation.run import prepare
 from torquer.spacecraft.body import motion_rates
 
