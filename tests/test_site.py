@@ -4,7 +4,6 @@ import functools
 import http.server
 import importlib.util
 import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -12,11 +11,11 @@ from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 import pytest
+from watched_page import CHROMIUM
 
 from torquer.cli.app import app
 
 ROOT = Path(__file__).parents[1]
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 #: Far longer than anything here takes: only a failure waits so long [ms].
 PATIENCE_MS = 60_000
 

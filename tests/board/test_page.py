@@ -1,12 +1,11 @@
 """The page in a browser: changes are flown, the latest wins, mistakes stand at their fields."""
 
 import json
-import shutil
 import time
-from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
+from watched_page import CHROMIUM, browser_context, watched_page
 
 import torquer
 from torquer.board import routes
@@ -15,7 +14,6 @@ from torquer.scenario.load import scenario_from_text
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytest.importorskip("uvicorn")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT"),
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium"),
@@ -23,49 +21,23 @@ pytestmark = [
 
 #: Far longer than anything here takes: only a failure waits so long.
 PATIENCE_S = 60.0
-#: No sandbox, for tests that run as root; 3D without a graphics card; nothing asked of others.
-FLAGS = (
-    *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
-    *("--no-first-run", "--disable-background-networking", "--disable-component-update"),
-    "--disable-sync",
-)
 GAIN, INERTIA = "control.law.gain_a_m2_s_per_t", "spacecraft.body.inertia_kg_m2"
 
 
 @pytest.fixture(scope="module")
 def context(served):
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS])
-        context = browser.new_context(viewport={"width": 1300, "height": 800})
-        context.set_default_timeout(1e3 * PATIENCE_S)
-        sync_api.expect.set_options(timeout=1e3 * PATIENCE_S)
+    with browser_context(1300, 800, 1e3 * PATIENCE_S) as context:
         yield context
-        browser.close()
 
 
 @pytest.fixture
 def page(context, served):
     """The board's page; it must have asked nobody but its server, without errors."""
-    page, strangers, errors = context.new_page(), [], []
-
-    def requested(request):
-        parts = urlsplit(request.url)
-        if parts.scheme not in ("data", "blob") and parts.hostname != "127.0.0.1":
-            strangers.append(request.url)
-
-    def said(message):
-        if message.type == "error" and "422" not in message.text:
-            errors.append(message.text)
-
-    page.on("request", requested)
-    page.on("console", said)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.goto(f"{served.base}/?token={served.server.token}")
-    until(page, "document.getElementById('theory').rows.length")
-    assert f"token={served.server.token}" not in page.url
-    yield page
-    page.close()
-    assert (strangers, errors) == ([], [])
+    with watched_page(context, "422") as page:
+        page.goto(f"{served.base}/?token={served.server.token}")
+        until(page, "document.getElementById('theory').rows.length")
+        assert f"token={served.server.token}" not in page.url
+        yield page
 
 
 def until(page, truth):

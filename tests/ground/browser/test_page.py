@@ -1,17 +1,15 @@
 """The page in a browser: a satellite that flies is seen and commanded."""
 
 import io
-import shutil
-from urllib.parse import urlsplit
 
 import matplotlib.image
 import pytest
+from watched_page import CHROMIUM, browser_context, watched_page
 
 from torquer.compile import engine
 
 sync_api = pytest.importorskip("playwright.sync_api")
 pytest.importorskip("uvicorn")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT"),
     pytest.mark.skipif(CHROMIUM is None, reason="no Chromium"),
@@ -21,12 +19,6 @@ pytestmark = [
 PATIENCE_MS = 40_000
 #: Pause after each control step of the flight [s]: much of the machine is left to the browser.
 PACE_S = 0.1
-#: No sandbox, for tests that run as root; 3D without a graphics card; nothing asked of others.
-FLAGS = (
-    *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--disable-quic"),
-    *("--no-first-run", "--disable-background-networking", "--disable-component-update"),
-    "--disable-sync",
-)
 
 
 @pytest.fixture(scope="module")
@@ -46,36 +38,15 @@ def ground(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def context(ground):
-    with sync_api.sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=[*FLAGS])
-        context = browser.new_context(viewport={"width": 1400, "height": 850})
-        context.set_default_timeout(PATIENCE_MS)
-        sync_api.expect.set_options(timeout=PATIENCE_MS)
+    with browser_context(1400, 850, PATIENCE_MS) as context:
         yield context
-        browser.close()
 
 
 @pytest.fixture
 def page(context, ground):
     """A new page; at the end it must have asked nobody but its server, without errors."""
-    page, strangers, errors = context.new_page(), [], []
-
-    def requested(request):
-        parts = urlsplit(request.url)
-        if parts.scheme not in ("data", "blob") and parts.hostname != "127.0.0.1":
-            strangers.append(request.url)
-
-    def said(message):
-        # Chromium reports refusals of the server, which the page shows, as errors.
-        if message.type == "error" and "400 (Bad Request)" not in message.text:
-            errors.append(message.text)
-
-    page.on("request", requested)
-    page.on("console", said)
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    yield page
-    page.close()
-    assert (strangers, errors) == ([], [])
+    with watched_page(context, "400 (Bad Request)") as page:
+        yield page
 
 
 def opened(page, ground, view=None):
