@@ -17,7 +17,7 @@ FLOORS = (
         "conventions",
         "compile",
         "interface",
-        *("validate", "spec", "noise", "time", "lazy", "version", "file_limits"),
+        *("validate", "spec", "noise", "time", "lazy", "version", "file_limits", "strict_json"),
     },
     {"packets"},
     {"geometry"},

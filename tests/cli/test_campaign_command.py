@@ -8,9 +8,9 @@ from artificial_campaign import artificial
 
 import torquer
 from torquer.campaign.comparison import comparison
-from torquer.cli.output import json_text
 from torquer.compile import engine
 from torquer.simulation.results.file import save
+from torquer.strict_json import json_text
 
 CAMPAIGN = """
 [campaign]

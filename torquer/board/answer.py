@@ -24,6 +24,7 @@ from torquer.analysis.goals import goals_of
 from torquer.analysis.verdict import judged_series, verdict_of
 from torquer.board.flown import Flown
 from torquer.browser.scene import scene
+from torquer.strict_json import json_text
 
 #: Records that are sent at most.
 MOST_POINTS = 1500
@@ -62,7 +63,7 @@ def answer_of(flown: Flown, most: int = MOST_POINTS) -> bytes:
 def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
     """A header and arrays as the page reads them."""
     shapes = {name: list(values.shape) for name, values in arrays.items()}
-    text = json.dumps(_finite({**header, "arrays": shapes})).encode()
+    text = json_text({**header, "arrays": shapes}, indent=None).encode()
     begin = struct.pack("<I", len(text)) + text
     begin += b"\0" * (-len(begin) % 8)
     return begin + b"".join(np.ascontiguousarray(a, "<f8").tobytes() for a in arrays.values())
@@ -128,12 +129,3 @@ def _kept(count: int, most: int) -> np.ndarray:
     every = -(-count // most)
     kept = np.arange(0, count, every)
     return kept if kept[-1] == count - 1 else np.append(kept, count - 1)
-
-
-def _finite(value):
-    """Plain data with null for numbers that JSON lacks."""
-    if isinstance(value, dict):
-        return {key: _finite(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(part) for part in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -34,6 +34,7 @@ from torquer.board.form import form_of
 from torquer.board.starts import Starts
 from torquer.board.text import data_from_toml, mistakes_in, scenario_of, toml_from_data
 from torquer.board.theory import theory_of
+from torquer.browser.bodies import json_object
 from torquer.browser.files import files_of
 from torquer.file_limits import MOST_BYTES
 from torquer.scenario.spec import Scenario
@@ -123,7 +124,7 @@ class _Routes:
 
     async def read(self, request: Request) -> Response:
         """The data of a TOML text."""
-        asked = await _object(request)
+        asked = await json_object(request, "scenario", MOST_BYTES)
         return JSONResponse({"data": data_from_toml(str(asked.get("toml", "")))})
 
     async def write(self, request: Request) -> Response:
@@ -204,24 +205,8 @@ async def _gone(request: Request) -> None:
         pass
 
 
-async def _object(request: Request) -> dict:
-    """The body, an object in JSON; ValueError for anything else."""
-    body = b""
-    async for part in request.stream():
-        body += part
-        if len(body) > MOST_BYTES:
-            raise ValueError(f"scenario: must have at most {MOST_BYTES} bytes; received more")
-    try:
-        found = json.loads(body)
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise ValueError("scenario: must be a JSON object; received something else")
-    return found
-
-
 async def _data(request: Request) -> dict:
-    data = (await _object(request)).get("data")
+    data = (await json_object(request, "scenario", MOST_BYTES)).get("data")
     if not isinstance(data, dict):
         raise ValueError("data: must be an object; received none")
     return data

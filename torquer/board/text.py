@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import re
 from collections.abc import Container, Iterator
 from datetime import date, datetime
@@ -33,7 +34,7 @@ def scenario_of(data: dict, folder: Path, code: Container[Path]) -> Scenario:
                 f"{key}: must be a law's file that the board was opened with, as it is executed; "
                 f"received {file}"
             )
-    return scenario_from_data(_copied(data), folder)
+    return scenario_from_data(copy.deepcopy(data), folder)  # loading replaces paths in it
 
 
 def files_in(data: dict, folder: Path) -> Iterator[tuple[str, Path]]:
@@ -67,13 +68,6 @@ def _plain(value):
     if isinstance(value, dict):
         return {key: _plain(part) for key, part in value.items()}
     return [_plain(part) for part in value] if isinstance(value, list) else value
-
-
-def _copied(value):
-    """The data anew: loading replaces paths in it."""
-    if isinstance(value, dict):
-        return {key: _copied(part) for key, part in value.items()}
-    return [_copied(part) for part in value] if isinstance(value, list) else value
 
 
 def _with_times(data: dict) -> dict:

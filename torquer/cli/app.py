@@ -20,10 +20,11 @@ from torquer.cli.ground import app as ground_app
 from torquer.cli.kernels import app as kernels_app
 from torquer.cli.mistakes import in_words
 from torquer.cli.options import CodeOptions, Json, Whole, at_least, options, positive
-from torquer.cli.output import drop_output, finish_output, json_text, print_error
+from torquer.cli.output import drop_output, finish_output, print_error
 from torquer.cli.telemetry import app as telemetry_app
 from torquer.cli.theory import app as theory_app
 from torquer.cli.wheels import app as wheels_app
+from torquer.strict_json import json_text
 
 app = App(
     name="torquer",

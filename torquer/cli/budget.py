@@ -7,7 +7,7 @@ from torquer.cli import FAILED_CODE, INTERRUPTED_CODE
 from torquer.cli.app import BudgetOptions
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import json_text, print_error, table, table_console, writing_to
+from torquer.cli.output import print_error, table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.report.flight.budget_rows import (
     HEAD,
@@ -16,6 +16,7 @@ from torquer.report.flight.budget_rows import (
     reach_in_words,
 )
 from torquer.simulation.simulate import RunStopped, simulate
+from torquer.strict_json import json_text
 
 #: Width of the table where the output is not a terminal.
 _WIDTH = 120

@@ -20,7 +20,6 @@ from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     interrupted,
-    json_text,
     make_writable,
     print_error,
     progress_bar,
@@ -30,6 +29,7 @@ from torquer.cli.output import (
 from torquer.cli.simulate import run_scenario
 from torquer.simulation.results.file import put
 from torquer.simulation.signals import ALL, noting_signals
+from torquer.strict_json import json_text
 
 #: Options of arguments of `fly_campaign`, and of keys that they replace.
 _OPTIONS = {"to": "--out", "workers": "--workers", "where": "--where", "campaign.runs": "--runs",

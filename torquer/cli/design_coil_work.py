@@ -4,7 +4,7 @@ from torquer.analysis.bench_scaling import scaling
 from torquer.analysis.coil_design import CONDUCTORS, gauges_of, power_of
 from torquer.cli.design import BenchOptions, CoilOptions
 from torquer.cli.options import check_ranges
-from torquer.cli.output import json_text
+from torquer.strict_json import json_text
 
 _HEAD = ("AWG", "wire", "turns", "mass", "R", "current", "voltage", "power", "density", "L/R")
 _UNITS = ("", "mm", "", "kg", "ohm", "A", "V", "W", "A/mm^2", "ms")

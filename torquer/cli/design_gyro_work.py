@@ -28,13 +28,14 @@ from torquer.cli.design_gyro_scenario import (
 )
 from torquer.cli.loading import check_orbit_environment, load_checked
 from torquer.cli.options import CodeOptions, check_ranges
-from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.output import make_writable, writing_to
 from torquer.control.magneto_gyro.law import MagnetoGyro
 from torquer.earth.rotation import dcm_inertial_to_ecef
 from torquer.notes.bdot_notes import tumbling_of
 from torquer.scenario.spec import Scenario
 from torquer.scenario.toml_text import toml_of
 from torquer.simulation.results.file import put
+from torquer.strict_json import json_text
 from torquer.theory.magneto_gyro.capture import DAMPING, Stage1Design, design_stage_1
 from torquer.theory.magneto_gyro.day import DayLoop, Range
 from torquer.theory.magneto_gyro.design import Stage2Design, design_stage_2

@@ -11,7 +11,7 @@ from torquer.campaign.capture import Capture, capture
 from torquer.cli.design import DesignOptions, Key
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges, given, option
-from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.output import make_writable, writing_to
 from torquer.control.law import Law
 from torquer.control.pointing import HeldAttitude
 from torquer.control.three_axis import ThreeAxis
@@ -20,6 +20,7 @@ from torquer.geometry.vec3 import scale
 from torquer.scenario.load import ScenarioError, scenario_from_data
 from torquer.scenario.spec import Scenario
 from torquer.simulation.results.file import put
+from torquer.strict_json import json_text
 from torquer.theory.three_axis.design import (
     SETTLED,
     Candidate,

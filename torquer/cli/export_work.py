@@ -5,8 +5,9 @@ from pathlib import Path
 from torquer.cli.export import ExportOptions
 from torquer.cli.loading import load_usable
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import harmless, json_text, writing_to
+from torquer.cli.output import harmless, writing_to
 from torquer.export.export import STEPS, export_c
+from torquer.strict_json import json_text
 
 
 def export(path: Path, how: ExportOptions, code: CodeOptions) -> int:

@@ -12,10 +12,11 @@ from pydantic import ValidationError
 from torquer.cli.field import ConeOptions, OrbitOptions
 from torquer.cli.field_at import label, model_of, moment, stamp
 from torquer.cli.options import check_ranges, given, option as option_of
-from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.output import make_writable, writing_to
 from torquer.environment.along_orbit import Environment
 from torquer.environment.field.along import FieldsAlong, angles_deg, fields_along
 from torquer.orbit import AnyOrbit, Circular, Sgp4
+from torquer.strict_json import json_text
 
 #: Default models of `torquer field cone`.
 CONE_MODELS = ("igrf14", "tilted_dipole", "direct_dipole", "averaged")

@@ -14,12 +14,13 @@ import numpy as np
 
 from torquer.cli.field import HEIGHT, LATITUDE, LONGITUDE, MapOptions, PointOptions
 from torquer.cli.options import check_ranges
-from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.output import make_writable, writing_to
 from torquer.environment.field import FIELDS
 from torquer.environment.field.at_point import point_field
 from torquer.environment.field.coefficients import check_date, max_degree
 from torquer.environment.field.drift import coefficients_of
 from torquer.environment.field.gauss import Gauss
+from torquer.strict_json import json_text
 from torquer.time import decimal_year, parse_utc
 
 _NAMES = {

@@ -23,10 +23,11 @@ from torquer.analysis.sensor_sets import (
 from torquer.cli.app import FilterOptions
 from torquer.cli.loading import check_computer, load_usable
 from torquer.cli.options import CodeOptions, check_ranges, option
-from torquer.cli.output import json_text, table, table_console, writing_to
+from torquer.cli.output import table, table_console, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.report.flight.budget_rows import models_in_words
 from torquer.scenario.spec import Scenario
+from torquer.strict_json import json_text
 
 _RUNS = 200
 _WIDTH = 120

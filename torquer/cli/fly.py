@@ -16,14 +16,7 @@ from torquer.cli.app import FlyOptions
 from torquer.cli.folder_lock import claimed
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions, check_ranges
-from torquer.cli.output import (
-    harmless,
-    json_text,
-    make_writable,
-    print_error,
-    print_note,
-    writing_to,
-)
+from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.simulate import progress_of
 from torquer.link import Link, open_link
 from torquer.onboard.core import Core
@@ -55,6 +48,7 @@ from torquer.packets.received import tables_of
 from torquer.packets.station import Station
 from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped
+from torquer.strict_json import json_text
 
 #: Kinds of events that are printed.
 _SHOWN = 12

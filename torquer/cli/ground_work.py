@@ -21,7 +21,6 @@ from torquer.cli.loading import check_code
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import (
     harmless,
-    json_text,
     make_writable,
     print_error,
     print_note,
@@ -30,6 +29,7 @@ from torquer.cli.output import (
 )
 from torquer.cli.pages import check_installed, show_address
 from torquer.ground import SERVER
+from torquer.strict_json import json_text
 
 _SERVER_NEEDS = ("starlette", "uvicorn", "websockets")
 #: How long a command line waits for an answer beyond its delay [s], and between two looks.

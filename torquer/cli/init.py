@@ -4,8 +4,9 @@ import re
 import sysconfig
 from pathlib import Path
 
-from torquer.cli.output import json_text, writing_to
+from torquer.cli.output import writing_to
 from torquer.simulation.results.file import put
+from torquer.strict_json import json_text
 
 _START = Path(__file__).parents[1] / "scenario" / "start.toml"
 #: Files that an example names, which come with it.

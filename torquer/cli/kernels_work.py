@@ -11,9 +11,10 @@ from pathlib import Path
 from torquer.cli.kernels import KernelOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import harmless, json_text, make_writable, progress_bar
+from torquer.cli.output import harmless, make_writable, progress_bar
 from torquer.compile.code_cache import SOURCES
 from torquer.compile.ready import GENERIC, VARIABLE, write_manifest
+from torquer.strict_json import json_text
 
 
 def build(scenarios: Sequence[Path], how: KernelOptions) -> int:

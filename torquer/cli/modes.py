@@ -6,10 +6,10 @@ from pathlib import Path
 from torquer.cli.app import ModesOptions
 from torquer.cli.loading import load_checked
 from torquer.cli.options import CodeOptions
-from torquer.cli.output import json_text
 from torquer.control.modes.spec import MAIN, Modes
 from torquer.control.modes.wording import state_in_words, transition_in_words
 from torquer.notes.mode_notes import mode_findings
+from torquer.strict_json import json_text
 
 
 def show(path: Path, how: ModesOptions, code: CodeOptions) -> int:

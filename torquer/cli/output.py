@@ -6,8 +6,6 @@ all others are escaped, as in `\\u4e2d`; nothing is lost, and nothing raises an 
 """
 
 import codecs
-import json
-import math
 import os
 import re
 import sys
@@ -91,19 +89,6 @@ def interrupted(out: Path, what: str, there: bool) -> str:
     """What to say of an interrupt; `there`: whether `what` has been written into the folder."""
     kept = f"{what} are in {out}: continue with --resume" if there else "nothing was computed yet"
     return f"interrupted; {kept}"
-
-
-def json_text(data, indent: int | None = 2) -> str:
-    """Data as strict JSON: a number that is not finite is null."""
-    return json.dumps(_finite(data), indent=indent, allow_nan=False)
-
-
-def _finite(value):
-    if isinstance(value, dict):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @contextmanager

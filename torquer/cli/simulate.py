@@ -22,7 +22,6 @@ from torquer.cli.options import CodeOptions
 from torquer.cli.output import (
     harmless,
     interrupted,
-    json_text,
     make_writable,
     print_error,
     print_note,
@@ -44,6 +43,7 @@ from torquer.simulation.results.store import check_free
 from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import bytes_text, check_disk, check_memory, size_of, time_text
+from torquer.strict_json import json_text
 
 #: Warnings of a run that are printed as notes.
 _NOTES = (OtherBits, NotSaved)

@@ -5,8 +5,9 @@ from pathlib import Path
 from torquer.analysis.smoothing import accuracy_of, smoothed
 from torquer.cli.app import SmoothOptions
 from torquer.cli.compare import loaded
-from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
+from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.simulation.results.file import save, understood
+from torquer.strict_json import json_text
 
 _WIDTH = 100
 

@@ -8,17 +8,11 @@ import numpy as np
 
 from torquer.cli import FAILED_CODE
 from torquer.cli.options import check_ranges
-from torquer.cli.output import (
-    json_text,
-    make_writable,
-    print_note,
-    table,
-    table_console,
-    writing_to,
-)
+from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
 from torquer.simulation.results.file import put, replacing
+from torquer.strict_json import json_text
 from torquer.telemetry.attitude import load_filter
 from torquer.telemetry.calibration import GROUPS, MODELS, split_shift
 from torquer.telemetry.convention import WAYS_SHOWN, Found

@@ -19,12 +19,13 @@ from torquer.analysis.averaged.case import (
 )
 from torquer.analysis.averaged.motion import design_data, motion_data
 from torquer.cli.options import check_ranges, given, option
-from torquer.cli.output import json_text, make_writable, writing_to
+from torquer.cli.output import make_writable, writing_to
 from torquer.cli.theory import CaseOptions, TheoryOptions
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.environment.field.averaged import Averaged, mean_of_extremes
 from torquer.orbit.kepler import check_farthest
 from torquer.scenario.load import load_scenario
+from torquer.strict_json import json_text
 from torquer.theory.evolution.model import Slow
 from torquer.theory.evolution.sdot import sun_angle
 from torquer.theory.gains import Sampling

@@ -11,7 +11,7 @@ from rich.table import Table
 from torquer.analysis.wheel_design import report_of
 from torquer.analysis.wheel_file import WheelDesign, load_wheels
 from torquer.analysis.wheel_sweep import Sweep, angles_of, as_plain, sweep_of
-from torquer.cli.output import json_text, make_writable, table, table_console, writing_to
+from torquer.cli.output import make_writable, table, table_console, writing_to
 from torquer.cli.wheels import WheelsOptions
 from torquer.report.wheels.tables import (
     best_in_words,
@@ -20,6 +20,7 @@ from torquer.report.wheels.tables import (
     summary_rows,
     sweep_rows,
 )
+from torquer.strict_json import json_text
 
 #: Width of the tables where the output is not a terminal.
 _WIDTH = 110

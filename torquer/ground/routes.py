@@ -5,7 +5,6 @@ Their list, with what each answers, is in `design/0014-ground.md`.
 
 from __future__ import annotations
 
-import json
 from contextlib import closing
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torquer.browser import scene
+from torquer.browser.bodies import json_object
 from torquer.browser.files import files_of
 from torquer.control.modes.diagram import svg
 from torquer.ground import history
@@ -136,13 +136,8 @@ class _Routes:
     async def order(self, request: Request) -> Response:
         """Send a command, or all of a list or none."""
         contact = self._contact(request)
-        body = b""
-        async for part in request.stream():
-            body += part
-            if len(body) > _MOST_BYTES:
-                raise ScenarioError(f"command: must have at most {_MOST_BYTES} bytes")
+        data = await json_object(request, "command", _MOST_BYTES)
         by = "command line" if "authorization" in request.headers else "page"
-        data = _json(body)
         if "commands" in data:
             listed = data["commands"] if isinstance(data["commands"], list) else [None]
             return JSONResponse(contact.order([*map(_sent, listed)], by))
@@ -277,16 +272,6 @@ def _sent(data) -> Sent:
 
 def _whole(text: str) -> int | str:
     return int(text) if text.lstrip("-").isdecimal() and len(text) < 20 else text
-
-
-def _json(body: bytes) -> dict:
-    try:
-        found = json.loads(body)
-    except (ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
-        raise ScenarioError("command: must be a JSON object; received something else")
-    return found
 
 
 async def _refused(request: Request, error: Exception) -> Response:
