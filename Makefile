@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/installed
+# set in many containers; every process that the tests start would read the sources again
+unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: run test test-processors mutants lint bench bench-precision gallery docs lock clean torture
 
@@ -36,7 +38,7 @@ bench: $(STAMP)
 bench-precision: $(STAMP)
 	$(BIN)/python benchmarks/precision.py
 
-# every published figure and table anew, with the pages of docs/gallery; then the slow tests
+# every published figure and table recomputed, with the pages of docs/gallery; then the slow tests
 gallery: $(STAMP)
 	$(BIN)/torquer gallery all --docs docs/gallery
 	$(BIN)/python -m pytest -m slow --ignore tests/reliability
@@ -49,7 +51,7 @@ torture: $(STAMP)
 docs: $(VENV)/docs
 	$(BIN)/sphinx-build -W --keep-going -q -j auto -c docs/site . build/docs
 
-# pin all dependencies anew (needs `uv`)
+# pin all dependencies again (needs `uv`)
 PIN := uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes \
   --no-annotate --no-header --no-emit-index-url
 lock:

@@ -79,7 +79,7 @@ def archive_of_a_day(folder: Path) -> dict:
 
 
 def sender(link, rate_hz: float, ended: threading.Event) -> None:
-    """Send frames at a rate until told to end."""
+    """Send frames at a rate until `ended` is set."""
     keys, made = SOFTWARE.keys, Downlink(SOFTWARE.dictionary)
     sends = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
     begun, number = time.monotonic(), 0

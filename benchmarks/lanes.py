@@ -52,8 +52,8 @@ def single(scenario, piece) -> float:
     return time.perf_counter() - begun_s
 
 
-def beside(lanes: Lanes, numbers, seeds) -> float:
-    """Seconds of a member's stepping beside others."""
+def in_lanes(lanes: Lanes, numbers, seeds) -> float:
+    """Seconds of a member's stepping in lanes."""
     begun_s = time.perf_counter()
     lanes.fly(numbers, seeds)
     return (time.perf_counter() - begun_s) / LANES
@@ -68,7 +68,7 @@ def main() -> None:
         numbers, seeds = np.tile(lanes.packed.numbers, (LANES, 1)), np.arange(LANES)
         pairs = np.array(
             [
-                (single(scenario, run.piece), beside(lanes, numbers, seeds))
+                (single(scenario, run.piece), in_lanes(lanes, numbers, seeds))
                 for _ in range(ROUNDS + 1)
             ]
         )[1:]

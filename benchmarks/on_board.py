@@ -1,6 +1,6 @@
 """The on-board computer: what a control step, its parts and an exchange with a host cost.
 
-`TORQUER_PEER` names a checkout of another version to be measured beside this one, each in a
+`TORQUER_PEER` names a checkout of another version to be measured in turns with this one, each in a
 process of its own.
 """
 
@@ -146,7 +146,7 @@ def with_modes(plain):
 
 
 def parts(turns: int) -> dict:
-    """A user's law, modes and an estimator beside the same run without; all at 1 Hz."""
+    """A user's law, modes and an estimator, and the same run without; all at 1 Hz."""
     gyro, difference = scenario("gyro", 1.0), scenario("difference", 1.0)
     full = difference.replace("control.estimator", {"kind": "rate_from_field"})
     empty = difference.replace("control.estimator", {"kind": "none"})

@@ -19,7 +19,7 @@ ORBIT = {"kind": "circular", "altitude_km": 500.0, "inclination_deg": 51.7}
 OFF = {"kind": "off"}
 
 FINEST = {"integrator": "auto", "tolerance_deg": 1e-10}
-#: The reference, and the other one from which it is told how good it is.
+#: The reference, and the other one that shows how good it is.
 REFERENCES = (FINEST, {"integrator": "dop853", "tolerance": 1e-14})
 
 

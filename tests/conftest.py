@@ -1,6 +1,7 @@
 """One plain scenario for the tests of whole runs, changed by dotted keys."""
 
 import copy
+import signal
 
 import pytest
 
@@ -18,6 +19,11 @@ PLAIN = {
     "control": {"law": {"kind": "off"}},
     "simulation": {"duration_s": 600.0, "step_s": 1.0, "record_s": 10.0},
 }
+
+
+def pytest_configure():
+    """Let Ctrl-C interrupt: what a shell starts in the background is born ignoring it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def changed(data: dict, changes: dict) -> dict:

@@ -90,7 +90,7 @@ def compute() -> Answer:
         f"{min(within_1):.1f} to {max(within_1):.1f}. The errors at the end, {rms[0]:.3f}, "
         f"{rms[1]:.3f} and {rms[2]:.3f} deg, are less than those of the independent model, which "
         "had other gains. Without the compensator the dipole leaves up to "
-        f"{left.max():.1f} deg. A bias of the magnetometer along pitch cannot be told from a "
+        f"{left.max():.1f} deg. A bias of the magnetometer along pitch looks the same as a "
         "dipole, which the text leaves out."
     )
     figures = {"": picture(fly({}, ORBITS)), "compensator": compared(exact, bare)}

@@ -349,7 +349,7 @@ _MARKS = (("same", "one kappa and omega0", "o", BLUE), ("tuned", "both tuned", "
 
 def _readings(made, steady: Flight):
     """What the readings give, compared with what is printed."""
-    figure, panels = _grid("Readings of the text beside what is printed (dashed)", 1, 3, 3.8)
+    figure, panels = _grid("Readings of the text next to what is printed (dashed)", 1, 3, 3.8)
     shown = (
         ("H2 [N m s]", 4.6, lambda flight: greatest(flight)[1], 22.0),
         ("greatest of a wheel [N m s]", 18.0, lambda flight: peak(flight, BALANCED), 46.0),

@@ -194,7 +194,8 @@ def test_files_that_are_no_chunks_of_the_campaign_are_named(scenario, begun):
         file.unlink()
 
     second.rename(chunks_folder(path) / "copy.nc")
-    refused("copy.nc", r"^to: must have only its own chunks beside it, .*; received {file}: remove")
+    only_its_own = r"^to: must have only its own chunks next to it, .*; received {file}: remove"
+    refused("copy.nc", only_its_own)
     (chunks_folder(path) / "000000000016.nc").write_bytes(content)
     refused("000000000016.nc", r"^to: must have chunks .*; received {file} with 8 to 15$")
     torquer.save(torquer.simulate(scenario), second)

@@ -1,4 +1,4 @@
-"""Runs beside each other, joined runs, derived quantities, pictures in notebooks."""
+"""Runs next to each other, joined runs, derived quantities, pictures in notebooks."""
 
 import json
 import os

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from torquer import noise
 from torquer.conventions import EARTH_RADIUS_M
 from torquer.spacecraft.horizon_sensor import (
+    IDEAL_HORIZON_SENSOR,
     STREAM,
     HorizonSensor,
     centre_of_disc,
@@ -27,6 +28,7 @@ def off_axis(axis, angle_deg):
 
 def test_an_ideal_sensor_reads_the_truth_in_all_directions():
     packed = HorizonSensor().pack()
+    assert packed == IDEAL_HORIZON_SENSOR
     for v in np.eye(3):
         assert read_horizon(packed, AT_REST, tuple(-v), AT_REST) == pytest.approx(tuple(-v))
 

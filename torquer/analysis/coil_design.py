@@ -22,7 +22,7 @@ class Conductor(NamedTuple):
     per_kelvin: float
 
     def at(self, temperature_c: float) -> "Conductor":
-        """The same at a temperature [deg C]."""
+        """The conductor at a temperature [deg C]."""
         factor = 1.0 + self.per_kelvin * (temperature_c - 20.0)
         return self._replace(resistivity_ohm_m=factor * self.resistivity_ohm_m)
 

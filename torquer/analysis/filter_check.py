@@ -267,7 +267,7 @@ def check_filter(
 
 
 def _at(runs: FilterRuns, t_s: np.ndarray) -> FilterRuns:
-    """The same runs at some of their instants."""
+    """These runs at some of their instants."""
     rows = np.searchsorted(runs.t_s, t_s - 1e-6)
     motions = [Motion(*(part[rows] for part in motion)) for motion in runs.motions]
     return runs._replace(

@@ -75,7 +75,7 @@ AS_STATED = Start(0.0, 0.0)
 
 
 class Drawn(NamedTuple):
-    """What each run draws anew, besides noise: its name, key, standard deviation and unit.
+    """What each run draws for itself, besides noise: its name, key, standard deviation and unit.
 
     `about`: the mean, zero or the scenario's value.
     """

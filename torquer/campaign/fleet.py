@@ -1,6 +1,6 @@
 """Flying members: those that differ only in numbers together in lanes, all others one by one.
 
-A member's result is the same to the bit in lanes, alone, and beside any other members.
+A member's result is the same to the bit in lanes, alone, and next to any other members.
 """
 
 import contextlib
@@ -197,7 +197,7 @@ class Fleet:
             return None
 
     def _taken(self, lanes: Lanes, run: Run) -> np.ndarray | None:
-        """The numbers of a member that fits beside the others."""
+        """The numbers of a member that fits in with the others."""
         if why_not_in_lanes(run):
             return None
         packed = lanes.takes(run)

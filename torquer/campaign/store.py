@@ -126,7 +126,7 @@ def chunks_there(path: Path) -> dict[int, Path]:
     for file in sorted(chunks_folder(path).glob("*.nc")):
         if not _CHUNK.fullmatch(file.name):
             raise ValueError(
-                f"to: must have only its own chunks beside it, such as 000000000128.nc; received "
+                f"to: must have only its own chunks next to it, such as 000000000128.nc; received "
                 f"{file}: remove it, or give it its name back"
             )
         found[int(file.stem)] = file
@@ -150,7 +150,7 @@ def loaded(path: Path, fleet: Fleet) -> Iterator[xr.Dataset]:
         numbers = data["member"].values
         if file != path and int(file.stem) != numbers[0]:
             raise ValueError(
-                "to: must have chunks beside it that are named after their first member; received "
+                "to: must have chunks next to it that are named after their first member; received "
                 f"{file} with {_in_words(numbers)}"
             )
         if numbers.max() >= fleet.campaign.runs:

@@ -136,7 +136,7 @@ def _as_variation(value):
 
 
 class Variation(Spec):
-    """How the value of a key varies; one of these keys is given (`magnitude` beside `direction`).
+    """How the value of a key varies; one of these keys is given (`magnitude` with `direction`).
 
     The word "uniform" alone stands for `rotation = "uniform"`.
     """

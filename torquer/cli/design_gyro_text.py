@@ -36,7 +36,7 @@ def lines_of(made: Made, how: GyroOptions) -> list[str]:
         rows.append(f"error in all [deg] with a degree of {costs}")
     rows.append(
         f"a bias of 1 nT along pitch is taken for a dipole of {alias:.3g} A m^2, which is the "
-        "least that can be told from it"
+        "least that can be distinguished from it"
     )
     rows += [f"note: {note}" for note in notes_of(made, how)]
     return [*rows, "", *law_toml(made.law).splitlines()]

@@ -28,7 +28,6 @@ from torquer.cli.output import (
     show_summary,
     writing_to,
 )
-from torquer.export.export import export_notes
 from torquer.notes.fault_notes import fault_lines, unnoticed_faults
 from torquer.notes.mode_notes import mode_findings
 from torquer.notes.notes import notes_of
@@ -40,6 +39,7 @@ from torquer.simulation.results.dataset import COMPLETE
 from torquer.simulation.results.file import lazily, put
 from torquer.simulation.results.restore import OtherBits, check_version, of_one_run, scenario_in
 from torquer.simulation.results.store import check_free
+from torquer.simulation.run import begin_loop
 from torquer.simulation.signals import ALL, Stop, noting_signals
 from torquer.simulation.simulate import RunStopped, resume, simulate
 from torquer.simulation.size import bytes_text, check_disk, check_memory, size_of, time_text
@@ -64,6 +64,8 @@ def run_scenario(scenario, how: RunOptions) -> int:
     """Simulate a scenario whose code may be executed, as `run` does; return the exit code."""
     out = how.out or Path("runs") / scenario.name
     with compiling.compiling_shown():
+        if compiling.is_cold():
+            begin_loop(scenario)
         check_orbit_environment(scenario)
     make_writable(out)
     # the folder is free again before a late signal ends the process
@@ -141,6 +143,8 @@ def _with_measured_error(result, progress):
 
 def validate(path: Path, as_json: bool, code: CodeOptions = CodeOptions()) -> int:
     """Check a scenario and its law; print notes."""
+    from torquer.export.export import export_notes
+
     try:
         scenario = load_checked(path, code)
         campaign = _campaign_in(path, scenario)

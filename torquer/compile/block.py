@@ -90,7 +90,7 @@ class Block:
         return self.parameters._asdict() if self.parameters else {}
 
     def with_parameters(self, **values) -> Self:
-        """The same block with other parameters; unknown names and other shapes are errors."""
+        """This block with other parameters; unknown names and other shapes are errors."""
         known = self.values()
         for name, value in values.items():
             if name not in known:
@@ -117,7 +117,7 @@ class Block:
         return np.array([float(v) for v in flat(self.parameters)], dtype=np.float64)
 
     def with_memory(self, cells) -> Self:
-        """The same block with other memory at the start, as cells."""
+        """This block with other memory at the start, as cells."""
         if len(cells) != len(self.first_memory()):
             raise ValueError(
                 f"{self._said}: memory must have {len(self.first_memory())} cells, as the block "

@@ -62,9 +62,9 @@ def _decorator(**options) -> Callable:
 
 #: The one decorator for kernels.
 kernel = _decorator()
-#: The same, letting other threads run meanwhile: for maps and charts on all cores.
+#: A kernel that lets other threads run meanwhile: for maps and charts on all cores.
 released = _decorator(nogil=True)
-#: The same for small kernels of inner loops: always inlined by LLVM, which removes the reference
+#: A small kernel of inner loops: always inlined by LLVM, which removes the reference
 #: counting of arrays that cross the call.
 inlined = _decorator(forceinline=True)
 #: For kernels that take others as arguments: their code becomes part of the calling kernel's.
@@ -81,7 +81,7 @@ def with_attributes(value):
 
 
 def records(value):
-    """The same for kernels: without the compiler they are plain Python."""
+    """Records as kernels take them: without the compiler, with their fields as attributes."""
     return value if COMPILED else with_attributes(value)
 
 
@@ -110,7 +110,7 @@ def _cut(typing_context, value):
 
 
 def without_reference_counts(value):
-    """The same arrays (also within tuples) without their reference counts.
+    """Arrays, also within tuples, without their reference counts.
 
     For a kernel's own arguments, which its caller keeps alive: each call that an array crosses
     would cost two locked instructions. In plain Python there is nothing to cut.

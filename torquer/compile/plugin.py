@@ -1,6 +1,6 @@
 """Functions handed in from outside, compiled against the signature of their kind.
 
-What a user writes in a file is cached under a hash of all Python files beside it, so that an edit
+What a user writes in a file is cached under a hash of all Python files next to it, so that an edit
 there is always noticed; what has no file (a notebook's) is compiled for this process alone. What
 cannot be compiled is a `ValueError` of one line.
 """
@@ -72,7 +72,7 @@ def _names_imported(file: Path) -> set[str]:
 
 
 def source_mark(function: Callable) -> str:
-    """Mark of a user's function's file and of those beside it that it imports.
+    """Mark of a user's function's file and of those next to it that it imports.
 
     '' for the package's and typed ones.
     """
@@ -131,7 +131,7 @@ def attributes_read(function: Callable) -> set[str] | None:
 
 
 def cache_beside(file: Path | None):
-    """Within the block, compile into the cache of this user's file and those beside it."""
+    """Within the block, compile into the cache of this user's file and those next to it."""
     return cache_of(_beside(file)) if file else contextlib.nullcontext()
 
 
@@ -161,8 +161,8 @@ def shown(value) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-def _place_told(error: NumbaError, text: str, file: Path | None) -> str:
-    """The same of Numba's error: the innermost place in the file that it names, or its own."""
+def _named_place(error: NumbaError, text: str, file: Path | None) -> str:
+    """(FILE, line N)" of an error of Numba in a user's file; "" if it names no line of it."""
     if file is None:
         return ""
     lines = re.findall(rf'File "(?:[^"]*[/\\])?{re.escape(file.name)}", line (\d+)', text)
@@ -199,7 +199,7 @@ def compiled(
         text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
         lines = [line.strip() for line in text.splitlines() if line.strip()]
         message = [line for line in lines if not line.startswith(("Failed", "During", "File", "<"))]
-        place = _place_told(error, text, file_of(plain_of(function)))
+        place = _named_place(error, text, file_of(plain_of(function)))
         reason, way_out = reasons.in_words((message or lines)[0], text, plainly)
         raise ValueError(f"{must}; received: {reason[:200]}{place}{way_out}") from None
     except KeyError as error:  # Numba's answer to a field that a record does not have

@@ -175,7 +175,7 @@ class Commands:
         return _shown(self._archive.read(statement, number)[0])
 
     def _busy(self, waiting: _Open) -> bool:
-        """Whether an equal command is on its way, from whose answer its own could not be told."""
+        """Whether an equal command is on its way, whose answer could be taken for its own."""
         return any(
             each.key == waiting.key and each.state in (SENT, RECEIVED)
             for each in self._open.values()

@@ -70,7 +70,7 @@ def unnoticed_faults(scenario: Scenario) -> Unnoticed:
 
 
 def fault_lines(scenario: Scenario) -> list[str]:
-    """The same as lines."""
+    """Single faults that go unnoticed, as lines of text."""
     at_all, by_motion = unnoticed_faults(scenario)
     lines = [f"no condition of the modes can notice: {'; '.join(at_all)}"] if at_all else []
     if by_motion:

@@ -81,7 +81,7 @@ class Historical:
 
 
 class Protected:
-    """The same within frames with checksum, MAC and counter. Plain state.
+    """A link whose frames carry checksum, MAC and counter. Its state is plain data.
 
     The counters outlive a reboot: those of commands are stored before a command is executed, that
     of telemetry now and then, ahead of the frames that are sent.

@@ -58,11 +58,11 @@ def failure(request: Request, kind: tuple[int, int], code: int) -> list[Report]:
 
 
 class _OnItsWay(NamedTuple):
-    """A command that was handed on to its module. `told`: whether acceptance has been reported."""
+    """A command that was handed on to its module, and whether its acceptance is reported."""
 
     key: Key
     request: Request
-    told: bool
+    reported: bool
 
 
 class Verification:
@@ -77,7 +77,7 @@ class Verification:
     @property
     def waiting(self) -> bool:
         """Whether there is something to report."""
-        return bool(self.reports) or not all(each.told for each in self._on_their_way)
+        return bool(self.reports) or not all(each.reported for each in self._on_their_way)
 
     def judged(self, packet: bytes, key: Key, code: int) -> None:
         """What became of the command of a packet: handed on, in the list, or refused.
@@ -122,22 +122,22 @@ class Verification:
         and has no answer among them, will have none.
         """
         found = [self._newest(key) for key in reversed(keys)]
-        self._on_their_way = [each for each in self._on_their_way if not each.told]
+        self._on_their_way = [each for each in self._on_their_way if not each.reported]
         return found[::-1]
 
     def _newest(self, key: Key) -> Request | None:
         """Take the newest of a key that was on its way before."""
         for place in reversed(range(len(self._on_their_way))):
             each = self._on_their_way[place]
-            if each.told and each.key == key:
+            if each.reported and each.key == key:
                 return self._on_their_way.pop(place).request
         return None
 
     def take(self) -> list[Report]:
         """The reports that wait, those on commands handed on just now included."""
         for each in self._on_their_way:
-            if not each.told:
+            if not each.reported:
                 self.reports += success(each.request, ACCEPTED)
-        self._on_their_way = [each._replace(told=True) for each in self._on_their_way]
+        self._on_their_way = [each._replace(reported=True) for each in self._on_their_way]
         taken, self.reports = self.reports, []
         return taken

@@ -10,7 +10,7 @@ telemetry     time reference status, service, subtype, message type counter u16,
 
 Times are CDS (CCSDS 301.0-B) with their preamble 0x40: days u16 since 1958-01-01, milliseconds of
 the day u32. On-board time begins in 2010, so that a smaller number of days means one after the
-16 bits have wrapped, in 2137: every time that a u32 of seconds holds can be told.
+16 bits have wrapped, in 2137: every time that a u32 of seconds holds is unambiguous.
 """
 
 from __future__ import annotations

@@ -180,7 +180,7 @@ def _either(long: dict, short: dict) -> dict:
 def _let_preset_stand(table: dict, fitting: list[str]) -> None:
     table["properties"]["preset"] = {
         "enum": fitting,
-        "description": "Shipped preset; keys given beside it take precedence.",
+        "description": "Shipped preset; keys given next to it take precedence.",
     }
     if required := table.pop("required", None):
         table["anyOf"] = [{"required": required}, {"required": ["preset"]}]

@@ -181,6 +181,8 @@ class _Ready(NamedTuple):
     problem: Arguments
 
 
+#: A place [m] and velocity [m/s] on some orbit.
+_ANYWHERE = np.array([7e6, 0.0, 0.0]), np.array([0.0, 7.5e3, 0.0])
 #: Tables of the same type as any.
 _NO_TABLES = Tables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(Tables._fields))
 
@@ -225,35 +227,57 @@ def prepare(
     modes; `OtherComputer`, a ValueError, unless it is one of these.
     """
     scenario, given = with_given(scenario, law, laws)
-    blocks = blocks_of(scenario, given)
-    table, modes = modes_for(scenario, blocks)
-    plan = plan_of(scenario, blocks, table, modes, stops, driven_from_outside)
-    dynamics = dynamics_of(scenario, plan.plant)
-    environment = scenario.orbit_environment()
+    blocks, environment = blocks_of(scenario, given), scenario.orbit_environment()
     for each in surroundings_of(scenario):
-        each.check_dates(0.0, scenario.steps() * plan.step_s)
+        each.check_dates(0.0, scenario.steps() * scenario.grid_s)
     r, v = environment.state(np.zeros(1))
-    state = first_state(scenario, plan, dynamics, blocks, modes, r[0], v[0])
-    host = None
+    run = _without_tables(scenario, blocks, (r[0], v[0]), stops, driven_from_outside)
     if library is not None:
-        library.check(plan.computer, blocks)
-        plan = plan._replace(computer=plan.computer._replace(library=library.address))
+        library.check(run.plan.computer, blocks)
+        run.library = library
+        computer = run.plan.computer._replace(library=library.address)
+        run.plan = run.plan._replace(computer=computer)
     elif not blocks.compiled:
-        host = Host(plan.computer, state.board, blocks)
-        plan = plan._replace(computer=host.computer)
-    steps, size = scenario.steps(), piece_steps(scenario)
-    rows, inputs = min(steps, size) // plan.record_steps + 1, scenario.simulation.record_inputs
-    record = empty_record(plan, rows, inputs)
-    integrator = integrator_of(scenario)
-    run = Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size, host=host)
-    run.library = library
+        run.host = Host(run.plan.computer, run.state.board, blocks)
+        run.plan = run.plan._replace(computer=run.host.computer)
     # it takes as long as the environment's models and `propagate` together, which are compiled here
-    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
+    _begin(run)
     if piece is not None:
         _check_shared(piece, run)
         run.piece, run.relative_error = piece, piece.relative_error
     run.enter()
     return run
+
+
+def begin_loop(scenario: Scenario) -> None:
+    """Begin to compile the loop in another process, unless the disk has it.
+
+    For a scenario about to be flown, before anything else of it is compiled here: the loop is of
+    one type for all, wherever they start.
+    """
+    _begin(_without_tables(scenario, blocks_of(scenario), _ANYWHERE))
+
+
+def _begin(run: Run) -> None:
+    run_steps.begin(_loop_of(run, _NO_TABLES, np.zeros(HERE_CELLS)))
+
+
+def _without_tables(
+    scenario: Scenario,
+    blocks: Blocks,
+    start: tuple[np.ndarray, np.ndarray],
+    stops: bool = False,
+    driven_from_outside: bool = False,
+) -> Run:
+    """A run from a position [m] and velocity [m/s], before its environment is tabulated."""
+    table, modes = modes_for(scenario, blocks)
+    plan = plan_of(scenario, blocks, table, modes, stops, driven_from_outside)
+    dynamics = dynamics_of(scenario, plan.plant)
+    state = first_state(scenario, plan, dynamics, blocks, modes, *start)
+    steps, size = scenario.steps(), piece_steps(scenario)
+    rows, inputs = min(steps, size) // plan.record_steps + 1, scenario.simulation.record_inputs
+    record, integrator = empty_record(plan, rows, inputs), integrator_of(scenario)
+    return Run(scenario, blocks, plan, dynamics, integrator, state, record, steps, size)
 
 
 def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
@@ -356,7 +380,7 @@ def reason(run: Run, ended: int) -> str:
 
 
 def record_this_instant(run: Run) -> None:
-    """Record where the run stands, if a record is due there; a run that goes on writes it anew.
+    """Record where the run stands, if a record is due there; a run that goes on writes it again.
 
     The laws are not called: the readings are the last ones. Only the coils are known to be off
     where a measurement window begins.

@@ -1,4 +1,4 @@
-"""Requests to stop by signals: noted at once, heeded where nothing can be lost by it.
+"""Requests to stop by signals: noted at once, acted on where nothing can be lost.
 
 An exception inside the glue of compiled code, or inside a write, loses the run. So a signal is
 noted; the run looks at the note between its pieces, and laws in plain Python are left at once.
@@ -10,7 +10,7 @@ import threading
 import time
 from collections.abc import Iterator
 
-#: A run that has not heeded a signal after this time [s] is ended by the next one.
+#: A run that has not acted on a signal after this time [s] is ended by the next one.
 PATIENCE_S = 2.0
 #: What runs heed by themselves, and what the command line does.
 INTERRUPT = (signal.SIGINT,)

@@ -119,5 +119,13 @@ class HorizonSensor(Sampled):
         )
 
 
-#: For kernels: an ideal horizon sensor.
-IDEAL_HORIZON_SENSOR = HorizonSensor().pack()
+#: For kernels: an ideal horizon sensor, which sees all the sky. (`pack` would load kernels at the
+#: import.)
+IDEAL_HORIZON_SENSOR = HorizonSensorSet(
+    axis=(0.0, 0.0, 1.0),
+    turn=(0.0, 0.0, 0.0, 1.0),
+    cosine=_WHOLE_SKY,
+    noise_rad=0.0,
+    higher_m=0.0,
+    rate_limit_rad_s=math.inf,
+)

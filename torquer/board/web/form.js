@@ -16,7 +16,7 @@ export class Form {
     this.#change = change;
   }
 
-  /** Makes the form anew, with the same tables open. */
+  /** Builds the form again, with the same tables open. */
   show(tables) {
     const before = this.#open;
     const isOpen = (table) =>

@@ -252,7 +252,7 @@ class SensorNoise(Spec):
     """
 
     def pack(self) -> Noise:
-        """The same in SI units for kernels."""
+        """The standard deviations and the tolerance in SI units, for kernels."""
         degree = math.pi / 180.0
         return Noise(
             1e-9 * self.magnetometer_noise_nt,

@@ -24,8 +24,8 @@ function numberOf({ key, name, description, values, limits }, packet) {
   const value = values.find(({ key }) => key === "value");
   const { unit = "", format, enumerations } = value;
   const labels = enumerations && new Map(enumerations.map((one) => [one.value, one.string]));
-  const told = { name, description, unit, format, enumerations, limits: limits?.WARNING };
-  return { key: key.slice(packet.length + 1), labels, ...told };
+  const known = { name, description, unit, format, enumerations, limits: limits?.WARNING };
+  return { key: key.slice(packet.length + 1), labels, ...known };
 }
 
 /** Fields of several numbers (`omega_x`, `omega_y`, `omega_z`), by the name they share. */

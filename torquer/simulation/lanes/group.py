@@ -53,7 +53,7 @@ class Pieces:
 
 
 def why_not_in_lanes(run: Run) -> str:
-    """Why a run cannot be flown beside others; "" if it can."""
+    """Why a run cannot be flown next to others; "" if it can."""
     if not isinstance(run.integrator, Rk4):
         return "their steps are adaptive; RK4 with simulation.step_s lets them fly side by side"
     for has, what in (

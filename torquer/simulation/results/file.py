@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _SEAL = b"\nsha256 of the above, by torquer: "
 _SEAL_BYTES = len(_SEAL) + 64
 _BLOCK = 1 << 22
-#: What a stored result takes beside its numbers, and some more [bytes].
+#: What a stored result takes in addition to its numbers, with a margin [bytes].
 OVERHEAD = 1 << 20
 
 
@@ -202,7 +202,7 @@ def own_folder(path) -> Path:
 
 @contextlib.contextmanager
 def replacing(path: Path):
-    """A new file to write beside the given path, which takes its place at the end of the block.
+    """A new file to write next to the given path, which takes its place at the end of the block.
 
     A file or link of its name is removed first: one that others have left would be written through.
     """

@@ -124,7 +124,7 @@ def _check_laws(run: Run, result: xr.Dataset) -> None:
         if law["source"] != was["source"]:
             raise ValueError(
                 f"{key} {law['name']}: must be the one with which the run began; its file, or one "
-                "that it imports from beside it, has been edited since"
+                "that it imports from its folder, has been edited since"
             )
 
 

@@ -50,7 +50,7 @@ class InMemory:
 
 
 class InFile:
-    """Keeps the first piece in a file, later ones in files of a folder beside it until the end.
+    """Keeps the first piece in a file, later ones in files of a folder next to it until the end.
 
     Each of them is written whole and has the state at its end: the run can go on from the last
     one, however the process ended.
@@ -132,7 +132,7 @@ def _growing(part: xr.Dataset) -> dict:
 
 
 def _append(path: Path, part: xr.Dataset) -> None:
-    """Write a part's rows at their place in a file, the state and attributes anew."""
+    """Write a part's rows at their place in a file, and replace the state and attributes."""
     import h5netcdf
 
     with h5netcdf.File(path, "r+") as file:

@@ -73,15 +73,16 @@ class GyroCraft:
         return (stiffness + 2.0 - self.pitch_inertia) * self.momentum_unit
 
     def with_wheel(self, wheel_n_m_s: float) -> "GyroCraft":
-        """The same satellite with another wheel."""
+        """This satellite with another wheel."""
         return replace(self, wheel_n_m_s=float(wheel_n_m_s))
 
     def dipole_of_bias(self, bias_t: float, mean_square_t2: float) -> float:
         """Dipole [A m^2] along pitch that a magnetometer's bias along pitch is taken for.
 
-        2 h J nu0^2 d <1/B_ts^2>: a smaller dipole cannot be told from the bias. For the field of a
-        dipole the mean of 1/B_ts^2 in the orbit's plane is 5/4 over the mean square. Against the
-        exact model, h from 3.5 to 12 and five sets of weights: 0.87 to 1.01 of it.
+        2 h J nu0^2 d <1/B_ts^2>: a smaller dipole cannot be distinguished from the bias. For
+        the field of a dipole the mean of 1/B_ts^2 in the orbit's plane is 5/4 over the mean
+        square. Against the exact model, h from 3.5 to 12 and five sets of weights: 0.87 to 1.01
+        of it.
         """
         within(_POSITIVE["mean_square_t2"], mean_square_t2)
         inverse = 1.25 / mean_square_t2

@@ -46,7 +46,7 @@ class DayLoop(NamedTuple):
     actual: Satellite | None = None
 
     def at(self, altitude_km: float) -> "DayLoop":
-        """The same satellite and gains on another orbit: nu0 and h change, the gains do not."""
+        """This satellite with its gains on another orbit: nu0 and h change, the gains do not."""
         c = self.craft
         rate = mean_motion(EARTH_RADIUS_M + 1e3 * altitude_km)
         return self._replace(craft=GyroCraft(c.inertia_kg_m2, c.wheel_n_m_s, rate))

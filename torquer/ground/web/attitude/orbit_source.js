@@ -4,7 +4,7 @@ import { get, route } from "../net/api.js";
 
 const PAUSE_MS = 1000;
 
-/** Asks at most once a second, for the last time that it was told. */
+/** Asks at most once a second, for the last time that it was given. */
 export class OrbitSource {
   #satellite;
   #signal;

@@ -21,7 +21,7 @@ export class Telemetry {
   #rows;
   #latency;
 
-  /** `latency`: told of every row that was handed over, or null. */
+  /** `latency`: called with every row that was handed over, or null. */
   constructor(openmct, satellites, rows, latency) {
     this.#openmct = openmct;
     this.#satellites = satellites;

@@ -25,8 +25,8 @@ export function inBackground(request, signal) {
 
 async function answer(response) {
   if (response.ok) return response.json();
-  const told = await response.json().catch(() => ({}));
-  throw new ServerError(told.error ?? meaning(response));
+  const answer = await response.json().catch(() => ({}));
+  throw new ServerError(answer.error ?? meaning(response));
 }
 
 function meaning(response) {

@@ -5,7 +5,7 @@ const LONGEST_WAIT_MS = 15_000;
 
 /**
  * Listeners of kinds of messages: `rows`, `log`, `commands`, `links` get the list of a message,
- * `connected` true or false, and `again` is told after every connection but the first: what came in
+ * `connected` true or false, and `again` is called after every connection but the first: what came in
  * between has to be asked for.
  */
 export class Live {

@@ -65,14 +65,14 @@ function progress({ sent_ms, received_ms, answered_ms, state }) {
 
 function lineOf(command) {
   const { id, state, made_ms, sent_ms, answered_ms } = command;
-  const told = h("td", { class: "t-sent__state" }, stateInWords(command));
+  const stateCell = h("td", { class: "t-sent__state" }, stateInWords(command));
   return h(
     "tr",
     { "data-state": state, "data-command": command.command },
     h("td", {}, String(id)),
     h("td", {}, command.command),
     h("td", { class: "t-sent__values" }, valuesInWords(command.values)),
-    told,
+    stateCell,
     [made_ms, sent_ms, answered_ms].map((time) => h("td", { title: utc(time) }, utcToday(time))),
     h("td", {}, command.by ?? command.made_by ?? ""),
   );
