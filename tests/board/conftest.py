@@ -76,6 +76,13 @@ def serving(text, folder, **how):
         assert not thread.is_alive()
 
 
+@pytest.fixture(scope="session", name="serving")
+def _serving():
+    """`with serving(text, folder, **how) as client`: a board of the test's own."""
+    pytest.importorskip("uvicorn")
+    return serving
+
+
 @pytest.fixture(scope="session")
 def served(text, tmp_path_factory):
     """A client of a board."""

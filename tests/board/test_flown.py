@@ -7,7 +7,7 @@ import torquer
 from torquer.analysis.attitude import body_axes_from_sun_deg, body_axes_from_vertical_deg
 from torquer.analysis.summary import summary_of
 from torquer.board import flown as flown_module
-from torquer.board.answer import MOST_POINTS, answer_of, unpacked
+from torquer.board.answer import MOST_POINTS, answer_of, extremes, unpacked
 from torquer.board.flown import MOST_ORBITS, NotFlown, Orbits, Superseded, fly
 from torquer.board.text import scenario_of
 from torquer.compile import engine
@@ -33,17 +33,43 @@ def test_every_number_is_that_of_simulate_to_the_bit(scenario):
     kept = np.isin(result["time"].values, arrays["t_s"])
     assert MOST_POINTS // 2 < len(arrays["t_s"]) <= MOST_POINTS + 1 < len(kept)
     assert arrays["t_s"][-1] == result["time"].values[-1]
-    part = result.isel(time=kept)
-    size = np.degrees(np.linalg.norm(result["omega_body"].values, axis=1))[kept]
-    assert np.array_equal(arrays["rate"][:, 0], size)
-    assert np.array_equal(arrays["rate"][:, 1:], np.degrees(part["omega_body"].values))
-    assert np.array_equal(arrays["dipole"], part["dipole_body"].values)
-    assert np.array_equal(arrays["q"], part["q_body_to_inertial"].values)
-    assert np.array_equal(arrays["vertical"], body_axes_from_vertical_deg(result)[kept])
-    assert np.array_equal(arrays["sun"], body_axes_from_sun_deg(result)[kept])
+    rate, dipole = np.degrees(result["omega_body"].values), result["dipole_body"].values
+    assert np.array_equal(arrays["view.rate"], rate[kept])
+    assert np.array_equal(arrays["view.dipole"], dipole[kept])
+    assert np.array_equal(arrays["q"], result["q_body_to_inertial"].values[kept])
+    size = np.degrees(np.linalg.norm(result["omega_body"].values, axis=1))
+    plots = {
+        "rate": np.column_stack([size, rate]),
+        "dipole": dipole,
+        "vertical": body_axes_from_vertical_deg(result),
+        "sun": body_axes_from_sun_deg(result),
+    }
+    for name, whole in plots.items():
+        shown = np.isin(result["time"].values, arrays[f"{name}.t_s"])
+        assert np.array_equal(arrays[name], whole[shown]), name
     summary = summary_of(result)
     assert header["verdict"] == summary["verdict"]
     assert all(summary[key] == value for key, value in header["numbers"].items())
+
+
+def test_a_plot_keeps_every_peak_of_a_long_run():
+    t = np.arange(10_007.0)
+    values = np.column_stack([np.sin(t), np.cos(0.3 * t) + 1e-3 * t])
+    values[4321, 0], values[10_006, 1] = 7.0, -9.0  # one record each, the second in the rest
+    kept = extremes(values, 100)
+    assert kept[0] == 0 and kept[-1] == len(t) - 1 and np.all(np.diff(kept) > 0)
+    assert len(kept) <= 2 * 2 * 100 + 2
+    for begin in range(0, len(t), 101):
+        interval = slice(begin, begin + 101)
+        shown = values[kept[(kept >= begin) & (kept < begin + 101)]]
+        assert np.array_equal(shown.max(axis=0), values[interval].max(axis=0))
+        assert np.array_equal(shown.min(axis=0), values[interval].min(axis=0))
+
+
+def test_a_plot_has_all_records_of_a_short_run():
+    values = np.random.default_rng(1).normal(size=(200, 3))
+    assert np.array_equal(extremes(values, 100), np.arange(200))
+    assert len(extremes(np.zeros((201, 3)), 100)) < 201
 
 
 def test_a_run_of_several_pieces_is_that_of_simulate(scenario, monkeypatch):

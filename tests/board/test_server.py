@@ -139,3 +139,39 @@ def test_what_waits_is_not_begun_once_it_is_superseded(served, data, monkeypatch
     other["control"]["sample_s"] = 0.5
     assert served.post("/api/fly", {"data": other})[0] == 422
     assert flown == [1.0, 0.5]
+
+
+@pytest.mark.parametrize("path", ["fly", "theory", "starts"])
+def test_the_end_during_work_is_soon_and_without_a_word(
+    text, data, path, tmp_path, serving, monkeypatch, capfd
+):
+    begun, go = threading.Event(), threading.Event()
+
+    def stoppable(scenario, given, is_superseded):
+        begun.set()
+        while not is_superseded():
+            time.sleep(0.01)
+        raise routes.Superseded
+
+    def theory(scenario):
+        begun.set()
+        assert go.wait(20.0)
+        return {}
+
+    monkeypatch.setattr(routes, "fly", stoppable)
+    monkeypatch.setattr(routes, "theory_of", theory)
+    monkeypatch.setattr(routes.Starts, "fly", lambda self, *given: stoppable(*given))
+    found = []
+    with serving(text, tmp_path) as client:
+        ask = threading.Thread(
+            target=lambda: found.append(client.raw(f"/api/{path}", {"data": data}))
+        )
+        ask.start()
+        assert begun.wait(20.0)
+        begun_s = time.monotonic()
+    took_s = time.monotonic() - begun_s
+    go.set()
+    ask.join(20.0)
+    assert took_s < 1.5  # open requests would be cut off after two seconds
+    assert found[0][0] in (200, 499)
+    assert capfd.readouterr().err == ""

@@ -2,7 +2,11 @@
 
 The answer is one block of bytes: the length of a header (4 bytes, little-endian), the header as
 JSON, zeros up to a multiple of 8, then the numbers as float64, little-endian. The header's
-`arrays` name them in order with their shapes. Long series are every n-th record and the last.
+`arrays` name them in order with their shapes.
+
+Of a long run, each plot has the least and the greatest value of each of its lines in every interval
+of a few records, so that no peak is lost; `rate.t_s` are the times of the plot `rate`. The 3D view
+has every n-th record, at the times `t_s`.
 """
 
 from __future__ import annotations
@@ -26,8 +30,10 @@ from torquer.board.flown import Flown
 from torquer.browser.scene import scene
 from torquer.strict_json import json_text
 
-#: Records that are sent at most.
+#: Records that the 3D view is sent at most.
 MOST_POINTS = 1500
+#: Intervals of a plot that have a least and a greatest value: about one for each of its pixels.
+INTERVALS = 600
 _RPM = 30.0 / math.pi
 
 
@@ -41,12 +47,13 @@ class Panel(NamedTuple):
     values: np.ndarray
 
 
-def answer_of(flown: Flown, most: int = MOST_POINTS) -> bytes:
-    """The answer for a run; `most`: records that it has."""
-    kept = _kept(len(flown.t_s), most)
+def answer_of(flown: Flown, most: int = MOST_POINTS, intervals: int = INTERVALS) -> bytes:
+    """The answer for a run.
+
+    `most`: records of the 3D view; `intervals`: of a plot, which has all records of a run that has
+    at most two in each.
+    """
     panels = [*panels_of(flown)]
-    arrays = {"t_s": flown.t_s, "q": flown["q_body_to_inertial"].values}
-    arrays |= {panel.key: panel.values for panel in panels}
     header = {
         "panels": [
             {"key": p.key, "title": p.title, "unit": p.unit, "lines": p.lines} for p in panels
@@ -57,7 +64,22 @@ def answer_of(flown: Flown, most: int = MOST_POINTS) -> bytes:
         "period_s": flown.scenario.orbit.period_s,
         "records": len(flown.t_s),
     }
-    return packed(header, {name: values[kept] for name, values in arrays.items()})
+    arrays = _view(flown, most)
+    for panel in panels:
+        kept = extremes(panel.values, intervals)
+        arrays |= {panel.key: panel.values[kept], f"{panel.key}.t_s": flown.t_s[kept]}
+    return packed(header, arrays)
+
+
+def _view(flown: Flown, most: int) -> dict[str, np.ndarray]:
+    """What the 3D view shows: attitude, rate [deg/s] and dipole at the times `t_s`."""
+    kept = _every_nth(len(flown.t_s), most)
+    return {
+        "t_s": flown.t_s[kept],
+        "q": flown["q_body_to_inertial"].values[kept],
+        "view.rate": np.degrees(flown["omega_body"].values[kept]),
+        "view.dipole": flown["dipole_body"].values[kept],
+    }
 
 
 def packed(header: dict, arrays: dict[str, np.ndarray]) -> bytes:
@@ -124,8 +146,28 @@ def numbers_of(flown: Flown) -> dict[str, float]:
     return found
 
 
-def _kept(count: int, most: int) -> np.ndarray:
-    """Numbers of the records that are sent: every n-th, and the last."""
+def extremes(values: np.ndarray, intervals: int) -> np.ndarray:
+    """Rows of `values` (n, lines), ascending, in which a line is least or greatest in its interval.
+
+    The first and the last row are among them, and all rows if there are at most two an interval.
+    """
+    count, lines = values.shape
+    if count <= 2 * intervals:
+        return np.arange(count)
+    size = -(-count // intervals)
+    whole = count - count % size
+    parts = values[:whole].reshape(-1, size, lines)
+    begins = np.arange(0, whole, size)[:, None]
+    found = [begins + each(parts, axis=1) for each in (np.argmin, np.argmax)]
+    if whole < count:
+        found += [whole + each(values[whole:], axis=0)[None] for each in (np.argmin, np.argmax)]
+    kept = np.zeros(count, bool)
+    kept[np.concatenate(found)] = True
+    kept[[0, -1]] = True
+    return np.flatnonzero(kept)
+
+
+def _every_nth(count: int, most: int) -> np.ndarray:
     every = -(-count // most)
     kept = np.arange(0, count, every)
     return kept if kept[-1] == count - 1 else np.append(kept, count - 1)

@@ -57,6 +57,8 @@ class Board:
         self.orbits, self.starts = Orbits(), Starts()
         self.flights, self.theory = ThreadPoolExecutor(1), ThreadPoolExecutor(1)
         self.background = ThreadPoolExecutor(1)
+        #: Set when the server begins to end: no answer is waited for after that.
+        self.ending = asyncio.Event()
 
     def scenario(self, data: dict) -> Scenario:
         """The scenario of the page's data; its name is no matter of the page."""
@@ -138,14 +140,14 @@ class _Routes:
         def work(is_superseded: IsSuperseded) -> bytes:
             return answer_of(board.flown(data, is_superseded))
 
-        found = await _worked(request, board.flights, work)
+        found = await _worked(request, board, board.flights, work)
         return Response(found, media_type="application/octet-stream")
 
     async def theory(self, request: Request) -> Response:
         """Lines of theory."""
         data, board = await _data(request), self._board
         return JSONResponse(
-            await _worked(request, board.theory, lambda _: theory_of(board.scenario(data)))
+            await _worked(request, board, board.theory, lambda _: theory_of(board.scenario(data)))
         )
 
     async def starts(self, request: Request) -> Response:
@@ -171,15 +173,21 @@ class _Routes:
                 tell(None)
 
         self._board.background.submit(work)
+        ending = asyncio.ensure_future(self._board.ending.wait())
+        ending.add_done_callback(lambda _: over.set())
         try:
             while (line := await lines.get()) is not None:
                 yield json.dumps(line) + "\n"
         finally:
             over.set()
+            ending.cancel()
 
 
-async def _worked(request: Request, threads: ThreadPoolExecutor, work: Callable):
-    """What work gives in a thread; `Superseded` once the page has closed its request."""
+async def _worked(request: Request, board: Board, threads: ThreadPoolExecutor, work: Callable):
+    """What work gives in a thread; `Superseded` if the page closes its request or the board ends.
+
+    What cannot be stopped is waited for if the page has closed its request, but not at the end.
+    """
     over = threading.Event()
 
     def begun():
@@ -188,15 +196,18 @@ async def _worked(request: Request, threads: ThreadPoolExecutor, work: Callable)
         return work(over.is_set)
 
     future = asyncio.get_running_loop().run_in_executor(threads, begun)
-    gone = asyncio.ensure_future(_gone(request))
+    unwanted = [asyncio.ensure_future(each) for each in (_gone(request), board.ending.wait())]
     try:
-        await asyncio.wait({future, gone}, return_when=asyncio.FIRST_COMPLETED)
-        if not future.done():
-            over.set()
+        await asyncio.wait({future, *unwanted}, return_when=asyncio.FIRST_COMPLETED)
+        over.set()
+        if board.ending.is_set() and not future.done():
+            future.add_done_callback(lambda done: done.cancelled() or done.exception())
+            raise Superseded
         return await future
     finally:
         over.set()
-        gone.cancel()
+        for each in unwanted:
+            each.cancel()
 
 
 async def _gone(request: Request) -> None:

@@ -37,7 +37,8 @@ class BoardServer:
     ) -> None:
         """Serve until a signal, or `stop` from another thread; `refused(what)`: see `Guard`."""
         try:
-            self._server.serve(application(self.board, ready), POLICY, "torquer board", refused)
+            app, ending = application(self.board, ready), self.board.ending.set
+            self._server.serve(app, POLICY, "torquer board", refused, ending)
         finally:
             self._server.close()
 

@@ -20,7 +20,19 @@ _GRACE_S = 2
 
 
 class _Server(uvicorn.Server):
-    """A server that leaves signals to its owner: uvicorn's own would end the process by them."""
+    """A server that leaves signals to its owner: uvicorn's own would end the process by them.
+
+    `ending` is called in its loop when it begins to end, before it waits for open requests.
+    """
+
+    def __init__(self, config: uvicorn.Config, ending: Callable[[], None]):
+        super().__init__(config)
+        self._ending = ending
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """Say that the end begins, and end."""
+        self._ending()
+        await super().shutdown(sockets)
 
     @contextlib.contextmanager
     def capture_signals(self) -> Iterator[None]:
@@ -43,10 +55,18 @@ class LocalServer:
         self._server: _Server | None = None
         self._stopped = False
 
-    def serve(self, app, policy: str, command: str, refused: Callable[[str], None]) -> None:
+    def serve(
+        self,
+        app,
+        policy: str,
+        command: str,
+        refused: Callable[[str], None],
+        ending: Callable[[], None] = lambda: None,
+    ) -> None:
         """Serve an ASGI application, behind a `Guard`, until a signal, or `stop` in another thread.
 
-        `policy`: what its page may load; `command`: the one that printed the address.
+        `policy`: what its page may load; `command`: the one that printed the address. `ending` is
+        called when the end begins: requests that are open some seconds later are cut off.
         """
         guarded = Guard(app, self.token, self.port, refused, policy, command)
         self._server = _Server(
@@ -58,7 +78,8 @@ class LocalServer:
                 timeout_graceful_shutdown=_GRACE_S,
                 server_header=False,
                 date_header=False,
-            )
+            ),
+            ending,
         )
         self._server.should_exit = self._stopped
         with _ended_by_signals(self.stop):

@@ -8,7 +8,7 @@ import { Plots } from "./plots.js";
 
 /** How long a superseded request may go on [ms]. */
 const PATIENCE_MS = 150;
-/** Quiet time before theory is asked for, and before the address changes [ms]. */
+/** Quiet time before theory is asked for, the 3D view drawn and the address changed [ms]. */
 const QUIET_MS = 250;
 const MOST_PINS = 4;
 const at = (id) => document.getElementById(id);
@@ -21,12 +21,14 @@ let view = null;
 let asked = 0;
 let changedAt = 0;
 let quiet = 0;
+let viewing = 0;
 /** For measurements: milliseconds from a change to its picture, counts of requests, what is shown. */
 const measured = (window.board = {
   redraws: [],
+  drawn: 0,
   data: () => history_.now,
   flownData: () => run.data,
-  shown: () => Array.from({ length: run.arrays.t_s.values.length }, (_, i) => run.arrays.rate.values[4 * i]),
+  shown: () => [...run.arrays.rate.values].filter((_, i) => i % 4 === 0),
 });
 
 const form = new Form(at("form"), (key, value, isStructure) => {
@@ -50,6 +52,7 @@ function refresh(isStructure) {
   at("undo").disabled = !history_.canUndo;
   at("redo").disabled = !history_.canRedo;
   if (isStructure) showForm();
+  clearTimeout(viewing);
   clearTimeout(quiet);
   quiet = setTimeout(whenQuiet, QUIET_MS);
 }
@@ -75,9 +78,11 @@ async function flown({ data, at: since, number }, signal) {
     if (number === asked) stale(false);
     await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
     measured.redraws.push(performance.now() - since);
+    measured.drawn++;
+    measured.firstDrawnAt ??= performance.now();
     if (measured.redraws.length > 1000) measured.redraws.shift();
     say(`${(performance.now() - since).toFixed(0)} ms`);
-    if (run.data === data) view?.show(run); // after the plots: drawn in software it is slow
+    if (number === asked) viewing = setTimeout(showView, changedAt + QUIET_MS - performance.now());
   } catch (error) {
     if (signal.aborted) return;
     errors(error instanceof Refused ? error.errors : [{ key: "", text: String(error.message) }]);
@@ -109,13 +114,20 @@ function draw() {
   showPins();
 }
 
+// without a graphics card the 3D view takes longer than all plots
+function showView() {
+  view?.show(run);
+  at("view").classList.remove("is-stale");
+}
+
 function errors(found) {
   at("errors").replaceChildren(...form.mistakes(found).map((each) => h("li", {}, each.text)));
 }
 
+/** What is drawn with the plots; theory and the 3D view say themselves when they are not stale. */
 function stale(is) {
-  for (const id of ["plots", "view", "verdict"]) at(id).classList.toggle("is-stale", is);
-  if (is) at("theory").classList.add("is-stale");
+  for (const id of ["plots", "verdict"]) at(id).classList.toggle("is-stale", is);
+  if (is) for (const id of ["view", "theory"]) at(id).classList.add("is-stale");
 }
 
 function say(text) {
@@ -259,7 +271,7 @@ async function start() {
   try {
     const { View } = await import("./view.js");
     view = new View(at("view"));
-    if (run) view.show(run);
+    if (run) showView();
   } catch (error) {
     at("view").textContent = `no 3D view: ${error.message}`;
   }

@@ -8,6 +8,14 @@ const GRID = { stroke: "#242c37", width: 1 };
 const HEIGHT = 250;
 const NARROW = 700;
 
+// Canvases that the processor draws, for which uPlot has no option: without a graphics card the
+// browser would draw them by an emulated one, which takes forty times as long.
+const contextOf = HTMLCanvasElement.prototype.getContext;
+HTMLCanvasElement.prototype.getContext = function (kind, options) {
+  const own = kind === "2d" ? { willReadFrequently: true } : {};
+  return contextOf.call(this, kind, { ...own, ...options });
+};
+
 export class Plots {
   #box;
   #hover;
@@ -123,12 +131,12 @@ function columns({ shape: [rows, lines], values }) {
 }
 
 /** Lines of run, pins and band over one common time; a logarithmic axis takes no zeros. */
-function aligned(panel, run, pins, band) {
-  const isRate = panel.key === "rate";
-  const shown = (column) => (isRate ? column.map((x) => (x > 0 ? x : null)) : column);
-  const tables = [[hours(run.arrays.t_s.values), ...columns(run.arrays[panel.key]).map(shown)]];
+function aligned({ key }, run, pins, band) {
+  const shown = (column) => (key === "rate" ? column.map((x) => (x > 0 ? x : null)) : column);
+  const times = ({ arrays }) => hours(arrays[`${key}.t_s`].values);
+  const tables = [[times(run), ...columns(run.arrays[key]).map(shown)]];
   for (const pin of pins)
-    tables.push([hours(pin.run.arrays.t_s.values), shown(columns(pin.run.arrays[panel.key])[0])]);
+    tables.push([times(pin.run), shown(columns(pin.run.arrays[key])[0])]);
   if (band) tables.push([hours(band.t_s), ...band.rate_deg_s.map(shown)]);
   return tables.length === 1 ? tables[0] : window.uPlot.join(tables);
 }

@@ -72,11 +72,11 @@ export class View {
     if (!this.#run) return;
     const times = this.#run.arrays.t_s.values;
     const k = hours === null ? times.length - 1 : nearest(times, hours * 3600);
-    const { q, rate, dipole } = this.#run.arrays;
-    this.#body.quaternion.set(...q.values.slice(4 * k, 4 * k + 4));
-    const vectors = { rate: [...rate.values.slice(4 * k + 1, 4 * k + 4)], field: null, sun: null };
-    vectors.dipole = [...dipole.values.slice(3 * k, 3 * k + 3)];
-    this.#body.show(vectors, true);
+    const { arrays } = this.#run;
+    const row = (name, size) => arrays[name].values.slice(size * k, size * (k + 1));
+    this.#body.quaternion.set(...row("q", 4));
+    const [rate, dipole] = [[...row("view.rate", 3)], [...row("view.dipole", 3)]];
+    this.#body.show({ rate, dipole, field: null, sun: null }, true);
     this.#caption.textContent = `${(times[k] / 3600).toFixed(2)} h; rate orange, dipole cyan; inertial axes`;
     this.#draw();
   }
