@@ -27,6 +27,8 @@ def claimed(out: Path, option: str = "--out") -> Iterator[None]:
     try:
         yield
     finally:
+        if sys.platform == "win32":  # a file that is open is not removed there
+            file.close()
         with contextlib.suppress(OSError):
             path.unlink()
         file.close()

@@ -1,0 +1,97 @@
+"""Windows and macOS, as far as they can be imitated here: see `other_system`."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from reliability_processes import done
+
+import torquer
+from torquer.compile import engine
+
+ROOT = Path(__file__).parents[2]
+SYSTEMS = ("win32", "darwin")
+pytestmark = [
+    pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT"),
+    pytest.mark.skipif(sys.platform != "linux", reason="imitated on Linux"),
+]
+#: Names that Windows keeps for devices, and characters that it has in no name.
+DEVICES = {
+    "con",
+    "prn",
+    "aux",
+    "nul",
+    *(f"{one}{n}" for one in ("com", "lpt") for n in range(1, 10)),
+}
+FORBIDDEN = set('<>:"\\|?*')
+
+
+@pytest.fixture
+def there(shell, tmp_path):
+    """`there(system, "run", path)`: what a command prints on such a system; it must succeed."""
+
+    def ended(system, *words):
+        script = str(ROOT / "tests/other_system.py")
+        process = shell(
+            *(sys.executable, script, system, *map(str, words)),
+            PYTHONPATH=str(ROOT),
+            MPLCONFIGDIR=str(tmp_path / "matplotlib"),
+        )
+        code, printed, err = done(process)
+        assert (code, err) == (0, "")
+        return printed
+
+    return ended
+
+
+def names(folder):
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*"))
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_a_run_has_the_same_files_and_numbers(system, there, call, scenario_file, tmp_path):
+    path = scenario_file("built-in", 300.0)
+    for _ in range(2):  # the second replaces what the first has written
+        printed = there(system, "run", path, "--out", tmp_path / "there", "--json", "--overwrite")
+    assert call("run", path, "--out", tmp_path / "here")[0] == 0
+    assert names(tmp_path / "there") == names(tmp_path / "here")
+    here, there_ = (
+        torquer.load_result(tmp_path / each / "result.nc") for each in ("here", "there")
+    )
+    assert np.array_equal(here["omega_body"].values, there_["omega_body"].values)
+    assert json.loads(printed)["complete"] is True
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_pictures_campaigns_and_flights_with_memory_work(system, there, scenario_file, tmp_path):
+    path = scenario_file("plain", 300.0, runs=40)
+    there(system, "run", path, "--out", tmp_path / "run", "--plots")
+    assert (tmp_path / "run/plots/rate.png").stat().st_size > 0
+    for more in ((), ("--resume",)):
+        there(system, "campaign", path, "--out", tmp_path / "campaign", *more)
+    day = ROOT / "examples/chibis_m_day.toml"
+    how = ("--ticks", "300", "--memory", tmp_path / "memory")
+    for out in ("first", "second"):  # the second begins with the memory of the first
+        there(system, "fly", day, *how, "--out", tmp_path / out)
+    assert {"session.json", "downlink.bin"} <= set(names(tmp_path / "second"))
+    lower = [name.lower() for name in names(tmp_path)]
+    assert len(set(lower)) == len(lower)
+
+
+def test_names_in_the_repository_can_stand_on_every_system():
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True)
+    if listed.returncode:
+        pytest.skip("no repository")
+    files = listed.stdout.split("\0")[:-1]
+    folders = {parent.as_posix() for name in files for parent in Path(name).parents}
+    every = [*files, *folders]
+    assert len({name.lower() for name in every}) == len(every)
+    for name in every:
+        assert len(name) < 160 and not FORBIDDEN & set(name), name
+        for part in Path(name).parts:
+            assert part.split(".")[0].lower() not in DEVICES, name
+            assert not part.endswith((" ", ".")), name
