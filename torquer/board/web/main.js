@@ -76,18 +76,25 @@ async function flown({ data, at: since, number }, signal) {
     errors([]);
     draw();
     if (number === asked) stale(false);
-    await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
-    measured.redraws.push(performance.now() - since);
-    measured.drawn++;
-    measured.firstDrawnAt ??= performance.now();
-    if (measured.redraws.length > 1000) measured.redraws.shift();
-    say(`${(performance.now() - since).toFixed(0)} ms`);
-    if (number === asked) viewing = setTimeout(showView, changedAt + QUIET_MS - performance.now());
+    shownNext(since, number); // not waited for: the next request may begin
   } catch (error) {
     if (signal.aborted) return;
     errors(error instanceof Refused ? error.errors : [{ key: "", text: String(error.message) }]);
     say("not flown: the plots are of the last run");
   }
+}
+
+/** Notes what a change took once its picture is there, and lets the 3D view follow. */
+async function shownNext(since, number) {
+  await new Promise((done) => requestAnimationFrame(() => setTimeout(done)));
+  const now = performance.now();
+  measured.firstDrawnAt ??= now;
+  measured.drawn++;
+  measured.redraws.push(now - since);
+  if (measured.redraws.length > 1000) measured.redraws.shift();
+  if (number !== asked) return;
+  say(`${(now - since).toFixed(0)} ms`);
+  viewing = setTimeout(showView, changedAt + QUIET_MS - now);
 }
 
 async function withTheory(data, signal) {
