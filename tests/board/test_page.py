@@ -109,6 +109,26 @@ def test_a_mistake_stands_at_its_slider_and_the_plots_stay(page):
     assert flown(page) == before
 
 
+FRESH = """() => {
+  window.fresh = [];
+  for (const id of ["plots", "view"]) {
+    const box = document.getElementById(id);
+    new MutationObserver(() => box.matches(".is-stale") || fresh.push(id)).observe(
+      box, { attributes: true, attributeFilter: ["class"] });
+  }
+}"""
+
+
+def test_plots_are_drawn_by_the_processor_and_the_3d_view_follows_them(page):
+    attributes = "document.querySelector('.plot canvas').getContext('2d').getContextAttributes()"
+    assert page.evaluate(attributes)["willReadFrequently"]
+    until(page, "!document.querySelector('.is-stale')")
+    page.evaluate(FRESH)
+    slide(page, GAIN, 640)
+    until(page, "fresh.includes('view')")
+    assert page.evaluate("fresh") == ["plots", "view"]
+
+
 @pytest.mark.slow
 def test_stale_plots_look_stale_until_the_run_is_there(page, monkeypatch):
     fly, go = routes.fly, []
