@@ -1,11 +1,10 @@
 """The first path of a newcomer, each step with its time: from a wheel to gains of an own satellite.
 
-    python packaging/newcomer.py [WHEEL] [--at-most SECONDS]
+    python packaging/newcomer.py WHEEL [--at-most SECONDS]
 
-In a temporary folder: a bare environment, `pip install WHEEL` (made of this checkout if it is left
-out), a scenario with the numbers of another satellite, `validate`, `design detumble`, and `run`
-with the gain that it chose. Nothing is compiled before. Exit code 1 if all of it takes longer than
-SECONDS (600).
+In a temporary folder: a bare environment, `pip install WHEEL`, a scenario with the numbers of
+another satellite, `validate`, `design detumble`, and `run` with the gain that it chose. Nothing is
+compiled before. Exit code 1 if a step fails or all of it takes longer than SECONDS (600).
 """
 
 import argparse
@@ -18,7 +17,6 @@ import tempfile
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
 #: What the newcomer changes in the scenario of `torquer init`: a 12U CubeSat on another orbit.
 OWN = {
     "inertia_kg_m2": "[0.21, 0.19, 0.11]",
@@ -53,18 +51,15 @@ class Newcomer:
         print(f"{self.took_s[name]:7.1f} s  {name}", flush=True)
         return ended.stdout
 
+    def torquer(self, *words: str) -> str:
+        """Run a command of torquer as a step; what it prints."""
+        return self.step(f"torquer {' '.join(words)}", self.python, "-m", "torquer", *words)
+
     @property
     def python(self) -> Path:
         """The interpreter of the bare environment."""
         places = (self.folder / "bare/bin/python", self.folder / "bare/Scripts/python.exe")
         return next(place for place in places if place.exists())
-
-
-def built(folder: Path) -> Path:
-    """A wheel of this checkout."""
-    pip = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, "--wheel-dir", str(folder), str(ROOT)], check=True)
-    return next(folder.glob("torquer-*.whl"))
 
 
 def with_own_numbers(text: str) -> str:
@@ -79,14 +74,12 @@ def walked(newcomer: Newcomer, wheel: Path) -> float:
     """Walk the path; the gain."""
     newcomer.step("python -m venv bare", sys.executable, "-m", "venv", "bare")
     newcomer.step("pip install torquer", newcomer.python, "-m", "pip", "install", "-q", wheel)
-    torquer = (newcomer.python, "-m", "torquer")
-    newcomer.step("torquer init my_satellite", *torquer, "init", "my_satellite")
+    newcomer.torquer("init", "my_satellite")
     scenario = newcomer.folder / "my_satellite.toml"
     scenario.write_text(with_own_numbers(scenario.read_text("utf-8")), "utf-8")
-    newcomer.step("torquer validate my_satellite.toml", *torquer, "validate", scenario)
-    design = ("design", "detumble", scenario, "--out", "gains", "--json")
-    found = newcomer.step("torquer design detumble my_satellite.toml --out gains", *torquer, *design)
-    newcomer.step("torquer run gains/scenario.toml", *torquer, "run", "gains/scenario.toml")
+    newcomer.torquer("validate", scenario.name)
+    found = newcomer.torquer("design", "detumble", scenario.name, "--out", "gains", "--json")
+    newcomer.torquer("run", "gains/scenario.toml")
     assert [*newcomer.folder.glob("runs/*/report.html")]
     return json.loads(found)["gain_a_m2_s_per_t"]
 
@@ -94,13 +87,16 @@ def walked(newcomer: Newcomer, wheel: Path) -> float:
 def main() -> int:
     """Print a line for each step, the gain, and the sum."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("wheel", nargs="?", type=Path)
+    parser.add_argument("wheel", type=Path)
     parser.add_argument("--at-most", type=float, default=600.0)
     given = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="torquer-newcomer-") as name:
         newcomer = Newcomer(Path(name))
-        wheel = given.wheel.resolve() if given.wheel else built(newcomer.folder)
-        gain = walked(newcomer, wheel)
+        try:
+            gain = walked(newcomer, given.wheel.resolve())
+        except subprocess.CalledProcessError as error:
+            print(f"fails: {' '.join(error.cmd)}", file=sys.stderr)
+            return 1
     total_s = sum(newcomer.took_s.values())
     print(f"{total_s:7.1f} s  gain {gain:.3g} A m^2 s/T")
     return 0 if total_s <= given.at_most else 1

@@ -134,6 +134,11 @@ def typed(folder: Path) -> None:
     must('has incompatible type "int"; expected "Scenario' in said, said.strip())
 
 
+def newcomer(folder: Path) -> None:
+    """from the wheel to the gains of an own satellite in ten minutes"""
+    run(sys.executable, ROOT / "packaging/newcomer.py", next(folder.glob("*.whl")))
+
+
 def python(folder: Path) -> Path:
     """The bare environment's interpreter."""
     places = (folder / "bare/bin/python", folder / "bare/Scripts/python.exe")
@@ -141,7 +146,7 @@ def python(folder: Path) -> Path:
 
 
 Check = Callable[[Path], None]
-ALWAYS: tuple[Check, ...] = (citation, recipe, sdist, wheel, bare, typed)
+ALWAYS: tuple[Check, ...] = (citation, recipe, sdist, wheel, bare, typed, newcomer)
 FOR_RELEASE: tuple[Check, ...] = (addresses, tree, changelog)
 
 

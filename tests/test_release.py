@@ -7,8 +7,10 @@ import sys
 import tarfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import torquer
 from torquer.compile import engine
 
 ROOT = Path(__file__).parents[1]
@@ -23,7 +25,7 @@ def loaded(name):
     return module
 
 
-release = loaded("release")
+release, newcomer = loaded("release"), loaded("newcomer")
 
 
 def outcome(check, folder):
@@ -60,6 +62,23 @@ def test_a_changelog_without_a_date_fails(tmp_path, monkeypatch):
 def test_a_failing_command_is_one_line(tmp_path):
     with pytest.raises(RuntimeError, match="ZeroDivisionError: division by zero"):
         release.run(sys.executable, "-c", "1/0", cwd=tmp_path)
+
+
+def test_the_newcomers_numbers_are_in_the_scenario_of_init():
+    text = (ROOT / "torquer/scenario/start.toml").read_text(encoding="utf-8")
+    scenario = torquer.scenario_from_text(newcomer.with_own_numbers(text))
+    assert scenario.spacecraft.coils.limit_a_m2 == 0.6
+    assert (scenario.orbit.altitude_km, scenario.orbit.inclination_deg) == (480, 51.6)
+    assert scenario.initial.rate_deg_s == (4, -6, 3)
+    assert np.array_equal(scenario.spacecraft.body.inertia_kg_m2, np.diag([0.21, 0.19, 0.11]))
+
+
+def test_a_step_of_the_newcomer_that_fails_is_a_line(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["newcomer.py", "torquer.whl"])
+    failing = (sys.executable, "-c", "raise SystemExit(3)")
+    monkeypatch.setattr(newcomer, "walked", lambda path, wheel: path.step("step", *failing))
+    assert newcomer.main() == 1
+    assert capsys.readouterr().err.startswith("fails: ")
 
 
 @pytest.mark.slow
