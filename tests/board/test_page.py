@@ -171,6 +171,18 @@ def test_the_address_holds_the_scenario_and_toml_goes_in_and_out(page, context):
     sync_api.expect(page.locator("[data-number='orbit.altitude_km']")).to_have_value("700")
 
 
+def test_a_mistake_that_comes_before_the_form_stands_at_its_field(page):
+    def late(route):
+        until(page, "document.querySelector('#state').textContent.startsWith('not flown')")
+        route.continue_()
+
+    page.route("**/api/form", late)
+    page.locator("[data-kind='control.law']").select_option("bdot_rate")
+    sync_api.expect(page.locator(f"[data-number='{GAIN}']")).to_have_value("")  # of the new form
+    sync_api.expect(page.locator(f"[data-key='{GAIN}'] .failure")).to_contain_text("must be given")
+    assert page.locator("#errors li").count() == 0
+
+
 @pytest.mark.slow
 def test_pins_are_compared_and_another_law_has_its_own_fields(page):
     page.locator("#pin").click()

@@ -17,6 +17,7 @@ const history_ = new History({});
 const pins = [];
 let band = null;
 let run = null;
+let wrong = [];
 let view = null;
 let asked = 0;
 let changedAt = 0;
@@ -65,7 +66,9 @@ async function whenQuiet() {
 async function showForm() {
   const data = history_.now;
   const { tables } = await post("form", { data });
-  if (data === history_.now) form.show(tables);
+  if (data !== history_.now) return;
+  form.show(tables);
+  errors(wrong); // they may have come before the fields next to which they stand
 }
 
 async function flown({ data, at: since, number }, signal) {
@@ -128,6 +131,7 @@ function showView() {
 }
 
 function errors(found) {
+  wrong = found;
   at("errors").replaceChildren(...form.mistakes(found).map((each) => h("li", {}, each.text)));
 }
 

@@ -8,8 +8,8 @@ const GRID = { stroke: "#242c37", width: 1 };
 const HEIGHT = 250;
 const NARROW = 700;
 
-// Canvases that the processor draws, for which uPlot has no option: without a graphics card the
-// browser would draw them by an emulated one, which takes forty times as long.
+// The processor draws the canvases, for which uPlot has no option: where the graphics card is an
+// emulated one, drawing them by it takes most of the time of a change (design/0017-board.md).
 const contextOf = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, options) {
   const own = kind === "2d" ? { willReadFrequently: true } : {};
