@@ -51,7 +51,8 @@ DRAG = """async ([key, moves, everyMs]) => {
     slider.dispatchEvent(new Event("input"));
     await new Promise((done) => setTimeout(done, everyMs));
   }
-  while (board.counts.inFlight) await new Promise((done) => setTimeout(done, 2));
+  const isStale = () => document.querySelector("#plots.is-stale");
+  do await new Promise((done) => setTimeout(done, everyMs)); while (isStale());
   return board.redraws.slice(before);
 }"""
 #: From the request to the last byte of the answer, of the last flight.
