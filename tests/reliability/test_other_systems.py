@@ -41,7 +41,8 @@ def there(shell, tmp_path):
             MPLCONFIGDIR=str(tmp_path / "matplotlib"),
         )
         code, printed, err = done(process)
-        assert (code, err) == (0, "")
+        assert code == 0, err
+        assert all(line.startswith("note: ") for line in err.splitlines()), err
         return printed
 
     return ended
