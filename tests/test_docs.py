@@ -44,7 +44,8 @@ def test_generated_page_is_up_to_date(name):
 
 def test_every_page_that_cites_a_source_links_to_what_its_key_stands_for():
     cited = re.compile(r"\b(MAG|SDOT|WHEEL|MGS|FIELD(?=[ -]\(?\d))\b")
-    pages = {path: path.read_text(encoding="utf-8") for path in (ROOT / "docs").rglob("*.md")}
+    files = [path for path in (ROOT / "docs").rglob("*.md") if "made" not in path.parts]
+    pages = {path: path.read_text(encoding="utf-8") for path in files}
     citing = [path for path, text in pages.items() if cited.search(text)]
     assert len(citing) > 12
     for path in citing:
