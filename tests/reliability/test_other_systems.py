@@ -14,6 +14,8 @@ from torquer.compile import engine
 
 ROOT = Path(__file__).parents[2]
 SYSTEMS = ("win32", "darwin")
+#: Far longer than anything here takes: only a failure waits so long.
+PATIENCE_S = 600.0
 pytestmark = [
     pytest.mark.skipif(not engine.COMPILED, reason="whole runs: minutes without JIT"),
     pytest.mark.skipif(sys.platform != "linux", reason="imitated on Linux"),
@@ -30,17 +32,13 @@ FORBIDDEN = set('<>:"\\|?*')
 
 
 @pytest.fixture
-def there(shell, tmp_path):
+def there(shell):
     """`there(system, "run", path)`: what a command prints on such a system; it must succeed."""
 
     def ended(system, *words):
         script = str(ROOT / "tests/other_system.py")
-        process = shell(
-            *(sys.executable, script, system, *map(str, words)),
-            PYTHONPATH=str(ROOT),
-            MPLCONFIGDIR=str(tmp_path / "matplotlib"),
-        )
-        code, printed, err = done(process)
+        command = (sys.executable, script, system, *map(str, words))
+        code, printed, err = done(shell(*command, PYTHONPATH=str(ROOT)), PATIENCE_S)
         assert code == 0, err
         assert all(line.startswith("note: ") for line in err.splitlines()), err
         return printed
