@@ -22,7 +22,7 @@ def relative(twin, true, name):
 @SLOW
 def test_a_tip_off_that_never_saturates_says_only_inertia_over_gain():
     scenario = believed(TAME)
-    data, true = tip_off(scenario, 1, 20, CALM)
+    data, true = tip_off(scenario, 1, 12, CALM)
     twin = twin_of(data, scenario, NOISE_T)
     assert twin.fits and twin.only_ratio and twin.saturated == 0.0
     assert "only J/gain is known: the coils are never saturated" in twin.verdict
@@ -33,7 +33,7 @@ def test_a_tip_off_that_never_saturates_says_only_inertia_over_gain():
     assert any("inertia_xx" in each and "inertia_zz" in each for each in twin.undetermined)
 
 
-@SLOW
+@pytest.mark.slow
 def test_no_twin_fits_a_motion_that_is_none():
     """Readings of the gyro in a wrong order."""
     scenario = believed(GAIN)
@@ -139,6 +139,8 @@ def _rows():
 
 @SLOW
 def test_scenarios_that_cannot_be_twins():
-    scenario = with_values(believed(GAIN), {"control.failures": [{"kind": "restarted", "from_s": 9}]})
+    scenario = with_values(
+        believed(GAIN), {"control.failures": [{"kind": "restarted", "from_s": 9, "until_s": 18}]}
+    )
     with pytest.raises(ValueError, match="--twin: must be a scenario whose members fly together"):
         Flights(scenario, 0.0, 60.0, 0.3)

@@ -68,7 +68,7 @@ _SCALES = np.array([-0.3, -0.15, 0.15, 0.3])
 _APART, _SAME = 0.25, 0.01
 #: Guesses that are fitted with all parameters free; rounds of the first fits and
 #: of the others.
-_GUESSES, _FIRST_ROUNDS, _ROUNDS = 8, 10, 30
+_GUESSES, _FIRST_ROUNDS, _ROUNDS = 6, 10, 30
 
 
 class Twin(NamedTuple):
