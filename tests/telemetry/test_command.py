@@ -135,7 +135,7 @@ def test_a_twin(folder, capsys):
     out = folder / "runs/tip-off-telemetry"
     assert {"twin.nc", "twin.png"} <= {each.name for each in out.iterdir()}
     page = (out / "report.html").read_text(encoding="utf-8")
-    assert "Twin over data" in page and "Twin&#x27;s parameters" in page
+    assert "Twin over data" in page and "better than what was known beforehand" in page
 
 
 def test_a_mapping_is_proposed_once(folder, capsys):

@@ -66,9 +66,9 @@ _TRIED, _HOPELESS = 4, 5.0
 _SCALES = np.array([-0.3, -0.15, 0.15, 0.3])
 #: Distance of guesses, and of twins that are not the same.
 _APART, _SAME = 0.25, 0.01
-#: Guesses that are fitted with all parameters free; rounds of the first fits and
-#: of the others.
-_GUESSES, _FIRST_ROUNDS, _ROUNDS = 6, 10, 30
+#: Guesses that are fitted with all parameters free; rounds of rough fits
+#: and of the others.
+_GUESSES, _FIRST_ROUNDS, _ROUNDS = 12, 12, 30
 
 
 class Twin(NamedTuple):
@@ -280,7 +280,7 @@ class _Search:
             window_s = min(growth * step.window_s, self.end_s)
             tried = self._fitted(step.fits.points, window_s)
             if tried.excess(_USUAL) >= 1.0:
-                others = self._fitted(_rescaled(step.fits.points), window_s)
+                others = self._fitted(_rescaled(step.fits.points), window_s, _FIRST_ROUNDS)
                 tried = min(tried, others, key=lambda each: each.excess(_USUAL))
             if tried.excess(_USUAL) < 1.0:
                 return tried, growth
@@ -291,7 +291,7 @@ class _Search:
             growth = math.sqrt(growth)
         return bearable, _GROWTH
 
-    def _fitted(self, points: Points, window_s: float) -> _Step:
+    def _fitted(self, points: Points, window_s: float, rounds: int = _ROUNDS) -> _Step:
         """The best of some twins fitted to a window."""
         readings, flights = self.readings.until(window_s), self._flights(window_s)
         covariance = readings.noise()
@@ -299,7 +299,7 @@ class _Search:
             flights, self._flights(window_s, True), points.take([0]), readings
         )
         problem = Problem(flights, readings, self.prior, self.free, covariance)
-        fits = problem.fit(points, _ROUNDS)
+        fits = problem.fit(points, rounds)
         return _Step(fits.take([np.argmin(fits.chi2)]), problem, window_s)
 
     def _told(self, step: _Step) -> Twin:
