@@ -19,7 +19,7 @@ def relative(twin, true, name):
     return abs(twin.of(name) / true[name] - 1.0)
 
 
-@SLOW
+@pytest.mark.slow
 def test_a_tip_off_that_never_saturates_says_only_inertia_over_gain():
     scenario = believed(TAME)
     data, true = tip_off(scenario, 1, 12, CALM)

@@ -294,11 +294,12 @@ class _Search:
     def _fitted(self, points: Points, window_s: float, rounds: int = _ROUNDS) -> _Step:
         """The best of some twins fitted to a window."""
         readings, flights = self.readings.until(window_s), self._flights(window_s)
-        covariance = readings.noise()
-        covariance += moved_by_noise(
-            flights, self._flights(window_s, True), points.take([0]), readings
-        )
-        problem = Problem(flights, readings, self.prior, self.free, covariance)
+        covariance, noisy = readings.noise(), self._flights(window_s, True)
+        moved = moved_by_noise(flights, noisy, points.take([0]), readings)
+        if not np.isfinite(moved).all():
+            problem = Problem(flights, readings, self.prior, self.free, covariance)
+            return _Step(problem.failed(points.take([0])), problem, window_s)
+        problem = Problem(flights, readings, self.prior, self.free, covariance + moved)
         fits = problem.fit(points, rounds)
         return _Step(fits.take([np.argmin(fits.chi2)]), problem, window_s)
 

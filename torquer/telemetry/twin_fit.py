@@ -20,6 +20,8 @@ PARAMETERS = 6 + COUNT
 _STEPS = np.array([1e-6] * 3 + [1e-7] * 3 + [1e-6] * COUNT)
 #: Flights with noise.
 _NOISY = 32
+#: Part of the greatest variance that rounding may have taken from the others.
+_ROUNDING = 1e-10
 _MOST_DAMPING, _SMALL = 1e8, 0.01
 #: Standard deviations at which errors are checked, and the least rise of the squares there that is
 #: taken for one.
@@ -98,7 +100,8 @@ class Problem:
     ):
         self.flights, self.readings, self.prior = flights, readings, prior
         self.free = np.flatnonzero(free)
-        self.root = np.linalg.cholesky(covariance)
+        least = _ROUNDING * float(np.max(np.diag(covariance)))
+        self.root = np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
 
     def fit(self, points: Points, rounds: int) -> Fits:
         """Twins improved for some rounds."""
@@ -128,6 +131,12 @@ class Problem:
         if stale.any():
             information[stale], _ = self._slopes(points.take(stale))
         return Fits(points, self._costs(points)[1], information)
+
+    def failed(self, points: Points) -> Fits:
+        """Twins that follow nothing."""
+        count = len(points.q)
+        size = (count, len(self.free), len(self.free))
+        return Fits(points, np.full(count, np.inf), np.zeros(size))
 
     def covariance(self, fits: Fits) -> np.ndarray:
         """Covariance [p, p] of what is free of the first twin.
