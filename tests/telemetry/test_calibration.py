@@ -75,6 +75,13 @@ def test_errors_are_as_stated(correlation):
     assert correlation - 0.25 < mean < correlation + 0.05
 
 
+@pytest.mark.parametrize("correlation", [0.0, 0.8])
+def test_errors_of_a_short_session_are_as_stated(correlation):
+    """117 rows for 10 parameters: fitting hides most of the correlation of what is left."""
+    found = [found_of(seed, correlation=correlation) for seed in range(5000, 5060)]
+    assert 0.7 < np.mean([normalised(each) for each in found]) < 1.3
+
+
 @pytest.mark.parametrize("kind", ["random", "one side", "zero"])
 def test_gross_outliers(kind):
     for seed in range(4):

@@ -1,14 +1,19 @@
 """`torquer telemetry` as it is typed: files, verdicts, exit codes."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
 from telemetry_session import SHIFT_S, TLE, environment, motion, session
+from twin_session import tip_off
 
+import torquer
 from torquer.cli.app import answer
 from torquer.compile import engine
+
+EXAMPLE = Path("examples/chibis_m_detumble.toml").resolve()
 
 
 @pytest.fixture
@@ -110,6 +115,28 @@ def test_a_filter_that_does_not_fit_ends_with_1(folder, with_quaternions, capsys
     words = ["telemetry", "pass.nc", "--orbit", "c.tle", "--filter", "filter.toml"]
     assert answer(words) == 1
     assert "the filter's model does not fit: readings of the magnet" in capsys.readouterr().out
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="hundreds of flights: slow")
+def test_a_twin(folder, capsys, monkeypatch):
+    """A tip-off of a satellite up to 25 % off: its parameters, picture, page and file."""
+    monkeypatch.setattr("torquer.telemetry.twin._GUESSES", 6)  # enough here, half the time
+    text = EXAMPLE.read_text(encoding="utf-8")
+    (folder / "believed.toml").write_text(text.replace("= 5e6", "= 8e5"), encoding="utf-8")
+    data, true = tip_off(torquer.load_scenario("believed.toml"), 5, 20, (10.0, 10.0, 10.0))
+    data.to_netcdf("tip-off.nc", engine="h5netcdf")
+    words = ["telemetry", "tip-off.nc", "--orbit", "c.tle", "--model", "bias",
+             "--twin", "believed.toml", "--json"]  # fmt: skip
+    assert not answer(words)
+    twin = json.loads(capsys.readouterr().out)["twin"]
+    assert twin["fits"] and not twin["only_ratio"] and 0.0 < twin["saturated"] < 0.9
+    for name in ("inertia_xx", "inertia_yy", "inertia_zz", "gain"):
+        off = twin["values"][name] - true[name]
+        assert abs(off) < 4.0 * twin["sigmas"][name] and abs(off) < 0.05 * true[name]
+    out = folder / "runs/tip-off-telemetry"
+    assert {"twin.nc", "twin.png"} <= {each.name for each in out.iterdir()}
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Twin over data" in page and "better than what was known beforehand" in page
 
 
 def test_a_mapping_is_proposed_once(folder, capsys):

@@ -147,6 +147,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer telemetry pass.csv --mapping pass.mapping.toml --orbit my_satellite.tle",
         "torquer telemetry runs/a/result.nc --orbit examples/chibis_m_detumble.toml --model shift",
         "torquer telemetry pass.nc --orbit my_satellite.tle --filter examples/which_sensors.toml",
+        "torquer telemetry tip-off.nc --orbit my_satellite.tle --twin my_satellite.toml",
     ),
     "telemetry init": ("torquer telemetry init pass.csv --out pass.mapping.toml",),
     "theory": (

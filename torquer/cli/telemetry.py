@@ -36,6 +36,10 @@ class TelemetryOptions:
     filter: Path | None = None
     """TOML file with a table [control.estimator], such as a scenario: its Kalman filter and a
     smoother make an attitude of the calibrated readings [none]."""
+    twin: Path | None = None
+    """Scenario of the satellite as it is believed to be, on its orbit, with a control cycle that
+    begins at its `start`: flown alongside the calibrated readings, its inertia, gain and residual
+    dipole are fitted [none]."""
     out: Path | None = None
     """Output folder [runs/FILE-telemetry]."""
     json: Json = False
@@ -49,8 +53,9 @@ def check(*files: Path, how: TelemetryOptions = TelemetryOptions()) -> int:
     finds wrong units and zones, outliers, bias, scale, non-orthogonality and a shift in time, with
     their errors. Logged quaternions are compared with field and Sun: order, sense, frame, axes.
     With --filter an attitude is estimated, forwards and in hindsight, and whether the filter's
-    model fits. Writes calibrated.nc, attitude.nc, report.html and pictures. Exit code 1 for
-    telemetry that cannot be used as it is, and for a filter that does not fit it.
+    model fits. With --twin the same tip-off is simulated, and says what inertia and gain are.
+    Writes calibrated.nc, attitude.nc, twin.nc, report.html and pictures. Exit code 1 for telemetry
+    that cannot be used as it is, and for a filter or a twin that does not fit it.
     """
     from torquer.cli import telemetry_work as work
 

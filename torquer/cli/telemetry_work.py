@@ -11,6 +11,7 @@ from torquer.cli.options import check_ranges
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
+from torquer.scenario.load import load_scenario
 from torquer.simulation.results.file import put, replacing
 from torquer.strict_json import json_text
 from torquer.telemetry.attitude import load_filter
@@ -22,6 +23,7 @@ from torquer.telemetry.modulus import start_of
 from torquer.telemetry.orbit import load_orbit
 from torquer.telemetry.propose import proposed
 from torquer.telemetry.read import read
+from torquer.telemetry.twin import Twin
 
 _WIDTH = 110
 _MODELS = dict(
@@ -34,6 +36,8 @@ _MODELS = dict(
 #: Units in which parameters are shown, and the factor from SI.
 _SHOWN = {"T": ("nT", 1e9), "1": ("%", 100.0), "rad": ("deg", 180.0 / np.pi), "s": ("s", 1.0),
           "T/(A m^2)": ("nT/(A m^2)", 1e9), "T/K": ("nT/K", 1e9)}  # fmt: skip
+
+_TWIN_UNITS = {"inertia": "kg m^2", "dipole": "A m^2"}
 
 
 def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
@@ -51,7 +55,8 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
     make_writable(out)
     groups = None if how.model is None else _MODELS[how.model]
     filter_ = None if how.filter is None else load_filter(how.filter)
-    found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min, filter_)
+    twin = None if how.twin is None else load_scenario(how.twin)
+    found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min, filter_, twin)
     from torquer.report.telemetry.page import write_telemetry
 
     with writing_to(out):
@@ -62,7 +67,11 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
             with replacing(out / "attitude.nc") as path:
                 found.attitude.data.to_netcdf(path, engine="h5netcdf")
             names.append("attitude.nc")
-        names += write_telemetry(found, parameter_rows(found), about, out)
+        if found.twin is not None and found.twin.data is not None:
+            with replacing(out / "twin.nc") as path:
+                found.twin.data.to_netcdf(path, engine="h5netcdf")
+            names.append("twin.nc")
+        names += write_telemetry(found, parameter_rows(found), twin_rows(found), about, out)
     data = as_data(found, about, how)
     if how.clock_sigma_s is not None and "split" not in data:
         print_note("--clock-sigma-s: splits nothing, as no shift was fitted")
@@ -72,6 +81,7 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
         _show(found, data, about)
         print(f"{out}: {', '.join(names)}")
     fits = found.attitude is None or found.attitude.fit.fits
+    fits = fits and (found.twin is None or found.twin.fits)
     return 0 if fits and not found.mistakes else FAILED_CODE
 
 
@@ -88,6 +98,8 @@ def _show(found: Examination, data: dict, about: str) -> None:
         screen.print(table(head, parameter_rows(found), "Calibration", left=(0, 3)))
     if found.choices:
         screen.print(table(CHOICE_HEAD, choice_rows(found), "Models compared"))
+    if found.twin is not None and found.twin.fits:
+        screen.print(table(TWIN_HEAD, twin_rows(found), "Twin", left=(0, 3)))
     if "split" in data:
         clock, along = data["split"]["clock_s"], data["split"]["along_track_km"]
         print(f"clock {clock[0]:.2f} +- {clock[1]:.2f} s, along the track "
@@ -119,6 +131,23 @@ def parameter_rows(found: Examination) -> list[tuple[str, str, str, str]]:
             digits = max(0, 1 - int(np.floor(np.log10(max(sigma, 1e-9)))))
             value = f"{factor * calibration.of(name):.{digits}f}"
             rows.append((name, value, f"{sigma:.{digits}f}", unit))
+    return rows
+
+
+TWIN_HEAD = ("parameter", "value", "sigma", "unit")
+
+
+def twin_rows(found: Examination) -> list[tuple[str, str, str, str]]:
+    """Parameters of the twin; those over the gain in units of SI."""
+    if found.twin is None:
+        return []
+    rows = []
+    for name, value, sigma in zip(
+        found.twin.names, found.twin.values, found.twin.sigmas.values(), strict=True
+    ):
+        unit = next((each for key, each in _TWIN_UNITS.items() if name.startswith(key)), "")
+        shown = "" if name.endswith("/gain") or name == "gain" else unit
+        rows.append((name, f"{value:.6g}", f"{sigma:.2g}", shown))
     return rows
 
 
@@ -157,6 +186,8 @@ def as_data(found: Examination, about: str, how: TelemetryOptions) -> dict:
             "known": fit.known,
             "sensors": [each._asdict() for each in fit.sensors],
         }
+    if found.twin is not None:
+        data["twin"] = _twin(found.twin)
     calibration = found.calibration
     if calibration is not None:
         data["calibration"] = {
@@ -183,6 +214,24 @@ def as_data(found: Examination, about: str, how: TelemetryOptions) -> dict:
                 "along_track_km": [float(each) / 1e3 for each in along],
             }
     return data
+
+
+def _twin(found: Twin) -> dict:
+    """A twin as plain data."""
+    return {
+        "fits": found.fits,
+        "verdict": found.verdict,
+        "only_ratio": found.only_ratio,
+        "saturated": found.saturated,
+        "values": {name: found.of(name) for name in found.names},
+        "sigmas": found.sigmas,
+        "covariance": found.covariance.tolist(),
+        "chi2": found.chi2,
+        "freedoms": found.freedoms,
+        "window_s": found.window_s,
+        "session_s": found.session_s,
+        "undetermined": list(found.undetermined),
+    }
 
 
 def _convention(found: Found) -> dict:

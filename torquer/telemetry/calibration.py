@@ -12,6 +12,7 @@ is fitted for both.
 
 from __future__ import annotations
 
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,6 +34,11 @@ _LEAST_SIGMA_T = 1e-11
 _PIECE, _COMPARED = 8192, 4000
 #: Rows whose autocorrelation is taken, from the first on.
 _COUNTED = 200_000
+#: Rows up to which the correlation is found by restricted likelihood; the decays by the row and
+#: the correlated parts that are tried.
+_FEW = 200
+_DECAYS = (0.2, 0.4, 0.55, 0.65, 0.72, 0.78, 0.83, 0.87, 0.9, 0.93, 0.95, 0.97, 0.985)
+_PARTS = (0.25, 0.5, 0.75, 1.0)
 #: Residuals beyond this part of the field are no calibration.
 _FOLLOWS = 0.1
 
@@ -347,7 +353,8 @@ def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
     """Covariance in usual sizes (a sandwich), and the correlation of neighbouring residuals.
 
     The filling allows for residuals that are correlated over time: a white part and one whose
-    correlation decays exponentially, by the row, are fitted to their autocorrelation.
+    correlation decays exponentially, by the row. Of few rows these are found by restricted
+    likelihood, as fitting hides much of their correlation; of many by their autocorrelation.
     """
     z = np.minimum((residual / (TUKEY * sigma)) ** 2, 1.0)
     pushed = residual * (1.0 - z) ** 2
@@ -355,6 +362,9 @@ def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
     bread += 1e-8 * sigma**2 * np.eye(j.shape[1])  # 1e4 usual sizes: what no data determine
     g = j * (z < 1.0)[:, None]
     outer = np.linalg.pinv(bread, hermitian=True)
+    kept = np.flatnonzero(z < 1.0)
+    if j.shape[1] < len(kept) <= _FEW:
+        return outer @ _likely(pushed[kept], g[kept], kept) @ outer, _first_correlation(pushed)
     count, white = int(np.sum(z < 1.0)), g.T @ g
     used, first, filling = float(j.shape[1]), 0.0, white
     for _ in range(2):  # fitting takes more away from correlated residuals: how much, from both
@@ -366,6 +376,37 @@ def _covariance(residual, j, sigma) -> tuple[np.ndarray, float]:
         used = min(float(np.trace(outer @ filling)), 0.5 * count)
     variance = float(np.sum(pushed**2)) / max(count - used, 1.0)
     return variance * outer @ filling @ outer, first
+
+
+def _likely(u, g, place) -> np.ndarray:
+    """Covariance [p, p] of `g` [n, p] times the errors of which `u` [n] at rows `place` is left.
+
+    `g`: derivatives of the fit that left them. Over all shapes of the correlation the mean by their
+    restricted likelihood: an hour does not say which it is.
+    """
+    from scipy.linalg import solve_triangular
+
+    apart, freedoms = np.abs(np.subtract.outer(place, place)), len(u) - g.shape[1]
+    costs, found = [], []
+    for decay, part in ((0.0, 0.0), *product(_DECAYS, _PARTS)):
+        shape = part * decay**apart
+        np.fill_diagonal(shape, 1.0)
+        root = np.linalg.cholesky(shape)
+        white = solve_triangular(root, np.column_stack([g, u]), lower=True)
+        # the last row of R is what of the residuals no parameter can explain
+        r = np.maximum(np.abs(np.diag(np.linalg.qr(white, mode="r"))), 1e-300)
+        lost = np.sum(np.log(np.diag(root))) + np.sum(np.log(r[:-1]))
+        costs.append(lost + freedoms * np.log(r[-1]))
+        found.append(r[-1] ** 2 / freedoms * (g.T @ shape @ g))
+    weight = np.exp(np.min(costs) - costs)
+    weight[1:] /= len(costs) - 1  # white beforehand as likely as correlated
+    return np.tensordot(weight / weight.sum(), found, 1)
+
+
+def _first_correlation(u) -> float:
+    """Correlation of neighbouring residuals."""
+    power = float(u @ u)
+    return float(u[1:] @ u[:-1]) / power if power > 0.0 else 0.0
 
 
 def _autocorrelation(u, used: float) -> tuple[float, float, float]:
@@ -434,11 +475,11 @@ def choose(
     errors = np.zeros((len(tried), blocks))
     for k, (model, first) in enumerate(zip(tried, whole, strict=True)):
         for block in range(blocks):
-            rest = fitted(rows.take(place != block), model, first.values.copy(), refuse=False)
+            rest, *_ = _levenberg(model, first.values.copy(), rows.take(place != block))
             held = rows.take(place == block)
-            at_s = _shift(model, rest.values)
+            at_s = _shift(model, rest)
             strength, slope = held.field.strength(held.t_s + at_s)
-            residual, _ = _model(model, rest.values, held, strength, slope, at_s)
+            residual, _ = _model(model, rest, held, strength, slope, at_s)
             errors[k, block] = np.mean(residual**2)
     mean = errors.mean(axis=1)
     best = int(np.argmin(mean))

@@ -12,9 +12,11 @@ import xarray as xr
 from torquer.environment.along_orbit import OrbitEnvironment
 from torquer.estimation.filter import Filter
 from torquer.geometry.frames import geodetic_from_ecef
+from torquer.scenario.spec import Scenario
 from torquer.telemetry.attitude import Attitude, attitude_of
 from torquer.telemetry.axes import Axes, rank_axes
 from torquer.telemetry.calibration import (
+    GROUPS,
     MODELS,
     Calibration,
     Choice,
@@ -33,6 +35,7 @@ from torquer.telemetry.modulus import (
     zone_scan,
 )
 from torquer.telemetry.read import Finding
+from torquer.telemetry.twin import Twin, twin_of
 
 #: The first part of a session [s] that is compared with the rest, and how much worse is reported.
 _FIRST_S, _WORSE = 600.0, 2.0
@@ -55,6 +58,7 @@ class Examination(NamedTuple):
     calibrated: xr.Dataset
     conventions: tuple[Found, ...]
     attitude: Attitude | None
+    twin: Twin | None
 
     @property
     def verdict(self) -> str:
@@ -63,7 +67,8 @@ class Examination(NamedTuple):
         if self.mistakes or found is None:
             return f"not usable as it is: {'; '.join(each.key for each in self.mistakes)}"
         text = f"calibrated to {1e9 * found.rms:.0f} nT with {', '.join(found.groups)}"
-        return text if self.attitude is None else f"{text}; {self.attitude.verdict}"
+        made = [each.verdict for each in (self.attitude, self.twin) if each is not None]
+        return "; ".join([text, *made])
 
 
 def examine(
@@ -72,13 +77,15 @@ def examine(
     groups: tuple[str, ...] | None = None,
     leave_out_first_s: float = 0.0,
     filter_: Filter | None = None,
+    scenario: Scenario | None = None,
 ) -> Examination:
     """Examine a session (`torquer.telemetry.read.Session`).
 
     `orbit`: of the satellite, or None where the telemetry has `position_j`. `groups`: model of the
     calibration, by default chosen by blocks of time held out. `filter_`: makes an attitude of the
-    calibrated readings, and a smoothed one. ValueError without readings of a
-    magnetometer, or without positions.
+    calibrated readings, and a smoothed one. `scenario`: the satellite as it is believed to be,
+    whose twin is fitted to them. ValueError without readings of a magnetometer, or without
+    positions.
     """
     data, findings = session.data, list(session.findings)
     if "b_measured" not in data:
@@ -128,13 +135,15 @@ def examine(
         _note(data, field, calibration, findings)
     made = columns_of(data, environment, field, calibration, given)
     conventions: tuple[Found, ...] = ()
-    attitude = None
+    attitude = twin = None
     if calibration is not None:
         corrected = data.assign(b_measured=(data["b_measured"].dims, calibration.apply(data)))
         along = _shifted(environment, calibration.of("shift"))
         conventions = _conventions(corrected, along, mistakes, findings)
         if filter_ is not None and not mistakes:
             attitude = attitude_of(corrected, filter_, along)
+        if scenario is not None and not mistakes:
+            twin = _twin(corrected, scenario, calibration)
     return Examination(
         data,
         tuple(findings),
@@ -147,6 +156,15 @@ def examine(
         made,
         conventions,
         attitude,
+        twin,
+    )
+
+
+def _twin(corrected: xr.Dataset, scenario: Scenario, calibration: Calibration) -> Twin:
+    """The twin, by readings with the noise that the calibration left."""
+    bias_sigma = max(calibration.sigmas[name] for name in GROUPS["bias"].names)
+    return twin_of(
+        corrected, scenario, calibration.sigma, bias_sigma, shift_s=calibration.of("shift")
     )
 
 

@@ -28,6 +28,11 @@ _WORDS = {
         "what the filter expected, over what it expects of their errors. Where the model fits they "
         "are a cloud of unit size without a course.",
     ),
+    "twin": (
+        "Twin over data",
+        "The scenario flown with the parameters found, and without noise. What it misses grows "
+        "where noise of the sensors moves the satellite through its law; the fit allows for it.",
+    ),
     "zones": (
         "Zones",
         "Residual with the stamps moved by each zone in use, with bias, scale and "
@@ -48,10 +53,21 @@ def _conventions(found):
     return card(f"convention-{found.sensor}", title, said, {"grid": (head, rows)})
 
 
-def write_telemetry(found, parameters, about: str, out: Path) -> list[str]:
+def _unknown(twin) -> str:
+    """What the telemetry does not say of a twin's parameters."""
+    if not twin.undetermined:
+        return "The telemetry determines all of them better than what was known beforehand."
+    return (
+        "Of these directions, in parts of what was known beforehand, the telemetry says nothing: "
+        f"{'; '.join(twin.undetermined)}."
+    )
+
+
+def write_telemetry(found, parameters, of_twin, about: str, out: Path) -> list[str]:
     """Write report.html and the pictures of an `Examination`; the names of the files.
 
-    `parameters`: rows of name, value, standard deviation, unit. `about`: the orbit in words.
+    `parameters`, `of_twin`: rows of name, value, standard deviation, unit. `about`: the orbit in
+    words.
     """
     paths = pictures_of(found, out)
     pairs = [
@@ -72,8 +88,11 @@ def write_telemetry(found, parameters, about: str, out: Path) -> list[str]:
         for name, path in paths.items()
     ]
     made += [_conventions(each) for each in found.conventions]
+    head = ("Parameter", "Value", "Sigma", "Unit")
+    if of_twin:
+        made.append(card("twin-parameters", "Twin's parameters", _unknown(found.twin),
+                         {"grid": (head, of_twin)}))  # fmt: skip
     if found.calibration is not None:
-        head = ("Parameter", "Value", "Sigma", "Unit")
         caption = (
             "The corrected reading is A (m - bias), A lower triangular with 1 + scale on its "
             "diagonal. Standard deviations allow for the correlation of the residuals."

@@ -25,7 +25,32 @@ def pictures_of(found, out: Path) -> dict[str, Path]:
         made["zones"] = _zones(found, out / "zones.png")
     if found.attitude is not None:
         made["attitude"] = _attitude(found.attitude, out / "attitude.png")
+    if found.twin is not None and found.twin.data is not None:
+        made["twin"] = _twin(found.twin, out / "twin.png")
     return made
+
+
+def _twin(found, path: Path) -> Path:
+    """The rate of twin and gyro, and what the twin misses of the readings."""
+    data = found.data
+    clock = clock_for(float(np.ptp(data["time"].values)))
+    t = data["time"].values / clock.seconds
+    figure, (rate, gyro, field) = stacked("Twin over data", 3, 9.0)
+    read, own = (np.degrees(data[name].values) for name in ("omega_measured", "omega_body"))
+    rate.plot(t, np.linalg.norm(own, axis=1), color=BLUE, lw=1.0, label="twin")
+    rate.plot(t, np.linalg.norm(read, axis=1), ".", ms=4, color=ORANGE, label="gyro")
+    rate.set_ylabel("rate [deg/s]", fontsize=10)
+    off = 1e9 * (data["b_measured"].values - data["b_body"].values)
+    for k, colour in enumerate((BLUE, ORANGE, GREY)):
+        gyro.plot(t, (read - own)[:, k], ".", ms=4, color=colour, label="xyz"[k])
+        field.plot(t, off[:, k], ".", ms=4, color=colour, label="xyz"[k])
+    gyro.set_ylabel("gyro - twin [deg/s]", fontsize=10)
+    field.set_ylabel("field, reading - twin [nT]", fontsize=10)
+    for axes in (rate, gyro, field):
+        axes.set_xlabel(f"time [{clock.unit}]", fontsize=10)
+        axes.margins(x=0)
+        legend_at_left(axes, 3)
+    return saved(figure, path)
 
 
 def _attitude(found, path: Path) -> Path:

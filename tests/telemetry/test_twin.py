@@ -1,0 +1,148 @@
+"""The twin: what tip-offs say of inertia, gain and residual dipole, and what they do not."""
+
+import numpy as np
+import pytest
+from twin_session import NOISE_T, believed, errors, tip_off
+
+from torquer.compile import engine
+from torquer.scenario.change import with_values
+from torquer.telemetry.twin import twin_of
+from torquer.telemetry.twin_fit import Problem, Readings, around
+from torquer.telemetry.twin_flights import COUNT, Flights, Points, inertia_of
+
+SLOW = pytest.mark.skipif(not engine.COMPILED, reason="hundreds of flights: slow")
+#: Saturates the coils above 9 deg/s; never at 3 deg/s.
+GAIN, FAST, TAME, CALM = 5e5, (10.0, 10.0, 10.0), 2e5, (2.0, -1.5, 1.2)
+
+
+def relative(twin, true, name):
+    return abs(twin.of(name) / true[name] - 1.0)
+
+
+@pytest.mark.slow
+def test_a_tip_off_that_never_saturates_says_only_inertia_over_gain():
+    scenario = believed(TAME)
+    data, true = tip_off(scenario, 1, 12, CALM)
+    twin = twin_of(data, scenario, NOISE_T)
+    assert twin.fits and twin.only_ratio and twin.saturated == 0.0
+    assert "only J/gain is known: the coils are never saturated" in twin.verdict
+    assert "gain" not in twin.names and "inertia_xx/gain" in twin.names
+    off, normalised = errors(twin, true)
+    assert np.max(np.abs(off[:3] / twin.values[:3])) < 0.03
+    assert np.mean(normalised**2) < 3.0
+    assert any("inertia_xx" in each and "inertia_zz" in each for each in twin.undetermined)
+
+
+@pytest.mark.slow
+def test_no_twin_fits_a_motion_that_is_none():
+    """Readings of the gyro in a wrong order."""
+    scenario = believed(GAIN)
+    data, _ = tip_off(scenario, 3, 12, FAST)
+    rng = np.random.default_rng(0)
+    order = rng.permutation(data.sizes["time"])
+    data["omega_measured"].values[:] = data["omega_measured"].values[order]
+    twin = twin_of(data, scenario, NOISE_T)
+    assert not twin.fits and twin.names == ()
+    assert "no twin fits: the best one follows" in twin.verdict
+
+
+@pytest.mark.slow
+def test_saturated_tip_offs():
+    """An hour of each of 20 satellites, up to 25 % off: where more than one command in twenty
+    saturates the coils, inertia within 0.5 % and gain within 5 %."""
+    scenario, squares = believed(GAIN), []
+    for seed in range(20):
+        data, true = tip_off(scenario, seed, 60, FAST)
+        twin = twin_of(data, scenario, NOISE_T)
+        assert twin.fits and twin.window_s == twin.session_s and not twin.only_ratio, seed
+        squares.append(np.mean(errors(twin, true)[1] ** 2))
+        assert relative(twin, true, "gain") < 0.05
+        if twin.saturated > 0.05:
+            moments = [relative(twin, true, f"inertia_{each}") for each in ("xx", "yy", "zz")]
+            assert max(moments) < 0.005
+    assert 0.5 < np.median(squares) < 1.5
+
+
+@pytest.mark.slow
+def test_tip_offs_that_never_saturate():
+    """An hour of each of 10 satellites: only J/gain, with errors as stated."""
+    scenario, squares = believed(TAME), []
+    for seed in range(10):
+        data, true = tip_off(scenario, seed, 60, CALM)
+        twin = twin_of(data, scenario, NOISE_T)
+        assert twin.fits and twin.only_ratio, seed
+        squares.append(errors(twin, true)[1] ** 2)
+    assert 0.5 < np.mean(np.concatenate(squares)) < 1.5
+
+
+def test_inertia_of_a_twin():
+    scenario = believed(GAIN)
+    own = np.array(scenario.spacecraft.body.inertia_kg_m2)
+    assert np.allclose(inertia_of(scenario, np.zeros(COUNT)), own, rtol=1e-14)
+    change = np.append([0.1, 0.1, 0.1], np.zeros(7))
+    assert np.allclose(inertia_of(scenario, change), np.exp(0.1) * own, rtol=1e-12)
+
+
+def test_each_twin_is_followed_by_steps_forth_and_back():
+    points = Points(np.array([[0.0, 0, 0, 1]]), np.zeros((1, 3)), np.zeros((1, COUNT)))
+    moved = around(points, np.array([0, 3, 6]))
+    assert len(moved.q) == 7
+    assert np.allclose(moved.q[1:3, 0], [0.5e-6, -0.5e-6])
+    assert np.allclose(moved.omega[3:5, 0], [1e-7, -1e-7])
+    assert np.allclose(moved.physical[5:, 0], [1e-6, -1e-6])
+
+
+@SLOW
+def test_a_step_by_the_slopes_is_that_of_the_flights():
+    """Rates and fields of a twin a little off, by the derivatives of the whitened readings."""
+    scenario = believed(GAIN)
+    flights = Flights(scenario, 0.0, 120.0, 0.4)
+    points = Points(
+        np.array([[0.1, 0.2, 0.3, np.sqrt(0.86)]]), np.radians([[9.0, 11, 8]]), np.zeros((1, COUNT))
+    )
+    t_s = np.array([10.0, 50.0, 110.0])
+    b_j = np.tile([2e-5, -1e-5, 3e-5], (3, 1))
+    blank = Readings(t_s, np.zeros((3, 3)), np.zeros((3, 3)), b_j, NOISE_T, 1e-4, 0.0, 0.0)
+    exact = blank.predicted(flights.fly(points, t_s))[0].reshape(3, 6)
+    readings = blank._replace(b=exact[:, :3] * NOISE_T, omega=exact[:, 3:] * 1e-4)
+    free = np.full(6 + COUNT, True)
+    prior = np.append(np.full(6, np.inf), np.full(COUNT, 1e3))
+    problem = Problem(flights, readings, prior, free, readings.noise())
+    steps = 3e-7 * np.ones((1, 6 + COUNT))
+    far = points.moved(steps)
+    information, pull = problem._slopes(far)
+    _, chi2 = problem._costs(far)
+    # back to the start by the slopes: the pull is the information times the step
+    assert np.allclose(pull[0], -information[0] @ steps[0], rtol=0.02, atol=1e-3 * abs(pull).max())
+    assert chi2[0] == pytest.approx(steps[0] @ information[0] @ steps[0], rel=0.02)
+
+
+def test_mistakes():
+    scenario = believed(GAIN)
+    data, _ = _rows()
+    with pytest.raises(ValueError, match="--twin: needs omega_measured in the telemetry"):
+        twin_of(data.drop_vars("omega_measured"), scenario, NOISE_T)
+    early = data.assign_coords(utc=data["utc"] - np.timedelta64(1, "h"))
+    with pytest.raises(ValueError, match=r"at or before the first row.*received 3570 s after it"):
+        twin_of(early, scenario, NOISE_T)
+    with pytest.raises(ValueError, match="needs 8 rows with the field of the scenario's orbit"):
+        twin_of(data, scenario, NOISE_T)
+
+
+def _rows():
+    """Twenty rows without the field of any orbit."""
+    from torquer.telemetry.quantities import session_of
+
+    start = np.datetime64("2012-03-04T10:32:17", "ns")
+    utc = start + np.arange(20) * np.timedelta64(30, "s")
+    zeros = np.zeros((20, 3))
+    return session_of(utc, {"b_measured": zeros, "omega_measured": zeros}), None
+
+
+@SLOW
+def test_scenarios_that_cannot_be_twins():
+    scenario = with_values(
+        believed(GAIN), {"control.failures": [{"kind": "restarted", "from_s": 9, "until_s": 18}]}
+    )
+    with pytest.raises(ValueError, match="--twin: must be a scenario whose members fly together"):
+        Flights(scenario, 0.0, 60.0, 0.3)

@@ -1,0 +1,434 @@
+"""The twin of a satellite: its tip-off simulated alongside the telemetry, parameters fitted to it.
+
+Attitude and rate at the start, inertia, gain of the law and residual dipole are fitted to the
+readings of magnetometer and gyro. The motion depends so much on its start that a fit to a whole
+session ends in a wrong valley: the window grows from the first minute.
+
+Coils that never saturate make a torque in proportion to the gain: inertia and gain times the same
+factor then move alike, and their ratio is all that can be known.
+"""
+
+from __future__ import annotations
+
+import math
+from datetime import timedelta
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from scipy.special import chdtri
+
+from torquer.geometry.attitudes import rotation_vector, to_body
+from torquer.scenario.change import with_values
+from torquer.scenario.spec import Scenario
+from torquer.simulation.simulate import simulate
+from torquer.telemetry.modulus import start_of
+from torquer.telemetry.twin_fit import Fits, Problem, Readings, moved_by_noise
+from torquer.telemetry.twin_flights import (
+    COUNT,
+    INERTIA,
+    OF_DIPOLE,
+    OF_GAIN,
+    OF_MOMENTS,
+    Flights,
+    Points,
+    changed,
+    dipole_of,
+    gain_of,
+    has_gain,
+    inertia_of,
+)
+from torquer.telemetry.twin_start import guesses
+from torquer.time import seconds_between
+
+#: Seconds and rows of the first window, by what it grows, and the growth at which it stops.
+_FIRST_S, _FIRST_ROWS, _GROWTH, _LEAST_GROWTH = 60.0, 4, 1.6, 1.1
+#: Rows that are fitted at most.
+_MOST_ROWS = 240
+#: What is known beforehand: standard deviations of the logarithms of moments of inertia, of their
+#: mixed elements and of gain over inertia; of the residual dipole over the coils' limit.
+_MOMENTS, _MIXED, _GAIN, _DIPOLE = 0.3, 0.05, 0.5, 0.1
+#: Chance with which a good fit misses more than is taken for one, and than lets the window grow on
+#: as fast; how much worse than noise a model may be.
+_CHANCE, _USUAL, _SLACK = 1e-3, 1e-2, 1.15
+#: Readings beyond this many standard deviations of the model's strength are left out.
+_OUTLIER = 5.0
+#: Part of what was known beforehand above which the telemetry says nothing.
+_NOTHING = 0.5
+#: Part of the commands at a limit above which the few others say nothing of the gain that noise in
+#: the loop does not hide.
+_MOST_SATURATED = 0.9
+#: Least error of a gyro [rad/s]; part of the session that a twin must follow.
+_LEAST_GYRO, _LEAST_PART = 2e-5, 0.5
+#: Twins that are grown at most, and what they may miss at first.
+_TRIED, _HOPELESS = 4, 5.0
+#: Changes of the logarithm of all moments that are tried where a twin does not follow.
+_SCALES = np.array([-0.3, -0.15, 0.15, 0.3])
+#: Distance of guesses, and of twins that are not the same.
+_APART, _SAME = 0.25, 0.01
+#: Guesses that are fitted with all parameters free; rounds of rough fits
+#: and of the others.
+_GUESSES, _FIRST_ROUNDS, _ROUNDS = 12, 12, 30
+
+
+class Twin(NamedTuple):
+    """What was found.
+
+    `names`, `values`, `covariance`: elements of the inertia [kg m^2], residual dipole [A m^2], both
+    over the gain where `only_ratio`, and otherwise the gain if it shows. `saturated`: part of the
+    commands at the limit of a coil. `chi2` of `freedoms`: squares of the errors over their
+    variances. `window_s`: what the twin follows, of `session_s`. `undetermined`: directions of
+    which the telemetry says nothing. `data` over `time`: the twin's `b_body` [T] and `omega_body`
+    [rad/s] with the readings. `scenario`: the twin as found, from its start. Without a fit the last
+    two are None and there are no values.
+    """
+
+    names: tuple[str, ...]
+    values: np.ndarray
+    covariance: np.ndarray
+    only_ratio: bool
+    saturated: float
+    chi2: float
+    freedoms: int
+    window_s: float
+    session_s: float
+    undetermined: tuple[str, ...]
+    data: xr.Dataset | None
+    scenario: Scenario | None
+
+    @property
+    def fits(self) -> bool:
+        """Whether the twin follows the telemetry."""
+        return self.scenario is not None
+
+    @property
+    def sigmas(self) -> dict[str, float]:
+        """Standard deviations by name."""
+        sigmas = np.sqrt(np.diag(self.covariance)).tolist()
+        return dict(zip(self.names, sigmas, strict=True))
+
+    def of(self, name: str) -> float:
+        """A value by its name."""
+        return float(self.values[self.names.index(name)])
+
+    @property
+    def verdict(self) -> str:
+        """What is known, or that nothing is."""
+        minutes = f"{self.window_s / 60.0:.1f} of {self.session_s / 60.0:.1f} min"
+        if not self.fits:
+            return f"no twin fits: the best one follows {minutes} of the telemetry"
+        parts = {name: 100.0 * self.sigmas[name] / self.of(name) for name in self.names}
+        over = "/gain" if self.only_ratio else ""
+        worst = max(parts[f"inertia_{each}{over}"] for each in INERTIA[:3])
+        text = f"twin: inertia{over} to {worst:.2g} %"
+        if "gain" in parts:
+            text += f", gain to {parts['gain']:.2g} %"
+        share = f"{100.0 * self.saturated:.0f} % of the commands saturate the coils"
+        if self.only_ratio:
+            how = share if self.saturated else "the coils are never saturated"
+            text += f"; only J/gain is known: {how}"
+        elif "gain" not in parts:
+            text += f", its gain is not known: {share}"
+        return text if self.window_s >= self.session_s else f"{text}; follows {minutes}"
+
+
+def twin_of(
+    data: xr.Dataset,
+    scenario: Scenario,
+    sigma_b: float,
+    bias_b: float = 0.0,
+    shift_s: float = 0.0,
+) -> Twin:
+    """The twin of a session with `b_measured`, calibrated, and `omega_measured`.
+
+    `scenario`: the satellite as it is believed to be, on its orbit; a control cycle begins at its
+    `start`, at or before the first row. `sigma_b` [T]: noise of the magnetometer; `bias_b` [T]:
+    standard deviation of the bias that is left. `shift_s`: of the stamps. ValueError for telemetry
+    without a gyro, and for a scenario that cannot be a twin.
+    """
+    readings, start_s = _readings(data, scenario, sigma_b, bias_b, shift_s)
+    return _Search(scenario, start_s, readings).twin()
+
+
+def _readings(data, scenario: Scenario, sigma_b, bias_b, shift_s) -> tuple[Readings, float]:
+    """The rows of a session that can be fitted, and when the flights start [s]."""
+    for name in ("b_measured", "omega_measured"):
+        if name not in data:
+            raise ValueError(f"--twin: needs {name} in the telemetry; received none")
+    first_s = seconds_between(scenario.start, start_of(data)) + shift_s
+    if first_s < 0.0:
+        raise ValueError(
+            "--twin: `start` must be at or before the first row of the telemetry; received "
+            f"{-first_s:.6g} s after it"
+        )
+    t_s = data["time"].values + first_s
+    b, omega = data["b_measured"].values, data["omega_measured"].values
+    along = scenario.orbit_environment()
+    b_j = along.field(t_s, *along.state(t_s))
+    off = np.abs(np.linalg.norm(b, axis=1) - np.linalg.norm(b_j, axis=1))
+    rows = np.flatnonzero(off < _OUTLIER * math.hypot(sigma_b, bias_b))
+    rows = rows[np.cumsum(np.isfinite(omega[rows]).all(axis=1)) > 0]
+    if len(rows) < 2 * _FIRST_ROWS:
+        raise ValueError(
+            f"--twin: needs {2 * _FIRST_ROWS} rows with the field of the scenario's orbit, the "
+            f"first of them with a rate; received {len(rows)}"
+        )
+    cycle_s = scenario.control.cycle_s
+    start_s = cycle_s * math.floor(t_s[rows[0]] / cycle_s + 1e-9)
+    gyro = scenario.spacecraft.gyro
+    sigma_omega = max(math.radians(gyro.noise_deg_s), _LEAST_GYRO)
+    bias_omega = math.hypot(sigma_omega, *np.radians(gyro.bias_deg_s))
+    found = Readings(t_s - start_s, b, omega, b_j, sigma_b, sigma_omega, bias_b, bias_omega)
+    return _thinned(found.take(rows)), start_s
+
+
+def _thinned(readings: Readings) -> Readings:
+    """At most so many rows that the first window keeps enough of them."""
+    first = int(np.sum(readings.t_s <= _first_end(readings)))
+    parts = np.split(np.arange(len(readings.t_s)), [first])
+    few = [each[np.unique(np.linspace(0, len(each) - 1, _MOST_ROWS // 2).astype(int))]
+           for each in parts if len(each)]  # fmt: skip
+    return readings.take(np.concatenate(few))
+
+
+def _first_end(readings: Readings) -> float:
+    """End of the first window [s]."""
+    return float(max(readings.t_s[0] + _FIRST_S, readings.t_s[_FIRST_ROWS - 1]))
+
+
+class _Step(NamedTuple):
+    """A twin fitted to a window, and what it was fitted with."""
+
+    fits: Fits
+    problem: Problem
+    window_s: float
+
+    @property
+    def freedoms(self) -> int:
+        """Numbers fitted less those found; of a short window the latter are known beforehand."""
+        count = len(self.problem.root)
+        return max(count - len(self.problem.free), count // 4)
+
+    def excess(self, chance: float) -> float:
+        """Squares of what the first twin misses, over those that errors exceed by this chance."""
+        return float(self.fits.chi2[0] / chdtri(self.freedoms, chance))
+
+
+class _Search:
+    """Windows that grow over the readings of a session."""
+
+    def __init__(self, scenario: Scenario, start_s: float, readings: Readings):
+        self.scenario, self.start_s, self.readings = scenario, start_s, readings
+        coils = scenario.spacecraft.coils
+        self.limit = float(np.min(coils.limits_a_m2())) if coils else 0.0
+        self.rate = 1.2 * float(np.nanmax(np.linalg.norm(readings.omega, axis=1)))
+        self.end_s = float(readings.t_s[-1])
+        self.free = np.full(6 + COUNT, True)
+        self.free[6 + OF_GAIN] = has_gain(scenario)
+        self.free[6:][OF_DIPOLE] = coils is not None
+        dipole = 3 * [_DIPOLE * self.limit]
+        self.prior = np.array(6 * [np.inf] + 3 * [_MOMENTS] + 3 * [_MIXED] + [_GAIN] + dipole)
+
+    def twin(self) -> Twin:
+        """The twin that follows the telemetry for longest."""
+        best: _Step | None = None
+        first = self._first()
+        for k in _distinct(first.fits, _SAME)[:_TRIED]:
+            own = first._replace(fits=first.fits.take([k]))
+            if own.excess(_CHANCE) > _HOPELESS:
+                break
+            found = self._grown(own)
+            if found is not None and (best is None or found.window_s > best.window_s):
+                best = found
+            if best is not None and best.window_s >= _LEAST_PART * self.end_s:
+                return self._told(best)
+        return self._none(best)
+
+    def _flights(self, window_s: float, noisy: bool = False) -> Flights:
+        return Flights(self.scenario, self.start_s, window_s, self.rate, noisy)
+
+    def _first(self) -> _Step:
+        """The best guesses, fitted to the first window with all parameters free."""
+        window_s = _first_end(self.readings)
+        readings, flights = self.readings.until(window_s), self._flights(window_s)
+        covariance = readings.noise()
+        start = np.arange(6 + COUNT) < 6
+        rough = Problem(flights, readings, self.prior, start, 25.0 * covariance)
+        fits = rough.fit(guesses(flights.scenario, readings), 6)
+        chosen = _distinct(fits, _APART)[:_GUESSES]
+        problem = Problem(flights, readings, self.prior, self.free, covariance)
+        return _Step(problem.fit(fits.points.take(chosen), _FIRST_ROUNDS), problem, window_s)
+
+    def _grown(self, first: _Step) -> _Step | None:
+        """A twin's last window that it follows; None if there is none after the first."""
+        step, growth = first, _GROWTH
+        while step.window_s < self.end_s:
+            tried, growth = self._next(step, growth)
+            if tried is None:
+                break
+            step, growth = tried, min(growth**1.5, _GROWTH)
+        return None if step is first else step
+
+    def _next(self, step: _Step, growth: float) -> tuple[_Step | None, float]:
+        """A twin in a longer window, and the growth that led there.
+
+        Where it misses more than one in a hundred would, it may be about to enter a wrong valley:
+        smaller steps are tried before what one in a thousand would miss is taken.
+        """
+        bearable: _Step | None = None
+        while growth > _LEAST_GROWTH:
+            window_s = min(growth * step.window_s, self.end_s)
+            tried = self._fitted(step.fits.points, window_s)
+            if tried.excess(_USUAL) >= 1.0:
+                others = self._fitted(_rescaled(step.fits.points), window_s, _FIRST_ROUNDS)
+                tried = min(tried, others, key=lambda each: each.excess(_USUAL))
+            if tried.excess(_USUAL) < 1.0:
+                return tried, growth
+            if tried.excess(_CHANCE) < _SLACK and (
+                bearable is None or tried.excess(_USUAL) < bearable.excess(_USUAL)
+            ):
+                bearable = tried
+            growth = math.sqrt(growth)
+        return bearable, _GROWTH
+
+    def _fitted(self, points: Points, window_s: float, rounds: int = _ROUNDS) -> _Step:
+        """The best of some twins fitted to a window."""
+        readings, flights = self.readings.until(window_s), self._flights(window_s)
+        covariance, noisy = readings.noise(), self._flights(window_s, True)
+        moved = moved_by_noise(flights, noisy, points.take([0]), readings)
+        if not np.isfinite(moved).all():
+            problem = Problem(flights, readings, self.prior, self.free, covariance)
+            return _Step(problem.failed(points.take([0])), problem, window_s)
+        problem = Problem(flights, readings, self.prior, self.free, covariance + moved)
+        fits = problem.fit(points, rounds)
+        return _Step(fits.take([np.argmin(fits.chi2)]), problem, window_s)
+
+    def _told(self, step: _Step) -> Twin:
+        """What a fitted twin says."""
+        problem, points = step.problem, step.fits.points
+        known = problem.covariance(step.fits)
+        place = problem.free[problem.free >= 6] - 6
+        inner = known[-len(place) :, -len(place) :]
+        undetermined, scale = _undetermined(inner, self.prior[6:][place], place)
+        found = self._as_found(points)
+        saturated = _saturation(found, step.window_s)
+        only_ratio = OF_GAIN in place and (scale or saturated == 0.0)
+        shows_gain = OF_GAIN in place and not only_ratio and saturated < _MOST_SATURATED
+        names, values, slopes = self._values(points.physical[0], place, only_ratio, shows_gain)
+        return Twin(
+            names, values, slopes @ inner @ slopes.T, only_ratio, saturated,
+            float(step.fits.chi2[0]), step.freedoms, step.window_s, self.end_s, undetermined,
+            _side_by_side(problem, points), found,
+        )  # fmt: skip
+
+    def _as_found(self, points: Points) -> Scenario:
+        """The scenario of a twin, from its start."""
+        rate_deg_s = np.degrees(points.omega[0]).tolist()
+        return with_values(changed(self.scenario, points.physical[0]), {
+            "start": self.scenario.start + timedelta(seconds=self.start_s),
+            "initial": {"quaternion": points.q[0].tolist(), "rate_deg_s": rate_deg_s},
+        })  # fmt: skip
+
+    def _none(self, best: _Step | None) -> Twin:
+        """What is said where no twin follows the telemetry."""
+        window_s = 0.0 if best is None else best.window_s
+        chi2, freedoms = (0.0, 0) if best is None else (float(best.fits.chi2[0]), best.freedoms)
+        return Twin((), np.zeros(0), np.zeros((0, 0)), False, 0.0, chi2, freedoms, window_s,
+                    self.end_s, (), None, None)  # fmt: skip
+
+    def _values(self, physical, place, only_ratio: bool, shows_gain: bool):
+        """Names of what is known, values, and derivatives by the physical parameters."""
+
+        def values(given):
+            inertia = inertia_of(self.scenario, given)
+            gain = gain_of(self.scenario, given)
+            parts = [inertia[np.triu_indices(3)][[0, 3, 5, 1, 2, 4]]]
+            if shows_gain:
+                parts.append(np.array([gain]))
+            if self.limit:
+                parts.append(dipole_of(self.scenario, given))
+            return np.concatenate(parts) / (gain if only_ratio else 1.0)
+
+        names = [f"inertia_{each}" for each in INERTIA]
+        names += ["gain"] if shows_gain else []
+        names += [f"dipole_{each}" for each in "xyz"] if self.limit else []
+        if only_ratio:
+            names = [f"{name}/gain" for name in names]
+        steps = 1e-5 * np.eye(COUNT)[place]
+        slopes = [(values(physical + step) - values(physical - step)) / 2e-5 for step in steps]
+        return tuple(names), values(physical), np.stack(slopes, axis=1)
+
+
+def _rescaled(points: Points) -> Points:
+    """A twin with other inertia and the same ratios of moments and gain.
+
+    As long as its coils do not saturate this changes nothing, and no slope leads to the twin whose
+    coils do.
+    """
+    physical = np.repeat(points.physical, len(_SCALES), axis=0)
+    physical[:, OF_MOMENTS] += _SCALES[:, None]
+    return points.take(np.zeros(len(_SCALES), int))._replace(physical=physical)
+
+
+def _distinct(fits: Fits, apart: float) -> list[int]:
+    """Twins from the best on, without those near to a better one: attitudes [rad] and logarithms of
+    ratios of moments together."""
+    chosen: list[int] = []
+    for k in np.argsort(fits.chi2):
+        others = fits.points.take(chosen)
+        turn = rotation_vector(np.tile(fits.points.q[k], (len(chosen), 1)), others.q)
+        change = others.physical[:, OF_MOMENTS] - fits.points.physical[k, OF_MOMENTS]
+        change -= change.mean(axis=1, keepdims=True)
+        if np.isfinite(fits.chi2[k]) and np.all(np.sum(turn**2 + change**2, axis=1) > apart**2):
+            chosen.append(int(k))
+    return chosen
+
+
+def _undetermined(covariance, prior, place) -> tuple[tuple[str, ...], bool]:
+    """Directions, in words, of which the telemetry says nothing; whether inertia and gain times the
+    same factor are among them."""
+    names = [
+        *(f"inertia_{each}" for each in INERTIA),
+        "gain/inertia",
+        *(f"dipole_{c}" for c in "xyz"),
+    ]
+    together = np.isin(place, [0, 1, 2]) / np.sqrt(3.0)
+    values, vectors = np.linalg.eigh(covariance / np.outer(prior, prior))
+    unknown = np.sqrt(np.maximum(values, 0.0)) > _NOTHING
+    found = []
+    for vector in vectors.T[unknown]:
+        large = [k for k in np.argsort(-np.abs(vector)) if abs(vector[k]) > 0.3]
+        found.append(" ".join(f"{vector[k]:+.2f} {names[place[k]]}" for k in large))
+    hidden = float(np.linalg.norm(vectors.T[unknown] @ together))
+    return tuple(found), hidden > _NOTHING
+
+
+def _saturation(scenario: Scenario, window_s: float) -> float:
+    """Part of the commands of a flight at the limit of a coil."""
+    coils = scenario.spacecraft.coils
+    if coils is None:
+        return 0.0
+    timing = {"duration_s": window_s, "record_s": scenario.control.sample_s}
+    flown = simulate(with_values(scenario, {"simulation": timing, "mission": None}))
+    dipole = flown["dipole_body"].values - coils.residual_dipole_a_m2
+    shares = np.abs(dipole @ np.linalg.pinv(np.array(coils.axes))) / coils.limits_a_m2()
+    greatest = shares.max(axis=1)
+    on = greatest > 1e-9
+    return float(np.mean(greatest[on] > 1.0 - 1e-6)) if on.any() else 0.0
+
+
+def _side_by_side(problem: Problem, points: Points) -> xr.Dataset:
+    """Readings and the twin's field and rate at the rows that were fitted."""
+    readings = problem.readings
+    states = problem.flights.fly(points, readings.t_s)
+    b = to_body(states.q[:, 0], readings.b_j)
+    pairs = {
+        "b_measured": (readings.b, "T"), "omega_measured": (readings.omega, "rad/s"),
+        "b_body": (b, "T"), "omega_body": (states.omega[:, 0], "rad/s"),
+    }  # fmt: skip
+    variables = {
+        name: (("time", "axis"), values, {"units": unit, "frame": "body"})
+        for name, (values, unit) in pairs.items()
+    }
+    seconds = ("time", readings.t_s, {"units": "s", "long_name": "time since the twin's start"})
+    return xr.Dataset(variables, {"time": seconds, "axis": list("xyz")})
