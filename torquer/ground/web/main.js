@@ -20,7 +20,7 @@ async function start() {
   const satellites = satellitesOf(await get("/api/satellites"));
   if (!satellites.size) throw new Error("The server knows no satellite.");
   const live = new Live();
-  const rows = new Rows(satellites, live);
+  const rows = new Rows(live);
   const openmct = window.openmct;
 
   openmct.setAssetPath(ASSETS);
