@@ -241,9 +241,14 @@ def test_no_bin_loses_its_peak(archive):
 def test_the_latest_rows(archive):
     filled(archive, [(t, float(t)) for t in range(10)])
     with closing(read_only(archive.path)) as db:
-        assert latest(db, "extended", "omega_x", 7, 2) == [(6, 11, 6.0, 2), (7, 12, 7.0, 2)]
-        assert latest(db, "extended", "omega_x", 12, 1, "received") == [(7, 12, 7.0, 2)]
-        assert latest(db, "extended", "omega_x", -1, 5) == []
+
+        def of(*span):
+            return latest(db, "extended", ["omega_x"], *span)
+
+        assert of(0, 7, 2) == [(6, 11, 2, 6.0), (7, 12, 2, 7.0)]
+        assert of(7, 9, 5) == [(7, 12, 2, 7.0), (8, 13, 2, 8.0), (9, 14, 2, 9.0)]
+        assert of(0, 12, 1, "received") == [(7, 12, 2, 7.0)]
+        assert of(-9, -1, 5) == []
 
 
 def test_every_packet_of_the_dictionary_comes_back_as_it_was(archive):

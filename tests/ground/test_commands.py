@@ -68,6 +68,20 @@ def bench(tmp_path):
         yield made
 
 
+def test_no_more_commands_wait_for_an_answer_than_the_satellites_queue_holds(bench):
+    numbers = [
+        bench.order("report_status", values={"module_id": 1}, delay_s=s) for s in range(1, 16)
+    ]
+    quiet = bench.order("automatic", acknowledge=False)
+    sent = bench.send()
+    assert [*sent] == numbers[:10] and not bench.send()
+    bench.answer(sent[numbers[3]], Reason.WAITING)
+    bench.answer(sent[numbers[7]])
+    assert [*bench.send()] == numbers[10:12] and not bench.send()
+    bench.commands.expire(NOW + ANSWER_MS + 1, CLOCK)
+    assert [*bench.send(NOW + ANSWER_MS + 1)] == [*numbers[12:], quiet]
+
+
 def test_from_order_to_execution(bench):
     number = bench.order("set_mode", values={"region": "modes", "state": "science"})
     assert bench.state(number) == "waiting"

@@ -2,7 +2,9 @@
 
 import asyncio
 import json
+import math
 import socket
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -12,7 +14,11 @@ from torquer.compile import engine
 from torquer.ground import live
 from torquer.ground.archive import EPOCH_MS, Row
 from torquer.ground.contact import Counters
+from torquer.link import open_link
+from torquer.onboard.software import load_link
+from torquer.packets.frames import Downlink
 from torquer.packets.keys import new_key
+from torquer.packets.protected import TelemetrySender
 
 pytestmark = pytest.mark.skipif(not engine.COMPILED, reason="whole flights: minutes without JIT")
 
@@ -55,6 +61,17 @@ def test_history_grows_and_is_of_the_times_asked_for(client):
     by = client.get(f"chibis/history/extended/omega_x?by=received&start={received_ms}&size=20000")
     assert by[0][1] >= received_ms
     assert client.get("chibis/history/extended/omega_x?start=5&end=4") == []
+    assert client.get("chibis/history/extended/omega_x?latest=1&start=5&end=4") == []
+
+
+def test_the_last_rows_of_a_packet_have_all_its_numbers(client):
+    time_ms, received_ms, omega_x, quality = client.value("omega_x")
+    (*_, row) = client.get(f"chibis/history/extended?end={time_ms}&size=3")
+    assert row[:3] == [time_ms, received_ms, quality]
+    described = client.get("satellites")[0]["packets"]
+    keys = [m["key"] for p in described if p["key"] == "extended" for m in p["measurements"]]
+    assert row[3][keys.index("extended.omega_x")] == omega_x and len(row[3]) == len(keys)
+    assert client.get("chibis/history/extended?start=5&end=4") == []
 
 
 @pytest.mark.parametrize(
@@ -62,6 +79,8 @@ def test_history_grows_and_is_of_the_times_asked_for(client):
     [
         ("chibis/history/extended/nothing", 404, "there is no such thing"),
         ("chibis/history/sqlite_master/sql", 404, "there is no such thing"),
+        ("chibis/history/sqlite_master", 404, "there is no such thing"),
+        ("chibis/history/_commands", 404, "there is no such thing"),
         ('chibis/history/extended/omega_x"', 404, "there is no such thing"),
         ("nobody/log", 404, "there is no such thing"),
         ("chibis/history/extended/omega_x?size=0", 400, "size: must be"),
@@ -191,6 +210,28 @@ def test_replayed_and_forged_commands_are_refused_and_logged(client, flight):
 
 
 # Browsers and strangers
+
+
+def test_numbers_that_are_not_finite_are_unknown_to_browsers(tmp_path):
+    software = load_link()
+    keys, made = software.keys, Downlink(software.dictionary)
+    sender = TelemetrySender(keys.down, keys.spi, keys.spacecraft)
+    with (
+        closing(open_link("tcp:127.0.0.1:0")) as link,
+        serving(tmp_path, sat=table(link.address, in_scenario=None)) as client,
+        client.live() as socket_,
+    ):
+        until(lambda: link.receive() or link.peers)
+        for time_s, value in enumerate((1.5, math.inf, -math.inf)):
+            frame = made.frame("parameter", 100 + time_s, (7, value))
+            link.send(sender.wrap(frame) + sender.flush())
+        seen = []
+        while len(seen) < 3:
+            seen += [row[-1] for row in json.loads(socket_.recv(60)).get("rows", ())]
+        assert seen == [[7, 1.5], [7, None], [7, None]]
+        rows = client.get("sat/history/parameter/value")
+        assert [value for _, _, value, _ in rows] == [1.5, None, None]
+        assert [row[-1] for row in client.get("sat/history/parameter")] == seen
 
 
 def test_rows_come_live(client):

@@ -1,6 +1,6 @@
 """Commands of a satellite from order to answer, each with its state in the archive.
 
-waiting     not sent yet: for its time, or because an equal command has no answer yet
+waiting     not sent yet: for its time, or for answers to those before it
 sent        handed to the link
 received    the satellite has it, and waits for its execution time
 executed, refused      by the satellite's answer; `reason`: why it was refused
@@ -8,7 +8,8 @@ unanswered  no answer in time; one that comes later still counts
 cancelled   never sent: the ground ended before
 
 An answer names a command by its packet and its execution time. Two commands for which these are
-equal are therefore never on their way at once: each answer belongs to one command.
+equal are therefore never on their way at once: each answer belongs to one command. Nor do more
+commands wait for an answer than the satellite's queue of answers holds, which drops the oldest.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from typing import Any, NamedTuple
 from torquer.ground.archive import EPOCH_MS, Archive, quoted
 from torquer.onboard.log import Reason, text_of_code
 from torquer.onboard.script import Sent, numbers_of
+from torquer.onboard.state import QUEUES
 from torquer.packets.dictionary import Dictionary
 from torquer.packets.frames import Uplink
 from torquer.scenario.explain import ScenarioError
@@ -126,7 +128,7 @@ class Commands:
     def due(self, now_ms: int) -> Iterator[tuple[int, bytes]]:
         """(number, frame) of the commands to be sent now, in order; `sent` must follow each.
 
-        One that has to wait for the answer to an equal one holds back those after it.
+        One that has to wait for answers holds back those after it.
         """
         for each in list(self._open.values()):
             if each.state == WAITING and each.not_before_ms <= now_ms:
@@ -175,11 +177,11 @@ class Commands:
         return _shown(self._archive.read(statement, number)[0])
 
     def _busy(self, waiting: _Open) -> bool:
-        """Whether an equal command is on its way, whose answer could be taken for its own."""
-        return any(
-            each.key == waiting.key and each.state in (SENT, RECEIVED)
-            for each in self._open.values()
-        )
+        """Whether its answer could be dropped on board, or taken for that of an equal command."""
+        on_way = [each for each in self._open.values() if each.state in (SENT, RECEIVED)]
+        unanswered = sum(each.state == SENT for each in on_way)
+        is_full = waiting.asks and unanswered >= QUEUES["acks"]
+        return is_full or any(each.key == waiting.key for each in on_way)
 
     def _number_of(self, key: tuple[int, int], now_ms: int) -> tuple[int | None, str]:
         """The command that an answer names, and whether it may be another one's.

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from torquer.ground.archive import quoted
 from torquer.onboard.log import Reason, text_of_code
 from torquer.packets.dictionary import Dictionary
 
@@ -55,14 +56,23 @@ def points(
 
 
 def latest(
-    db: sqlite3.Connection, packet: str, number: str, end_ms: int, size: int = 1, by: str = "time"
+    db: sqlite3.Connection,
+    packet: str,
+    numbers: Sequence[str],
+    start_ms: int,
+    end_ms: int,
+    size: int = 1,
+    by: str = "time",
 ) -> list[tuple]:
-    """The last rows up to a time, as `points` gives them."""
+    """(time_ms, received_ms, quality, value of each number) of the last rows, in order of time.
+
+    Up to `size` rows from start to end. Names must be of the dictionary, `by` of `TIMES`.
+    """
     at = TIMES[by]
     rows = db.execute(
-        f'SELECT _time_ms, _received_ms, "{number}", _quality FROM "{packet}" WHERE {at} <= ? '
-        f"ORDER BY {at} DESC LIMIT ?",
-        (end_ms, size),
+        f'SELECT _time_ms, _received_ms, _quality, {quoted(numbers)} FROM "{packet}" '
+        f"WHERE {at} BETWEEN ? AND ? ORDER BY {at} DESC LIMIT ?",
+        (start_ms, end_ms, size),
     )
     return rows.fetchall()[::-1]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
 from collections import deque
 from contextlib import suppress
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from torquer.ground.archive import Row
+from torquer.strict_json import json_text
 
 #: Most rows of a packet, and most other messages, that wait for a browser: the oldest are dropped.
 MOST_ROWS, MOST_MESSAGES = 64, 200
@@ -68,7 +68,7 @@ class Listener:
             found["rows"] = rows
         self._others.clear()
         self._rows.clear()
-        return json.dumps(found, separators=(",", ":"), allow_nan=False)
+        return json_text(found, None)
 
 
 async def _until_closed(socket: WebSocket) -> None:

@@ -32,6 +32,7 @@ from torquer.packets.mistakes import shown
 from torquer.packets.openmct import openmct
 from torquer.scenario.explain import ScenarioError, validated
 from torquer.spec import Spec
+from torquer.strict_json import json_text
 
 WEB = Path(__file__).parent / "web"
 #: Most rows that one answer has, and bytes of a command as JSON.
@@ -61,6 +62,7 @@ def application(contacts: dict[str, Contact], live: Live, lifespan) -> Starlette
     return Starlette(
         routes=[
             Route("/api/satellites", routes.satellites),
+            Route(f"{one}/history/{{packet}}", routes.frames),
             Route(f"{one}/history/{{packet}}/{{number}}", routes.history),
             Route(f"{one}/log", routes.log),
             Route(f"{one}/commands", routes.commands, methods=["GET"]),
@@ -87,36 +89,46 @@ class _Routes:
         """All satellites with their packets."""
         return JSONResponse([_described(contact) for contact in self._contacts.values()])
 
+    async def frames(self, request: Request) -> Response:
+        """Last rows of a packet."""
+        contact, span = self._asked(request)
+        packet = _packet(contact, request)
+
+        def found(db):
+            ends, names = (span.start, span.end), packet.names
+            rows = history.latest(db, packet.name, names, *ends, span.size, span.by)
+            return [(*row[:3], row[3:]) for row in rows]
+
+        return await self._read(contact, found)
+
     async def history(self, request: Request) -> Response:
         """Rows of one number."""
         contact, span = self._asked(request)
-        packet, number = request.path_params["packet"], request.path_params["number"]
-        known = contact.dictionary.down.get(packet)
-        if known is None or number not in known.names:
+        packet, number = _packet(contact, request), request.path_params["number"]
+        if number not in packet.names:
             raise HTTPException(404)
 
         def found(db):
-            if span.latest:
-                return history.latest(db, packet, number, span.end, span.size, span.by)
             ends = span.start, span.end
-            return history.points(db, packet, number, *ends, span.size, span.by)
+            if span.latest:
+                rows = history.latest(db, packet.name, [number], *ends, span.size, span.by)
+                return [(*times, value, quality) for *times, quality, value in rows]
+            return history.points(db, packet.name, number, *ends, span.size, span.by)
 
-        return JSONResponse(await self._read(contact, found))
+        return await self._read(contact, found)
 
     async def log(self, request: Request) -> Response:
         """The last entries of the log."""
         contact, span = self._asked(request)
         ends = span.start, span.end
-        return JSONResponse(
-            await self._read(
-                contact, lambda db: history.log(db, contact.dictionary, *ends, span.size)
-            )
+        return await self._read(
+            contact, lambda db: history.log(db, contact.dictionary, *ends, span.size)
         )
 
     async def sent(self, request: Request) -> Response:
         """The last commands with their states."""
         contact, span = self._asked(request)
-        return JSONResponse(await self._read(contact, lambda db: listed(db, span.size)))
+        return await self._read(contact, lambda db: listed(db, span.size))
 
     async def commands(self, request: Request) -> Response:
         """What can be commanded."""
@@ -199,12 +211,21 @@ class _Routes:
         given = {key: _whole(value) for key, value in request.query_params.items()}
         return self._contact(request), validated(_Span, given)
 
-    async def _read(self, contact: Contact, ask):
-        def answer():
+    async def _read(self, contact: Contact, ask) -> Response:
+        def answer() -> str:
             with closing(read_only(contact.archive.path)) as db:
-                return ask(db)
+                # row by row: in one piece a large answer would keep all else waiting
+                return f"[{','.join(json_text(row, None) for row in ask(db))}]"
 
-        return await run_in_threadpool(answer)
+        text = await run_in_threadpool(answer)
+        return Response(text, media_type="application/json")
+
+
+def _packet(contact: Contact, request: Request) -> Packet:
+    found = contact.dictionary.down.get(request.path_params["packet"])
+    if found is None:
+        raise HTTPException(404)
+    return found
 
 
 def _described(contact: Contact) -> dict:

@@ -73,6 +73,19 @@ def test_points_are_drawn(page, ground):
     )
 
 
+def test_plots_do_without_webgl_where_software_draws_it(page, ground):
+    opened(page, ground)
+    page.locator(".gl-plot-tick").first.wait_for()
+    renderer = page.evaluate("""() => {
+      const gl = document.createElement("canvas").getContext("webgl");
+      const about = gl?.getExtension("WEBGL_debug_renderer_info");
+      return gl ? gl.getParameter(about.UNMASKED_RENDERER_WEBGL) : "";
+    }""")
+    plots = page.locator(".js-main-canvas")
+    in_2d = plots.evaluate_all("each => each.map((canvas) => canvas.getContext('2d') !== null)")
+    assert in_2d == ["SwiftShader" in renderer or not renderer] * 3
+
+
 def test_the_overview_shows_link_values_and_log(page, ground):
     opened(page, ground)
     line = page.locator(".t-link[data-state=connected]")

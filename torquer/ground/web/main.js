@@ -5,6 +5,7 @@ import { askAgain, followOpenSatellite, installTime } from "./mct/clocks.js";
 import { installFormats } from "./mct/formats.js";
 import { installIndicators } from "./mct/indicators.js";
 import { installObjects, NAMESPACE, overviewPath } from "./mct/objects.js";
+import { drawPlotsIn2DWithoutGraphicsCard } from "./mct/plots.js";
 import { Telemetry } from "./mct/telemetry.js";
 import { latencyMeter } from "./measure.js";
 import { get } from "./net/api.js";
@@ -20,9 +21,10 @@ async function start() {
   const satellites = satellitesOf(await get("/api/satellites"));
   if (!satellites.size) throw new Error("The server knows no satellite.");
   const live = new Live();
-  const rows = new Rows(satellites, live);
+  const rows = new Rows(live);
   const openmct = window.openmct;
 
+  drawPlotsIn2DWithoutGraphicsCard();
   openmct.setAssetPath(ASSETS);
   openmct.install(openmct.plugins.LocalStorage());
   openmct.install(openmct.plugins.MyItems("My layouts"));

@@ -63,9 +63,8 @@ class AttitudeView {
       this.#stage?.orbit(found);
     };
     if (satellite.has.orbit) this.#orbit = new OrbitSource(satellite.key, signal, takeOrbit);
-    const numbers = Object.values(FIELDS).flatMap((base) => this.#packet.vectors.get(base) ?? []);
     const take = (row) => this.#take(row);
-    return rows.follow(satellite.key, PACKET, numbers, take, signal);
+    return rows.follow(satellite.key, PACKET, take, signal);
   }
 
   #choices({ has }) {

@@ -1,6 +1,6 @@
 // Telemetry for Open MCT: history by requests, live rows, limits.
 
-import { history } from "../net/rows.js";
+import { frames, history } from "../net/rows.js";
 import { isBeyond } from "../satellites.js";
 import { TYPES } from "./objects.js";
 
@@ -44,29 +44,15 @@ export class Telemetry {
   async #request(object, options) {
     const parameters = parametersOf(options);
     const { satellite, packet, number } = object;
-    if (isPacket(object)) return this.#frames(object, parameters, options.signal);
+    if (isPacket(object)) {
+      const { numbers } = this.#packet(satellite, packet);
+      const rows = await frames(satellite, packet, parameters, options.signal);
+      return rows.map((row) => frameDatum(row, numbers));
+    }
     const rows = await history(satellite, packet, number, parameters, options.signal);
     return rows
       .filter(([, , value], i) => !repeatsUnknown(value, rows[i - 1]?.[2]))
       .map(([time, received, value, quality]) => numberDatum({ time, received, quality }, value));
-  }
-
-  /** Frames of a packet, put together from the histories of its numbers. */
-  async #frames({ satellite, packet }, parameters, signal) {
-    const { numbers } = this.#packet(satellite, packet);
-    const whole = { ...parameters, latest: 1 };
-    const columns = await Promise.all(
-      numbers.map(({ key }) => history(satellite, packet, key, whole, signal)),
-    );
-    const found = new Map();
-    columns.forEach((rows, i) => {
-      for (const [time, received, value, quality] of rows) {
-        const key = `${time} ${received}`;
-        if (!found.has(key)) found.set(key, datum({ time, received, quality }));
-        found.get(key)[numbers[i].key] = value ?? undefined;
-      }
-    });
-    return [...found.values()].sort((a, b) => a.utc - b.utc);
   }
 
   #subscribe(object, callback) {

@@ -7,14 +7,12 @@ export const QUALITIES = ["suspect", "unchecked", "authentic"];
 
 /** Listeners and the newest row, by satellite and packet. */
 export class Rows {
-  #satellites;
   #live;
   #listeners = new Map();
   #firsts = [];
   #newest = new Map();
 
-  constructor(satellites, live) {
-    this.#satellites = satellites;
+  constructor(live) {
     this.#live = live;
     live.on("rows", (rows) => this.#received(rows.map(rowOf)));
     // What comes while there is no connection is newer, and in the archive only.
@@ -35,10 +33,10 @@ export class Rows {
   }
 
   /**
-   * Calls `take` with the newest row of a packet and with each new one. A row of the archive, now
-   * and after a lost connection, has `numbers` of the packet only.
+   * Calls `take` with the newest row of a packet and with each new one; the newest is that of the
+   * archive if none has come since the connection was made.
    */
-  async follow(satellite, packet, numbers, take, signal) {
+  async follow(satellite, packet, take, signal) {
     let arrived = -Infinity;
     const takeNewer = (row) => {
       if (!row || row.arrived < arrived) return;
@@ -46,30 +44,10 @@ export class Rows {
       take(row);
     };
     const known = () => this.#newest.get(`${satellite}/${packet}`);
-    const ask = async () =>
-      takeNewer(known() ?? (await this.#archived(satellite, packet, numbers, signal)));
+    const ask = async () => takeNewer(known() ?? (await archived(satellite, packet, signal)));
     this.listen(satellite, packet, takeNewer, signal);
     this.#live.on("again", () => inBackground(ask(), signal), signal);
     await ask();
-  }
-
-  async #archived(satellite, packet, numbers, signal) {
-    const last = new Map();
-    const ask = async ({ key }) => {
-      // On-board time may have been set back; rows of recordings have no time of reception.
-      for (const by of ["received", "time"]) {
-        const rows = await history(satellite, packet, key, { latest: 1, size: 1, by }, signal);
-        if (rows.length) return last.set(key, rows[0]);
-      }
-    };
-    await Promise.all(numbers.map(ask));
-    if (!last.size) return null;
-    const [time, received, , quality] = [...last.values()].at(-1);
-    const { places } = this.#satellites.get(satellite).packets.get(packet);
-    const values = [...places.keys()].map((key) => last.get(key)?.[2] ?? null);
-    // Times of reception are this machine's; rows of recordings have none: they came long ago.
-    const arrived = performance.now() - (Date.now() - (received ?? -Infinity));
-    return { satellite, packet, time, received, quality, values, arrived };
   }
 
   #received(rows) {
@@ -84,6 +62,26 @@ export class Rows {
 
 function rowOf([satellite, packet, time, received, quality, values]) {
   return { satellite, packet, time, received, quality, values, arrived: performance.now() };
+}
+
+/** The newest row of a packet in the archive, or null. */
+async function archived(satellite, packet, signal) {
+  // On-board time may have been set back; rows of recordings have no time of reception.
+  for (const by of ["received", "time"]) {
+    const [row] = await frames(satellite, packet, { size: 1, by }, signal);
+    // Times of reception are this machine's; rows of recordings have none: they came long ago.
+    const age = row && Date.now() - (row.received ?? -Infinity);
+    if (row) return { ...row, arrived: performance.now() - age };
+  }
+  return null;
+}
+
+/** The last rows of a packet, as they come live. */
+export async function frames(satellite, packet, parameters, signal = undefined) {
+  const rows = await get(route(satellite, "history", packet), parameters, signal);
+  return rows.map(([time, received, quality, values]) =>
+    rowOf([satellite, packet, time, received, quality, values]),
+  );
 }
 
 /** Rows `[time, received, value, quality]` of a number. */

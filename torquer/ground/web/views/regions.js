@@ -12,9 +12,8 @@ export const modesOf = (satellite, signal) => get(route(satellite.key, "modes"),
 
 /** Calls `show` with the name of each region's state (null: unknown), now and at changes. */
 export function followStates(regions, { satellite, rows, signal }, show) {
-  const numbers = satellite.packets.get(PACKET)?.numbers ?? [];
   const take = (row) => show(regions.map(({ states }, i) => stateOf(states, row.values[i])));
-  return rows.follow(satellite.key, PACKET, numbers, take, signal);
+  return rows.follow(satellite.key, PACKET, take, signal);
 }
 
 function stateOf(states, value) {

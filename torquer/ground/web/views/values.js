@@ -38,7 +38,7 @@ export function showValues(element, { satellite, rows, signal }, packet, numbers
     newest = row;
     draw();
   };
-  return rows.follow(satellite.key, packet.key, numbers, take, signal);
+  return rows.follow(satellite.key, packet.key, take, signal);
 }
 
 function frameInWords(packet, { time, received, quality }) {
