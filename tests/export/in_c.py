@@ -12,7 +12,7 @@ import pytest
 from torquer.compile.plugin import plain_of
 from torquer.export.print_c import INCLUDES, function_text, program_text
 from torquer.export.program import translated
-from torquer.export.types import DOUBLE, INT, Array, Static, Tuple
+from torquer.export.types import INT, REAL, Array, Static, Tuple
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -33,9 +33,9 @@ def flat(value) -> list[float]:
 
 def _given(program, kind, at: list[int]) -> str:
     """An argument made of the numbers that the entry is given."""
-    if kind in (DOUBLE, INT):
+    if kind in (REAL, INT):
         at[0] += 1
-        return f"d[{at[0] - 1}]" if kind == DOUBLE else f"(int64_t)d[{at[0] - 1}]"
+        return f"d[{at[0] - 1}]" if kind == REAL else f"(int64_t)d[{at[0] - 1}]"
     if isinstance(kind, Tuple):
         inner = ", ".join(_given(program, part, at) for part in kind.parts)
         braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
@@ -102,7 +102,7 @@ class InC:
 
 
 #: What generated kernels take: two numbers, two whole numbers, a vector, memory.
-TYPES = [DOUBLE, DOUBLE, INT, INT, Tuple((DOUBLE,) * 3), Array((6,))]
+TYPES = [REAL, REAL, INT, INT, Tuple((REAL,) * 3), Array((6,))]
 
 
 def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool | None:

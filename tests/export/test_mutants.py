@@ -48,7 +48,7 @@ MISTAKES = {
         "if low is not None and low >= limit - 1:",
     ),
     "a power by a constant": Mistake("arithmetic.py", "if a.is_known or b.is_known:", "if False:"),
-    "digits of a number": Mistake("types.py", "return repr(value)", 'return f"{value:.15e}"'),
+    "digits of a number": Mistake("precision.py", "return repr(value)", 'return f"{value:.15e}"'),
     "a loop once more": Mistake(
         "statements.py", 'sign, by = ("<", "+=") if step > 0', 'sign, by = ("<=", "+=") if step > 0'
     ),

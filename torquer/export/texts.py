@@ -12,7 +12,7 @@ HEADER = """\
 
 #include "adcs_types.h"
 
-$enums
+${precision}$enums
 /* What the computer is given at a control step: the latest readings with their times. */
 typedef struct {
 $inputs} adcs_inputs;
@@ -99,19 +99,19 @@ void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *comma
     Command made;
 $copies    made = $step($arguments);
     for (int32_t k = 0; k < 3; k++) {
-        command->dipole_a_m2[k] = made.dipole_a_m2.v[k];
-        command->torque_n_m[k] = made.torque_n_m.v[k];
+        command->dipole_a_m2[k] = ${to_double}made.dipole_a_m2.v[k];
+        command->torque_n_m[k] = ${to_double}made.torque_n_m.v[k];
     }
 }
 
-bool adcs_self_test(void)
+${single_test}bool adcs_self_test(void)
 {
     volatile double a = 1.0 + 0x1p-27;
     volatile double b = -(1.0 + 0x1p-26);
     volatile double least = 0x1p-1074;
     const double x = a;
     const double y = b;
-    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u;
+    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u$self_test;
 }
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
@@ -151,9 +151,29 @@ void adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
     const size_t count = sizeof state->parameters / sizeof state->parameters[0];
     if (place >= 0 && (size_t)place < count) {
-        state->parameters[place] = value;
+        state->parameters[place] = ${to_real}value;
     }
 }
+"""
+
+#: What differs in single precision.
+PRECISION = """\
+/* Kernels compute in single precision, but for times; interface and memory hold doubles. */
+#define ADCS_SINGLE
+
+"""
+SINGLE_TEST = """\
+/* Whether floats have their bits, too. */
+static bool is_single_exact(void)
+{
+    volatile float a = 1.0f + 0x1p-12f;
+    volatile float b = -(1.0f + 0x1p-11f);
+    volatile float least = 0x1p-149f;
+    const float x = a;
+    const float y = b;
+    return x * x + y == 0.0f && least * 1.0f > 0.0f && sizeof(float) == 4u;
+}
+
 """
 
 TABLES = """\
@@ -221,14 +241,16 @@ REPLAY = """\
 /* Replay recorded control steps and compare every bit: replay recorded.bin
    replay recorded.bin OUT: the same inputs, with the answers of this build in place of the recorded
 
-   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, a mark of
-   the whole state. A number that is not one has one mark, whatever its bits. */
+   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, the
+   estimate (attitude, rate), a mark of the whole state. A number that is not one has one mark,
+   whatever its bits. */
 #include "adcs.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
+#define ESTIMATE 7u
 #define NUMBERS (sizeof(adcs_state) / sizeof(double))
 
 typedef struct {
@@ -279,10 +301,16 @@ void adcs_after_step(void);
 #endif
 
 static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
-    const adcs_command *command, uint64_t mark)
+    const adcs_command *command, const adcs_state *state)
 {
+    const Known *known = &state->known[0];
+    const double estimate[ESTIMATE] = {known->estimate_q_x, known->estimate_q_y,
+        known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
+        known->estimate_omega_z};
+    const uint64_t mark = mark_of(state);
     return fwrite(&anew, sizeof anew, 1, out) == 1 && fwrite(inputs, sizeof *inputs, 1, out) == 1 &&
-        fwrite(command, sizeof *command, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
+        fwrite(command, sizeof *command, 1, out) == 1 &&
+        fwrite(estimate, sizeof estimate, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
 }
 
 /* Number of steps that are the same; `step` becomes the first that is not. With `out`, answers are
@@ -294,7 +322,7 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
     adcs_init(&state);
     for (*step = 0; *step < head->steps; (*step)++) {
         double anew;
-        double recorded[6];
+        double recorded[6u + ESTIMATE];
         uint64_t mark;
         adcs_inputs inputs;
         adcs_command command;
@@ -311,7 +339,7 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
         adcs_step(&state, &inputs, &command);
         adcs_after_step();
         if (out != NULL) {
-            if (!is_written(out, anew, &inputs, &command, mark_of(&state))) {
+            if (!is_written(out, anew, &inputs, &command, &state)) {
                 break;
             }
         } else if (!is_same_command(&command, recorded) || mark_of(&state) != mark) {
@@ -337,7 +365,7 @@ int main(int count, char **arguments)
         printf("usage: replay recorded.bin\\n");
         return 2;
     }
-    if (memcmp(head.magic, "ADCSREC1", 8) != 0 || head.inputs != INPUTS ||
+    if (memcmp(head.magic, "ADCSREC2", 8) != 0 || head.inputs != INPUTS ||
         head.numbers != NUMBERS) {
         printf("the record is of another export\\n");
         (void)fclose(file);
