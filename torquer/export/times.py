@@ -5,9 +5,10 @@ stored in them, which a first translation finds out for the next (`torquer.expor
 """
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from torquer.export.types import REAL, TIME, Number, Tuple, Type, tuple_type
+from torquer.export.types import REAL, TIME, Array, Number, Tuple, Type, tuple_type
 from torquer.export.values import Form, Value, as_real, as_time, part_of
 
 if TYPE_CHECKING:
@@ -28,6 +29,9 @@ def _common_of_two(a: Type, b: Type) -> Type | None:
         return a
     if {a, b} == {REAL, TIME}:
         return TIME
+    if isinstance(a, Array) and isinstance(b, Array):
+        of_times = replace(a, of=TIME)
+        return of_times if of_times == replace(b, of=TIME) else None
     if isinstance(a, Tuple) and isinstance(b, Tuple) and (a.of, len(a.parts)) == (
         b.of, len(b.parts)
     ):  # fmt: skip
@@ -37,11 +41,13 @@ def _common_of_two(a: Type, b: Type) -> Type | None:
 
 
 def converted(s: "Scope", value: Value, kind: Type) -> Value:
-    """A number, or a tuple part by part, in a type with which its own has a common one."""
+    """A number, an array or a tuple in a type with which its own has a common one."""
     if value.type == kind:
         return value
     if isinstance(kind, Number):
         return as_time(value) if kind == TIME else as_real(value)
+    if isinstance(kind, Array):  # both hold doubles
+        return replace(value, type=kind)
     assert isinstance(kind, Tuple)
     held = s.kept(value) if value.form is Form.RESULT else value
     parts = [converted(s, part_of(held, place), each) for place, each in enumerate(kind.parts)]
