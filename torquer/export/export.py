@@ -3,12 +3,13 @@
 from pathlib import Path
 from string import Template
 
+from torquer.control.computer import places_of
 from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
 from torquer.export.in_the_loop import in_the_loop_text
 from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
 from torquer.export.portable import PORTABLE
-from torquer.export.precision import computing_in, is_single
+from torquer.export.precision import HELD, computing_in, is_held, is_single
 from torquer.export.print_c import INCLUDES, program_text, signature, types_text
 from torquer.export.program import Program, translated
 from torquer.export.recording import recorded
@@ -43,11 +44,23 @@ def export_c(
         raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
     computer = on_board_of(checked(scenario))
     with computing_in(real):
+        _check_parameters(computer)
         made = exported(computer)
         record = recorded(computer.scenario, steps)
         files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks))}
         files["test/recorded.bin"] = record.as_bytes()
     return [_written(Path(folder) / name, content) for name, content in files.items()]
+
+
+def _check_parameters(computer: OnBoard) -> None:
+    """ValueError of one line for a parameter that single precision does not hold."""
+    for name, (first, count) in places_of(computer.blocks).items() if is_single() else ():
+        for value in computer.board.parameters[first : first + count].tolist():
+            if not is_held(value):
+                raise ValueError(
+                    f"real: must be 'double' unless all parameters are {HELD}; "
+                    f"received {value:g} in {name}"
+                )
 
 
 def export_notes(scenario: Scenario) -> list[str]:
@@ -142,7 +155,7 @@ def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
         "first": constant_text(program, made.state, "first", computer.board),
-        "fingerprint": computer.fingerprint,
+        "fingerprint": computer.fingerprint + " float" * is_single(),
     }
 
 

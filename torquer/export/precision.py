@@ -19,6 +19,8 @@ _SINGLE = ContextVar("single", default=False)
 #: Least and greatest magnitude of a number that a float holds to all its digits.
 _LEAST, _GREATEST = (float(each) for each in (np.finfo("f4").tiny, np.finfo("f4").max))
 
+HELD = f"0 or a number from {_LEAST:.3g} to {_GREATEST:.3g}"
+
 
 @contextlib.contextmanager
 def computing_in(real: str) -> Iterator[None]:
@@ -47,14 +49,16 @@ def real_text(value: float) -> str:
     """
     if not is_single():
         return double_text(value)
-    if math.isfinite(value) and value != 0.0 and not _LEAST <= abs(value) <= _GREATEST:
-        raise Impossible(
-            f"in single precision use 0 or a number from {_LEAST:.3g} to {_GREATEST:.3g} "
-            f"(here: {value:g})"
-        )
+    if not is_held(value):
+        raise Impossible(f"in single precision use {HELD} (here: {value:g})")
     if not math.isfinite(value):
         return double_text(value).replace("double", "float")
     return f"{np.float32(value)!s}f"
+
+
+def is_held(value: float) -> bool:
+    """Whether a float holds a number to all its digits."""
+    return not math.isfinite(value) or value == 0.0 or _LEAST <= abs(value) <= _GREATEST
 
 
 def double_text(value: float) -> str:

@@ -211,8 +211,9 @@ class Program:
             if isinstance(kind, Array) and len(kind.shape) > 1:
                 s.mutable.add(name)
         s.first_variables = dict(s.variables)
-        for name, kind in zip(s.arguments, types, strict=True):
-            s.copy_if_other(name, kind)
+        for name in s.arguments:
+            if name in stored:
+                s.copy_argument(name)
 
     def note_bounds(self, made: Function, values: list[Value]) -> None:
         """Remember within what bounds the whole numbers are that a kernel is given."""

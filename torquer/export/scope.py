@@ -141,8 +141,6 @@ class Scope:
             return
         if isinstance(variable.type, Static) and variable.type == value.type:
             return
-        if variable.form is Form.ADDRESS and isinstance(variable.type, Tuple):
-            variable = self._own_copy(name, variable)
         value = self._in_type_of(name, variable, value)
         if variable.type != value.type:
             raise self.refuse(node, self._one_type(name, variable.type, value.type))
@@ -162,13 +160,16 @@ class Scope:
             self.program.kinds[self.key, name] = kind
         return converted(self, value, variable.type)
 
-    def copy_if_other(self, name: str, kind: Type) -> None:
-        """Copy an argument that is set to times later into a variable that can hold them."""
-        if (self.key, name) in self.program.kinds:
-            value = self.variable_value(self.variables[name])
-            value = converted(self, value, self.known_kind(name, kind))
-            own = Variable(self.new_name(self.c_name(name)), value.type)
-            self.at_top.append(Declared(1, value.text, own.name, own.type))
+    def copy_argument(self, name: str) -> None:
+        """An argument that is set later: a variable in place of what is handed over by its address,
+        and of what does not hold the times that it is set to.
+        """
+        given = self.variables[name]
+        kind = self.known_kind(name, given.type)
+        if kind != given.type or (given.form is Form.ADDRESS and isinstance(kind, Tuple)):
+            value = converted(self, self.variable_value(given), kind).content
+            own = Variable(self.new_name(self.c_name(name)), kind)
+            self.at_top.append(Declared(1, value.text, own.name, kind))
             self.variables[name] = own
 
     def known_kind(self, name: str, kind: Type) -> Type:
@@ -194,13 +195,6 @@ class Scope:
         if pair == {"a float", "an integer"}:
             return f"{name} must be of one type: write 0.0 for 0, or float(...)"
         return f"{name} must be of one type: it is {in_words(first)}, then {in_words(second)}"
-
-    def _own_copy(self, name: str, variable: Variable) -> Variable:
-        """A variable in place of an argument that is handed over by its address."""
-        own = Variable(self.new_name(self.c_name(name)), variable.type)
-        self.at_top.append(Declared(1, f"*{variable.name}", own.name, own.type))
-        self.variables[name] = own
-        return own
 
     def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
         own = self.c_name(name)

@@ -159,7 +159,6 @@ void adcs_set_parameter(adcs_state *state, int32_t place, double value)
 #: What differs in single precision.
 PRECISION = """\
 /* Kernels compute in single precision, but for times; interface and memory hold doubles. */
-#define ADCS_SINGLE
 
 """
 SINGLE_TEST = """\

@@ -20,7 +20,7 @@ BUILD = HOME / "build" / "pil"
 SOURCES = [HOME / name for name in ("adcs.c", "adcs_tables.c", "adcs_math.c")]
 STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall", "-Wextra", "-Wconversion"]
 STRICT += ["-Wdouble-promotion", "-Wshadow", "-Werror"]
-IS_SINGLE = "#define ADCS_SINGLE" in (HOME / "adcs.h").read_text()
+IS_SINGLE = "in single precision" in (HOME / "adcs.h").read_text()
 NAME, CORE, UNIT, BOARD = (
     ("Cortex-M4F", "cortex-m4", "fpv4-sp-d16", "mps2-an386")
     if IS_SINGLE
