@@ -90,7 +90,7 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "adcs_types.h": _filled(texts.TYPES, general | places),
         "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made) | _of_precision()),
         "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
-        "CMakeLists.txt": texts.CMAKE,
+        "CMakeLists.txt": _cmake(),
         "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
@@ -159,6 +159,14 @@ def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
     }
 
 
+def _cmake() -> str:
+    """The file of CMake; in single precision a replay has no recorded bits to compare with."""
+    recorded = "test/recorded.bin)"
+    return texts.CMAKE.replace(
+        recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
+    )
+
+
 def _of_readme(computer: OnBoard, steps: int) -> dict[str, str]:
     rows = []
     for each in INPUTS:
@@ -173,4 +181,7 @@ def _of_readme(computer: OnBoard, steps: int) -> dict[str, str]:
     return {
         "state_bytes": str(8 * words_of(computer.board)), "inputs": "\n".join(rows),
         "constants": "\n".join(named) or "| none | |", "steps": str(steps),
+        "bits": texts.BITS_IN_SINGLE if is_single() else texts.BITS,
+        "compared": texts.COMPARED_IN_SINGLE if is_single() else texts.COMPARED,
+        "processor": "Cortex-M4F" if is_single() else "Cortex-M7 with `ADCS_PORTABLE`",
     }  # fmt: skip

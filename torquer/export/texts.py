@@ -391,6 +391,41 @@ int main(int count, char **arguments)
 }
 """
 
+#: What the README says of the bits of an export in double and in single precision.
+BITS = """\
+with the bits
+that they have in the simulation.
+
+It needs functions of the C library. `sqrt`, `floor`, `fmod` and `copysign` have the same bits in
+all. `sin`, `cos`, `asin`, `acos`, `atan`, `atan2` differ in the last bit from library to library:
+with `ADCS_PORTABLE` defined the build takes those of `adcs_math.c`, which round correctly.
+
+| build | has the bits of |
+|---|---|
+| with the library of the simulation | the simulation: `test/replay.c` compares them |
+| `ADCS_PORTABLE`, for whatever target | every other such build, not always of the simulation |
+
+`exp`, `pow`, `log` and others are the library's in both.
+"""
+BITS_IN_SINGLE = """\
+in single
+precision. Its bits are not those of the simulation, which computes in doubles.
+
+Times are doubles, and so are interface and memory: a float would resolve 8 ms of a time after a
+day. What lies between two times, and all else, is computed in floats; parameters are floats.
+Functions of the C library are those for doubles, rounded to floats, but for `sqrtf`, `fabsf`,
+`fmodf`, `floorf` and their like, which round correctly. So the last bit of a double, in which
+libraries differ, changes an answer only at the middle between two floats, about once in 10^8 times.
+With `ADCS_PORTABLE` functions of angles are those of `adcs_math.c`, at several times the cost.
+"""
+COMPARED = "and compares every bit of commands and state."
+COMPARED_IN_SINGLE = """\
+and writes the answers, whose differences `test/differences.py` shows:
+
+    build/replay test/recorded.bin answers.bin
+    python3 test/differences.py test/recorded.bin answers.bin
+"""
+
 MATH_HEADER = """\
 /* Functions of angles whose bits are the same with every C library, for builds with ADCS_PORTABLE:
    the double nearest to the true value, but for about one argument in 10^8 or more. */
@@ -411,20 +446,7 @@ $program"""
 README = """\
 # On-board computer of $name
 
-Exported by torquer $version as C99: estimators, modes and laws of one control step, with the bits
-that they have in the simulation.
-
-It needs functions of the C library. `sqrt`, `floor`, `fmod` and `copysign` have the same bits in
-all. `sin`, `cos`, `asin`, `acos`, `atan`, `atan2` differ in the last bit from library to library:
-with `ADCS_PORTABLE` defined the build takes those of `adcs_math.c`, which round correctly.
-
-| build | has the bits of |
-|---|---|
-| with the library of the simulation | the simulation: `test/replay.c` compares them |
-| `ADCS_PORTABLE`, for whatever target | every other such build, not always of the simulation |
-
-`exp`, `pow`, `log` and others are the library's in both.
-
+Exported by torquer $version as C99: estimators, modes and laws of one control step, $bits
 ## Use
 
     #include "adcs.h"
@@ -454,15 +476,16 @@ $constants
     cmake -B build && cmake --build build && ctest --test-dir build
 
 `test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
-and compares every bit of commands and state. Compile with `-ffp-contract=off`, as CMakeLists.txt
-does. `torquer run SCENARIO --computer FOLDER` flies this library in the simulation, in place of the
-kernels from which it was translated; `torquer campaign` does so, too.
+$compared
+Compile with `-ffp-contract=off`, as CMakeLists.txt does. `torquer run SCENARIO --computer FOLDER`
+flies this library in the simulation, in place of the kernels from which it was translated; `torquer
+campaign` does so, too.
 
 ## Replay on an emulated processor
 
     make pil
 
-builds the replay for an ARM Cortex-M7 with `ADCS_PORTABLE`, runs it in QEMU, and compares all bits
+builds the replay for an ARM $processor, runs it in QEMU, and compares all bits
 with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
 `libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
 exit code 77. What it measured goes into this file: the worst-case stack is the deepest chain of
