@@ -24,7 +24,7 @@ from torquer.export.types import REAL, TIME, Array, Tuple
 
 #: A day and a half, between two numbers of single precision.
 LATE_S = 131072.01
-CONSTANT = 0.1
+CONSTANT = 0.12345678
 
 
 def polynomial(x, y):
@@ -129,7 +129,21 @@ def test_times_keep_their_digits(c, kernel):
         assert in_c.tolist() == in_python.tolist()
 
 
-@needs_compiler
+def test_times_are_found_in_all_memory():
+    """What is a time follows from the inputs: in filters, modes and the estimate, and no more."""
+    computer = on_board_of(torquer.load_scenario(EXAMPLES / "which_sensors.toml"))
+    with computing_in("float"):
+        found = {
+            each for each in exported(computer, again=0).program.times if isinstance(each, str)
+        }
+    times = {"t_s", "read_s", "gyro_s", "doubted_s", "watched", "past"}
+    assert {f"kalman_gyro_memory.{name}" for name in times} <= found
+    assert {"Known.t_s", "Known.estimate_s", "TransitionNow.true_since_s"} <= found
+    values = {"q", "states", "covariance", "gyro_rad_s", "innovation_sun"}
+    assert not found & {f"kalman_gyro_memory.{name}" for name in values}
+    assert not found & {"Known.estimate_q_x", "Known.b_x", "ConditionNow.latched"}
+
+
 def test_a_number_of_single_precision_would_not_do():
     assert abs((np.float32(LATE_S) - np.float32(LATE_S - 0.01)) / 0.01 - 1.0) > 0.1
 
