@@ -7,14 +7,15 @@ from torquer.control.computer import places_of
 from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
 from torquer.export.in_the_loop import in_the_loop_text
-from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
+from torquer.export.interface import enums, input_copies, input_members
 from torquer.export.portable import PORTABLE
 from torquer.export.precision import HELD, computing_in, is_held, is_single
 from torquer.export.print_c import INCLUDES, program_text, signature, types_text
 from torquer.export.program import Program, translated
+from torquer.export.readme import readme_text
 from torquer.export.recording import recorded
 from torquer.export.refusal import Refused
-from torquer.export.tables import constant_text, words_of
+from torquer.export.tables import constant_text
 from torquer.export.types import REAL
 from torquer.scenario.spec import Scenario
 from torquer.spec import checked
@@ -91,7 +92,7 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made) | _of_precision()),
         "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
         "CMakeLists.txt": _cmake(),
-        "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
+        "README.md": readme_text(computer, name, steps),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
         "Makefile": texts.MAKEFILE,
@@ -165,23 +166,3 @@ def _cmake() -> str:
     return texts.CMAKE.replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
-
-
-def _of_readme(computer: OnBoard, steps: int) -> dict[str, str]:
-    rows = []
-    for each in INPUTS:
-        unread = bool(each.need) and each.need not in computer.needs
-        note = " (*not read*)" if unread else ""
-        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
-    named = [
-        f"| `{name}` | {said} |"
-        for names in constants_of(computer).values()
-        for name, (_, said) in names.items()
-    ]
-    return {
-        "state_bytes": str(8 * words_of(computer.board)), "inputs": "\n".join(rows),
-        "constants": "\n".join(named) or "| none | |", "steps": str(steps),
-        "bits": texts.BITS_IN_SINGLE if is_single() else texts.BITS,
-        "compared": texts.COMPARED_IN_SINGLE if is_single() else texts.COMPARED,
-        "processor": "Cortex-M4F" if is_single() else "Cortex-M7 with `ADCS_PORTABLE`",
-    }  # fmt: skip
