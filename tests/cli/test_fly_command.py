@@ -285,3 +285,33 @@ def test_modules_in_python_files_are_executed_only_where_they_may_be(call, tmp_p
     code, _, err = call(*mine)
     assert code == 2 and "modules.x.file: must lie in the software file's folder" in err
     assert "executed" not in err
+
+
+@flies
+def test_the_computer_in_c_sends_the_same_bytes(call, tmp_path):
+    """A session flown with the export is flown again with the kernels from which it was made."""
+    bench = "examples/my_law.toml"
+    assert call("export", "c", bench, "--steps", 1, "--out", tmp_path / "c")[0] == 0
+    code, text, err = call(
+        "fly", bench, "--computer", tmp_path / "c", "--ticks", 100, "--out", tmp_path / "flown"
+    )
+    assert code == 0 and "100 control steps" in text, err
+    assert call("session", "replay", tmp_path / "flown" / "session.json")[0] == 0
+
+
+@flies
+def test_a_flight_says_that_single_precision_has_other_bytes(call, tmp_path):
+    bench = "examples/my_law.toml"
+    single = ("--real", "float", "--steps", 1, "--out", tmp_path / "c")
+    assert call("export", "c", bench, *single)[0] == 0
+    code, _, err = call(
+        "fly", bench, "--computer", tmp_path / "c", "--ticks", 100, "--out", tmp_path / "flown"
+    )
+    assert code == 0 and "in double precision" in err
+
+
+def test_a_computer_that_is_none_is_refused(call, tmp_path):
+    code, _, err = call("fly", "examples/my_law.toml", "--computer", tmp_path)
+    assert code == 2 and err.startswith("error: --computer: must be a folder of `torquer export c`")
+    code, _, err = call("fly", DAY, "--computer", tmp_path, "--no-user-code")
+    assert code == 2 and "--computer: must not be given with --no-user-code" in err

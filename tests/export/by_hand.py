@@ -196,6 +196,18 @@ def large_arguments(x, y, n, m, v, memory):
     return large_changed((*v, *v, *v, y), x), v
 
 
+def large_changed_in_a_loop(t, x):
+    total = 0.0
+    for k in range(3):
+        total += t[k]
+        t = (t[0] + x, t[2], *t[:8])
+    return total
+
+
+def large_arguments_in_a_loop(x, y, n, m, v, memory):
+    return large_changed_in_a_loop((*v, *v, *v, y), x), v
+
+
 BY_HAND = [
     kernel
     for name, kernel in list(globals().items())

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from torquer.compile.plugin import plain_of
+from torquer.export.precision import computing_in
 from torquer.export.print_c import INCLUDES, function_text, program_text
-from torquer.export.program import translated
-from torquer.export.types import DOUBLE, INT, Array, Static, Tuple
+from torquer.export.program import Program, translated
+from torquer.export.types import INT, REAL, TIME, Array, Static, Tuple
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler")
@@ -33,9 +34,9 @@ def flat(value) -> list[float]:
 
 def _given(program, kind, at: list[int]) -> str:
     """An argument made of the numbers that the entry is given."""
-    if kind in (DOUBLE, INT):
+    if kind in (REAL, TIME, INT):
         at[0] += 1
-        return f"d[{at[0] - 1}]" if kind == DOUBLE else f"(int64_t)d[{at[0] - 1}]"
+        return f"({program.type_name(kind)})d[{at[0] - 1}]"
     if isinstance(kind, Tuple):
         inner = ", ".join(_given(program, part, at) for part in kind.parts)
         braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
@@ -69,12 +70,18 @@ def _entry(program, function) -> str:
 class InC:
     """Kernels, each for its types of arguments, in one shared library."""
 
-    def __init__(self, kernels: dict, folder: Path, flags: tuple[str, ...] = ("-O1",)):
+    def __init__(
+        self, kernels: dict, folder: Path, flags: tuple[str, ...] = ("-O1",), real: str = "double"
+    ):
         def build(program):
             for kernel, types in kernels.items():
                 program.function(kernel, types).is_public = True
 
-        self.program = translated(build)
+        with computing_in(real):
+            self._build(translated(build), kernels, folder, flags)
+
+    def _build(self, program: Program, kernels: dict, folder: Path, flags: tuple[str, ...]):
+        self.program = program
         self._functions = {
             kernel: self.program.function(kernel, types) for kernel, types in kernels.items()
         }
@@ -102,7 +109,7 @@ class InC:
 
 
 #: What generated kernels take: two numbers, two whole numbers, a vector, memory.
-TYPES = [DOUBLE, DOUBLE, INT, INT, Tuple((DOUBLE,) * 3), Array((6,))]
+TYPES = [REAL, REAL, INT, INT, Tuple((REAL,) * 3), Array((6,))]
 
 
 def same_bits(c: InC, kernel, arguments: tuple, cells: list[float]) -> bool | None:

@@ -43,16 +43,19 @@ def replay(path: str, file: str) -> int:
     _, first = computer_and_board(scenario)
     data = Path(file).read_bytes()
     _, steps, inputs, _ = struct.unpack_from("<8sQQQ", data)
-    size, at = 8 * (inputs + 8), 32
+    size, at = 8 * (inputs + 15), 32
     for step in range(steps):
-        row = np.frombuffer(data, "<f8", inputs + 7, at + step * size)
-        (mark,) = struct.unpack_from("<Q", data, at + step * size + 8 * (inputs + 7))
+        row = np.frombuffer(data, "<f8", inputs + 14, at + step * size)
+        (mark,) = struct.unpack_from("<Q", data, at + step * size + 8 * (inputs + 14))
         if row[0] > 0.0:
             begun_anew(board, first)
         board.known.view(np.float64).reshape(-1)[_PLACES] = row[1 : 1 + inputs]
         command = on_board.control_step(computer, board)
         answer = np.array([*command.dipole_a_m2, *command.torque_n_m])
-        if answer.tobytes() != row[1 + inputs :].tobytes() or mark_of(numbers_of(board)) != mark:
+        if (
+            answer.tobytes() != row[1 + inputs : 7 + inputs].tobytes()
+            or mark_of(numbers_of(board)) != mark
+        ):
             print(f"the first difference is at step {step} of {steps}")
             return 1
     print(f"{steps} control steps: the same bits in commands and state")

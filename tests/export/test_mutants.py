@@ -15,6 +15,8 @@ import torquer
 PACKAGE = Path(torquer.__file__).parent
 TESTS = Path(__file__).parents[1]
 NOTICING = ("export/test_by_hand.py", "export/test_generated.py", "export/test_refused.py")
+#: Tests of single precision that notice a mistake about times.
+OF_TIMES = "export/test_precision.py"
 
 
 class Mistake(NamedTuple):
@@ -23,6 +25,7 @@ class Mistake(NamedTuple):
     file: str
     right: str
     wrong: str
+    noticing: tuple[str, ...] = NOTICING
 
 
 MISTAKES = {
@@ -48,7 +51,7 @@ MISTAKES = {
         "if low is not None and low >= limit - 1:",
     ),
     "a power by a constant": Mistake("arithmetic.py", "if a.is_known or b.is_known:", "if False:"),
-    "digits of a number": Mistake("types.py", "return repr(value)", 'return f"{value:.15e}"'),
+    "digits of a number": Mistake("precision.py", "return repr(value)", 'return f"{value:.15e}"'),
     "a loop once more": Mistake(
         "statements.py", 'sign, by = ("<", "+=") if step > 0', 'sign, by = ("<=", "+=") if step > 0'
     ),
@@ -70,6 +73,21 @@ MISTAKES = {
     "the lesser of NaN and a number": Mistake(
         "helpers.py", "static double min_of(double a, double b)\n{\n    return (b < a) ? b : a;",
         "static double min_of(double a, double b)\n{\n    return (a < b) ? a : b;",
+    ),
+    "a time rounded": Mistake(
+        "arithmetic.py",
+        "return times > 0 and (kind is ast.Add or (kind is ast.Sub and times == 1))",
+        "return False", (OF_TIMES,),
+    ),
+    "a variable that holds times later": Mistake(
+        "scope.py", "self.program.kinds[self.key, name] = kind", "pass", (OF_TIMES,)
+    ),
+    "times in memory": Mistake(
+        "scope.py", "        if value.type == TIME:\n            self.note_times(roots)\n", "",
+        (OF_TIMES,),
+    ),
+    "a constant for floats": Mistake(
+        "precision.py", '{np.float32(value)!s}f"', '{np.float32(value):.5e}f"', (OF_TIMES,)
     ),
 }  # fmt: skip
 
@@ -94,9 +112,11 @@ def tried(mistake: Mistake | None, folder: Path) -> subprocess.CompletedProcess:
     """The tests of constructs with this translator, up to the first that fails."""
     places = [str(with_mistake(mistake, folder)), str(TESTS)]
     command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider"]
+    noticing = mistake.noticing if mistake else (*NOTICING, OF_TIMES)
+    command += ["-k", "not processor and not in_the_loop"]
     command += ["-c", str(TESTS.parent / "pyproject.toml"), "-o", f"pythonpath={' '.join(places)}"]
     return subprocess.run(
-        [*command, *(str(TESTS / each) for each in NOTICING)], capture_output=True, text=True,
+        [*command, *(str(TESTS / each) for each in noticing)], capture_output=True, text=True,
         cwd=folder, env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
     )  # fmt: skip
 

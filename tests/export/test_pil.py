@@ -11,7 +11,8 @@ import pytest
 
 import torquer
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 MISSING = [t for t in ("cc", "arm-none-eabi-gcc", "qemu-system-arm") if not shutil.which(t)]
 
 
@@ -64,3 +65,45 @@ def test_another_bit_on_the_processor_is_noticed(export, tmp_path):
     done = pil(folder)
     assert done.returncode == 1
     assert "the first difference is at step " in done.stderr
+
+
+def rows_of_note(name: str) -> list[list[str]]:
+    """Rows of an example in the tables of the design note: double precision, then single."""
+    text = (ROOT / "design/0016-export-c.md").read_text()
+    lines = re.findall(rf"^\| {name} \| (.* / .*) \|$", text, flags=re.M)
+    return [line.split(" | ") for line in lines]
+
+
+def test_the_tutorial_has_the_numbers_of_the_design_note():
+    page = ROOT / "docs/tutorials/from-simulation-to-flight.md"
+    text = " ".join(page.read_text().split())
+    (_, _, stack, _, instructions, _), *_ = rows_of_note("tip_off_campaign")
+    most = instructions.split(" / ")[1]
+    assert f"{stack} bytes of stack and {most} instructions for this computer" in text
+    (_, _, stack, _, instructions, _), *_ = rows_of_note("chibis_m_flight")
+    most = round(int(instructions.split(" / ")[1].replace(" ", "")), -3)
+    kilobytes = f"{int(stack) / 1000:.1f} kB"
+    assert f"{kilobytes} and {most:,} for the flight software".replace(",", " ") in text
+
+
+def of_gcc_12() -> bool:
+    """Whether the compiler is that of the design note."""
+    if MISSING:
+        return False
+    command = ["arm-none-eabi-gcc", "-dumpfullversion"]
+    return subprocess.run(command, capture_output=True, text=True).stdout.startswith("12.2.")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not of_gcc_12(), reason="the design note's numbers are those of GCC 12.2")
+@pytest.mark.parametrize("number", [0, 1], ids=["double", "float"])
+def test_the_numbers_of_the_design_note_are_measured(number, tmp_path):
+    scenario = torquer.load_scenario(EXAMPLES / "tip_off_campaign.toml")
+    torquer.export_c(scenario, tmp_path, steps=2500, real=("double", "float")[number])
+    said = pil(tmp_path).stdout
+    row = rows_of_note("tip_off_campaign")[number]
+    sizes = [int(each) / 1000 for each in re.findall(r"\| (?:code|constants) \| (\d+) bytes", said)]
+    assert row[0] == " / ".join(f"{each:.1f}" for each in sizes)
+    assert row[2:4] == re.findall(r"stack of .*? \| (\d+) bytes", said)
+    (found,) = re.findall(r"(\d+) on average, (\d+) at most", said)
+    assert row[4].replace(" ", "") == "/".join(found)

@@ -8,7 +8,7 @@ import pytest
 from export.in_c import InC, bits, needs_compiler
 
 from torquer.export.portable import PORTABLE
-from torquer.export.types import DOUBLE
+from torquer.export.types import REAL
 
 SPECIAL = (0.0, -0.0, 1.0, -1.0, 5e-324, -5e-324, 1e-310, 1e308, math.inf, -math.inf, math.nan)
 WITH_ONE = [name for name in PORTABLE if name != "atan2"]
@@ -63,7 +63,7 @@ def test_atan2_of_special_numbers_is_that_of_the_library():
 @needs_compiler
 @pytest.mark.parametrize("level", ["-O0", "-O2"])
 def test_c_has_the_bits_of_python(level, tmp_path):
-    kernels = {each: [DOUBLE] * (1 + (name == "atan2")) for name, each in PORTABLE.items()}
+    kernels = {each: [REAL] * (1 + (name == "atan2")) for name, each in PORTABLE.items()}
     c = InC(kernels, tmp_path, (level,))
     for name, kernel in PORTABLE.items():
         special = [(x,) if name in WITH_ONE else (x, y) for x in SPECIAL for y in SPECIAL]

@@ -9,12 +9,12 @@ from export.test_generated import module_of
 
 from torquer.export.program import Program
 from torquer.export.refusal import Refused
-from torquer.export.types import DOUBLE, INT, Array, Tuple
+from torquer.export.types import INT, REAL, Array, Tuple
 
 HEAD = "import math\nimport numpy as np\nTABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
 HEAD += "def again(x, n, v, cells):\n    return again(x, n, v, cells)\n"
 HEAD += "def two(x):\n    return x, 1.0\n"
-TYPES = [DOUBLE, INT, Tuple((DOUBLE,) * 3), Array((6,))]
+TYPES = [REAL, INT, Tuple((REAL,) * 3), Array((6,))]
 #: Body of a kernel, and a word of what is to be written instead.
 BODIES = {
     "return sum(v)": "loop",
@@ -101,9 +101,9 @@ def test_a_file_edited_since_it_was_loaded_is_refused(tmp_path: Path):
     module = module_of("def kernel(x):\n    return x\n", tmp_path)
     (tmp_path / "made.py").write_text("def kernel(x):\n    return -x\n")
     with pytest.raises(Refused, match="edited since it was loaded"):
-        Program().function(module.kernel, [DOUBLE])
+        Program().function(module.kernel, [REAL])
 
 
 def test_a_kernel_without_text_is_refused():
     with pytest.raises(Refused, match="has no text in Python"):
-        Program().function(np.sin, [DOUBLE])
+        Program().function(np.sin, [REAL])

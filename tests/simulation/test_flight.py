@@ -445,3 +445,9 @@ def test_without_the_compiler_a_flight_is_the_same():
         found.append(np.array(done.stdout.split(), dtype=float))
     assert np.abs(found[0][4:]).max() > 0.0
     assert np.abs(found[0] - found[1]).max() < 1e-12
+
+
+def test_a_computer_in_c_needs_a_computer_on_board(tmp_path):
+    scenario = torquer.load_scenario("examples/my_law.toml")
+    with pytest.raises(ValueError, match="computer: must be left out unless keeps_computer=True"):
+        torquer.Flight(scenario, computer=tmp_path)

@@ -223,6 +223,8 @@ class FlyOptions:
     """File of commands with the times at which they are sent."""
     faults: Path | None = None
     """File of faults and reboots."""
+    computer: Path | None = None
+    """Fly the computer in C that `export c` wrote in this folder, or a library built from it."""
     memory: Path | None = None
     """Folder of the non-volatile memory, kept after the flight [in memory, as delivered]."""
     speed: Annotated[float | None, positive()] = None

@@ -1,7 +1,7 @@
 """`torquer export`: the on-board computer of a scenario for flight."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from cyclopts import App, Parameter
 
@@ -17,6 +17,8 @@ class ExportOptions:
     out: Annotated[Path, Parameter(help="Folder for the C files; files of an export are replaced.")]
     steps: Whole = None
     """Control steps that are flown and recorded for the replay [2000]."""
+    real: Literal["double", "float"] = "double"
+    """Precision: with "float" all but times is computed in single precision, with other bits."""
     json: Json = False
 
 

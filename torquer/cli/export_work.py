@@ -14,7 +14,8 @@ def export(path: Path, how: ExportOptions, code: CodeOptions) -> int:
     """Export the computer of a scenario into a folder."""
     scenario = load_usable(path, code, how.out)
     with writing_to(how.out):
-        files = export_c(scenario, how.out, STEPS if how.steps is None else how.steps)
+        steps = STEPS if how.steps is None else how.steps
+        files = export_c(scenario, how.out, steps, how.real)
     if how.json:
         print(json_text({"scenario": scenario.name, "files": [str(file) for file in files]}))
         return 0

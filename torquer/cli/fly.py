@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 from torquer.cli import FAILED_CODE, SIGNAL_CODE, leave_or_raise
 from torquer.cli.app import FlyOptions
 from torquer.cli.folder_lock import claimed
-from torquer.cli.loading import load_checked
+from torquer.cli.loading import check_computer, load_checked
+from torquer.cli.mistakes import as_options
 from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import harmless, make_writable, print_error, print_note, writing_to
 from torquer.cli.simulate import progress_of
@@ -122,6 +123,7 @@ def fly(path: Path, how: FlyOptions, code: CodeOptions) -> int:
             "--commands: must not be given with --listen, whose ground counts the commands; "
             "received both (`torquer ground send --file` sends a file)"
         )
+    check_computer(how.computer, code)
     scenario = load_checked(path, code)
     _check_modules(how.software, code)
     faults = load_faults(how.faults) if how.faults else FaultsFile()
@@ -202,7 +204,7 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     memory = Memory(how.memory)
     before = memory.snapshot()["files"]
     check_faults(faults, software.modules)
-    core = Core(scenario, software, memory)
+    core = _core_of(scenario, software, memory, how.computer)
     frames = []
     if how.commands:
         script = load_script(how.commands)
@@ -215,6 +217,20 @@ def _prepared(scenario, faults: FaultsFile, how: FlyOptions) -> _Flight:
     station = station_of(software)
     sender, link = Sender(frames, station), _opened(how.listen, software)
     return _Flight(core, _Ground(station), sender, faults, software, before, link, _Lateness())
+
+
+def _core_of(scenario, software: Software, memory: Memory, computer: Path | None) -> Core:
+    """The satellite with its flight software, around the computer in C if there is one."""
+    try:
+        core = Core(scenario, software, memory, computer)
+    except ValueError as error:
+        raise ValueError(as_options(str(error), {"computer": "--computer"})) from None
+    if core.flight.is_single:
+        print_note(
+            "the session is flown again in double precision: `torquer session` finds other bytes "
+            "than those of this computer in single precision"
+        )
+    return core
 
 
 def _opened(address: str | None, software: Software) -> Link | None:

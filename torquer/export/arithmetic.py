@@ -7,7 +7,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from torquer.export.types import BOOL, DOUBLE, INT, Number
+from torquer.export.precision import is_single
+from torquer.export.refusal import Impossible
+from torquer.export.types import BOOL, INT, REAL, TIME, Number
 from torquer.export.values import (
     AND,
     ATOM,
@@ -20,7 +22,8 @@ from torquer.export.values import (
     SIGN,
     SUM,
     Value,
-    as_double,
+    as_real,
+    as_time,
     as_whole,
     constant,
 )
@@ -37,7 +40,7 @@ _BITS: dict[type, tuple[str, int, Callable]] = {
     ast.BitXor: ("^", BIT_XOR, operator.xor),
     ast.BitOr: ("|", BIT_OR, operator.or_),
 }
-#: Operations for which the C text has functions of its own, for doubles and whole numbers.
+#: Operations for which the C text has functions of its own, for floats and whole numbers.
 _HELPED: dict[type, tuple[str, str, Callable]] = {
     ast.FloorDiv: ("floor_div", "floor_div_int", operator.floordiv),
     ast.Mod: ("floor_mod", "floor_mod_int", operator.mod),
@@ -50,8 +53,8 @@ _COMPARE: dict[type, tuple[str, int, Callable]] = {
     ast.Eq: ("==", EQUAL, operator.eq),
     ast.NotEq: ("!=", EQUAL, operator.ne),
 }
-#: Functions of doubles in C with the bits of Python's; both call the same library.
-OF_DOUBLES: dict[Callable, str] = {
+#: Functions of floats in C with the bits of Python's; both call the same library.
+OF_FLOATS: dict[Callable, str] = {
     **{f: f"{f.__name__}_of" for f in (  # the library's or `torquer.export.portable`
         math.sin, math.cos, math.asin, math.acos, math.atan, math.atan2,
     )},
@@ -62,17 +65,15 @@ OF_DOUBLES: dict[Callable, str] = {
     np.sqrt: "sqrt", np.abs: "fabs", np.fabs: "fabs", np.copysign: "copysign", np.floor: "floor",
     np.ceil: "ceil", np.trunc: "trunc", np.fmod: "fmod",
 }  # fmt: skip
-#: Whole numbers of doubles.
+#: Those that round correctly in every library, so that C has them for floats, too.
+_EXACT = frozenset({"sqrt", "fabs", "fmod", "copysign", "floor", "ceil", "trunc"})
+#: Whole numbers of floats.
 TO_WHOLE: dict[Callable, str] = {math.floor: "floor", math.ceil: "ceil", math.trunc: "trunc"}
-#: Truths of doubles.
+#: Truths of floats.
 TESTS: dict[Callable, str] = {
     math.isnan: "isnan", math.isinf: "isinf", math.isfinite: "isfinite",
     np.isnan: "isnan", np.isinf: "isinf", np.isfinite: "isfinite",
 }  # fmt: skip
-
-
-class Impossible(Exception):
-    """An operation that has no translation: what to write instead."""
 
 
 def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
@@ -112,11 +113,26 @@ def _plain(kind: type, a: Value, b: Value) -> Value:
     sign, rank, _ = _PLAIN[kind]
     a, b = as_whole(a), as_whole(b)
     whole = a.type == b.type == INT and kind is not ast.Div
+    is_time = _is_time(kind, a, b)
     if not whole:
-        a, b = as_double(a), as_double(b)
+        a, b = in_one_type(a, b)
     text = f"{a.within(rank)} {sign} {b.within(rank + 1)}"
     bounds = _bounds(kind, a, b) if whole else (None, None)
-    return Value(text, INT if whole else DOUBLE, rank, reads=a.reads or b.reads, bounds=bounds)
+    found = Value(text, a.type, rank, reads=a.reads or b.reads, bounds=bounds)
+    return found if whole or is_time else as_real(found)
+
+
+def _is_time(kind: type, a: Value, b: Value) -> bool:
+    """Whether a result is a time: a time plus or minus a number; what lies between two is none."""
+    times = [a.type, b.type].count(TIME)
+    return times > 0 and (kind is ast.Add or (kind is ast.Sub and times == 1))
+
+
+def in_one_type(a: Value, b: Value) -> tuple[Value, Value]:
+    """Two floats for one operation: as times if one of them is a time."""
+    if TIME in (a.type, b.type):
+        return as_time(a), as_time(b)
+    return as_real(a), as_real(b)
 
 
 def _bounds(kind: type, a: Value, b: Value) -> tuple[int | None, int | None]:
@@ -149,26 +165,60 @@ def _bits(kind: type, a: Value, b: Value) -> Value:
 
 
 def _power(a: Value, b: Value, helpers: set[str]) -> Value:
-    if a.type != DOUBLE and b.type != DOUBLE:
+    if a.type != REAL and b.type != REAL:
         raise Impossible("write a product, or make one of them a float")
     if a.is_known or b.is_known:
         raise Impossible(
             "write x * x, math.sqrt(x) or math.exp: compilers round a power by a constant otherwise"
         )
     helpers.add("power_of")
-    return called("power_of", [as_double(as_whole(a)), as_double(as_whole(b))], DOUBLE)
+    return called("power_of", [as_real(as_whole(a)), as_real(as_whole(b))], REAL)
 
 
 def _helped(kind: type, a: Value, b: Value, helpers: set[str]) -> Value:
-    of_doubles, of_whole, _ = _HELPED[kind]
+    of_floats, of_whole, _ = _HELPED[kind]
     a, b = as_whole(a), as_whole(b)
     whole = a.type == b.type == INT
-    name = of_whole if whole else of_doubles
-    helpers.add(name)
-    made = called(name, [a, b] if whole else [as_double(a), as_double(b)], INT if whole else DOUBLE)
-    if whole and kind is ast.Mod and b.is_known and b.known > 0:
+    if not whole:
+        return as_real(helped(of_floats, [a, b], helpers))
+    helpers.add(of_whole)
+    made = called(of_whole, [a, b], INT)
+    if kind is ast.Mod and b.is_known and b.known > 0:
         return Value(made.text, INT, reads=made.reads, bounds=(0, b.known - 1))
     return made
+
+
+def helped(name: str, values: list[Value], helpers: set[str]) -> Value:
+    """A call of a function of floats that the C text has of its own, or of its twin for times."""
+    has_times = any(each.type == TIME for each in values)
+    name = f"{name}_times" if has_times else name
+    helpers.add(name)
+    if has_times:
+        return called(name, [as_time(each) for each in values], TIME)
+    return called(name, [as_real(each) for each in values], REAL)
+
+
+def of_library(name: str, values: list[Value]) -> Value:
+    """A call of a function of the C library.
+
+    In single precision those that round correctly are the library's own for floats; the others are
+    computed for doubles and rounded, so that libraries which differ in a last bit agree.
+    """
+    if any(each.type == TIME for each in values):
+        found = called(name, [as_time(each) for each in values], TIME)
+        return found if name == "fabs" else as_real(found)
+    values = [as_real(each) for each in values]
+    if not is_single() or name.endswith("_of"):
+        return called(name, values, REAL)
+    if name in _EXACT:
+        return called(f"{name}f", values, REAL)
+    return as_real(called(name, [as_time(each) for each in values], TIME))
+
+
+def whole_of(name: str, value: Value) -> Value:
+    """A whole number near a float, as a float: floor, ceil, trunc."""
+    name = f"{name}f" if is_single() and value.type == REAL else name
+    return called(name, [value], REAL)
 
 
 def called(name: str, values: list[Value], kind: Number) -> Value:
@@ -204,8 +254,12 @@ def truth(value: Value) -> Value:
         return value
     if value.is_known:
         return constant(bool(value.known))
-    zero = "0" if value.type == INT else "0.0"
+    zero = "0" if value.type == INT else _zero(value.type)
     return Value(f"{value.within(ORDER)} != {zero}", BOOL, EQUAL, reads=value.reads)
+
+
+def _zero(kind: Number) -> str:
+    return as_time(constant(0.0)).text if kind == TIME else constant(0.0).text
 
 
 def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
@@ -222,7 +276,7 @@ def compare(op: ast.cmpop, a: Value, b: Value) -> Value:
     if a.type != b.type:
         a, b = as_whole(a), as_whole(b)
     if a.type != b.type:
-        a, b = as_double(a), as_double(b)
+        a, b = in_one_type(a, b)
     text = f"{a.within(SUM)} {sign} {b.within(SUM)}"
     return Value(text, BOOL, rank, reads=a.reads or b.reads)
 

@@ -20,10 +20,11 @@ from torquer.export.places import Chosen
 from torquer.export.scope import Scope
 from torquer.export.types import (
     BOOL,
-    DOUBLE,
     INT,
     NOTHING,
     PLACES,
+    REAL,
+    TIME,
     Array,
     Number,
     Record,
@@ -31,7 +32,17 @@ from torquer.export.types import (
     Static,
     Tuple,
 )
-from torquer.export.values import ATOM, EQUAL, SIGN, Form, Value, constant, static
+from torquer.export.values import (
+    ATOM,
+    EQUAL,
+    SIGN,
+    Form,
+    Value,
+    as_float,
+    as_real,
+    constant,
+    static,
+)
 
 #: Names of functions of Python and its library with what to write in their place.
 _INSTEAD = {
@@ -127,8 +138,9 @@ def _call_by_number(s: Scope, node: ast.Call, values: list[Value]) -> Value:
 
 
 def call_switch(
-    s: Scope, node, functions: dict, number: Value, values: list[Value], otherwise: str = ""
-) -> Value:
+    s: Scope, node, functions: dict, number: Value, values: list[Value],
+    otherwise: Value | None = None,
+) -> Value:  # fmt: skip
     """A call of the kernel of a number; see `Program.switch`."""
     made = s.program.switch(functions, [each.type for each in values], s, node, otherwise)
     return _written_call(s, node, made, [number, *values])
@@ -159,6 +171,8 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
     for name, value in zip((n for n, _ in made.arguments), values, strict=True):
         if name in made.writes:
             s.writes(value, node)
+        if name in made.times:
+            s.note_times(value.roots)
     s.called.add(made.name)
     variable = s.variables.get(made.name)
     if made.name in s.source.own and not (variable and isinstance(variable.type, Static)):
@@ -203,7 +217,7 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         return None
     if called in (float, np.float64, int, bool, len, abs, np.abs, min, max, np.sign):
         return _of_python(s, node, called, values)
-    name = arithmetic.OF_DOUBLES.get(called)
+    name = arithmetic.OF_FLOATS.get(called)
     test, whole = arithmetic.TESTS.get(called), arithmetic.TO_WHOLE.get(called)
     if not (name or test or whole):
         return None
@@ -211,19 +225,20 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         raise s.refuse(node, "call it with numbers")
     if name and all(each.is_known for each in values):  # a compiler would round it its own way
         return _known_answer(s, node, called, values)
-    doubles = [arithmetic.as_double(arithmetic.as_whole(each)) for each in values]
+    floats = [as_float(arithmetic.as_whole(each)) for each in values]
     if name:
-        return arithmetic.called(name, doubles, DOUBLE)
+        return arithmetic.of_library(name, floats)
     if test:
-        found = arithmetic.called(test, doubles, BOOL)
+        found = arithmetic.called(test, floats, BOOL)
         return replace(found, text=f"{found.text} != 0", rank=EQUAL)
-    found = arithmetic.called(whole or "", doubles, DOUBLE)
+    found = arithmetic.whole_of(whole or "", floats[0])
     return replace(found, text=f"(int64_t){found.text}", type=INT, rank=SIGN)
 
 
 def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
     try:
-        return constant(float(called(*(each.known for each in values))))
+        with s.refusing(node):
+            return constant(float(called(*(each.known for each in values))))
     except (ArithmeticError, ValueError):
         raise s.refuse(node, "call it where it is defined") from None
 
@@ -241,7 +256,7 @@ def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
     if called is bool:
         return arithmetic.truth(first)
     if called in (float, np.float64):
-        return arithmetic.as_double(arithmetic.as_whole(first))
+        return as_float(arithmetic.as_whole(first))
     if called is int:
         return _whole(first)
     return _magnitude_or_sign(s, called, arithmetic.as_whole(first))
@@ -249,18 +264,17 @@ def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
 
 def _magnitude_or_sign(s: Scope, called, value: Value) -> Value:
     if called is np.sign:
-        s.program.helpers.add("sign_of")
-        return arithmetic.called("sign_of", [arithmetic.as_double(value)], DOUBLE)
+        return as_real(arithmetic.helped("sign_of", [value], s.program.helpers))
     if value.type == INT:
         s.program.helpers.add("abs_int")
         return arithmetic.called("abs_int", [value], INT)
-    return arithmetic.called("fabs", [value], DOUBLE)
+    return arithmetic.of_library("fabs", [value])
 
 
 def _whole(value: Value) -> Value:
     if value.is_known:
         return constant(int(value.known))
-    if value.type == DOUBLE:
+    if value.type in (REAL, TIME):
         return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
     return arithmetic.as_whole(value)
 
@@ -280,13 +294,14 @@ def _length(s: Scope, node: ast.Call, value: Value) -> Value:
 def _least_or_greatest(s: Scope, node: ast.Call, name: str, values: list[Value]) -> Value:
     """The least or greatest number, the first of equal ones."""
     values = [arithmetic.as_whole(each) for each in values]
-    kinds = {each.type for each in values}
-    if len(values) < 2 or len(kinds) != 1:
+    whole = {each.type == INT for each in values}
+    if len(values) < 2 or len(whole) != 1:
         raise s.refuse(node, "give it at least two numbers of one type: write 0.0 for 0")
-    kind = values[0].type
-    helper = f"{name}_of" if kind == DOUBLE else f"{name}_of_int"
-    s.program.helpers.add(helper)
     found = values[0]
     for each in values[1:]:
-        found = arithmetic.called(helper, [found, each], kind)  # type: ignore[arg-type]
+        if found.type == INT:
+            s.program.helpers.add(f"{name}_of_int")
+            found = arithmetic.called(f"{name}_of_int", [found, each], INT)
+        else:
+            found = arithmetic.helped(f"{name}_of", [found, each], s.program.helpers)
     return found

@@ -1,5 +1,6 @@
 """The on-board computer of a scenario as a program: its control step, its tables, its state."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from types import FunctionType
@@ -16,11 +17,12 @@ from torquer.control.computer import Blocks, control_step, first_board
 from torquer.control.modes import signals
 from torquer.control.modes.table import ModeState
 from torquer.export.calls import Cast, call_switch
+from torquer.export.precision import is_single
 from torquer.export.program import Program, translated
 from torquer.export.types import (
-    DOUBLE,
     INT,
     NOTHING,
+    REAL,
     Array,
     Record,
     Rows,
@@ -29,7 +31,7 @@ from torquer.export.types import (
     Type,
     type_of,
 )
-from torquer.export.values import Value
+from torquer.export.values import Value, constant
 from torquer.interface import KNOWN
 from torquer.scenario.spec import Scenario
 from torquer.simulation.library import fingerprint_of
@@ -42,6 +44,11 @@ from torquer.simulation.prepare import (
     signals_need,
     timetable_for,
 )
+
+#: Inputs that are times; from them follows what else is one.
+_NAMES = KNOWN.names or ()
+_READ = slice(_NAMES.index("b_s"), _NAMES.index("estimate_s"))
+_TIMES = frozenset(f"Known.{name}" for name in ("t_s", *_NAMES[_READ]))
 
 
 class OnBoard(NamedTuple):
@@ -127,7 +134,7 @@ def _adapter(name: str, block: Block) -> FunctionType:
 
 def _memory_type(block: Block, names: tuple) -> Record:
     """The memory of a block by its names."""
-    fields = tuple((name, Array(shape) if shape else DOUBLE) for name, shape in names)
+    fields = tuple((name, Array(shape) if shape else REAL) for name, shape in names)
     return Record(f"{plain_of(block.function).__name__}_memory", fields)
 
 
@@ -142,7 +149,7 @@ def exported(computer: OnBoard, again: int = 2) -> Export:
     def build(program: Program) -> None:
         program.function(control_step, [of_computer, state])
 
-    program = translated(build, _replaced(computer), again)
+    program = translated(build, _replaced(computer), again, _TIMES if is_single() else ())
     program.type_name(of_computer)
     program.type_name(state)
     step = program.function(control_step, [of_computer, state])
@@ -157,7 +164,7 @@ def _replaced(computer: OnBoard) -> dict:
     def signal(s, node, values: list[Value]) -> Value:
         number, *rest = values
         chosen = {each: functions[each] for each in used}
-        return call_switch(s, node, chosen, number, rest, "(double)NAN")
+        return call_switch(s, node, chosen, number, rest, constant(math.nan))
 
     replaced = {plain_of(signals.signal_value): signal}
     if not computer.blocks.estimators:
@@ -171,7 +178,7 @@ def record_of(name: str, dtype: np.dtype, rows: np.ndarray | None = None) -> Rec
     fields, bounds = [], []
     for each in dtype.names:
         base, shape = dtype[each].base, dtype[each].shape
-        fields.append((each, Array(shape) if shape else INT if base.kind == "i" else DOUBLE))
+        fields.append((each, Array(shape) if shape else INT if base.kind == "i" else REAL))
         if rows is not None and len(rows) and base.kind == "i":
             bounds.append((each, (int(rows[each].min()), int(rows[each].max()))))
     return Record(name, tuple(fields), rows is not None, tuple(bounds))
@@ -194,7 +201,7 @@ def _constant_type(name: str, value) -> Type:
         return kind
     if isinstance(value, int) and name != "host":
         return INT
-    return DOUBLE if isinstance(value, float) else Static(value)
+    return REAL if isinstance(value, float) else Static(value)
 
 
 def state_type(board: on_board.Board) -> Record:
@@ -205,7 +212,7 @@ def state_type(board: on_board.Board) -> Record:
     )
     return Record("adcs_state", (
         ("known", Rows(record_of("Known", KNOWN), 1)),
-        ("parameters", Array((len(board.parameters),))),
+        ("parameters", Array((len(board.parameters),), is_real=True)),
         ("memory", Array((len(board.memory),))),
         ("modes", Record("ModesNow", modes)),
         ("chosen", Rows(record_of("Chosen", on_board.CHOSEN), 1)),

@@ -13,6 +13,7 @@ import numpy as np
 from torquer.export import arithmetic
 from torquer.export.lines import Block
 from torquer.export.scope import Scope
+from torquer.export.times import of_class, of_constant, written_tuple
 from torquer.export.types import NOTHING, PLACES, Static, Tuple, tuple_type, type_of
 from torquer.export.values import Form, Value, constant, part_of, static
 
@@ -87,10 +88,12 @@ def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
         return constant(bool(value))
     if isinstance(value, int | float | np.integer | np.floating):
         number = int(value) if isinstance(value, int | np.integer) else float(value)
-        return s.program.named_constant(name, number)
+        with s.refusing(node):
+            return s.program.named_constant(name, number)
     kind = type_of(value) if isinstance(value, tuple) else None
     if isinstance(kind, Tuple):
-        return s.program.named_constant(name, value, kind)
+        with s.refusing(node):
+            return s.program.named_constant(name, value, of_constant(s.program, kind))
     if callable(value) or isinstance(value, ModuleType | tuple) or value is None:
         return static(value)
     raise s.refuse(node, "use a number, a tuple, parameters or memory")
@@ -130,15 +133,6 @@ def tuple_of(s: Scope, node: ast.AST, parts: list[Value], of: type = tuple) -> V
         raise s.refuse(node, "write tuples of numbers")
     if any(isinstance(each.type, PLACES) or each.type == NOTHING for each in parts):
         raise s.refuse(node, "write tuples of numbers: records and arrays stay where they are")
+    parts = of_class(s, of, parts)
     kind = tuple_type(tuple(each.type for each in parts), of)
-    inner = ", ".join(_bare(s, each) for each in parts)
-    braces = f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
-    reads = any(each.reads for each in parts)
-    return Value(f"({s.program.type_name(kind)}){braces}", kind, form=Form.RESULT, reads=reads)
-
-
-def _bare(s: Scope, part: Value) -> str:
-    """A part of a tuple that is written down: one written down itself needs its braces alone."""
-    text, kind = part.content.text, part.type
-    cast = f"({s.program.type_name(kind)})" if isinstance(kind, Tuple) else ""
-    return text[len(cast) :] if cast and text.startswith(cast + "{") else text
+    return written_tuple(s.program, kind, parts)

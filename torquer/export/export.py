@@ -3,43 +3,65 @@
 from pathlib import Path
 from string import Template
 
+from torquer.control.computer import places_of
 from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
 from torquer.export.in_the_loop import in_the_loop_text
-from torquer.export.interface import INPUTS, constants_of, enums, input_copies, input_members
+from torquer.export.interface import enums, input_copies, input_members
 from torquer.export.portable import PORTABLE
+from torquer.export.precision import HELD, computing_in, is_held, is_single
 from torquer.export.print_c import INCLUDES, program_text, signature, types_text
-from torquer.export.program import translated
+from torquer.export.program import Program, translated
+from torquer.export.readme import readme_text
 from torquer.export.recording import recorded
 from torquer.export.refusal import Refused
-from torquer.export.tables import constant_text, numbers_of
-from torquer.export.types import DOUBLE
+from torquer.export.tables import constant_text
+from torquer.export.types import REAL
 from torquer.scenario.spec import Scenario
 from torquer.spec import checked
 from torquer.version import VERSION
 
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
-_OF_HARNESS = ("pil.py", "stack.py", "misra.py", "start.c", "target.ld")
+_OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
 
-def export_c(scenario: Scenario, folder: Path | str, steps: int = STEPS) -> list[Path]:
+def export_c(
+    scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double"
+) -> list[Path]:
     """Write the on-board computer of a scenario as C99 into a folder; returns the files.
 
     `steps`: control steps of a run from its start that are recorded for the replay in `test/`.
+    `real`: "double", with the bits of the simulation, or "float" for processors that compute in
+    single precision: times and what is kept in memory stay doubles.
     Raises a ValueError of one line for a kernel that cannot be translated: file, line, construct,
     what to write instead.
     """
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
+    if real not in ("double", "float"):
+        raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
     computer = on_board_of(checked(scenario))
-    made = exported(computer)
-    record = recorded(computer.scenario, steps)
-    files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks))}
-    files["test/recorded.bin"] = record.as_bytes()
+    with computing_in(real):
+        _check_parameters(computer)
+        made = exported(computer)
+        record = recorded(computer.scenario, steps)
+        files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks))}
+        files["test/recorded.bin"] = record.as_bytes()
     return [_written(Path(folder) / name, content) for name, content in files.items()]
+
+
+def _check_parameters(computer: OnBoard) -> None:
+    """ValueError of one line for a parameter that single precision does not hold."""
+    for name, (first, count) in places_of(computer.blocks).items() if is_single() else ():
+        for value in computer.board.parameters[first : first + count].tolist():
+            if not is_held(value):
+                raise ValueError(
+                    f"real: must be 'double' unless all parameters are {HELD}; "
+                    f"received {value:g} in {name}"
+                )
 
 
 def export_notes(scenario: Scenario) -> list[str]:
@@ -65,12 +87,12 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
     places = {"computer": constants, "includes": INCLUDES, "types": types_text(program)}
     inputs = {"enums": enums(computer), "inputs": input_members()}
     return {
-        "adcs.h": _filled(texts.HEADER, general | inputs),
+        "adcs.h": _filled(texts.HEADER, general | inputs | _of_precision()),
         "adcs_types.h": _filled(texts.TYPES, general | places),
-        "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made)),
+        "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made) | _of_precision()),
         "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
-        "CMakeLists.txt": texts.CMAKE,
-        "README.md": _filled(texts.README, general | _of_readme(computer, steps)),
+        "CMakeLists.txt": _cmake(),
+        "README.md": readme_text(computer, name, steps),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
         "test/replay.c": texts.REPLAY,
         "Makefile": texts.MAKEFILE,
@@ -85,10 +107,14 @@ def _portable() -> dict[str, str]:
 
     def build(program):
         for kernel in PORTABLE.values():
-            types = [DOUBLE] * kernel.__code__.co_argcount
+            types = [REAL] * kernel.__code__.co_argcount
             program.function(kernel, types).is_public = True
 
-    program = translated(build)
+    with computing_in("double"):
+        return _portable_texts(translated(build))
+
+
+def _portable_texts(program: Program) -> dict[str, str]:
     public = [each for each in program.functions.values() if each.is_public]
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
     text = program_text(program).replace("vec2", "pair")  # a name that adcs.c does not have
@@ -101,6 +127,16 @@ def _portable() -> dict[str, str]:
 
 def _filled(text: str, places: dict[str, str]) -> str:
     return Template(text).substitute(places)
+
+
+def _of_precision() -> dict[str, str]:
+    """What differs between an export in double and in single precision."""
+    names = ("precision", "single_test", "self_test", "to_double", "to_real")
+    if not is_single():
+        return dict.fromkeys(names, "")
+    test = " && is_single_exact()"
+    parts = (texts.PRECISION, texts.SINGLE_TEST, test, "(double)", "(float)")
+    return dict(zip(names, parts, strict=True))
 
 
 def _of_source(computer: OnBoard, made: Export) -> dict[str, str]:
@@ -120,22 +156,13 @@ def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
         "computer": program.type_name(made.computer),
         "constants": constant_text(program, made.computer, "constants", computer.computer),
         "first": constant_text(program, made.state, "first", computer.board),
-        "fingerprint": computer.fingerprint,
+        "fingerprint": computer.fingerprint + " float" * is_single(),
     }
 
 
-def _of_readme(computer: OnBoard, steps: int) -> dict[str, str]:
-    rows = []
-    for each in INPUTS:
-        unread = bool(each.need) and each.need not in computer.needs
-        note = " (*not read*)" if unread else ""
-        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
-    named = [
-        f"| `{name}` | {said} |"
-        for names in constants_of(computer).values()
-        for name, (_, said) in names.items()
-    ]
-    return {
-        "state_bytes": str(8 * len(numbers_of(computer.board))), "inputs": "\n".join(rows),
-        "constants": "\n".join(named) or "| none | |", "steps": str(steps),
-    }  # fmt: skip
+def _cmake() -> str:
+    """The file of CMake; in single precision a replay has no recorded bits to compare with."""
+    recorded = "test/recorded.bin)"
+    return texts.CMAKE.replace(
+        recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
+    )

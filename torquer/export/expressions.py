@@ -16,15 +16,17 @@ from torquer.export.evaluate import (
     value_of,
 )
 from torquer.export.scope import Scope
+from torquer.export.times import common_type, converted
 from torquer.export.types import (
     BOOL,
-    DOUBLE,
     INT,
     PLACES,
+    REAL,
     Number,
     Record,
     Static,
     Tuple,
+    Type,
     in_words,
 )
 from torquer.export.values import CHOICE, EQUAL, OR, Form, Value, constant, static
@@ -33,7 +35,8 @@ from torquer.export.values import CHOICE, EQUAL, OR, Form, Value, constant, stat
 @translates(ast.Constant)
 def _constant(s: Scope, node: ast.Constant) -> Value:
     if isinstance(node.value, bool | int | float):
-        return constant(node.value)
+        with s.refusing(node):
+            return constant(node.value)
     if node.value is None:
         return static(None)
     raise s.refuse(node, "write numbers")
@@ -163,15 +166,16 @@ def _choice(s: Scope, node: ast.IfExp) -> Value:
     if test.is_known:
         return value_of(s, node.body if test.known else node.orelse)
     (first, a), (second, b) = apart(s, node.body, 1), apart(s, node.orelse, 1)
-    if a.type != b.type or isinstance(a.type, Static):
+    kind = common_type(a.type, b.type)
+    if kind is None or isinstance(kind, Static):
         kinds = {a.type, b.type}
-        hint = "write 0.0 for 0, or float(...)" if kinds == {DOUBLE, INT} else "choose alike values"
+        hint = "write 0.0 for 0, or float(...)" if kinds == {REAL, INT} else "choose alike values"
         raise s.refuse(node, f"{hint} (here: {in_words(a.type)} or {in_words(b.type)})")
     if isinstance(a.type, PLACES) and not isinstance(a.type, Record):
         raise s.refuse(node, "write an `if` for each of them")
     if first or second:
-        return _chosen_by_statements(s, test, (first, a), (second, b))
-    return _chosen(test, a, b)
+        return _chosen_by_statements(s, test, (first, a), (second, b), kind)
+    return _chosen(test, converted(s, a, kind), converted(s, b, kind))
 
 
 def _chosen(test: Value, a: Value, b: Value) -> Value:
@@ -186,13 +190,14 @@ def _chosen(test: Value, a: Value, b: Value) -> Value:
     return Value(text, a.type, CHOICE, form, reads, a.roots | b.roots, bounds)
 
 
-def _chosen_by_statements(s: Scope, test: Value, first: tuple, second: tuple) -> Value:
+def _chosen_by_statements(s: Scope, test: Value, first: tuple, second: tuple, kind: Type) -> Value:
     """A choice of which a branch has something to do before."""
-    held = s.unset(first[1], second[1])
+    held = s.unset(kind, first[1], second[1])
     for (block, value), head in ((first, f"if ({test.text}) {{"), (second, "} else {")):
         s.say(head)
         s.add(block)
         s.depth += 1
+        value = converted(s, value, kind)
         text = value.address if isinstance(value.type, Record) else value.content.text
         s.say(f"{held.text} = {text};")
         s.depth -= 1

@@ -1,5 +1,9 @@
 """Functions that the C text has of its own: Python's division, least and greatest, places."""
 
+import re
+
+from torquer.export.precision import is_single
+
 #: C text of each, by name; only those that are used are printed.
 HELPERS = {
     "floor_mod": """\
@@ -57,10 +61,10 @@ static int64_t floor_mod_int(int64_t a, int64_t b)
 }""",
     "power_of": """\
 /* a ** b by the library, whatever a compiler knows of the exponent */
-static double power_of(double a, double b)
+static REAL power_of(REAL a, REAL b)
 {
-    const volatile double exponent = b;
-    return pow(a, exponent);
+    const volatile double exponent = TO_DOUBLEb;
+    return TO_REALpow(TO_DOUBLEa, exponent);
 }""",
     "min_of": """\
 /* the first of two numbers unless the second is less: what Python does with NaN and -0.0 */
@@ -112,16 +116,16 @@ static int64_t place_of(int64_t index, int64_t n)
 
 def _of_library(name: str, arguments: str) -> str:
     """A function of the library, or the portable one where the build asks for it."""
-    taken = ", ".join(f"double {each}" for each in arguments)
-    given = ", ".join(arguments)
+    taken = ", ".join(f"REAL {each}" for each in arguments)
+    given = ", ".join(f"TO_DOUBLE{each}" for each in arguments)
     return f"""\
 /* {name}: the library's, or with ADCS_PORTABLE the one whose bits are the same everywhere */
-static double {name}_of({taken})
+static REAL {name}_of({taken})
 {{
 #ifdef ADCS_PORTABLE
-    return portable_{name}({given});
+    return TO_REALportable_{name}({given});
 #else
-    return {name}({given});
+    return TO_REAL{name}({given});
 #endif
 }}"""
 
@@ -132,3 +136,34 @@ HELPERS |= {
         "sin": "x", "cos": "x", "asin": "x", "acos": "x", "atan": "x", "atan2": "yx",
     }.items()
 }  # fmt: skip
+#: Those that exist a second time, for times, in a program of single precision.
+_OF_TIMES = ("floor_mod", "floor_div", "min_of", "max_of", "sign_of")
+#: All names of these functions.
+NAMES = frozenset({*HELPERS, *(f"{name}_times" for name in _OF_TIMES)})
+
+
+def helper_texts() -> dict[str, str]:
+    """The functions by their names, in the precision of the program."""
+    if not is_single():
+        words = {"REAL": "double", "TO_DOUBLE": "", "TO_REAL": ""}
+        return {name: _filled(text, words) for name, text in HELPERS.items()}
+    words = {"REAL": "float", "TO_DOUBLE": "(double)", "TO_REAL": "(float)"}
+    exact = {
+        f"{name}_times": HELPERS[name].replace(f" {name}(", f" {name}_times(") for name in _OF_TIMES
+    }
+    return exact | {
+        name: _filled(text, words) if "TO_REAL" in text else _in_single(text)
+        for name, text in HELPERS.items()
+    }
+
+
+def _filled(text: str, words: dict[str, str]) -> str:
+    """The text of a function that is written for both precisions."""
+    return re.sub(r"TO_DOUBLE|TO_REAL|\bREAL\b", lambda found: words[found[0]], text)
+
+
+def _in_single(text: str) -> str:
+    """The text of a function of doubles for floats."""
+    text = re.sub(r"\bdouble\b", "float", text)
+    text = re.sub(r"\b(\d+\.\d+)\b", r"\1f", text)
+    return re.sub(r"\b(fmod|copysign|floor)\(", r"\1f(", text)

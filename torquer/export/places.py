@@ -5,8 +5,20 @@ from dataclasses import replace
 from types import ModuleType
 
 from torquer.export.evaluate import at_hand, in_order, of_outside, translates, tuple_of, value_of
+from torquer.export.precision import is_single
 from torquer.export.scope import Scope
-from torquer.export.types import DOUBLE, INT, Array, Record, Rows, Static, Tuple, in_words
+from torquer.export.types import (
+    INT,
+    REAL,
+    TIME,
+    Array,
+    Number,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+    in_words,
+)
 from torquer.export.values import SIGN, Value, cell_of, constant, field_of, part_of, row_of, static
 
 
@@ -22,7 +34,7 @@ def attribute(s: Scope, node: ast.Attribute) -> Value:
     if isinstance(kind, Tuple) and kind.fields and name in kind.fields:
         return part_of(at_hand(s, value), kind.fields.index(name))
     if isinstance(kind, Record) and name in dict(kind.fields):
-        return field_of(value, name)
+        return field_of(value, name, s.program.times)
     if name == "shape" and isinstance(kind, Array | Rows):
         shape = kind.shape if isinstance(kind, Array) else (kind.count,)
         return static(tuple(shape))
@@ -36,7 +48,7 @@ def subscript(s: Scope, node: ast.Subscript) -> Value:
     if name is not None:
         value = value_of(s, node.value)
         if isinstance(value.type, Record) and name in dict(value.type.fields):
-            return field_of(value, name)
+            return field_of(value, name, s.program.times)
         raise s.refuse(node, "use a field that the record has")
     if isinstance(node.slice, ast.Slice):
         return _slice(s, node, node.slice)
@@ -141,7 +153,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore
     reads = value.reads or low.reads
     text = f"&{value.text}[{low.text}]"
-    return Value(text, Array((length,), kind.const), SIGN, reads=reads, roots=value.roots)
+    return Value(text, replace(kind, shape=(length,)), SIGN, reads=reads, roots=value.roots)
 
 
 def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
@@ -155,7 +167,7 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
     if isinstance(value.type, Array) and all(isinstance(each, ast.Slice) for each in cuts):
         fill_all(s, target, array, value)
         return True
-    if value.type != DOUBLE:
+    if value.type not in (REAL, TIME):
         raise s.refuse(target, "set cells to one float, or write a loop")
     rest = [ast.Slice()] * (len(array.type.shape) - len(cuts))
     s.writes(array, target)
@@ -166,8 +178,10 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
 def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
     """Set all cells of a part of an array: to one number, or to those of another of its shape."""
     assert isinstance(place.type, Array)
-    alike = isinstance(value.type, Array) and value.type.shape == place.type.shape
-    if not (alike or value.type == DOUBLE) or None in place.type.shape:
+    alike = isinstance(value.type, Array) and (value.type.shape, value.type.is_real) == (
+        place.type.shape, place.type.is_real
+    )  # fmt: skip
+    if not (alike or value.type in (REAL, TIME)) or None in place.type.shape:
         raise s.refuse(target, "set it to one float, or to an array of the same shape")
     s.writes(place, target)
     _in_loops(s, target, [ast.Slice()] * len(place.type.shape), place, value)
@@ -176,6 +190,10 @@ def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
 def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value) -> None:
     assert isinstance(array.type, Array)
     text, depth, of_value = array.text, s.depth, ""
+    if isinstance(value.type, Number):
+        value = s.stored(value, array.type.is_real or not is_single(), array.roots)
+    elif isinstance(value.type, Array) and value.type.of == TIME:
+        s.note_times(array.roots)
     for cut, count in zip(cuts, array.type.shape, strict=True):
         index = _filled(s, target, cut, count)
         text, of_value = f"{text}[{index}]", f"{of_value}[{index}]"

@@ -2,10 +2,24 @@
 
 import re
 
-from torquer.export.helpers import HELPERS
+from torquer.export.helpers import helper_texts
 from torquer.export.lines import Declared, Line, Stored
+from torquer.export.precision import is_single
 from torquer.export.program import Function, Program
-from torquer.export.types import Array, Number, Record, Rows, Static, Tuple, Type, c_word
+from torquer.export.types import (
+    BOOL,
+    INT,
+    REAL,
+    TIME,
+    Array,
+    Record,
+    Rows,
+    Static,
+    Tuple,
+    Type,
+    c_word,
+    number_text,
+)
 
 #: Longest line of C text.
 _WIDTH = 100
@@ -18,7 +32,7 @@ def declarator(program: Program, kind: Type, name: str, const: bool = False) -> 
     before = "const " if const else ""
     if isinstance(kind, Array):
         rest = "".join(f"[{n}]" for n in kind.shape[1:])
-        return f"{before}double (*{name}){rest}" if rest else f"{before}double *{name}"
+        return f"{before}{word} (*{name}){rest}" if rest else f"{before}{word} *{name}"
     if isinstance(kind, Record | Rows):
         return f"{before}{word} *{name}"
     return f"{word} {name}"
@@ -28,10 +42,17 @@ def member(program: Program, kind: Type, name: str) -> str:
     """A member of a struct."""
     name = c_word(name)
     if isinstance(kind, Array):
-        return f"double {name}" + "".join(f"[{max(n or 1, 1)}]" for n in kind.shape) + ";"
+        return f"{program.type_name(kind)} {name}{_lengths(kind)};"
     if isinstance(kind, Rows):
         return f"{program.type_name(kind)} {name}[{max(kind.count, 1)}];"
     return f"{program.type_name(kind)} {name};"
+
+
+def _lengths(kind: Array) -> str:
+    """Lengths of an array in a struct, one of floats with an even number: doubles follow it."""
+    if kind.is_real and is_single():
+        return "".join(f"[{max((n or 1) + (n or 1) % 2, 2)}]" for n in kind.shape)
+    return "".join(f"[{max(n or 1, 1)}]" for n in kind.shape)
 
 
 def is_empty(kind: Type) -> bool:
@@ -58,6 +79,8 @@ def _members(program: Program, kind: Type) -> str:
     else:
         assert isinstance(kind, Record)
         fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
+    if isinstance(kind, Record):  # memory holds doubles
+        fields = [(name, TIME if each == REAL else each) for name, each in fields]
     return "".join(f"    {member(program, each, name)}\n" for name, each in fields)
 
 
@@ -101,19 +124,25 @@ def _declaration(program: Program, function: Function, line: Declared) -> str:
     kind = line.type
     assert kind is not None
     points = isinstance(kind, Array | Record | Rows)
-    const = points and (_is_const(kind) or not line.roots <= function.mutable)
+    arguments = {each for each in line.roots if "." not in each}
+    const = points and (_is_const(kind) or not arguments <= function.mutable)
     made = declarator(program, kind, line.name, const)
     if not points and line.is_constant:
         made = f"const {made}"
     if not line.text:
-        zero = "NULL" if points else "0.0" if kind == Number("double") else "0"
-        zero = "false" if kind == Number("bool") else "{0}" if isinstance(kind, Tuple) else zero
+        zero = "NULL" if points else "{0}" if isinstance(kind, Tuple) else _zero(kind)
         return f"{made} = {zero};"
     prefix = f"({program.type_name(kind)}){{" if isinstance(kind, Tuple) else ""
     text = line.text
     if prefix and text.startswith(prefix):
         text = text[len(prefix) - 1 :]
     return f"{made} = {text};"
+
+
+def _zero(kind: Type) -> str:
+    if kind == BOOL:
+        return "false"
+    return "0" if kind == INT else "0.0" if kind == TIME else number_text(0.0)
 
 
 def _is_const(kind: Type | None) -> bool:
@@ -137,7 +166,7 @@ def wrapped(text: str, depth: int) -> str:
 
 def helpers_text(program: Program, used: str) -> str:
     """The functions of its own that the text uses."""
-    found = [text for name, text in HELPERS.items() if re.search(rf"\b{name}\(", used)]
+    found = [text for name, text in helper_texts().items() if re.search(rf"\b{name}\(", used)]
     return "\n\n".join(found) + ("\n" if found else "")
 
 

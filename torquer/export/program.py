@@ -2,21 +2,24 @@
 
 import ast
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 from torquer.compile.plugin import plain_of
 from torquer.export import calls, expressions, places  # noqa: F401  register what they translate
 from torquer.export.arithmetic import either
 from torquer.export.lines import Line, without_unread, words_of
+from torquer.export.precision import double_text, real_word
 from torquer.export.scope import RESERVED, Scope, Variable
 from torquer.export.source import Source, source_of
 from torquer.export.statements import block
+from torquer.export.times import common_type, converted
 from torquer.export.types import (
     BOOL,
-    DOUBLE,
     INT,
     NOTHING,
+    REAL,
+    TIME,
     Array,
     Number,
     Record,
@@ -37,7 +40,8 @@ _Bounds = tuple[int | None, int | None]
 class Function:
     """A kernel in C. `arguments`: all of the kernel's; `unused`: those that C does not take.
 
-    `writes`: arguments in whose memory it writes; `mutable`: whose memory must not be const.
+    `writes`: arguments in whose memory it writes, `times`: in whose it writes times; `mutable`:
+    whose memory must not be const.
     """
 
     name: str
@@ -53,21 +57,25 @@ class Function:
     place: str = ""
     is_public: bool = False
     key: tuple = ()
+    times: frozenset[str] = frozenset()
 
 
 class Program:
     """Kernels, types and constants of a program. `replaced`: kernels with a translation of their
-    own; `known_bounds`: of arguments, as an earlier translation of the same program found them.
+    own; `earlier`: a translation of the same program, which has found out `bounds` of whole numbers
+    among arguments, which fields are `times`, and the `kinds` of variables that hold several.
     """
 
-    def __init__(self, replaced: dict | None = None, known_bounds: dict | None = None):
+    def __init__(self, replaced: dict | None = None, earlier: "Program | None" = None):
         self.replaced: dict[Callable, Callable] = replaced or {}
         self.functions: dict[tuple, Function] = {}
         self.types: dict[Type, str] = {}
         self.constants: dict[tuple, tuple[str, Value]] = {}
         self.helpers: set[str] = set()
         self.bounds: dict[str, dict[str, _Bounds]] = {}
-        self._known_bounds = known_bounds or {}
+        self._known_bounds = earlier.bounds if earlier else {}
+        self.times: set = set(earlier.times) if earlier else set()
+        self.kinds: dict[tuple[str, str], Type] = dict(earlier.kinds) if earlier else {}
         self._taken: set[str] = set(RESERVED)
         self._at_work: list[tuple] = []
 
@@ -83,9 +91,9 @@ class Program:
     def type_name(self, kind: Type) -> str:
         """How C names a type; structs are declared when they are first named."""
         if isinstance(kind, Number):
-            return kind.c
+            return real_word() if kind == REAL else kind.c
         if isinstance(kind, Array):
-            return "double"
+            return real_word() if kind.is_real else "double"
         if isinstance(kind, Rows):
             return self.type_name(kind.record)
         assert isinstance(kind, Tuple | Record)
@@ -103,7 +111,7 @@ class Program:
             return kind.name
         first, count = kind.parts[0], len(kind.parts)
         if kind.is_array:
-            words = {DOUBLE: "vec", INT: "ints", BOOL: "bools"}
+            words = {REAL: "vec", TIME: "times", INT: "ints", BOOL: "bools"}
             return f"{words.get(first) or self.type_name(first) + 'x'}{count}"
         return "_".join(["parts", *(self.type_name(each).split("_t")[0] for each in kind.parts)])
 
@@ -126,7 +134,7 @@ class Program:
     def _braces(self, value, kind: Type) -> str:
         """The numbers of a constant in braces."""
         if not isinstance(kind, Tuple):
-            return constant(value).text
+            return double_text(float(value)) if kind == TIME else constant(value).text
         inner = ", ".join(self._braces(v, k) for v, k in zip(value, kind.parts, strict=True))
         return f"{{{{{inner}}}}}" if kind.is_array else f"{{{inner}}}"
 
@@ -166,7 +174,7 @@ class Program:
 
     def _translated(self, kernel, types: list[Type], key: tuple) -> Function:
         source = source_of(kernel)
-        s = Scope(self, source)
+        s = Scope(self, source, _key_text(key))
         self._declare_arguments(s, types, key)
         ended = block(s, source.body)
         if s.result not in (None, NOTHING) and not ended:
@@ -181,7 +189,7 @@ class Program:
         return Function(
             name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation, place,
-            key=key,
+            key=key, times=frozenset(s.times),
         )  # fmt: skip
 
     def _declare_arguments(self, s: Scope, types: list[Type], key: tuple) -> None:
@@ -203,6 +211,9 @@ class Program:
             if isinstance(kind, Array) and len(kind.shape) > 1:
                 s.mutable.add(name)
         s.first_variables = dict(s.variables)
+        for name in s.arguments:
+            if name in stored:
+                s.copy_argument(name)
 
     def note_bounds(self, made: Function, values: list[Value]) -> None:
         """Remember within what bounds the whole numbers are that a kernel is given."""
@@ -213,8 +224,9 @@ class Program:
             known[name] = either(known[name], value.bounds) if name in known else value.bounds
 
     def switch(
-        self, functions: dict[int, Callable], types: list[Type], s: Scope, node, otherwise: str = ""
-    ) -> Function:
+        self, functions: dict[int, Callable], types: list[Type], s: Scope, node,
+        otherwise: Value | None = None,
+    ) -> Function:  # fmt: skip
         """A function that calls one of several by its number; `otherwise`: answer to any other.
 
         Without it the last one is called.
@@ -225,10 +237,20 @@ class Program:
             for each in made.values():  # what a switch hands on is not followed
                 own = self.bounds.setdefault(_key_text(each.key), {})
                 own |= {name: (None, None) for name, kind in each.arguments if kind == INT}
-            if len({each.result for each in made.values()}) != 1:
+            kind = self._common_result(list(made.values()))
+            if kind is None:
                 raise s.refuse(node, "let all of them return the same")
-            self.functions[key] = _switch(self, made, types, otherwise)
+            last = converted(s, otherwise, kind).text if otherwise else ""
+            self.functions[key] = _switch(self, made, types, last)
         return self.functions[key]
+
+    def _common_result(self, made: list[Function]) -> Type | None:
+        """What all functions return, or shall return in a next translation."""
+        kind = common_type(*(each.result for each in made))
+        for each in made:
+            if kind is not None and each.result != kind:
+                self.kinds[_key_text(each.key), "return"] = kind
+        return kind
 
 
 def _switch(
@@ -269,7 +291,7 @@ def _switching(
         program.free_name(f"one_of_{len(made)}_as_{first.name}"), arguments, first.result, lines,
         {n: n for n, _ in arguments}, _of_any(made, names, "writes"),
         _of_any(made, names, "mutable"), frozenset(n for n, _ in arguments if n not in words),
-        "The kernel of a number.",
+        "The kernel of a number.", times=_of_any(made, names, "times"),
     )  # fmt: skip
 
 
@@ -294,12 +316,20 @@ def _key_text(key: tuple) -> str:
 
 
 def translated(
-    build: Callable[["Program"], None], replaced: dict | None = None, again: int = 2
-) -> "Program":
-    """A program built several times, `again` with what the one before found out about indices."""
+    build: Callable[["Program"], None], replaced: dict | None = None, again: int = 2,
+    times: Iterable[str] = (),
+) -> "Program":  # fmt: skip
+    """A program built several times, each with what the one before found out.
+
+    `again`: how often for the sake of indices; from `times`, names of fields, it follows what else
+    is a time in a program of single precision, until nothing changes.
+    """
     program = Program(replaced)
+    program.times |= set(times)
     build(program)
-    for _ in range(again):
-        program = Program(replaced, program.bounds)
+    rounds, earlier = 0, Program()
+    while rounds < again or (program.times, program.kinds) != (earlier.times, earlier.kinds):
+        rounds, earlier = rounds + 1, program
+        program = Program(replaced, earlier)
         build(program)
     return program

@@ -7,7 +7,8 @@ import numpy as np
 
 from torquer.compile.plugin import plain_of
 from torquer.export.interface import HANDED_IN
-from torquer.export.tables import numbers_of
+from torquer.export.precision import is_single
+from torquer.export.tables import numbers_of, words_of
 from torquer.interface import KNOWN
 from torquer.scenario.spec import Scenario
 from torquer.simulation.members import WAITING
@@ -15,26 +16,31 @@ from torquer.simulation.run import Run, prepare
 from torquer.simulation.state import CELLS
 from torquer.spacecraft.failures import is_back
 
-_MAGIC = b"ADCSREC1"
+_MAGIC = b"ADCSREC2"
 _PLACES = [(KNOWN.names or ()).index(name) for name in HANDED_IN]
+_ESTIMATE = slice(*map((KNOWN.names or ()).index, ("estimate_q_x", "estimate_bias_x")))
 _FIRST = (CELLS.names or ()).index("dipole_x")
 #: The hash FNV-1a: where it begins, its prime; modulo 2^64.
 _BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
 
 
 class Recorded(NamedTuple):
-    """Control steps: whether the computer began anew, inputs, commands, marks of the state."""
+    """Control steps: whether the computer began anew, inputs, commands, estimates (attitude, rate),
+    marks of the state; `words` of 64 bits that the state has in C.
+    """
 
     anew: np.ndarray
     inputs: np.ndarray
     commands: np.ndarray
+    estimates: np.ndarray
     marks: list[int]
-    numbers: int
+    words: int
 
     def as_bytes(self) -> bytes:
         """The file that `test/replay.c` reads (little-endian)."""
-        head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), len(_PLACES), self.numbers)
-        rows = zip(self.anew, self.inputs, self.commands, self.marks, strict=True)
+        head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), len(_PLACES), self.words)
+        answers = np.concatenate([self.commands, self.estimates], axis=1)
+        rows = zip(self.anew, self.inputs, answers, self.marks, strict=True)
         return head + b"".join(
             np.array([a, *i, *c], dtype="<f8").tobytes() + struct.pack("<Q", mark)
             for a, i, c, mark in rows
@@ -52,21 +58,25 @@ def mark_of(numbers: np.ndarray) -> int:
 
 
 def recorded(scenario: Scenario, most: int) -> Recorded:
-    """The first control steps of a run, at most so many."""
+    """The first control steps of a run, at most so many.
+
+    They have no marks for an export in single precision, whose state has other bits.
+    """
     run = prepare(scenario, stops=True)
-    anew, inputs, commands, before_s = [], [], [], run.state.board.known["t_s"][0]
+    anew, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
     marks: list[int] = []
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
         anew.append(float(_begins_anew(run, before_s, known[0])))
         inputs.append(known[_PLACES])
         commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
-        marks.append(mark_of(numbers_of(run.state.board)))
+        estimates.append(known[_ESTIMATE].copy())
+        marks.append(0 if is_single() else mark_of(numbers_of(run.state.board)))
         before_s = known[0]
     if not marks:
         raise ValueError("simulation: must have a control step to be recorded; received none")
-    size = len(numbers_of(run.state.board))
-    return Recorded(np.array(anew), np.array(inputs), np.array(commands), marks, size)
+    a, i, c, e = map(np.array, (anew, inputs, commands, estimates))
+    return Recorded(a, i, c, e, marks, words_of(run.state.board))
 
 
 def _begins_anew(run: Run, before_s: float, t_s: float) -> bool:

@@ -7,6 +7,10 @@ from pathlib import Path
 _LONGEST = 60
 
 
+class Impossible(Exception):
+    """An operation that has no translation: what to write instead."""
+
+
 class Refused(ValueError):
     """A construct that has no translation to C; its text is one line for the user."""
 

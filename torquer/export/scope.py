@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from torquer.export.arithmetic import Impossible
-from torquer.export.helpers import HELPERS
+from torquer.export.helpers import NAMES
 from torquer.export.lines import Block, Declared, Line, Stored
-from torquer.export.refusal import Refused, refused, shown
+from torquer.export.refusal import Impossible, Refused, refused, shown
 from torquer.export.source import Source
-from torquer.export.types import KEYWORDS, NOTHING, PLACES, Static, Tuple, Type, in_words
-from torquer.export.values import Form, Value
+from torquer.export.times import common_type, converted
+from torquer.export.types import KEYWORDS, NOTHING, PLACES, TIME, Static, Tuple, Type, in_words
+from torquer.export.values import Form, Value, as_real, as_time
 
 if TYPE_CHECKING:
     from torquer.export.program import Program
@@ -21,10 +21,11 @@ _LIBRARY = """
     int64_t uint64_t main stdin stdout stderr memcpy memset abs labs div exit sqrt sin cos tan asin
     acos atan atan2 exp exp2 expm1 log log1p log2 log10 logb sinh cosh tanh asinh acosh atanh fmod
     copysign fabs pow floor ceil trunc round rint fmin fmax fdim fma hypot cbrt erf erfc tgamma
-    lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb
+    lgamma remainder remquo scalbn ldexp frexp modf nan nextafter ilogb sqrtf fabsf fmodf copysignf
+    floorf ceilf truncf
 """
 #: Words of C, and names of its library, that a kernel's variable must not have.
-RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | frozenset(HELPERS)
+RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES
 
 
 @dataclass
@@ -42,8 +43,8 @@ class Variable:
 class Scope:
     """What is known at a place of a kernel that is being translated."""
 
-    def __init__(self, program: "Program", source: Source):
-        self.program, self.source = program, source
+    def __init__(self, program: "Program", source: Source, key: str):
+        self.program, self.source, self.key = program, source, key
         self.variables: dict[str, Variable] = {}
         self.first_variables: dict[str, Variable] = {}
         self.block, self.depth, self._count = Block(), 1, 0
@@ -51,6 +52,7 @@ class Scope:
         self.arguments: list[str] = []
         self.written: set[str] = set()
         self.mutable: set[str] = set()
+        self.times: set[str] = set()
         self.used: set[str] = set()
         self.called: set[str] = set()
         self.result: Type | None = None
@@ -111,9 +113,9 @@ class Scope:
         self.block.effects |= effect
         return self.variable_value(Variable(name, value.type, _form_of(value), value.roots))
 
-    def unset(self, *values: Value) -> Value:
-        """A variable for one of these values, which are of one type; to be set afterwards."""
-        kind, roots = values[0].type, frozenset().union(*(each.roots for each in values))
+    def unset(self, kind: Type, *values: Value) -> Value:
+        """A variable for one of these values in a type that holds all; to be set afterwards."""
+        roots = frozenset().union(*(each.roots for each in values))
         name = self.new_name()
         self.block.lines.append(Declared(self.depth, "", name, kind, roots))
         return self.variable_value(Variable(name, kind, _form_of(values[0]), roots))
@@ -139,8 +141,7 @@ class Scope:
             return
         if isinstance(variable.type, Static) and variable.type == value.type:
             return
-        if variable.form is Form.ADDRESS and isinstance(variable.type, Tuple):
-            variable = self._own_copy(name, variable)
+        value = self._in_type_of(name, variable, value)
         if variable.type != value.type:
             raise self.refuse(node, self._one_type(name, variable.type, value.type))
         variable.bounds = (None, None)
@@ -150,21 +151,54 @@ class Scope:
             variable.roots |= value.roots
         self.block.lines.append(Stored(self.depth, _text_of(value), variable.name))
 
+    def _in_type_of(self, name: str, variable: Variable, value: Value) -> Value:
+        """A value as a variable holds it; one that must hold times as well is noted."""
+        kind = common_type(variable.type, value.type)
+        if kind is None or variable.type == value.type:
+            return value
+        if kind != variable.type:
+            self.program.kinds[self.key, name] = kind
+        return converted(self, value, variable.type)
+
+    def copy_argument(self, name: str) -> None:
+        """An argument that is set later: a variable in place of what is handed over by its address,
+        and of what does not hold the times that it is set to.
+        """
+        given = self.variables[name]
+        kind = self.known_kind(name, given.type)
+        if kind != given.type or (given.form is Form.ADDRESS and isinstance(kind, Tuple)):
+            value = converted(self, self.variable_value(given), kind).content
+            own = Variable(self.new_name(self.c_name(name)), kind)
+            self.at_top.append(Declared(1, value.text, own.name, kind))
+            self.variables[name] = own
+
+    def known_kind(self, name: str, kind: Type) -> Type:
+        """The type that a variable, or the answer ("return"), needs for all that it holds."""
+        return common_type(self.program.kinds.get((self.key, name), kind), kind) or kind
+
+    def stored(self, value: Value, is_real: bool, roots: frozenset[str]) -> Value:
+        """A number as a place in memory holds it, a double unless `is_real`; times are noted."""
+        if is_real:
+            return as_real(value)
+        if value.type == TIME:
+            self.note_times(roots)
+        return as_time(value)
+
+    def note_times(self, roots: frozenset[str]) -> None:
+        """Note that times are stored in the memory in which a place is."""
+        fields = {each for each in roots if "." in each}
+        self.program.times |= fields
+        self.times |= roots if not fields else frozenset()
+
     def _one_type(self, name: str, first: Type, second: Type) -> str:
         pair = {in_words(first), in_words(second)}
         if pair == {"a float", "an integer"}:
             return f"{name} must be of one type: write 0.0 for 0, or float(...)"
         return f"{name} must be of one type: it is {in_words(first)}, then {in_words(second)}"
 
-    def _own_copy(self, name: str, variable: Variable) -> Variable:
-        """A variable in place of an argument that is handed over by its address."""
-        own = Variable(self.new_name(self.c_name(name)), variable.type)
-        self.at_top.append(Declared(1, f"*{variable.name}", own.name, own.type))
-        self.variables[name] = own
-        return own
-
     def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
         own = self.c_name(name)
+        value = converted(self, value, self.known_kind(name, value.type))
         roots = value.roots if isinstance(value.type, PLACES) else frozenset()
         variable = Variable(own, value.type, _form_of(value), roots)
         self.variables[name] = variable
@@ -203,6 +237,10 @@ class Scope:
         """Note the type of what is returned: one for all returns."""
         if self.result is None:
             self.result = kind
+        both = common_type(self.result, kind)
+        if both is not None and self.result != kind:
+            self.program.kinds[self.key, "return"] = both
+            return
         if self.result != kind:
             pair = f"{in_words(self.result)} and {in_words(kind)}"
             raise self.refuse(node, f"return one type everywhere (here: {pair})")

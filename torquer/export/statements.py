@@ -15,8 +15,9 @@ from torquer.export.evaluate import (
 from torquer.export.lines import Line
 from torquer.export.places import fill, fill_all
 from torquer.export.scope import Scope
-from torquer.export.types import DOUBLE, INT, NOTHING, Array, Number, Static, Tuple
-from torquer.export.values import ATOM, SIGN, SUM, Value, constant
+from torquer.export.times import common_type, converted
+from torquer.export.types import INT, NOTHING, REAL, TIME, Array, Number, Static, Tuple
+from torquer.export.values import ATOM, SIGN, SUM, Value, cell_of, constant
 
 _INSTEAD = {
     ast.Assert: "leave it out: check when parameters are made",
@@ -127,23 +128,24 @@ def _write(s: Scope, node: ast.stmt, target: ast.expr, place: Value, value: Valu
     if isinstance(place.type, Array):
         fill_all(s, target, place, value)
         return
-    if place.type not in (DOUBLE, INT) or place.is_known:
+    if place.type not in (REAL, TIME, INT) or place.is_known:
         raise s.refuse(node, "assign a number to a field or a cell of memory")
-    if place.type == DOUBLE and isinstance(value.type, Number):
-        value = arithmetic.as_double(arithmetic.as_whole(value))
-    if place.type != value.type:
+    if place.type != INT and isinstance(value.type, Number):
+        is_real = place.type == REAL and not place.stored
+        value = s.stored(arithmetic.as_whole(value), is_real, place.roots)
+    elif place.type != value.type:
         raise s.refuse(node, "assign a number of the field's type")
     if not place.roots:
         raise s.refuse(node, "assign to memory: tuples and constants do not change")
     s.written |= place.roots
-    s.say(f"{place.text} = {value.text};", effect=True)
+    s.say(f"{place.stored or place.text} = {value.text};", effect=True)
 
 
 def _augmented(s: Scope, node: ast.AugAssign) -> None:
     """`a += b`: the place is found once, and read before b is evaluated."""
     place = value_of(s, node.target)
     after, value = apart(s, node.value)
-    if after.effects and isinstance(node.target, ast.Subscript) and place.type == DOUBLE:
+    if after.effects and isinstance(node.target, ast.Subscript) and place.type != INT:
         place = _cell_kept(s, place)
     before = s.kept(place) if after.effects and place.reads else place
     s.add(after)
@@ -157,8 +159,11 @@ def _augmented(s: Scope, node: ast.AugAssign) -> None:
 
 def _cell_kept(s: Scope, place: Value) -> Value:
     """The cell that a place is now, whatever happens to its index."""
-    held = s.kept(Value(f"&{place.text}", Array((1,)), SIGN, reads=True, roots=place.roots))
-    return Value(f"{held.text}[0]", DOUBLE, reads=True, roots=place.roots)
+    assert isinstance(place.type, Number)
+    cells = Array((1,), of=place.type, is_real=not place.stored and place.type == REAL)
+    address = f"&{place.stored or place.text}"
+    held = s.kept(Value(address, cells, SIGN, reads=True, roots=place.roots))
+    return cell_of(held, [constant(0)], ["0"])
 
 
 def _annotated(s: Scope, node: ast.AnnAssign) -> None:
@@ -173,6 +178,7 @@ def _return(s: Scope, node: ast.Return) -> bool:
         s.say("return;")
         return True
     value = value_of(s, node.value)
+    value = converted(s, value, s.known_kind("return", value.type))
     s.returns(node, value.type)
     s.say("return;" if value.type == NOTHING else f"return {value.content.text};")
     return True
@@ -325,9 +331,10 @@ def _counted(low: Value, high: Value, step: int) -> tuple[int | None, int | None
 def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:
     """A loop over the parts of a tuple, which are of one type."""
     parts = parts_of(s, node.iter, value)
-    kinds = {each.type for each in parts}
-    if len(kinds) != 1 or not isinstance(parts[0].type, Number | Tuple):
+    kind = common_type(*(each.type for each in parts))
+    if not isinstance(kind, Number | Tuple):
         raise s.refuse(node, "loop over range, or over a tuple of parts of one type")
+    parts = [converted(s, each, kind) for each in parts]
     held, name = s.listed(parts), s.new_name("k")
     s.say(f"for (int64_t {name} = 0; {name} < {len(parts)}; {name}++) {{")
     s.depth += 1

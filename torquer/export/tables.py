@@ -1,13 +1,15 @@
 """Constants and first state of a computer as initialisers in C."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from torquer.control.computer import Board
+from torquer.export.precision import double_text, is_single
 from torquer.export.print_c import is_empty, wrapped
 from torquer.export.program import Program
-from torquer.export.types import Array, Record, Rows, Tuple, Type, number_text
+from torquer.export.types import REAL, Array, Record, Rows, Tuple, Type, number_text
 
 
 def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
@@ -22,8 +24,14 @@ def initialiser(value: Any, kind: Type, depth: int = 1) -> str:
     if isinstance(kind, Record):
         return _record(value, kind, depth)
     if isinstance(kind, Array):
-        return _cells(np.asarray(value))
+        text = number_text if kind.is_real else double_text
+        return _cells(np.asarray(value), text)
     return number_text(value)
+
+
+def _stored(value: Any, kind: Type, depth: int) -> str:
+    """A field of a record, whose floats are doubles."""
+    return double_text(float(value)) if kind == REAL else initialiser(value, kind, depth)
 
 
 def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
@@ -32,7 +40,7 @@ def _rows(rows: np.ndarray, kind: Rows, depth: int) -> str:
     texts = []
     for row in rows:
         fields = [(row[name], each) for name, each in kind.record.fields]
-        texts.append("{" + ", ".join(initialiser(*each, depth + 1) for each in fields) + "}")
+        texts.append("{" + ", ".join(_stored(*each, depth + 1) for each in fields) + "}")
     return _lines(texts, depth)
 
 
@@ -40,14 +48,14 @@ def _record(values: Any, kind: Record, depth: int) -> str:
     of = values if isinstance(values, dict) else values._asdict()
     fields = [(name, each) for name, each in kind.fields if not is_empty(each)]
     return _lines(
-        [f"/* {name} */ {initialiser(of[name], each, depth + 1)}" for name, each in fields], depth
+        [f"/* {name} */ {_stored(of[name], each, depth + 1)}" for name, each in fields], depth
     )
 
 
-def _cells(cells: np.ndarray) -> str:
+def _cells(cells: np.ndarray, text: Callable[[float], str]) -> str:
     if cells.ndim > 1:
-        return "{" + ", ".join(map(_cells, cells)) + "}"
-    return "{" + ", ".join(number_text(float(each)) for each in cells.tolist() or [0.0]) + "}"
+        return "{" + ", ".join(_cells(each, text) for each in cells) + "}"
+    return "{" + ", ".join(text(float(each)) for each in cells.tolist() or [0.0]) + "}"
 
 
 def _lines(texts: list[str], depth: int) -> str:
@@ -75,3 +83,9 @@ def numbers_in(part: np.ndarray) -> np.ndarray:
     if not len(part):
         return np.zeros(part.dtype.itemsize // 8)
     return np.ascontiguousarray(part).view(np.float64).reshape(-1)
+
+
+def words_of(board: Board) -> int:
+    """Words of 64 bits that a state has in C, where parameters may be floats."""
+    words, parameters = len(numbers_of(board)), len(numbers_in(board.parameters))
+    return words - parameters // 2 if is_single() else words

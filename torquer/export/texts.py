@@ -12,7 +12,7 @@ HEADER = """\
 
 #include "adcs_types.h"
 
-$enums
+${precision}$enums
 /* What the computer is given at a control step: the latest readings with their times. */
 typedef struct {
 $inputs} adcs_inputs;
@@ -99,19 +99,19 @@ void adcs_step(adcs_state *state, const adcs_inputs *inputs, adcs_command *comma
     Command made;
 $copies    made = $step($arguments);
     for (int32_t k = 0; k < 3; k++) {
-        command->dipole_a_m2[k] = made.dipole_a_m2.v[k];
-        command->torque_n_m[k] = made.torque_n_m.v[k];
+        command->dipole_a_m2[k] = ${to_double}made.dipole_a_m2.v[k];
+        command->torque_n_m[k] = ${to_double}made.torque_n_m.v[k];
     }
 }
 
-bool adcs_self_test(void)
+${single_test}bool adcs_self_test(void)
 {
     volatile double a = 1.0 + 0x1p-27;
     volatile double b = -(1.0 + 0x1p-26);
     volatile double least = 0x1p-1074;
     const double x = a;
     const double y = b;
-    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u;
+    return x * x + y == 0.0 && least * 1.0 > 0.0 && sizeof(double) == 8u$self_test;
 }
 
 int32_t adcs_mode(const adcs_state *state, int32_t region)
@@ -151,9 +151,28 @@ void adcs_set_parameter(adcs_state *state, int32_t place, double value)
 {
     const size_t count = sizeof state->parameters / sizeof state->parameters[0];
     if (place >= 0 && (size_t)place < count) {
-        state->parameters[place] = value;
+        state->parameters[place] = ${to_real}value;
     }
 }
+"""
+
+#: What differs in single precision.
+PRECISION = """\
+/* Kernels compute in single precision, but for times; interface and memory hold doubles. */
+
+"""
+SINGLE_TEST = """\
+/* Whether floats have their bits, too. */
+static bool is_single_exact(void)
+{
+    volatile float a = 1.0f + 0x1p-12f;
+    volatile float b = -(1.0f + 0x1p-11f);
+    volatile float least = 0x1p-149f;
+    const float x = a;
+    const float y = b;
+    return x * x + y == 0.0f && least * 1.0f > 0.0f && sizeof(float) == 4u;
+}
+
 """
 
 TABLES = """\
@@ -221,14 +240,16 @@ REPLAY = """\
 /* Replay recorded control steps and compare every bit: replay recorded.bin
    replay recorded.bin OUT: the same inputs, with the answers of this build in place of the recorded
 
-   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, a mark of
-   the whole state. A number that is not one has one mark, whatever its bits. */
+   A step in the file: 1.0 if the computer began anew before it, the inputs, the command, the
+   estimate (attitude, rate), a mark of the whole state. A number that is not one has one mark,
+   whatever its bits. */
 #include "adcs.h"
 
 #include <stdio.h>
 #include <string.h>
 
 #define INPUTS (sizeof(adcs_inputs) / sizeof(double))
+#define ESTIMATE 7u
 #define NUMBERS (sizeof(adcs_state) / sizeof(double))
 
 typedef struct {
@@ -279,10 +300,16 @@ void adcs_after_step(void);
 #endif
 
 static bool is_written(FILE *out, double anew, const adcs_inputs *inputs,
-    const adcs_command *command, uint64_t mark)
+    const adcs_command *command, const adcs_state *state)
 {
+    const Known *known = &state->known[0];
+    const double estimate[ESTIMATE] = {known->estimate_q_x, known->estimate_q_y,
+        known->estimate_q_z, known->estimate_q_w, known->estimate_omega_x, known->estimate_omega_y,
+        known->estimate_omega_z};
+    const uint64_t mark = mark_of(state);
     return fwrite(&anew, sizeof anew, 1, out) == 1 && fwrite(inputs, sizeof *inputs, 1, out) == 1 &&
-        fwrite(command, sizeof *command, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
+        fwrite(command, sizeof *command, 1, out) == 1 &&
+        fwrite(estimate, sizeof estimate, 1, out) == 1 && fwrite(&mark, sizeof mark, 1, out) == 1;
 }
 
 /* Number of steps that are the same; `step` becomes the first that is not. With `out`, answers are
@@ -294,7 +321,7 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
     adcs_init(&state);
     for (*step = 0; *step < head->steps; (*step)++) {
         double anew;
-        double recorded[6];
+        double recorded[6u + ESTIMATE];
         uint64_t mark;
         adcs_inputs inputs;
         adcs_command command;
@@ -311,7 +338,7 @@ static uint64_t replayed(FILE *file, FILE *out, const head_of_file *head, uint64
         adcs_step(&state, &inputs, &command);
         adcs_after_step();
         if (out != NULL) {
-            if (!is_written(out, anew, &inputs, &command, mark_of(&state))) {
+            if (!is_written(out, anew, &inputs, &command, &state)) {
                 break;
             }
         } else if (!is_same_command(&command, recorded) || mark_of(&state) != mark) {
@@ -337,7 +364,7 @@ int main(int count, char **arguments)
         printf("usage: replay recorded.bin\\n");
         return 2;
     }
-    if (memcmp(head.magic, "ADCSREC1", 8) != 0 || head.inputs != INPUTS ||
+    if (memcmp(head.magic, "ADCSREC2", 8) != 0 || head.inputs != INPUTS ||
         head.numbers != NUMBERS) {
         printf("the record is of another export\\n");
         (void)fclose(file);
@@ -380,84 +407,3 @@ MATH = """\
 
 $includes
 $program"""
-
-README = """\
-# On-board computer of $name
-
-Exported by torquer $version as C99: estimators, modes and laws of one control step, with the bits
-that they have in the simulation.
-
-It needs functions of the C library. `sqrt`, `floor`, `fmod` and `copysign` have the same bits in
-all. `sin`, `cos`, `asin`, `acos`, `atan`, `atan2` differ in the last bit from library to library:
-with `ADCS_PORTABLE` defined the build takes those of `adcs_math.c`, which round correctly.
-
-| build | has the bits of |
-|---|---|
-| with the library of the simulation | the simulation: `test/replay.c` compares them |
-| `ADCS_PORTABLE`, for whatever target | every other such build, not always of the simulation |
-
-`exp`, `pow`, `log` and others are the library's in both.
-
-## Use
-
-    #include "adcs.h"
-    static adcs_state state;          /* $state_bytes bytes */
-    adcs_init(&state);
-    adcs_step(&state, &inputs, &command);   /* every control step */
-
-Call `adcs_self_test()` once at start-up. All that changes is in `state`, which may be copied and
-restored at any time. The step neither allocates nor calls itself; every loop ends.
-
-## Inputs
-
-| field of `adcs_inputs` | numbers | what |
-|---|---|---|
-$inputs
-
-Fields marked *not read* may be left zero in this export.
-
-## Numbers with names
-
-| constant | what |
-|---|---|
-$constants
-
-## Build and test
-
-    cmake -B build && cmake --build build && ctest --test-dir build
-
-`test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
-and compares every bit of commands and state. Compile with `-ffp-contract=off`, as CMakeLists.txt
-does. `torquer run SCENARIO --computer FOLDER` flies this library in the simulation, in place of the
-kernels from which it was translated; `torquer campaign` does so, too.
-
-## Replay on an emulated processor
-
-    make pil
-
-builds the replay for an ARM Cortex-M7 with `ADCS_PORTABLE`, runs it in QEMU, and compares all bits
-with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
-`libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
-exit code 77. What it measured goes into this file: the worst-case stack is the deepest chain of
-calls, with the frames that GCC states and those of the C library by its instructions; nothing is
-called by address and nothing calls itself, or the run fails. An interrupt adds its own stack (104
-bytes of registers and its handler). Instructions are those of the replayed steps, not a bound.
-
-<!-- targets -->
-No target was tried yet.
-<!-- end of targets -->
-
-## MISRA C:2012
-
-    make misra
-
-compares what cppcheck's add-on finds with the deviations listed in `MISRA.md`, each with its
-reason.
-
-## What is not in it
-
-Drivers, scheduling, time, the model field and the orbit (positions, fields and the direction to the
-Sun are handed in), limits of the coils and the torques of single wheels. A law that divides by zero
-or leaves its tables does not stop the program as it stops a simulation: check commands before use.
-Nobody has certified this code.
-"""

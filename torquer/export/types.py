@@ -6,11 +6,12 @@ values: a `NamedTuple` is a struct with its fields, a tuple of equal parts a str
 float64 arrays are places in memory, which a kernel may write.
 """
 
-import math
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+
+from torquer.export.precision import real_text
 
 #: Numbers from which on a tuple is handed over by its address.
 _LARGE = 8
@@ -33,12 +34,14 @@ def c_word(name: str) -> str:
 
 @dataclass(frozen=True)
 class Number:
-    """A number or truth: its type in C."""
+    """A number or truth: its type in C, which for a float is that of the program's precision."""
 
     c: str
 
 
-DOUBLE, INT, BOOL = Number("double"), Number("int64_t"), Number("bool")
+REAL, INT, BOOL = Number("real"), Number("int64_t"), Number("bool")
+#: Times where all else is in single precision; see `torquer.export.precision`.
+TIME = Number("double")
 #: What a function without an answer returns.
 NOTHING = Number("void")
 
@@ -92,10 +95,15 @@ class Record:
 
 @dataclass(frozen=True)
 class Array:
-    """float64 numbers in memory; a length of None: not known here."""
+    """Numbers in memory, doubles; a length of None: not known here.
+
+    `of`: what a cell is when it is read; `is_real`: whether cells have the program's precision.
+    """
 
     shape: tuple[int | None, ...]
     const: bool = False
+    of: Number = REAL
+    is_real: bool = False
 
 
 @dataclass(frozen=True)
@@ -131,7 +139,7 @@ def type_of(value) -> Type | None:
     if isinstance(value, int | np.integer):
         return INT
     if isinstance(value, float | np.floating):
-        return DOUBLE
+        return REAL
     if isinstance(value, tuple) and value:
         parts = tuple(map(type_of, value))
         return None if None in parts else tuple_type(parts, type(value))
@@ -141,19 +149,27 @@ def type_of(value) -> Type | None:
 def tuple_type(parts: tuple, of: type = tuple) -> Tuple:
     """Type of a tuple of these parts; `of`: its class, with the fields of a NamedTuple."""
     fields = getattr(of, "_fields", None)
-    return Tuple(parts, fields, of.__name__, of) if fields else Tuple(parts)
+    if fields:
+        return Tuple(parts, fields, of.__name__, of)
+    return Tuple((TIME,) * len(parts) if set(parts) == {REAL, TIME} else parts)
 
 
 def as_floats(kind: Type) -> Type:
-    """The same type with every number a double, as parameters are held."""
+    """The same type with every number a float, as parameters are held."""
     if isinstance(kind, Tuple):
         return Tuple(tuple(map(as_floats, kind.parts)), kind.fields, kind.name, kind.of)
-    return DOUBLE
+    return REAL
 
 
 def in_words(kind: Type) -> str:
     """A type for a message."""
-    words = {DOUBLE: "a float", INT: "an integer", BOOL: "a truth", NOTHING: "nothing"}
+    words = {
+        REAL: "a float",
+        TIME: "a float",
+        INT: "an integer",
+        BOOL: "a truth",
+        NOTHING: "nothing",
+    }
     if isinstance(kind, Number):
         return words[kind]
     if isinstance(kind, Tuple):
@@ -164,14 +180,9 @@ def in_words(kind: Type) -> str:
 
 
 def number_text(value: float | int | bool) -> str:
-    """A number as C writes it; a float to all its digits."""
+    """A number as C writes it; a float in the program's precision."""
     if isinstance(value, bool | np.bool_):
         return "true" if value else "false"
     if isinstance(value, int | np.integer):
         return str(int(value))
-    value = float(value)
-    if math.isnan(value):
-        return "(double)NAN"
-    if math.isinf(value):
-        return "(double)INFINITY" if value > 0.0 else "-(double)INFINITY"
-    return repr(value)
+    return real_text(float(value))

@@ -4,10 +4,12 @@ import enum
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from torquer.export.precision import double_text, is_single, real_word
 from torquer.export.types import (
     BOOL,
-    DOUBLE,
     INT,
+    REAL,
+    TIME,
     Array,
     Number,
     Record,
@@ -39,7 +41,8 @@ class Value:
 
     `reads`: whether it reads memory that a call may change; `roots`: names of those arguments in
     whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
-    unknown; `known`: its value if that is constant.
+    unknown; `known`: its value if that is constant; `stored`: the place in memory that is read,
+    where it holds a double and the value is a float.
     """
 
     text: str
@@ -50,6 +53,7 @@ class Value:
     roots: frozenset[str] = frozenset()
     bounds: tuple[int | None, int | None] = (None, None)
     known: Any = field(default=_UNKNOWN, compare=False)
+    stored: str = ""
 
     @property
     def is_known(self) -> bool:
@@ -88,7 +92,7 @@ class Value:
 
 def constant(value: float | int | bool) -> Value:
     """A number that is known."""
-    kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else DOUBLE
+    kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
     text = number_text(value)
     bounds = (int(value), int(value)) if kind == INT else (None, None)
     return Value(text, kind, SIGN if text[0] in "-(" else ATOM, bounds=bounds, known=value)
@@ -99,13 +103,38 @@ def static(value) -> Value:
     return Value("", Static(value), known=value)
 
 
-def as_double(value: Value) -> Value:
-    """A number as a double; whole numbers are exact up to 2^53."""
-    if value.type == DOUBLE:
+def as_real(value: Value) -> Value:
+    """A number as a float of Python; whole numbers are exact up to 2^53, or 2^24 if single."""
+    if value.type == REAL:
         return value
     if value.is_known:
         return constant(float(value.known))
-    return replace(value, text=f"(double){value.within(SIGN)}", type=DOUBLE, rank=SIGN)
+    return replace(value, text=f"({real_word()}){value.within(SIGN)}", type=REAL, rank=SIGN)
+
+
+def as_time(value: Value) -> Value:
+    """A number as a time: as memory holds it, where it is read from there."""
+    if value.type == TIME:
+        return value
+    if value.is_known:
+        text = double_text(float(value.known))
+        return replace(value, text=text, type=TIME, rank=SIGN if text[0] in "-(" else ATOM)
+    if value.stored:
+        return replace(value, text=value.stored, type=TIME, rank=ATOM, stored="")
+    return replace(value, text=f"(double){value.within(SIGN)}", type=TIME, rank=SIGN)
+
+
+def as_float(value: Value) -> Value:
+    """A number, which is a time if it is one, else a float of Python."""
+    return value if value.type == TIME else as_real(value)
+
+
+def _read(place: Value) -> Value:
+    """What a place in memory that holds a double is read as."""
+    if place.type != REAL or not is_single():
+        return place
+    text = f"({real_word()}){place.text}"
+    return replace(place, text=text, rank=SIGN, stored=place.text)
 
 
 def as_whole(value: Value) -> Value:
@@ -124,8 +153,8 @@ def part_of(value: Value, place: int) -> Value:
     return Value(value.member(value.type.member(place)), value.type.parts[place], reads=value.reads)
 
 
-def field_of(value: Value, name: str) -> Value:
-    """A field of a record in memory: a number, or a further place."""
+def field_of(value: Value, name: str, times: set) -> Value:
+    """A field of a record in memory: a number, or a further place; `times`: names of times."""
     record = value.type
     assert isinstance(record, Record)
     kind = dict(record.fields)[name]
@@ -133,8 +162,19 @@ def field_of(value: Value, name: str) -> Value:
         return constant(kind.value) if isinstance(kind.value, int) else static(kind.value)
     kind, reads = _constant_if(record.const, kind), not record.const or value.reads
     bounds = dict(record.bounds).get(name, (None, None))
-    roots = frozenset() if record.const else value.roots
-    return Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
+    roots, own = value.roots, f"{record.name}.{name}"
+    if is_single():
+        roots = frozenset([each for each in roots if "." not in each] + [own])
+        kind = _of_times(kind) if own in times else kind
+    roots = frozenset() if record.const else roots
+    place = Value(value.member(f".{c_word(name)}"), kind, reads=reads, roots=roots, bounds=bounds)
+    return _read(place)
+
+
+def _of_times(kind: Type) -> Type:
+    if isinstance(kind, Array):
+        return replace(kind, of=TIME)
+    return TIME if kind == REAL else kind
 
 
 def _constant_if(const: bool, kind: Type) -> Type:
@@ -162,6 +202,7 @@ def cell_of(value: Value, indices: list[Value], texts: list[str]) -> Value:
     reads = value.reads or any(index.reads for index in indices)
     if len(indices) == len(array.shape):
         roots = frozenset() if array.const else value.roots
-        return Value(text, DOUBLE, reads=reads or not array.const, roots=roots)
-    rest = Array(array.shape[len(indices) :], array.const)
+        place = Value(text, array.of, reads=reads or not array.const, roots=roots)
+        return place if array.is_real else _read(place)
+    rest = replace(array, shape=array.shape[len(indices) :])
     return Value(text, rest, reads=reads, roots=value.roots)

@@ -7,6 +7,7 @@ while (received := core.tick(uplink)) is not None:
 
 from __future__ import annotations
 
+import os
 import traceback
 from collections.abc import Mapping
 from pathlib import Path
@@ -43,7 +44,7 @@ class Core:
 
     `software`: what `load_software` gives or takes; `memory`: the non-volatile memory, else an
     empty one. An empty one is filled as it is delivered, and the clock is then right. The first
-    boot is over when the flight begins.
+    boot is over when the flight begins. `computer`: the computer in C, as of `torquer.simulate`.
 
     At each control step the compiled computer works first, then the modules that are due, in the
     order of `software.modules`: drivers of sensors, then each module after those whose output it
@@ -59,9 +60,10 @@ class Core:
         scenario: Scenario,
         software: Software | str | Path | Mapping | None = None,
         memory: Memory | None = None,
+        computer: str | os.PathLike | None = None,
     ):
         self.software = software if isinstance(software, Software) else load_software(software)
-        self.flight = Flight(scenario, keeps_computer=True)
+        self.flight = Flight(scenario, keeps_computer=True, computer=computer)
         self.memory = Memory() if memory is None else memory
         craft = scenario.spacecraft
         actuators = {"dipole_a_m2": craft.coils, "torque_n_m": craft.wheels}

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, NoReturn
 
@@ -28,7 +29,7 @@ from torquer.simulation.results.dataset import COMPLETE, FAILED, STOPPED, of_the
 from torquer.simulation.results.restore import restore
 from torquer.simulation.results.store import InMemory
 from torquer.simulation.run import Piece, Run, prepare, reason, record_this_instant
-from torquer.simulation.simulate import RunStopped
+from torquer.simulation.simulate import RunStopped, flown_by
 from torquer.simulation.state import CELLS, arrays_of
 from torquer.simulation.step import WORKED
 from torquer.spec import checked
@@ -65,7 +66,7 @@ class Flight:
     knows after it has worked, `answer` is the command that it found, and `command()` goes on with
     it. `set_flag`, `set_parameter`, `command_mode` and `hold` direct the computer from its next
     control step on; `modes` and `parameter` show where it stands. `laws`: laws by the names of the
-    scenario's, which take their place.
+    scenario's, which take their place. `computer`: as of `torquer.simulate`, works in their place.
     """
 
     def __init__(
@@ -73,7 +74,12 @@ class Flight:
         scenario: Scenario,
         keeps_computer: bool = False,
         laws: Mapping[str, Law | Callable] | None = None,
+        computer: str | os.PathLike | None = None,
     ):
+        if computer is not None and not keeps_computer:
+            raise ValueError(
+                f"computer: must be left out unless keeps_computer=True; received {computer}"
+            )
         if not isinstance(scenario, Scenario):
             raise ValueError(
                 f"scenario: must be a torquer Scenario (see torquer.load_scenario); "
@@ -88,7 +94,7 @@ class Flight:
         outside = Law("flight", _outside, needs=_NEEDS, compiled=False, answers=answers)
         self.keeps_computer = keeps_computer
         if keeps_computer:
-            self._run = prepare(scenario, laws=laws, stops=True)
+            self._run = flown_by(computer, scenario, laws=laws, stops=True)
         else:
             self._run = prepare(scenario, outside, stops=True, driven_from_outside=True)
         self._names = directed.names_of(self._run.scenario, self._run.blocks)
@@ -104,6 +110,11 @@ class Flight:
     def now_s(self) -> float:
         """Time that the flight has reached [s]."""
         return float(self._run.now_s)
+
+    @property
+    def is_single(self) -> bool:
+        """Whether the computer is one in C that computes in single precision."""
+        return self._run.library is not None and self._run.library.is_single
 
     @property
     def done(self) -> bool:

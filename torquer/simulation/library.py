@@ -54,7 +54,8 @@ class Library:
         self.address: Any = step
         if COMPILED:
             self.address = ctypes.cast(step, ctypes.c_void_p).value
-        version, kernels, _ = text.split()
+        version, kernels, _, *real = text.split()
+        self.is_single = real == ["float"]
         if (version, kernels) != (VERSION, kernels_mark()):
             other = f"version {version}" if version != VERSION else "other sources of that version"
             raise ValueError(
@@ -78,6 +79,9 @@ class Library:
     def check_start(self, board: Board, blocks: Blocks) -> None:
         """`OtherComputer` unless parameters and memory at the start are those of the export."""
         here = np.concatenate([_cells(part) for part in (board.parameters, board.memory)])
+        if self.is_single:
+            count = max(len(board.parameters), 1)
+            here[:count] = here[:count].astype(np.float32)
         first = np.zeros(len(here))
         self._code.adcs_first(first.ctypes.data_as(ctypes.c_void_p))
         differ = np.flatnonzero((here != first) & ~(np.isnan(here) & np.isnan(first)))

@@ -131,12 +131,12 @@ def resume(
         return finish(run, InFile(path), until_s, progress, checkpoint_s)
 
 
-def flown_by(computer, scenario: Scenario, law=None, laws=None) -> Run:
-    """The run of a scenario, by its exported computer if one is given."""
+def flown_by(computer, scenario: Scenario, law=None, laws=None, stops: bool = False) -> Run:
+    """The run of a scenario, by its exported computer if one is given; `stops`: see `prepare`."""
     if computer is None:
-        return prepare(scenario, law, laws)
+        return prepare(scenario, law, laws, stops=stops)
     library = Library(computer)
-    run = prepare(scenario, law, laws, library=library)
+    run = prepare(scenario, law, laws, stops=stops, library=library)
     library.check_start(run.state.board, run.blocks)
     return run
 

@@ -1,7 +1,9 @@
-"""Replay an export on an emulated Cortex-M7: `make pil`, in the folder of the export.
+"""Replay an export on an emulated processor: `make pil`, in the folder of the export.
 
-Inputs are those of `recorded.bin`; answers are those of the portable build on this machine. The
-processor must take the same bits. What it needs of memory and time goes into README.md.
+Inputs are those of `recorded.bin`; answers are those of a build on this machine. The processor must
+take the same bits: a Cortex-M7 those of the portable build; a Cortex-M4F those of an export in
+single precision, whose differences from the simulation are shown. What the processor needs of
+memory and time goes into README.md.
 """
 
 import re
@@ -10,6 +12,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from differences import table  # type: ignore[import-not-found]  # beside this file
 from stack import Graph  # type: ignore[import-not-found]  # beside this file
 
 HOME = Path(__file__).resolve().parents[1]
@@ -17,9 +20,17 @@ BUILD = HOME / "build" / "pil"
 SOURCES = [HOME / name for name in ("adcs.c", "adcs_tables.c", "adcs_math.c")]
 STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall", "-Wextra", "-Wconversion"]
 STRICT += ["-Wdouble-promotion", "-Wshadow", "-Werror"]
-PROCESSOR = ["-mcpu=cortex-m7", "-mthumb", "-mfpu=fpv5-d16", "-mfloat-abi=hard"]
+IS_SINGLE = "in single precision" in (HOME / "adcs.h").read_text()
+NAME, CORE, UNIT, BOARD = (
+    ("Cortex-M4F", "cortex-m4", "fpv4-sp-d16", "mps2-an386")
+    if IS_SINGLE
+    else ("Cortex-M7", "cortex-m7", "fpv5-d16", "mps2-an500")
+)
+PROCESSOR = [f"-mcpu={CORE}", "-mthumb", f"-mfpu={UNIT}", "-mfloat-abi=hard"]
+#: In single precision functions of angles are the library's for doubles, rounded.
+MATH: list = [] if IS_SINGLE else ["-DADCS_PORTABLE"]
 TOOLS = "arm-none-eabi-"
-TARGET = "Cortex-M7 (QEMU mps2-an500, newlib)"
+TARGET = f"{NAME} (QEMU {BOARD}, newlib)"
 NEEDED = {
     "cc": "gcc", "arm-none-eabi-gcc": "gcc-arm-none-eabi", "qemu-system-arm": "qemu-system-arm",
 }  # fmt: skip
@@ -38,21 +49,27 @@ def run(command: list, folder: Path = BUILD) -> str:
     return done.stdout.strip()
 
 
-def on_this_machine() -> None:
-    """The replay with this machine's library, then the answers of the portable build."""
+def on_this_machine() -> str:
+    """The replay with this machine's library, then the answers that the processor must give.
+
+    Returns the differences of an export in single precision from the simulation.
+    """
     replay, record = HOME / "test" / "replay.c", HOME / "test" / "recorded.bin"
     command = ["cc", *STRICT, f"-I{HOME}", *SOURCES, replay]
+    run([*command, *MATH, "-o", "given", "-lm"])
+    run(["./given", record, "answers.bin"])
+    if IS_SINGLE:
+        return table(record, BUILD / "answers.bin") + "\n"
     run([*command, "-o", "library", "-lm"])
     print(f"this machine, its library, with the simulation: {run(['./library', record])}")
-    run([*command, "-DADCS_PORTABLE", "-o", "portable", "-lm"])
-    run(["./portable", record, "answers.bin"])
-    done = subprocess.run([BUILD / "portable", record], capture_output=True, text=True)
+    done = subprocess.run([BUILD / "given", record], capture_output=True, text=True)
     print(f"this machine, portable, with the simulation: {done.stdout.strip()}")
+    return ""
 
 
 def on_target() -> tuple:
     """The replay on the processor: what it says, instructions (mean, most) and stack of a step."""
-    command = ["arm-none-eabi-gcc", *STRICT, *PROCESSOR, f"-I{HOME}", "-DADCS_PORTABLE"]
+    command = ["arm-none-eabi-gcc", *STRICT, *PROCESSOR, f"-I{HOME}", *MATH]
     for source in SOURCES:
         run([*command, "-fstack-usage", "-fcallgraph-info=su", "-c", source])
     objects = [f"{source.stem}.o" for source in SOURCES]
@@ -60,7 +77,7 @@ def on_target() -> tuple:
     linked: list = ["-DADCS_AROUND_STEP", "--specs=rdimon.specs", "-nostartfiles", "-T"]
     linked += [here / "target.ld", here / "start.c", here / "replay.c"]
     run([*command, *linked, *objects, "-o", "replay.elf", "-lm"])
-    emulator = ["qemu-system-arm", "-M", "mps2-an500", "-nographic", "-monitor", "none"]
+    emulator = ["qemu-system-arm", "-M", BOARD, "-nographic", "-monitor", "none"]
     emulator += ["-icount", f"shift={SHIFT},sleep=off", "-semihosting", "-kernel", "replay.elf"]
     said = run(emulator)
     found = re.search(r"ticks (\d+) (\d+) stack (\d+)", said)
@@ -116,10 +133,10 @@ def main() -> int:
         print(f"skipped, nothing was tried: install {', '.join(missing)}")
         return SKIPPED
     BUILD.mkdir(parents=True, exist_ok=True)
-    on_this_machine()
+    differences = on_this_machine()
     said, mean, most, stack = on_target()
-    print(f"{TARGET}, portable, with this machine: {said}")
-    text = report(said, mean, most, stack)
+    print(f"{TARGET}, with this machine: {said}")
+    text = differences + report(said, mean, most, stack)
     readme = HOME / "README.md"
     marks = r"(<!-- targets -->\n).*(<!-- end of targets -->)"
     before = readme.read_text(encoding="utf-8")

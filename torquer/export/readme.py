@@ -1,0 +1,139 @@
+"""The README of an export: what differs between double and single precision, inputs, constants."""
+
+from string import Template
+
+from torquer.export.computer import OnBoard
+from torquer.export.interface import INPUTS, constants_of
+from torquer.export.precision import is_single
+from torquer.export.tables import words_of
+from torquer.version import VERSION
+
+_README = """\
+# On-board computer of $name
+
+Exported by torquer $version as C99: estimators, modes and laws of one control step, $bits
+## Use
+
+    #include "adcs.h"
+    static adcs_state state;          /* $state_bytes bytes */
+    adcs_init(&state);
+    adcs_step(&state, &inputs, &command);   /* every control step */
+
+Call `adcs_self_test()` once at start-up. All that changes is in `state`, which may be copied and
+restored at any time. The step neither allocates nor calls itself; every loop ends.
+
+## Inputs
+
+| field of `adcs_inputs` | numbers | what |
+|---|---|---|
+$inputs
+
+Fields marked *not read* may be left zero in this export.
+
+## Numbers with names
+
+| constant | what |
+|---|---|
+$constants
+
+## Build and test
+
+    cmake -B build && cmake --build build && ctest --test-dir build
+
+`test/recorded.bin` holds $steps control steps of a simulated flight, `test/replay.c` replays them
+$compared
+Compile with `-ffp-contract=off`, as CMakeLists.txt does. `torquer run SCENARIO --computer FOLDER`
+flies this library in the simulation, in place of the kernels from which it was translated; `torquer
+campaign` does so, too.
+
+## Replay on an emulated processor
+
+    make pil
+
+builds the replay for an ARM $processor, runs it in QEMU, and compares all bits
+with those of the same build on this machine. It needs `gcc-arm-none-eabi`,
+`libnewlib-arm-none-eabi` and `qemu-system-arm`; without them it says what is missing and ends with
+exit code 77. What it measured goes into this file: the worst-case stack is the deepest chain of
+calls, with the frames that GCC states and those of the C library by its instructions; nothing is
+called by address and nothing calls itself, or the run fails. An interrupt adds its own stack (104
+bytes of registers and its handler). Instructions are those of the replayed steps, not a bound.
+
+<!-- targets -->
+No target was tried yet.
+<!-- end of targets -->
+
+## MISRA C:2012
+
+    make misra
+
+compares what cppcheck's add-on finds with the deviations listed in `MISRA.md`, each with its
+reason.
+
+## What is not in it
+
+Drivers, scheduling, time, the model field and the orbit (positions, fields and the direction to the
+Sun are handed in), limits of the coils and the torques of single wheels. A law that divides by zero
+or leaves its tables does not stop the program as it stops a simulation: check commands before use.
+Nobody has certified this code.
+"""
+
+#: What the README says of the bits of an export in double and in single precision.
+_BITS = """\
+with the bits
+that they have in the simulation.
+
+It needs functions of the C library. `sqrt`, `floor`, `fmod` and `copysign` have the same bits in
+all. `sin`, `cos`, `asin`, `acos`, `atan`, `atan2` differ in the last bit from library to library:
+with `ADCS_PORTABLE` defined the build takes those of `adcs_math.c`, which round correctly.
+
+| build | has the bits of |
+|---|---|
+| with the library of the simulation | the simulation: `test/replay.c` compares them |
+| `ADCS_PORTABLE`, for whatever target | every other such build, not always of the simulation |
+
+`exp`, `pow`, `log` and others are the library's in both.
+"""
+_BITS_IN_SINGLE = """\
+in single
+precision. Its bits are not those of the simulation, which computes in doubles.
+
+Times are doubles, and so are interface and memory: a float would resolve 8 ms of a time after a
+day. What lies between two times, and all else, is computed in floats; parameters are floats.
+Functions of the C library are those for doubles, rounded to floats, but for `sqrtf`, `fabsf`,
+`fmodf`, `floorf` and their like, which round correctly. So the last bit of a double, in which
+libraries differ, changes an answer only at the middle between two floats, about once in 10^8 times.
+With `ADCS_PORTABLE` functions of angles are those of `adcs_math.c`, at several times the cost.
+"""
+_COMPARED = "and compares every bit of commands and state."
+_COMPARED_IN_SINGLE = """\
+and writes the answers, whose differences `test/differences.py` shows:
+
+    build/replay test/recorded.bin answers.bin
+    python3 test/differences.py test/recorded.bin answers.bin
+"""
+
+
+def readme_text(computer: OnBoard, name: str, steps: int) -> str:
+    """The README of the export of a computer with so many recorded steps."""
+    places = _places(computer, steps) | {"name": name, "version": VERSION}
+    return Template(_README).substitute(places)
+
+
+def _places(computer: OnBoard, steps: int) -> dict[str, str]:
+    rows = []
+    for each in INPUTS:
+        unread = bool(each.need) and each.need not in computer.needs
+        note = " (*not read*)" if unread else ""
+        rows.append(f"| `{each.name}` | {each.count} | {each.meaning}{note} |")
+    named = [
+        f"| `{name}` | {said} |"
+        for names in constants_of(computer).values()
+        for name, (_, said) in names.items()
+    ]
+    return {
+        "state_bytes": str(8 * words_of(computer.board)), "inputs": "\n".join(rows),
+        "constants": "\n".join(named) or "| none | |", "steps": str(steps),
+        "bits": _BITS_IN_SINGLE if is_single() else _BITS,
+        "compared": _COMPARED_IN_SINGLE if is_single() else _COMPARED,
+        "processor": "Cortex-M4F" if is_single() else "Cortex-M7 with `ADCS_PORTABLE`",
+    }  # fmt: skip
