@@ -28,6 +28,7 @@ from numba.core.caching import (
 )
 from numba.core.runtime import rtsys
 
+from torquer.compile.parts import rebuilt
 from torquer.compile.private_folder import is_ours, is_private
 from torquer.compile.ready import GENERIC, ready_folder
 
@@ -223,6 +224,11 @@ class _Files(CompileResultCacheImpl):
     _locator_classes = (_Locator,)
 
 
+class _FilesOfParts(_Files):
+    def rebuild(self, target_context, payload):
+        return rebuilt(target_context, payload)
+
+
 class _SealedCache(FunctionCache):
     """Numba's cache of a function, in such files; what it lacks may be among the ready kernels."""
 
@@ -240,10 +246,11 @@ class _SealedCache(FunctionCache):
             place = READY / SOURCES / Path(self._cache_path).name
             self._ready_file = _SealedFile(str(place), base, stamp)
 
-    def of_form(self, name: str) -> "_SealedCache":
-        """The cache of another form of the function, in the same folders."""
+    def of_parts(self) -> "_SealedCache":
+        """The cache of the function's form for kernels, in the same folders."""
         made = copy.copy(self)
-        made._use_files(f"{self._impl.filename_base}.{name}")
+        made._impl = _FilesOfParts(self._py_func)
+        made._use_files(f"{self._impl.filename_base}.for_kernels")
         return made
 
     def _load_overload(self, sig, target_context):
@@ -302,12 +309,12 @@ def kept(function):
     return function
 
 
-def kept_as(name: str, form, function):
-    """Another form of a function, kept where the function is, under a name of its own."""
+def kept_with(function, for_kernels):
+    """The form of a function for kernels, kept where the function is."""
     cache = getattr(function, "_cache", None)
     if isinstance(cache, _SealedCache):
-        form._cache = cache.of_form(name)
-    return form
+        for_kernels._cache = cache.of_parts()
+    return for_kernels
 
 
 def is_missing(function, signature) -> bool:

@@ -20,7 +20,8 @@ from numba.core import cgutils
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
-from torquer.compile.code_cache import PACKAGE, kept, kept_as
+from torquer.compile.code_cache import PACKAGE, kept, kept_with
+from torquer.compile.parts import PartCompiler
 
 #: True when kernels are compiled (False under NUMBA_DISABLE_JIT=1, as the coverage run has it).
 COMPILED = not numba.config.DISABLE_JIT
@@ -41,8 +42,9 @@ class Kernel(CPUDispatcher):
     @functools.cached_property
     def for_kernels(self) -> CPUDispatcher:
         """The form for kernels."""
-        made = CPUDispatcher(self.py_func, targetoptions={**self.targetoptions, **FOR_KERNELS})
-        return kept_as("for_kernels", made, self)
+        options = {**self.targetoptions, **FOR_KERNELS}
+        made = CPUDispatcher(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
+        return kept_with(self, made)
 
     @property
     def _numba_type_(self):
