@@ -14,6 +14,7 @@ from torquer.cli.app import answer
 from torquer.compile import engine
 
 EXAMPLE = Path("examples/chibis_m_detumble.toml").resolve()
+MY_LAW = Path("examples/my_law.toml").resolve()
 
 
 @pytest.fixture
@@ -137,6 +138,12 @@ def test_a_twin(folder, capsys, monkeypatch):
     assert {"twin.nc", "twin.png"} <= {each.name for each in out.iterdir()}
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "Twin over data" in page and "better than what was known beforehand" in page
+
+
+def test_the_code_of_a_twin_is_executed_only_where_it_may_be(folder, capsys):
+    words = ["telemetry", "pass.nc", "--orbit", "c.tle", "--twin", str(MY_LAW), "--no-user-code"]
+    assert answer(words) == 2
+    assert "control.law.file: must not be given with --no-user-code" in capsys.readouterr().err
 
 
 def test_a_mapping_is_proposed_once(folder, capsys):

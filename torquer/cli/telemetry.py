@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from cyclopts import App
 
-from torquer.cli.options import Json, at_least, options, positive
+from torquer.cli.options import CodeOptions, Json, at_least, options, positive
 
 app = App(
     name="telemetry", help="Flight and bench data: checks, calibration, attitude.", version_flags=[]
@@ -46,7 +46,9 @@ class TelemetryOptions:
 
 
 @app.default
-def check(*files: Path, how: TelemetryOptions = TelemetryOptions()) -> int:
+def check(
+    *files: Path, how: TelemetryOptions = TelemetryOptions(), code: CodeOptions = CodeOptions()
+) -> int:
     """Check the magnetometer in FILES against the field along the orbit, and calibrate it.
 
     CSV, Parquet, NetCDF, CDF or a ground archive. The strength of the field needs no attitude: it
@@ -59,7 +61,7 @@ def check(*files: Path, how: TelemetryOptions = TelemetryOptions()) -> int:
     """
     from torquer.cli import telemetry_work as work
 
-    return work.check(files, how)
+    return work.check(files, how, code)
 
 
 @options

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from torquer.cli import FAILED_CODE
-from torquer.cli.options import check_ranges
+from torquer.cli.loading import load_checked
+from torquer.cli.options import CodeOptions, check_ranges
 from torquer.cli.output import make_writable, print_note, table, table_console, writing_to
 from torquer.cli.telemetry import ProposeOptions, TelemetryOptions
 from torquer.conventions import MU_EARTH_M3_S2
-from torquer.scenario.load import load_scenario
 from torquer.simulation.results.file import put, replacing
 from torquer.strict_json import json_text
 from torquer.telemetry.attitude import load_filter
@@ -23,7 +23,7 @@ from torquer.telemetry.modulus import start_of
 from torquer.telemetry.orbit import load_orbit
 from torquer.telemetry.propose import proposed
 from torquer.telemetry.read import read
-from torquer.telemetry.twin import Twin
+from torquer.telemetry.twin_found import Twin
 
 _WIDTH = 110
 _MODELS = dict(
@@ -40,7 +40,7 @@ _SHOWN = {"T": ("nT", 1e9), "1": ("%", 100.0), "rad": ("deg", 180.0 / np.pi), "s
 _TWIN_UNITS = {"inertia": "kg m^2", "dipole": "A m^2"}
 
 
-def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
+def check(files: tuple[Path, ...], how: TelemetryOptions, code: CodeOptions) -> int:
     """Examine telemetry; 1 if it cannot be used as it is."""
     check_ranges(how)
     if not files:
@@ -55,7 +55,7 @@ def check(files: tuple[Path, ...], how: TelemetryOptions) -> int:
     make_writable(out)
     groups = None if how.model is None else _MODELS[how.model]
     filter_ = None if how.filter is None else load_filter(how.filter)
-    twin = None if how.twin is None else load_scenario(how.twin)
+    twin = None if how.twin is None else load_checked(how.twin, code)
     found = examine(session, orbit, groups, 60.0 * how.leave_out_first_min, filter_, twin)
     from torquer.report.telemetry.page import write_telemetry
 

@@ -35,7 +35,8 @@ from torquer.telemetry.modulus import (
     zone_scan,
 )
 from torquer.telemetry.read import Finding
-from torquer.telemetry.twin import Twin, twin_of
+from torquer.telemetry.twin import twin_of
+from torquer.telemetry.twin_found import Twin
 
 #: The first part of a session [s] that is compared with the rest, and how much worse is reported.
 _FIRST_S, _WORSE = 600.0, 2.0
