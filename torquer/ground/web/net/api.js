@@ -25,8 +25,8 @@ export function inBackground(request, signal) {
 
 async function answer(response) {
   if (response.ok) return response.json();
-  const answer = await response.json().catch(() => ({}));
-  throw new ServerError(answer.error ?? meaning(response));
+  const found = await response.json().catch(() => ({}));
+  throw new ServerError(found.error ?? meaning(response));
 }
 
 function meaning(response) {
