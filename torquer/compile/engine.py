@@ -16,7 +16,7 @@ import numba
 import numpy as np
 from llvmlite import ir
 from numba import types
-from numba.core import cgutils
+from numba.core import cgutils, sigutils
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
@@ -45,6 +45,15 @@ class Kernel(CPUDispatcher):
         options = {**self.targetoptions, **FOR_KERNELS}
         made = CPUDispatcher(self.py_func, targetoptions=options, pipeline_class=PartCompiler)
         return kept_with(self, made)
+
+    def compile(self, sig):
+        """Compile for a signature, if it is not on the disk; the address for Numba."""
+        entry = super().compile(sig)
+        whole = self.overloads[tuple(sigutils.normalize_signature(sig)[0])]
+        # errors raised in parts of it are made with what belongs to the part
+        for each in whole._find_referenced_environments():
+            whole.library.codegen.set_env(each.env_name, each)
+        return entry
 
     @property
     def _numba_type_(self):
