@@ -154,4 +154,5 @@ ENTRY = Entry(
         "and the accuracy of 10 deg, whose gains the text does not give, those of the greatest "
         "exact degree with gravity gradient are taken here, on the orbit of 70 deg"
     ),
+    slow=True,
 )

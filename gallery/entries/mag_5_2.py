@@ -125,4 +125,5 @@ ENTRY = Entry(
         "time nevertheless: with the gain of the bench its coils work below their limits in the "
         "weaker field, where the time goes with 1/B^2"
     ),
+    slow=True,
 )

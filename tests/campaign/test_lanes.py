@@ -80,6 +80,8 @@ cycles_per_orbit = 7.5, phase_deg = 20 }
 disturbance.eddy_currents.damping_n_m_s_per_t2 = [[1e4, 1e3, 0], [1e3, 2e4, 0], [0, 0, 3e4]]
 """
 LAWS = """
+control.ephemeris = { along_track_error_m = 3e4, clock_error_s = 5.0, \
+field = { kind = "igrf14", held_at_year = 2015 } }
 control.sample_s = 1.5
 control.measure_s = 3.0
 control.actuate_s = 3.0

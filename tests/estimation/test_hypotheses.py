@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from filter_cases import DISTURBANCE, DYNAMICS, GYRO, HANDED_OVER, SCENARIO, without
-from law_cases import by_hand, compiled, inputs
+from law_cases import as_the_loop_calls, by_hand, inputs
 from scipy.spatial.transform import Rotation
 from scipy.stats import multivariate_normal
 from slow_cases import slow_after
@@ -109,7 +109,7 @@ def test_an_attitude_that_is_taken_over_needs_no_hypotheses(kind):
     estimator = SPECS[kind](**ALONE[kind]).estimator()
     module = {"kalman_gyro": kalman_gyro, "kalman_dynamics": kalman_dynamics}[kind]
     other = replace(estimator, function=getattr(module, kind))
-    found = [estimates(compiled(each), each, rows)[0] for each in (estimator, other)]
+    found = [estimates(by_hand(each), each, rows)[0] for each in (estimator, other)]
     assert np.isfinite(found[0]).any() and np.array_equal(*found, equal_nan=True)
 
 
@@ -152,7 +152,7 @@ def estimates(function, estimator, rows):
 def test_plain_python_gives_the_same(kind):
     estimator, rows = SPECS[kind](**ALONE[kind]).estimator(), readings(25)
     one, memory = estimates(by_hand(estimator), estimator, rows)
-    other, kept = estimates(compiled(estimator), estimator, rows)
+    other, kept = estimates(as_the_loop_calls(estimator), estimator, rows)
     assert estimator.record_of(kept)["hypotheses"] > 1.0
     assert other == pytest.approx(one, rel=1e-9, abs=1e-12, nan_ok=True)
     assert kept == pytest.approx(memory, rel=1e-6, abs=1e-12, nan_ok=True)

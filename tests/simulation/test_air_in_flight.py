@@ -5,6 +5,7 @@ import pytest
 from integrators import INTEGRATORS
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 import torquer
 from torquer.conventions import EARTH_RATE_RAD_S
@@ -67,7 +68,7 @@ def torque_inertial(made, result):
     return attitude.apply(-(rho * size**2)[:, None] * (plate + sphere))
 
 
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", slow_after(1, INTEGRATORS))
 def test_momentum_gained_is_the_integral_of_the_torque(integrator):
     made = scenario(integrator)
     result = torquer.simulate(made)

@@ -239,7 +239,9 @@ CLOCK = {"control.ephemeris.clock_error_s": {"uniform": [-5.0, 5.0]}}
 @pytest.mark.filterwarnings("ignore::torquer.campaign.fly.OneByOne")
 @pytest.mark.parametrize(
     ("ephemeris", "vary", "alone"),
-    [(ERRORS, RATE, ""), ({}, CLOCK, "control.ephemeris.clock_error_s varies"),
+    # members in lanes with such errors: in `tests/campaign/test_lanes.py`, too
+    [pytest.param(ERRORS, RATE, "", marks=pytest.mark.slow),
+     ({}, CLOCK, "control.ephemeris.clock_error_s varies"),
      ({"field": EARLIER}, CLOCK | RATE, "control.ephemeris.clock_error_s varies")],
     ids=["in lanes", "alone", "alone with a table"],
 )  # fmt: skip

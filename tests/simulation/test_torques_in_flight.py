@@ -6,6 +6,7 @@ import pytest
 from integrators import INTEGRATORS, by
 from scipy.integrate import simpson, solve_ivp
 from scipy.spatial.transform import Rotation
+from slow_cases import slow_after
 
 from torquer import load, noise, resume, save, simulate
 from torquer.analysis.budget import budget_of_run
@@ -57,7 +58,7 @@ def momentum_gained(result):
 
 
 @needs_jit
-@pytest.mark.parametrize("integrator", INTEGRATORS)
+@pytest.mark.parametrize("integrator", slow_after(1, INTEGRATORS))
 def test_momentum_gained_is_the_integral_of_the_torques(make, integrator):
     """The torques along the recorded motion are those of the kernels; sums are the loop's."""
     without = {"environment.gravity_gradient": False}

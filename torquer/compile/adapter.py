@@ -63,11 +63,20 @@ class Kind(NamedTuple):
         return self.answer(RECORDS, ARRAY, ARRAY)
 
 
+_NESTED = (tuple, list, np.ndarray)
+
+
 def flat(value) -> list:
     """All numbers of nested tuples, in order."""
-    if isinstance(value, tuple | list | np.ndarray):
-        return [number for part in value for number in flat(part)]
-    return [value]
+    if not isinstance(value, _NESTED):
+        return [value]
+    found = []
+    for part in value:
+        if isinstance(part, _NESTED):
+            found += flat(part)
+        else:
+            found.append(part)
+    return found
 
 
 def names_of(memory) -> tuple | None:

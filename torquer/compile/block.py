@@ -199,8 +199,9 @@ def _places(values: Mapping) -> dict[str, tuple[int, int]]:
     """First place and number of places of named values that stand one after another."""
     places, at = {}, 0
     for name, value in values.items():
-        places[name] = (at, len(flat(value)))
-        at += len(flat(value))
+        count = len(flat(value))
+        places[name] = (at, count)
+        at += count
     return places
 
 

@@ -108,17 +108,25 @@ def suppose(memory, along):
 @inlined
 def load(memory, k):
     """Make a hypothesis the filter's estimate."""
-    memory.q[:] = memory.hypothesis_q[k]
-    memory.states[:] = memory.hypothesis_states[k]
-    memory.covariance[:] = memory.hypothesis_covariance[k]
+    n = memory.correction.shape[0]
+    put_quaternion(memory.q, quaternion_of(memory.hypothesis_q[k]))
+    for i in range(3, n):
+        memory.states[i - 3] = memory.hypothesis_states[k, i - 3]
+    for i in range(n):
+        for j in range(n):
+            memory.covariance[i, j] = memory.hypothesis_covariance[k, i, j]
 
 
 @inlined
 def store(memory, k):
     """Keep the filter's estimate as a hypothesis."""
-    memory.hypothesis_q[k] = memory.q
-    memory.hypothesis_states[k] = memory.states
-    memory.hypothesis_covariance[k] = memory.covariance
+    n = memory.correction.shape[0]
+    put_quaternion(memory.hypothesis_q[k], quaternion_of(memory.q))
+    for i in range(3, n):
+        memory.hypothesis_states[k, i - 3] = memory.states[i - 3]
+    for i in range(n):
+        for j in range(n):
+            memory.hypothesis_covariance[k, i, j] = memory.covariance[i, j]
 
 
 @inlined

@@ -1,5 +1,7 @@
 """From a TOML file to a `Scenario`; every mistake becomes one clear line."""
 
+import copy
+import functools
 import re
 import sys
 import tomllib
@@ -86,13 +88,18 @@ def _without_campaign(data: dict) -> dict:
     return {key: value for key, value in data.items() if key != "campaign"}
 
 
+@functools.cache
+def _shipped() -> dict[str, tuple[str, dict]]:
+    """What each shipped preset fits, and its keys, by name; read once, not to be changed."""
+    files = sorted(_PRESETS.glob("*.toml"))
+    tables = {path.stem: tomllib.loads(path.read_text(encoding="utf-8")) for path in files}
+    return {name: next(iter(table.items())) for name, table in tables.items()}
+
+
 def presets(table: str | None = None) -> dict[str, dict]:
     """Keys of the shipped presets by name: of all, or of those that fit a table."""
-    found: dict[str, dict] = {}
-    for path in sorted(_PRESETS.glob("*.toml")):
-        ((fits, keys),) = tomllib.loads(path.read_text(encoding="utf-8")).items()
-        found |= {path.stem: keys} if table in (None, fits) else {}
-    return found
+    shipped = _shipped().items()
+    return {name: copy.deepcopy(keys) for name, (fits, keys) in shipped if table in (None, fits)}
 
 
 def with_presets(table: dict, place: tuple = ()) -> dict:

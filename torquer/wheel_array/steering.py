@@ -7,6 +7,7 @@ With a bias at equal shares of the limits, every wheel stays above its idle shar
 demands within (1 - e)/2 of the envelope; with an unequal one, see `Bias.keeps_off_zero_up_to`.
 """
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +53,8 @@ def bias_of(array, minimum_speed_fraction: float = 0.05) -> Bias:
         )
     limits = array.momentum_limits()
     works = limits > 0.0
-    shares, least = _most_even_null_shares(np.array(array.axes)[works] * limits[works, None])
+    vectors = np.array(array.axes)[works] * limits[works, None]
+    shares, least = _most_even_null_shares(tuple(map(tuple, vectors.tolist())))
     momenta = np.zeros(array.count)
     if least <= minimum_speed_fraction:
         return Bias(momenta, 0.0)
@@ -61,11 +63,15 @@ def bias_of(array, minimum_speed_fraction: float = 0.05) -> Bias:
     return Bias(momenta, (least - minimum_speed_fraction) / (1.0 + least))
 
 
-def _most_even_null_shares(vectors):
-    """Shares c, |c| <= 1, of vectors (n, 3) that add up to zero, with the greatest least |c|."""
+@functools.lru_cache(256)
+def _most_even_null_shares(rows: tuple):
+    """Shares c, |c| <= 1, of vectors (n, 3) that add up to zero, with the greatest least |c|.
+
+    Kept, as every run of an array with n wheels asks for n + 1 of these programs.
+    """
     from scipy.optimize import Bounds, LinearConstraint, milp  # a fifth of a second of importing
 
-    n = len(vectors)
+    vectors, n = np.array(rows), len(rows)
     if n == 0:
         return np.zeros(0), 0.0
     unit = np.eye(n)

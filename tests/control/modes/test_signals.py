@@ -1,12 +1,16 @@
 """Signals: their values and units, and when they are unknown."""
 
+import ast
+import inspect
 import math
+import textwrap
 
 import numpy as np
 import pytest
 from flown_modes import Flown, Z, reading, spinning
 from scipy.spatial.transform import Rotation
 
+from torquer.compile.plugin import plain_of
 from torquer.control.modes.signals import (
     ESTIMATED,
     NUMBER_OF,
@@ -105,6 +109,15 @@ def test_the_checker_knows_what_a_signal_is_computed_from(name):
         assert math.isnan(value(name, inputs)) == (part in ESTIMATED.get(name, ()))
 
 
+def test_the_chain_of_numbers_follows_the_table():
+    """`signal_value` takes for each number the function at this place of `SIGNALS`."""
+    chain = ast.parse(textwrap.dedent(inspect.getsource(plain_of(signal_value)))).body[0].body
+    cases = [step for step in chain if isinstance(step, ast.If)]
+    taken = [(case.test.comparators[0].value, case.body[0].value.func.id) for case in cases]
+    written = [signal.function.__name__ for signal in SIGNALS.values()]
+    assert taken == list(enumerate(written))
+
+
 def test_nutation_is_that_of_the_axis_line():
     """A spin backwards about the axis has none either."""
     for sign in (1.0, -1.0):
@@ -148,11 +161,11 @@ def test_every_sensor_has_its_own_age(sensor):
     assert value("reading_age_s", SEEN, sensor) == 10.0 - READ[sensor]
 
 
-@pytest.mark.parametrize("sensor", range(6))
+@pytest.mark.parametrize("sensor", range(len(SENSORS)))
 def test_the_estimator_doubts_one_sensor(sensor):
-    isolated = tuple(float(k == sensor) for k in range(6))
+    isolated = tuple(float(k == sensor) for k in range(len(SENSORS)))
     inputs = SEEN._replace(estimate=SEEN.estimate._replace(isolated=isolated))
-    assert [value("estimate_doubts", inputs, k) for k in range(6)] == list(isolated)
+    assert [value("estimate_doubts", inputs, k) for k in range(len(SENSORS))] == list(isolated)
 
 
 def test_time_in_state_and_entries_count_from_the_entry():

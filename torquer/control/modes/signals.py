@@ -2,14 +2,12 @@
 
 A signal is a function `(table, state, inputs, index) -> float`, in SI units; not a number where
 it is unknown. `index` is the number of the state, sensor or region that its condition names.
-Adding one: its function, and its line in `SIGNALS`.
+Adding one: its function, its line in `SIGNALS`, and its lines in `signal_value`.
 """
 
 import math
 from collections.abc import Callable
 from typing import NamedTuple
-
-import numba
 
 from torquer.compile.engine import inlined
 from torquer.control.modes.coil_check import all_reversed, has_field_reversed, is_ineffective
@@ -343,27 +341,60 @@ ESTIMATED = {
 }
 
 
-def _chosen(number, function, otherwise):
-    """`function` for its number, `otherwise` for all others.
-
-    Inlined before compilation, so that the whole choice is one function: seventeen calls within
-    each other would cost four seconds of compiling.
-    """
-
-    @numba.njit(inline="always")
-    def value(signal, table, state, inputs, index):
-        if signal == number:
-            return function(table, state, inputs, index)
-        return otherwise(signal, table, state, inputs, index)
-
-    return value
-
-
 @inlined
 def signal_value(signal, table, state, inputs, index):
-    """The signal of a number; unknown if there is none."""
+    """The signal of a number, its place in `SIGNALS`; unknown if there is none.
+
+    A chain by hand: made of one small function for each signal, it takes seconds to compile.
+    """
+    if signal == 0:
+        return rate(table, state, inputs, index)
+    if signal == 1:
+        return spin(table, state, inputs, index)
+    if signal == 2:
+        return nutation(table, state, inputs, index)
+    if signal == 3:
+        return momentum_rate(table, state, inputs, index)
+    if signal == 4:
+        return axis_to_target(table, state, inputs, index)
+    if signal == 5:
+        return momentum_to_target(table, state, inputs, index)
+    if signal == 6:
+        return attitude_error(table, state, inputs, index)
+    if signal == 7:
+        return attitude_rate(table, state, inputs, index)
+    if signal == 8:
+        return axis_to_sun(table, state, inputs, index)
+    if signal == 9:
+        return sun_in_view(table, state, inputs, index)
+    if signal == 10:
+        return sunlit_fraction(table, state, inputs, index)
+    if signal == 11:
+        return field(table, state, inputs, index)
+    if signal == 12:
+        return wheel_momentum(table, state, inputs, index)
+    if signal == 13:
+        return estimate_age(table, state, inputs, index)
+    if signal == 14:
+        return estimate_sigma(table, state, inputs, index)
+    if signal == 15:
+        return estimate_doubts(table, state, inputs, index)
+    if signal == 16:
+        return reading_age(table, state, inputs, index)
+    if signal == 17:
+        return sensor_suspected(table, state, inputs, index)
+    if signal == 18:
+        return coil_suspected(table, state, inputs, index)
+    if signal == 19:
+        return coils_reversed(table, state, inputs, index)
+    if signal == 20:
+        return time(table, state, inputs, index)
+    if signal == 21:
+        return time_in_state(table, state, inputs, index)
+    if signal == 22:
+        return entries(table, state, inputs, index)
+    if signal == 23:
+        return in_state(table, state, inputs, index)
+    if signal == 24:
+        return flag(table, state, inputs, index)
     return math.nan
-
-
-for _number, _signal in enumerate(SIGNALS.values()):
-    signal_value = _chosen(_number, _signal.function, signal_value)
