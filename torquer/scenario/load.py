@@ -97,9 +97,11 @@ def _shipped() -> dict[str, tuple[str, dict]]:
 
 
 def presets(table: str | None = None) -> dict[str, dict]:
-    """Keys of the shipped presets by name: of all, or of those that fit a table."""
-    shipped = _shipped().items()
-    return {name: copy.deepcopy(keys) for name, (fits, keys) in shipped if table in (None, fits)}
+    """Keys of the shipped presets by name, of all or of those that fit a table.
+
+    They are shared: to be read, not changed.
+    """
+    return {name: keys for name, (fits, keys) in _shipped().items() if table in (None, fits)}
 
 
 def with_presets(table: dict, place: tuple = ()) -> dict:
@@ -116,7 +118,7 @@ def with_presets(table: dict, place: tuple = ()) -> dict:
         where, fit = name_of((*place, "preset")), ", ".join(fitting)
         must = f"be one of {fit}" if fit else "not be given: none fits this table"
         raise ScenarioError(f"{where}: must {must}; received {name!r}")
-    return fitting[name] | own
+    return copy.deepcopy(fitting[name]) | own
 
 
 def _fits(place: tuple) -> str:
