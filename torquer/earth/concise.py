@@ -1,8 +1,8 @@
 """The Earth's rotation and the Sun in short series, for kernels of on-board computers.
 
-`torquer.earth.rotation` and `torquer.environment.sun` sum a thousand terms for arrays of times; here
-the largest ones alone are taken, at one time. From 1990 to 2060 axes are within 0.2 arcsec of theirs,
-the Sun within 0.01 deg, its distance within 1e-4 of itself.
+`torquer.earth.rotation` and `torquer.environment.sun` sum a thousand terms for arrays of times;
+here are the largest alone, at one time. From 1990 to 2060 axes are within 0.2 arcsec of theirs, the
+Sun within 0.01 deg, its distance within 1e-4 of itself.
 
 Pole: polynomials of N. Capitaine, P. T. Wallace, 'Concise CIO based precession-nutation
 formulations' (2008), with the greatest terms of their series. Sun: J. Meeus, 'Astronomical
@@ -43,7 +43,7 @@ class EarthNow(NamedTuple):
 
 @kernel
 def _pole(t, node, sun, moon, anomaly):
-    """X and Y of the celestial pole [rad], at Julian centuries t of TT, for the angles of `earth_at`."""
+    """X and Y of the celestial pole [rad] at Julian centuries t of TT; angles as in `earth_at`."""
     x = -0.016617 + t * (2004.191898 - t * (0.4297829 + 0.19861834 * t))
     x += -6.844318 * math.sin(node) + 0.205833 * t * math.cos(node)
     x += -0.523908 * math.sin(2.0 * sun) - 0.090552 * math.sin(2.0 * moon)

@@ -7,18 +7,19 @@ import numpy as np
 from torquer.conventions import FIELD_RADIUS_M
 from torquer.earth.harmonics import Harmonics
 from torquer.environment.along_orbit import OrbitEnvironment
-from torquer.environment.field import harmonics
-from torquer.environment.field.coefficients import pieces, published
-from torquer.environment.field.drift import coefficients_of
-from torquer.environment.field.helmholtz_coils import HelmholtzCoils
+from torquer.environment.field import DirectDipole, Gauss, TiltedDipole, harmonics
+from torquer.environment.field.coefficients import pieces
+from torquer.environment.field.drift import coefficients_of, piece_of
 from torquer.environment.on_board import ELEMENTS, KINDS, Models, ephemeris_along
 from torquer.export.elements import elements_of
 from torquer.export.program import Program, translated
-from torquer.export.types import BOOL, INT, REAL, Array, Record, type_of
+from torquer.export.types import INT, REAL, Array, Record, Tuple, Type, type_of
 from torquer.orbit import Bench
 from torquer.scenario.spec import Scenario
 from torquer.time import decimal_year
 
+#: Field models that a sum of harmonics in Earth-fixed axes can be.
+_FIELDS = (Gauss, TiltedDipole, DirectDipole)
 #: Instants of the replay: every two minutes of a day.
 _EVERY_S, _LAST_S = 120.0, 86400.0
 
@@ -44,13 +45,13 @@ def ephemeris_of(scenario: Scenario, kind: str) -> OnBoardEphemeris:
     _check(kind, truth, field)
     environment = truth.environment.model_copy(update={"field": field})
     own = OrbitEnvironment(environment, stated.orbit_on_board(truth), truth.start)
-    return OnBoardEphemeris(kind, _models(own), elements_of(kind, own), own)
+    return OnBoardEphemeris(kind, models_of(own), elements_of(kind, own), own)
 
 
 def _check(kind: str, truth: OrbitEnvironment, field) -> None:
     without = {
         "an orbit of kind 'bench'": isinstance(truth.orbit, Bench),
-        "a field of kind 'helmholtz_coils'": isinstance(field, HelmholtzCoils),
+        f"a field of kind {field.kind!r}": not isinstance(field, _FIELDS),
         "environment.sun_direction": truth.environment.sun_direction is not None,
     }
     for what, is_there in without.items():
@@ -58,16 +59,14 @@ def _check(kind: str, truth: OrbitEnvironment, field) -> None:
             raise ValueError(f"ephemeris: must be left out with {what}; received {kind!r}")
 
 
-def _models(own: OrbitEnvironment) -> Models:
-    """The constants at the start."""
+def models_of(own: OrbitEnvironment) -> Models:
+    """The constants of an orbit and its environment at the start."""
     model, year = own.environment.field, decimal_year(own.start)
     source = coefficients_of(model)
     if source is None:
         field, change, epoch = model.prepare(year), (0.0, 0.0, 0.0), year
     else:
-        number = int(pieces(source, year))
-        epoch = float(published(source).years[number])
-        field, change = model.prepare(epoch), model.prepare_rate(number)
+        epoch, field, change = piece_of(model, int(pieces(source, year)))
     is_precise = own.environment.earth_rotation == "precise"
     return Models(_expansion(field), _expansion(change), epoch, own.shadow, is_precise)
 
@@ -96,7 +95,7 @@ def translated_ephemeris(ephemeris: OnBoardEphemeris) -> tuple[Program, str, Rec
     """The program of the kernels, the name of the first of them, the type of its constants."""
     models, elements = _models_type(ephemeris.models), elements_type(ephemeris.kind)
     kernel = KINDS[ephemeris.kind][0]
-    place = [type_of((0.0, 0.0, 0.0))] * (2 if ephemeris.kind == "given" else 0)
+    place: list[Type] = [Tuple((REAL,) * 3)] * (2 if ephemeris.kind == "given" else 0)
 
     def build(program: Program):
         for each in (elements, models):

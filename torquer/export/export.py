@@ -41,9 +41,10 @@ def export_c(
     `steps`: control steps of a run from its start that are recorded for the replay in `test/`.
     `real`: "double", with the bits of the simulation, or "float" for processors that compute in
     single precision: times and what is kept in memory stay doubles.
-    `ephemeris`: where the inputs from position to sunlight come from. None: all are handed in.
-    "given": position and velocity are, field and Sun come from the export; "kepler", "sgp4": all do,
-    by a Kepler orbit that drifts by J2 or by SGP4, from elements that the ground can send up.
+    `ephemeris`: where the inputs from position to sunlight come from. None: they are handed in.
+    "given": position and velocity are, the export works out field and Sun. "kepler", "sgp4": it
+    works out all, by a Kepler orbit that drifts by J2 or by SGP4, from elements that the ground
+    can send up.
     Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
     what to write instead), and for an orbit or a field that the ephemeris cannot have.
     """

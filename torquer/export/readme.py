@@ -73,9 +73,10 @@ reason.
 
 ## What is not in it
 
-Drivers, scheduling, time, $missing, limits of
-the coils and the torques of single wheels. A law that divides by zero or leaves its tables does not
-stop the program as it stops a simulation: check commands before use. Nobody has certified this code.
+Drivers, scheduling, time, $missing,
+limits of the coils and the torques of single wheels. A law that divides by zero or leaves its
+tables does not stop the program as it stops a simulation: check commands before use. Nobody has
+certified this code.
 """
 
 #: What the README says of the bits of an export in double and in single precision.

@@ -65,7 +65,7 @@ class Drag(NamedTuple):
 
 @kernel
 def cube_root(x):
-    """Cube root of a number from 1e-9 to 1e9, by sums, products and quotients: Newton from above."""
+    """Cube root of a number from 1e-9 to 1e9, by Newton from above: no library has other bits."""
     y = max(x, 1.0)
     for _ in range(100):
         lower = y - (y - x / (y * y)) / 3.0
@@ -121,7 +121,7 @@ def _air(perigee):
 @kernel
 def drag_of(m):
     """Coefficients of drag of mean elements."""
-    e, c, theta = m.eccentricity, m.c, m.c * m.c
+    e, theta = m.eccentricity, m.c * m.c
     s4, q4 = _air(m.axis * (1.0 - e))
     tsi, across = 1.0 / (m.axis - s4), 1.0 - e * e
     eta = m.axis * e * tsi

@@ -138,7 +138,7 @@ def report(said: str, measured: list) -> str:
         "replay": said, "code": f"{code} bytes, without the C library",
         "constants": f"{constants} bytes", "writable variables of the library": f"{writable} bytes",
     }  # fmt: skip
-    for (function, what), each in zip(PARTS, measured):
+    for (function, what), each in zip(PARTS, measured, strict=False):
         rows.update(rows_of(graph, function, what, each))
     version = run(["arm-none-eabi-gcc", "-dumpfullversion"])
     head = f"{TARGET}, GCC {version}, `-O2`\n\n| what | measured |\n|---|---|\n"
