@@ -1,7 +1,8 @@
 """Errors of the ephemeris on board over a day: the table of design/0016.
 
 What the exported kernels give for the elements of the start, every 10 s, less the environment of
-the simulation, whose field is IGRF-14 to degree 13 here. `python benchmarks/on_board_ephemeris.py`
+the simulation, whose field is IGRF-14 to degree 13 here; of the field root mean square and
+greatest. `python benchmarks/on_board_ephemeris.py`
 """
 
 from pathlib import Path
@@ -55,18 +56,21 @@ def _lengths(vectors: np.ndarray) -> np.ndarray:
     return np.linalg.norm(vectors, axis=1)
 
 
+def _shown(error: float) -> str:
+    """Two digits, more above 100."""
+    return f"{error:.0f}" if error >= 10.0 else f"{error:.2g}"
+
+
 def main() -> None:
     """Print the table."""
-    print(
-        "| scenario | place by | degree | position, km | field rms / most, nT | Sun, deg | light, % |"
-    )
+    print("| scenario | place by | degree | position, km | field, nT | Sun, deg | light, % |")
     print("|---|---|---|---|---|---|---|")
     for name, kind in CASES:
         for degree in DEGREES:
             km, rms, most, sun, light = errors(name, kind, degree)
             print(
-                f"| {name} | {kind} | {degree} | {km:.2g} | {rms:.4g} / {most:.4g} | {sun:.2g} "
-                f"| {light:.2g} |"
+                f"| {name} | {kind} | {degree} | {km:.2g} | {_shown(rms)} / {_shown(most)} "
+                f"| {sun:.2g} | {light:.2g} |"
             )
 
 

@@ -22,6 +22,7 @@ ORBITS = {
     "kepler": Kepler(perigee_altitude_km=500.0, apogee_altitude_km=4000.0, inclination_deg=63.4),
     "sgp4": Sgp4(tle=CHIBIS),
 }
+pytestmark = pytest.mark.filterwarnings("error::numba.NumbaExperimentalFeatureWarning")
 START = parse_utc("2012-03-04T10:31:47Z")
 T_S = np.arange(0.0, 86400.0, 97.0)
 

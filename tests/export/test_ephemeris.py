@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from export.in_c import COMPILER, FLAGS, needs_compiler
 from export.test_export import COMPILERS, EXAMPLES, STRICT, replayed
+from export.test_misra import checked, needs_cppcheck
 from export.test_pil import MISSING, pil
 
 import torquer
@@ -106,6 +107,15 @@ def test_an_emulated_processor_has_the_same_bits(exports, tmp_path, real):
     text = (folder / "README.md").read_text()
     assert "| worst-case stack of an ephemeris |" in text
     assert "| instructions of an ephemeris |" in text
+
+
+@needs_cppcheck
+@pytest.mark.parametrize(
+    ("name", "kind"), [CASES[0], pytest.param(*CASES[2], marks=pytest.mark.slow)]
+)
+def test_it_deviates_from_misra_as_listed(exports, name, kind):
+    done = checked(exports(name, kind))
+    assert done.returncode == 0, done.stdout
 
 
 C_CALL = """\

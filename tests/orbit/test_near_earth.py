@@ -22,7 +22,7 @@ def both(motion, e, inclination, node, perigee, anomaly, drag):
     )  # fmt: skip
     row = np.zeros(1, ELEMENTS["sgp4"])
     values = (motion, e, inclination, node, perigee, anomaly, drag)
-    for name, value in zip(row.dtype.names[6:], values, strict=True):
+    for name, value in zip(row.dtype.names[2:9], values, strict=True):
         row[name] = value
     return satellite, row
 

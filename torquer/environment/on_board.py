@@ -41,9 +41,10 @@ _EPOCH = ("epoch_day", "epoch_fraction")
 _ANGLES = ("inclination_deg", "raan_deg", "argument_of_perigee_deg", "mean_anomaly_deg")
 #: Numbers of an ephemeris.
 NUMBERS = 16
-#: Numbers that the ground may send up, for each way to find the satellite's place.
+#: Numbers that the ground may send up, for each way to find the satellite's place. The clock is
+#: last: no record is the beginning of another, of which Numba would warn.
 ELEMENTS = {
-    name: np.dtype([(each, np.float64) for each in (*_CLOCK, *own)])
+    name: np.dtype([(each, np.float64) for each in (*own, *_CLOCK)])
     for name, own in {
         "given": (),
         "kepler": (*_EPOCH, "semi_major_axis_m", "eccentricity", *_ANGLES, "j2"),
