@@ -110,9 +110,8 @@ def test_an_emulated_processor_has_the_same_bits(exports, tmp_path, real):
 
 
 @needs_cppcheck
-@pytest.mark.parametrize(
-    ("name", "kind"), [CASES[0], pytest.param(*CASES[2], marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "kind"), CASES)
 def test_it_deviates_from_misra_as_listed(exports, name, kind):
     done = checked(exports(name, kind))
     assert done.returncode == 0, done.stdout

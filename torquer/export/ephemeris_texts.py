@@ -114,8 +114,8 @@ _README = """\
     adcs_first_elements(&elements);             /* or those that the ground has sent up */
     is_known = adcs_ephemeris(&elements, &inputs);  /* before adcs_step */
 
-fills the inputs from `r_inertial_m` to `sunlit_fraction` $how. Clock, leap seconds and orbit
-are in `elements`, which may be replaced at any time:
+sets the inputs from `r_inertial_m` to `sunlit_fraction` for their `t_s`, $how.
+What the ground may send up is in `elements`, which may be replaced at any time:
 
 | field of `adcs_elements` | at the start | what |
 |---|---|---|
@@ -124,8 +124,9 @@ $model `test/replay.c` compares all of it over a day, every two minutes.
 
 """
 _TLE = """\
-Angles and eccentricity are those of line 2 of two-line elements: $columns. Orbits with a period of
-225 minutes or more are SDP4's, which is not here: `adcs_ephemeris` returns false.
+Angles and eccentricity stand in line 2 of two-line elements, in the columns $columns; the
+eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more are
+SDP4's, which is not here: `adcs_ephemeris` returns false.
 
 """
 
