@@ -32,14 +32,16 @@ _COLUMNS = {
     "argument_of_perigee_deg": "35-42", "mean_anomaly_deg": "44-51",
 }  # fmt: skip
 _HOW = {
-    "given": "at the position and velocity in the inputs",
-    "kepler": "by a Kepler orbit that drifts by J2: position and velocity, too",
-    "sgp4": "by SGP4: position and velocity, too",
+    "given": "at the position and velocity that are handed in",
+    "kepler": "at the position and velocity of a Kepler orbit that drifts by J2",
+    "sgp4": "at the position and velocity that SGP4 gives",
 }
 
 _HEADER = """\
-/* The ephemeris on board of $name, exported by torquer $version: the model field, the
-   Sun and its light $how.
+/* The ephemeris on board of $name, exported by torquer $version.
+
+   The model field, the direction to the Sun and its light
+   $how.
    Inertial axes are $axes. All is computed in double precision. */
 #ifndef ADCS_EPHEMERIS_H
 #define ADCS_EPHEMERIS_H
@@ -53,8 +55,8 @@ $members} adcs_elements;
 /* Elements as at the start of the scenario. */
 void adcs_first_elements(adcs_elements *elements);
 
-/* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place. False, and numbers that
-   are not, where there is no place$nowhere. */
+/* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place.
+   False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
 bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
 
 #endif
@@ -114,18 +116,21 @@ _README = """\
     adcs_first_elements(&elements);             /* or those that the ground has sent up */
     is_known = adcs_ephemeris(&elements, &inputs);  /* before adcs_step */
 
-sets the inputs from `r_inertial_m` to `sunlit_fraction` for their `t_s`, $how.
-What the ground may send up is in `elements`, which may be replaced at any time:
+sets the inputs from `r_inertial_m` to `sunlit_fraction` for their `t_s`: field and Sun
+$how. What the ground may send up is in
+`elements`, which may be replaced at any time:
 
 | field of `adcs_elements` | at the start | what |
 |---|---|---|
 $rows
-$model `test/replay.c` compares all of it over a day, every two minutes.
+$model
+`test/replay.c` compares all of it over a day, every two minutes.
 
 """
 _TLE = """\
-Angles and eccentricity stand in line 2 of two-line elements, in the columns $columns; the
-eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more are
+Angles and eccentricity stand in line 2 of two-line elements, in the columns
+$columns;
+the eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more are
 SDP4's, which is not here: `adcs_ephemeris` returns false.
 
 """
@@ -136,8 +141,10 @@ def ephemeris_files(ephemeris: OnBoardEphemeris, name: str) -> dict[str, str]:
     kind, general = ephemeris.kind, {"name": name, "version": VERSION}
     members = "".join(f"    double {each}; /* {MEANINGS[each]} */\n" for each in _values(ephemeris))
     axes = "GCRF" if ephemeris.models.is_precise else "true equator, mean equinox (TEME)"
-    nowhere = {"given": "", "kepler": ": elements of no ellipse", "sgp4":
-               ": elements of deep space, or a satellite come down"}[kind]  # fmt: skip
+    nowhere = {
+        "given": "", "kepler": ":\n   elements of no ellipse",
+        "sgp4": ":\n   elements of deep space, or a satellite come down",
+    }[kind]  # fmt: skip
     header = general | {
         "how": _HOW[kind], "axes": axes, "members": members, "nowhere": nowhere,
         "place": "; position and velocity are read" if kind == "given" else "",
@@ -190,7 +197,7 @@ def _model(ephemeris: OnBoardEphemeris) -> str:
     changes = models.change.pairs.any()
     rate = f", its coefficients of {models.epoch_year:g} with their change by the year"
     return (
-        f"The field is `{field.kind}` to degree {models.field.top - 1}{rate if changes else ''}; "
-        "the Sun is within 0.01 deg and the Earth's axes within 0.2 arcsec of those of the "
-        "simulation from 1990 to 2060."
+        f"The field is `{field.kind}` to degree {models.field.top - 1}{rate if changes else ''}.\n"
+        "From 1990 to 2060 the Sun is within 0.01 deg and the Earth's axes within 0.2 arcsec of\n"
+        "those of the simulation."
     )

@@ -108,7 +108,8 @@ class Program:
                 if not isinstance(each, Static):
                     self.type_name(each)
             prefix = self._prefix if isinstance(kind, Tuple) else ""
-            self.types[key] = self.free_name(prefix + self._type_word(kind))
+            word = self._type_word(kind)  # may begin with the name of a part
+            self.types[key] = self.free_name(word if word.startswith(prefix) else prefix + word)
         return self.types[key]
 
     def _type_word(self, kind: Tuple | Record) -> str:
