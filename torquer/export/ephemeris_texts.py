@@ -130,8 +130,8 @@ $model
 _TLE = """\
 Angles and eccentricity stand in line 2 of two-line elements, in the columns
 $columns;
-the eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more are
-SDP4's, which is not here: `adcs_ephemeris` returns false.
+the eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more
+are SDP4's, which is not here: `adcs_ephemeris` returns false.
 
 """
 
