@@ -139,7 +139,7 @@ PARTS = {
         ("modes", 5),
         ("modes", 8),
     ),
-    *(("from-simulation-to-flight", number) for number in (1, 3, 12, 14, 16)),
+    *(("from-simulation-to-flight", number) for number in (1, 3, 12, 14, 16, 18)),
     *(("my-gyros-died", number) for number in (3, 5, 7, 9, 11)),
     *(("modes", 12), ("modes", 13), ("safe-mode", 1), ("safe-mode", 3), ("steps", 2)),
 }

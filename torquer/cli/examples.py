@@ -64,6 +64,7 @@ EXAMPLES: dict[str, tuple[str, ...]] = {
         "torquer export c examples/my_law.toml --out runs/mine --steps 5000",
         "torquer run examples/my_law.toml --computer runs/mine",
         "torquer export c examples/turn_to_the_sun.toml --real float --out runs/single",
+        "torquer export c examples/chibis_m_detumble.toml --ephemeris sgp4 --out runs/known",
     ),
     "faults": (
         "torquer faults examples/safe_mode.toml --out runs/faults",

@@ -19,6 +19,9 @@ class ExportOptions:
     """Control steps that are flown and recorded for the replay [2000]."""
     real: Literal["double", "float"] = "double"
     """Precision: with "float" all but times is computed in single precision, with other bits."""
+    ephemeris: Literal["given", "kepler", "sgp4"] | None = None
+    """Ephemeris on board: model field and Sun at a position that is handed in ("given"), or with
+    position and velocity by a Kepler orbit that drifts by J2 or by SGP4 [all is handed in]."""
     json: Json = False
 
 

@@ -15,7 +15,7 @@ def export(path: Path, how: ExportOptions, code: CodeOptions) -> int:
     scenario = load_usable(path, code, how.out)
     with writing_to(how.out):
         steps = STEPS if how.steps is None else how.steps
-        files = export_c(scenario, how.out, steps, how.real)
+        files = export_c(scenario, how.out, steps, how.real, how.ephemeris)
     if how.json:
         print(json_text({"scenario": scenario.name, "files": [str(file) for file in files]}))
         return 0

@@ -93,7 +93,8 @@ def pack(c: np.ndarray, s: np.ndarray, radius_m: float, factor: float) -> Harmon
 @kernel
 def gradient(harmonics, r_m):
     """Gradient in Earth-fixed axes at a point [m]; for the sums see the module."""
-    radius, top, top_order, c = harmonics
+    radius, top, top_order = harmonics.radius_m, harmonics.top, harmonics.top_order
+    c = harmonics.pairs
     inverse = radius / (r_m[0] * r_m[0] + r_m[1] * r_m[1] + r_m[2] * r_m[2])
     x, y, z = r_m[0] * inverse, r_m[1] * inverse, r_m[2] * inverse
     q2 = radius * inverse

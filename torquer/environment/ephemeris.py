@@ -73,11 +73,15 @@ class EphemerisModels(Spec):
         rate = 1.0 + _PER_MILLION * self.clock_drift_ppm
         return OnBoardEnvironment(own, self.clock_error_s, rate)
 
-    def _orbit(self, truth: OrbitEnvironment):
-        orbit = truth.orbit if self.orbit is None else self.orbit
+    def orbit_on_board(self, truth: OrbitEnvironment) -> AnyOrbit:
+        """The orbit on board without the errors that are stated."""
         if self.tle_age_days is not None:
             dut1_s = truth.environment.ut1_minus_utc_s
-            orbit = fitted_elements(truth.orbit, truth.start, self.tle_age_days, dut1_s)
+            return fitted_elements(truth.orbit, truth.start, self.tle_age_days, dut1_s)
+        return truth.orbit if self.orbit is None else self.orbit
+
+    def _orbit(self, truth: OrbitEnvironment):
+        orbit = self.orbit_on_board(truth)
         errors = (self.along_track_error_m, self.cross_track_error_m, self.radial_error_m)
         return Displaced(orbit, *errors) if any(errors) else orbit
 

@@ -118,9 +118,10 @@ def _side_of_penumbra(radius, r, sun):
     if behind < -margin:
         return 1.0
     off_axis = square - behind * behind
-    if off_axis > (radius + margin) ** 2:
+    outer, inner = radius + margin, radius - margin
+    if off_axis > outer * outer:
         return 1.0
-    if behind > margin and radius > margin and off_axis < (radius - margin) ** 2:
+    if behind > margin and inner > 0.0 and off_axis < inner * inner:
         return -1.0
     return 0.0
 

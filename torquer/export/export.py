@@ -1,11 +1,14 @@
 """A scenario's on-board computer written as a folder of C99."""
 
+import struct
 from pathlib import Path
 from string import Template
 
 from torquer.control.computer import places_of
 from torquer.export import texts
 from torquer.export.computer import Export, OnBoard, exported, on_board_of
+from torquer.export.ephemeris import OnBoardEphemeris, ephemeris_of, instants
+from torquer.export.ephemeris_texts import ephemeris_files
 from torquer.export.in_the_loop import in_the_loop_text
 from torquer.export.interface import enums, input_copies, input_members
 from torquer.export.portable import PORTABLE
@@ -24,33 +27,46 @@ from torquer.version import VERSION
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
 _OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
+_EPHEMERIS = "adcs_ephemeris.c"
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
 
 def export_c(
-    scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double"
-) -> list[Path]:
+    scenario: Scenario, folder: Path | str, steps: int = STEPS, real: str = "double",
+    ephemeris: str | None = None,
+) -> list[Path]:  # fmt: skip
     """Write the on-board computer of a scenario as C99 into a folder; returns the files.
 
     `steps`: control steps of a run from its start that are recorded for the replay in `test/`.
     `real`: "double", with the bits of the simulation, or "float" for processors that compute in
     single precision: times and what is kept in memory stay doubles.
-    Raises a ValueError of one line for a kernel that cannot be translated: file, line, construct,
-    what to write instead.
+    `ephemeris`: where the inputs from position to sunlight come from. None: they are handed in.
+    "given": position and velocity are, the export works out field and Sun. "kepler", "sgp4": it
+    works out all, by a Kepler orbit that drifts by J2 or by SGP4, from elements that the ground
+    can send up.
+    Raises a ValueError of one line for a kernel that cannot be translated (file, line, construct,
+    what to write instead), and for an orbit or a field that the ephemeris cannot have.
     """
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise ValueError(f"steps: must be a whole number of 1 or more; received {steps!r}")
     if real not in ("double", "float"):
         raise ValueError(f"real: must be 'double' or 'float'; received {real!r}")
     computer = on_board_of(checked(scenario))
+    own = None if ephemeris is None else ephemeris_of(computer.scenario, ephemeris)
     with computing_in(real):
         _check_parameters(computer)
         made = exported(computer)
         record = recorded(computer.scenario, steps)
-        files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks))}
-        files["test/recorded.bin"] = record.as_bytes()
+        files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks), own)}
+        files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
     return [_written(Path(folder) / name, content) for name, content in files.items()]
+
+
+def _instants(ephemeris: OnBoardEphemeris) -> bytes:
+    """How many instants the replay has of the ephemeris, and their rows."""
+    rows = instants(ephemeris)
+    return struct.pack("<Q", len(rows)) + rows.astype("<f8").tobytes()
 
 
 def _check_parameters(computer: OnBoard) -> None:
@@ -79,7 +95,9 @@ def _written(file: Path, content: str | bytes) -> Path:
     return file
 
 
-def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
+def texts_of(
+    computer: OnBoard, made: Export, steps: int, ephemeris: OnBoardEphemeris | None = None
+) -> dict[str, str]:
     """All texts of an export by the names of their files."""
     name = computer.scenario.name.replace("*/", "* /")
     program, general = made.program, {"name": name, "version": VERSION}
@@ -91,13 +109,14 @@ def texts_of(computer: OnBoard, made: Export, steps: int) -> dict[str, str]:
         "adcs_types.h": _filled(texts.TYPES, general | places),
         "adcs.c": _filled(texts.SOURCE, general | _of_source(computer, made) | _of_precision()),
         "adcs_tables.c": _filled(texts.TABLES, general | _of_tables(computer, made)),
-        "CMakeLists.txt": _cmake(),
-        "README.md": readme_text(computer, name, steps),
+        "CMakeLists.txt": _cmake(ephemeris is not None),
+        "README.md": readme_text(computer, name, steps, ephemeris),
         "test/in_the_loop.c": in_the_loop_text(name, computer.board),
-        "test/replay.c": texts.REPLAY,
+        "test/replay.c": _replay(ephemeris is not None),
         "Makefile": texts.MAKEFILE,
         "MISRA.md": (_HARNESS / "MISRA.md").read_text(),
         **_portable(),
+        **(ephemeris_files(ephemeris, name) if ephemeris else {}),
         **{f"test/{each}": (_HARNESS / each).read_text() for each in _OF_HARNESS},
     }
 
@@ -111,14 +130,13 @@ def _portable() -> dict[str, str]:
             program.function(kernel, types).is_public = True
 
     with computing_in("double"):
-        return _portable_texts(translated(build))
+        return _portable_texts(translated(build, prefix="math_"))
 
 
 def _portable_texts(program: Program) -> dict[str, str]:
     public = [each for each in program.functions.values() if each.is_public]
     prototypes = "".join(f"{signature(program, each)};\n" for each in public)
-    text = program_text(program).replace("vec2", "pair")  # a name that adcs.c does not have
-    places = {"version": VERSION, "includes": INCLUDES, "program": text}
+    places = {"version": VERSION, "includes": INCLUDES, "program": program_text(program)}
     return {
         "adcs_math.h": _filled(texts.MATH_HEADER, {"prototypes": prototypes}),
         "adcs_math.c": _filled(texts.MATH, places),
@@ -160,9 +178,17 @@ def _of_tables(computer: OnBoard, made: Export) -> dict[str, str]:
     }
 
 
-def _cmake() -> str:
+def _cmake(has_ephemeris: bool) -> str:
     """The file of CMake; in single precision a replay has no recorded bits to compare with."""
-    recorded = "test/recorded.bin)"
-    return texts.CMAKE.replace(
+    recorded, library = "test/recorded.bin)", "add_library(adcs adcs.c"
+    text = texts.CMAKE.replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
+    return text.replace(library, f"{library} {_EPHEMERIS}" if has_ephemeris else library)
+
+
+def _replay(has_ephemeris: bool) -> str:
+    """The replay, also of the ephemeris on board if there is one."""
+    text = (_HARNESS / "replay.c").read_text()
+    header = "adcs_ephemeris.h" if has_ephemeris else "adcs.h"
+    return text.replace('#include "adcs.h"', f'#include "{header}"')

@@ -24,7 +24,7 @@ static double floor_mod(double a, double b)
     return rest;
 }""",
     "floor_div": """\
-/* a // b as Python has it: the greatest whole number not above the quotient */
+/* quotient as Python rounds it: the greatest whole number that is not above it */
 static double floor_div(double a, double b)
 {
     const double rest = fmod(a, b);
@@ -46,7 +46,7 @@ static double floor_div(double a, double b)
     return whole;
 }""",
     "floor_div_int": """\
-/* a // b of whole numbers as Python has it: rounded down */
+/* quotient of whole numbers as Python has it: rounded down */
 static int64_t floor_div_int(int64_t a, int64_t b)
 {
     const int64_t quotient = a / b;

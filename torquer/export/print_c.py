@@ -60,14 +60,13 @@ def is_empty(kind: Type) -> bool:
     return isinstance(kind, Static)
 
 
-def types_text(program: Program, comments: dict[str, str] | None = None) -> str:
-    """All structs, each after those of which it is made; `comments`: by names of types."""
-    found = []
-    for kind, name in program.types.items():
-        comment = (comments or {}).get(name, "")
-        head = f"/* {comment} */\n" if comment else ""
-        found.append(f"{head}typedef struct {{\n{_members(program, kind)}}} {name};\n")
-    return "\n".join(found)
+def types_text(program: Program, without: tuple[str, ...] = ()) -> str:
+    """All structs but those of some names, each after those of which it is made."""
+    return "\n".join(
+        f"typedef struct {{\n{_members(program, kind)}}} {name};\n"
+        for kind, name in program.types.items()
+        if name not in without
+    )
 
 
 def _members(program: Program, kind: Type) -> str:

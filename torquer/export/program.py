@@ -63,11 +63,15 @@ class Function:
 class Program:
     """Kernels, types and constants of a program. `replaced`: kernels with a translation of their
     own; `earlier`: a translation of the same program, which has found out `bounds` of whole numbers
-    among arguments, which fields are `times`, and the `kinds` of variables that hold several.
+    among arguments, which fields are `times`, and the `kinds` of variables that hold several;
+    `prefix`: of the names of tuples, which two files that know each other's types must not share.
     """
 
-    def __init__(self, replaced: dict | None = None, earlier: "Program | None" = None):
+    def __init__(
+        self, replaced: dict | None = None, earlier: "Program | None" = None, prefix: str = ""
+    ):
         self.replaced: dict[Callable, Callable] = replaced or {}
+        self._prefix = prefix
         self.functions: dict[tuple, Function] = {}
         self.types: dict[Type, str] = {}
         self.constants: dict[tuple, tuple[str, Value]] = {}
@@ -103,7 +107,9 @@ class Program:
             for each in parts:
                 if not isinstance(each, Static):
                     self.type_name(each)
-            self.types[key] = self.free_name(self._type_word(kind))
+            prefix = self._prefix if isinstance(kind, Tuple) else ""
+            word = self._type_word(kind)  # may begin with the name of a part
+            self.types[key] = self.free_name(word if word.startswith(prefix) else prefix + word)
         return self.types[key]
 
     def _type_word(self, kind: Tuple | Record) -> str:
@@ -317,19 +323,19 @@ def _key_text(key: tuple) -> str:
 
 def translated(
     build: Callable[["Program"], None], replaced: dict | None = None, again: int = 2,
-    times: Iterable[str] = (),
+    times: Iterable[str] = (), prefix: str = "",
 ) -> "Program":  # fmt: skip
     """A program built several times, each with what the one before found out.
 
     `again`: how often for the sake of indices; from `times`, names of fields, it follows what else
     is a time in a program of single precision, until nothing changes.
     """
-    program = Program(replaced)
+    program = Program(replaced, prefix=prefix)
     program.times |= set(times)
     build(program)
     rounds, earlier = 0, Program()
     while rounds < again or (program.times, program.kinds) != (earlier.times, earlier.kinds):
         rounds, earlier = rounds + 1, program
-        program = Program(replaced, earlier)
+        program = Program(replaced, earlier, prefix)
         build(program)
     return program

@@ -3,6 +3,8 @@
 from string import Template
 
 from torquer.export.computer import OnBoard
+from torquer.export.ephemeris import OnBoardEphemeris
+from torquer.export.ephemeris_texts import ephemeris_readme
 from torquer.export.interface import INPUTS, constants_of
 from torquer.export.precision import is_single
 from torquer.export.tables import words_of
@@ -30,7 +32,7 @@ $inputs
 
 Fields marked *not read* may be left zero in this export.
 
-## Numbers with names
+$ephemeris## Numbers with names
 
 | constant | what |
 |---|---|
@@ -71,10 +73,10 @@ reason.
 
 ## What is not in it
 
-Drivers, scheduling, time, the model field and the orbit (positions, fields and the direction to the
-Sun are handed in), limits of the coils and the torques of single wheels. A law that divides by zero
-or leaves its tables does not stop the program as it stops a simulation: check commands before use.
-Nobody has certified this code.
+Drivers, scheduling, time, $missing,
+limits of the coils and the torques of single wheels. A law that divides by zero or leaves its
+tables does not stop the program as it stops a simulation: check commands before use. Nobody has
+certified this code.
 """
 
 #: What the README says of the bits of an export in double and in single precision.
@@ -113,9 +115,23 @@ and writes the answers, whose differences `test/differences.py` shows:
 """
 
 
-def readme_text(computer: OnBoard, name: str, steps: int) -> str:
+#: What nothing provides, by how the ephemeris on board finds the place.
+_MISSING = {
+    None: "the model field, the orbit and the Sun, which are handed in",
+    "given": "the satellite's position and velocity, which are handed in",
+}
+
+
+def readme_text(
+    computer: OnBoard, name: str, steps: int, ephemeris: OnBoardEphemeris | None = None
+) -> str:
     """The README of the export of a computer with so many recorded steps."""
-    places = _places(computer, steps) | {"name": name, "version": VERSION}
+    kind = ephemeris.kind if ephemeris else None
+    places = _places(computer, steps) | {
+        "name": name, "version": VERSION,
+        "ephemeris": ephemeris_readme(ephemeris) if ephemeris else "",
+        "missing": _MISSING.get(kind, "determination of the orbit, whose elements are sent up"),
+    }  # fmt: skip
     return Template(_README).substitute(places)
 
 

@@ -27,7 +27,7 @@ _SPAN_S, _INSTANTS = 3.0 * DAY_S, 433
 _WORST_M = 20e3
 #: SGP4 counts days from here.
 _FIRST_EPOCH = datetime(1949, 12, 31)
-#: Units in which the elements of `_elements` are fitted.
+#: Units in which the elements of `osculating_elements` are fitted.
 _SCALES = np.array([1e-6, 1e-3, 1e-3, 1e-3, 1e-3, 1e-3, 1e-4])
 
 
@@ -42,7 +42,7 @@ def fitted_elements(orbit: Numerical, start: datetime, age_days: float, dut1_s: 
     t_s = -age_days * DAY_S + np.linspace(-_SPAN_S, 0.0, _INSTANTS)
     r, v = _in_teme(orbit, start, t_s, dut1_s)
     epoch = start - timedelta(days=age_days)
-    first = _elements(r[-1], v[-1])
+    first = osculating_elements(r[-1], v[-1])
 
     def off_km(x):
         satellite = _satellite(epoch, first + _SCALES * x)
@@ -70,7 +70,7 @@ def _in_teme(orbit: Numerical, start, t_s, dut1_s: float) -> tuple[np.ndarray, n
     return np.einsum("nji,nj->ni", turn, r), np.einsum("nji,nj->ni", turn, v)
 
 
-def _elements(r: np.ndarray, v: np.ndarray) -> np.ndarray:
+def osculating_elements(r: np.ndarray, v: np.ndarray) -> np.ndarray:
     """Osculating elements: mean motion [rad/min], e cos, e sin of the argument of perigee,
     inclination, node, mean argument of latitude [rad], drag term; defined for circular orbits."""
     h = np.cross(r, v)
@@ -90,7 +90,7 @@ def _elements(r: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def _satellite(epoch: datetime, elements: np.ndarray) -> Satrec:
-    """SGP4's satellite of the elements of `_elements`."""
+    """SGP4's satellite of the elements of `osculating_elements`."""
     motion, ex, ey, inclination, node, latitude, drag = elements.tolist()
     perigee = math.atan2(ey, ex)
     days = (epoch.replace(tzinfo=None) - _FIRST_EPOCH) / timedelta(days=1)

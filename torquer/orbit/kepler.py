@@ -29,9 +29,9 @@ def eccentric_anomaly(mean_anomaly, eccentricity):
         return mean_anomaly
     turns = math.floor(mean_anomaly / TWO_PI + 0.5)
     reduced = mean_anomaly - turns * TWO_PI
-    m = min(abs(reduced), math.pi)
+    m, third = min(abs(reduced), math.pi), 1.0 / 3.0
     anomaly = min(m + eccentricity, m / (1.0 - eccentricity), math.pi)
-    anomaly = max(min(anomaly, (math.pi * math.pi * m) ** (1.0 / 3.0)), m)
+    anomaly = max(min(anomaly, (math.pi * math.pi * m) ** third), m)
     for _ in range(60):
         residual = anomaly - eccentricity * math.sin(anomaly) - m
         lower = anomaly - residual / (1.0 - eccentricity * math.cos(anomaly))
@@ -170,6 +170,13 @@ class Kepler(Spec):
         return 0.5 * (near + far), (far - near) / (far + near)
 
     @property
+    def mean_anomaly_rad(self) -> float:
+        """Mean anomaly at the start of the run [rad]."""
+        if self.true_anomaly_deg is not None:
+            return mean_from_true(math.radians(self.true_anomaly_deg), self.shape[1])
+        return math.radians(self.mean_anomaly_deg or 0.0)
+
+    @property
     def frame(self) -> str:
         """Frame of `state`: the inertial frame J."""
         return "J"
@@ -185,13 +192,8 @@ class Kepler(Spec):
 
     def state(self, t_s, start_utc=None, dut1_s: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Position [n, 3] m and velocity [n, 3] m/s in J at times [n] s, at any date."""
-        axis, eccentricity = self.shape
-        if self.true_anomaly_deg is not None:
-            mean = mean_from_true(math.radians(self.true_anomaly_deg), eccentricity)
-        else:
-            mean = math.radians(self.mean_anomaly_deg or 0.0)
         angles = (self.raan_deg, self.inclination_deg, self.argument_of_perigee_deg)
-        return states(t_s, axis, eccentricity, angles, mean)
+        return states(t_s, *self.shape, angles, self.mean_anomaly_rad)
 
 
 _SHAPE_KEYS = ("semi_major_axis_km", "eccentricity", "perigee_altitude_km", "apogee_altitude_km")

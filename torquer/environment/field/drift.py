@@ -34,7 +34,7 @@ def _prepared(model, year: float) -> tuple:
 
 
 @functools.lru_cache(maxsize=64)
-def _piece(model, number: int) -> tuple:
+def piece_of(model, number: int) -> tuple:
     """(Epoch, field at the epoch, its change per year) of a model between two epochs."""
     epoch = float(published(coefficients_of(model)).years[number])
     return epoch, model.prepare(epoch), model.prepare_rate(number)
@@ -64,7 +64,7 @@ def b_inertial_along(
 
 
 def _within_piece(model, number: int, years, *points) -> np.ndarray:
-    epoch, at_epoch, per_year = _piece(model, number)
+    epoch, at_epoch, per_year = piece_of(model, number)
     change = model.b_inertial(per_year, *points)
     change *= (years - epoch)[:, None]
     change += model.b_inertial(at_epoch, *points)

@@ -17,7 +17,10 @@ from stack import Graph  # type: ignore[import-not-found]  # beside this file
 
 HOME = Path(__file__).resolve().parents[1]
 BUILD = HOME / "build" / "pil"
-SOURCES = [HOME / name for name in ("adcs.c", "adcs_tables.c", "adcs_math.c")]
+NAMES = ("adcs.c", "adcs_tables.c", "adcs_math.c", "adcs_ephemeris.c")
+SOURCES = [HOME / name for name in NAMES if (HOME / name).exists()]
+#: What is measured: its function, what it is called.
+PARTS = (("adcs_step", "a step"), ("adcs_ephemeris", "an ephemeris"))
 STRICT = ["-std=c99", "-O2", "-ffp-contract=off", "-pedantic", "-Wall", "-Wextra", "-Wconversion"]
 STRICT += ["-Wdouble-promotion", "-Wshadow", "-Werror"]
 IS_SINGLE = "in single precision" in (HOME / "adcs.h").read_text()
@@ -49,6 +52,11 @@ def run(command: list, folder: Path = BUILD) -> str:
     return done.stdout.strip()
 
 
+def in_line(said: str) -> str:
+    """Lines of the replay in one."""
+    return "; ".join(line for line in said.splitlines() if not line.startswith("ticks "))
+
+
 def on_this_machine() -> str:
     """The replay with this machine's library, then the answers that the processor must give.
 
@@ -61,14 +69,15 @@ def on_this_machine() -> str:
     if IS_SINGLE:
         return table(record, BUILD / "answers.bin") + "\n"
     run([*command, "-o", "library", "-lm"])
-    print(f"this machine, its library, with the simulation: {run(['./library', record])}")
+    print(f"this machine, its library, with the simulation: {in_line(run(['./library', record]))}")
     done = subprocess.run([BUILD / "given", record], capture_output=True, text=True)
-    print(f"this machine, portable, with the simulation: {done.stdout.strip()}")
+    print(f"this machine, portable, with the simulation: {in_line(done.stdout)}")
     return ""
 
 
 def on_target() -> tuple:
-    """The replay on the processor: what it says, instructions (mean, most) and stack of a step."""
+    """The replay on the processor: what it says; instructions (mean, most) and stack of each of
+    `PARTS`."""
     command = ["arm-none-eabi-gcc", *STRICT, *PROCESSOR, f"-I{HOME}", *MATH]
     for source in SOURCES:
         run([*command, "-fstack-usage", "-fcallgraph-info=su", "-c", source])
@@ -80,10 +89,10 @@ def on_target() -> tuple:
     emulator = ["qemu-system-arm", "-M", BOARD, "-nographic", "-monitor", "none"]
     emulator += ["-icount", f"shift={SHIFT},sleep=off", "-semihosting", "-kernel", "replay.elf"]
     said = run(emulator)
-    found = re.search(r"ticks (\d+) (\d+) stack (\d+)", said)
+    found = re.findall(r"ticks (\d+) (\d+) stack (\d+)", said)
     assert found, said
-    mean, most, stack = map(int, found.groups())
-    return said.splitlines()[0], round(mean / TICKS), round(most / TICKS), stack
+    measured = [tuple(map(int, each)) for each in found]
+    return in_line(said), [(round(a / TICKS), round(b / TICKS), c) for a, b, c in measured]
 
 
 def sizes() -> tuple:
@@ -107,20 +116,30 @@ def shown(graph: Graph, chain: tuple) -> str:
     return " > ".join(f"{name} {graph.frames[own]}" for name, own in pairs)
 
 
-def report(said: str, mean: int, most: int, stack: int) -> str:
+def rows_of(graph: Graph, function: str, what: str, measured: tuple) -> dict:
+    """Stack and instructions of a step, or of an ephemeris."""
+    mean, most, stack = measured
+    bound, chain = graph.deepest(function)
+    if stack > bound + NOT_COUNTED:
+        sys.exit(f"stack: {stack} bytes were used, more than the bound of {bound}")
+    calls = "the replayed steps" if function == "adcs_step" else "the replayed ephemerides"
+    return {
+        f"worst-case stack of {what}": f"{bound} bytes, by the call graph: {shown(graph, chain)}",
+        f"stack of {calls}": f"{stack} bytes at most, by painting",
+        f"instructions of {what}": f"{mean} on average, {most} at most, counted by QEMU's clock",
+    }
+
+
+def report(said: str, measured: list) -> str:
     """A section of the README."""
     code, constants, writable = sizes()
     graph = Graph(BUILD, BUILD / "replay.elf", TOOLS)
-    bound, chain = graph.deepest("adcs_step")
-    if stack > bound + NOT_COUNTED:
-        sys.exit(f"stack: {stack} bytes were used, more than the bound of {bound}")
     rows = {
         "replay": said, "code": f"{code} bytes, without the C library",
         "constants": f"{constants} bytes", "writable variables of the library": f"{writable} bytes",
-        "worst-case stack of a step": f"{bound} bytes, by the call graph: {shown(graph, chain)}",
-        "stack of the replayed steps": f"{stack} bytes at most, by painting",
-        "instructions of a step": f"{mean} on average, {most} at most, counted by QEMU's clock",
     }  # fmt: skip
+    for (function, what), each in zip(PARTS, measured, strict=False):
+        rows.update(rows_of(graph, function, what, each))
     version = run(["arm-none-eabi-gcc", "-dumpfullversion"])
     head = f"{TARGET}, GCC {version}, `-O2`\n\n| what | measured |\n|---|---|\n"
     return head + "".join(f"| {what} | {text} |\n" for what, text in rows.items())
@@ -134,9 +153,9 @@ def main() -> int:
         return SKIPPED
     BUILD.mkdir(parents=True, exist_ok=True)
     differences = on_this_machine()
-    said, mean, most, stack = on_target()
+    said, measured = on_target()
     print(f"{TARGET}, with this machine: {said}")
-    text = differences + report(said, mean, most, stack)
+    text = differences + report(said, measured)
     readme = HOME / "README.md"
     marks = r"(<!-- targets -->\n).*(<!-- end of targets -->)"
     before = readme.read_text(encoding="utf-8")

@@ -15,18 +15,23 @@ void reset(void);
 void _init(void);
 void _fini(void);
 void adcs_before_step(void);
-void adcs_after_step(void);
+void adcs_after_step(uint32_t part);
 void stack_top(void); /* an address of target.ld, not a function */
 
 __attribute__((section(".vectors"), used)) void (*const vectors[])(void) = {
     stack_top, reset, abort, abort, abort, abort, abort};
 
+/* What is measured of control steps and of the ephemeris on board. */
+typedef struct {
+    uint32_t most;
+    uint32_t deepest;
+    uint64_t total;
+    uint64_t calls;
+} measured;
+
 static volatile uint32_t *base;
 static uint32_t began;
-static uint32_t most;
-static uint32_t deepest;
-static uint64_t total;
-static uint64_t steps;
+static measured parts[2];
 
 void _init(void)
 {
@@ -52,17 +57,18 @@ __attribute__((noinline)) void adcs_before_step(void)
     began = TIMER[1];
 }
 
-__attribute__((noinline)) void adcs_after_step(void)
+__attribute__((noinline)) void adcs_after_step(uint32_t part)
 {
     const uint32_t ticks = began - TIMER[1];
+    measured *now = &parts[part];
     uint32_t used = PAINTED - 1u;
     while (used > 16u && base[-(int32_t)used] == PAINT) {
         used--;
     }
-    most = (ticks > most) ? ticks : most;
-    deepest = (used > deepest) ? used : deepest;
-    total += ticks;
-    steps++;
+    now->most = (ticks > now->most) ? ticks : now->most;
+    now->deepest = (used > now->deepest) ? used : now->deepest;
+    now->total += ticks;
+    now->calls++;
 }
 
 void reset(void)
@@ -78,9 +84,11 @@ void reset(void)
     TIMER[1] = 0xFFFFFFFFu;
     TIMER[0] = 1u;
     code = main(2, arguments);
-    if (steps > 0u) {
-        printf("ticks %lu %lu stack %lu\n", (unsigned long)(total / steps), (unsigned long)most,
-            4ul * (unsigned long)deepest);
+    for (const measured *each = parts; each < parts + 2; each++) {
+        if (each->calls > 0u) {
+            printf("ticks %lu %lu stack %lu\n", (unsigned long)(each->total / each->calls),
+                (unsigned long)each->most, 4ul * (unsigned long)each->deepest);
+        }
     }
     exit(code);
 }

@@ -1,0 +1,203 @@
+"""Texts of the ephemeris on board: its header, its file, its part of the README."""
+
+from string import Template
+
+from torquer.environment.on_board import ELEMENTS
+from torquer.export.ephemeris import OnBoardEphemeris, translated_ephemeris
+from torquer.export.precision import computing_in, double_text, is_single
+from torquer.export.print_c import INCLUDES, program_text, types_text
+from torquer.export.tables import constant_text
+from torquer.version import VERSION
+
+#: What each element is.
+MEANINGS = {
+    "start_day": "Julian date (UTC) of t_s = 0: a whole or half number of days",
+    "start_fraction": "and the rest of it [days]",
+    "ut1_minus_utc_s": "UT1 - UTC [s], by Bulletin A of the IERS; 1 ms turns the Earth by 0.5 m",
+    "tt_minus_utc_s": "TT - UTC [s]: 32.184 and the leap seconds",
+    "epoch_day": "Julian date (UTC) of the epoch: a whole or half number of days",
+    "epoch_fraction": "and the rest of it [days]",
+    "semi_major_axis_m": "mean semi-major axis [m]",
+    "mean_motion_rev_day": "mean motion [revolutions a day], line 2, columns 53-63",
+    "eccentricity": "eccentricity",
+    "inclination_deg": "inclination [deg]",
+    "raan_deg": "right ascension of the ascending node [deg]",
+    "argument_of_perigee_deg": "argument of perigee [deg]",
+    "mean_anomaly_deg": "mean anomaly [deg]",
+    "j2": "1.08262617e-3 for the drift of node and perigee; 0: two bodies",
+    "drag_term": "drag term B* [1/Earth radii], line 1, columns 54-61",
+}
+_COLUMNS = {
+    "eccentricity": "27-33", "inclination_deg": "9-16", "raan_deg": "18-25",
+    "argument_of_perigee_deg": "35-42", "mean_anomaly_deg": "44-51",
+}  # fmt: skip
+_HOW = {
+    "given": "at the position and velocity that are handed in",
+    "kepler": "at the position and velocity of a Kepler orbit that drifts by J2",
+    "sgp4": "at the position and velocity that SGP4 gives",
+}
+
+_HEADER = """\
+/* The ephemeris on board of $name, exported by torquer $version.
+
+   The model field, the direction to the Sun and its light
+   $how.
+   Inertial axes are $axes. All is computed in double precision. */
+#ifndef ADCS_EPHEMERIS_H
+#define ADCS_EPHEMERIS_H
+
+#include "adcs.h"
+
+/* Numbers that the ground may send up; all that changes. */
+typedef struct {
+$members} adcs_elements;
+
+/* Elements as at the start of the scenario. */
+void adcs_first_elements(adcs_elements *elements);
+
+/* Set r_inertial_m to sunlit_fraction of the inputs for their t_s$place.
+   False, with NaN in position, velocity, field and Sun, where there is no place$nowhere. */
+bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs);
+
+#endif
+"""
+
+_SOURCE = """\
+/* Kernels of the ephemeris on board of $name, exported by torquer $version. */
+#include "adcs_ephemeris.h"
+$portable#ifdef ADCS_PORTABLE
+#include "adcs_math.h"
+#endif
+
+$includes
+$types
+$constants
+$program
+void adcs_first_elements(adcs_elements *elements)
+{
+    static const adcs_elements first = {
+$first    };
+    *elements = first;
+}
+
+bool adcs_ephemeris(const adcs_elements *elements, adcs_inputs *inputs)
+{
+$given    const eph_Ephemeris found = $kernel($arguments);
+    for (int32_t k = 0; k < 3; k++) {
+        inputs->r_inertial_m[k] = found.r_inertial_m.v[k];
+        inputs->v_inertial_m_s[k] = found.v_inertial_m_s.v[k];
+        inputs->b_inertial_t[k] = found.b_inertial_t.v[k];
+        inputs->b_rate_inertial_t_s[k] = found.b_rate_inertial_t_s.v[k];
+        inputs->sun_inertial[k] = found.sun_inertial.v[k];
+    }
+    inputs->sunlit_fraction = found.sunlit_fraction;
+    return isfinite(found.b_inertial_t.v[0]) && isfinite(found.sunlit_fraction);
+}
+"""
+
+_GIVEN = """\
+    const eph_vec3 r = {{inputs->r_inertial_m[0], inputs->r_inertial_m[1],
+        inputs->r_inertial_m[2]}};
+    const eph_vec3 v = {{inputs->v_inertial_m_s[0], inputs->v_inertial_m_s[1],
+        inputs->v_inertial_m_s[2]}};
+"""
+#: In a program of single precision these doubles are computed by the library of the processor.
+_PORTABLE = """\
+#ifndef ADCS_PORTABLE
+#define ADCS_PORTABLE /* doubles, unlike the control step: the same bits with every library */
+#endif
+"""
+
+_README = """\
+## Ephemeris on board
+
+    #include "adcs_ephemeris.h"
+    static adcs_elements elements;
+    adcs_first_elements(&elements);             /* or those that the ground has sent up */
+    is_known = adcs_ephemeris(&elements, &inputs);  /* before adcs_step */
+
+sets the inputs from `r_inertial_m` to `sunlit_fraction` for their `t_s`: field and Sun
+$how. What the ground may send up is in
+`elements`, which may be replaced at any time:
+
+| field of `adcs_elements` | at the start | what |
+|---|---|---|
+$rows
+$model
+`test/replay.c` compares all of it over a day, every two minutes.
+
+"""
+_TLE = """\
+Angles and eccentricity stand in line 2 of two-line elements, in the columns
+$columns;
+the eccentricity has a decimal point before its digits. Orbits with a period of 225 minutes or more
+are SDP4's, which is not here: `adcs_ephemeris` returns false.
+
+"""
+
+
+def ephemeris_files(ephemeris: OnBoardEphemeris, name: str) -> dict[str, str]:
+    """The header and the source."""
+    kind, general = ephemeris.kind, {"name": name, "version": VERSION}
+    members = "".join(f"    double {each}; /* {MEANINGS[each]} */\n" for each in _values(ephemeris))
+    axes = "GCRF" if ephemeris.models.is_precise else "true equator, mean equinox (TEME)"
+    nowhere = {
+        "given": "", "kepler": ":\n   elements of no ellipse",
+        "sgp4": ":\n   elements of deep space, or a satellite come down",
+    }[kind]  # fmt: skip
+    header = general | {
+        "how": _HOW[kind], "axes": axes, "members": members, "nowhere": nowhere,
+        "place": "; position and velocity are read" if kind == "given" else "",
+    }  # fmt: skip
+    return {
+        "adcs_ephemeris.h": Template(_HEADER).substitute(header),
+        "adcs_ephemeris.c": Template(_SOURCE).substitute(general | _of_source(ephemeris)),
+    }
+
+
+def _values(ephemeris: OnBoardEphemeris) -> dict[str, float]:
+    """The elements at the start by name."""
+    names = ELEMENTS[ephemeris.kind].names or ()
+    return dict(zip(names, ephemeris.elements[0].tolist(), strict=True))
+
+
+def _of_source(ephemeris: OnBoardEphemeris) -> dict[str, str]:
+    portable = _PORTABLE if is_single() else ""
+    arguments = ["&constants", "elements", "inputs->t_s"]
+    if ephemeris.kind == "given":
+        arguments += ["r", "v"]
+    with computing_in("double"):
+        program, kernel, models = translated_ephemeris(ephemeris)
+        values = _values(ephemeris).items()
+        return {
+            "portable": portable, "includes": INCLUDES, "kernel": kernel,
+            "types": types_text(program, ("adcs_elements",)),
+            "constants": constant_text(program, models, "constants", ephemeris.models),
+            "program": program_text(program, False, (kernel,)),
+            "first": "".join(f"        /* {k} */ {double_text(v)},\n" for k, v in values),
+            "given": _GIVEN if ephemeris.kind == "given" else "", "arguments": ", ".join(arguments),
+        }  # fmt: skip
+
+
+def ephemeris_readme(ephemeris: OnBoardEphemeris) -> str:
+    """The section of the README."""
+    rows = "".join(
+        f"| `{name}` | {value!r} | {MEANINGS[name]} |\n"
+        for name, value in _values(ephemeris).items()
+    )
+    columns = ", ".join(f"`{name}` {columns}" for name, columns in _COLUMNS.items())
+    places = {"how": _HOW[ephemeris.kind], "rows": rows, "model": _model(ephemeris)}
+    more = _TLE if ephemeris.kind == "sgp4" else ""
+    return Template(_README + more).substitute(places, columns=columns)
+
+
+def _model(ephemeris: OnBoardEphemeris) -> str:
+    """What the field is."""
+    field, models = ephemeris.own.environment.field, ephemeris.models
+    changes = models.change.pairs.any()
+    rate = f", its coefficients of {models.epoch_year:g} with their change by the year"
+    return (
+        f"The field is `{field.kind}` to degree {models.field.top - 1}{rate if changes else ''}.\n"
+        "From 1990 to 2060 the Sun is within 0.01 deg and the Earth's axes within 0.2 arcsec of\n"
+        "those of the simulation."
+    )
