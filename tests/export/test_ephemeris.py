@@ -163,6 +163,13 @@ def test_an_export_without_an_ephemeris_has_none_of_it(tmp_path):
     assert "which are handed in" in (tmp_path / "README.md").read_text()
 
 
+def test_an_export_does_not_leave_the_ephemeris_of_an_earlier_one(tmp_path):
+    torquer.export_c(example("my_law"), tmp_path, steps=1, ephemeris="given")
+    assert len(list(tmp_path.glob("adcs_ephemeris.*"))) == 2
+    torquer.export_c(example("my_law"), tmp_path, steps=1)
+    assert not list(tmp_path.glob("adcs_ephemeris.*"))
+
+
 def test_the_readme_names_all_elements(exports):
     text = (exports("chibis_m_detumble", "sgp4") / "README.md").read_text()
     assert all(f"| `{name}` | " in text for name in ELEMENTS["sgp4"].names)

@@ -27,7 +27,7 @@ from torquer.version import VERSION
 #: What runs an export on an emulated processor, copied as it is.
 _HARNESS = Path(__file__).parent / "harness"
 _OF_HARNESS = ("pil.py", "stack.py", "differences.py", "misra.py", "start.c", "target.ld")
-_EPHEMERIS = "adcs_ephemeris.c"
+_EPHEMERIS = ("adcs_ephemeris.c", "adcs_ephemeris.h")
 #: Control steps that the replay has unless others are asked for.
 STEPS = 2000
 
@@ -60,6 +60,8 @@ def export_c(
         record = recorded(computer.scenario, steps)
         files: dict[str, str | bytes] = {**texts_of(computer, made, len(record.marks), own)}
         files["test/recorded.bin"] = record.as_bytes() + (_instants(own) if own else b"")
+    for left in set(_EPHEMERIS) - set(files):  # of an export that was here before
+        (Path(folder) / left).unlink(missing_ok=True)
     return [_written(Path(folder) / name, content) for name, content in files.items()]
 
 
@@ -184,7 +186,7 @@ def _cmake(has_ephemeris: bool) -> str:
     text = texts.CMAKE.replace(
         recorded, f"{recorded[:-1]} answers.bin)" if is_single() else recorded
     )
-    return text.replace(library, f"{library} {_EPHEMERIS}" if has_ephemeris else library)
+    return text.replace(library, f"{library} {_EPHEMERIS[0]}" if has_ephemeris else library)
 
 
 def _replay(has_ephemeris: bool) -> str:
