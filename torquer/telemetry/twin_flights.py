@@ -128,7 +128,8 @@ def changed(scenario: Scenario, physical: np.ndarray) -> Scenario:
 class Flights:
     """Flights of a scenario's twins from `start_s` after its start for `duration_s` [s].
 
-    `noisy`: with the noise of the sensors. ValueError for a scenario that cannot be a twin.
+    `noisy`: with the noise of the sensors. `like`: flights of the same scenario from another
+    instant, whose numbers of twins are shared. ValueError for a scenario that cannot be a twin.
     """
 
     def __init__(
@@ -138,13 +139,14 @@ class Flights:
         duration_s: float,
         rate_rad_s: float,
         noisy: bool = False,
+        like: Flights | None = None,
     ):
         self.scenario = _template(scenario, start_s, duration_s, rate_rad_s, noisy)
         self._run = prepare(self.scenario)
         if why := why_not_in_lanes(self._run):
             raise ValueError(f"--twin: must be a scenario whose members fly together; {why}")
         self._lanes = Lanes(self._run, Pieces(self._run))
-        self._known: dict[bytes, np.ndarray | None] = {}
+        self._known: dict[bytes, np.ndarray | None] = {} if like is None else like._known
         self.step_s = self._run.plan.step_s
 
     def _numbers(self, physical: np.ndarray) -> np.ndarray | None:

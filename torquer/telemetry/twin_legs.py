@@ -1,0 +1,222 @@
+"""The twin of a whole session, flown in legs that are too short for noise in the loop to bend.
+
+In an hour noise of the sensors, through the law, turns a satellite so far from its flight without
+noise that the readings are no longer linear in it. Each leg therefore has a motion of its own at
+its start; where one ends the next begins, but for what noise does within a leg.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from torquer.scenario.spec import Scenario
+from torquer.telemetry.twin_fit import (
+    STEPS,
+    Readings,
+    around,
+    departures,
+    moved_by_noise,
+    root_of,
+    whitened,
+)
+from torquer.telemetry.twin_flights import COUNT, Flights, Points, States
+
+#: Least length of a leg [s]; it is a whole number of cycles.
+_LEG_S = 300.0
+#: Rounds in which the covariance follows the fit, and rounds of the fit in each.
+_ROUNDS, _INNER = 3, 12
+_MOST_DAMPING, _SMALL = 1e8, 1e-2
+#: Standard deviations of the readings by which a computer that starts anew may change a flight.
+_ANEW = 0.1
+#: Standard deviations at which errors are checked, and the least rise of the squares there that is
+#: taken for one.
+_FAR, _LEAST_RISE = 3.0, 0.1
+
+
+class Course(NamedTuple):
+    """Motions at the starts of k legs, with the physical parameters that all have; the biases that
+    all rows share, over their standard deviations [6]."""
+
+    starts: Points
+    biases: np.ndarray
+
+
+class Leg(NamedTuple):
+    """Flights without and with noise, the rows of the leg, its length [s]."""
+
+    quiet: Flights
+    noisy: Flights
+    readings: Readings
+    duration_s: float
+
+    def fly(self, points: Points) -> tuple[np.ndarray, States]:
+        """What twins [n] have in the place of the readings [n, k], and their motions at the end."""
+        t_s = np.append(self.readings.t_s, self.duration_s)
+        states = self.quiet.fly(points, t_s)
+        return self.readings.predicted(states), States(states.q[-1:], states.omega[-1:])
+
+
+class Fit(NamedTuple):
+    """A twin fitted in legs: squares of the readings' errors; covariance [p, p] of the motions at
+    the starts, of what is free of the physical parameters, and of the biases; the greatest angle
+    [rad] by which noise in the loop turns the satellite within a leg."""
+
+    course: Course
+    chi2: float
+    covariance: np.ndarray
+    angle: float
+
+
+class Legs:
+    """A session in legs.
+
+    `readings`: the rows, seconds since `start_s`; `prior` [16], `free` [16]: as of
+    `twin_fit.Problem`.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        start_s: float,
+        rate_rad_s: float,
+        readings: Readings,
+        prior: np.ndarray,
+        free: np.ndarray,
+    ):
+        self.free, self.prior = free, prior[free][6:]
+        end_s, cycle_s = float(readings.t_s[-1]), scenario.control.cycle_s
+        span = cycle_s * math.ceil(_LEG_S / cycle_s)
+        self.firsts = span * np.arange(max(1, math.floor(end_s / span)))
+        self.legs: list[Leg] = []
+        pair: list[Flights | None] = [None, None]
+        for first, last in zip(self.firsts, [*self.firsts[1:], end_s], strict=True):
+            pair = [
+                Flights(scenario, start_s + first, last - first, rate_rad_s, noisy, like)
+                for noisy, like in zip((False, True), pair, strict=True)
+            ]
+            rows = (readings.t_s >= first) & (readings.t_s < last)
+            rows |= (readings.t_s == end_s) & (last == end_s)
+            own = readings.take(rows)
+            self.legs.append(Leg(*pair, own._replace(t_s=own.t_s - first), last - first))
+
+    def fit(self, course: Course) -> Fit:
+        """A twin that is near, fitted."""
+        for _ in range(_ROUNDS):
+            roots, angle = self._roots(course)
+            course = self._improved(course, roots)
+        normal, _ = self._slopes(course, roots)
+        chi2 = self._costs(course, roots)[1]
+        return Fit(course, chi2, self._covariance(course, roots, normal), angle)
+
+    def _roots(self, course: Course) -> tuple[list[np.ndarray], float]:
+        """Roots of the covariances of each leg's readings and end, and how far noise turns."""
+        roots, angles = [], []
+        for k, leg in enumerate(self.legs):
+            end_s = None if k + 1 == len(self.legs) else leg.duration_s
+            moved = moved_by_noise(
+                leg.quiet, leg.noisy, course.starts.take([k]), leg.readings, end_s, k
+            )
+            angles.append(moved.angle)
+            white = np.zeros(len(moved.covariance))
+            white[: np.sum(leg.readings.there)] = 1.0
+            roots.append(root_of(moved.covariance + np.diag(white)))
+        return roots, max(angles)
+
+    def _improved(self, course: Course, roots) -> Course:
+        """A course after some rounds of Levenberg and Marquardt's method."""
+        damping, (cost, _) = 1e-3, self._costs(course, roots)
+        normal, pull = self._slopes(course, roots)
+        for _ in range(_INNER):
+            scale = np.diag(normal) + 1e-9
+            step = np.linalg.solve(normal + damping * np.diag(scale), pull)
+            tried = self._moved(course, step)
+            new = self._costs(tried, roots)[0]
+            if new < cost:
+                gain, course, cost = cost - new, tried, new
+                if gain < _SMALL:
+                    break
+                damping *= 0.1
+                normal, pull = self._slopes(course, roots)
+            else:
+                damping *= 10.0
+                if damping > _MOST_DAMPING:
+                    break
+        return course
+
+    def _moved(self, course: Course, step: np.ndarray) -> Course:
+        count = len(self.legs)
+        steps = np.zeros((count, 6 + COUNT))
+        steps[:, :6] = step[: 6 * count].reshape(count, 6)
+        steps[:, np.flatnonzero(self.free)[6:]] = step[6 * count : -6]
+        return Course(course.starts.moved(steps), course.biases + step[-6:])
+
+    def _misses(self, course: Course, k: int, numbers: np.ndarray, end: States) -> np.ndarray:
+        """What a leg's flight misses of its readings, and of the start of the next."""
+        readings = self.legs[k].readings
+        missed = readings.measured() - numbers - readings.shared() @ course.biases
+        if k + 1 == len(self.legs):
+            return missed
+        after = course.starts.take([k + 1])
+        onward = departures(end, States(after.q[None], after.omega[None]))[0, 0]
+        return np.append(missed, onward / readings.motion_sizes())
+
+    def _costs(self, course: Course, roots) -> tuple[float, float]:
+        """Squares of errors and departures from what was known; those of the errors alone."""
+        total = float(course.biases @ course.biases)
+        for k, (leg, root) in enumerate(zip(self.legs, roots, strict=True)):
+            numbers, end = leg.fly(course.starts.take([k]))
+            missed = whitened(root, self._misses(course, k, numbers[0], end))
+            total += float(missed @ missed)
+        known = course.starts.physical[0][self.free[6:]] / self.prior
+        total = total if math.isfinite(total) else math.inf
+        return total + float(known @ known), total
+
+    def _slopes(self, course: Course, roots) -> tuple[np.ndarray, np.ndarray]:
+        """Information and pull of readings, links and what was known."""
+        count, size = len(self.legs), int(self.free.sum())
+        normal = np.zeros((6 * count + size,) * 2)
+        pull = np.zeros(len(normal))
+        shared_at = 6 * count + np.arange(size)
+        free, steps = np.flatnonzero(self.free), STEPS[self.free]
+        for k, (leg, root) in enumerate(zip(self.legs, roots, strict=True)):
+            numbers, ends = leg.fly(around(course.starts.take([k]), free))
+            own = ends.take(slice(0, 1))
+            missed = whitened(root, self._misses(course, k, numbers[0], own))
+            slope = (numbers[1::2] - numbers[2::2]) / (2.0 * steps[:, None])
+            slope = np.vstack([slope, leg.readings.shared().T])
+            at = np.concatenate([6 * k + np.arange(6), shared_at])
+            if k + 1 < count:
+                sizes = leg.readings.motion_sizes()
+                forth, back = ends.take(slice(1, None, 2)), ends.take(slice(2, None, 2))
+                led = departures(back, forth)[0] / (2.0 * steps[:, None] * sizes)
+                onward = np.hstack([np.zeros((6, slope.shape[1])), -np.diag(1.0 / sizes)])
+                slope = np.hstack([slope, np.vstack([led, np.zeros((6, 6))])])
+                slope = np.vstack([slope, onward])
+                at = np.append(at, 6 * (k + 1) + np.arange(6))
+            slope = np.nan_to_num(whitened(root, slope))
+            normal[np.ix_(at, at)] += slope @ slope.T
+            pull[at] += slope @ missed
+        known = np.concatenate([1.0 / self.prior**2, np.ones(6)])
+        normal[np.ix_(shared_at, shared_at)] += np.diag(known)
+        values = np.append(course.starts.physical[0][self.free[6:]], course.biases)
+        pull[shared_at] -= known * values
+        return normal, pull
+
+    def _covariance(self, course: Course, roots, normal: np.ndarray) -> np.ndarray:
+        """Covariance of all parameters.
+
+        Commands that begin to saturate make kinks, near which the slope says little of what lies
+        beyond: where the readings fit a twin that is three standard deviations away better than
+        the slope has it, these are larger.
+        """
+        found = np.linalg.inv(normal)
+        places = 6 * len(self.legs) + np.arange(len(self.prior))
+        cost, wider = self._costs(course, roots)[0], np.ones(len(found))
+        for place in places:
+            axis = _FAR * found[place] / math.sqrt(found[place, place])
+            rise = min(self._costs(self._moved(course, sign * axis), roots)[0] for sign in (1, -1))
+            wider[place] = _FAR / math.sqrt(min(max(rise - cost, _LEAST_RISE), _FAR**2))
+        return found * np.outer(wider, wider)
