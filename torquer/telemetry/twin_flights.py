@@ -68,6 +68,11 @@ class Points(NamedTuple):
         return np.hstack([np.zeros((len(self.q), 6)), self.physical])
 
 
+def joined(parts: list[Points]) -> Points:
+    """All twins of some lists."""
+    return Points(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+
 class States(NamedTuple):
     """Attitude [m, n, 4] and rate [m, n, 3] rad/s of n twins at m instants; NaN where a twin cannot
     be flown."""

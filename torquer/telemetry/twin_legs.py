@@ -20,15 +20,16 @@ from torquer.telemetry.twin_fit import (
     departures,
     moved_by_noise,
     root_of,
-    whitened,
 )
-from torquer.telemetry.twin_flights import COUNT, Flights, Points, States
+from torquer.telemetry.twin_flights import COUNT, Flights, Points, States, joined
 
 #: Least length of a leg [s]; it is a whole number of cycles.
 _LEG_S = 300.0
-#: Rounds in which the covariance follows the fit, and rounds of the fit in each.
-_ROUNDS, _INNER = 3, 12
-_MOST_DAMPING, _SMALL = 1e8, 1e-2
+#: Errors of the links between legs, over those of readings, beyond what noise makes of them, in the
+#: rounds in which the covariance follows the fit: the first is led by the readings of each leg.
+_LOOSE = (30.0, 1.0, 0.0, 0.0)
+#: Rounds of the fit in each, dampings that are tried in one, and the least gain.
+_INNER, _DAMPINGS, _SMALL = 20, 10.0 ** np.arange(-14.0, 2.0), 1e-2
 #: Standard deviations of the readings by which a computer that starts anew may change a flight.
 _ANEW = 0.1
 #: Standard deviations at which errors are checked, and the least rise of the squares there that is
@@ -104,46 +105,44 @@ class Legs:
 
     def fit(self, course: Course) -> Fit:
         """A twin that is near, fitted."""
-        for _ in range(_ROUNDS):
-            roots, angle = self._roots(course)
-            course = self._improved(course, roots)
-        normal, _ = self._slopes(course, roots)
-        chi2 = self._costs(course, roots)[1]
-        return Fit(course, chi2, self._covariance(course, roots, normal), angle)
+        for loose in _LOOSE:
+            whiteners, angle = self._whiteners(course, loose)
+            course = self._improved(course, whiteners)
+        normal, _ = self._slopes(course, whiteners)
+        chi2 = float(self._costs([course], whiteners)[1][0])
+        return Fit(course, chi2, self._covariance(course, whiteners, normal), angle)
 
-    def _roots(self, course: Course) -> tuple[list[np.ndarray], float]:
-        """Roots of the covariances of each leg's readings and end, and how far noise turns."""
-        roots, angles = [], []
+    def _whiteners(self, course: Course, loose: float) -> tuple[list[np.ndarray], float]:
+        """What makes each leg's misses independent and of size 1, and how far noise turns."""
+        found, angles = [], []
         for k, leg in enumerate(self.legs):
             end_s = None if k + 1 == len(self.legs) else leg.duration_s
             moved = moved_by_noise(
                 leg.quiet, leg.noisy, course.starts.take([k]), leg.readings, end_s, k
             )
             angles.append(moved.angle)
-            white = np.zeros(len(moved.covariance))
-            white[: np.sum(leg.readings.there)] = 1.0
-            roots.append(root_of(moved.covariance + np.diag(white)))
-        return roots, max(angles)
+            own = np.full(len(moved.covariance), loose**2)
+            own[: np.sum(leg.readings.there)] = 1.0
+            found.append(np.linalg.inv(root_of(moved.covariance + np.diag(own))))
+        return found, max(angles)
 
-    def _improved(self, course: Course, roots) -> Course:
+    def _improved(self, course: Course, whiteners) -> Course:
         """A course after some rounds of Levenberg and Marquardt's method."""
-        damping, (cost, _) = 1e-3, self._costs(course, roots)
-        normal, pull = self._slopes(course, roots)
+        cost = self._costs([course], whiteners)[0][0]
         for _ in range(_INNER):
-            scale = np.diag(normal) + 1e-9
-            step = np.linalg.solve(normal + damping * np.diag(scale), pull)
-            tried = self._moved(course, step)
-            new = self._costs(tried, roots)[0]
-            if new < cost:
-                gain, course, cost = cost - new, tried, new
-                if gain < _SMALL:
-                    break
-                damping *= 0.1
-                normal, pull = self._slopes(course, roots)
-            else:
-                damping *= 10.0
-                if damping > _MOST_DAMPING:
-                    break
+            normal, pull = self._slopes(course, whiteners)
+            size = np.sqrt(np.diag(normal))
+            even = normal / np.outer(size, size) + _DAMPINGS[:, None, None] * np.eye(len(size))
+            steps = np.linalg.solve(even, (pull / size)[:, None])[..., 0] / size
+            tried = [self._moved(course, step) for step in steps]
+            costs = self._costs(tried, whiteners)[0]
+            best = int(np.argmin(costs))
+            gain = cost - costs[best]
+            if not gain > 0.0:
+                break
+            course, cost = tried[best], costs[best]
+            if gain < _SMALL:
+                break
         return course
 
     def _moved(self, course: Course, step: np.ndarray) -> Course:
@@ -163,28 +162,29 @@ class Legs:
         onward = departures(end, States(after.q[None], after.omega[None]))[0, 0]
         return np.append(missed, onward / readings.motion_sizes())
 
-    def _costs(self, course: Course, roots) -> tuple[float, float]:
-        """Squares of errors and departures from what was known; those of the errors alone."""
-        total = float(course.biases @ course.biases)
-        for k, (leg, root) in enumerate(zip(self.legs, roots, strict=True)):
-            numbers, end = leg.fly(course.starts.take([k]))
-            missed = whitened(root, self._misses(course, k, numbers[0], end))
-            total += float(missed @ missed)
-        known = course.starts.physical[0][self.free[6:]] / self.prior
-        total = total if math.isfinite(total) else math.inf
-        return total + float(known @ known), total
+    def _costs(self, courses: list[Course], whiteners) -> tuple[np.ndarray, np.ndarray]:
+        """Squares of errors and departures from what was known [n]; those of the errors alone."""
+        total = np.array([each.biases @ each.biases for each in courses])
+        for k, (leg, whiten) in enumerate(zip(self.legs, whiteners, strict=True)):
+            numbers, ends = leg.fly(joined([each.starts.take([k]) for each in courses]))
+            for n, each in enumerate(courses):
+                missed = whiten @ self._misses(each, k, numbers[n], ends.take([n]))
+                total[n] += missed @ missed
+        total = np.where(np.isfinite(total), total, np.inf)
+        known = [each.starts.physical[0][self.free[6:]] / self.prior for each in courses]
+        return total + np.sum(np.square(known), axis=1), total
 
-    def _slopes(self, course: Course, roots) -> tuple[np.ndarray, np.ndarray]:
+    def _slopes(self, course: Course, whiteners) -> tuple[np.ndarray, np.ndarray]:
         """Information and pull of readings, links and what was known."""
         count, size = len(self.legs), int(self.free.sum())
         normal = np.zeros((6 * count + size,) * 2)
         pull = np.zeros(len(normal))
         shared_at = 6 * count + np.arange(size)
         free, steps = np.flatnonzero(self.free), STEPS[self.free]
-        for k, (leg, root) in enumerate(zip(self.legs, roots, strict=True)):
+        for k, (leg, whiten) in enumerate(zip(self.legs, whiteners, strict=True)):
             numbers, ends = leg.fly(around(course.starts.take([k]), free))
             own = ends.take(slice(0, 1))
-            missed = whitened(root, self._misses(course, k, numbers[0], own))
+            missed = whiten @ self._misses(course, k, numbers[0], own)
             slope = (numbers[1::2] - numbers[2::2]) / (2.0 * steps[:, None])
             slope = np.vstack([slope, leg.readings.shared().T])
             at = np.concatenate([6 * k + np.arange(6), shared_at])
@@ -196,7 +196,7 @@ class Legs:
                 slope = np.hstack([slope, np.vstack([led, np.zeros((6, 6))])])
                 slope = np.vstack([slope, onward])
                 at = np.append(at, 6 * (k + 1) + np.arange(6))
-            slope = np.nan_to_num(whitened(root, slope))
+            slope = np.nan_to_num(slope @ whiten.T)
             normal[np.ix_(at, at)] += slope @ slope.T
             pull[at] += slope @ missed
         known = np.concatenate([1.0 / self.prior**2, np.ones(6)])
@@ -205,18 +205,20 @@ class Legs:
         pull[shared_at] -= known * values
         return normal, pull
 
-    def _covariance(self, course: Course, roots, normal: np.ndarray) -> np.ndarray:
+    def _covariance(self, course: Course, whiteners, normal: np.ndarray) -> np.ndarray:
         """Covariance of all parameters.
 
         Commands that begin to saturate make kinks, near which the slope says little of what lies
         beyond: where the readings fit a twin that is three standard deviations away better than
         the slope has it, these are larger.
         """
-        found = np.linalg.inv(normal)
+        size = np.sqrt(np.diag(normal))
+        found = np.linalg.inv(normal / np.outer(size, size)) / np.outer(size, size)
         places = 6 * len(self.legs) + np.arange(len(self.prior))
-        cost, wider = self._costs(course, roots)[0], np.ones(len(found))
-        for place in places:
-            axis = _FAR * found[place] / math.sqrt(found[place, place])
-            rise = min(self._costs(self._moved(course, sign * axis), roots)[0] for sign in (1, -1))
-            wider[place] = _FAR / math.sqrt(min(max(rise - cost, _LEAST_RISE), _FAR**2))
+        axes = _FAR * found[places] / np.sqrt(found[places, places])[:, None]
+        far = [self._moved(course, step) for step in np.concatenate([axes, -axes])]
+        cost, *costs = self._costs([course, *far], whiteners)[0]
+        rise = np.min(np.reshape(costs, (2, -1)), axis=0) - cost
+        wider = np.ones(len(found))
+        wider[places] = _FAR / np.sqrt(np.clip(rise, _LEAST_RISE, _FAR**2))
         return found * np.outer(wider, wider)
