@@ -83,16 +83,14 @@ class Readings(NamedTuple):
 
 
 class Fits(NamedTuple):
-    """Twins fitted [n]: squares of the readings' errors [n], information of the readings
-    [n, p, p]."""
+    """Twins fitted [n]: squares of the readings' errors [n]."""
 
     points: Points
     chi2: np.ndarray
-    information: np.ndarray
 
     def take(self, rows) -> Fits:
         """Some of the twins."""
-        return Fits(self.points.take(rows), self.chi2[rows], self.information[rows])
+        return Fits(self.points.take(rows), self.chi2[rows])
 
 
 class Problem:
@@ -134,15 +132,11 @@ class Problem:
             going &= (gain > _SMALL) & (damping < _MOST_DAMPING)
             if not going.any():
                 break
-        if stale.any():
-            information[stale], _ = self._slopes(points.take(stale))
-        return Fits(points, self._costs(points)[1], information)
+        return Fits(points, self._costs(points)[1])
 
     def failed(self, points: Points) -> Fits:
         """Twins that follow nothing."""
-        count = len(points.q)
-        size = (count, len(self.free), len(self.free))
-        return Fits(points, np.full(count, np.inf), np.zeros(size))
+        return Fits(points, np.full(len(points.q), np.inf))
 
     def _steps(self, points, information, pull, damping) -> np.ndarray:
         """Steps [n, p] of Levenberg and Marquardt's method."""

@@ -209,9 +209,10 @@ def _between(motion: np.ndarray, step_s: float, t_s: np.ndarray):
     """
     from scipy.spatial.transform import Rotation
 
-    before = np.minimum((t_s / step_s + 1e-9).astype(int), len(motion) - 2)
+    last = len(motion) - 1
+    before = np.minimum((t_s / step_s + 1e-9).astype(int), last)
     part = (t_s - step_s * before)[:, None, None]
-    now, after = (np.swapaxes(motion[k], 1, 2) for k in (before, before + 1))
+    now, after = (np.swapaxes(motion[np.minimum(k, last)], 1, 2) for k in (before, before + 1))
     rise = (after[..., 4:] - now[..., 4:]) / step_s
     turn = part * now[..., 4:] + 0.5 * part**2 * rise
     q = Rotation.from_quat(now[..., :4].reshape(-1, 4)) * Rotation.from_rotvec(turn.reshape(-1, 3))

@@ -15,6 +15,7 @@ import numpy as np
 from torquer.scenario.spec import Scenario
 from torquer.telemetry.twin_fit import (
     STEPS,
+    Moved,
     Readings,
     around,
     departures,
@@ -30,8 +31,10 @@ _LEG_S = 300.0
 _LOOSE = (30.0, 1.0, 0.0, 0.0)
 #: Rounds of the fit in each, dampings that are tried in one, and the least gain.
 _INNER, _DAMPINGS, _SMALL = 20, 10.0 ** np.arange(-14.0, 2.0), 1e-2
-#: Standard deviations of the readings by which a computer that starts anew may change a flight.
-_ANEW = 0.1
+#: Angle [rad] by which noise may turn the satellite within a leg: its square is that of the errors.
+_BEND = 0.05
+#: Errors of readings by which a computer that starts afresh with a leg may change the flight.
+_AFRESH = 0.1
 #: Standard deviations at which errors are checked, and the least rise of the squares there that is
 #: taken for one.
 _FAR, _LEAST_RISE = 3.0, 0.1
@@ -62,13 +65,13 @@ class Leg(NamedTuple):
 
 class Fit(NamedTuple):
     """A twin fitted in legs: squares of the readings' errors; covariance [p, p] of the motions at
-    the starts, of what is free of the physical parameters, and of the biases; the greatest angle
-    [rad] by which noise in the loop turns the satellite within a leg."""
+    the starts, of what is free of the physical parameters, and of the biases; why that cannot be
+    relied on, "" if it can."""
 
     course: Course
     chi2: float
     covariance: np.ndarray
-    angle: float
+    doubt: str
 
 
 class Legs:
@@ -89,28 +92,57 @@ class Legs:
     ):
         self.free, self.prior = free, prior[free][6:]
         end_s, cycle_s = float(readings.t_s[-1]), scenario.control.cycle_s
-        span = cycle_s * math.ceil(_LEG_S / cycle_s)
-        self.firsts = span * np.arange(max(1, math.floor(end_s / span)))
+        length_s = cycle_s * math.ceil(_LEG_S / cycle_s)
+        every = length_s * np.arange(max(1, math.floor(end_s / length_s)))
+        with_rows = np.unique(np.searchsorted(every, readings.t_s, side="right") - 1)
+        self.firsts = every[with_rows]
         self.legs: list[Leg] = []
-        pair: list[Flights | None] = [None, None]
+        quiet: Flights | None = None
         for first, last in zip(self.firsts, [*self.firsts[1:], end_s], strict=True):
-            pair = [
-                Flights(scenario, start_s + first, last - first, rate_rad_s, noisy, like)
-                for noisy, like in zip((False, True), pair, strict=True)
-            ]
+            span = (start_s + first, last - first, rate_rad_s)
+            quiet = Flights(scenario, *span, like=quiet)
+            noisy = Flights(scenario, *span, noisy=True, like=quiet)
             rows = (readings.t_s >= first) & (readings.t_s < last)
             rows |= (readings.t_s == end_s) & (last == end_s)
             own = readings.take(rows)
-            self.legs.append(Leg(*pair, own._replace(t_s=own.t_s - first), last - first))
+            self.legs.append(Leg(quiet, noisy, own._replace(t_s=own.t_s - first), last - first))
+
+    def along(self, flights: Flights, points: Points) -> Course:
+        """The course of one twin's flight through all legs without noise."""
+        flown = flights.fly(points, self.firsts)
+        physical = np.repeat(points.physical, len(self.firsts), axis=0)
+        return Course(Points(flown.q[:, 0], flown.omega[:, 0], physical), np.zeros(6))
 
     def fit(self, course: Course) -> Fit:
-        """A twin that is near, fitted."""
+        """A twin fitted from its course without noise."""
+        afresh = self._off_at_links(course)
         for loose in _LOOSE:
             whiteners, angle = self._whiteners(course, loose)
             course = self._improved(course, whiteners)
         normal, _ = self._slopes(course, whiteners)
         chi2 = float(self._costs([course], whiteners)[1][0])
-        return Fit(course, chi2, self._covariance(course, whiteners, normal), angle)
+        doubt = ""
+        if afresh > _AFRESH:
+            doubt = "its law remembers earlier cycles, without which legs begin"
+        elif angle > _BEND:
+            doubt = f"noise in the loop turns it by {math.degrees(angle):.1f} deg in five minutes"
+        return Fit(course, chi2, self._covariance(course, whiteners, normal), doubt)
+
+    def _off_at_links(self, course: Course) -> float:
+        """The greatest gap between two legs, over the readings' errors."""
+        gaps = [0.0]
+        for k, leg in enumerate(self.legs[:-1]):
+            numbers, end = leg.fly(course.starts.take([k]))
+            gaps.append(float(np.abs(self._misses(course, k, numbers[0], end)[-6:]).max()))
+        return max(gaps)
+
+    def predicted(self, course: Course) -> States:
+        """Motions of the twin at all rows."""
+        flown = [
+            leg.quiet.fly(course.starts.take([k]), leg.readings.t_s)
+            for k, leg in enumerate(self.legs)
+        ]
+        return States(*(np.concatenate(each) for each in zip(*flown, strict=True)))
 
     def _whiteners(self, course: Course, loose: float) -> tuple[list[np.ndarray], float]:
         """What makes each leg's misses independent and of size 1, and how far noise turns."""
@@ -120,6 +152,8 @@ class Legs:
             moved = moved_by_noise(
                 leg.quiet, leg.noisy, course.starts.take([k]), leg.readings, end_s, k
             )
+            if not np.isfinite(moved.covariance).all():
+                moved = Moved(np.zeros_like(moved.covariance), math.inf)
             angles.append(moved.angle)
             own = np.full(len(moved.covariance), loose**2)
             own[: np.sum(leg.readings.there)] = 1.0
