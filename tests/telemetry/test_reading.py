@@ -216,8 +216,7 @@ def test_ground_archive(tmp_path):
 
 
 def test_cdf(tmp_path):
-    """With the extra `cdf` only."""
-    cdflib = pytest.importorskip("cdflib")
+    import cdflib
     from cdflib.cdfwrite import CDF
 
     file = CDF(tmp_path / "swarm.cdf", {"Compressed": 0})

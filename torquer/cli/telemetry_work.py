@@ -231,6 +231,7 @@ def _twin(found: Twin) -> dict:
         "window_s": found.window_s,
         "session_s": found.session_s,
         "undetermined": list(found.undetermined),
+        "doubt": found.doubt,
     }
 
 

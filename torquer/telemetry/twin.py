@@ -2,7 +2,8 @@
 
 Attitude and rate at the start, inertia, gain of the law and residual dipole are fitted to the
 readings of magnetometer and gyro. The motion depends so much on its start that a fit to a whole
-session ends in a wrong valley: the window grows from the first minute.
+session ends in a wrong valley: the window grows from the first minute. At the end the twin is
+fitted in legs, from which the errors follow (`twin_legs`).
 
 Coils that never saturate make a torque in proportion to the gain: inertia and gain times the same
 factor then move alike, and their ratio is all that can be known.
@@ -32,6 +33,7 @@ from torquer.telemetry.twin_flights import (
     OF_MOMENTS,
     Flights,
     Points,
+    States,
     changed,
     dipole_of,
     gain_of,
@@ -39,6 +41,7 @@ from torquer.telemetry.twin_flights import (
     inertia_of,
 )
 from torquer.telemetry.twin_found import Twin
+from torquer.telemetry.twin_legs import Legs
 from torquer.telemetry.twin_start import guesses
 from torquer.time import seconds_between
 
@@ -235,7 +238,7 @@ class _Search:
         """The best of some twins fitted to a window."""
         readings, flights = self.readings.until(window_s), self._flights(window_s)
         covariance, noisy = readings.noise(), self._flights(window_s, True)
-        moved = moved_by_noise(flights, noisy, points.take([0]), readings)
+        moved = moved_by_noise(flights, noisy, points.take([0]), readings).covariance
         if not np.isfinite(moved).all():
             problem = Problem(flights, readings, self.prior, self.free, covariance)
             return _Step(problem.failed(points.take([0])), problem, window_s)
@@ -245,20 +248,25 @@ class _Search:
 
     def _found(self, step: _Step) -> Twin:
         """What a fitted twin says."""
-        problem, points = step.problem, step.fits.points
-        known = problem.covariance(step.fits)
-        place = problem.free[problem.free >= 6] - 6
-        inner = known[-len(place) :, -len(place) :]
+        readings = step.problem.readings
+        legs = Legs(self.scenario, self.start_s, self.rate, readings, self.prior, self.free)
+        fit = legs.fit(legs.along(step.problem.flights, step.fits.points))
+        points = fit.course.starts.take([0])
+        place = np.flatnonzero(self.free[6:])
+        inner = fit.covariance[-6 - len(place) : -6, -6 - len(place) : -6]
         undetermined, scale = _undetermined(inner, self.prior[6:][place], place)
         found = self._as_found(points)
         saturated = _saturation(found, step.window_s)
         only_ratio = OF_GAIN in place and (scale or saturated == 0.0)
         shows_gain = OF_GAIN in place and not only_ratio and saturated < _MOST_SATURATED
         names, values, slopes = self._values(points.physical[0], place, only_ratio, shows_gain)
+        doubt = fit.doubt
+        if fit.chi2 > _SLACK * chdtri(step.freedoms, _CHANCE):
+            doubt = f"squares of {fit.chi2:.0f} where {step.freedoms} are expected"
         return Twin(
             names, values, slopes @ inner @ slopes.T, only_ratio, saturated,
-            float(step.fits.chi2[0]), step.freedoms, step.window_s, self.end_s, undetermined,
-            _side_by_side(problem, points), found,
+            fit.chi2, step.freedoms, step.window_s, self.end_s, undetermined, doubt,
+            _side_by_side(readings, legs.predicted(fit.course)), found,
         )  # fmt: skip
 
     def _as_found(self, points: Points) -> Scenario:
@@ -274,7 +282,7 @@ class _Search:
         window_s = 0.0 if best is None else best.window_s
         chi2, freedoms = (0.0, 0) if best is None else (float(best.fits.chi2[0]), best.freedoms)
         return Twin((), np.zeros(0), np.zeros((0, 0)), False, 0.0, chi2, freedoms, window_s,
-                    self.end_s, (), None, None)  # fmt: skip
+                    self.end_s, (), "", None, None)  # fmt: skip
 
     def _values(self, physical, place, only_ratio: bool, shows_gain: bool):
         """Names of what is known, values, and derivatives by the physical parameters."""
@@ -357,10 +365,8 @@ def _saturation(scenario: Scenario, window_s: float) -> float:
     return float(np.mean(greatest[on] > 1.0 - 1e-6)) if on.any() else 0.0
 
 
-def _side_by_side(problem: Problem, points: Points) -> xr.Dataset:
+def _side_by_side(readings: Readings, states: States) -> xr.Dataset:
     """Readings and the twin's field and rate at the rows that were fitted."""
-    readings = problem.readings
-    states = problem.flights.fly(points, readings.t_s)
     b = to_body(states.q[:, 0], readings.b_j)
     pairs = {
         "b_measured": (readings.b, "T"), "omega_measured": (readings.omega, "rad/s"),

@@ -17,15 +17,12 @@ from torquer.telemetry.twin_flights import COUNT, Flights, Points, States
 #: Parameters: rotation vector and rate at the start, physical ones.
 PARAMETERS = 6 + COUNT
 #: Steps of central differences: attitude [rad], rate [rad/s], physical parameters.
-_STEPS = np.array([1e-6] * 3 + [1e-7] * 3 + [1e-6] * COUNT)
+STEPS = np.array([1e-6] * 3 + [1e-7] * 3 + [1e-6] * COUNT)
 #: Flights with noise.
 _NOISY = 32
 #: Part of the greatest variance that rounding may have taken from the others.
 _ROUNDING = 1e-10
 _MOST_DAMPING, _SMALL = 1e8, 0.01
-#: Standard deviations at which errors are checked, and the least rise of the squares there that is
-#: taken for one.
-_FAR, _LEAST_RISE = 3.0, 0.1
 
 
 class Readings(NamedTuple):
@@ -59,33 +56,41 @@ class Readings(NamedTuple):
         """Numbers that are fitted [k], over their standard deviations."""
         return self._numbers(self.b, self.omega)
 
+    def motion_sizes(self) -> np.ndarray:
+        """Rotation vector [rad] and rate [rad/s] of about the size of the readings' errors [6]."""
+        turn = self.sigma_b / float(np.linalg.norm(self.b_j, axis=1).mean())
+        return np.repeat([turn, self.sigma_omega], 3)
+
     def predicted(self, states: States) -> np.ndarray:
-        """What n twins have in their place [n, k]."""
-        b = to_body(states.q, self.b_j[:, None, :])
-        pairs = zip(np.swapaxes(b, 0, 1), np.swapaxes(states.omega, 0, 1), strict=True)
+        """What n twins have in their place [n, k]; of instants after the rows nothing is taken."""
+        q, omega = (each[: len(self.t_s)] for each in states)
+        b = to_body(q, self.b_j[:, None, :])
+        pairs = zip(np.swapaxes(b, 0, 1), np.swapaxes(omega, 0, 1), strict=True)
         return np.array([self._numbers(*each) for each in pairs])
 
     def _numbers(self, b, omega) -> np.ndarray:
         return np.hstack([b / self.sigma_b, omega / self.sigma_omega]).ravel()[self.there]
 
+    def shared(self) -> np.ndarray:
+        """What both biases [6], over their standard deviations, add to the numbers [k, 6]."""
+        size = 3 * [self.bias_b / self.sigma_b] + 3 * [self.bias_omega / self.sigma_omega]
+        return np.tile(np.diag(size), (len(self.t_s), 1))[self.there]
+
     def noise(self) -> np.ndarray:
         """Covariance [k, k] of the readings' errors, over their standard deviations."""
-        size = 3 * [self.bias_b / self.sigma_b] + 3 * [self.bias_omega / self.sigma_omega]
-        shared = np.tile(np.diag(size), (len(self.t_s), 1))[self.there]
+        shared = self.shared()
         return np.eye(len(shared)) + shared @ shared.T
 
 
 class Fits(NamedTuple):
-    """Twins fitted [n]: squares of the readings' errors [n], information of the readings
-    [n, p, p]."""
+    """Twins fitted [n]: squares of the readings' errors [n]."""
 
     points: Points
     chi2: np.ndarray
-    information: np.ndarray
 
     def take(self, rows) -> Fits:
         """Some of the twins."""
-        return Fits(self.points.take(rows), self.chi2[rows], self.information[rows])
+        return Fits(self.points.take(rows), self.chi2[rows])
 
 
 class Problem:
@@ -100,8 +105,7 @@ class Problem:
     ):
         self.flights, self.readings, self.prior = flights, readings, prior
         self.free = np.flatnonzero(free)
-        least = _ROUNDING * float(np.max(np.diag(covariance)))
-        self.root = np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
+        self.root = root_of(covariance)
 
     def fit(self, points: Points, rounds: int) -> Fits:
         """Twins improved for some rounds."""
@@ -128,33 +132,11 @@ class Problem:
             going &= (gain > _SMALL) & (damping < _MOST_DAMPING)
             if not going.any():
                 break
-        if stale.any():
-            information[stale], _ = self._slopes(points.take(stale))
-        return Fits(points, self._costs(points)[1], information)
+        return Fits(points, self._costs(points)[1])
 
     def failed(self, points: Points) -> Fits:
         """Twins that follow nothing."""
-        count = len(points.q)
-        size = (count, len(self.free), len(self.free))
-        return Fits(points, np.full(count, np.inf), np.zeros(size))
-
-    def covariance(self, fits: Fits) -> np.ndarray:
-        """Covariance [p, p] of what is free of the first twin.
-
-        Commands that begin to saturate make kinks, near which the slope says little of what lies
-        beyond: where the readings fit a twin that is three standard deviations away better than
-        the slope has it, these are larger.
-        """
-        normal = fits.information[0] + np.diag(1.0 / self.prior[self.free] ** 2)
-        found = np.linalg.inv(normal)
-        axes = _FAR * found / np.sqrt(np.diag(found))
-        steps = np.zeros((2 * len(axes), PARAMETERS))
-        steps[:, self.free] = np.concatenate([axes, -axes])
-        points = fits.points.take(np.zeros(len(steps), int))
-        rise = self._costs(points.moved(steps))[0] - self._costs(fits.points.take([0]))[0]
-        least = np.clip(rise.reshape(2, -1).min(axis=0), _LEAST_RISE, _FAR**2)
-        wider = _FAR / np.sqrt(least)
-        return found * np.outer(wider, wider)
+        return Fits(points, np.full(len(points.q), np.inf))
 
     def _steps(self, points, information, pull, damping) -> np.ndarray:
         """Steps [n, p] of Levenberg and Marquardt's method."""
@@ -178,18 +160,11 @@ class Problem:
         return self.readings.predicted(self.flights.fly(points, self.readings.t_s))
 
     def _whitened(self, rows: np.ndarray) -> np.ndarray:
-        """Rows [..., k] of numbers with independent errors of size 1."""
-        from scipy.linalg import solve_triangular
-
-        flat = rows.reshape(-1, rows.shape[-1])
-        good = np.isfinite(flat).all(axis=1)
-        found = np.full_like(flat, np.nan)
-        found[good] = solve_triangular(self.root, flat[good].T, lower=True).T
-        return found.reshape(rows.shape)
+        return whitened(self.root, rows)
 
     def _slopes(self, points: Points) -> tuple[np.ndarray, np.ndarray]:
         """Information [n, p, p] of the readings and their pull [n, p] on what is free."""
-        steps = _STEPS[self.free]
+        steps = STEPS[self.free]
         moved = around(points, self.free)
         numbers = self._predicted(moved).reshape(len(points.q), 1 + 2 * len(steps), -1)
         miss = self._whitened(self.readings.measured() - numbers[:, 0])
@@ -198,33 +173,70 @@ class Problem:
         return np.einsum("nik,njk->nij", slope, slope), np.einsum("nik,nk->ni", slope, miss)
 
 
+def root_of(covariance: np.ndarray) -> np.ndarray:
+    """Lower triangular root of a covariance [k, k], with what rounding may have taken from it."""
+    least = _ROUNDING * float(np.max(np.diag(covariance)))
+    return np.linalg.cholesky(covariance + least * np.eye(len(covariance)))
+
+
+def whitened(root: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Rows [..., k] turned into numbers with independent errors of size 1; NaN for rows with one
+    that is not finite."""
+    from scipy.linalg import solve_triangular
+
+    flat = rows.reshape(-1, rows.shape[-1])
+    good = np.isfinite(flat).all(axis=1)
+    found = np.full_like(flat, np.nan)
+    found[good] = solve_triangular(root, flat[good].T, lower=True).T
+    return found.reshape(rows.shape)
+
+
 def around(points: Points, free: np.ndarray) -> Points:
     """Each twin, and one step forth and back from it in each parameter: [n (1 + 2 p)]."""
     steps = np.zeros((1 + 2 * len(free), PARAMETERS))
     for k, place in enumerate(free):
-        steps[1 + 2 * k, place], steps[2 + 2 * k, place] = _STEPS[place], -_STEPS[place]
+        steps[1 + 2 * k, place], steps[2 + 2 * k, place] = STEPS[place], -STEPS[place]
     every = np.repeat(np.arange(len(points.q)), len(steps))
     return points.take(every).moved(np.tile(steps, (len(points.q), 1)))
 
 
+class Moved(NamedTuple):
+    """What noise in the loop does: covariance [k, k] of what it adds to the readings' errors, over
+    their standard deviations, and to the motion at the end, where it is asked for; the greatest
+    angle [rad] by which it turns the satellite, as root mean square."""
+
+    covariance: np.ndarray
+    angle: float
+
+
 def moved_by_noise(
-    quiet: Flights, noisy: Flights, points: Points, readings: Readings
-) -> np.ndarray:
-    """Covariance [k, k] of what noise in the loop adds to the readings' errors.
+    quiet: Flights,
+    noisy: Flights,
+    points: Points,
+    readings: Readings,
+    end_s: float | None = None,
+    seed: int = 0,
+) -> Moved:
+    """What noise in the loop adds to readings, and to the motion (rotation vector, rate) at `end_s`
+    over `readings.motion_sizes()`.
 
     `points`: one twin. Each flight with noise departs from the one without it; the change of the
     start that would have led there changes from row to row by independent steps, whose covariances
-    add up.
+    add up. `seed`: of the noise.
     """
-    row_of = np.repeat(np.arange(len(readings.t_s)), 6)[readings.there]
-    near = quiet.fly(around(points, np.arange(6)), readings.t_s)
-    twice = 2.0 * _STEPS[:6]
+    t_s, row_of = readings.t_s, np.repeat(np.arange(len(readings.t_s)), 6)[readings.there]
+    if end_s is not None:
+        t_s, row_of = np.append(t_s, end_s), np.append(row_of, 6 * [len(t_s)])
+    near = quiet.fly(around(points, np.arange(6)), t_s)
+    twice = 2.0 * STEPS[:6]
     forth, back = near.take(slice(1, None, 2)), near.take(slice(2, None, 2))
-    led = _departures(back, forth) / twice[:, None]
+    led = departures(back, forth) / twice[:, None]
     seen = (readings.predicted(forth) - readings.predicted(back)) / twice[:, None]
+    if end_s is not None:
+        seen = np.hstack([seen, led[-1] / readings.motion_sizes()])
     count = np.arange(_NOISY)
-    flown = noisy.fly(points.take(0 * count), readings.t_s, seeds=count + 1)
-    off = _departures(near.take(np.zeros_like(count)), flown)
+    flown = noisy.fly(points.take(0 * count), t_s, seeds=_NOISY * seed + count + 1)
+    off = departures(near.take(np.zeros_like(count)), flown)
     changes = np.linalg.solve(np.swapaxes(led, 1, 2), np.swapaxes(off, 1, 2))
     steps = np.diff(changes, axis=0, prepend=np.zeros_like(changes[:1]))
     each = np.einsum("mik,mjk->mij", steps, steps) / _NOISY
@@ -233,10 +245,11 @@ def moved_by_noise(
         first = np.searchsorted(row_of, row)
         late = seen[:, first:]
         found[first:, first:] += late.T @ covariance @ late
-    return found
+    angles = np.mean(np.sum(off[..., :3] ** 2, axis=-1), axis=1)
+    return Moved(found, float(np.sqrt(angles.max())))
 
 
-def _departures(a: States, b: States) -> np.ndarray:
+def departures(a: States, b: States) -> np.ndarray:
     """Rotation vectors [rad] and differences of the rate from twins a to b [m, n, 6]."""
     turn = rotation_vector(a.q.reshape(-1, 4), b.q.reshape(-1, 4)).reshape(a.omega.shape)
     return np.concatenate([turn, b.omega - a.omega], axis=2)

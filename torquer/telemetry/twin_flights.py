@@ -68,6 +68,11 @@ class Points(NamedTuple):
         return np.hstack([np.zeros((len(self.q), 6)), self.physical])
 
 
+def joined(parts: list[Points]) -> Points:
+    """All twins of some lists."""
+    return Points(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+
+
 class States(NamedTuple):
     """Attitude [m, n, 4] and rate [m, n, 3] rad/s of n twins at m instants; NaN where a twin cannot
     be flown."""
@@ -128,7 +133,8 @@ def changed(scenario: Scenario, physical: np.ndarray) -> Scenario:
 class Flights:
     """Flights of a scenario's twins from `start_s` after its start for `duration_s` [s].
 
-    `noisy`: with the noise of the sensors. ValueError for a scenario that cannot be a twin.
+    `noisy`: with the noise of the sensors. `like`: flights of the same scenario from another
+    instant, whose numbers of twins are shared. ValueError for a scenario that cannot be a twin.
     """
 
     def __init__(
@@ -138,13 +144,14 @@ class Flights:
         duration_s: float,
         rate_rad_s: float,
         noisy: bool = False,
+        like: Flights | None = None,
     ):
         self.scenario = _template(scenario, start_s, duration_s, rate_rad_s, noisy)
         self._run = prepare(self.scenario)
         if why := why_not_in_lanes(self._run):
             raise ValueError(f"--twin: must be a scenario whose members fly together; {why}")
         self._lanes = Lanes(self._run, Pieces(self._run))
-        self._known: dict[bytes, np.ndarray | None] = {}
+        self._known: dict[bytes, np.ndarray | None] = {} if like is None else like._known
         self.step_s = self._run.plan.step_s
 
     def _numbers(self, physical: np.ndarray) -> np.ndarray | None:
@@ -202,9 +209,10 @@ def _between(motion: np.ndarray, step_s: float, t_s: np.ndarray):
     """
     from scipy.spatial.transform import Rotation
 
-    before = np.minimum((t_s / step_s + 1e-9).astype(int), len(motion) - 2)
+    last = len(motion) - 1
+    before = np.minimum((t_s / step_s + 1e-9).astype(int), last)
     part = (t_s - step_s * before)[:, None, None]
-    now, after = (np.swapaxes(motion[k], 1, 2) for k in (before, before + 1))
+    now, after = (np.swapaxes(motion[np.minimum(k, last)], 1, 2) for k in (before, before + 1))
     rise = (after[..., 4:] - now[..., 4:]) / step_s
     turn = part * now[..., 4:] + 0.5 * part**2 * rise
     q = Rotation.from_quat(now[..., :4].reshape(-1, 4)) * Rotation.from_rotvec(turn.reshape(-1, 3))

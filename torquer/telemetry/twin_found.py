@@ -18,7 +18,8 @@ class Twin(NamedTuple):
     over the gain where `only_ratio`, and otherwise the gain if it shows. `saturated`: part of the
     commands at the limit of a coil. `chi2` of `freedoms`: squares of the errors over their
     variances. `window_s`: what the twin follows, of `session_s`. `undetermined`: directions of
-    which the telemetry says nothing. `data` over `time`: the twin's `b_body` [T] and `omega_body`
+    which the telemetry says nothing. `doubt`: why the covariance cannot be relied on, "" if it can.
+    `data` over `time`: the twin's `b_body` [T] and `omega_body`
     [rad/s] with the readings. `scenario`: the twin as found, from its start. Without a fit the last
     two are None and there are no values.
     """
@@ -33,6 +34,7 @@ class Twin(NamedTuple):
     window_s: float
     session_s: float
     undetermined: tuple[str, ...]
+    doubt: str
     data: xr.Dataset | None
     scenario: Scenario | None
 
@@ -69,4 +71,6 @@ class Twin(NamedTuple):
             text += f"; only J/gain is known: {how}"
         elif "gain" not in parts:
             text += f", its gain is not known: {share}"
+        if self.doubt:
+            text += f"; do not rely on these errors: {self.doubt}"
         return text if self.window_s >= self.session_s else f"{text}; follows {minutes}"

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from torquer.scenario.spec import Scenario
 from torquer.telemetry.twin_fit import Readings
-from torquer.telemetry.twin_flights import COUNT, Points, inertia_of
+from torquer.telemetry.twin_flights import COUNT, Points, inertia_of, joined
 
 #: Logarithms of the changes of two ratios of moments, angles about the field.
 _RATIOS, _ANGLES = np.linspace(-0.3, 0.3, 5), 8
@@ -29,8 +29,8 @@ def guesses(scenario: Scenario, readings: Readings) -> Points:
             inertia_of(scenario, change), readings.omega[0], float(readings.t_s[0])
         )
         q = (at_first * back).as_quat()
-        parts.append((q, np.tile(omega, (_ANGLES, 1)), np.tile(change, (_ANGLES, 1))))
-    return Points(*(np.concatenate(each) for each in zip(*parts, strict=True)))
+        parts.append(Points(q, np.tile(omega, (_ANGLES, 1)), np.tile(change, (_ANGLES, 1))))
+    return joined(parts)
 
 
 def _changes() -> list[np.ndarray]:

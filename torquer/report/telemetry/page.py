@@ -30,8 +30,8 @@ _WORDS = {
     ),
     "twin": (
         "Twin over data",
-        "The scenario flown with the parameters found, and without noise. What it misses grows "
-        "where noise of the sensors moves the satellite through its law; the fit allows for it.",
+        "The scenario flown with the parameters found, in legs of five minutes that each begin "
+        "with a motion of their own, as noise of the sensors moves the satellite through its law.",
     ),
     "zones": (
         "Zones",
