@@ -5,6 +5,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from torquer.export.precision import double_text, is_single, real_word
+from torquer.export.refusal import Impossible
 from torquer.export.types import (
     BOOL,
     INT,
@@ -25,6 +26,8 @@ from torquer.export.types import (
 #: bits' and, exclusive or, or; and, or, choice.
 ATOM, SIGN, PRODUCT, SUM, ORDER, EQUAL, BIT_AND, BIT_XOR, BIT_OR, AND, OR, CHOICE = range(12, 0, -1)
 _UNKNOWN: Any = object()
+#: Greatest whole number up to which a float holds every one.
+_EXACT = 2**53
 
 
 class Form(enum.Enum):
@@ -42,7 +45,8 @@ class Value:
     `reads`: whether it reads memory that a call may change; `roots`: names of those arguments in
     whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
     unknown; `known`: its value if that is constant; `stored`: the place in memory that is read,
-    where it holds a double and the value is a float.
+    where it holds a double and the value is a float; `settled`: whether it is a variable that is
+    set to a constant somewhere, which a compiler may then know.
     """
 
     text: str
@@ -54,6 +58,7 @@ class Value:
     bounds: tuple[int | None, int | None] = (None, None)
     known: Any = field(default=_UNKNOWN, compare=False)
     stored: str = ""
+    settled: bool = False
 
     @property
     def is_known(self) -> bool:
@@ -91,7 +96,9 @@ class Value:
 
 
 def constant(value: float | int | bool) -> Value:
-    """A number that is known."""
+    """A number that is known; `Impossible` for a whole one that a float would round."""
+    if isinstance(value, int) and abs(value) > _EXACT:
+        raise Impossible("use whole numbers up to 2**53, or write a float")
     kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
     text = number_text(value)
     bounds = (int(value), int(value)) if kind == INT else (None, None)
@@ -198,7 +205,7 @@ def cell_of(value: Value, indices: list[Value], texts: list[str]) -> Value:
     """A number of an array, or its rows where fewer indices are given than it has dimensions."""
     array = value.type
     assert isinstance(array, Array)
-    text = value.text + "".join(f"[{each}]" for each in texts)
+    text = value.within(ATOM) + "".join(f"[{each}]" for each in texts)
     reads = value.reads or any(index.reads for index in indices)
     if len(indices) == len(array.shape):
         roots = frozenset() if array.const else value.roots
