@@ -267,7 +267,8 @@ def cells_set_to_what_is_in_them(x, y, n, m, v, memory):
 
 def chain_in_which_a_call_changes(x, y, n, m, v, memory):
     first = x <= memory[0] < bump(memory, 0, 1.0) < bump(memory, 1, y) < memory[1]
-    return first, x < bump(memory, 2, 1.0) < y != bump(memory, 3, 1.0), 0 < n < m <= 5 != n
+    kept = -9 < n < memory[4] + 1.0 < bump(memory, 4, 9.0)
+    return first, kept, x < bump(memory, 2, 1.0) < y != bump(memory, 3, 1.0), 0 < n < m <= 5 != n
 
 
 def loops_over_nothing_and_forever(x, y, n, m, v, memory):
@@ -282,6 +283,21 @@ def loops_over_nothing_and_forever(x, y, n, m, v, memory):
             y -= 0.5
         if turns > n:
             return turns, x, y, n == Phase.FIRST, n + Phase.LAST
+
+
+def loop_without_an_end_left(x, y, n, m, v, memory):
+    turns = 0
+    while True:
+        turns += 1
+        if turns > n:
+            break
+        x += memory[turns % 6]
+    return turns, x
+
+
+def whole_numbers_by_zero(x, y, n, m, v, memory):
+    zero = n - n
+    return n // zero, n % zero
 
 
 BY_HAND = [

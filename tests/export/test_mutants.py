@@ -56,15 +56,6 @@ MISTAKES = {
     "a power by a variable that is constant": Mistake(
         "arithmetic.py", " or a.settled or b.settled:", ":"
     ),
-    "a variable named as a constant of the file": Mistake(
-        "scope.py", "or own in self.program.avoided", ""
-    ),
-    "two variables of one name in C": Mistake(
-        "scope.py", "own != name and own in self._names", "False"
-    ),
-    "a variable set to another array within a loop": Mistake(
-        "scope.py", "self.program.roots[self.key, name] = variable.roots", "pass"
-    ),
     "cells set to what the first of them is by now": Mistake(
         "places.py", "value = value if value.is_simple else s.kept(value)\n", "pass\n"
     ),
@@ -76,9 +67,6 @@ MISTAKES = {
     ),
     "a loop without an end that has one": Mistake(
         "statements.py", "return isinstance(node, ast.Break) or any(", "return any("
-    ),
-    "a division of whole numbers by zero": Mistake(
-        "helpers.py", "(b != 0) ? a / b : 0", "a / b"
     ),
     "digits of a number": Mistake("precision.py", "return repr(value)", 'return f"{value:.15e}"'),
     "a loop once more": Mistake(

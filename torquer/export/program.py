@@ -353,7 +353,11 @@ def translated(
     program.times |= set(times)
     build(program)
     rounds, earlier = 0, Program()
-    while rounds < again or program.found() != earlier.found() or program.locals & program.taken:
+    while (
+        rounds < again
+        or program.found() != earlier.found()
+        or program.locals & program.taken - program.avoided
+    ):
         rounds, earlier = rounds + 1, program
         program = Program(replaced, earlier, prefix)
         build(program)
