@@ -15,7 +15,8 @@ from torquer.compile.engine import OPTIONS
 
 @pytest.fixture(scope="module")
 def c(tmp_path_factory):
-    return InC(dict.fromkeys(BY_HAND, TYPES), tmp_path_factory.mktemp("by_hand"), ("-O2",))
+    flags = ("-O2", "-Werror=discarded-qualifiers")
+    return InC(dict.fromkeys(BY_HAND, TYPES), tmp_path_factory.mktemp("by_hand"), flags)
 
 
 def inputs(count: int):

@@ -27,7 +27,7 @@ _LIBRARY = """
 """
 #: Words of C, and names of its library, that a kernel's variable must not have.
 RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES
-#: Names of macros and types of the headers, of the compilers, and of the exported library.
+#: Names of macros and types of the headers, and of macros of compilers.
 _OF_HEADERS = re.compile(
     r"(PTRDIFF|SIZE|WCHAR|WINT|SIG_ATOMIC|U?INT(_LEAST|_FAST)?(8|16|32|64|MAX|PTR))_(MAX|MIN|C|WIDTH)"
     r"|u?int(_least|_fast)?(8|16|32|64|max|ptr)_t|(size|wchar|ptrdiff|max_align|float|double)_t"
@@ -41,7 +41,7 @@ def apart_of_headers(name: str) -> str:
 
 
 def is_reserved(name: str) -> bool:
-    """Whether a name means something in C, or in every export."""
+    """Whether a name means something else in C."""
     return name in RESERVED or _OF_HEADERS.fullmatch(name) is not None
 
 
