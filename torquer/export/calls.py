@@ -196,7 +196,7 @@ def _check_call(s: Scope, node: ast.AST, made, values: list[Value]) -> None:
     given = {name: value for (name, _), value in zip(made.arguments, values, strict=True)}
     for name in made.powers:
         s.note_power(given[name])
-        if given[name].is_known or given[name].settled:
+        if given[name].is_settled:
             raise s.refuse(node, arithmetic.OF_CONSTANTS)
     for place, origin in made.copies:
         if may_overlap(given[place], given[origin]):

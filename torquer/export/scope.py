@@ -177,7 +177,7 @@ class Scope:
         if variable.type != value.type:
             raise self.refuse(node, self._one_type(name, variable.type, value.type))
         variable.bounds = (None, None)
-        variable.settled |= value.is_known or value.settled
+        variable.settled |= value.is_settled
         if isinstance(value.type, PLACES):
             if value.text == variable.name:
                 return
@@ -248,7 +248,7 @@ class Scope:
     def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
         own = self.c_name(name)
         value = converted(self, value, self.known_kind(name, value.type))
-        is_place, settled = isinstance(value.type, PLACES), value.is_known or value.settled
+        is_place, settled = isinstance(value.type, PLACES), value.is_settled
         roots = self.known_roots(name, value.roots) if is_place else frozenset()
         variable = Variable(own, value.type, _form_of(value), roots, settled=settled)
         self.variables[name] = variable

@@ -1,6 +1,7 @@
 """Typed expressions in C, and how they are put together with as few brackets as C allows."""
 
 import enum
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -46,7 +47,7 @@ class Value:
     whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
     unknown; `known`: its value if that is constant; `stored`: the place in memory that is read,
     where it holds a double and the value is a float; `settled`: whether it is a variable that is
-    set to a constant somewhere, which a compiler may then know.
+    set to a constant somewhere of which a compiler makes another power, see `is_settled`.
     """
 
     text: str
@@ -64,6 +65,18 @@ class Value:
     def is_known(self) -> bool:
         """Whether its value is constant."""
         return self.known is not _UNKNOWN
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether a compiler that finds out its value takes another function for a power of it:
+        where it is a multiple of 0.5 (products, roots) or a power of two (2.0 ** x).
+        """
+        if not self.is_known or isinstance(self.known, tuple):
+            return self.settled
+        number = self.known if isinstance(self.known, int | float) else 0.0
+        return not math.isfinite(number) or (
+            float(2 * number).is_integer() or abs(math.frexp(number)[0]) == 0.5
+        )
 
     @property
     def is_simple(self) -> bool:
