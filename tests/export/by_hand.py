@@ -1,6 +1,8 @@
 """Kernels for one construct each, where a translator goes wrong most easily."""
 
+import enum
 import math
+from types import FunctionType
 
 
 def bump(memory, k, by):
@@ -208,8 +210,99 @@ def large_arguments_in_a_loop(x, y, n, m, v, memory):
     return large_changed_in_a_loop((*v, *v, *v, y), x), v
 
 
+_GAIN = 2.0
+EMPTY = ()
+
+
+class Phase(enum.IntEnum):
+    FIRST = 1
+    LAST = 4
+
+
+def _twice(x):
+    return x + x
+
+
+def first_of(cells):
+    return cells[0] - cells[1]
+
+
+def set_both(first, second, x):
+    """Writes through one variable into either of two arrays."""
+    cells = first
+    for _ in range(2):
+        cells[0] += x
+        cells = second
+    return x
+
+
+def names_that_c_has_for_others(x, y, n, m, v, memory):
+    GAIN = _GAIN * x
+    exp, exp_ = x + 1.0, y * 2.0
+    vec3 = (y, x, x)
+    INT64_MAX, M_PI, size_t = exp + 1.0, 3.0 * y, 4.0
+    twice = _twice(y) - GAIN
+    return GAIN, exp, exp_, vec3, (vec3[0], x, y), INT64_MAX, M_PI, size_t, twice * _GAIN
+
+
+def pieces_of_arrays(x, y, n, m, v, memory):
+    piece = memory[2:5]
+    piece[n % 3] += y
+    memory[1:3][1] = x
+    rest = memory[1:][2:]
+    return memory[2:][0], rest[0], memory[1:][1:][n % 3], first_of(memory[1:][1:])
+
+
+def variable_of_either_array(x, y, n, m, v, memory):
+    before = memory[3]
+    return before, memory[3] - set_both(memory[0:3], memory[3:6], x), memory[3]
+
+
+def cells_set_to_what_is_in_them(x, y, n, m, v, memory):
+    memory[:] = memory[n % 6] + x
+    total = memory[5]
+    memory[:] = bump(memory, 1, y) * 2.0
+    return total
+
+
+def chain_in_which_a_call_changes(x, y, n, m, v, memory):
+    first = x <= memory[0] < bump(memory, 0, 1.0) < bump(memory, 1, y) < memory[1]
+    kept = -9 < n < memory[4] + 1.0 < bump(memory, 4, 9.0)
+    return first, kept, x < bump(memory, 2, 1.0) < y != bump(memory, 3, 1.0), 0 < n < m <= 5 != n
+
+
+def loops_over_nothing_and_forever(x, y, n, m, v, memory):
+    for k in EMPTY:
+        x += k
+    turns = 0
+    while True:
+        turns += 1
+        for k in range(6):
+            if memory[k] > y:
+                break
+            y -= 0.5
+        if turns > n:
+            return turns, x, y, n == Phase.FIRST, n + Phase.LAST
+
+
+def loop_without_an_end_left(x, y, n, m, v, memory):
+    turns = 0
+    while True:
+        turns += 1
+        if turns > n:
+            break
+        x += memory[turns % 6]
+    return turns, x
+
+
+def whole_numbers_by_zero(x, y, n, m, v, memory):
+    zero = n - n
+    return n // zero, n % zero
+
+
 BY_HAND = [
     kernel
     for name, kernel in list(globals().items())
-    if callable(kernel) and kernel.__code__.co_varnames[:6] == ("x", "y", "n", "m", "v", "memory")
+    if isinstance(kernel, FunctionType)
+    and kernel.__code__.co_varnames[:6] == ("x", "y", "n", "m", "v", "memory")
 ]

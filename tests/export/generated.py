@@ -84,7 +84,7 @@ class Maker:
         a, b, n = self.number(depth - 1), self.number(depth - 1), self.whole(depth - 1)
         return self.one_of(
             leaf, f"({a} + {b})", f"({a} - {b})", f"{a} * {b}", f"({a} / {b})", f"-{a}", f"({a} // {b})",
-            f"({a} % {b})", f"power({a}, {b})", f"({a} if {self.truth(depth - 1)} else {b})",
+            f"({a} % {b})", f"power({a} + memory[1], {b} - memory[4])", f"({a} if {self.truth(depth - 1)} else {b})",
             f"min({a}, {b})", f"max({a}, {b}, x)", f"abs({a})", f"float({n})", f"({a} * {n})",
             f"({n} / {self.whole(0)})", f"math.sqrt(abs({a}))", f"math.sin({a})", f"math.atan2({a}, {b})",
             f"signed({a}, {b})", f"bump(memory, {n} % 6, {a})", f"peek(memory, {n} % 6)",

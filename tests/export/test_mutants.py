@@ -50,7 +50,24 @@ MISTAKES = {
         "arithmetic.py", "if low is not None and low >= limit:",
         "if low is not None and low >= limit - 1:",
     ),
-    "a power by a constant": Mistake("arithmetic.py", "if a.is_known or b.is_known:", "if False:"),
+    "a power by a constant": Mistake(
+        "arithmetic.py", "if a.is_known or b.is_known or a.settled", "if a.settled"
+    ),
+    "a power by a variable that is constant": Mistake(
+        "arithmetic.py", " or a.settled or b.settled:", ":"
+    ),
+    "cells set to what the first of them is by now": Mistake(
+        "places.py", "value = value if value.is_simple else s.kept(value)\n", "pass\n"
+    ),
+    "a copy onto itself": Mistake(
+        "places.py", "return bool(pieces and a.roots & b.roots)", "return bool(False)"
+    ),
+    "a chain after a call": Mistake(
+        "expressions.py", "right if right.is_simple or is_last else s.kept(right)", "right"
+    ),
+    "a loop without an end that has one": Mistake(
+        "statements.py", "return isinstance(node, ast.Break) or any(", "return any("
+    ),
     "digits of a number": Mistake("precision.py", "return repr(value)", 'return f"{value:.15e}"'),
     "a loop once more": Mistake(
         "statements.py", 'sign, by = ("<", "+=") if step > 0', 'sign, by = ("<=", "+=") if step > 0'

@@ -12,6 +12,9 @@ from torquer.export.refusal import Refused
 from torquer.export.types import INT, REAL, Array, Tuple
 
 HEAD = "import math\nimport numpy as np\nTABLE = np.zeros(3)\nGAINS = (1.0, 2, 3.0)\n"
+HEAD += "BASE, SINGLE, SMALL = 1.1, np.float32(0.1), np.int32(3)\n"
+HEAD += "def power(x, y):\n    return abs(x) ** y\n"
+HEAD += "def copied(to, of):\n    to[:] = of\n"
 HEAD += "def again(x, n, v, cells):\n    return again(x, n, v, cells)\n"
 HEAD += "def two(x):\n    return x, 1.0\n"
 TYPES = [REAL, INT, Tuple((REAL,) * 3), Array((6,))]
@@ -24,6 +27,28 @@ BODIES = {
     "return 2.0 ** x": "math.exp",
     "return n ** n": "product",
     "return n << 2": "product",
+    "return abs(x) ** n": "float(n)",
+    "return math.pow(x, n)": "float(n)",
+    "return math.pow(x, 2.0)": "x * x",
+    "return x * BASE ** 3": "x * x",
+    "return power(x, 0.5)": "math.sqrt",
+    "half = 0.5\n    return power(x, half)": "math.sqrt",
+    "half = 0.5\n    return abs(x) ** half": "math.sqrt",
+    "return math.log(x, 2.0)": "quotient",
+    "return np.sign(n)": "(n > 0) - (n < 0)",
+    "return np.floor(n)": "whole",
+    "return x in (1.0, x)": "==",
+    "return n + 9007199254740993": "2**53",
+    "return int(math.inf)": "finite",
+    "return x * SINGLE": "float",
+    "return n * SMALL": "int",
+    "return v[0.5:]": "int(",
+    "a, b = cells[0:3], cells[1:4]\n    b[:] = a\n    return x": "overlap",
+    "return copied(cells[0:3], cells[1:4])": "overlap",
+    "a, b = cells[0:3], cells[3:6]\n    b[::-1] = a\n    return x": "loop",
+    "ω = x\n    return ω": "letters",
+    "return math.radians(x)": "math.pi",
+    "return np.clip(x, 0.0, 1.0)": "min(max(",
     "return x & 1": "whole numbers",
     "return [x, x]": "tuple",
     "return {0: x}[0]": "variables",

@@ -3,6 +3,7 @@
 import ast
 import math
 import operator
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -60,11 +61,15 @@ OF_FLOATS: dict[Callable, str] = {
     )},
     **{f: f.__name__ for f in (
         math.sqrt, math.tan, math.exp, math.expm1, math.log, math.log1p, math.log2, math.log10,
-        math.sinh, math.cosh, math.tanh, math.fmod, math.copysign, math.fabs, math.pow,
+        math.sinh, math.cosh, math.tanh, math.fmod, math.copysign, math.fabs,
     )},
     np.sqrt: "sqrt", np.abs: "fabs", np.fabs: "fabs", np.copysign: "copysign", np.floor: "floor",
     np.ceil: "ceil", np.trunc: "trunc", np.fmod: "fmod",
 }  # fmt: skip
+#: Those of two numbers.
+OF_TWO = frozenset({"fmod", "copysign", "atan2_of"})
+#: NumPy's, of whole numbers whole: with no zero that has a sign.
+ROUNDING = frozenset({np.floor, np.ceil, np.trunc})
 #: Those that round correctly in every library, so that C has them for floats, too.
 _EXACT = frozenset({"sqrt", "fabs", "fmod", "copysign", "floor", "ceil", "trunc"})
 #: Whole numbers of floats.
@@ -74,6 +79,12 @@ TESTS: dict[Callable, str] = {
     math.isnan: "isnan", math.isinf: "isinf", math.isfinite: "isfinite",
     np.isnan: "isnan", np.isinf: "isinf", np.isfinite: "isfinite",
 }  # fmt: skip
+
+
+#: What to write for a power of which a compiler knows a part.
+OF_CONSTANTS = (
+    "write x * x, math.sqrt(x) or math.exp: compilers round a power by a constant otherwise"
+)
 
 
 def binary(op: ast.operator, a: Value, b: Value, helpers: set[str]) -> Value:
@@ -104,8 +115,8 @@ def _folded(op: ast.operator, a: Value, b: Value) -> Value:
         found = known[type(op)](a.known, b.known)
     except (ArithmeticError, TypeError) as error:
         raise Impossible(f"write what is defined ({error})") from None
-    if isinstance(found, complex) or (isinstance(found, int) and abs(found) >= 2**63):
-        raise Impossible("write what a float or an integer of 64 bits can hold")
+    if isinstance(op, ast.Pow) and not isinstance(found, int):
+        raise Impossible(OF_CONSTANTS)
     return constant(found)
 
 
@@ -165,12 +176,10 @@ def _bits(kind: type, a: Value, b: Value) -> Value:
 
 
 def _power(a: Value, b: Value, helpers: set[str]) -> Value:
-    if a.type != REAL and b.type != REAL:
-        raise Impossible("write a product, or make one of them a float")
-    if a.is_known or b.is_known:
-        raise Impossible(
-            "write x * x, math.sqrt(x) or math.exp: compilers round a power by a constant otherwise"
-        )
+    if a.is_known or b.is_known or a.settled or b.settled:
+        raise Impossible(OF_CONSTANTS)
+    if b.type in (INT, BOOL):
+        raise Impossible("write a product, or float(n) as the exponent: with n the bits differ")
     helpers.add("power_of")
     return called("power_of", [as_real(as_whole(a)), as_real(as_whole(b))], REAL)
 
@@ -217,8 +226,22 @@ def of_library(name: str, values: list[Value]) -> Value:
 
 def whole_of(name: str, value: Value) -> Value:
     """A whole number near a float, as a float: floor, ceil, trunc."""
-    name = f"{name}f" if is_single() and value.type == REAL else name
-    return called(name, [value], REAL)
+    if value.type == TIME:
+        return called(name, [value], TIME)
+    return called(f"{name}f" if is_single() else name, [value], REAL)
+
+
+def to_whole(value: Value, helpers: set[str]) -> Value:
+    """A float without its fraction, as a whole number.
+
+    What is read from memory or parameters is one already. Of NaN and of numbers beyond 64 bits C
+    says nothing; `int_of` makes the number of them that an x86-64 makes.
+    """
+    if re.fullmatch(r"\w+(\.|->|\[)[^(]*", value.stored or value.text):
+        return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
+    name = "int_of_times" if value.type == TIME else "int_of"
+    helpers.add(name)
+    return called(name, [value], INT)
 
 
 def called(name: str, values: list[Value], kind: Number) -> Value:
@@ -297,6 +320,6 @@ def both(a: Value, b: Value, is_and: bool) -> Value:
     if a.is_known:
         return b if a.known == is_and else a
     sign = "&&" if is_and else "||"
-    left = a.text if a.rank >= EQUAL or (f" {sign} " in a.text and a.rank == AND and is_and) else ""
-    text = f"{left or f'({a.text})'} {sign} {b.within(EQUAL)}"
+    rank = AND if is_and else EQUAL
+    text = f"{a.within(rank)} {sign} {b.within(rank)}"
     return Value(text, BOOL, AND if is_and else AND - 1, reads=a.reads or b.reads)

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,12 +12,13 @@ from torquer.export import arithmetic
 from torquer.export.evaluate import (
     at_hand,
     of_outside,
+    operation,
     parts_in_order,
     translates,
     tuple_of,
     value_of,
 )
-from torquer.export.places import Chosen
+from torquer.export.places import Chosen, may_overlap
 from torquer.export.scope import Scope
 from torquer.export.types import (
     BOOL,
@@ -55,6 +57,11 @@ _INSTEAD = {
     "zip": "write range and an index",
     "divmod": "write // and %",
     "pow": "write **",
+    "degrees": "write x * (180.0 / math.pi)",
+    "radians": "write x * (math.pi / 180.0)",
+    "clip": "write min(max(x, least), greatest)",
+    "minimum": "write min",
+    "maximum": "write max",
     "dot": "write torquer.geometry.vec3.dot",
     "cross": "write torquer.geometry.vec3.cross",
     "norm": "write torquer.geometry.vec3.norm",
@@ -173,10 +180,7 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
             s.writes(value, node)
         if name in made.times:
             s.note_times(value.roots)
-    s.called.add(made.name)
-    variable = s.variables.get(made.name)
-    if made.name in s.source.own and not (variable and isinstance(variable.type, Static)):
-        raise s.refuse(node, f"give the variable {made.name} another name than a kernel has")
+    _check_call(s, node, made, values)
     text = f"{made.name}({', '.join(texts)})"
     found = Value(text, made.result, form=Form.RESULT, reads=reads)
     if not made.writes:
@@ -185,6 +189,19 @@ def _written_call(s: Scope, node: ast.AST, made, values: list[Value]) -> Value:
         s.say(f"{text};", effect=True)
         return replace(found, text="")
     return s.kept(found, effect=True)
+
+
+def _check_call(s: Scope, node: ast.AST, made, values: list[Value]) -> None:
+    """Arguments that a kernel raises to a power, and arrays that it copies to others."""
+    given = {name: value for (name, _), value in zip(made.arguments, values, strict=True)}
+    for name in made.powers:
+        s.note_power(given[name])
+        if given[name].is_settled:
+            raise s.refuse(node, arithmetic.OF_CONSTANTS)
+    for place, origin in made.copies:
+        if may_overlap(given[place], given[origin]):
+            raise s.refuse(node, "copy between arrays that do not overlap, or in a loop")
+        s.note_copy(given[place], given[origin])
 
 
 def _may_change(value: Value) -> bool:
@@ -217,12 +234,18 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         return None
     if called in (float, np.float64, int, bool, len, abs, np.abs, min, max, np.sign):
         return _of_python(s, node, called, values)
+    if called is math.pow and len(values) == 2:
+        return operation(s, node, ast.Pow(), *values)
     name = arithmetic.OF_FLOATS.get(called)
     test, whole = arithmetic.TESTS.get(called), arithmetic.TO_WHOLE.get(called)
     if not (name or test or whole):
         return None
     if not all(isinstance(each.type, Number) for each in values):
         raise s.refuse(node, "call it with numbers")
+    if len(values) != (2 if name in arithmetic.OF_TWO else 1):
+        raise s.refuse(node, "call it with one number, or write a quotient of two logarithms")
+    if called in arithmetic.ROUNDING and values[0].type not in (REAL, TIME):
+        raise s.refuse(node, "leave it out: the number is whole")
     if name and all(each.is_known for each in values):  # a compiler would round it its own way
         return _known_answer(s, node, called, values)
     floats = [as_float(arithmetic.as_whole(each)) for each in values]
@@ -232,7 +255,7 @@ def _of_numbers(s: Scope, node: ast.Call, called, values: list[Value]) -> Value 
         found = arithmetic.called(test, floats, BOOL)
         return replace(found, text=f"{found.text} != 0", rank=EQUAL)
     found = arithmetic.whole_of(whole or "", floats[0])
-    return replace(found, text=f"(int64_t){found.text}", type=INT, rank=SIGN)
+    return arithmetic.to_whole(found, s.program.helpers)
 
 
 def _known_answer(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
@@ -258,12 +281,14 @@ def _of_python(s: Scope, node: ast.Call, called, values: list[Value]) -> Value:
     if called in (float, np.float64):
         return as_float(arithmetic.as_whole(first))
     if called is int:
-        return _whole(first)
-    return _magnitude_or_sign(s, called, arithmetic.as_whole(first))
+        return _whole(s, node, first)
+    return _magnitude_or_sign(s, node, called, arithmetic.as_whole(first))
 
 
-def _magnitude_or_sign(s: Scope, called, value: Value) -> Value:
+def _magnitude_or_sign(s: Scope, node: ast.Call, called, value: Value) -> Value:
     if called is np.sign:
+        if value.type == INT:
+            raise s.refuse(node, "write np.sign(float(...)), or (n > 0) - (n < 0)")
         return as_real(arithmetic.helped("sign_of", [value], s.program.helpers))
     if value.type == INT:
         s.program.helpers.add("abs_int")
@@ -271,11 +296,15 @@ def _magnitude_or_sign(s: Scope, called, value: Value) -> Value:
     return arithmetic.of_library("fabs", [value])
 
 
-def _whole(value: Value) -> Value:
+def _whole(s: Scope, node: ast.Call, value: Value) -> Value:
     if value.is_known:
-        return constant(int(value.known))
+        try:
+            with s.refusing(node):
+                return constant(int(value.known))
+        except (OverflowError, ValueError):
+            raise s.refuse(node, "make a finite number whole") from None
     if value.type in (REAL, TIME):
-        return Value(f"(int64_t){value.within(SIGN)}", INT, SIGN, reads=value.reads)
+        return arithmetic.to_whole(value, s.program.helpers)
     return arithmetic.as_whole(value)
 
 

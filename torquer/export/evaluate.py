@@ -80,14 +80,23 @@ def truth_of(s: Scope, node: ast.expr) -> Value:
         return arithmetic.truth(value)
 
 
+def operation(s: Scope, node: ast.AST, op: ast.operator, a: Value, b: Value) -> Value:
+    """An operation on two numbers."""
+    if isinstance(op, ast.Pow):
+        s.note_power(a)
+        s.note_power(b)
+    with s.refusing(node):
+        return arithmetic.binary(op, a, b, s.program.helpers)
+
+
 def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
     """A value from outside the kernel: a constant, or what is known while translating."""
     if isinstance(value, Value):
         return value
     if isinstance(value, bool | np.bool_):
         return constant(bool(value))
-    if isinstance(value, int | float | np.integer | np.floating):
-        number = int(value) if isinstance(value, int | np.integer) else float(value)
+    if isinstance(value, int | float | np.int64):
+        number = float(value) if isinstance(value, float) else int(value)
         with s.refusing(node):
             return s.program.named_constant(name, number)
     kind = type_of(value) if isinstance(value, tuple) else None
@@ -96,7 +105,8 @@ def of_outside(s: Scope, node: ast.expr, value, name: str = "") -> Value:
             return s.program.named_constant(name, value, of_constant(s.program, kind))
     if callable(value) or isinstance(value, ModuleType | tuple) or value is None:
         return static(value)
-    raise s.refuse(node, "use a number, a tuple, parameters or memory")
+    hint = "use a number, a tuple, parameters or memory"
+    raise s.refuse(node, "make it a float or an int" if isinstance(value, np.generic) else hint)
 
 
 def parts_in_order(s: Scope, nodes: list[ast.expr]) -> list[Value]:

@@ -8,6 +8,7 @@ from torquer.export.evaluate import (
     apart,
     in_order,
     of_outside,
+    operation,
     parts_in_order,
     parts_of,
     translates,
@@ -22,6 +23,7 @@ from torquer.export.types import (
     INT,
     PLACES,
     REAL,
+    TIME,
     Number,
     Record,
     Static,
@@ -62,8 +64,7 @@ def _tuple(s: Scope, node: ast.Tuple) -> Value:
 @translates(ast.BinOp)
 def _binary(s: Scope, node: ast.BinOp) -> Value:
     a, b = in_order(s, [node.left, node.right])
-    with s.refusing(node):
-        return arithmetic.binary(node.op, a, b, s.program.helpers)
+    return operation(s, node, node.op, a, b)
 
 
 @translates(ast.UnaryOp)
@@ -120,18 +121,21 @@ def _compare(s: Scope, node: ast.Compare) -> Value:
     a, b = in_order(s, [node.left, node.comparators[0]])
     if len(node.ops) > 1 and not b.is_simple:
         b = s.kept(b)
-    found = _pair(s, node, node.ops[0], a, b)
-    for op, each in zip(node.ops[1:], node.comparators[1:], strict=True):
-        middle = [b]
+    return _chain(s, node, 0, a, b)
 
-        def next_pair(s, each, op=op, middle=middle):
-            left, right = middle[0], value_of(s, each)
-            middle[0] = right if right.is_simple else s.kept(right)
-            return _pair(s, node, op, left, middle[0])
 
-        found = joined(s, found, each, True, next_pair)
-        b = middle[0]
-    return found
+def _chain(s: Scope, node: ast.Compare, k: int, a: Value, b: Value) -> Value:
+    """The comparisons from one on; each is made only where those before it hold."""
+    found = _pair(s, node, node.ops[k], a, b)
+    if k + 1 == len(node.ops):
+        return found
+
+    def rest(s, each):
+        right, is_last = value_of(s, each), k + 2 == len(node.ops)
+        right = right if right.is_simple or is_last else s.kept(right)
+        return _chain(s, node, k + 1, b, right)
+
+    return joined(s, found, node.comparators[k + 1], True, rest)
 
 
 def _pair(s: Scope, node: ast.Compare, op: ast.cmpop, a: Value, b: Value) -> Value:
@@ -151,6 +155,9 @@ def _among(s: Scope, node: ast.Compare) -> Value:
     a, b = in_order(s, [node.left, node.comparators[0]])
     if not isinstance(b.type, Tuple) or not isinstance(a.type, Number):
         raise s.refuse(node, "write `in` a tuple of numbers")
+    names = {n.id for n in ast.walk(node.comparators[0]) if isinstance(n, ast.Name)}
+    if a.type in (REAL, TIME) and names & s.source.own:
+        raise s.refuse(node, "write == for each number: `in` takes a NaN for the same NaN")
     a = a if a.is_simple else s.kept(a)
     found = constant(False)
     for each in parts_of(s, node, b):

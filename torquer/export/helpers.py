@@ -46,25 +46,26 @@ static double floor_div(double a, double b)
     return whole;
 }""",
     "floor_div_int": """\
-/* quotient of whole numbers as Python has it: rounded down */
+/* quotient of whole numbers as Python has it: rounded down; 0 where b is 0 */
 static int64_t floor_div_int(int64_t a, int64_t b)
 {
-    const int64_t quotient = a / b;
-    return ((a % b != 0) && ((a < 0) != (b < 0))) ? quotient - 1 : quotient;
+    const int64_t quotient = (b != 0) ? a / b : 0;
+    return ((b != 0) && (a % b != 0) && ((a < 0) != (b < 0))) ? quotient - 1 : quotient;
 }""",
     "floor_mod_int": """\
-/* a % b of whole numbers as Python has it: the sign is that of b */
+/* a % b of whole numbers as Python has it: the sign is that of b; 0 where b is 0 */
 static int64_t floor_mod_int(int64_t a, int64_t b)
 {
-    const int64_t rest = a % b;
+    const int64_t rest = (b != 0) ? a % b : 0;
     return ((rest != 0) && ((rest < 0) != (b < 0))) ? rest + b : rest;
 }""",
     "power_of": """\
-/* a ** b by the library, whatever a compiler knows of the exponent */
+/* a ** b by the library, whatever a compiler knows of the two */
 static REAL power_of(REAL a, REAL b)
 {
+    const volatile double base = TO_DOUBLEa;
     const volatile double exponent = TO_DOUBLEb;
-    return TO_REALpow(TO_DOUBLEa, exponent);
+    return TO_REALpow(base, exponent);
 }""",
     "min_of": """\
 /* the first of two numbers unless the second is less: what Python does with NaN and -0.0 */
@@ -105,6 +106,13 @@ static double sign_of(double a)
     }
     return (a > 0.0) ? 1.0 : ((a < 0.0) ? -1.0 : 0.0);
 }""",
+    "int_of": """\
+/* a without its fraction; of NaN and of numbers beyond 64 bits the least whole number */
+static int64_t int_of(double a)
+{
+    const double least = -9.223372036854775808e18;
+    return (int64_t)(((a >= least) && (a < -least)) ? a : least);
+}""",
     "place_of": """\
 /* place of an index among n: a negative one counts from the end, as in Python */
 static int64_t place_of(int64_t index, int64_t n)
@@ -137,7 +145,7 @@ HELPERS |= {
     }.items()
 }  # fmt: skip
 #: Those that exist a second time, for times, in a program of single precision.
-_OF_TIMES = ("floor_mod", "floor_div", "min_of", "max_of", "sign_of")
+_OF_TIMES = ("floor_mod", "floor_div", "min_of", "max_of", "sign_of", "int_of")
 #: All names of these functions.
 NAMES = frozenset({*HELPERS, *(f"{name}_times" for name in _OF_TIMES)})
 
@@ -165,5 +173,5 @@ def _filled(text: str, words: dict[str, str]) -> str:
 def _in_single(text: str) -> str:
     """The text of a function of doubles for floats."""
     text = re.sub(r"\bdouble\b", "float", text)
-    text = re.sub(r"\b(\d+\.\d+)\b", r"\1f", text)
+    text = re.sub(r"\b(\d+\.\d+(?:e\d+)?)\b", r"\1f", text)
     return re.sub(r"\b(fmod|copysign|floor)\(", r"\1f(", text)

@@ -2,6 +2,7 @@
 
 import ast
 from dataclasses import replace
+from enum import EnumType
 from types import ModuleType
 
 from torquer.export.evaluate import at_hand, in_order, of_outside, translates, tuple_of, value_of
@@ -19,7 +20,17 @@ from torquer.export.types import (
     Tuple,
     in_words,
 )
-from torquer.export.values import SIGN, Value, cell_of, constant, field_of, part_of, row_of, static
+from torquer.export.values import (
+    ATOM,
+    SIGN,
+    Value,
+    cell_of,
+    constant,
+    field_of,
+    part_of,
+    row_of,
+    static,
+)
 
 
 @translates(ast.Attribute)
@@ -28,9 +39,9 @@ def attribute(s: Scope, node: ast.Attribute) -> Value:
     value = value_of(s, node.value)
     kind, name = value.type, node.attr
     if isinstance(kind, Static):
-        if isinstance(kind.value, ModuleType) and hasattr(kind.value, name):
+        if isinstance(kind.value, ModuleType | EnumType) and hasattr(kind.value, name):
             return of_outside(s, node, getattr(kind.value, name), name)
-        raise s.refuse(node, "use a name that the module has")
+        raise s.refuse(node, "use a name that the module has, or a constant of its own")
     if isinstance(kind, Tuple) and kind.fields and name in kind.fields:
         return part_of(at_hand(s, value), kind.fields.index(name))
     if isinstance(kind, Record) and name in dict(kind.fields):
@@ -56,9 +67,13 @@ def subscript(s: Scope, node: ast.Subscript) -> Value:
     if any(isinstance(each, ast.Slice) for each in indices):
         raise s.refuse(node, "write a loop over the cells")
     value, *places = in_order(s, [node.value, *indices])
-    if any(each.type != INT for each in places):
-        raise s.refuse(node, "use whole numbers as indices: int(...)")
+    _check_whole(s, node, places)
     return indexed(s, node, value, places)
+
+
+def _check_whole(s: Scope, node: ast.AST, indices: list[Value]) -> None:
+    if any(each.type != INT for each in indices):
+        raise s.refuse(node, "use whole numbers as indices: int(...)")
 
 
 def _text(node: ast.expr) -> str | None:
@@ -137,6 +152,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     if cut.step is not None:
         raise s.refuse(node, "write a loop over the cells")
     value, *edges = in_order(s, [node.value, *(e for e in (cut.lower, cut.upper) if e)])
+    _check_whole(s, node, edges)
     low = edges[0] if cut.lower else constant(0)
     high = edges[-1] if cut.upper else None
     kind = value.type
@@ -152,7 +168,7 @@ def _slice(s: Scope, node: ast.Subscript, cut: ast.Slice) -> Value:
     known = high is not None and high.is_known and low.is_known and kind.shape[0] is not None
     length = len(range(kind.shape[0])[low.known : high.known]) if known else None  # type: ignore
     reads = value.reads or low.reads
-    text = f"&{value.text}[{low.text}]"
+    text = f"&{value.within(ATOM)}[{low.text}]"
     return Value(text, replace(kind, shape=(length,)), SIGN, reads=reads, roots=value.roots)
 
 
@@ -164,7 +180,7 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
     array = value_of(s, target.value)
     if not isinstance(array.type, Array) or len(cuts) > len(array.type.shape):
         raise s.refuse(target, "write a loop over the cells")
-    if isinstance(value.type, Array) and all(isinstance(each, ast.Slice) for each in cuts):
+    if isinstance(value.type, Array) and all(map(_is_all, cuts)):
         fill_all(s, target, array, value)
         return True
     if value.type not in (REAL, TIME):
@@ -173,6 +189,11 @@ def fill(s: Scope, target: ast.Subscript, value: Value) -> bool:
     s.writes(array, target)
     _in_loops(s, target, [*cuts, *rest], array, value)
     return True
+
+
+def _is_all(cut: ast.expr) -> bool:
+    """Whether an index stands for all cells of a dimension."""
+    return isinstance(cut, ast.Slice) and not (cut.lower or cut.upper or cut.step)
 
 
 def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
@@ -184,31 +205,56 @@ def fill_all(s: Scope, target: ast.expr, place: Value, value: Value) -> None:
     if not (alike or value.type in (REAL, TIME)) or None in place.type.shape:
         raise s.refuse(target, "set it to one float, or to an array of the same shape")
     s.writes(place, target)
+    if isinstance(value.type, Array):
+        _check_apart(s, target, place, value)
     _in_loops(s, target, [ast.Slice()] * len(place.type.shape), place, value)
+
+
+def _check_apart(s: Scope, target: ast.AST, place: Value, value: Value) -> None:
+    """Cells are copied one after another: none may be changed before it is read."""
+    if may_overlap(place, value):
+        raise s.refuse(target, "copy between arrays that do not overlap, or in a loop")
+    s.note_copy(place, value)
+
+
+def may_overlap(a: Value, b: Value) -> bool:
+    """Whether two arrays may share some of their cells: fields and rows have them all in common
+    or none, variables may hold any piece.
+    """
+    pieces = [each for each in (a, b) if each.text.isidentifier() or "&" in each.text]
+    return bool(pieces and a.roots & b.roots) and a.text != b.text
 
 
 def _in_loops(s: Scope, target: ast.AST, cuts: list, array: Value, value: Value) -> None:
     assert isinstance(array.type, Array)
-    text, depth, of_value = array.text, s.depth, ""
+    with s.captured() as before:
+        indices = [None if isinstance(cut, ast.Slice) else _whole_index(s, cut) for cut in cuts]
     if isinstance(value.type, Number):
         value = s.stored(value, array.type.is_real or not is_single(), array.roots)
+        value = value if value.is_simple else s.kept(value)
     elif isinstance(value.type, Array) and value.type.of == TIME:
         s.note_times(array.roots)
-    for cut, count in zip(cuts, array.type.shape, strict=True):
-        index = _filled(s, target, cut, count)
+    s.add(before)
+    text, depth, of_value = array.within(ATOM), s.depth, ""
+    for cut, given, count in zip(cuts, indices, array.type.shape, strict=True):
+        index = _index(s, target, given, count) if given else _filled(s, target, cut, count)
         text, of_value = f"{text}[{index}]", f"{of_value}[{index}]"
     of_value = of_value if isinstance(value.type, Array) else ""
-    s.say(f"{text} = {value.text}{of_value};", effect=True)
+    s.say(f"{text} = {value.within(ATOM) if of_value else value.text}{of_value};", effect=True)
     while s.depth > depth:
         s.depth -= 1
         s.say("}")
 
 
+def _whole_index(s: Scope, node: ast.expr) -> Value:
+    index = value_of(s, node)
+    _check_whole(s, node, [index])
+    return index
+
+
 def _filled(s: Scope, target: ast.AST, cut: ast.expr, count: int | None) -> str:
     """The index of one dimension; a loop is opened over all of it."""
-    if not isinstance(cut, ast.Slice):
-        return _index(s, target, value_of(s, cut), count)
-    if cut.lower or cut.upper or cut.step or count is None:
+    if not _is_all(cut) or count is None:
         raise s.refuse(target, "write a loop over the cells")
     name = s.new_name("k")
     s.say(f"for (int64_t {name} = 0; {name} < {count}; {name}++) {{")

@@ -11,6 +11,8 @@ precision' (1971).
 import math
 from fractions import Fraction
 
+import numpy as np
+
 #: Splits a double into two halves of 26 bits.
 _SPLITTER = 134217729.0
 #: Quarter of a turn: pieces of 25 bits, so that products with whole numbers to 2^27 are exact.
@@ -107,12 +109,12 @@ def _reduced(x):
     angle = x
     if math.fabs(x) > _LARGEST_RAD:  # the same everywhere, no longer exact
         angle = math.fmod(x, 6.283185307179586)
-    count = float(math.floor(angle * 0.6366197723675814 + 0.5))
+    count = float(np.floor(angle * 0.6366197723675814 + 0.5))
     r = _sum_of_any(angle, -count * _QUARTER_1)
     r = _plus(r, (-count * _QUARTER_2, 0.0))
     r = _plus(r, (-count * _QUARTER_3, 0.0))
     r = _plus(r, (-count * _QUARTER_4, 0.0))
-    return count - 4.0 * float(math.floor(0.25 * count)), r
+    return count - 4.0 * float(np.floor(0.25 * count)), r
 
 
 def portable_sin(x):

@@ -10,7 +10,8 @@ from torquer.export import calls, expressions, places  # noqa: F401  register wh
 from torquer.export.arithmetic import either
 from torquer.export.lines import Line, without_unread, words_of
 from torquer.export.precision import double_text, real_word
-from torquer.export.scope import RESERVED, Scope, Variable
+from torquer.export.refusal import refused
+from torquer.export.scope import RESERVED, Scope, Variable, apart_of_headers, is_reserved
 from torquer.export.source import Source, source_of
 from torquer.export.statements import block
 from torquer.export.times import common_type, converted
@@ -18,6 +19,7 @@ from torquer.export.types import (
     BOOL,
     INT,
     NOTHING,
+    PLACES,
     REAL,
     TIME,
     Array,
@@ -41,7 +43,8 @@ class Function:
     """A kernel in C. `arguments`: all of the kernel's; `unused`: those that C does not take.
 
     `writes`: arguments in whose memory it writes, `times`: in whose it writes times; `mutable`:
-    whose memory must not be const.
+    whose memory must not be const; `powers`: those that are part of a power; `copies`: pairs of
+    arrays, of which the first is set to the second.
     """
 
     name: str
@@ -58,6 +61,8 @@ class Function:
     is_public: bool = False
     key: tuple = ()
     times: frozenset[str] = frozenset()
+    powers: frozenset[str] = frozenset()
+    copies: frozenset[tuple[str, str]] = frozenset()
 
 
 class Program:
@@ -80,16 +85,25 @@ class Program:
         self._known_bounds = earlier.bounds if earlier else {}
         self.times: set = set(earlier.times) if earlier else set()
         self.kinds: dict[tuple[str, str], Type] = dict(earlier.kinds) if earlier else {}
-        self._taken: set[str] = set(RESERVED)
+        self.roots: dict[tuple[str, str], frozenset[str]] = {}
+        self.known_roots = earlier.roots if earlier else {}
+        self.taken: set[str] = set(RESERVED)
+        self.avoided = earlier.taken if earlier else set()
+        self.locals: set[str] = set()
         self._at_work: list[tuple] = []
+
+    def found(self) -> tuple:
+        """What a next translation needs to know of this one."""
+        return self.times, self.kinds, self.roots
 
     def free_name(self, word: str) -> str:
         """A name that nothing else has."""
+        word = apart_of_headers(word)
         name, count = word, 1
-        while name in self._taken:
+        while name in self.taken or is_reserved(name):
             count += 1
             name = f"{word}_{count}"
-        self._taken.add(name)
+        self.taken.add(name)
         return name
 
     def type_name(self, kind: Type) -> str:
@@ -104,6 +118,10 @@ class Program:
         key = replace(kind, const=False, bounds=()) if isinstance(kind, Record) else kind
         if key not in self.types:
             parts = kind.parts if isinstance(kind, Tuple) else [k for _, k in kind.fields]
+            for each in (kind.fields or ()) if isinstance(kind, Tuple) else ():
+                if not each.isascii():
+                    what = f"the field {each} of {kind.name}"
+                    raise refused("export", None, what, "use letters from a to z")
             for each in parts:
                 if not isinstance(each, Static):
                     self.type_name(each)
@@ -125,7 +143,7 @@ class Program:
         """A constant; one that has a name as constants have keeps it in C."""
         number = constant(value) if kind is None else self._tuple_constant(value, kind)
         own = name.lstrip("_")
-        if not _CONSTANT_NAME.fullmatch(name) or number.type == BOOL or own in RESERVED:
+        if not _CONSTANT_NAME.fullmatch(name) or number.type == BOOL or is_reserved(own):
             return number
         key = (own, number.type, repr(value))
         if key not in self.constants:
@@ -195,7 +213,8 @@ class Program:
         return Function(
             name, arguments, s.result or NOTHING, lines, names, frozenset(s.written),
             frozenset(s.written | s.mutable), frozenset(unused), source.doc, source.equation, place,
-            key=key, times=frozenset(s.times),
+            key=key, times=frozenset(s.times), powers=frozenset(s.powers),
+            copies=frozenset(s.copies),
         )  # fmt: skip
 
     def _declare_arguments(self, s: Scope, types: list[Type], key: tuple) -> None:
@@ -210,7 +229,7 @@ class Program:
         for name, kind in zip(s.arguments, types, strict=True):
             by_address = isinstance(kind, Record) or (isinstance(kind, Tuple) and kind.is_large)
             form = Form.ADDRESS if by_address else Form.VARIABLE
-            roots = frozenset([name]) if isinstance(kind, Record | Array | Rows) else frozenset()
+            roots = s.known_roots(name, frozenset([name] if isinstance(kind, PLACES) else []))
             bounds = self._known_bounds.get(_key_text(key), {}).get(name, (None, None))
             bounds = bounds if name not in stored else (None, None)
             s.variables[name] = Variable(s.c_name(name), kind, form, roots, bounds)
@@ -328,13 +347,17 @@ def translated(
     """A program built several times, each with what the one before found out.
 
     `again`: how often for the sake of indices; from `times`, names of fields, it follows what else
-    is a time in a program of single precision, until nothing changes.
+    is a time in a program of single precision, until nothing changes and all names are apart.
     """
     program = Program(replaced, prefix=prefix)
     program.times |= set(times)
     build(program)
     rounds, earlier = 0, Program()
-    while rounds < again or (program.times, program.kinds) != (earlier.times, earlier.kinds):
+    while (
+        rounds < again
+        or program.found() != earlier.found()
+        or program.locals & program.taken - program.avoided
+    ):
         rounds, earlier = rounds + 1, program
         program = Program(replaced, earlier, prefix)
         build(program)

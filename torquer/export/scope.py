@@ -2,6 +2,7 @@
 
 import ast
 import contextlib
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -26,6 +27,22 @@ _LIBRARY = """
 """
 #: Words of C, and names of its library, that a kernel's variable must not have.
 RESERVED = KEYWORDS | frozenset(_LIBRARY.split()) | NAMES
+#: Names of macros and types of the headers, and of macros of compilers.
+_OF_HEADERS = re.compile(
+    r"(PTRDIFF|SIZE|WCHAR|WINT|SIG_ATOMIC|U?INT(_LEAST|_FAST)?(8|16|32|64|MAX|PTR))_(MAX|MIN|C|WIDTH)"
+    r"|u?int(_least|_fast)?(8|16|32|64|max|ptr)_t|(size|wchar|ptrdiff|max_align|float|double)_t"
+    r"|HUGE|HUGE_VAL[FL]?|M_\w+|FP_\w+|MATH_\w+|math_\w+|offsetof|linux|unix"
+)
+
+
+def apart_of_headers(name: str) -> str:
+    """A name that no header has."""
+    return f"own_{name}" if _OF_HEADERS.fullmatch(name) else name
+
+
+def is_reserved(name: str) -> bool:
+    """Whether a name means something else in C."""
+    return name in RESERVED or _OF_HEADERS.fullmatch(name) is not None
 
 
 @dataclass
@@ -38,6 +55,7 @@ class Variable:
     roots: frozenset[str] = frozenset()
     bounds: tuple[int | None, int | None] = (None, None)
     static: object = None
+    settled: bool = False
 
 
 class Scope:
@@ -54,9 +72,11 @@ class Scope:
         self.mutable: set[str] = set()
         self.times: set[str] = set()
         self.used: set[str] = set()
-        self.called: set[str] = set()
+        self.powers: set[str] = set()
+        self.copies: set[tuple[str, str]] = set()
         self.result: Type | None = None
-        self._names = set(source.places)
+        self._names = set(source.places) | source.own
+        self._c_names: dict[str, str] = {}
 
     def refuse(self, node: ast.AST, instead: str, construct: str = "") -> Refused:
         """The error for a construct of this kernel."""
@@ -96,7 +116,8 @@ class Scope:
         while True:
             self._count += 1
             name = f"{word}_{self._count}"
-            if name not in self._names:
+            if name not in self._names and name not in self.program.avoided:
+                self.program.locals.add(name)
                 return name
 
     def kept(self, value: Value, changes: bool = False, effect: bool = False) -> Value:
@@ -125,11 +146,22 @@ class Scope:
         if isinstance(variable.type, Static):
             return Value("", variable.type, known=variable.type.value)
         text, kind = variable.name, variable.type
-        return Value(text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds)
+        return Value(
+            text, kind, form=variable.form, roots=variable.roots, bounds=variable.bounds,
+            settled=variable.settled,
+        )  # fmt: skip
 
     def c_name(self, name: str) -> str:
-        """What a variable of the kernel is called in C."""
-        return f"{name}_" if name in RESERVED else name
+        """What a variable of the kernel is called in C: nothing else there has this name."""
+        if name not in self._c_names:
+            own = apart_of_headers(name)
+            while is_reserved(own) or own in self.program.avoided or (
+                own != name and own in self._names
+            ):  # fmt: skip
+                own += "_"
+            self._c_names[name] = own
+            self.program.locals.add(own)
+        return self._c_names[name]
 
     def set(self, node: ast.AST, name: str, value: Value, statement: ast.stmt | None) -> None:
         """Give a variable its value; the first one decides on its type."""
@@ -145,10 +177,12 @@ class Scope:
         if variable.type != value.type:
             raise self.refuse(node, self._one_type(name, variable.type, value.type))
         variable.bounds = (None, None)
+        variable.settled |= value.is_settled
         if isinstance(value.type, PLACES):
             if value.text == variable.name:
                 return
             variable.roots |= value.roots
+            self.program.roots[self.key, name] = variable.roots
         self.block.lines.append(Stored(self.depth, _text_of(value), variable.name))
 
     def _in_type_of(self, name: str, variable: Variable, value: Value) -> Value:
@@ -176,6 +210,21 @@ class Scope:
         """The type that a variable, or the answer ("return"), needs for all that it holds."""
         return common_type(self.program.kinds.get((self.key, name), kind), kind) or kind
 
+    def known_roots(self, name: str, roots: frozenset[str]) -> frozenset[str]:
+        """Where a variable may point to, also by what it is set to later, in a loop."""
+        return roots | self.program.known_roots.get((self.key, name), frozenset())
+
+    def note_power(self, value: Value) -> None:
+        """Note an argument that is part of a power: a caller must not set it to a constant."""
+        own = {self.variables[each].name: each for each in self.arguments if each in self.variables}
+        if value.text in own:
+            self.powers.add(own[value.text])
+
+    def note_copy(self, place: Value, origin: Value) -> None:
+        """Note arguments between which cells are copied: their memory must not overlap."""
+        names = set(self.arguments)
+        self.copies |= {(a, b) for a in place.roots & names for b in origin.roots & names if a != b}
+
     def stored(self, value: Value, is_real: bool, roots: frozenset[str]) -> Value:
         """A number as a place in memory holds it, a double unless `is_real`; times are noted."""
         if is_real:
@@ -199,8 +248,9 @@ class Scope:
     def _set_first(self, name: str, value: Value, statement: ast.stmt | None) -> None:
         own = self.c_name(name)
         value = converted(self, value, self.known_kind(name, value.type))
-        roots = value.roots if isinstance(value.type, PLACES) else frozenset()
-        variable = Variable(own, value.type, _form_of(value), roots)
+        is_place, settled = isinstance(value.type, PLACES), value.is_settled
+        roots = self.known_roots(name, value.roots) if is_place else frozenset()
+        variable = Variable(own, value.type, _form_of(value), roots, settled=settled)
         self.variables[name] = variable
         if isinstance(value.type, Static):
             return

@@ -39,6 +39,9 @@ class Source:
             for node in ast.walk(self.tree)
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
         }
+        for name in sorted({self.tree.name, *self.own}):
+            if not name.isascii():
+                raise refused(self.file, self.tree, f"the name {name}", "use letters from a to z")
         self.read = {
             node.id
             for node in ast.walk(self.tree)

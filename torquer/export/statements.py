@@ -7,6 +7,7 @@ from torquer.export import arithmetic
 from torquer.export.evaluate import (
     apart,
     in_order,
+    operation,
     parts_in_order,
     parts_of,
     truth_of,
@@ -149,8 +150,7 @@ def _augmented(s: Scope, node: ast.AugAssign) -> None:
         place = _cell_kept(s, place)
     before = s.kept(place) if after.effects and place.reads else place
     s.add(after)
-    with s.refusing(node):
-        made = arithmetic.binary(node.op, before, value, s.program.helpers)
+    made = operation(s, node, node.op, before, value)
     if isinstance(node.target, ast.Name):
         s.set(node, node.target.id, made, None)
     else:
@@ -245,13 +245,13 @@ def _deeper(s: Scope, statements: list[ast.stmt]) -> bool:
     return ended
 
 
-def _while(s: Scope, node: ast.While) -> None:
+def _while(s: Scope, node: ast.While) -> bool:
     if node.orelse:
         raise s.refuse(node, "leave out the else of the loop", "a loop with else")
     with s.captured(1) as before:
         test = truth_of(s, node.test)
     if test.is_known and not test.known:
-        return
+        return False
     if before:
         s.say("while (true) {")
         s.add(before)
@@ -265,6 +265,13 @@ def _while(s: Scope, node: ast.While) -> None:
         s.say(f"while ({test.text}) {{")
     _deeper(s, node.body)
     s.say("}")
+    return test.is_known and not any(map(_has_break, node.body))
+
+
+def _has_break(node: ast.AST) -> bool:
+    """Whether a statement leaves the loop in which it stands."""
+    inner = [] if isinstance(node, ast.For | ast.While) else ast.iter_child_nodes(node)
+    return isinstance(node, ast.Break) or any(map(_has_break, inner))
 
 
 def _for(s: Scope, node: ast.For) -> None:
@@ -331,6 +338,8 @@ def _counted(low: Value, high: Value, step: int) -> tuple[int | None, int | None
 def _over_tuple(s: Scope, node: ast.For, value: Value) -> None:
     """A loop over the parts of a tuple, which are of one type."""
     parts = parts_of(s, node.iter, value)
+    if not parts:
+        return
     kind = common_type(*(each.type for each in parts))
     if not isinstance(kind, Number | Tuple):
         raise s.refuse(node, "loop over range, or over a tuple of parts of one type")

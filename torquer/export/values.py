@@ -1,10 +1,12 @@
 """Typed expressions in C, and how they are put together with as few brackets as C allows."""
 
 import enum
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 from torquer.export.precision import double_text, is_single, real_word
+from torquer.export.refusal import Impossible
 from torquer.export.types import (
     BOOL,
     INT,
@@ -25,6 +27,8 @@ from torquer.export.types import (
 #: bits' and, exclusive or, or; and, or, choice.
 ATOM, SIGN, PRODUCT, SUM, ORDER, EQUAL, BIT_AND, BIT_XOR, BIT_OR, AND, OR, CHOICE = range(12, 0, -1)
 _UNKNOWN: Any = object()
+#: Greatest whole number up to which a float holds every one.
+_EXACT = 2**53
 
 
 class Form(enum.Enum):
@@ -42,7 +46,8 @@ class Value:
     `reads`: whether it reads memory that a call may change; `roots`: names of those arguments in
     whose memory it is a place; `bounds`: least and greatest value of a whole number, None where
     unknown; `known`: its value if that is constant; `stored`: the place in memory that is read,
-    where it holds a double and the value is a float.
+    where it holds a double and the value is a float; `settled`: whether it is a variable that is
+    set to a constant somewhere of which a compiler makes another power, see `is_settled`.
     """
 
     text: str
@@ -54,11 +59,24 @@ class Value:
     bounds: tuple[int | None, int | None] = (None, None)
     known: Any = field(default=_UNKNOWN, compare=False)
     stored: str = ""
+    settled: bool = False
 
     @property
     def is_known(self) -> bool:
         """Whether its value is constant."""
         return self.known is not _UNKNOWN
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether a compiler that finds out its value takes another function for a power of it:
+        where it is a multiple of 0.5 (products, roots) or a power of two (2.0 ** x).
+        """
+        if not self.is_known or isinstance(self.known, tuple):
+            return self.settled
+        number = self.known if isinstance(self.known, int | float) else 0.0
+        return not math.isfinite(number) or (
+            float(2 * number).is_integer() or abs(math.frexp(number)[0]) == 0.5
+        )
 
     @property
     def is_simple(self) -> bool:
@@ -91,7 +109,9 @@ class Value:
 
 
 def constant(value: float | int | bool) -> Value:
-    """A number that is known."""
+    """A number that is known; `Impossible` for a whole one that a float would round."""
+    if isinstance(value, int) and abs(value) > _EXACT:
+        raise Impossible("use whole numbers up to 2**53, or write a float")
     kind = BOOL if isinstance(value, bool) else INT if isinstance(value, int) else REAL
     text = number_text(value)
     bounds = (int(value), int(value)) if kind == INT else (None, None)
@@ -198,7 +218,7 @@ def cell_of(value: Value, indices: list[Value], texts: list[str]) -> Value:
     """A number of an array, or its rows where fewer indices are given than it has dimensions."""
     array = value.type
     assert isinstance(array, Array)
-    text = value.text + "".join(f"[{each}]" for each in texts)
+    text = value.within(ATOM) + "".join(f"[{each}]" for each in texts)
     reads = value.reads or any(index.reads for index in indices)
     if len(indices) == len(array.shape):
         roots = frozenset() if array.const else value.roots
