@@ -65,7 +65,7 @@ def fly_campaign(
     """Fly all members of a campaign; one row each in the order of their numbers.
 
     `to`: a file (NetCDF) for the result; chunks of it are written as they are flown, into a folder
-    beside it. `resume` continues with the members that are missing there, also with added ones if
+    next to it. `resume` continues with the members that are missing there, also with added ones if
     the campaign has more `runs` now. `workers`: one per core unless given. `where`: 'threads',
     'processes' (a script needs `if __name__ == "__main__":` around what it does), or the address of
     a Dask scheduler. A member's result does not depend on any of these, to the bit. Members that

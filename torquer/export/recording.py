@@ -25,11 +25,11 @@ _BEGIN, _PRIME, _WORD = 0xCBF29CE484222325, 0x100000001B3, (1 << 64) - 1
 
 
 class Recorded(NamedTuple):
-    """Control steps: whether the computer began anew, inputs, commands, estimates (attitude, rate),
-    marks of the state; `words` of 64 bits that the state has in C.
+    """Control steps: whether the computer began afresh, inputs, commands, estimates (attitude,
+    rate), marks of the state; `words` of 64 bits that the state has in C.
     """
 
-    anew: np.ndarray
+    afresh: np.ndarray
     inputs: np.ndarray
     commands: np.ndarray
     estimates: np.ndarray
@@ -40,7 +40,7 @@ class Recorded(NamedTuple):
         """The file that `test/replay.c` reads (little-endian)."""
         head = struct.pack("<8sQQQ", _MAGIC, len(self.marks), len(_PLACES), self.words)
         answers = np.concatenate([self.commands, self.estimates], axis=1)
-        rows = zip(self.anew, self.inputs, answers, self.marks, strict=True)
+        rows = zip(self.afresh, self.inputs, answers, self.marks, strict=True)
         return head + b"".join(
             np.array([a, *i, *c], dtype="<f8").tobytes() + struct.pack("<Q", mark)
             for a, i, c, mark in rows
@@ -63,11 +63,11 @@ def recorded(scenario: Scenario, most: int) -> Recorded:
     They have no marks for an export in single precision, whose state has other bits.
     """
     run = prepare(scenario, stops=True)
-    anew, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
+    afresh, inputs, commands, estimates, before_s = [], [], [], [], run.state.board.known["t_s"][0]
     marks: list[int] = []
     while len(marks) < most and run.advance_to(run.steps) == WAITING:
         known = run.state.board.known.view(np.float64).reshape(-1)
-        anew.append(float(_begins_anew(run, before_s, known[0])))
+        afresh.append(float(_begins_afresh(run, before_s, known[0])))
         inputs.append(known[_PLACES])
         commands.append(run.state.cells.view(np.float64).reshape(-1)[_FIRST : _FIRST + 6].copy())
         estimates.append(known[_ESTIMATE].copy())
@@ -75,11 +75,11 @@ def recorded(scenario: Scenario, most: int) -> Recorded:
         before_s = known[0]
     if not marks:
         raise ValueError("simulation: must have a control step to be recorded; received none")
-    a, i, c, e = map(np.array, (anew, inputs, commands, estimates))
+    a, i, c, e = map(np.array, (afresh, inputs, commands, estimates))
     return Recorded(a, i, c, e, marks, words_of(run.state.board))
 
 
-def _begins_anew(run: Run, before_s: float, t_s: float) -> bool:
+def _begins_afresh(run: Run, before_s: float, t_s: float) -> bool:
     """Whether the computer comes back from a failure at this step."""
     failures = run.plan.plant.failures.computer
     return bool(len(failures)) and bool(plain_of(is_back)(failures, before_s, t_s))

@@ -231,7 +231,7 @@ def _end_chain(s: Scope, lines: list[Line]) -> None:
 
 
 def _is_one(lines: list[Line], depth: int) -> bool:
-    """Whether lines are one `if` with its branches and nothing beside it."""
+    """Whether lines are one `if` with its branches and nothing else."""
     return (
         all(each.depth > depth or each.text.startswith(("if (", "}")) for each in lines)
         and sum(each.depth == depth and each.text.startswith("if (") for each in lines) == 1

@@ -112,9 +112,9 @@ class Found(NamedTuple):
         about = f"quaternions and {_WORDS[self.sensor]}"
         stated = f"{self.stated.error_deg:.2f} deg as they are"
         if self.agrees:
-            untold = [way.text for way in rivals if way[:4] != STATED]
-            told = f"; not told from {', nor from '.join(untold[:2])}" if untold else ""
-            return f"{about} agree to {stated}{then}{told}"
+            alike = [way.text for way in rivals if way[:4] != STATED]
+            rest = f"; {' and '.join(alike[:2])} cannot be ruled out" if alike else ""
+            return f"{about} agree to {stated}{then}{rest}"
         if self.is_wrong:
             frames = " or ".join(way.frame for way in rivals)
             text = f"scalar {best.scalar}, {best.sense}, {frames}, axes {' '.join(best.axes)}"

@@ -12,8 +12,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from differences import table  # type: ignore[import-not-found]  # beside this file
-from stack import Graph  # type: ignore[import-not-found]  # beside this file
+from differences import table  # type: ignore[import-not-found]  # in this folder
+from stack import Graph  # type: ignore[import-not-found]  # in this folder
 
 HOME = Path(__file__).resolve().parents[1]
 BUILD = HOME / "build" / "pil"
