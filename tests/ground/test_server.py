@@ -34,7 +34,7 @@ def client(flight, tmp_path_factory):
     folder = tmp_path_factory.mktemp("ground")
     with serving(folder, chibis=table(flight.address)) as made:
         made.folder = folder
-        made.value("omega_x")
+        until(lambda: made.value("omega_x")[2] is not None)  # unknown before the first estimate
         yield made
 
 

@@ -156,6 +156,31 @@ def test_legs_share_numbers_meet_and_skip_gaps():
     )
 
 
+def fitted_to_itself(scenario, t_s, noise_t):
+    """Legs fitted to their own flight without noise, begun at it."""
+    rows, b_j = np.zeros((len(t_s), 3)), np.tile([2e-5, -1e-5, 3e-5], (len(t_s), 1))
+    blank = Readings(t_s, rows, rows, b_j, noise_t, 1e-4, 0.0, 0.0)
+    points = Points(
+        np.array([[0.1, 0.2, 0.3, np.sqrt(0.86)]]), np.radians([[9, 11, 8.0]]), np.zeros((1, COUNT))
+    )
+    flights = Flights(scenario, 0.0, float(t_s[-1]), 0.4)
+    exact = blank.predicted(flights.fly(points, t_s))[0].reshape(len(t_s), 6)
+    readings = blank._replace(b=exact[:, :3] * noise_t, omega=exact[:, 3:] * 1e-4)
+    free = np.full(6 + COUNT, True)
+    prior = np.append(np.full(6, np.inf), np.full(COUNT, 0.3))
+    legs = Legs(scenario, 0.0, 0.4, readings, prior, free)
+    return legs.fit(legs.along(flights, points))
+
+
+@SLOW
+@pytest.mark.parametrize("noise_nt", [50.0, 2e4])
+def test_errors_are_doubted_where_noise_bends_the_legs(noise_nt):
+    scenario = with_values(believed(GAIN), {"spacecraft.magnetometer.noise_nt": noise_nt})
+    fit = fitted_to_itself(scenario, np.arange(5.0, 650.0, 30.0), 1e-9 * noise_nt)
+    assert ("noise in the loop turns it by" in fit.doubt) == (noise_nt > 1e3)
+    assert np.isfinite(fit.covariance).all() and fit.chi2 < 1e-3
+
+
 def test_mistakes():
     scenario = believed(GAIN)
     data, _ = _rows()
