@@ -151,7 +151,8 @@ def test_the_translator_without_a_mistake_passes(tmp_path):
 def test_a_mistake_of_the_translator_is_noticed(name, tmp_path):
     done = tried(MISTAKES[name], tmp_path)
     assert done.returncode == 1, f"{name}: no test noticed\n{done.stdout}"
-    assert "FAILED " in done.stdout
+    # at setup the kernels are compiled: a C compiler may notice, too
+    assert "FAILED " in done.stdout or "ERROR at setup of " in done.stdout
 
 
 @pytest.mark.parametrize("name", MISTAKES)
