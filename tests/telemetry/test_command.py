@@ -129,7 +129,9 @@ def test_a_twin(folder, capsys, monkeypatch):
     words = ["telemetry", "tip-off.nc", "--orbit", "c.tle", "--model", "bias",
              "--twin", "believed.toml", "--json"]  # fmt: skip
     assert not answer(words)
-    twin = json.loads(capsys.readouterr().out)["twin"]
+    found = json.loads(capsys.readouterr().out)
+    assert "by the gyro the satellite turns too far, or hardly, from row" in json.dumps(found)
+    twin = found["twin"]
     assert twin["fits"] and not twin["only_ratio"] and 0.0 < twin["saturated"] < 0.9
     for name in ("inertia_xx", "inertia_yy", "inertia_zz", "gain"):
         off = twin["values"][name] - true[name]

@@ -125,6 +125,11 @@ def examine(
         mistakes.append(Finding("axes of the magnetometer wrong", len(b), text))
     elif axes is None:
         text = "without gyro or Sun sensor swapped axes of the magnetometer cannot be noticed"
+        if "omega_measured" in data:
+            text = (
+                "swapped axes of the magnetometer cannot be noticed: by the gyro the satellite "
+                "turns too far, or hardly, from row to row"
+            )
         findings.append(Finding("axes not checked", 0, text))
     calibration, choices = None, ()
     if not slip and not (zone is not None and zone.is_wrong):
