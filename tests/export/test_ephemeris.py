@@ -177,6 +177,12 @@ def test_the_readme_names_all_elements(exports):
     assert "orbit, whose elements are sent up" in text
 
 
+def test_the_readme_says_where_an_orbit_does_not_drift(exports):
+    said = "so `j2` is 0 at the start and nothing drifts"
+    assert said in (exports("my_law", "kepler") / "README.md").read_text()
+    assert said not in (exports("chibis_m_detumble", "kepler") / "README.md").read_text()
+
+
 def test_an_orbit_of_two_bodies_keeps_its_elements():
     own = ephemeris_of(example("disturbances"), "kepler")
     spec, row = example("disturbances").orbit, own.elements[0]

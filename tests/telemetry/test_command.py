@@ -130,7 +130,7 @@ def test_a_twin(folder, capsys, monkeypatch):
              "--twin", "believed.toml", "--json"]  # fmt: skip
     assert not answer(words)
     found = json.loads(capsys.readouterr().out)
-    assert "by the gyro the satellite turns too far, or hardly, from row" in json.dumps(found)
+    assert "with a turn by the gyro that is neither too large nor too small" in json.dumps(found)
     twin = found["twin"]
     assert twin["fits"] and not twin["only_ratio"] and 0.0 < twin["saturated"] < 0.9
     for name in ("inertia_xx", "inertia_yy", "inertia_zz", "gain"):

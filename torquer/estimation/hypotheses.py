@@ -28,7 +28,7 @@ from torquer.estimation.measurements.magnetometer import MAGNETOMETER, magnetome
 from torquer.estimation.starts import UNINFORMED, has_attitude
 from torquer.estimation.triad import put_quaternion, quaternion_of, rate_between
 from torquer.geometry.quaternion import from_rotation_vector, multiply
-from torquer.geometry.vec3 import scale, unit
+from torquer.geometry.vec3 import put_matrix, put_row, scale, unit
 
 #: Hypotheses at the start, equally spaced about the field, and places for more.
 _AT_START = 24
@@ -108,25 +108,17 @@ def suppose(memory, along):
 @inlined
 def load(memory, k):
     """Make a hypothesis the filter's estimate."""
-    n = memory.correction.shape[0]
-    put_quaternion(memory.q, quaternion_of(memory.hypothesis_q[k]))
-    for i in range(3, n):
-        memory.states[i - 3] = memory.hypothesis_states[k, i - 3]
-    for i in range(n):
-        for j in range(n):
-            memory.covariance[i, j] = memory.hypothesis_covariance[k, i, j]
+    put_row(memory.q, memory.hypothesis_q[k])
+    put_row(memory.states, memory.hypothesis_states[k])
+    put_matrix(memory.covariance, memory.hypothesis_covariance[k])
 
 
 @inlined
 def store(memory, k):
     """Keep the filter's estimate as a hypothesis."""
-    n = memory.correction.shape[0]
-    put_quaternion(memory.hypothesis_q[k], quaternion_of(memory.q))
-    for i in range(3, n):
-        memory.hypothesis_states[k, i - 3] = memory.states[i - 3]
-    for i in range(n):
-        for j in range(n):
-            memory.hypothesis_covariance[k, i, j] = memory.covariance[i, j]
+    put_row(memory.hypothesis_q[k], memory.q)
+    put_row(memory.hypothesis_states[k], memory.states)
+    put_matrix(memory.hypothesis_covariance[k], memory.covariance)
 
 
 @inlined

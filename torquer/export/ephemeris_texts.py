@@ -7,6 +7,7 @@ from torquer.export.ephemeris import OnBoardEphemeris, translated_ephemeris
 from torquer.export.precision import computing_in, double_text, is_single
 from torquer.export.print_c import INCLUDES, program_text, types_text
 from torquer.export.tables import constant_text
+from torquer.orbit.secular import EARTH_J2
 from torquer.version import VERSION
 
 #: What each element is.
@@ -24,7 +25,7 @@ MEANINGS = {
     "raan_deg": "right ascension of the ascending node [deg]",
     "argument_of_perigee_deg": "argument of perigee [deg]",
     "mean_anomaly_deg": "mean anomaly [deg]",
-    "j2": "1.08262617e-3 for the drift of node and perigee; 0: two bodies",
+    "j2": f"{EARTH_J2} for the drift of node and perigee; 0: two bodies, no drift",
     "drag_term": "drag term B* [1/Earth radii], line 1, columns 54-61",
 }
 _COLUMNS = {
@@ -134,6 +135,11 @@ the eccentricity has a decimal point before its digits. Orbits with a period of 
 are SDP4's, which is not here: `adcs_ephemeris` returns false.
 
 """
+_TWO_BODIES = """\
+The scenario's orbit is that of two bodies, so `j2` is 0 at the start and nothing drifts. The
+node of a satellite in low orbit drifts by up to 8 deg a day: set `j2` for flight.
+
+"""
 
 
 def ephemeris_files(ephemeris: OnBoardEphemeris, name: str) -> dict[str, str]:
@@ -187,7 +193,8 @@ def ephemeris_readme(ephemeris: OnBoardEphemeris) -> str:
     )
     columns = ", ".join(f"`{name}` {columns}" for name, columns in _COLUMNS.items())
     places = {"how": _HOW[ephemeris.kind], "rows": rows, "model": _model(ephemeris)}
-    more = _TLE if ephemeris.kind == "sgp4" else ""
+    has_two_bodies = _values(ephemeris).get("j2") == 0.0
+    more = _TLE if ephemeris.kind == "sgp4" else _TWO_BODIES if has_two_bodies else ""
     return Template(_README + more).substitute(places, columns=columns)
 
 

@@ -18,6 +18,24 @@ def put_vector(cells, v):
 
 
 @inlined
+def put_row(cells, values):
+    """Copy numbers [n] into cells [n].
+
+    As `cells[:] = values`, for which Numba compiles text for its error as well: two seconds.
+    """
+    for i in range(cells.shape[0]):
+        cells[i] = values[i]
+
+
+@inlined
+def put_matrix(cells, values):
+    """Copy numbers [n, m] into cells [n, m]; see `put_row`."""
+    for i in range(cells.shape[0]):
+        for j in range(cells.shape[1]):
+            cells[i, j] = values[i, j]
+
+
+@inlined
 def add(a, b):
     """Sum of two vectors."""
     return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

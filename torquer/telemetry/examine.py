@@ -127,8 +127,8 @@ def examine(
         text = "without gyro or Sun sensor swapped axes of the magnetometer cannot be noticed"
         if "omega_measured" in data:
             text = (
-                "swapped axes of the magnetometer cannot be noticed: by the gyro the satellite "
-                "turns too far, or hardly, from row to row"
+                "swapped axes of the magnetometer cannot be noticed: too few rows follow one "
+                "another with a turn by the gyro that is neither too large nor too small"
             )
         findings.append(Finding("axes not checked", 0, text))
     calibration, choices = None, ()

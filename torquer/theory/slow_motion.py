@@ -10,8 +10,9 @@ from typing import NamedTuple
 import numpy as np
 
 from torquer import validate
-from torquer.compile.engine import inlined, kernel, released
+from torquer.compile.engine import kernel, released
 from torquer.control.law import Law
+from torquer.geometry.vec3 import put_row
 from torquer.integrate.dop853 import DONE, dop853, rates, rates_of, workspace
 from torquer.theory.averaging import (
     AveragedMotion,
@@ -53,13 +54,6 @@ def _closed_rates(problem, t, y, dy):
         dy[0] = dy[1] = dy[2] = dy[3] = math.nan
 
 
-@inlined
-def _put_row(out, i, y):
-    """Write a state into a row. (For `out[i] = y` Numba compiles text for its errors: 2 s.)"""
-    for k in range(y.size):
-        out[i, k] = y[k]
-
-
 @kernel
 def sampled(problem, u, y, rtol, work, out):
     """States at the points `u` from y at u[0], into the rows of `out`; how many were reached.
@@ -68,12 +62,12 @@ def sampled(problem, u, y, rtol, work, out):
     reached, y is the last state on the way to the next.
     """
     h = 0.0
-    _put_row(out, 0, y)
+    put_row(out[0], y)
     for i in range(1, u.size):
         status, h, _ = dop853(problem, u[i - 1], u[i], y, rtol, 0.01 * rtol, h, work)
         if status != DONE:
             return i
-        _put_row(out, i, y)
+        put_row(out[i], y)
     return u.size
 
 

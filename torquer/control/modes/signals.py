@@ -345,7 +345,7 @@ ESTIMATED = {
 def signal_value(signal, table, state, inputs, index):
     """The signal of a number, its place in `SIGNALS`; unknown if there is none.
 
-    A chain by hand: made of one small function for each signal, it takes seconds to compile.
+    The chain is written out: one function within another for each signal compiles for seconds.
     """
     if signal == 0:
         return rate(table, state, inputs, index)

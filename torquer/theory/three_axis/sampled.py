@@ -20,6 +20,7 @@ import numpy as np
 from torquer import validate
 from torquer.compile.engine import inlined, kernel, released
 from torquer.control.law import Law
+from torquer.geometry.vec3 import put_matrix
 from torquer.theory.floquet import degree_of_stability, multipliers
 from torquer.theory.three_axis.floquet import (
     STAGES,
@@ -70,7 +71,7 @@ def advance_cycles(slopes, inputs, h, steps, work, y, out):
             for _ in range(steps[part]):
                 advance(slopes, inputs, node, h[part], work, y)
                 node += STAGES
-        out[cycle] = y
+        put_matrix(out[cycle], y)
 
 
 @inlined
@@ -120,16 +121,16 @@ def delayed_transition(free, drive, gains, waiting, work, y):
     late, x, moved, pushed = waiting.shape[0], y[:6], work[:6], work[6:]
     set_identity(y)
     for k in range(late):
-        waiting[k] = y[6 + 3 * k : 9 + 3 * k]
+        put_matrix(waiting[k], y[6 + 3 * k : 9 + 3 * k])
     for cycle in range(free.shape[0]):
         place = waiting[cycle % late]
         np.dot(free[cycle], x, moved)
         np.dot(drive[cycle], place, pushed)
         np.dot(gains[cycle], x, place)
-        x[:] = moved
+        put_matrix(x, moved)
         x += pushed
     for k in range(late):
-        y[6 + 3 * k : 9 + 3 * k] = waiting[(free.shape[0] + k) % late]
+        put_matrix(y[6 + 3 * k : 9 + 3 * k], waiting[(free.shape[0] + k) % late])
 
 
 class Maps(NamedTuple):
