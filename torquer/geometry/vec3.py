@@ -29,7 +29,7 @@ def put_row(cells, values):
 
 @inlined
 def put_matrix(cells, values):
-    """Copy numbers [n, m] into cells [n, m]; see `put_row`."""
+    """Copy numbers [n, m] into cells [n, m], without the error of `cells[:, :] = values`."""
     for i in range(cells.shape[0]):
         for j in range(cells.shape[1]):
             cells[i, j] = values[i, j]
