@@ -241,7 +241,7 @@ def lane_maker(kind):
 
 
 @dataclass(frozen=True)
-class Layout:
+class LaneLayout:
     """Where what stands in a lane: `state`: `Fields`; `plant`: `Parts` of constants.
 
     Kernels take it as a type: their code is that of one layout.
@@ -254,13 +254,13 @@ class Layout:
 class _LayoutType(types.Opaque):
     def __init__(self, state, plant):
         self.state, self.plant = state, plant
-        super().__init__(name=f"Layout({state}, {plant})")
+        super().__init__(name=f"LaneLayout({state}, {plant})")
 
 
 register_model(_LayoutType)(models.OpaqueModel)
 
 
-@typeof_impl.register(Layout)
+@typeof_impl.register(LaneLayout)
 def _type_of_layout(layout, _):
     return _LayoutType(layout.state, layout.plant)
 

@@ -12,7 +12,7 @@ from torquer.compile.engine import inlined, kernel, plugged
 from torquer.environment.albedo import earthlight
 from torquer.estimation import kalman_dynamics, kalman_gyro
 from torquer.estimation.covariance import slices_of, update
-from torquer.estimation.kalman_dynamics import Surroundings, full, linearised
+from torquer.estimation.kalman_dynamics import ModelEnvironment, full, linearised
 from torquer.estimation.measurements.magnetometer import errors_at, of_field
 from torquer.estimation.measurements.measurement import direction_measurement, estimated_rows
 from torquer.estimation.measurements.star_tracker import of_attitude
@@ -220,7 +220,7 @@ def _by_gyro(parameters, along, k, dt, p):
 
 @inlined
 def _by_dynamics(parameters, along, k, dt, p):
-    around = Surroundings(vector_of(along.gravity[k]), vector_of(along.b[k]))
+    around = ModelEnvironment(vector_of(along.gravity[k]), vector_of(along.b[k]))
     q, omega = quaternion_of(along.q[k]), vector_of(along.omega[k])
     wheels = add(parameters.fixed, vector_of(along.wheels[k]))
     linear = linearised(parameters, q, omega, wheels, around, _ZERO, dt)

@@ -79,7 +79,7 @@ class DynamicsParameters(NamedTuple):
     sensing: Sensing
 
 
-class Surroundings(NamedTuple):
+class ModelEnvironment(NamedTuple):
     """What acts on the body, inertial: radius vector of `gravity_gradient_at`, field [T]."""
 
     gravity: tuple
@@ -213,7 +213,7 @@ def propagate(inputs, parameters, memory, dt):
     gained = scale(1.0 / steps, sub(after, wheels))
     for k in range(steps):
         ago = dt - (k + 0.5) * h
-        around = Surroundings(
+        around = ModelEnvironment(
             gravity_gradient_at(add_scaled(place.r_inertial_m, -ago, place.v_inertial_m_s)),
             add_scaled(place.b_inertial_t, -ago, place.b_rate_inertial_t_s),
         )

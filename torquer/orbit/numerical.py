@@ -17,8 +17,8 @@ from torquer.earth.atmosphere.nrlmsis import NOT_COMPILED
 from torquer.earth.rotation_table import teme_to_gcrf_at
 from torquer.orbit import kepler
 from torquer.orbit.circular import Circular
-from torquer.orbit.flight import Forces, Trajectory
 from torquer.orbit.kepler import Kepler
+from torquer.orbit.point_mass import Forces, Trajectory
 from torquer.orbit.sgp4 import Sgp4
 from torquer.spec import Spec, Vector
 from torquer.time import leap_seconds_between, parse_utc, seconds_between

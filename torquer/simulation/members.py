@@ -12,7 +12,7 @@ from numba.extending import overload
 
 from torquer.compile.arguments import whole
 from torquer.compile.engine import INLINED_OPTIONS, inlined
-from torquer.compile.lanes import Layout, Rows, lane_maker, lane_plant, lane_state
+from torquer.compile.lanes import LaneLayout, Rows, lane_maker, lane_plant, lane_state
 from torquer.noise import normal3
 
 #: How a run can stand: it goes on; the motion is not finite; a command is not; the step does not
@@ -53,7 +53,7 @@ class Many(NamedTuple):
     knows would make it write out short loops, member by member, instead of taking vectors.
     """
 
-    layout: Layout
+    layout: LaneLayout
     cells: np.ndarray
     constants: tuple
     seeds: np.ndarray

@@ -41,7 +41,7 @@ from torquer.simulation.propagate.forces import EnvironmentTables
 from torquer.simulation.propagate.interval import LOOK_ONLY, Problem, propagate
 from torquer.simulation.record import Instant, record_instant
 from torquer.simulation.size import piece_steps
-from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, Record, State, Tables
+from torquer.simulation.state import HERE_CELLS, Dynamics, Plan, ReadingTables, Record, State
 from torquer.simulation.step import SENSED, Loop, drive_wheels, run_steps
 from torquer.simulation.timetable import COILS_OFF, next_row
 from torquer.spacecraft.attitude_sensor import excludes_sun
@@ -60,7 +60,7 @@ class Piece(NamedTuple):
 
     first: int
     last: int
-    tables: Tables
+    tables: ReadingTables
     moving: EnvironmentTables
     relative_error: float
     environment: OrbitEnvironment
@@ -184,10 +184,10 @@ class _Ready(NamedTuple):
 #: A place [m] and velocity [m/s] on some orbit.
 _ANYWHERE = np.array([7e6, 0.0, 0.0]), np.array([0.0, 7.5e3, 0.0])
 #: Tables of the same type as any.
-_NO_TABLES = Tables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(Tables._fields))
+_NO_TABLES = ReadingTables(*[Table(0.0, np.zeros((0, 0, 0)))] * len(ReadingTables._fields))
 
 
-def _loop_of(run: Run, tables: Tables, here: np.ndarray, problem: Any = 0) -> Loop:
+def _loop_of(run: Run, tables: ReadingTables, here: np.ndarray, problem: Any = 0) -> Loop:
     """What the loop takes, but for the addresses of what it calls."""
     plan, state, drawn = run.plan, run.state, np.zeros((STREAMS, 3))
     member = One(Member(state, plan.plant, run.scenario.seed, drawn))
@@ -295,7 +295,7 @@ def piece_of(scenario: Scenario, plan: Plan, first: int, last: int) -> Piece:
         light = Light(sun, shadow, edges_s)
     gravity = 1.0 if scenario.environment.gravity_gradient else 0.0
     moving = EnvironmentTables(orbit.table, air, gravity, light, scenario.orbit_angle())
-    tables, error = Tables(orbit.table, sun, orbit.table, sun), orbit.relative_error
+    tables, error = ReadingTables(orbit.table, sun, orbit.table, sun), orbit.relative_error
     if "ephemeris" in needed:
         own = believed.orbit_table(duration_s, plan.step_s, start_s)
         own_sun = believed.sun_table(duration_s, start_s)

@@ -25,7 +25,7 @@ from torquer.spacecraft.sun_cells import SunCellSet
 from torquer.spacecraft.sun_sensor import SunSensorSet
 
 
-class Tables(NamedTuple):
+class ReadingTables(NamedTuple):
     """The tabulated environment that readings and ephemeris need.
 
     `orbit`: position [m], B [T], gravity-gradient vector [1/s]; `sun`: position of the Sun [m].

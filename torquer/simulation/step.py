@@ -28,7 +28,7 @@ from torquer.simulation.members import (
 from torquer.simulation.propagate.interval import GO_ON, LOOK, call_propagate
 from torquer.simulation.record import record_members
 from torquer.simulation.sensors import ephemeris_at, ephemeris_step, read_sensors, update_step
-from torquer.simulation.state import Plan, Record, Tables, here_in, put_goal, put_here
+from torquer.simulation.state import Plan, ReadingTables, Record, here_in, put_goal, put_here
 from torquer.simulation.timetable import (
     COILS_OFF,
     COILS_ON,
@@ -60,7 +60,7 @@ class Loop(NamedTuple):
     """
 
     plan: Plan
-    tables: Tables
+    tables: ReadingTables
     members: One | Many
     boards: Boards | tuple[()]
     at: np.ndarray

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         converged_nodes as converged_nodes,
     )
     from torquer.theory.comparison import (
-        Comparison as Comparison,
+        AveragingComparison as AveragingComparison,
         compare as compare,
         resonances as resonances,
     )

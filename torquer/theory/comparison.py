@@ -16,7 +16,7 @@ from torquer.theory.validity import Limit, check_slow, within
 
 
 @dataclass(frozen=True)
-class Comparison:
+class AveragingComparison:
     """Full and averaged motion at the same points `u`, and the greatest difference.
 
     `error` is that of l, and of rho and theta in rad: of order eps while eps u is of order one.
@@ -44,12 +44,12 @@ def compare(
     points: int = 400,
     at: Nodes | None = None,
     rtol: float = 1e-10,
-) -> Comparison:
+) -> AveragingComparison:
     """Both motions from the same start over u = 0..u_end; `averaged.notes` has the caveats."""
     within(Limit("points", 2), points)
     u = np.linspace(0.0, u_end, points)
     full = slow_of(spinner, by_euler(law, spinner, start, fast, u, rtol=rtol))
-    return Comparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
+    return AveragingComparison(u, full, evolve_law(law, spinner, start, u, rtol, at))
 
 
 def resonances(

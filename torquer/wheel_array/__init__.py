@@ -37,8 +37,8 @@ if TYPE_CHECKING:
         volume as volume,
     )
     from torquer.wheel_array.failures import (
-        Comparison as Comparison,
         FailureCase as FailureCase,
+        LeastSquaresComparison as LeastSquaresComparison,
         failure_table as failure_table,
         least_squares_against_minimax as least_squares_against_minimax,
         least_squares_half_spaces as least_squares_half_spaces,

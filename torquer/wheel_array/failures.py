@@ -75,7 +75,7 @@ def least_squares_half_spaces(array: WheelArray) -> np.ndarray:
     return np.vstack([rows, 1e300 * rest])
 
 
-class Comparison(NamedTuple):
+class LeastSquaresComparison(NamedTuple):
     """What least squares reaches, relative to what the array (and minimax) reaches."""
 
     volume: float
@@ -86,7 +86,7 @@ class Comparison(NamedTuple):
     """That direction."""
 
 
-def least_squares_against_minimax(array: WheelArray) -> Comparison:
+def least_squares_against_minimax(array: WheelArray) -> LeastSquaresComparison:
     """How much of the envelope least squares leaves unused. ValueError for a flat envelope."""
     envelope = momentum_envelope(array)
     if envelope.rank < 3:
@@ -98,7 +98,7 @@ def least_squares_against_minimax(array: WheelArray) -> Comparison:
     shares = np.abs(envelope.vertices @ rows.T).max(axis=1)
     worst = envelope.vertices[np.argmax(shares)]
     radius = 1.0 / np.linalg.norm(rows, axis=1).max()
-    return Comparison(
+    return LeastSquaresComparison(
         hull.volume / envelope.volume,
         float(radius / envelope.inner_radius),
         float(1.0 / shares.max()),

@@ -3,7 +3,7 @@
 import re
 from xml.sax.saxutils import escape, quoteattr
 
-from torquer.control.modes.layout import ANY, INSET, MARGIN, ROW, Box, Path, layout
+from torquer.control.modes.layout import ANY, INSET, MARGIN, ROW, Path, StateBox, layout
 from torquer.control.modes.spec import Modes, Region
 from torquer.control.modes.wording import state_in_words, transition_in_words
 
@@ -48,7 +48,7 @@ def _text(x: float, y: float, text: str, kind: str = "") -> str:
     return f'<text x="{x:g}" y="{y:g}"{shown}>{escape(text)}</text>'
 
 
-def _drawn_box(box: Box) -> str:
+def _drawn_box(box: StateBox) -> str:
     kind = "state" if box.state else "any"
     parts = [_rectangle(box, 0.0, kind)]
     if box.final:
@@ -64,7 +64,7 @@ def _drawn_box(box: Box) -> str:
     return "\n".join(parts)
 
 
-def _rectangle(box: Box, inside: float, kind: str) -> str:
+def _rectangle(box: StateBox, inside: float, kind: str) -> str:
     names = ""
     if kind == "state":  # by which a page finds it
         names = f" data-region={quoteattr(box.region)} data-state={quoteattr(box.state)}"

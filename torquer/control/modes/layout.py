@@ -16,7 +16,7 @@ ROW, LETTER, GAP, LANE, MARGIN, INSET = 22.0, 6.8, 26.0, 12.0, 30.0, 10.0
 ANY = "any state"
 
 
-class Box(NamedTuple):
+class StateBox(NamedTuple):
     """A state, or the source of transitions from any state (`state` is ""); `lines`: its name, what
     it does.
     """
@@ -40,12 +40,12 @@ class Path(NamedTuple):
     label_at: tuple[float, float]
 
 
-class Layout(NamedTuple):
+class DiagramLayout(NamedTuple):
     """Everything to be drawn; `titles`: names of regions; `rules`: heights of lines between."""
 
     width: float
     height: float
-    boxes: tuple[Box, ...]
+    boxes: tuple[StateBox, ...]
     paths: tuple[Path, ...]
     titles: tuple[tuple[float, str], ...]
     rules: tuple[float, ...]
@@ -67,7 +67,7 @@ class _Column(NamedTuple):
     rows: int
 
 
-def layout(modes: Modes) -> Layout:
+def layout(modes: Modes) -> DiagramLayout:
     """The diagram of a mode table."""
     columns = {name: _column(region) for name, region in modes.regions.items()}
     texts = [line for c in columns.values() for box in c.boxes for line in box[2]]
@@ -85,7 +85,7 @@ def layout(modes: Modes) -> Layout:
         rules.append(y)
         y += GAP / 2
     right = max([lanes_x, *(x for path in paths for x, _ in path.corners)])
-    return Layout(right + MARGIN, y, *map(tuple, (boxes, paths, titles, rules[:-1])))
+    return DiagramLayout(right + MARGIN, y, *map(tuple, (boxes, paths, titles, rules[:-1])))
 
 
 def _width(texts: list[str]) -> float:
@@ -112,9 +112,9 @@ def _column(region: Region) -> _Column:
     return _Column(tuple(boxes), tuple(found), row - 1)
 
 
-def _boxes(column: _Column, name: str, region: Region, y: float, width: float) -> list[Box]:
+def _boxes(column: _Column, name: str, region: Region, y: float, width: float) -> list[StateBox]:
     return [
-        Box(
+        StateBox(
             *(MARGIN, y + row * ROW, width, rows * ROW, lines, name, state or ""),
             final=state is not None and region.states[state].final,
             initial=state == region.initial,

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, Layout, Parts, Rows, rows_of
+from torquer.compile.lanes import LEFT_OUT, SHARED, Fields, LaneLayout, Parts, Rows, rows_of
 from torquer.simulation.state import Dynamics, Plant, State
 from torquer.spacecraft.failures import COIL_FAILURE, COMPUTER_FAILURE, SENSOR_FAILURE
 
@@ -21,8 +21,8 @@ class Packed(NamedTuple):
 
     numbers: np.ndarray
     shared: tuple
-    of_loop: Layout
-    of_dynamics: Layout
+    of_loop: LaneLayout
+    of_dynamics: LaneLayout
     parameters_at: int
 
 
@@ -84,8 +84,8 @@ def packed(plant: Plant, dynamics: Dynamics, state: State) -> Packed:
     return Packed(
         np.array(packing.numbers),
         tuple(packing.shared),
-        Layout(Fields(_fields(of_loop)), devices),
-        Layout(Fields(_fields(of_dynamics)), moving),
+        LaneLayout(Fields(_fields(of_loop)), devices),
+        LaneLayout(Fields(_fields(of_dynamics)), moving),
         parameters_at,
     )
 

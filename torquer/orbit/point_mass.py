@@ -40,7 +40,7 @@ class Forces(NamedTuple):
     drag_m2_kg: float
 
 
-class Flight(NamedTuple):
+class PointMass(NamedTuple):
     """The problem that DOP853 solves: y = position [m] and velocity [m/s], inertial.
 
     `day`: number of the day of the year, for the atmosphere. It jumps at midnight, so a problem
@@ -53,21 +53,21 @@ class Flight(NamedTuple):
 
 
 @kernel
-def acceleration(flight, t, r, v):
+def acceleration(problem, t, r, v):
     """Acceleration [m/s^2] at an inertial position and velocity; drag -1/2 c_d S/m rho |w| w."""
-    forces = flight.forces
-    dcm, sun = rotation_at(flight.rotation, t)
+    forces = problem.forces
+    dcm, sun = rotation_at(problem.rotation, t)
     r_ecef = mat_vec(dcm, r)
     pull = mat_t_vec(dcm, gravity.beyond_central(forces.harmonics, r_ecef))
     total = add(gravity.central(r), pull)
     if forces.drag_m2_kg == 0.0:
         return total
-    rho = density(forces.air, r_ecef, mat_vec(dcm, sun), flight.day)
+    rho = density(forces.air, r_ecef, mat_vec(dcm, sun), problem.day)
     w = air_velocity(r, v, dcm[2])
     return add(total, scale(-forces.drag_m2_kg * rho * norm(w), w))
 
 
-@rates_of(Flight)
+@rates_of(PointMass)
 def _rates(problem, t, y, dy):
     v = (y[3], y[4], y[5])
     a = acceleration(problem, t, (y[0], y[1], y[2]), v)
@@ -89,22 +89,22 @@ def _fly(forces, rotation, t, step, y, h, work, nodes):
         end = t + step
         while t != end:
             pause = _midnight(rotation, t, end)
-            flight = Flight(forces, rotation, day_of_year_at(rotation, 0.5 * (t + pause)))
-            status, h, _ = dop853(flight, t, pause, y, RTOL, ATOL, h, work)
+            problem = PointMass(forces, rotation, day_of_year_at(rotation, 0.5 * (t + pause)))
+            status, h, _ = dop853(problem, t, pause, y, RTOL, ATOL, h, work)
             if status != DONE:
                 return status, h, row
             t = pause
         if norm((y[0], y[1], y[2])) < _LOWEST_M:
             return HIT_EARTH, h, row
-        _note(flight, t, y, nodes[row])
+        _note(problem, t, y, nodes[row])
     return DONE, h, nodes.shape[0]
 
 
 @kernel
-def _note(flight, t, y, node):
+def _note(problem, t, y, node):
     """Write position, velocity and acceleration into a node."""
     r, v = (y[0], y[1], y[2]), (y[3], y[4], y[5])
-    a = acceleration(flight, t, r, v)
+    a = acceleration(problem, t, r, v)
     for i in range(3):
         node[i], node[i + 3], node[i + 6] = r[i], v[i], a[i]
 
@@ -142,7 +142,7 @@ class Trajectory:
         self._work = workspace(6)
         self._lock = threading.Lock()
         rotation, start = self._rotation(0.0, 0.0), np.empty((1, 9))
-        _note(Flight(forces, rotation, day_of_year_at(rotation, 0.0)), 0.0, state, start[0])
+        _note(PointMass(forces, rotation, day_of_year_at(rotation, 0.0)), 0.0, state, start[0])
         #: Forwards and backwards: nodes from the anchor on, and the next step of DOP853.
         self._branches = {1: [start, 0.0], -1: [start, 0.0]}
 
