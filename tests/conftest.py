@@ -1,6 +1,7 @@
 """One plain scenario for the tests of whole runs, changed by dotted keys."""
 
 import copy
+import gc
 import signal
 
 import pytest
@@ -22,8 +23,13 @@ PLAIN = {
 
 
 def pytest_configure():
-    """Let Ctrl-C interrupt: what a shell starts in the background is born ignoring it."""
+    """Let Ctrl-C interrupt: what a shell starts in the background is born ignoring it.
+
+    And search all objects for garbage less often: a process that has compiled for a while holds
+    millions of objects, and none of them is garbage.
+    """
     signal.signal(signal.SIGINT, signal.default_int_handler)
+    gc.set_threshold(7_000, 10, 100)
 
 
 def changed(data: dict, changes: dict) -> dict:

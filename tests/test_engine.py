@@ -1,5 +1,7 @@
 """The compute engine: the key of the cache, its folder, what is kept off the disk."""
 
+import contextlib
+import gc
 import os
 import re
 import subprocess
@@ -10,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 import pytest
+from numba.core import event
 
 import torquer
 from torquer.compile import code_cache, engine
@@ -161,6 +164,32 @@ def in_a_process(script, **environment):
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.split()
+
+
+@pytest.mark.skipif(not engine.COMPILED, reason="nothing is compiled")
+@pytest.mark.parametrize("text", ["return x + 1.0", "return x.nothing"])
+def test_garbage_is_looked_for_less_often_while_compiling_and_as_before_after_it(text):
+    seen = []
+
+    class Listener(event.Listener):
+        def on_start(self, event):
+            seen.append(gc.get_threshold()[0])
+
+        def on_end(self, event):
+            pass
+
+    scope = {}
+    exec(f"def made(x):\n    {text}", scope)
+    usual, made = gc.get_threshold(), kernel(scope["made"])
+    keep_off_disk(made)
+    with (
+        event.install_listener("numba:compile", Listener()),
+        contextlib.suppress(numba.TypingError),
+    ):
+        made(1.0)
+    assert seen
+    assert min(seen) > usual[0]
+    assert gc.get_threshold() == usual
 
 
 def test_a_cache_folder_that_cannot_be_made_is_no_hindrance(tmp_path):

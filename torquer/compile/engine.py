@@ -5,9 +5,11 @@ allocation, no exceptions, no strings, no globals that change. Vectors are
 3-tuples, so they live in registers.
 """
 
+import contextlib
 import functools
+import gc
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,7 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils, sigutils
+from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import CPUDispatcher
 from numba.extending import intrinsic, overload
 
@@ -34,6 +37,21 @@ OPTIONS: Any = {"error_model": "numpy"}
 FOR_KERNELS: Any = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 #: How functions chosen by type that LLVM is to inline are compiled.
 INLINED_OPTIONS: Any = {**OPTIONS, **FOR_KERNELS, "forceinline": True}
+#: New objects after which Python looks for garbage while it compiles; usually 700. Compiling makes
+#: millions that stay, and most of the searches find nothing.
+_NEW_OBJECTS = 100_000
+
+
+@contextlib.contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Within the block nobody else compiles, and Python looks for garbage less often."""
+    with global_compiler_lock:
+        usual = gc.get_threshold()
+        gc.set_threshold(_NEW_OBJECTS, *usual[1:])
+        try:
+            yield
+        finally:
+            gc.set_threshold(*usual)
 
 
 class Kernel(CPUDispatcher):
@@ -48,7 +66,8 @@ class Kernel(CPUDispatcher):
 
     def compile(self, sig):
         """Compile for a signature, if it is not on the disk; the address for Numba."""
-        entry = super().compile(sig)
+        with _rare_collections():
+            entry = super().compile(sig)
         whole = self.overloads[tuple(sigutils.normalize_signature(sig)[0])]
         # errors raised in parts of it are made with what belongs to the part
         for each in whole._find_referenced_environments():

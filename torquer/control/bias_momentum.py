@@ -18,11 +18,12 @@ from torquer.control.spin_axis import unit_vector
 from torquer.geometry.vec3 import add_scaled, cross, dot, scale
 from torquer.interface import Command
 
-#: Memory: that of B-dot; integral of the pitch angle, whether there was a call, its time, and the
-#: shortest interval between two calls (0: none yet).
+#: Memory: integral of the pitch angle, whether there was a call, its time, and the shortest
+#: interval between two calls (0: none yet); that of B-dot, last: a record that begins as another
+#: does is a kind of it to Numba, which warns.
 _MEMORY = {
-    **PREVIOUS_READING, "pitch_integral_rad_s": 0.0, "has_call": 0.0, "called_s": 0.0,
-    "shortest_call_s": 0.0,
+    "pitch_integral_rad_s": 0.0, "has_call": 0.0, "called_s": 0.0, "shortest_call_s": 0.0,
+    **PREVIOUS_READING,
 }  # fmt: skip
 
 
