@@ -166,16 +166,16 @@ def test_wrong_readings_are_refused():
     """A field 30 sigma off, from a bias that is not among the states."""
     changed = scenario(duration_s=600.0).replace("spacecraft.magnetometer.bias_nt", [0, 3000, 0])
     result = simulate(changed)
-    assert result["estimator.refused"].values[-2] > 100
+    assert result["estimator.rejected"].values[-2] > 100
     assert result["estimator.starts"].values[-2] > 1  # too many: it begins again
 
 
 def test_sound_readings_are_refused_as_rarely_as_said():
     result = simulate(scenario(GYRO | {"gate": 0.01}, duration_s=2400.0))
     readings = 2400 + 1500  # of the magnetometer, of the Sun sensors
-    assert result["estimator.refused"].values[-2] == pytest.approx(0.01 * readings, abs=20)
+    assert result["estimator.rejected"].values[-2] == pytest.approx(0.01 * readings, abs=20)
     result = simulate(scenario(duration_s=2400.0))
-    assert result["estimator.refused"].values[-2] <= 1
+    assert result["estimator.rejected"].values[-2] <= 1
 
 
 def test_readings_at_their_own_times_are_taken_once_and_as_of_their_time():

@@ -49,7 +49,7 @@ from torquer.spacecraft.rotors import axis_of
 #: Number of runs that are flown with a record at every control step, for their innovations.
 _CLOSELY = 4
 #: Arrays of `FilterRuns` over runs and instants.
-_OVER_RUNS = ("errors", "covariance", "refused", "starts", "why_not_started")
+_OVER_RUNS = ("errors", "covariance", "rejected", "starts", "why_not_started")
 #: Share of the instants at which the mean over the runs must be in its band: elsewhere errors that
 #: are too large at times and too small at others would make up for each other.
 _LEAST_INSIDE = 0.5
@@ -76,10 +76,10 @@ def fly_filter(
         found.append([part[rows] for part in _flown(run, recorded)])
         if flown:
             flown()
-    errors, covariance, refused, starts, why, *each = map(np.stack, zip(*found, strict=True))
+    errors, covariance, rejected, starts, why, *each = map(np.stack, zip(*found, strict=True))
     innovations = dict(zip(kalman_filter(member).sensors, each, strict=True))
     t_s = motions[0].t_s
-    return FilterRuns(t_s, errors, covariance, innovations, refused, starts, why, motions)
+    return FilterRuns(t_s, errors, covariance, innovations, rejected, starts, why, motions)
 
 
 def control_rows(scenario: Scenario) -> np.ndarray:
@@ -126,7 +126,7 @@ def _motion(run: Run, recorded: Record, at: np.ndarray) -> Motion:
 
 
 def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
-    """Errors, covariance, readings refused, starts, reasons for none, innovations by sensor."""
+    """Errors, covariance, readings rejected, starts, reasons for none, innovations by sensor."""
     rows, known, logged = recorded.rows, recorded.known, _logged(run, recorded.log)
     spec = kalman_filter(run.scenario)
     q, true = (np.stack([each[f"{key}_{c}"] for c in "xyzw"], axis=1)
@@ -139,7 +139,7 @@ def _flown(run: Run, recorded: Record) -> tuple[np.ndarray, ...]:
     started = np.isfinite(q[:, 0])
     errors[~started], covariance[~started] = np.nan, np.nan
     nothing = np.zeros((len(rows), 1))
-    counts = [logged.get(name, nothing)[:, 0] for name in ("refused", "starts", WHY_NOT_STARTED)]
+    counts = [logged.get(name, nothing)[:, 0] for name in ("rejected", "starts", WHY_NOT_STARTED)]
     innovations = [logged[f"innovation_{sensor}"] for sensor in spec.sensors]
     return errors, covariance, *counts, *innovations
 
@@ -329,7 +329,7 @@ def rejected_by_chance(scenario: Scenario, closely: FilterRuns) -> float:
 
 
 def _check_of_rejected(flown: FilterRuns, by_chance: float) -> Check:
-    runs, rejected = len(flown.errors), float(flown.refused[:, -1].mean())
+    runs, rejected = len(flown.errors), float(flown.rejected[:, -1].mean())
     most = by_chance + 5.0 * (math.sqrt(by_chance * runs) + 1.0) / runs  # few are not normal
     return Check(REJECTED, rejected, 0.0, most, math.nan, rejected <= most)
 
@@ -357,8 +357,8 @@ def as_plain(found: FilterCheck) -> dict:
         "verdict_text": text,
         "consistent": found.consistent,
         "runs_never_started": int(np.count_nonzero(~flown.started)),
-        "rejected_mean": float(flown.refused[:, -1].mean()),
-        "rejected_most": int(flown.refused[:, -1].max()),
+        "rejected_mean": float(flown.rejected[:, -1].mean()),
+        "rejected_most": int(flown.rejected[:, -1].max()),
         "rejected_by_chance": rejected_by_chance(found.scenario, found.closely),
         "restarted_runs": int(np.count_nonzero(restarts)),
         "restarts_most": int(restarts.max()),

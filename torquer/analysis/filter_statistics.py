@@ -24,7 +24,7 @@ class FilterRuns(NamedTuple):
     `t_s` (samples,); `errors` (runs, samples, n): attitude error in body axes [rad], then the
     other states; `covariance` (runs, samples, n, n): as stated; `innovations` of each sensor
     (runs, samples, 3): whitened (of Sun cells one for each), NaN where there was no reading or no
-    such component. `refused`, `starts` (runs, samples): readings rejected and starts so far;
+    such component. `rejected`, `starts` (runs, samples): readings rejected and starts so far;
     `why_not_started` (runs, samples): the filter's number for the reason, 0 for none. `motions`: of
     each run, at the same instants.
     """
@@ -33,7 +33,7 @@ class FilterRuns(NamedTuple):
     errors: np.ndarray
     covariance: np.ndarray
     innovations: dict[str, np.ndarray]
-    refused: np.ndarray
+    rejected: np.ndarray
     starts: np.ndarray
     why_not_started: np.ndarray
     motions: list[Motion]

@@ -288,7 +288,7 @@ def _rms(values: np.ndarray) -> float:
 def smoother_runs(results: Iterable[xr.Dataset]) -> FilterRuns:
     """Errors of the smoother in runs of one scenario, as `fly_filter` has those of its filter.
 
-    `results`: see `smoothed`. There are no innovations; restarts and readings refused are those of
+    `results`: see `smoothed`. There are no innovations; restarts and readings rejected are those of
     the filter.
     """
     errors, covariance, counts, motions = [], [], [], []
@@ -302,10 +302,10 @@ def smoother_runs(results: Iterable[xr.Dataset]) -> FilterRuns:
         others = true_states(scenario, t_s, omega) - found["states_smoothed"].values
         errors.append(np.hstack([turn, others]))
         covariance.append(found["covariance_smoothed"].values)
-        counts.append([steps[f"estimator.{name}"].values for name in ("refused", "starts")])
+        counts.append([steps[f"estimator.{name}"].values for name in ("rejected", "starts")])
         motions.append(Motion(t_s, q, omega, np.zeros_like(omega)))
-    refused, starts = np.swapaxes(counts, 0, 1)
+    rejected, starts = np.swapaxes(counts, 0, 1)
     return FilterRuns(
-        motions[0].t_s, np.stack(errors), np.stack(covariance), {}, refused, starts,
+        motions[0].t_s, np.stack(errors), np.stack(covariance), {}, rejected, starts,
         np.zeros_like(starts), motions,
     )  # fmt: skip

@@ -22,7 +22,14 @@ from numba.experimental.function_type import _get_wrapper_address
 from numba.extending import intrinsic, models, overload, register_model
 
 from torquer.compile.code_cache import kept
-from torquer.compile.engine import COMPILED, INLINED_OPTIONS, OPTIONS, address_of, caller
+from torquer.compile.engine import (
+    COMPILED,
+    INLINED_OPTIONS,
+    OPTIONS,
+    address_of,
+    caller,
+    rare_collections,
+)
 from torquer.compile.other_process import compile_in_other_process
 
 _WORD = ir.IntType(64)
@@ -255,10 +262,15 @@ class Entry:
             if self._begun is not None:
                 self._begun.wait()
             signature = self._signature(arguments)
-            self.kernel.compile(signature)
+            self.compile(signature)
             call = self._type(_get_wrapper_address(self.kernel, signature))
             self._known[arguments.number] = address_of(self.kernel, signature), call
         return self._known[arguments.number]
+
+    def compile(self, signature) -> None:
+        """Compile the kernel for a signature, unless it is on the disk."""
+        with rare_collections():
+            self.kernel.compile(signature)
 
     def _signature(self, arguments: Arguments):
         return types.int64(_Address(arguments.type), *[types.int64] * self._numbers)

@@ -43,7 +43,7 @@ _NEW_OBJECTS = 100_000
 
 
 @contextlib.contextmanager
-def _rare_collections() -> Iterator[None]:
+def rare_collections() -> Iterator[None]:
     """Within the block nobody else compiles, and Python looks for garbage less often."""
     with global_compiler_lock:
         usual = gc.get_threshold()
@@ -66,7 +66,7 @@ class Kernel(CPUDispatcher):
 
     def compile(self, sig):
         """Compile for a signature, if it is not on the disk; the address for Numba."""
-        with _rare_collections():
+        with rare_collections():
             entry = super().compile(sig)
         whole = self.overloads[tuple(sigutils.normalize_signature(sig)[0])]
         # errors raised in parts of it are made with what belongs to the part

@@ -57,4 +57,4 @@ def compile_given() -> None:
     module, name, signature = pickle.load(sys.stdin.buffer)
     entries = vars(importlib.import_module(module)).values()
     found = {getattr(getattr(each, "function", None), "__name__", ""): each for each in entries}
-    found[name].kernel.compile(signature)
+    found[name].compile(signature)

@@ -191,7 +191,7 @@ def compiled(
         found = numba.njit(**options)(function)
         if keep:
             kept(found)
-        with register_dispatcher(found):
+        with register_dispatcher(found), engine.rare_collections():
             found.compile(signature)
         found.disable_compile()
         return found

@@ -56,14 +56,14 @@ def memory_of(n: int) -> dict:
         "rate_corrected": 0.0,
         "rejected_in_a_row": (0.0,) * SENSORS,
         "isolated": (0.0,) * SENSORS,
-        "refused": 0.0,
+        "rejected": 0.0,
         "starts": 0.0,
         "not_started": 0.0,
     }
 
 
 #: What filters log, besides the innovations of their sensors.
-LOG = dict.fromkeys(("refused", "starts", "not_started"), "1") | {
+LOG = dict.fromkeys(("rejected", "starts", "not_started"), "1") | {
     "isolated": (Axis("sensor", SENSOR_LABELS, ("1",) * SENSORS),)
 }
 
@@ -88,7 +88,7 @@ class Filter(SensorKeys):
     Sensors and motion are watched. A sensor is isolated while its readings stay though the body
     turns, while its field is not as large as that of the model, or while it sees the Sun in the
     umbra. Where readings turn otherwise than the propagated motion, the rate becomes uncertain.
-    After `most_refused` readings of a sensor rejected one after another the filter starts again by
+    After `most_rejected` readings of a sensor rejected one after another the filter starts again by
     TRIAD, or isolates the sensor if others agree with the filter, or turns its attitude to fit the
     readings and states that it does not know it.
     """
@@ -124,7 +124,7 @@ class Filter(SensorKeys):
     """Standard deviation of the attitude, of all axes together, above which the filter starts
     again.
     """
-    most_refused: int = Field(default=30, ge=1)
+    most_rejected: int = Field(default=30, ge=1)
     """Number of readings of a sensor rejected one after another, after which the filter starts
     again or isolates the sensor.
     """
@@ -203,7 +203,7 @@ class Filter(SensorKeys):
             float(chdtri(2, self.gate)),
             float(chdtri(3, self.gate)),
             math.radians(self.lost_sigma_deg) ** 2,
-            float(self.most_refused),
+            float(self.most_rejected),
             self.longest_gap_s,
             float(self.has_gyro),
             self.first_considered(),

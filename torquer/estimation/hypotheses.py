@@ -66,14 +66,14 @@ def step_by_field(
         advance(inputs, parameters, memory, dt, propagate, rate_of)
         return stated(inputs, parameters, memory, dt, rate_of)
     before, read_s = remembered(memory), memory.read_s[MAGNETOMETER]
-    refused, in_a_row = memory.refused, memory.rejected_in_a_row[MAGNETOMETER]
+    rejected, in_a_row = memory.rejected, memory.rejected_in_a_row[MAGNETOMETER]
     start_s, first = memory.t_s, likeliest(memory) + 1
     for i in range(_PLACES):
         k = (first + i) % _PLACES  # what the likeliest, the last one, leaves is the filter's
         if memory.log_weight[k] > -math.inf:
             put_remembered(memory, before)
             memory.t_s, memory.read_s[MAGNETOMETER] = start_s, read_s
-            memory.refused, memory.rejected_in_a_row[MAGNETOMETER] = refused, in_a_row
+            memory.rejected, memory.rejected_in_a_row[MAGNETOMETER] = rejected, in_a_row
             load(memory, k)
             propagate(inputs, parameters, memory, dt)
             omega, _, _, _ = rate_of(inputs, parameters, memory, dt)

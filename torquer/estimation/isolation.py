@@ -47,7 +47,7 @@ def judge(inputs, parameters, memory, m, sensor, rate_variances):
     doubted = _ANY_ATTITUDE if is_field_alone(parameters.sensing) else attitude
     variances = (attitude, rate_variances[0], rate_variances[1], doubted)
     turned = watch(memory.watched[sensor], now, m, q, rotation, variances)
-    odd, most = False, parameters.sensing.most_refused
+    odd, most = False, parameters.sensing.most_rejected
     if sensor == MAGNETOMETER:
         odd = not has_field_magnitude(parameters, m.read, m.reference)
     elif sensor == SUN_SENSORS:

@@ -153,7 +153,7 @@ def take(sensing, memory, m, sensor, innovation):
     """
     row = memory.rejected_in_a_row
     if is_broken(memory, sensor):
-        memory.refused += 1.0
+        memory.rejected += 1.0
         row[sensor] += 1.0
         return
     gate = sensing.gate_3 if m.count == 3 else sensing.gate_2
@@ -167,9 +167,9 @@ def take(sensing, memory, m, sensor, innovation):
         row[sensor] = 0.0
         put_back(memory)
         return
-    memory.refused += 1.0
+    memory.rejected += 1.0
     row[sensor] = min(row[sensor], 0.0) - 1.0 if nis <= gate else max(row[sensor], 0.0) + 1.0
-    if row[sensor] <= -sensing.most_refused:
+    if row[sensor] <= -sensing.most_rejected:
         memory.isolated[sensor] = USED
         row[sensor] = 0.0
 

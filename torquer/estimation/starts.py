@@ -113,7 +113,7 @@ def rejected_sensor(sensing, memory):
     for sensor in range(int(sensing.after_last)):
         if (
             not is_broken(memory, sensor)
-            and memory.rejected_in_a_row[sensor] >= sensing.most_refused
+            and memory.rejected_in_a_row[sensor] >= sensing.most_rejected
         ):
             found = sensor
     return found

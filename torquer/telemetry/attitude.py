@@ -190,7 +190,7 @@ def attitude_of(data: xr.Dataset, spec: Filter, along: OrbitEnvironment) -> Atti
     if len(t_s) < 2:
         raise ValueError(f"FILE: must hold 2 rows or more for an attitude; received {len(t_s)}")
     known = known_by(data, along)
-    log = ("refused", *(f"innovation_{sensor}" for sensor in spec.sensors))
+    log = ("rejected", *(f"innovation_{sensor}" for sensor in spec.sensors))
     works, seeds = np.full(len(t_s), True), None
     if isinstance(spec, KalmanGyro):
         works, seeds = _seeds(known, spec)
@@ -312,7 +312,7 @@ def _fit(found, innovations: dict[str, np.ndarray]) -> Fit:
         # one that is far out must not hide what the others share
         kept = np.where(there, np.clip(rows, -3.0, 3.0), np.nan)[None]
         sensors.append(SensorFit(sensor, int(read_.sum()), usual, *autocorrelation(kept)))
-    refused = float(found.log["refused"][-1, 0])
-    readings = max(sum(each.rows for each in sensors), refused, 1.0)
+    rejected = float(found.log["rejected"][-1, 0])
+    readings = max(sum(each.rows for each in sensors), rejected, 1.0)
     known = float(np.mean(np.isfinite(found.q[:, 0])))
-    return Fit(tuple(sensors), refused / readings, known)
+    return Fit(tuple(sensors), rejected / readings, known)

@@ -52,7 +52,7 @@ class Sensing(NamedTuple):
     the relative error of the Earth's light by it; `cells`: normal and cosine of the half field of
     each; `after_last`: number after that of the last sensor used; `gate_1` to `gate_3`: greatest
     normalised innovations squared of 1 to 3 components; `lost`: greatest sum of the attitude's
-    variances [rad^2]; `most_refused`: number of readings rejected one after another, `gap`: time
+    variances [rad^2]; `most_rejected`: number of readings rejected one after another, `gap`: time
     without a step [s], after which the filter starts again; `has_gyro`: 1 for a filter whose motion
     is that of a gyro, else 0; `considered`: first row of the covariance that is not estimated, only
     considered, 0 for none.
@@ -73,7 +73,7 @@ class Sensing(NamedTuple):
     gate_2: float
     gate_3: float
     lost: float
-    most_refused: float
+    most_rejected: float
     gap: float
     has_gyro: float
     considered: float
