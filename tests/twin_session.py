@@ -3,6 +3,7 @@
 import numpy as np
 
 import torquer
+from torquer.geometry.attitudes import rotation_vector
 from torquer.scenario.change import with_values
 from torquer.telemetry.quantities import session_of
 from torquer.telemetry.twin_flights import INERTIA
@@ -19,7 +20,7 @@ def believed(gain):
 
 def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25):
     """Telemetry, a row each 30 s, of a satellite whose inertia and gain are other than in a
-    scenario, by up to a part `wrong`; and its parameters by name."""
+    scenario, by up to a part `wrong`; and its parameters by name, with its own scenario."""
     rng = np.random.default_rng(seed)
     root = np.diag(np.sqrt(np.exp(rng.uniform(-wrong, wrong, 3))))
     inertia = root @ np.array(scenario.spacecraft.body.inertia_kg_m2) @ root
@@ -47,7 +48,9 @@ def tip_off(scenario, seed, minutes, rate_deg_s, wrong=0.25):
         source="simulated",
     )
     true = dict(zip((f"inertia_{each}" for each in INERTIA), inertia[_ELEMENTS], strict=True))
-    true |= {"gain": gain} | {f"dipole_{c}": d for c, d in zip("xyz", dipole, strict=True)}
+    true |= {"gain": gain, "scenario": flown} | {
+        f"dipole_{c}": d for c, d in zip("xyz", dipole, strict=True)
+    }
     return data, true
 
 
@@ -58,3 +61,23 @@ def errors(twin, true):
         for name in twin.names
     ])  # fmt: skip
     return off, off / np.array(list(twin.sigmas.values()))
+
+
+def departure(twin, true):
+    """Of a twin from the true satellite, in the deviations of its members [n]: motion at the start
+    of the last leg, inertia, gain if it is known, residual dipole; times the gain's ratio where only
+    inertia over gain is."""
+    after_s = (twin.onward.start - true["scenario"].start).total_seconds()
+    timing = {"duration_s": after_s, "record_s": 9.0}
+    flown = torquer.simulate(with_values(true["scenario"], {"simulation": timing})).isel(time=-1)
+    initial, law = twin.onward.initial, twin.onward.control.law
+    turn = rotation_vector(np.array([initial.quaternion]), flown["q_body_to_inertial"].values[None])
+    rate = np.degrees(flown["omega_body"].values) - initial.rate_deg_s
+    gain = law.gain_a_m2_s_per_t
+    size = gain / true["gain"] if twin.only_ratio else 1.0
+    inertia = [size * true[f"inertia_{each}"] for each in INERTIA]
+    dipole = [size * true[f"dipole_{c}"] for c in "xyz"]
+    inertia -= np.array(twin.onward.spacecraft.body.inertia_kg_m2)[_ELEMENTS]
+    dipole -= np.array(twin.onward.spacecraft.coils.residual_dipole_a_m2)
+    log_gain = [np.log(true["gain"] / gain)] if "gain" in twin.names else []
+    return np.concatenate([turn[0], rate, inertia, log_gain, dipole])

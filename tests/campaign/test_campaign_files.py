@@ -241,6 +241,14 @@ def together(**changes):
                             "covariance": [[1, 0], [0, 1]]} | changes]}  # fmt: skip
 
 
+def changes(kinds, keys=None):
+    size = sum({"vector": 3, "rotation": 3}.get(kind, 1) for kind in kinds)
+    covariance = [[float(i == k) for i in range(size)] for k in range(size)]
+    if keys is None:
+        return together(mean=None, changes=kinds)
+    return together(mean=None, keys=keys, changes=kinds, covariance=covariance)
+
+
 OUTCOME = {"x": {"signal": "rate_deg_s", "what": {"at_end": True}}}
 GRID = {"runs": None, "sampling": "grid", "vary": {NOISE: {"values": [1, 2]}}}
 #: (keys of the table, what is told: after `campaign`).
@@ -272,6 +280,26 @@ TABLES = [
      f".correlated[0].keys[1]: must not overlap with another key; received {NOISE}, too"),
     (together(mean=[1, 0]), f'.correlated."{NOISE}": must be greater than or equal to 0; '
      "received {}"),
+    # changes
+    (together(mean=None), ".correlated[0]: mean, changes: one of the two must be given; "
+     "received none"),
+    (together(changes=["number", "number"]),
+     ".correlated[0]: mean, changes: one of the two must be given; received both"),
+    (changes(["number"]), ".correlated[0].changes: must have a word for each of 2 keys; received 1"),
+    (changes(["number", "shift"]), ".correlated[0].changes[1]: must be 'number', 'vector', "
+     "'factor', 'rotation' or 'inertia'; received 'shift'"),
+    (changes(["number", "vector"]), ".correlated[0].covariance: must be 4 rows of 4; received "
+     "[[1.0, 0.0], [0.0, 1.0]]"),
+    (changes(["rotation"], keys=[NOISE]), ".correlated[0].changes[0]: must be 'rotation' for "
+     f"initial.attitude, and for no other key; received 'rotation' for {NOISE}"),
+    (changes(["vector"], keys=[NOISE]), f'.correlated."{NOISE}": must have a value of shape (3,) '
+     "for a change by 'vector'; received {}"),
+    (changes(["number"], keys=["orbit.raan"]), '.correlated."orbit.raan": must apply to numbers '
+     "that the scenario gives; received nothing"),
+    ({"correlated": 2 * changes(["number", "number"])["correlated"]},
+     ".correlated: must not have two tables with the same keys"),
+    ({"vary": {NOISE: {"values": [1]}}} | changes(["number", "number"]),
+     f".correlated[0].keys[0]: must not overlap with another key; received {NOISE}, too"),
     # grid
     (GRID | {"runs": 3}, ".runs: must be left out with sampling 'grid', or be its 2 "
      "combinations; received 3"),

@@ -9,9 +9,10 @@ from scipy import stats
 from scipy.spatial.transform import Rotation
 from scipy.stats import qmc
 
-from torquer.campaign.sampling import draw, member_scenario, member_seed, member_seeds
+from torquer.campaign.sampling import draw, member_scenario, member_seed, member_seeds, values_of
 from torquer.campaign.spec import Campaign
 from torquer.campaign.unit_numbers import random_words, unit_numbers
+from torquer.scenario.change import value_at
 from torquer.scenario.load import ScenarioError
 
 N = 20_000
@@ -178,6 +179,59 @@ def test_a_singular_covariance_keeps_its_numbers_on_a_line(scenario):
     assert np.std(found[NOISE]) > 1.0
 
 
+INERTIA = "spacecraft.body.inertia_kg_m2"
+CHANGES = {"initial.attitude": "rotation", RATE: "vector", INERTIA: "inertia", NOISE: "factor"}
+
+
+def changes(covariance, kinds=CHANGES):
+    return {"keys": [*kinds], "changes": [*kinds.values()], "covariance": covariance.tolist()}
+
+
+def test_changes_have_their_covariance_about_the_own_values(scenario):
+    root = np.random.default_rng(3).normal(size=(13, 13))
+    covariance = 1e-6 * (root @ root.T)
+    campaign = Campaign(runs=N, seed=5, correlated=[changes(covariance)])
+    found = draw(campaign, scenario, range(N))
+    own = Rotation.from_quat(scenario.initial.attitude)
+    turns = (own.inv() * Rotation.from_quat(found["initial.attitude"])).as_rotvec()
+    inertia = found[INERTIA] - np.array(scenario.spacecraft.body.inertia_kg_m2)
+    rate = found[RATE] - np.array(scenario.initial.rate_deg_s)
+    elements = inertia[:, [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+    logs = np.log(found[NOISE] / 10.0)
+    white = np.linalg.solve(
+        np.linalg.cholesky(covariance), np.column_stack([turns, rate, elements, logs]).T
+    )
+    assert all(follows(row, stats.norm()) for row in white)
+    assert np.abs(white @ white.T / N - np.eye(13)).max() < 4.5 * np.sqrt(2.0 / N)
+
+
+def test_without_deviations_a_member_is_the_scenario(scenario):
+    """Numbers of one half are the middle of all distributions."""
+    tables = [changes(np.eye(13)), changes(np.ones((1, 1)), {INERTIA: "factor"})]
+    campaign = Campaign(runs=1, correlated=tables)
+    found = values_of(campaign, scenario, np.full((1, campaign.unit_numbers), 0.5))
+    assert np.array_equal(found["initial.attitude"][0], scenario.initial.attitude)
+    for key, value in found.items():
+        if key != "initial.attitude":
+            assert np.array_equal(value[0], value_at(scenario, key)), key
+
+
+def test_a_later_table_changes_what_an_earlier_one_has_drawn(scenario):
+    """Inertia and noise, whose errors are small, times one factor that is not known."""
+    both = {INERTIA: "factor", NOISE: "factor"}
+    small = 1e-4 * np.eye(13)
+    once = Campaign(runs=50, correlated=[changes(small)])
+    twice = Campaign(runs=50, correlated=[changes(small), changes(np.ones((2, 2)), both)])
+    before, after = (draw(each, scenario, range(50)) for each in (once, twice))
+    factors = after[NOISE] / before[NOISE]
+    assert np.std(np.log(factors)) > 0.7
+    np.testing.assert_allclose(after[INERTIA], factors[:, None, None] * before[INERTIA], rtol=1e-12)
+    assert twice.varied_keys == [*CHANGES]
+    member = member_scenario(scenario, twice, 7)
+    np.testing.assert_array_equal(member.spacecraft.body.inertia_kg_m2, after[INERTIA][7])
+    assert member.initial.quaternion == tuple(after["initial.attitude"][7])
+
+
 MANY = {
     NOISE: {"uniform": [0.0, 1.0]},
     BIAS: {"normal": {"mean": 0.0, "sigma": [1.0, 1.0, 1.0]}},
@@ -216,10 +270,12 @@ def test_values_are_the_same_to_the_bit_however_many_are_drawn(scenario, seed, m
     keys = [NOISE, "orbit.raan_deg", "orbit.inclination_deg"]
     correlated = [{"keys": keys, "mean": [50.0, 1.0, 60.0], "covariance": covariance}]
     campaign = Campaign(runs=10**8, seed=seed, vary=ALL_FORMS, correlated=correlated)
-    together = draw(campaign, scenario, members)
-    for row in {0, len(members) - 1}:
-        for key, values in draw(campaign, scenario, [members[row]]).items():
-            assert np.array_equal(values[0], together[key][row]), key
+    changed = Campaign(runs=10**8, seed=seed, correlated=[changes(0.01 * np.eye(13))])
+    for campaign in (campaign, changed):
+        together = draw(campaign, scenario, members)
+        for row in {0, len(members) - 1}:
+            for key, values in draw(campaign, scenario, [members[row]]).items():
+                assert np.array_equal(values[0], together[key][row]), key
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)

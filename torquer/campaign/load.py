@@ -101,7 +101,7 @@ def _ends(campaign: Campaign) -> np.ndarray:
     rare = 0.5 / campaign.runs
     columns = [_ends_of(variation, rows, rare) for variation in campaign.vary.values()]
     for together in campaign.correlated:
-        columns += [_low_and_high(rows, rare)] * len(together.keys)
+        columns += [_low_and_high(rows, rare)] * together.unit_numbers
     return np.column_stack(columns) if columns else np.empty((len(rows), 0))
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtri
 
+from torquer.campaign.changes import CHANGES
 from torquer.campaign.spec import ATTITUDE, Campaign
 from torquer.campaign.unit_numbers import (
     checked_members,
@@ -42,18 +43,52 @@ def values_of(campaign: Campaign, scenario: Scenario, units: np.ndarray) -> Draw
         with np.errstate(over="ignore"):  # the scenario refuses what is not finite
             drawn[key] = _values(variation, units[:, first:last])
         if variation.relative is not None:
-            drawn[key] = _times_own(key, np.asarray(drawn[key], dtype=float), scenario)
+            own = _own_numbers(("campaign", "vary", key, "relative"), key, scenario)
+            drawn[key] = np.multiply.outer(np.asarray(drawn[key], dtype=float), own)
         first = last
     for together in campaign.correlated:
-        last = first + len(together.keys)
-        columns = _normal_together(together, units[:, first:last]).T
-        drawn |= dict(zip(together.keys, columns, strict=True))
+        last = first + together.unit_numbers
+        rows = _normal_together(together, units[:, first:last])
+        if together.changes is None:
+            drawn |= dict(zip(together.keys, rows.T, strict=True))
+        else:
+            _change(drawn, together, rows, scenario)
         first = last
     return drawn
 
 
-def _times_own(key: str, factors: np.ndarray, scenario: Scenario) -> np.ndarray:
-    """Factors [n] times the scenario's own value."""
+def _change(drawn: Drawn, together: Correlated, rows: np.ndarray, scenario: Scenario) -> None:
+    """Change what is drawn of some keys, or else the scenario's own values, by deviations [n, k]."""
+    first = 0
+    for key, name in zip(together.keys, together.changes or (), strict=True):
+        change = CHANGES[name]
+        last = first + change.numbers
+        own = drawn[key] if key in drawn else _repeated(key, name, scenario, len(rows))
+        with np.errstate(over="ignore"):  # the scenario refuses what is not finite
+            drawn[key] = change.of(np.asarray(own, dtype=float), rows[:, first:last])
+        first = last
+
+
+def _repeated(key: str, name: str, scenario: Scenario, count: int) -> np.ndarray:
+    """A scenario's own value for each of some members, of the shape that a change takes."""
+    place = ("campaign", "correlated", key)
+    if key == ATTITUDE:
+        own = np.array(scenario.initial.attitude)
+    else:
+        own = _own_numbers(place, key, scenario)
+    if name == "inertia" and own.shape == (3,):
+        own = np.diag(own)
+    shape = CHANGES[name].shape
+    if shape not in (None, own.shape):
+        raise ScenarioError(
+            f"{name_of(place)}: must have a value of shape {shape} for a change by {name!r}; "
+            f"received {own.tolist()}"
+        )
+    return np.repeat(own[None], count, axis=0)
+
+
+def _own_numbers(place: tuple, key: str, scenario: Scenario) -> np.ndarray:
+    """The scenario's own value of a key; ScenarioError for one that has no numbers."""
     own = None
     try:
         own = value_at(scenario, key)
@@ -61,12 +96,11 @@ def _times_own(key: str, factors: np.ndarray, scenario: Scenario) -> np.ndarray:
     except ValueError:
         numbers = np.empty(0)
     if not numbers.size:
-        place = name_of(("campaign", "vary", key, "relative"))
         raise ScenarioError(
-            f"{place}: must apply to numbers that the scenario gives; received "
+            f"{name_of(place)}: must apply to numbers that the scenario gives; received "
             f"{'nothing' if own is None else repr(own)}"
         )
-    return np.multiply.outer(factors, numbers)
+    return numbers
 
 
 def _values(variation: Variation, units: np.ndarray):
@@ -154,8 +188,9 @@ _FORMS = {
 
 
 def _normal_together(together: Correlated, units: np.ndarray) -> np.ndarray:
-    """Values [n, keys] of a multivariate normal distribution."""
-    values = np.tile(together.mean, (len(units), 1))
+    """Values or deviations [n, k] of a multivariate normal distribution."""
+    mean = np.zeros(together.unit_numbers) if together.mean is None else together.mean
+    values = np.tile(mean, (len(units), 1))
     # a product of matrices would round one member differently from many
     for normal, row in zip(ndtri(units).T, together.root(), strict=True):
         values += normal[:, None] * row

@@ -93,7 +93,7 @@ class Campaign(Spec):
     "initial.attitude" for uniformly distributed attitudes.
     """
     correlated: tuple[Correlated, ...] = ()
-    """Keys with a joint normal distribution."""
+    """Keys with a joint normal distribution, of their values or of changes of the scenario's own."""
     outcomes: Annotated[dict[str, Outcome], AfterValidator(_or_default)] = Field(
         default_factory=lambda: dict(DEFAULT)
     )
@@ -132,10 +132,24 @@ class Campaign(Spec):
                 )
             if re.split(r"[.\[]", key)[0] in _OWN:
                 raise ValueError(f"{place}: must not vary: each member has its own; received {key}")
-        for (_, one), (place, other) in combinations(places, 2):
+        changed = self._changed_places()
+        for (first, one), (place, other) in combinations(places, 2):
+            if one == other and {first, place} <= changed:
+                continue
             if _overlap(one, other):
                 raise ValueError(f"{place}: must not overlap with another key; received {one}, too")
+        if len(self.groups) < len(self.vary) + len(self.correlated):
+            raise ValueError("correlated: must not have two tables with the same keys")
         return self
+
+    def _changed_places(self) -> set[str]:
+        """Where keys stand whose values are changed in turns."""
+        return {
+            f"correlated[{i}].keys[{j}]"
+            for i, together in enumerate(self.correlated)
+            for j in range(len(together.keys))
+            if together.changes is not None
+        }
 
     def _places(self) -> Iterator[tuple[str, str]]:
         """Where keys that vary stand in the table, and the keys."""
@@ -155,6 +169,14 @@ class Campaign(Spec):
                     f'vary."{key}": must be a table of a variation: only {ATTITUDE} takes '
                     'the word "uniform"; received "uniform"'
                 )
+        for i, together in enumerate(self.correlated):
+            pairs = zip(together.keys, together.changes or (), strict=False)
+            for j, (key, change) in enumerate(pairs):
+                if (key == ATTITUDE) != (change == "rotation"):
+                    raise ValueError(
+                        f"correlated[{i}].changes[{j}]: must be 'rotation' for {ATTITUDE}, and for "
+                        f"no other key; received {change!r} for {key}"
+                    )
         return self
 
     @model_validator(mode="after")
@@ -231,7 +253,8 @@ class Campaign(Spec):
     @property
     def varied_keys(self) -> list[str]:
         """Keys of the scenario that vary, in the order of their numbers."""
-        return [*self.vary, *(key for together in self.correlated for key in together.keys)]
+        keys = (key for together in self.correlated for key in together.keys)
+        return [*self.vary, *dict.fromkeys(keys)]
 
     @property
     def in_words(self) -> str:
@@ -264,7 +287,7 @@ class Campaign(Spec):
     def groups(self) -> dict[str, int]:
         """How many of them belong together, by name: a key, or keys that are correlated."""
         single = {key: variation.unit_numbers for key, variation in self.vary.items()}
-        return single | {", ".join(each.keys): len(each.keys) for each in self.correlated}
+        return single | {", ".join(each.keys): each.unit_numbers for each in self.correlated}
 
     @property
     def members_per_point(self) -> int:

@@ -18,6 +18,7 @@ import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
 from torquer import validate
+from torquer.campaign.changes import CHANGES
 from torquer.spec import Spec
 from torquer.time import parse_utc
 
@@ -247,22 +248,40 @@ FORMS = tuple(name for name in Variation.model_fields if name != "magnitude")
 
 
 class Correlated(Spec):
-    """Keys of single numbers with a joint normal distribution."""
+    """Keys with a joint normal distribution: of their values, or of changes of the scenario's own.
+
+    One of `mean` and `changes` is given. Blocks with `changes` may share keys: the later changes
+    what the earlier has drawn.
+    """
 
     keys: tuple[str, ...] = Field(min_length=1)
-    """Keys of the scenario, each of a single number."""
-    mean: tuple[Number, ...]
+    """Keys of the scenario, with `mean` each of a single number."""
+    mean: tuple[Number, ...] | None = None
     """Means, in the order of the keys."""
+    changes: tuple[Literal["number", "vector", "factor", "rotation", "inertia"], ...] | None = None
+    """What the scenario's own values are changed by, in the order of the keys: a 'number', or the
+    three of a 'vector', that are added; the logarithm of a 'factor'; the three of a 'rotation' of
+    "initial.attitude" in the body [rad]; the six elements xx, yy, zz, xy, xz, yz of an 'inertia',
+    added as far as a body can have them.
+    """
     covariance: tuple[tuple[Number, ...], ...]
-    """Covariance matrix in the order of the keys, symmetric and without negative eigenvalues."""
+    """Covariance matrix in the order of the keys, with `changes` of all their numbers; symmetric
+    and without negative eigenvalues.
+    """
 
     @model_validator(mode="after")
     def _is_a_distribution(self):
-        count = len(self.keys)
-        if len(self.mean) != count:
+        if (self.mean is None) == (self.changes is None):
+            received = "none" if self.mean is None else "both"
+            raise ValueError(f"mean, changes: one of the two must be given; received {received}")
+        name = "mean" if self.changes is None else "changes"
+        given = len(getattr(self, name))
+        if given != len(self.keys):
+            what = "a number" if self.changes is None else "a word"
             raise ValueError(
-                f"mean: must have a number for each of {count} keys; received {len(self.mean)}"
+                f"{name}: must have {what} for each of {len(self.keys)} keys; received {given}"
             )
+        count = self.unit_numbers
         if [len(row) for row in self.covariance] != [count] * count:
             shown = [list(row) for row in self.covariance]
             raise ValueError(f"covariance: must be {count} rows of {count}; received {shown}")
@@ -277,6 +296,13 @@ class Correlated(Spec):
                 f"{least:.6g}"
             )
         return self
+
+    @property
+    def unit_numbers(self) -> int:
+        """How many numbers uniform on 0..1 its values are made of."""
+        if self.changes is None:
+            return len(self.keys)
+        return sum(CHANGES[change].numbers for change in self.changes)
 
     def root(self) -> np.ndarray:
         """The symmetric square root of the covariance.

@@ -24,6 +24,7 @@ from torquer.telemetry.orbit import load_orbit
 from torquer.telemetry.propose import proposed
 from torquer.telemetry.read import read
 from torquer.telemetry.twin_found import Twin
+from torquer.telemetry.twin_members import text_of_members
 
 _WIDTH = 110
 _MODELS = dict(
@@ -67,10 +68,11 @@ def check(files: tuple[Path, ...], how: TelemetryOptions, code: CodeOptions) -> 
             with replacing(out / "attitude.nc") as path:
                 found.attitude.data.to_netcdf(path, engine="h5netcdf")
             names.append("attitude.nc")
-        if found.twin is not None and found.twin.data is not None:
+        if found.twin is not None and found.twin.data is not None and found.twin.onward is not None:
             with replacing(out / "twin.nc") as path:
                 found.twin.data.to_netcdf(path, engine="h5netcdf")
-            names.append("twin.nc")
+            put(out / "twin.toml", text_of_members(found.twin.onward, found.twin))
+            names += ["twin.nc", "twin.toml"]
         names += write_telemetry(found, parameter_rows(found), twin_rows(found), about, out)
     data = as_data(found, about, how)
     if how.clock_sigma_s is not None and "split" not in data:

@@ -41,12 +41,16 @@ class InitialMotion(Spec):
             )
         return self
 
+    @property
+    def attitude(self):
+        """Quaternion (body to `reference`), however the attitude is given."""
+        if self.quaternion is not None:
+            return normalised(tuple(self.quaternion))
+        return euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+
     def motion(self, r_m, v_m_s) -> np.ndarray:
         """Quaternion (body to inertial) and absolute rate [rad/s]: 7 numbers."""
-        if self.quaternion is not None:
-            q = normalised(tuple(self.quaternion))
-        else:
-            q = euler.to_quaternion(self.sequence, np.radians(self.euler_deg))
+        q = self.attitude
         if self.reference == "orbital":
             q = multiply(from_dcm(as_matrix(dcm_orbital_to_inertial(r_m, v_m_s))), q)
         omega = np.radians(self.rate_deg_s)

@@ -8,17 +8,16 @@ import tomli_w
 _PLAIN_LIST = re.compile(r'\[\n\s+([^\[\]{}"\n]+(?:\n\s+[^\[\]{}"\n]+)*),\n\s*\]')
 #: A list of such lists, each in one line.
 _LIST_OF_LISTS = re.compile(r"\[\n\s+(\[[^\[\]\n]*\](?:,\n\s+\[[^\[\]\n]*\])*),\n\s*\]")
-_WIDEST = 80
 
 
-def toml_of(data: dict) -> str:
+def toml_of(data: dict, widest: int = 80) -> str:
     """A scenario's plain data as TOML text; keys without a value are left out.
 
-    Lists of numbers that fit are put on one line. No text has a line break, so none is affected.
+    Lists of numbers that fit within `widest` characters are put on one line. No text has a line break, so none is affected.
     """
     text = tomli_w.dumps(_given(data))
     for pattern in (_PLAIN_LIST, _LIST_OF_LISTS):
-        text = pattern.sub(_in_one_line, text)
+        text = pattern.sub(lambda found: _in_one_line(found, widest), text)
     return text
 
 
@@ -29,6 +28,6 @@ def _given(value):
     return [_given(each) for each in value] if isinstance(value, list) else value
 
 
-def _in_one_line(found: re.Match) -> str:
+def _in_one_line(found: re.Match, widest: int) -> str:
     line = f"[{' '.join(found[1].split())}]"
-    return line if len(line) <= _WIDEST else found[0]
+    return line if len(line) <= widest else found[0]

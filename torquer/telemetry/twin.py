@@ -42,6 +42,7 @@ from torquer.telemetry.twin_flights import (
 )
 from torquer.telemetry.twin_found import Twin
 from torquer.telemetry.twin_legs import Legs
+from torquer.telemetry.twin_members import GAIN, SCALE, tables_of
 from torquer.telemetry.twin_start import guesses
 from torquer.time import seconds_between
 
@@ -49,9 +50,10 @@ from torquer.time import seconds_between
 _FIRST_S, _FIRST_ROWS, _GROWTH, _LEAST_GROWTH = 60.0, 4, 1.6, 1.1
 #: Rows that are fitted at most.
 _MOST_ROWS = 240
-#: What is known beforehand: standard deviations of the logarithms of moments of inertia, of their
-#: mixed elements and of gain over inertia; of the residual dipole over the coils' limit.
-_MOMENTS, _MIXED, _GAIN, _DIPOLE = 0.3, 0.05, 0.5, 0.1
+#: What is known beforehand, besides `SCALE` of the logarithms of moments of inertia and `GAIN` of
+#: that of gain over inertia: standard deviations of the mixed elements of the inertia's logarithm
+#: and of the residual dipole over the coils' limit.
+_MIXED, _DIPOLE = 0.05, 0.1
 #: Chance with which a good fit misses more than is taken for one, and than lets the window grow on
 #: as fast; how much worse than noise a model may be.
 _CHANCE, _USUAL, _SLACK = 1e-3, 1e-2, 1.15
@@ -170,7 +172,7 @@ class _Search:
         self.free[6 + OF_GAIN] = has_gain(scenario)
         self.free[6:][OF_DIPOLE] = coils is not None
         dipole = 3 * [_DIPOLE * self.limit]
-        self.prior = np.array(6 * [np.inf] + 3 * [_MOMENTS] + 3 * [_MIXED] + [_GAIN] + dipole)
+        self.prior = np.array(6 * [np.inf] + 3 * [SCALE] + 3 * [_MIXED] + [GAIN] + dipole)
 
     def twin(self) -> Twin:
         """The twin that follows the telemetry for longest."""
@@ -253,9 +255,12 @@ class _Search:
         fit = legs.fit(legs.along(step.problem.flights, step.fits.points))
         points = fit.course.starts.take([0])
         place = np.flatnonzero(self.free[6:])
-        inner = fit.covariance[-6 - len(place) : -6, -6 - len(place) : -6]
+        # motion at the start of the last leg, and what all legs share
+        last = fit.covariance[-12 - len(place) : -6, -12 - len(place) : -6]
+        inner = last[6:, 6:]
         undetermined, scale = _undetermined(inner, self.prior[6:][place], place)
         found = self._as_found(points)
+        onward = self._as_found(fit.course.starts.take([-1]), legs.firsts[-1])
         saturated = _saturation(found, step.window_s)
         only_ratio = OF_GAIN in place and (scale or saturated == 0.0)
         shows_gain = OF_GAIN in place and not only_ratio and saturated < _MOST_SATURATED
@@ -267,13 +272,14 @@ class _Search:
             names, values, slopes @ inner @ slopes.T, only_ratio, saturated,
             fit.chi2, step.freedoms, step.window_s, self.end_s, undetermined, doubt,
             _side_by_side(readings, legs.predicted(fit.course)), found,
+            onward, tables_of(onward, names, slopes, last, only_ratio),
         )  # fmt: skip
 
-    def _as_found(self, points: Points) -> Scenario:
-        """The scenario of a twin, from its start."""
+    def _as_found(self, points: Points, after_s: float = 0.0) -> Scenario:
+        """The scenario of a twin, from its motion some seconds after the flights' start."""
         rate_deg_s = np.degrees(points.omega[0]).tolist()
         return with_values(changed(self.scenario, points.physical[0]), {
-            "start": self.scenario.start + timedelta(seconds=self.start_s),
+            "start": self.scenario.start + timedelta(seconds=self.start_s + after_s),
             "initial": {"quaternion": points.q[0].tolist(), "rate_deg_s": rate_deg_s},
         })  # fmt: skip
 

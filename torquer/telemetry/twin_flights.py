@@ -28,7 +28,7 @@ OF_MOMENTS = slice(0, 3)
 #: Place of the motion at the start among the numbers of a lane.
 _MOTION = slice(CELLS_AT, CELLS_AT + 7)
 #: Angle [rad] of a fixed step.
-_TURN = 0.12
+TURN = 0.12
 _NOISE = {
     "magnetometer": "noise_nt",
     "gyro": "noise_deg_s",
@@ -87,17 +87,18 @@ class States(NamedTuple):
 
 def gain_of(scenario: Scenario, physical: np.ndarray) -> float:
     """Gain of the only law of a twin; 0 if it has none."""
-    key = _gain_key(scenario)
+    key = gain_key(scenario)
     own = 0.0 if key is None else getattr(scenario.control.law, key)
     return own * math.exp(physical[OF_GAIN] + np.mean(physical[OF_MOMENTS]))
 
 
 def has_gain(scenario: Scenario) -> bool:
     """Whether there is one law, and it has a gain."""
-    return _gain_key(scenario) is not None
+    return gain_key(scenario) is not None
 
 
-def _gain_key(scenario: Scenario) -> str | None:
+def gain_key(scenario: Scenario) -> str | None:
+    """Key of the gain of a twin's only law; None if it has none."""
     law = scenario.control.law
     names = [] if law is None else [name for name in type(law).model_fields if "gain_" in name]
     given = [name for name in names if isinstance(getattr(law, name), float)]
@@ -125,8 +126,8 @@ def changed(scenario: Scenario, physical: np.ndarray) -> Scenario:
     values: dict = {"spacecraft.body.inertia_kg_m2": inertia_of(scenario, physical).tolist()}
     if scenario.spacecraft.coils:
         values["spacecraft.coils.residual_dipole_a_m2"] = dipole_of(scenario, physical).tolist()
-    if _gain_key(scenario) is not None:
-        values[f"control.law.{_gain_key(scenario)}"] = gain_of(scenario, physical)
+    if gain_key(scenario) is not None:
+        values[f"control.law.{gain_key(scenario)}"] = gain_of(scenario, physical)
     return with_values(scenario, values)
 
 
@@ -194,7 +195,7 @@ def _template(scenario, start_s, duration_s, rate_rad_s, noisy) -> Scenario:
         "simulation": {"duration_s": duration_s, "record_s": record_s},
         "initial": {"rate_deg_s": [0.0, 0.0, 0.0]},
     })  # fmt: skip
-    step_s = plain.grid_s / math.ceil(plain.grid_s * max(rate_rad_s, 1e-4) / _TURN)
+    step_s = plain.grid_s / math.ceil(plain.grid_s * max(rate_rad_s, 1e-4) / TURN)
     values: dict = {"simulation": {"duration_s": duration_s, "step_s": step_s, "record_s": step_s}}
     for sensor, key in _NOISE.items():
         if not noisy and sensor in scenario.spacecraft.model_fields_set:

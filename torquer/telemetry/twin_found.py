@@ -20,8 +20,10 @@ class Twin(NamedTuple):
     variances. `window_s`: what the twin follows, of `session_s`. `undetermined`: directions of
     which the telemetry says nothing. `doubt`: why the covariance cannot be relied on, "" if it can.
     `data` over `time`: the twin's `b_body` [T] and `omega_body`
-    [rad/s] with the readings. `scenario`: the twin as found, from its start. Without a fit the last
-    two are None and there are no values.
+    [rad/s] with the readings. `scenario`: the twin as found, from its start; `onward`: from the
+    start of its last leg; `members`: tables `[[campaign.correlated]]` of what may be there instead.
+    Without a fit the last
+    three are None and there are no values.
     """
 
     names: tuple[str, ...]
@@ -37,6 +39,8 @@ class Twin(NamedTuple):
     doubt: str
     data: xr.Dataset | None
     scenario: Scenario | None
+    onward: Scenario | None = None
+    members: tuple[dict, ...] = ()
 
     @property
     def fits(self) -> bool:

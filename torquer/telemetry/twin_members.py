@@ -1,0 +1,112 @@
+"""Members of a twin: the satellites that it may be, as a campaign flies them beyond the telemetry.
+
+Attitude and rate at the start of the last leg, inertia, gain and residual dipole are drawn from their
+joint covariance. What the telemetry does not show is drawn as it was known beforehand.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+
+from torquer.board.text import toml_from_data
+from torquer.scenario.change import with_values
+from torquer.scenario.spec import Scenario
+from torquer.scenario.toml_text import toml_of
+from torquer.telemetry.twin_flights import TURN, gain_key
+from torquer.telemetry.twin_found import Twin
+
+#: Standard deviations of logarithms of what the telemetry does not show: the inertia's size, and
+#: with it that of gain and dipole; the gain.
+SCALE, GAIN = 0.3, 0.5
+_INERTIA, _DIPOLE = "spacecraft.body.inertia_kg_m2", "spacecraft.coils.residual_dipole_a_m2"
+#: Members of a campaign, characters of a line for a row of a covariance.
+_RUNS, _WIDE = 1000, 500
+#: By how much rates of members may exceed the twin's.
+_FASTER = 1.2
+
+
+def tables_of(
+    twin: Scenario,
+    names: tuple[str, ...],
+    slopes: np.ndarray,
+    covariance: np.ndarray,
+    only_ratio: bool,
+) -> tuple[dict, ...]:
+    """Tables `[[campaign.correlated]]` of a twin's members.
+
+    `names` [n]: parameters, those of `Twin`; `slopes` [n, k]: their derivatives by what was fitted;
+    `covariance` [6 + k, 6 + k]: of rotation vector [rad] and rate [rad/s] at the twin's start, and
+    of what was fitted.
+    """
+    key = gain_key(twin)
+    gain_name = f"control.law.{key}"
+    gain = 1.0 if key is None else float(getattr(twin.control.law, key))
+    unit = np.full(len(names), gain if only_ratio else 1.0)
+    unit[[name == "gain" for name in names]] = 1.0 / gain
+    slope = np.zeros((6 + len(names), len(covariance)))
+    slope[:6, :6] = np.diag(np.repeat([1.0, 180.0 / math.pi], 3))
+    slope[6:, 6:] = unit[:, None] * slopes
+    changes = {"initial.attitude": "rotation", "initial.rate_deg_s": "vector", _INERTIA: "inertia"}
+    if "gain" in names:
+        changes[gain_name] = "factor"
+    if any(name.startswith("dipole") for name in names):
+        changes[_DIPOLE] = "vector"
+    found = slope @ covariance @ slope.T
+    tables = [_table(changes, 0.5 * (found + found.T))]
+    if only_ratio:
+        scaled = [each for each in (_INERTIA, gain_name, _DIPOLE) if each in {*changes, gain_name}]
+        alike = SCALE**2 * np.ones((len(scaled), len(scaled)))
+        tables.append(_table(dict.fromkeys(scaled, "factor"), alike))
+    elif key is not None and "gain" not in names:
+        tables.append(_table({gain_name: "factor"}, np.array([[GAIN**2]])))
+    return tuple(tables)
+
+
+def _table(changes: dict[str, str], covariance: np.ndarray) -> dict:
+    return {
+        "keys": list(changes),
+        "changes": list(changes.values()),
+        "covariance": covariance.tolist(),
+    }
+
+
+def text_of_members(onward: Scenario, twin: Twin) -> str:
+    """The file that `torquer campaign` flies: a twin from its last leg `onward`, and its members.
+
+    Its fixed steps let members fly side by side.
+    """
+    scenario = with_fixed_steps(onward)
+    data = json.loads(scenario.model_dump_json(exclude_unset=True, exclude_none=True))
+    campaign = {"campaign": {"runs": _RUNS, "correlated": list(twin.members)}}
+    said = [
+        f"The twin at {scenario.start:%Y-%m-%dT%H:%M:%SZ}, near the end of the telemetry, flown on.",
+        "Members: what the fit leaves open of its motion then, inertia, gain and residual dipole.",
+    ]
+    if twin.only_ratio:
+        said.append(
+            "The telemetry does not show the size of inertia, gain and dipole, which the last table "
+            f"multiplies by one factor, its logarithm {SCALE:g} in standard deviation: put in yours."
+        )
+    elif len(twin.members) > 1:
+        said.append(
+            "The telemetry does not show the gain: the logarithm of the last table's factor is "
+            f"{GAIN:g} in standard deviation: put in yours."
+        )
+    if twin.doubt:
+        said.append(f"DO NOT RELY ON THESE ERRORS: {twin.doubt}.")
+    parts = "".join(f"# {line}\n" for line in said), toml_from_data(data), toml_of(campaign, _WIDE)
+    return "\n".join(parts)
+
+
+def with_fixed_steps(scenario: Scenario) -> Scenario:
+    """The scenario with steps of RK4 that follow the rate at its start, unless it has steps."""
+    given = scenario.simulation
+    if given.step_s is not None:
+        return scenario
+    rate = _FASTER * math.radians(float(np.linalg.norm(scenario.initial.rate_deg_s)))
+    step_s = scenario.grid_s / math.ceil(scenario.grid_s * max(rate, 1e-4) / TURN)
+    kept = {key: getattr(given, key) for key in ("duration_s", "revolutions", "record_s")}
+    return with_values(scenario, {"simulation": kept | {"step_s": step_s}})
